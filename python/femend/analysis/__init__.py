@@ -1,0 +1,1 @@
+"""Modes, FRFs and responses of a model as data objects."""

@@ -1,0 +1,1 @@
+"""Recordings, spectra, FRFs and modes: immutable, labelled by DOF and unit."""

@@ -1,0 +1,1 @@
+"""Detect, locate, name, validate."""

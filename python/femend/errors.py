@@ -1,0 +1,84 @@
+"""Exceptions of femend: one class per kind of broken input, each under a built-in one.
+
+A message says the fact with its numbers, the subject by name, and what to do. The attributes carry the same facts
+for programs.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "DeckError",
+    "FemendError",
+    "FormatError",
+    "ModelError",
+    "PairingError",
+    "RecordingError",
+    "SingularModelError",
+    "StudyError",
+    "UnitError",
+]
+
+
+class FemendError(Exception):
+    """Base of every exception femend raises on purpose."""
+
+
+class DeckError(FemendError, ValueError):
+    """A bulk-data deck that cannot be read or used.
+
+    Attributes: `file`, `line` (from 1), `card` (name and id) — None where they do not apply.
+    """
+
+    def __init__(
+        self, message: str, *, file: str | None = None, line: int | None = None, card: str | None = None
+    ) -> None:
+        super().__init__(message)
+        self.file = file
+        self.line = line
+        self.card = card
+
+
+class ModelError(FemendError, ValueError):
+    """A model that was read but cannot be used: zero-length beam, unknown parameter target, circular constraint."""
+
+
+class SingularModelError(ModelError):
+    """A stiffness without inverse where one is needed. `dofs` names DOFs that move without resistance, as text."""
+
+    def __init__(self, message: str, *, dofs: tuple[str, ...] = ()) -> None:
+        super().__init__(message)
+        self.dofs = dofs
+
+
+class StudyError(FemendError, ValueError):
+    """A study file that breaks its contract. `key` is the path of the key inside the file."""
+
+    def __init__(self, message: str, *, key: str | None = None) -> None:
+        super().__init__(message)
+        self.key = key
+
+
+class RecordingError(FemendError, ValueError):
+    """A recording that cannot be used: NaN, dead channel, unequal lengths, too slow sampling, no force channel."""
+
+    def __init__(self, message: str, *, recording: str | None = None, channel: str | None = None) -> None:
+        super().__init__(message)
+        self.recording = recording
+        self.channel = channel
+
+
+class FormatError(FemendError, ValueError):
+    """A file that is not what its name or header says: truncated record, wrong byte order, unknown data set."""
+
+    def __init__(self, message: str, *, file: str | None = None, record: int | None = None) -> None:
+        super().__init__(message)
+        self.file = file
+        self.record = record
+
+
+class PairingError(FemendError, ValueError):
+    """A sensor that cannot be paired with a DOF of the model."""
+
+
+class UnitError(FemendError, ValueError):
+    """Units that are unknown or do not fit together."""

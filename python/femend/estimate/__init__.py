@@ -1,0 +1,1 @@
+"""Responses, residuals, sensitivities and least squares."""

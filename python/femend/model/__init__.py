@@ -1,0 +1,1 @@
+"""A deck with its parameters and terms; a change gives a new model."""

@@ -1,0 +1,1 @@
+"""The catalogue of laws: names, families, parameters, units."""

@@ -1,0 +1,1 @@
+//! Modes, FRFs, sensitivities, local laws and the response of a model with a law attached.

@@ -1,0 +1,1 @@
+//! From a deck to sparse K, M, C: cards, elements, constraints, assembly, parameters.

@@ -1,0 +1,1 @@
+//! Sparse symmetric algebra: patterns, orderings, factorisations, solves and inertia.

@@ -1,0 +1,21 @@
+//! `_core`: read-only arrays in, interpreter lock released, one call, arrays out. No algorithms here.
+
+use pyo3::prelude::*;
+
+mod deck;
+mod diagnose;
+mod frf;
+mod laws;
+mod model;
+mod modes;
+
+#[pymodule]
+fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    deck::register(module)?;
+    model::register(module)?;
+    modes::register(module)?;
+    frf::register(module)?;
+    laws::register(module)?;
+    diagnose::register(module)
+}
