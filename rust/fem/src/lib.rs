@@ -1,1 +1,3 @@
 //! From a deck to sparse K, M, C: cards, elements, constraints, assembly, parameters.
+
+pub mod mesh;
