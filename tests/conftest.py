@@ -1,0 +1,76 @@
+"""What every test may ask for: the shared recordings and cases, and programs that are not everywhere."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+PROJECT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def project_root() -> Path:
+    """The folder that holds `pyproject.toml`."""
+    return PROJECT
+
+
+@pytest.fixture(scope="session")
+def shared_root() -> Path:
+    """The folder of shared data: `FEMEND_SHARED`, else `../shared` beside the project; skips where there is none.
+
+    A `FEMEND_SHARED` that does not exist fails: somebody asked for these tests and would not get them.
+    """
+    named = os.environ.get("FEMEND_SHARED")
+    if named:
+        if not Path(named).is_dir():
+            pytest.fail(f"FEMEND_SHARED names {named}, which is no folder", pytrace=False)
+        return Path(named).resolve()
+    beside = PROJECT.parent / "shared"
+    if not beside.is_dir():
+        pytest.skip("no shared data: ../shared is absent and FEMEND_SHARED is not set")
+    return beside
+
+
+@pytest.fixture(scope="session")
+def shared(shared_root: Path) -> Callable[[str], Path]:
+    """`shared("data/three_storey")` is that file or folder; skips if absent, and refuses the sealed answers."""
+
+    def find(name: str) -> Path:
+        if "sealed" in Path(name).parts:
+            pytest.fail(f"{name} holds sealed answers; only the scorer reads them", pytrace=False)
+        path = shared_root / name
+        if not path.exists():
+            pytest.skip(f"no {name} in the shared data")
+        return path
+
+    return find
+
+
+@pytest.fixture(scope="session")
+def program() -> Callable[[str], str]:
+    """`program("ccx")` is the path of an installed program; skips with the Debian package to install."""
+    packages = {"ccx": "calculix-ccx", "chromium": "chromium"}
+
+    def find(name: str) -> str:
+        path = shutil.which(name)
+        if path is None:
+            pytest.skip(f"{name} is not installed (Debian package {packages.get(name, name)})")
+        return path
+
+    return find
+
+
+@pytest.fixture(scope="session")
+def optional_module() -> Callable[[str], None]:
+    """`optional_module("openseespy")` skips where the module is not installed (see requirements/optional.txt)."""
+
+    def require(name: str) -> None:
+        if importlib.util.find_spec(name) is None:
+            pytest.skip(f"{name} is not installed (requirements/optional.txt)")
+
+    return require
