@@ -1,0 +1,43 @@
+"""The pages stay true to the tree: every package and crate has its place, and every link leads somewhere."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+PAGES = ("README.md", "CONTRIBUTING.md", "benches/README.md", "python/docs/architecture.md", "python/docs/naming.md")
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_somewhere(project_root: Path, page: str) -> None:
+    path = project_root / page
+    targets = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", path.read_text(encoding="utf-8"))
+    local = [target for target in targets if "://" not in target]
+    assert [target for target in local if not (path.parent / target).exists()] == []
+
+
+def test_every_package_has_its_place(project_root: Path, package_root: Path) -> None:
+    page = (project_root / "python" / "docs" / "architecture.md").read_text(encoding="utf-8")
+    packages = [f"`{path.parent.name}/`" for path in package_root.glob("*/__init__.py")]
+    modules = [f"`{path.stem}`" for path in package_root.glob("*.py") if not path.stem.startswith("__")]
+    assert packages, "no package found: the search is broken"
+    assert [name for name in packages + modules if name not in page] == []
+
+
+def test_every_crate_has_its_place(project_root: Path) -> None:
+    page = (project_root / "python" / "docs" / "architecture.md").read_text(encoding="utf-8")
+    crates = [f"`rust/{path.parent.name}`" for path in (project_root / "rust").glob("*/Cargo.toml")]
+    assert crates, "no crate found: the search is broken"
+    assert [name for name in crates if name not in page] == []
+
+
+def test_the_floors_in_the_page_are_the_enforced_ones(project_root: Path) -> None:
+    from_page = {}
+    page = (project_root / "python" / "docs" / "architecture.md").read_text(encoding="utf-8")
+    for number, names in re.findall(r"^\| (\d) \| ([^|]*) \|", page, flags=re.MULTILINE):
+        from_page[int(number)] = {name.rstrip("/") for name in re.findall(r"`([^`]+)`", names)}
+    source = (Path(__file__).parent / "test_floors.py").read_text(encoding="utf-8")
+    enforced = [set(re.findall(r'"(\w+)"', line)) for line in re.findall(r"frozenset\(\{(.*)\}\),", source)]
+    assert [from_page[number] for number in sorted(from_page)] == [names - {"__main__"} for names in enforced]
