@@ -46,7 +46,7 @@ def run_once(study: Path) -> Run:
     """Diagnose `study` once in a process of its own."""
     with tempfile.TemporaryDirectory(prefix="femend-bench-") as folder:
         out = Path(folder) / "out"
-        command = [sys.executable, "-m", "femend", "diagnose", str(study), "--out", str(out)]
+        command = [str(Path(sys.executable).with_name("femend")), "diagnose", str(study), "--out", str(out)]
         start = time.perf_counter()
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
         # wait4 and not RUSAGE_CHILDREN: the latter keeps the peak of all earlier runs.
