@@ -83,7 +83,7 @@ wheel-test: wheel  ## the wheel in an environment of its own (SMOKE_PYTHON=pytho
 	rm -rf $(SMOKE_VENV)
 	"$(SMOKE_PYTHON)" -m venv $(SMOKE_VENV)
 	$(SMOKE_VENV)/bin/python -m pip install --quiet -r requirements/lock.txt dist/femend-*.whl
-	$(SMOKE_VENV)/bin/python -m pytest -m "not slow" -rs $(PYTEST_FLAGS) tests/api tests/unit
+	$(SMOKE_VENV)/bin/python -m pytest -m "not slow" -rs $(PYTEST_FLAGS) $(wildcard tests/api tests/unit)
 
 lock: setup  ## pin anew what pyproject.toml asks for (run it with the oldest Python served)
 	$(BIN)/python requirements/lock.py > requirements/lock.new
