@@ -5,6 +5,40 @@ The public names are loaded on first use, so that ``import femend`` stays light.
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import Any
+
 from femend._core import __version__
 
-__all__ = ["__version__"]
+# Public name -> module that defines it. One line per name.
+_LAZY = {
+    "Channel": "femend.data",
+    "Dof": "femend.dof",
+    "DofTable": "femend.dof",
+    "FRF": "femend.data",
+    "ModeSet": "femend.data",
+    "Recording": "femend.data",
+    "Spectra": "femend.data",
+    "Test": "femend.data",
+    "TimeData": "femend.data",
+    "ChannelMap": "femend.io",
+    "load_study": "femend.study",
+    "read_recording": "femend.io",
+    "read_recordings": "femend.io",
+    "read_uff": "femend.io",
+}
+
+__all__ = ["__version__", *_LAZY]
+
+
+def __getattr__(name: str) -> Any:
+    module = _LAZY.get(name)
+    if module is None:
+        raise AttributeError(f"module 'femend' has no attribute {name!r}")
+    value = getattr(import_module(module), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LAZY})

@@ -1,1 +1,12 @@
 """Recordings, spectra, FRFs and modes: immutable, labelled by DOF and unit."""
+
+from __future__ import annotations
+
+from femend.data.channel import Channel
+from femend.data.frf import FRF
+from femend.data.mode_set import ModeSet
+from femend.data.recording import Recording, Rotating, Test
+from femend.data.spectra import Spectra
+from femend.data.time_data import TimeData
+
+__all__ = ["FRF", "Channel", "ModeSet", "Recording", "Rotating", "Spectra", "Test", "TimeData"]

@@ -1,0 +1,156 @@
+"""Files to recordings: the kind of a file is told by its extension, its content by its own labels or by a map."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from femend.data import FRF, Recording, Rotating, Spectra, Test, TimeData
+from femend.errors import FormatError, RecordingError
+from femend.io.channel_map import ChannelMap
+from femend.io.uff.convert import frf_blocks, spectra_blocks, time_data
+from femend.io.uff.reader import UniversalFile, read_uff
+from femend.units import unit_system
+
+__all__ = ["read_recording", "read_recordings"]
+
+Data = TimeData | FRF | Spectra
+
+
+def read_recording(
+    path: str | os.PathLike[str],
+    channels: Sequence[ChannelMap] | None = None,
+    *,
+    name: str | None = None,
+    role: str = "fit",
+    excitation: str | None = None,
+    configuration: str = "as modelled",
+    rotating: Rotating | None = None,
+    units: str = "SI",
+) -> Recording:
+    """Reads one recording from `path` and converts it to the unit system `units`.
+
+    `name` defaults to the file's stem; `role`, `configuration` and `rotating` are those of the study file.
+    `.uff .unv` carry node, direction, quantity and unit themselves; `.csv .txt .dat .mat .h5 .hdf5 .wav .tdms` need
+    `channels`. `excitation` None means measured where a force is recorded and unknown otherwise. Raises FormatError
+    (damaged file), RecordingError (NaN, zero channel, unequal lengths, no force although measured), UnitError,
+    FileNotFoundError.
+
+    >>> read_recording("high.uff").time.rate       # doctest: +SKIP
+    1024.0
+    """
+    found = _read(Path(path), channels, name, role, excitation, configuration, rotating, units)
+    if len(found) > 1:
+        raise RecordingError(
+            f"recording {found[0].name!r}: {path} holds {len(found)} groups of FRFs that form no full grid of outputs "
+            "and inputs; read it with read_recordings, which returns one recording per group",
+            recording=found[0].name,
+        )
+    return found[0]
+
+
+def read_recordings(
+    paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    channels: Sequence[ChannelMap] | None = None,
+    *,
+    role: str = "fit",
+    excitation: str | None = None,
+    configuration: str = "as modelled",
+    units: str = "SI",
+) -> Test:
+    """Reads the recordings of one or several `paths` as one Test, named by the files' stems.
+
+    `channels`, `role`, `excitation`, `configuration` and `units` hold for all; they and the errors are those of
+    `read_recording`.
+    A file whose FRFs form no full grid becomes several recordings, named ``stem [1]``, ``stem [2]``, ...
+    """
+    listed = [paths] if isinstance(paths, str | os.PathLike) else list(paths)
+    found: list[Recording] = []
+    for path in listed:
+        found += _split_names(_read(Path(path), channels, None, role, excitation, configuration, None, units))
+    return Test(tuple(found))
+
+
+def _split_names(found: list[Recording]) -> list[Recording]:
+    if len(found) == 1:
+        return found
+    return [replace(r, name=f"{r.name} [{i}]") for i, r in enumerate(found, start=1)]
+
+
+def _read(
+    path: Path,
+    channels: Sequence[ChannelMap] | None,
+    name: str | None,
+    role: str,
+    excitation: str | None,
+    configuration: str,
+    rotating: Rotating | None,
+    units: str,
+) -> list[Recording]:
+    unit_system(units)
+    name = path.stem if name is None else name
+    if not path.is_file():
+        raise FileNotFoundError(f"recording {name!r}: there is no file {path}")
+    geometry = None
+    if path.suffix.lower() in (".uff", ".unv", ".uf", ".unv58"):
+        file = read_uff(path)
+        blocks, notes = _from_uff(file, name, units)
+        geometry = file if file.nodes else None
+    else:
+        blocks, notes = _from_table(path, channels, name, units)
+    return [
+        Recording(
+            name,
+            data,
+            role,
+            excitation or _excitation(data, rotating),
+            configuration,
+            rotating,
+            str(path),
+            tuple(notes),
+            geometry,
+        )
+        for data in blocks
+    ]
+
+
+def _excitation(data: Data, rotating: Rotating | None) -> str:
+    if rotating is not None:
+        return "rotating"
+    measured = isinstance(data, FRF) or (isinstance(data, TimeData) and bool(data.rows("force")))
+    return "measured" if measured else "unknown"
+
+
+def _from_uff(file: UniversalFile, name: str, units: str) -> tuple[list[Data], list[str]]:
+    notes = list(file.notes)
+    if file.unknown:
+        notes.append("data sets passed over: " + ", ".join(str(n) for n in sorted({n for n, _ in file.unknown})))
+    frfs = [f for f in file.functions if f.header.func_type in (4, 6)]
+    times = [f for f in file.functions if f.header.func_type in (0, 1)]
+    if any(f.header.func_type == 4 for f in frfs):
+        blocks, said = frf_blocks(file, frfs, name, units)
+        if times:
+            notes.append(f"{len(times)} time records beside the FRFs are passed over")
+        return [*blocks], notes + said
+    if times:
+        data, said = time_data(file, times, name, units)
+        return [data], notes + said
+    spectra = spectra_blocks(file.functions, name)
+    if spectra:
+        return [*spectra], notes
+    raise FormatError(
+        f"recording {name!r}: {file.file} holds no time records, FRFs or spectra (data set 58); "
+        "check that the functions were exported",
+        file=file.file,
+    )
+
+
+def _from_table(
+    path: Path, channels: Sequence[ChannelMap] | None, name: str, units: str
+) -> tuple[list[Data], list[str]]:
+    from femend.io.tables import read_table, table_data
+
+    data, notes = table_data(read_table(path), channels or (), name, units)
+    return [data], notes

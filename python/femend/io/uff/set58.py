@@ -1,0 +1,131 @@
+"""Samples of data set 58, text and binary, as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.data._arrays import frozen
+from femend.io.uff.header58 import Fail, Header58, parse_header
+from femend.io.uff.scan import RawSet, decode
+
+__all__ = ["Function58", "read_58"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Function58:
+    """Data set 58: `header`, abscissa `x` (n_points,) and ordinate `y` (n_points,) real or complex, as in the file.
+
+    `record` is the position of the data set in the file, from 1.
+    """
+
+    header: Header58
+    x: NDArray[np.float64]
+    y: NDArray[Any]
+    record: int = 0
+    binary: bool = False
+
+
+def _widths(header: Header58) -> list[int]:
+    """Column widths of one line of samples, by the format's description (E13.5 and E20.12)."""
+    double = header.ord_data_type in (4, 6)
+    if header.even:
+        return [20] * 4 if double else [13] * 6
+    if not double:
+        return [13] * 6
+    return [13, 20, 20] if header.is_complex else [13, 20, 13, 20]
+
+
+def _by_columns(text: bytes, header: Header58) -> list[str]:
+    """Numbers that touch each other, cut at the columns of the format."""
+    numbers = []
+    for raw in text.splitlines():
+        line, at = decode(raw), 0
+        for width in _widths(header):
+            field = line[at : at + width].strip()
+            if field:
+                numbers.append(field)
+            at += width
+    return numbers
+
+
+def _text_numbers(text: bytes, header: Header58, fail: Fail) -> NDArray[np.float64]:
+    plain = text.replace(b"D", b"E").replace(b"d", b"e") if (b"D" in text or b"d" in text) else text
+    needed = header.n_values
+    tokens: list[Any] = plain.split()
+    if len(tokens) == needed:
+        try:
+            return np.array(tokens, dtype=np.float64)
+        except ValueError:
+            pass
+    fields = _by_columns(plain, header)
+    values = np.empty(len(fields))
+    for i, field in enumerate(fields):
+        try:
+            values[i] = float(field)
+        except ValueError:
+            raise fail(
+                f"sample {i + 1} of {needed} reads {field[:24]!r}, which is not a number; mend the line or export again"
+            ) from None
+    if len(values) < needed:
+        raise fail(
+            f"the header announces {needed} numbers ({header.n_points} points) but {len(values)} are there; the record "
+            "is truncated: export it again or correct the number of points"
+        )
+    return values[:needed]
+
+
+def _swapped(values: NDArray[Any]) -> bool:
+    """True where the numbers make sense only with their bytes in the other order.
+
+    A swapped float has a random exponent: most of its values lie beyond 1e+-15, which those of a recording do not.
+    """
+
+    def sane(array: NDArray[Any]) -> float:
+        with np.errstate(all="ignore"):
+            size = np.abs(array.astype(np.float64))
+        used = size[size != 0]
+        return 1.0 if used.size == 0 else float(np.mean((used > 1e-15) & (used < 1e15)))
+
+    sample = values[:4096]
+    if np.count_nonzero(sample) < 8:
+        return False
+    return sane(sample) < 0.7 and sane(sample.byteswap()) > 0.98
+
+
+def _binary_numbers(raw: RawSet, header: Header58, fail: Fail) -> NDArray[np.float64]:
+    assert raw.binary is not None
+    order = "<" if raw.binary.byte_order == 1 else ">"
+    values = np.frombuffer(raw.samples, dtype=f"{order}f{header.item_size}", count=header.n_values)
+    if _swapped(values):
+        declared, other = ("little", "big") if raw.binary.byte_order == 1 else ("big", "little")
+        raise fail(
+            f"the header says {declared} endian (byte order {raw.binary.byte_order}) but the samples make sense only "
+            f"as {other} endian; correct the byte order in the type line to {3 - raw.binary.byte_order} or export again"
+        )
+    return values.astype(np.float64)
+
+
+def read_58(raw: RawSet, fail: Fail) -> Function58:
+    """The function of a raw data set 58; raises FormatError, made by `fail`, for anything that does not hold.
+
+    Raised for a damaged header, fewer samples than announced, text that is no number, and bytes in the wrong order.
+    """
+    if raw.binary is None:
+        lines = raw.body.split(b"\n", 11)
+        header = parse_header([decode(line.rstrip(b"\r")) for line in lines[:11]], fail)
+        numbers = _text_numbers(lines[11] if len(lines) > 11 else b"", header, fail)
+    else:
+        header = parse_header([decode(line) for line in raw.body.splitlines()], fail)
+        numbers = _binary_numbers(raw, header, fail)
+    per_point = header.n_values // header.n_points if header.n_points else 1
+    table = numbers.reshape(header.n_points, per_point)
+    if header.even:
+        x = header.x0 + header.dx * np.arange(header.n_points)
+    else:
+        x, table = table[:, 0], table[:, 1:]
+    y = table[:, 0] + 1j * table[:, 1] if header.is_complex else table[:, 0]
+    return Function58(header, frozen(x), frozen(y), raw.record, raw.binary is not None)

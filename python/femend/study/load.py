@@ -1,0 +1,276 @@
+"""Reading a study file: syntax, unknown keys, values, names and files, in that order."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+import re
+import tomllib
+import types
+import typing
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from femend.data import Rotating
+from femend.data.recording import EXCITATIONS, ROLES
+from femend.dof import parse_direction
+from femend.errors import StudyError, UnitError
+from femend.io.channel_map import CHANNEL_QUANTITIES, ChannelMap
+from femend.study.schema import ChannelTable, ParameterTable, RecordingTable, StudyFile
+from femend.study.study import AS_MODELLED, Configuration, Parameter, Study, StudyRecording
+from femend.units import SYSTEMS, parse_unit, quantity_factor
+
+__all__ = ["FORMAT", "load_study"]
+
+FORMAT = "femend-study/1"
+_OF_TARGET = {
+    "material": ("E", "G", "nu", "rho"),
+    "property_id": (
+        *("A", "I1", "I2", "J", "t", "eta"),
+        *(f"k{i}" for i in range(1, 7)),
+        *(f"c{i}" for i in range(1, 7)),
+    ),
+    "mass": ("m",),
+}
+_ALL_PROPERTIES = tuple(p for properties in _OF_TARGET.values() for p in properties)
+_TARGETS = ("material", "property_id", "elements", "mass")
+
+
+class _Checker:
+    """Makes every message name the study file and the key."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+
+    def fail(self, key: str, fact: str) -> StudyError:
+        return StudyError(f"{self.file}: {key}: {fact}" if key else f"{self.file}: {fact}", key=key or None)
+
+    def one_of(self, key: str, value: str, allowed: tuple[str, ...]) -> None:
+        if value not in allowed:
+            raise self.fail(key, f"{value!r} is none of {', '.join(allowed)}{_nearest(value, allowed)}")
+
+    def unique(self, table: str, names: list[str]) -> None:
+        for name, count in Counter(names).items():
+            if count > 1:
+                raise self.fail(f"{table}.name", f"{count} [[{table}]] are named {name!r}; give each its own name")
+            if not name.strip():
+                raise self.fail(f"{table}.name", f"a [[{table}]] has an empty name; give it one")
+
+    def existing(self, key: str, text: str) -> Path:
+        path = Path(os.path.expanduser(text))
+        path = (path if path.is_absolute() else self.file.parent / path).resolve()
+        if not path.is_file():
+            what = "is a folder, not a file" if path.is_dir() else "does not exist"
+            there = sorted(p.name for p in path.parent.iterdir()) if path.parent.is_dir() else []
+            raise self.fail(
+                key,
+                f"{path} {what}{_nearest(path.name, there)}; correct the name, paths are relative to "
+                "the study's folder",
+            )
+        return path
+
+
+def _nearest(value: str, known: typing.Iterable[str]) -> str:
+    close = difflib.get_close_matches(value, list(known), n=1, cutoff=0.5)
+    return f"; did you mean {close[0]!r}?" if close else ""
+
+
+def _table_of(kind: Any) -> type[msgspec.Struct] | None:
+    """The struct inside a field's type such as ``list[T]`` or ``T | None``."""
+    if isinstance(kind, type) and not isinstance(kind, types.GenericAlias) and issubclass(kind, msgspec.Struct):
+        return kind
+    for inner in typing.get_args(kind):
+        found = _table_of(inner)
+        if found is not None:
+            return found
+    return None
+
+
+def _refuse_unknown(check: _Checker, value: Any, kind: type[msgspec.Struct], path: str) -> None:
+    """Raises StudyError for the first key that the contract does not know, with the nearest one it does."""
+    if isinstance(value, list):
+        for i, entry in enumerate(value):
+            _refuse_unknown(check, entry, kind, f"{path}[{i}]")
+        return
+    if not isinstance(value, dict):
+        return
+    fields = {f.encode_name: f.type for f in msgspec.structs.fields(kind)}
+    for key, inner in value.items():
+        here = f"{path}.{key}" if path else key
+        if key not in fields:
+            where = f"[{path}]" if path else "the study"
+            raise check.fail(
+                here, f"{key!r} is no key of {where}{_nearest(key, fields) or '; known are ' + ', '.join(fields)}"
+            )
+        table = _table_of(fields[key])
+        if table is not None:
+            _refuse_unknown(check, inner, table, here)
+
+
+def _typed(check: _Checker, data: dict[str, Any]) -> StudyFile:
+    try:
+        return msgspec.convert(data, StudyFile)
+    except msgspec.ValidationError as error:
+        text = str(error)
+        match = re.search(r" - at `\$\.?(.*?)`$", text)
+        key = match[1] if match else ""
+        raise check.fail(key, text[: match.start()] if match else text) from None
+
+
+def load_study(path: str | os.PathLike[str]) -> Study:
+    """Reads and checks the study file at `path`, or `study.toml` in that folder.
+
+    Raises StudyError, naming file and key, for a syntax error, an unknown key (with the nearest known one), a missing
+    or wrong value, a name that stands twice, and a file that is not there; FileNotFoundError for the study itself.
+
+    >>> load_study("study.toml").units       # doctest: +SKIP
+    'SI'
+    """
+    file = Path(path)
+    if file.is_dir():
+        file = file / "study.toml"
+    if not file.is_file():
+        raise FileNotFoundError(f"there is no study file {file}")
+    file = file.resolve()
+    check = _Checker(file)
+    try:
+        data = tomllib.loads(file.read_bytes().decode("utf-8-sig"))
+    except tomllib.TOMLDecodeError as error:
+        raise check.fail("", f"is not valid TOML: {error}") from None
+    except UnicodeDecodeError as error:
+        raise check.fail("", f"is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
+    if "format" in data and data["format"] != FORMAT:
+        raise check.fail("format", f"{data['format']!r} is not {FORMAT!r}, the only one this version reads")
+    _refuse_unknown(check, data, StudyFile, "")
+    return _study(check, _typed(check, data))
+
+
+def _study(check: _Checker, content: StudyFile) -> Study:
+    check.one_of("model.units", content.model.units, tuple(SYSTEMS))
+    if not (0 < content.damping.ratio < 1):
+        raise check.fail("damping.ratio", f"{content.damping.ratio:g} is not between 0 and 1 (1 % is 0.01)")
+    check.unique("parameter", [p.name for p in content.parameter])
+    check.unique("configuration", [c.name for c in content.configuration])
+    check.unique("recording", [r.name for r in content.recording])
+    if not content.recording:
+        raise check.fail("recording", 'there is no [[recording]]; a diagnosis needs at least one with role = "fit"')
+    parameters = tuple(_parameter(check, p, f"parameter[{i}]") for i, p in enumerate(content.parameter))
+    configurations = []
+    for i, table in enumerate(content.configuration):
+        for j, added in enumerate(table.added_mass):
+            if not (math.isfinite(added.m) and added.m > 0):
+                raise check.fail(f"configuration[{i}].added_mass[{j}].m", f"{added.m:g} is not a positive mass")
+        masses = tuple((m.node, m.m) for m in table.added_mass)
+        configurations.append(Configuration(table.name, table.spc, masses, table.note))
+    names = tuple(c.name for c in configurations)
+    recordings = tuple(_recording(check, r, f"recording[{i}]", names) for i, r in enumerate(content.recording))
+    if not any(r.role == "fit" for r in recordings):
+        raise check.fail("recording", 'no [[recording]] has role = "fit"; at least one is needed to estimate from')
+    return Study(
+        check.file,
+        content.title or check.file.parent.name,
+        check.existing("model.file", content.model.file),
+        content.model.units,
+        content.damping.ratio,
+        parameters,
+        tuple(configurations),
+        recordings,
+    )
+
+
+def _parameter(check: _Checker, table: ParameterTable, key: str) -> Parameter:
+    given = [t for t in _TARGETS if getattr(table, t) is not None]
+    if len(given) != 1:
+        has = "no target" if not given else f"{len(given)} targets ({', '.join(given)})"
+        raise check.fail(key, f"parameter {table.name!r} has {has}; give exactly one of {', '.join(_TARGETS)}")
+    target = given[0]
+    allowed = _OF_TARGET.get(target, _ALL_PROPERTIES)
+    if table.property not in allowed:
+        raise check.fail(
+            f"{key}.property",
+            f"parameter {table.name!r}: {table.property!r} is no property of {target}; use one of "
+            f"{', '.join(allowed)}{_nearest(table.property, allowed)}",
+        )
+    if not (math.isfinite(table.prior_sd) and table.prior_sd > 0):
+        raise check.fail(
+            f"{key}.prior_sd", f"parameter {table.name!r}: {table.prior_sd:g} is not positive (10 % is 0.10)"
+        )
+    bounds = None
+    if table.bounds is not None:
+        if len(table.bounds) != 2 or not 0 <= table.bounds[0] < table.bounds[1]:
+            raise check.fail(
+                f"{key}.bounds",
+                f"parameter {table.name!r}: {table.bounds} is not [lower, upper] with 0 <= lower < upper, relative to "
+                "the deck's value",
+            )
+        if not table.bounds[0] <= 1 <= table.bounds[1]:
+            raise check.fail(
+                f"{key}.bounds",
+                f"parameter {table.name!r}: {table.bounds} leaves out the deck's own value, which is 1; bounds are "
+                "relative to it",
+            )
+        bounds = (table.bounds[0], table.bounds[1])
+    value = getattr(table, target)
+    ids = tuple(value) if isinstance(value, list) else (int(value),)
+    if not ids:
+        raise check.fail(f"{key}.elements", f"parameter {table.name!r}: the list of elements is empty")
+    return Parameter(table.name, table.property, target, ids, table.prior_sd, bounds)
+
+
+def _recording(check: _Checker, table: RecordingTable, key: str, configurations: tuple[str, ...]) -> StudyRecording:
+    check.one_of(f"{key}.role", table.role, ROLES)
+    check.one_of(f"{key}.excitation", table.excitation, EXCITATIONS)
+    configuration = AS_MODELLED if table.configuration is None else table.configuration
+    if configuration != AS_MODELLED and configuration not in configurations:
+        known = ", ".join(configurations) or "none"
+        raise check.fail(
+            f"{key}.configuration",
+            f"recording {table.name!r}: no [[configuration]] is named {configuration!r} (there are: {known})"
+            f"{_nearest(configuration, configurations)}",
+        )
+    rotating = None
+    if (table.excitation == "rotating") != (table.rotating is not None):
+        fact = 'excitation = "rotating" needs' if table.rotating is None else 'only excitation = "rotating" takes'
+        raise check.fail(f"{key}.rotating", f"recording {table.name!r}: {fact} a [recording.rotating] table")
+    if table.rotating is not None:
+        check.one_of(f"{key}.rotating.axis", table.rotating.axis, ("X", "Y", "Z"))
+        if not table.rotating.pulses_per_revolution > 0:
+            raise check.fail(f"{key}.rotating.pulses_per_revolution", "must be positive")
+        if not table.rotating.nodes:
+            raise check.fail(f"{key}.rotating.nodes", "names no bearing node; unbalance must act somewhere")
+        r = table.rotating
+        rotating = Rotating(r.tacho, tuple(r.nodes), r.axis, r.pulses_per_revolution)
+    channels = tuple(_channel(check, c, f"{key}.channel[{i}]") for i, c in enumerate(table.channel))
+    file = check.existing(f"{key}.file", table.file)
+    return StudyRecording(table.name, file, table.role, table.excitation, configuration, rotating, channels)
+
+
+def _channel(check: _Checker, table: ChannelTable, key: str) -> ChannelMap:
+    check.one_of(f"{key}.quantity", table.quantity, CHANNEL_QUANTITIES)
+    if table.source is None and table.quantity != "force":
+        raise check.fail(f"{key}.source", "is missing; give the column's number (from 0) or name")
+    if table.quantity != "tacho" and (table.node is None or table.direction is None):
+        missing = "node" if table.node is None else "direction"
+        raise check.fail(f"{key}.{missing}", f"is missing; a channel of {table.quantity} needs node and direction")
+    rotational = False
+    if table.direction is not None:
+        try:
+            rotational = parse_direction(table.direction)[0] > 3
+        except ValueError as error:
+            raise check.fail(f"{key}.direction", str(error)) from None
+    if not (math.isfinite(table.scale) and table.scale != 0):
+        raise check.fail(f"{key}.scale", f"{table.scale:g} is not a finite factor other than 0")
+    try:
+        if table.quantity == "tacho":
+            pass
+        elif "/" in table.unit and table.quantity != "force":
+            parse_unit(table.unit)  # may be the unit of an FRF column, such as m/s^2/N
+        else:
+            quantity_factor(table.quantity, table.unit, rotational=rotational)
+    except UnitError as error:
+        raise check.fail(f"{key}.unit", str(error)) from None
+    return ChannelMap(table.source, table.node, table.direction, table.quantity, table.unit, table.scale)
