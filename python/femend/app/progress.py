@@ -1,0 +1,99 @@
+"""Progress of a long job: a bar on a terminal, plain lines elsewhere, silence by default."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Any, Protocol, TextIO
+
+__all__ = ["BarProgress", "LineProgress", "Progress", "SilentProgress", "progress_for"]
+
+
+class Progress(Protocol):
+    """What a job tells while it works. Library code takes ``progress=None`` and then says nothing."""
+
+    def start(self, step: str, total: int | None = None) -> None:
+        """A new step begins, with `total` pieces of work if that is known. Ends the step before it."""
+
+    def advance(self, n: int = 1) -> None:
+        """`n` more pieces of the present step are done."""
+
+    def done(self) -> None:
+        """The last step has ended."""
+
+
+class SilentProgress:
+    """Says nothing; lets library code call without asking."""
+
+    def start(self, step: str, total: int | None = None) -> None:
+        """Nothing."""
+
+    def advance(self, n: int = 1) -> None:
+        """Nothing."""
+
+    def done(self) -> None:
+        """Nothing."""
+
+
+class LineProgress:
+    """One plain line when a step ends, for logs and pipes."""
+
+    def __init__(self, stream: TextIO | None = None) -> None:
+        self._stream = stream if stream is not None else sys.stderr
+        self._step = ""
+        self._since = 0.0
+        self._count = 0
+
+    def start(self, step: str, total: int | None = None) -> None:
+        """End the present step with its line and remember the new one."""
+        self.done()
+        self._step, self._since, self._count = step, time.perf_counter(), 0
+
+    def advance(self, n: int = 1) -> None:
+        """Count the pieces; the line at the end tells how many there were."""
+        self._count += n
+
+    def done(self) -> None:
+        """Write the line of the present step."""
+        if not self._step:
+            return
+        pieces = f", {self._count} done" if self._count else ""
+        print(f"{self._step}: {time.perf_counter() - self._since:.1f} s{pieces}", file=self._stream, flush=True)
+        self._step = ""
+
+
+class BarProgress:
+    """A tqdm bar per step, for a terminal."""
+
+    def __init__(self, stream: TextIO | None = None) -> None:
+        self._stream = stream if stream is not None else sys.stderr
+        self._bar: Any = None
+
+    def start(self, step: str, total: int | None = None) -> None:
+        """Close the present bar and open one for `step`."""
+        from tqdm import tqdm
+
+        self.done()
+        known = "{desc:<34} {bar:24} {n_fmt}/{total_fmt}  {elapsed}"
+        self._bar = tqdm(
+            total=total, desc=step, file=self._stream, bar_format=known if total else "{desc:<34} {elapsed}"
+        )
+
+    def advance(self, n: int = 1) -> None:
+        """Move the bar."""
+        if self._bar is not None:
+            self._bar.update(n)
+
+    def done(self) -> None:
+        """Close the bar and leave it where it stands."""
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+
+def progress_for(stream: TextIO | None = None, *, quiet: bool = False) -> Progress:
+    """The progress that fits `stream` (stderr by default): a bar on a terminal, lines elsewhere, none if `quiet`."""
+    stream = stream if stream is not None else sys.stderr
+    if quiet:
+        return SilentProgress()
+    return BarProgress(stream) if stream.isatty() else LineProgress(stream)

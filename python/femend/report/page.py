@@ -1,0 +1,209 @@
+"""The report as one self-contained HTML page: no network, no fonts or scripts from elsewhere, under about 2 MB."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import resources
+from typing import Any, TypeVar
+
+from femend.report import words
+from femend.report.content import LawRow, ParameterRow, ReportContent
+from femend.report.figures import error_bars, frf_figure, interval, places_figure, restoring_figures, trace_figure
+from femend.report.mesh_view import static_picture, viewer_data
+from femend.report.numbers import factor_as_percent, ratio, significant
+
+__all__ = ["render"]
+
+_FIGURE_BYTES = 1_200_000
+_VISIBLE = 4
+
+_T = TypeVar("_T")
+
+
+def render(content: ReportContent) -> str:
+    """The page as text, to be written as UTF-8. Absent pieces of `content` are left out; all text is escaped."""
+    import jinja2
+    from markupsafe import Markup
+
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
+    environment.filters.update(svg=Markup, ratio=ratio, significant=significant, percent=_percent)
+    template = environment.from_string(_asset("report.html.j2"))
+    mesh = viewer_data(content)
+    budget = _Budget(_FIGURE_BYTES)
+    frfs = budget.take(content.overlays, frf_figure)
+    traces = budget.take(content.traces, trace_figure)
+    return template.render(
+        content=content,
+        status=str(content.result.get("status") or ""),
+        advice=str(content.result.get("advice") or ""),
+        verdict=str(content.result.get("verdict", "")),
+        verdict_name=words.verdict_name(str(content.result.get("verdict", ""))),
+        headline=words.headline(content.result),
+        findings=_findings(content.result),
+        error=words.final_error(content.result),
+        fit=_fit_rows(content.result),
+        mesh=mesh,
+        mesh_json=Markup(_script_json(mesh)),
+        mesh_svg=static_picture(mesh) if mesh else "",
+        frfs=frfs,
+        traces=traces,
+        visible=_VISIBLE,
+        left_out=len(content.overlays) + len(content.traces) - len(frfs) - len(traces),
+        restoring=restoring_figures(content.restoring) if content.restoring else [],
+        places=places_figure(content.places, content.place_threshold),
+        laws=_law_rows(content.laws),
+        parameters=_parameter_rows(content),
+        run=_run(content.run),
+        style=Markup(_asset("style.css")),
+        script=Markup(_asset("viewer.js") + _asset("page.js")),
+    )
+
+
+class _Budget:
+    """Draws figures until their text reaches a size, so that the page stays small with many sensors."""
+
+    def __init__(self, size: int) -> None:
+        self.left = size
+
+    def take(self, items: Iterable[_T], draw: Callable[[_T], str]) -> list[tuple[_T, str]]:
+        drawn = []
+        for item in items:
+            if self.left <= 0:
+                break
+            figure = draw(item)
+            self.left -= len(figure)
+            if figure:
+                drawn.append((item, figure))
+        return drawn
+
+
+def _findings(result: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Each finding as words for the cards at the top."""
+    shown = []
+    for finding in words.rows(result.get("findings")):
+        location = words.mapping(finding.get("location"))
+        parameters = words.mapping(finding.get("parameters"))
+        physics = str(finding.get("physics") or "")
+        alternatives = [
+            f"{words.physics_name(str(a.get('physics', '')))} ({_percent(a.get('probability'))})"
+            for a in words.rows(finding.get("alternatives"))
+        ]
+        also = [words.nodes_text(place) for place in location.get("also_possible") or ()]
+        configurations = [str(c) for c in finding.get("configurations") or ()]
+        shown.append(
+            {
+                "what": words.physics_name(physics, parameters) if physics else "no name",
+                "where": words.place_text(location),
+                "sure": words.certainty(finding.get("probability")),
+                "also": also[:6],
+                "also_more": max(0, len(also) - 6),
+                "alternatives": alternatives[:3],
+                "values": [words.parameter_text(k, v) for k, v in words.by_importance(parameters) if k != "sides"],
+                "configurations": [] if configurations == ["as modelled"] else configurations,
+            }
+        )
+    return shown
+
+
+def _fit_rows(result: Mapping[str, Any]) -> list[dict[str, Any]]:
+    table = words.rows(result.get("fit"))
+    stages = ("nominal", "parameters", "final")
+    values = [v for row in table for s in stages if (v := words.number(row.get(s))) is not None]
+    largest = max(values, default=1.0)
+    shown = []
+    for row in table:
+        per_stage = [(s, words.number(row.get(s))) for s in stages]
+        noise = words.number(row.get("noise_floor"))
+        figure = {"noise": noise, "bars": error_bars(per_stage, noise, largest), **dict(per_stage)}
+        shown.append({"recording": str(row.get("recording", "")), "role": str(row.get("role", "")), **figure})
+    return shown
+
+
+def _law_rows(laws: Sequence[LawRow]) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": words.physics_name(law.physics),
+            "place": law.place,
+            "n": law.n_parameters,
+            "fit": significant(law.misfit_fit),
+            "choose": significant(law.misfit_choose),
+            "probability": _percent(law.probability),
+            "remark": law.remark,
+            "chosen": law.chosen,
+        }
+        for law in laws
+    ]
+
+
+def _parameter_rows(content: ReportContent) -> list[dict[str, Any]]:
+    """From the table if it was given, else from the result alone."""
+    table = list(content.parameters)
+    if not table:
+        for name, entry in words.mapping(content.result.get("parameters")).items():
+            factor = words.number(words.mapping(entry).get("factor"))
+            sd = words.number(words.mapping(entry).get("sd"))
+            if factor is not None:
+                table.append(ParameterRow(str(name), factor, sd if sd is not None else math.nan))
+    return [
+        {
+            "name": row.name,
+            "factor": f"{row.factor:.3f}",
+            "change": factor_as_percent(row.factor),
+            "sd": "–" if not math.isfinite(row.sd) else f"{row.sd * 100:.2g} %",
+            "prior": "–" if row.prior_sd is None else f"{row.prior_sd * 100:.2g} %",
+            "z": "–" if row.z is None or not math.isfinite(row.z) else f"{row.z:+.1f}".replace("-", "−"),
+            "far": row.z is not None and abs(row.z) > 3,
+            "figure": interval(row.factor, row.sd, row.prior_sd),
+        }
+        for row in table
+    ]
+
+
+def _run(run: Mapping[str, Any]) -> dict[str, Any]:
+    steps = [
+        {
+            "name": str(s.get("name", "")),
+            "seconds": _digits(s.get("seconds"), 2),
+            "memory": _digits(s.get("peak_memory_mb"), 0),
+        }
+        for s in words.rows(run.get("steps"))
+    ]
+    facts = []
+    for key, label in (("started", "started"), ("seed", "seed"), ("threads", "threads"), ("system", "system")):
+        if run.get(key) is not None:
+            facts.append((label, str(run[key])))
+    if words.number(run.get("seconds")) is not None:
+        facts.append(("wall-clock time", f"{_digits(run['seconds'], 1)} s"))
+    if words.number(run.get("peak_memory_mb")) is not None:
+        facts.append(("peak memory", f"{_digits(run['peak_memory_mb'], 0)} MB"))
+    versions = [f"{name} {version}" for name, version in words.mapping(run.get("versions")).items()]
+    return {"steps": steps, "facts": facts, "versions": versions}
+
+
+def _digits(value: Any, decimals: int) -> str:
+    known = words.number(value)
+    return "–" if known is None else f"{known:.{decimals}f}"
+
+
+def _percent(probability: Any) -> str:
+    """A probability: "93 %", "< 1 %", or an en dash."""
+    value = words.number(probability)
+    if value is None:
+        return "–"
+    if value < 0.01:
+        return "< 1 %"
+    return "> 99 %" if value > 0.99 else f"{value * 100:.0f} %"
+
+
+def _script_json(data: Any) -> str:
+    """JSON that cannot end the script element it stands in."""
+    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
+    for sign, code in (("<", "\\u003c"), (">", "\\u003e"), ("&", "\\u0026")):
+        text = text.replace(sign, code)
+    return text.replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def _asset(name: str) -> str:
+    return resources.files("femend.report").joinpath("assets", name).read_text(encoding="utf-8")

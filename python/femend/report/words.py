@@ -1,0 +1,311 @@
+"""The diagnosis in plain words: names of physics, places, and the sentence at the top of the report.
+
+Works on the content of result.json alone, so that the command line and the page say the same.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from femend.report.numbers import factor_as_percent, pretty_unit, quantity, ratio
+
+__all__ = [
+    "ErrorGain",
+    "by_importance",
+    "certainty",
+    "final_error",
+    "headline",
+    "mapping",
+    "nodes_text",
+    "number",
+    "parameter_text",
+    "physics_name",
+    "place_text",
+    "rows",
+    "verdict_name",
+]
+
+Result = Mapping[str, Any]
+
+_VERDICTS = {
+    "consistent": "Consistent",
+    "parameters-only": "Parameters only",
+    "missing-physics": "Missing physics",
+    "located-not-named": "Located, not named",
+    "undetermined": "Undetermined",
+}
+
+_PHYSICS = {
+    "support_stiffness": "elastic support",
+    "compliant_support": "compliant support (modelled as fixed)",
+    "joint_stiffness": "flexible joint or weakened member",
+    "spring_bending": "spring that carries moments",
+    "added_mass": "added mass",
+    "tuned_absorber": "attached oscillator (tuned absorber)",
+    "viscous_damper": "viscous damper",
+    "structural_damping": "structural (hysteretic) damping",
+    "viscoelastic": "viscoelastic support",
+    "quadratic_damping": "quadratic damping, force as v·|v|",
+    "cubic_stiffness": "cubic stiffness",
+    "clearance": "contact with a gap",
+    "bilinear_stiffness": "bilinear stiffness",
+    "coulomb_friction": "dry friction (Jenkins)",
+    "bouc_wen": "smooth hysteresis (Bouc-Wen)",
+    "gyroscopic": "gyroscopic coupling",
+    "speed_stiffness": "stiffness that changes with speed",
+    "unmeasured_force": "force nobody recorded",
+    "base_motion": "motion of the ground",
+    "load_misplaced": "load at another place or direction than recorded",
+    "unbalance_law": "other unbalance than assumed",
+    "stiffness": "a stiffness",
+    "inertia": "an inertia",
+    "damping": "a damping",
+    "nonlinear elastic": "a nonlinear elastic force",
+    "hysteretic": "a hysteretic force",
+    "speed": "an effect of speed",
+    "load": "a load",
+    "none": "nothing added",
+}
+
+_PARAMETERS = {
+    "k": "stiffness",
+    "gap": "gap",
+    "c": "damping coefficient",
+    "m": "mass",
+    "k3": "cubic stiffness",
+    "f": "slip force",
+    "kt": "stiffness before slip",
+    "k0": "long-term stiffness",
+    "k1": "relaxing stiffness",
+    "tau": "relaxation time",
+    "eta": "loss factor",
+    "k_plus": "stiffness in tension",
+    "k_minus": "stiffness in compression",
+    "k_rot": "rotational stiffness",
+    "factor": "factor",
+    "frequency": "frequency",
+    "amplitude": "amplitude",
+    "level": "level",
+    "Ip": "polar inertia",
+}
+
+
+_CHANGED = {"parameters": "without and with the missing term", "nominal": "model as given and final model"}
+
+
+def verdict_name(verdict: str) -> str:
+    """The verdict as a title; an unknown one is returned as it is."""
+    return _VERDICTS.get(verdict, verdict)
+
+
+def physics_name(physics: str, parameters: Mapping[str, Any] | None = None) -> str:
+    """Plain name of a physics of the contract; the sides of a contact are part of it.
+
+    >>> physics_name("clearance", {"sides": {"value": 1}})
+    'one-sided contact'
+    """
+    name = _PHYSICS.get(physics, physics.replace("_", " "))
+    if physics == "clearance":
+        sides = number(mapping(parameters).get("sides"))
+        if sides in (1.0, -1.0):
+            return "one-sided contact"
+        if sides == 2.0:
+            return "two-sided contact"
+    return name
+
+
+def place_text(location: Mapping[str, Any]) -> str:
+    """Where a finding sits: "at node 4 in Z, to ground", "between nodes 4 and 7 in X".
+
+    >>> place_text({"nodes": [4], "to": "ground", "direction": "Z"})
+    'at node 4 in Z, to ground'
+    """
+    nodes = [int(n) for n in location.get("nodes") or ()]
+    direction = str(location.get("direction") or "")
+    to = location.get("to")
+    in_direction = f" in {direction}" if direction else ""
+    if not nodes:
+        return f"in direction {direction}" if direction else "at no single place"
+    if len(nodes) == 1:
+        place = f"at node {nodes[0]}{in_direction}"
+        if to == "ground":
+            return f"{place}, to ground"
+        return f"{place}, to node {to}" if isinstance(to, int) else place
+    if len(nodes) == 2:
+        return f"between nodes {nodes[0]} and {nodes[1]}{in_direction}"
+    shown = ", ".join(str(n) for n in nodes[:6]) + (", …" if len(nodes) > 6 else "")
+    return f"at nodes {shown}{in_direction}" + (", to ground" if to == "ground" else "")
+
+
+def nodes_text(nodes: Any) -> str:
+    """A place given by its nodes alone: "node 5", "nodes 4–7"."""
+    numbers = [str(n) for n in nodes] if isinstance(nodes, list | tuple) else [str(nodes)]
+    return f"node {numbers[0]}" if len(numbers) == 1 else f"nodes {'–'.join(numbers)}"
+
+
+def parameter_text(name: str, entry: Any, *, with_sd: bool = True) -> tuple[str, str]:
+    """Name and value of a law's parameter as text: ("gap", "0.63 ± 0.02 mm"), or without the plus-minus."""
+    label = _PARAMETERS.get(name, name)
+    if not isinstance(entry, Mapping):
+        value = number(entry)
+        return label, str(entry) if value is None else quantity(value)
+    value, sd, unit = number(entry.get("value")), number(entry.get("sd")), str(entry.get("unit") or "")
+    if value is None:
+        shown = entry.get("value")
+        return label, "–" if shown is None else f"{shown} {pretty_unit(unit)}".strip()
+    if name == "sides":
+        return "sides", "one" if abs(value) == 1 else "two" if value == 2 else f"{value:g}"
+    text = quantity(value, unit, sd)
+    return label, text if with_sd else _without_sd(text)
+
+
+def _without_sd(text: str) -> str:
+    value, plus_minus, rest = text.partition(" ± ")
+    return f"{value} {rest.partition(' ')[2]}".strip() if plus_minus else text
+
+
+def certainty(probability: float | None) -> str:
+    """A probability among the hypotheses tried, in words and percent."""
+    if probability is None or not math.isfinite(probability):
+        return "no probability given"
+    if probability >= 0.99:
+        return "more than 99 % among the hypotheses tried"
+    word = "" if probability >= 0.8 else ", tentative" if probability < 0.5 else ", not certain"
+    return f"{probability * 100:.0f} % among the hypotheses tried{word}"
+
+
+@dataclass(frozen=True)
+class ErrorGain:
+    """Mean NRMSE over the recordings that speak (`which`) before and after, what changed between, and their noise."""
+
+    which: str
+    stage: str
+    before: float
+    after: float
+    noise: float | None
+
+
+def error_gain(result: Result, before: str, after: str) -> ErrorGain | None:
+    """NRMSE at two stages (nominal, parameters, final), averaged over the held-out recordings.
+
+    Those used for the fit speak where nothing was held out; None where no figures are given.
+    """
+    for role, which in (("validate", "unseen recordings"), ("fit", "the fitted recordings")):
+        table = [r for r in rows(result.get("fit")) if r.get("role") == role]
+        pairs = [(number(r.get(before)), number(r.get(after))) for r in table]
+        known = [(b, a) for b, a in pairs if b is not None and a is not None]
+        if known:
+            noise = [v for v in (number(r.get("noise_floor")) for r in table) if v is not None]
+            changed = "after updating the parameters" if after == "parameters" else _CHANGED[before]
+            return ErrorGain(
+                which,
+                changed,
+                sum(b for b, _ in known) / len(known),
+                sum(a for _, a in known) / len(known),
+                sum(noise) / len(noise) if noise else None,
+            )
+    return None
+
+
+def final_error(result: Result) -> ErrorGain | None:
+    """The gain that belongs to the verdict: of the added physics where there is a finding, else of the update."""
+    if rows(result.get("findings")):
+        gain = error_gain(result, "parameters", "final")
+        return gain or error_gain(result, "nominal", "parameters")
+    return error_gain(result, "nominal", "parameters") or error_gain(result, "nominal", "final")
+
+
+def headline(result: Result) -> str:
+    """The one sentence an engineer takes away."""
+    verdict = str(result.get("verdict", ""))
+    findings = rows(result.get("findings"))
+    if verdict == "missing-physics" and findings:
+        return _missing(findings, result)
+    if verdict == "located-not-named" and findings:
+        return _located(findings[0], result)
+    if verdict == "consistent":
+        return "Nothing is missing: the model as given explains the recordings" + _level(result) + "."
+    if verdict == "parameters-only":
+        moved = _moved(result)
+        updated = f" once updated ({moved})" if moved else " once its parameters are updated"
+        return (
+            f"Nothing is missing: the model explains the recordings{updated}{_gain(result, 'nominal', 'parameters')}."
+        )
+    if verdict == "undetermined":
+        return "The recordings cannot tell whether something is missing in the model."
+    return f"{verdict_name(verdict)}." if verdict else "No verdict was reached."
+
+
+def _missing(findings: Sequence[Result], result: Result) -> str:
+    parts = []
+    for finding in findings:
+        parameters = mapping(finding.get("parameters"))
+        values = [
+            " ".join(parameter_text(name, entry, with_sd=False))
+            for name, entry in by_importance(parameters)
+            if name != "sides"
+        ]
+        what = physics_name(str(finding.get("physics", "")), parameters)
+        parts.append(", ".join([f"{what} {place_text(mapping(finding.get('location')))}", *values]))
+    return f"Missing: {'; and '.join(parts)}{_gain(result, 'parameters', 'final')}."
+
+
+def _located(finding: Result, result: Result) -> str:
+    physics = str(finding.get("physics") or "")
+    what = physics_name(physics) if physics in _PHYSICS else "something"
+    place = place_text(mapping(finding.get("location")))
+    gain = _gain(result, "parameters", "final")
+    return f"The model lacks {what} {place}, but no law tried explains it well enough to be named{gain}."
+
+
+def _gain(result: Result, before: str, after: str) -> str:
+    gain = error_gain(result, before, after)
+    if gain is None:
+        return ""
+    kind = "prediction error" if gain.which == "unseen recordings" else "error"
+    decimals = 2 if min(gain.before, gain.after) >= 0.0095 else 3
+    return f"; {kind} on {gain.which} {gain.before:.{decimals}f} → {gain.after:.{decimals}f}"
+
+
+def _level(result: Result) -> str:
+    gain = error_gain(result, "nominal", "nominal")
+    if gain is None:
+        return ""
+    floor = f", noise {ratio(gain.noise)}" if gain.noise is not None else ""
+    return f" (error on {gain.which} {ratio(gain.before)}{floor})"
+
+
+def _moved(result: Result) -> str:
+    """The three parameters that moved most, with their change."""
+    rows = [(str(name), number(mapping(p).get("factor"))) for name, p in mapping(result.get("parameters")).items()]
+    known = [(name, f) for name, f in rows if f is not None and f > 0 and abs(f - 1.0) >= 0.005]
+    known.sort(key=lambda row: -abs(math.log(row[1])))
+    return ", ".join(f"{name} {factor_as_percent(factor)}" for name, factor in known[:3])
+
+
+def by_importance(parameters: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """Gap and mass before stiffness before the rest: what the eye looks for first."""
+    first = {"gap": 0, "m": 1, "f": 2, "k": 3, "k3": 3}
+    return sorted(parameters.items(), key=lambda item: first.get(item[0], 9))
+
+
+def number(entry: Any) -> float | None:
+    """A finite number, or the one under "value" of a mapping; None for anything else."""
+    if isinstance(entry, Mapping):
+        entry = entry.get("value")
+    if isinstance(entry, bool) or not isinstance(entry, int | float) or not math.isfinite(entry):
+        return None
+    return float(entry)
+
+
+def rows(entry: Any) -> list[Result]:
+    """The mappings of a list; an empty list for anything else."""
+    return [row for row in entry if isinstance(row, Mapping)] if isinstance(entry, list | tuple) else []
+
+
+def mapping(entry: Any) -> Mapping[str, Any]:
+    """`entry` if it is a mapping, else an empty one."""
+    return entry if isinstance(entry, Mapping) else {}
