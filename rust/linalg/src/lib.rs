@@ -1,1 +1,23 @@
 //! Sparse symmetric algebra: patterns, orderings, factorisations, solves and inertia.
+//!
+//! The only crate of the workspace that names the linear-algebra library underneath. Every kernel of that library is
+//! called sequentially; the parallelism (blocks of right-hand sides, row chunks) is in this crate, with fixed chunk sizes,
+//! so that results do not depend on the number of threads. Each factor is probed by a known solution.
+
+mod complex;
+mod dense;
+mod error;
+mod factor;
+mod order;
+mod pattern;
+mod sparse;
+mod symbolic;
+
+pub use complex::ComplexLu;
+pub use dense::{Dense, SymmetricEigen, gemm, gemm_tn, solve_complex_dense};
+pub use error::LinalgError;
+pub use factor::{Factor, Inertia, Kind, PIVOT_TOLERANCE, PROBE_TOLERANCE, ZeroPivot};
+pub use order::{Ordering, Permutation, order};
+pub use pattern::Pattern;
+pub use sparse::SymmetricCsc;
+pub use symbolic::Symbolic;
