@@ -25,7 +25,10 @@ _LAZY = {
     "load_study": "femend.study",
     "read_recording": "femend.io",
     "read_recordings": "femend.io",
+    "functions_of": "femend.io",
+    "pair_sensors": "femend.model.pairing",
     "read_uff": "femend.io",
+    "write_uff": "femend.io",
 }
 
 __all__ = ["__version__", *_LAZY]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femend.data.channel import Channel
 from femend.data.frf import FRF
+from femend.data.geometry import Geometry
 from femend.data.spectra import Spectra
 from femend.data.time_data import TimeData
 from femend.errors import RecordingError
@@ -34,7 +35,8 @@ class Rotating:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
-    """One recording: `data` is TimeData, FRF or Spectra; `notes` say what the reader had to assume or repair.
+    """One recording: `data` is TimeData, FRF or Spectra; `notes` say what the reader had to assume or repair,
+    `geometry` holds the test nodes where the file has them.
 
     `role` is fit, validate or predict; `excitation` measured, unknown, ambient or rotating; `configuration` names how
     the structure was held ("as modelled" where nothing is said). Raises RecordingError for time records of measured
@@ -49,7 +51,7 @@ class Recording:
     rotating: Rotating | None = None
     file: str = ""
     notes: tuple[str, ...] = ()
-    geometry: Any = None
+    geometry: Geometry | None = None
 
     def __post_init__(self) -> None:
         for value, allowed, key in ((self.role, ROLES, "role"), (self.excitation, EXCITATIONS, "excitation")):
@@ -70,8 +72,11 @@ class Recording:
             )
         if self.excitation == "rotating" and self.rotating is not None:
             data.index(self.rotating.tacho)
+        forces = data.rows("force")
         for row, channel in enumerate(data.channels):
             if not data.values[row].any():
+                if row in forces and any(data.values[other].any() for other in forces):
+                    continue  # one of several shakers at rest
                 raise RecordingError(
                     f"recording {self.name!r}: channel {channel.text} is 0 in all {data.n_samples} samples; "
                     "leave the dead channel out of the recording",

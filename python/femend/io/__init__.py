@@ -2,8 +2,19 @@
 
 from __future__ import annotations
 
+from femend.io.atomic import OutputDirectory, write_atomic
 from femend.io.channel_map import ChannelMap
 from femend.io.recordings import read_recording, read_recordings
-from femend.io.uff import UniversalFile, read_uff
+from femend.io.uff import UniversalFile, functions_of, read_uff, write_uff
 
-__all__ = ["ChannelMap", "UniversalFile", "read_recording", "read_recordings", "read_uff"]
+__all__ = [
+    "ChannelMap",
+    "OutputDirectory",
+    "UniversalFile",
+    "functions_of",
+    "read_recording",
+    "read_recordings",
+    "read_uff",
+    "write_atomic",
+    "write_uff",
+]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from femend.data import FRF, Recording, Rotating, Spectra, Test, TimeData
+from femend.data import FRF, Geometry, Recording, Rotating, Spectra, Test, TimeData
 from femend.errors import FormatError, RecordingError
 from femend.io.channel_map import ChannelMap
 from femend.io.uff.convert import frf_blocks, spectra_blocks, time_data
@@ -97,7 +97,7 @@ def _read(
     if path.suffix.lower() in (".uff", ".unv", ".uf", ".unv58"):
         file = read_uff(path)
         blocks, notes = _from_uff(file, name, units)
-        geometry = file if file.nodes else None
+        geometry = _geometry(file, units)
     else:
         blocks, notes = _from_table(path, channels, name, units)
     return [
@@ -114,6 +114,11 @@ def _read(
         )
         for data in blocks
     ]
+
+
+def _geometry(file: UniversalFile, units: str) -> Geometry | None:
+    ids, xyz = file.node_table()
+    return Geometry(ids, xyz / unit_system(units).length) if ids.size else None
 
 
 def _excitation(data: Data, rotating: Rotating | None) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from femend.io.uff.functions import functions_of
 from femend.io.uff.reader import UniversalFile, read_uff
 from femend.io.uff.set58 import Function58
+from femend.io.uff.writer import write_uff
 
-__all__ = ["Function58", "UniversalFile", "read_uff"]
+__all__ = ["Function58", "UniversalFile", "functions_of", "read_uff", "write_uff"]

@@ -12,7 +12,7 @@ from femend.data._arrays import frozen
 from femend.io.uff.header58 import Fail, Header58, parse_header
 from femend.io.uff.scan import RawSet, decode
 
-__all__ = ["Function58", "read_58"]
+__all__ = ["Function58", "read_58", "text_widths"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,14 +29,17 @@ class Function58:
     binary: bool = False
 
 
-def _widths(header: Header58) -> list[int]:
-    """Column widths of one line of samples, by the format's description (E13.5 and E20.12)."""
-    double = header.ord_data_type in (4, 6)
-    if header.even:
+def text_widths(ord_data_type: int, even: bool) -> list[int]:
+    """Column widths of one line of samples, by the format's description (E13.5 and E20.12).
+
+    `ord_data_type` 2, 4, 5 or 6 as in the header, `even` spacing or not.
+    """
+    double = ord_data_type in (4, 6)
+    if even:
         return [20] * 4 if double else [13] * 6
     if not double:
         return [13] * 6
-    return [13, 20, 20] if header.is_complex else [13, 20, 13, 20]
+    return [13, 20, 20] if ord_data_type == 6 else [13, 20, 13, 20]
 
 
 def _by_columns(text: bytes, header: Header58) -> list[str]:
@@ -44,7 +47,7 @@ def _by_columns(text: bytes, header: Header58) -> list[str]:
     numbers = []
     for raw in text.splitlines():
         line, at = decode(raw), 0
-        for width in _widths(header):
+        for width in text_widths(header.ord_data_type, header.even):
             field = line[at : at + width].strip()
             if field:
                 numbers.append(field)

@@ -1,0 +1,36 @@
+"""Where the sensors are, as the test's own files say."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.data._arrays import frozen
+from femend.errors import RecordingError
+
+__all__ = ["Geometry"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Geometry:
+    """Test nodes: `ids` (n,) and coordinates `xyz` (n, 3) in the length unit of the recording's unit system.
+
+    Raises RecordingError for shapes that do not fit or coordinates that are not finite.
+    """
+
+    ids: NDArray[np.int64]
+    xyz: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ids", frozen(self.ids, np.int64))
+        object.__setattr__(self, "xyz", frozen(self.xyz, np.float64))
+        if self.ids.ndim != 1 or self.xyz.shape != (self.ids.size, 3):
+            raise RecordingError(f"geometry: ids {self.ids.shape} and xyz {self.xyz.shape} do not fit (n,) and (n, 3)")
+        if not np.isfinite(self.xyz).all():
+            node = int(self.ids[~np.isfinite(self.xyz).all(axis=1)][0])
+            raise RecordingError(f"geometry: the coordinates of node {node} are not finite; correct the test geometry")
+
+    def __repr__(self) -> str:
+        return f"Geometry({self.ids.size} nodes)"

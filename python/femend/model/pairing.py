@@ -1,0 +1,144 @@
+"""Sensors to degrees of freedom of the model: by node id, else by the nearest node."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femend.data import Channel
+from femend.dof import Dof
+from femend.errors import PairingError
+
+__all__ = ["PAIRING_TOLERANCE", "Pair", "Pairing", "pair_sensors"]
+
+# Of the diagonal of the model: a sensor glued a little beside its node, on a mesh of some fifty elements per side.
+PAIRING_TOLERANCE = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """A sensor and its place in the model: `dof` has the model's node and the sensor's direction and sign.
+
+    `distance` in the model's length unit between sensor and node (0 where the id alone decided), `by` is "id" or
+    "nearest".
+    """
+
+    sensor: Dof
+    dof: Dof
+    distance: float
+    by: str
+
+    @property
+    def text(self) -> str:
+        """How a report names the pair."""
+        if self.by == "id":
+            return f"{self.sensor}"
+        return f"{self.sensor} -> {self.dof} (nearest node, {self.distance:.4g} away)"
+
+
+@dataclass(frozen=True, slots=True)
+class Pairing:
+    """Pairs of all sensors, with look-up by the sensor's DOF; `notes` say what is not by node id."""
+
+    pairs: tuple[Pair, ...]
+    notes: tuple[str, ...] = ()
+
+    def __iter__(self) -> Iterator[Pair]:
+        return iter(self.pairs)
+
+    def __len__(self) -> int:
+        return len(self.pairs)
+
+    def __getitem__(self, sensor: Dof | str) -> Pair:
+        dof = Dof.parse(sensor) if isinstance(sensor, str) else sensor
+        for pair in self.pairs:
+            if pair.sensor == dof:
+                return pair
+        raise KeyError(f"no sensor {dof} is paired; there are {', '.join(str(p.sensor) for p in self.pairs[:12])}")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return {
+            "pairs": [
+                {"sensor": str(p.sensor), "dof": str(p.dof), "distance": p.distance, "by": p.by} for p in self.pairs
+            ],
+            "notes": list(self.notes),
+        }
+
+    def __repr__(self) -> str:
+        nearest = sum(p.by == "nearest" for p in self.pairs)
+        return f"Pairing({len(self)} sensors, {nearest} of them with the nearest node)"
+
+
+def pair_sensors(
+    sensors: Iterable[Channel | Dof],
+    node_ids: ArrayLike,
+    xyz: ArrayLike,
+    *,
+    sensor_xyz: Mapping[int, Sequence[float] | NDArray[np.float64]] | None = None,
+    tolerance: float = PAIRING_TOLERANCE,
+) -> Pairing:
+    """Pairs each of `sensors` with a DOF of the model whose nodes are `node_ids` (n,) at `xyz` (n, 3).
+
+    A sensor whose node id is a node of the model is paired with it. Otherwise, and where the coordinates in
+    `sensor_xyz` (test node id to x, y, z in the model's length unit and frame) show that the id means another place,
+    it is paired with the nearest node within `tolerance` times the model's diagonal. Sensors without DOF (a tacho)
+    are passed over; a sensor that occurs twice is paired once. Raises PairingError for a sensor far from every node
+    (with distance and nearest node) and for one of unknown place.
+
+    >>> pair_sensors([Dof(2, 3)], [1, 2], [[0, 0, 0], [1, 0, 0]])["2:+Z"].by
+    'id'
+    """
+    ids = np.asarray(node_ids, dtype=np.int64)
+    points = np.asarray(xyz, dtype=np.float64).reshape(-1, 3)
+    if ids.size == 0 or ids.shape != (len(points),):
+        raise PairingError(f"{ids.size} node ids and {len(points)} coordinates: the model has no nodes to pair with")
+    reach = tolerance * float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
+    known = {int(n): i for i, n in enumerate(ids)}
+    places = dict(sensor_xyz or {})
+    pairs: dict[Dof, Pair] = {}
+    notes: list[str] = []
+    for sensor in sensors:
+        dof = sensor.dof if isinstance(sensor, Channel) else sensor
+        if dof is None or dof in pairs:
+            continue
+        pair = _pair(dof, ids, points, known, places, reach, tolerance)
+        pairs[dof] = pair
+        if pair.by == "nearest":
+            notes.append(f"sensor {dof} is paired with node {pair.dof.node}, {pair.distance:.4g} away")
+    return Pairing(tuple(pairs.values()), tuple(notes))
+
+
+def _pair(
+    dof: Dof,
+    ids: NDArray[np.int64],
+    points: NDArray[np.float64],
+    known: dict[int, int],
+    places: dict[int, Any],
+    reach: float,
+    tolerance: float,
+) -> Pair:
+    at = places.get(dof.node)
+    if at is None:
+        if dof.node in known:
+            return Pair(dof, dof, 0.0, "id")
+        raise PairingError(
+            f"sensor {dof}: node {dof.node} is not among the {ids.size} nodes of the model (ids {ids.min()} to "
+            f"{ids.max()}) and the recording has no coordinates for it; add data set 15 or 2411 to the universal file "
+            "or correct the node number"
+        )
+    distance = np.linalg.norm(points - np.asarray(at, dtype=np.float64), axis=1)
+    nearest = int(np.argmin(distance))
+    if dof.node in known and (distance[known[dof.node]] <= reach or distance[nearest] > reach):
+        return Pair(dof, dof, float(distance[known[dof.node]]), "id")
+    if distance[nearest] > reach:
+        raise PairingError(
+            f"sensor {dof} at {tuple(float(f'{v:.4g}') for v in at)} is {distance[nearest]:.4g} from the nearest node "
+            f"{ids[nearest]}; the tolerance is {reach:.4g} ({100 * tolerance:g} % of the model's diagonal). Check the "
+            "units and the frame of the test geometry, or add a node to the model"
+        )
+    return Pair(dof, Dof(int(ids[nearest]), dof.component, dof.sign), float(distance[nearest]), "nearest")
