@@ -23,7 +23,7 @@ SMOKE_VENV ?= .venv-wheel
 export VIRTUAL_ENV := $(abspath $(VENV))
 export PYO3_PYTHON := $(abspath $(BIN)/python)
 
-.PHONY: help setup build demo test test-rust test-python proof lint format bench wheel wheel-test lock clean
+.PHONY: help setup optional pynastran build demo test test-rust test-python proof lint format bench wheel wheel-test lock clean
 .DEFAULT_GOAL := help
 
 help:  ## this list
@@ -41,6 +41,14 @@ $(VENV)/.built: $(VENV)/.installed $(RUST_SOURCES) pyproject.toml
 	@touch $@
 
 setup: $(VENV)/.installed  ## the virtual environment with the pinned packages
+
+optional: setup  ## the independent references that Python packages give: OpenSeesPy
+	$(BIN)/python -m pip install --quiet -r requirements/optional.txt
+
+pynastran:  ## the comparator of the deck reader, in an environment of its own
+	rm -rf .venv-pynastran
+	"$(PYTHON)" -m venv .venv-pynastran
+	.venv-pynastran/bin/python -m pip install --quiet -r requirements/pynastran.txt || { rm -rf .venv-pynastran; exit 1; }
 
 build: $(VENV)/.built  ## the extension module in release mode, the package installed in place
 
@@ -90,6 +98,6 @@ lock: setup  ## pin anew what pyproject.toml asks for (run it with the oldest Py
 	mv requirements/lock.new requirements/lock.txt
 
 clean:  ## remove everything that was built or installed
-	rm -rf $(VENV) $(SMOKE_VENV) target dist femend-demo results .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(SMOKE_VENV) .venv-pynastran target dist femend-demo results .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find python -name '*.so' -delete
 	find python tests benches -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -66,11 +67,22 @@ def program() -> Callable[[str], str]:
 
 
 @pytest.fixture(scope="session")
-def optional_module() -> Callable[[str], None]:
-    """`optional_module("openseespy")` skips where the module is not installed (see requirements/optional.txt)."""
+def optional_module() -> Callable[[str], ModuleType]:
+    """`optional_module("openseespy.opensees")` imports it, or skips and says why (see requirements/optional.txt)."""
 
-    def require(name: str) -> None:
-        if importlib.util.find_spec(name) is None:
-            pytest.skip(f"{name} is not installed (requirements/optional.txt)")
+    def find(name: str) -> ModuleType:
+        try:
+            return importlib.import_module(name)
+        except (ImportError, RuntimeError) as error:  # OpenSeesPy turns a missing system library into RuntimeError
+            pytest.skip(f"{name} cannot be imported: {error}")
 
-    return require
+    return find
+
+
+@pytest.fixture(scope="session")
+def pynastran_python() -> Path:
+    """The interpreter of the environment that holds pyNastran (it needs numpy < 2); skips where it was not made."""
+    python = PROJECT / ".venv-pynastran" / "bin" / "python"
+    if not python.is_file():
+        pytest.skip("no environment with pyNastran; `make pynastran` makes it where numpy < 2 can be installed")
+    return python

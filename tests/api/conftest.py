@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import shutil
 import subprocess
 from pathlib import Path
 from types import ModuleType
@@ -22,6 +23,8 @@ def package_root(project_root: Path) -> Path:
 @pytest.fixture(scope="session")
 def tree_files(project_root: Path) -> list[Path]:
     """The files of the project as git knows them (tracked, or new and not ignored)."""
+    if shutil.which("git") is None:
+        pytest.skip("git is not installed: the tree's files are not known")
     listing = subprocess.run(
         ["git", "ls-files", "--cached", "--others", "--exclude-standard", "-z"],
         cwd=project_root,
