@@ -105,9 +105,9 @@ def restoring(n: int = 2000) -> RestoringForce:
     return RestoringForce(d, v, noisy, d, v, f, recording="high")
 
 
-def result(verdict: str) -> dict[str, Any]:
-    """A result.json of the contract for each verdict."""
-    base: dict[str, Any] = {
+def bare_result(verdict: str) -> dict[str, Any]:
+    """A result.json of the contract without finding or advice."""
+    return {
         "format": "femend-diagnosis/1",
         "verdict": verdict,
         "findings": [],
@@ -141,6 +141,11 @@ def result(verdict: str) -> dict[str, Any]:
         "status": "converged",
         "advice": "",
     }
+
+
+def result(verdict: str) -> dict[str, Any]:
+    """A result.json of the contract for each verdict."""
+    base = bare_result(verdict)
     finding: dict[str, Any] = {
         "physics": "clearance",
         "probability": 0.93,

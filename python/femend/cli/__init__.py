@@ -1,0 +1,7 @@
+"""The command line: `femend diagnose`, `femend demo`, `femend inspect`."""
+
+from __future__ import annotations
+
+from femend.cli.group import main
+
+__all__ = ["main"]

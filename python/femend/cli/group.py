@@ -1,0 +1,78 @@
+"""The command `femend`: which subcommands there are, and how bad news reaches the terminal.
+
+Exit codes: 0 the command did its work (whatever the verdict), 2 the input is broken or the command was misused,
+130 interrupted. A traceback appears only for a fault of femend itself.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import click
+
+from femend import __version__
+from femend.cli.demo import demo
+from femend.cli.diagnose import diagnose
+from femend.cli.inspect import inspect
+from femend.errors import FemendError
+
+__all__ = ["Commands", "main"]
+
+
+class Commands(click.Group):
+    """A group whose errors are one clear message each."""
+
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        complete_var: str | None = None,
+        standalone_mode: bool = True,
+        **extra: Any,
+    ) -> Any:
+        """Run the command line and exit with its code; the arguments are those of `click.Group.main`."""
+        if not standalone_mode:
+            return super().main(args, prog_name, complete_var, False, **extra)
+        try:
+            code = super().main(args, prog_name, complete_var, False, **extra)
+        except click.ClickException as error:
+            error.show()
+            sys.exit(error.exit_code)
+        except (click.Abort, KeyboardInterrupt):
+            click.echo("interrupted; no result was written", err=True)
+            sys.exit(130)
+        except FemendError as error:
+            click.echo(f"error: {_with_place(error)}", err=True)
+            sys.exit(2)
+        except OSError as error:
+            click.echo(f"error: {_os_message(error)}", err=True)
+            sys.exit(2)
+        sys.exit(code if isinstance(code, int) else 0)
+
+
+def _with_place(error: FemendError) -> str:
+    """The message, with file and line in front where the exception knows them and the message does not say them."""
+    message = str(error)
+    file, line = getattr(error, "file", None), getattr(error, "line", None)
+    if file is None or str(file) in message:
+        return message
+    return f"{file}:{line}: {message}" if line is not None else f"{file}: {message}"
+
+
+def _os_message(error: OSError) -> str:
+    if error.strerror is None:
+        return str(error)
+    return f"{error.strerror}: {error.filename}" if error.filename is not None else error.strerror
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, "--version", "-V", prog_name="femend", message="%(prog)s %(version)s")
+def main() -> None:
+    """Update a finite-element model with recordings, and say what physics it leaves out, where, and how much."""
+
+
+main.add_command(diagnose)
+main.add_command(demo)
+main.add_command(inspect)

@@ -1,0 +1,77 @@
+"""`femend inspect`: what is in a file of recordings, before a study is written around it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import numpy as np
+
+from femend.cli.table import table
+from femend.data import FRF, Recording, Spectra, TimeData
+from femend.report.numbers import significant
+
+__all__ = ["inspect"]
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path))
+def inspect(file: Path) -> None:
+    """Say what is in FILE: channels, directions, units, rates and levels of a universal file."""
+    from femend.io import read_recordings
+
+    test = read_recordings(file, role="predict")
+    for recording in test:
+        click.echo(_recording_text(recording))
+        for note in recording.notes:
+            click.echo(f"note: {note}")
+
+
+def _recording_text(recording: Recording) -> str:
+    data = recording.data
+    if isinstance(data, TimeData):
+        return _time_text(data)
+    if isinstance(data, FRF):
+        return _frf_text(data)
+    return _spectra_text(data)
+
+
+def _time_text(data: TimeData) -> str:
+    head = (
+        f"{data.name}: time records, {len(data.channels)} channels, {data.n_samples} samples at {data.rate:.6g} Hz, "
+        f"{data.duration:.6g} s"
+    )
+    rows = []
+    for channel, y in zip(data.channels, data.values, strict=True):
+        dof = "" if channel.dof is None else str(channel.dof)
+        level = [significant(float(np.sqrt(np.mean(y**2)))), significant(float(np.abs(y).max()))]
+        rows.append([dof, channel.quantity, channel.unit, *level, channel.name or channel.label])
+    return f"{head}\n\n{table(['DOF', 'quantity', 'unit', 'rms', 'peak', 'name'], rows, 'lllrrl')}"
+
+
+def _frf_text(data: FRF) -> str:
+    head = (
+        f"{data.name}: FRFs ({data.kind}, {data.unit}), {len(data.outputs)} outputs by {len(data.inputs)} inputs, "
+        f"{data.n_freq} lines from {data.freq[0]:.6g} to {data.freq[-1]:.6g} Hz"
+    )
+    rows = []
+    for o, output in enumerate(data.outputs):
+        for i, source in enumerate(data.inputs):
+            size = np.abs(data.H[:, o, i])
+            at = int(np.argmax(size))
+            rows.append([output.text, source.text, significant(float(size[at])), f"{data.freq[at]:.6g}"])
+    return f"{head}\n\n{table(['output', 'input', 'peak', 'at Hz'], rows, 'llrr')}"
+
+
+def _spectra_text(data: Spectra) -> str:
+    head = (
+        f"{data.name}: {data.kind}, {len(data.channels)} channels, {len(data.freq)} lines from {data.freq[0]:.6g} "
+        f"to {data.freq[-1]:.6g} Hz"
+    )
+    rows = []
+    for channel, reference, y in zip(data.channels, data.references, data.values, strict=True):
+        size = np.abs(y)
+        at = int(np.argmax(size))
+        other = "" if reference is None else reference.text
+        rows.append([channel.text, other, channel.unit, significant(float(size[at])), f"{data.freq[at]:.6g}"])
+    return f"{head}\n\n{table(['channel', 'against', 'unit', 'peak', 'at Hz'], rows, 'lllrr')}"

@@ -1,0 +1,59 @@
+"""What a diagnosis says on the terminal: the same words as the report, from the same result.json."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from femend.cli.table import table
+from femend.report import words
+from femend.report.numbers import factor_as_percent, ratio
+
+__all__ = ["read_result", "summary"]
+
+
+def read_result(out: Path) -> dict[str, Any]:
+    """The content of `out`/result.json."""
+    found = json.loads((out / "result.json").read_text(encoding="utf-8"))
+    return found if isinstance(found, dict) else {}
+
+
+def summary(result: Mapping[str, Any]) -> str:
+    """Headline, verdict, findings with their certainty, parameters, fit figures, advice."""
+    parts = [words.headline(result), "", f"verdict   {words.verdict_name(str(result.get('verdict', '')))}"]
+    for finding in words.rows(result.get("findings")):
+        parts.append(f"certainty {words.certainty(words.number(finding.get('probability')))}")
+        values = words.mapping(finding.get("parameters"))
+        for name, value in (words.parameter_text(k, v) for k, v in words.by_importance(values)):
+            parts.append(f"          {name} {value}")
+        also = words.mapping(finding.get("location")).get("also_possible") or ()
+        if also:
+            parts.append(f"          not told apart from {', '.join(words.nodes_text(place) for place in also)}")
+    updated = [
+        f"{name} {factor_as_percent(factor)}"
+        for name, entry in words.mapping(result.get("parameters")).items()
+        if (factor := words.number(words.mapping(entry).get("factor"))) is not None
+    ]
+    if updated:
+        parts.append(f"updated   {', '.join(updated)}")
+    status = str(result.get("status") or "")
+    if status not in ("", "converged"):
+        parts.append(f"status    {status}")
+    fit = _fit_table(result)
+    if fit:
+        parts += ["", fit]
+    if result.get("advice"):
+        parts += ["", f"advice    {result['advice']}"]
+    return "\n".join(parts)
+
+
+def _fit_table(result: Mapping[str, Any]) -> str:
+    rows = [
+        [str(r.get("recording", "")), str(r.get("role", ""))]
+        + [ratio(words.number(r.get(key))) for key in ("noise_floor", "nominal", "parameters", "final")]
+        for r in words.rows(result.get("fit"))
+    ]
+    header = ["recording", "role", "noise floor", "as given", "parameters", "final"]
+    return table(header, rows, "llrrrr") if rows else ""

@@ -1,0 +1,280 @@
+"""The command line: what it says, what it writes, and how it ends."""
+
+from __future__ import annotations
+
+import io
+import json
+import shutil
+import sys
+import types
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from femend import __version__
+from femend.app.progress import BarProgress, LineProgress, SilentProgress, progress_for
+from femend.app.staging import staged_output
+from femend.cli import main
+from femend.demo import STUDY, concealed, held_out_errors
+from femend.errors import DeckError, RecordingError
+
+RESULT = {
+    "format": "femend-diagnosis/1",
+    "verdict": "missing-physics",
+    "findings": [
+        {
+            "physics": "added_mass",
+            "probability": 0.97,
+            "location": {"nodes": [6], "to": "ground", "direction": "Z", "also_possible": [[7]]},
+            "parameters": {"m": {"value": 0.052, "sd": 0.003, "unit": "kg"}},
+            "alternatives": [],
+        }
+    ],
+    "parameters": {"E_root_half": {"factor": 1.02, "sd": 0.01}},
+    "fit": [
+        {"recording": "high", "role": "fit", "noise_floor": 0.01, "nominal": 0.6, "parameters": 0.2, "final": 0.03}
+    ],
+    "status": "not-converged",
+    "advice": "Repeat with more periods.",
+}
+
+
+def run(*args: str) -> Result:
+    return CliRunner().invoke(main, list(args))
+
+
+@pytest.fixture
+def diagnosis(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[..., Any]], None]:
+    """Puts a function in the place of `femend.study.run.diagnose`; what it gets and does is the test's business."""
+
+    def install(function: Callable[..., Any]) -> None:
+        module = types.ModuleType("femend.study.run")
+        module.diagnose = function  # type: ignore[attr-defined]
+        monkeypatch.setitem(sys.modules, "femend.study.run", module)
+
+    return install
+
+
+def write_result(study_path: Path, out: Path, progress: Any, seed: int) -> None:
+    progress.start("update parameters", 3)
+    progress.advance(3)
+    with staged_output(out) as stage:
+        (stage / "result.json").write_text(json.dumps(RESULT))
+        (stage / "seen.json").write_text(json.dumps([str(study_path), seed]))
+
+
+def test_version_and_help() -> None:
+    assert run("--version").output == f"femend {__version__}\n"
+    text = run("--help").output
+    assert all(name in text for name in ("diagnose", "demo", "inspect"))
+
+
+def test_diagnose_says_what_the_report_says(diagnosis: Callable[..., None], tmp_path: Path) -> None:
+    diagnosis(write_result)
+    (tmp_path / "study.toml").write_text("")
+    done = run("diagnose", str(tmp_path), "--out", str(tmp_path / "out"), "--seed", "5")
+    assert done.exit_code == 0, done.output
+    for fact in (
+        "Missing: added mass at node 6 in Z, to ground, mass 52 g",
+        "97 % among the hypotheses tried",
+        "mass 52 ± 3 g",
+        "not told apart from node 7",
+        "updated   E_root_half +2.0 %",
+        "status    not-converged",
+        "high       fit         0.010      0.60        0.20  0.030",
+        "advice    Repeat with more periods.",
+        f"report    {tmp_path / 'out' / 'report.html'}",
+    ):
+        assert fact in done.output, done.output
+    assert json.loads((tmp_path / "out" / "seen.json").read_text()) == [str(tmp_path / "study.toml"), 5]
+    assert "update parameters: 0.0 s, 3 done" in done.stderr
+
+
+def test_quiet_says_nothing(diagnosis: Callable[..., None], tmp_path: Path) -> None:
+    diagnosis(write_result)
+    (tmp_path / "s.toml").write_text("")
+    done = run("diagnose", str(tmp_path / "s.toml"), "--out", str(tmp_path / "out"), "--quiet")
+    assert (done.exit_code, done.output) == (0, "")
+    assert (tmp_path / "out" / "result.json").is_file()
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (RecordingError("recording 'low': NaN at 3 s"), "error: recording 'low': NaN at 3 s\n"),
+        (DeckError("card CFOO is not known", file="a.bdf", line=12), "error: a.bdf:12: card CFOO is not known\n"),
+        (DeckError("a.bdf, line 12: no", file="a.bdf", line=12), "error: a.bdf, line 12: no\n"),
+        (PermissionError(13, "Permission denied", "/x/result.json"), "error: Permission denied: /x/result.json\n"),
+    ],
+)
+def test_broken_input_is_one_message_and_exit_code_2(
+    diagnosis: Callable[..., None], tmp_path: Path, error: Exception, message: str
+) -> None:
+    def fail(study_path: Path, **_: Any) -> None:
+        raise error
+
+    diagnosis(fail)
+    (tmp_path / "s.toml").write_text("")
+    done = run("diagnose", str(tmp_path / "s.toml"), "--out", str(tmp_path / "out"))
+    assert (done.exit_code, done.stderr) == (2, message)
+
+
+@pytest.mark.parametrize("interruption", [KeyboardInterrupt, click.Abort])
+def test_an_interrupted_run_leaves_nothing_and_exits_130(
+    diagnosis: Callable[..., None], tmp_path: Path, interruption: type[BaseException]
+) -> None:
+    def interrupted(study_path: Path, out: Path, **_: Any) -> None:
+        with staged_output(out) as stage:
+            (stage / "result.json").write_text("{")
+            raise interruption
+
+    diagnosis(interrupted)
+    (tmp_path / "s.toml").write_text("")
+    done = run("diagnose", str(tmp_path / "s.toml"), "--out", str(tmp_path / "out"))
+    assert done.exit_code == 130
+    assert done.stderr.strip() == "interrupted; no result was written"
+    assert [p.name for p in tmp_path.iterdir()] == ["s.toml"]
+
+
+def test_a_fault_of_the_program_keeps_its_traceback(diagnosis: Callable[..., None], tmp_path: Path) -> None:
+    def faulty(study_path: Path, **_: Any) -> None:
+        raise ZeroDivisionError
+
+    diagnosis(faulty)
+    (tmp_path / "s.toml").write_text("")
+    done = run("diagnose", str(tmp_path / "s.toml"), "--out", str(tmp_path / "out"))
+    assert isinstance(done.exception, ZeroDivisionError)
+
+
+def test_a_study_that_is_not_there(tmp_path: Path) -> None:
+    done = run("diagnose", str(tmp_path), "--out", str(tmp_path / "out"))
+    assert done.exit_code == 2
+    assert f"the folder {tmp_path} holds no study.toml" in done.stderr
+    done = run("diagnose", str(tmp_path / "no.toml"), "--out", str(tmp_path / "out"))
+    assert done.exit_code == 2
+    assert "there is no study" in done.stderr
+    assert run("diagnose", "study.toml").exit_code == 2
+    assert run("diagnos").exit_code == 2
+
+
+def test_demo_ends_with_what_was_missing_and_where_the_report_lies(
+    diagnosis: Callable[..., None], tmp_path: Path
+) -> None:
+    diagnosis(write_result)
+    done = run("demo", "--out", str(tmp_path / "demo"))
+    assert done.exit_code == 0, done.output
+    assert "Missing: added mass at node 6" in done.stdout
+    assert done.stdout.rstrip().endswith(str(tmp_path / "demo" / "report.html"))
+    assert json.loads((tmp_path / "demo" / "seen.json").read_text()) == [str(STUDY), 0]
+
+
+def test_held_out_recordings_are_scored_as_the_contract_says(tmp_path: Path) -> None:
+    pyuff = pytest.importorskip("pyuff")
+    held_out, stage = tmp_path / "held_out", tmp_path / "out" / "predictions" / "final"
+    held_out.mkdir()
+    stage.mkdir(parents=True)
+    (tmp_path / "out" / "predictions" / "parameters").mkdir()
+    shutil.copy(STUDY.parent / "high.uff", held_out / "high.uff")
+    shutil.copy(STUDY.parent / "mid.uff", stage / "high.uff")
+    shutil.copy(STUDY.parent / "high.uff", tmp_path / "out" / "predictions" / "parameters" / "high.uff")
+
+    def records(name: str) -> np.ndarray:
+        sets = pyuff.UFF(str(STUDY.parent / name)).read_sets()
+        return np.concatenate([s["data"] for s in sets if s["ordinate_spec_data_type"] == 12])
+
+    expected = np.linalg.norm(records("mid.uff") - records("high.uff")) / np.linalg.norm(records("high.uff"))
+    (score,) = held_out_errors(tmp_path / "out", held_out)
+    assert (score.recording, score.nominal, score.parameters) == ("high", None, 0.0)
+    assert score.final == pytest.approx(expected, rel=1e-12)
+
+
+def test_what_was_concealed_is_told_in_words(tmp_path: Path) -> None:
+    assert concealed(tmp_path) is None
+    (tmp_path / "truth.json").write_text('{"effect": "added_mass", "nodes": [6], "direction": "Z"}')
+    assert concealed(tmp_path) == "added mass at node 6 in Z"
+
+
+def test_inspect_tells_channels_and_rates() -> None:
+    done = run("inspect", str(STUDY.parent / "high.uff"))
+    assert done.exit_code == 0, done.output
+    assert "5 channels, 6144 samples at 1024 Hz, 6 s" in done.output
+    assert "force" in done.output
+    assert "7:+Z  acceleration" in done.output
+
+
+def test_inspect_of_a_damaged_file_names_it(tmp_path: Path) -> None:
+    whole = (STUDY.parent / "high.uff").read_bytes()
+    (tmp_path / "cut.uff").write_bytes(whole[: len(whole) // 2])
+    done = run("inspect", str(tmp_path / "cut.uff"))
+    assert done.exit_code == 2
+    assert "cut.uff" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_progress_is_a_bar_on_a_terminal_and_lines_elsewhere() -> None:
+    assert isinstance(progress_for(io.StringIO(), quiet=True), SilentProgress)
+    assert isinstance(progress_for(io.StringIO()), LineProgress)
+    terminal = Terminal()
+    bar = progress_for(terminal)
+    assert isinstance(bar, BarProgress)
+    bar.start("locate", 4)
+    bar.advance(4)
+    bar.start("name")
+    bar.advance()
+    bar.done()
+    bar.done()
+    assert "4/4" in terminal.getvalue()
+    assert "name" in terminal.getvalue()
+
+
+def test_plain_progress_is_one_line_per_step() -> None:
+    stream = io.StringIO()
+    lines = progress_for(stream)
+    lines.start("read")
+    lines.start("locate", 12)
+    lines.advance(12)
+    lines.done()
+    lines.done()
+    assert stream.getvalue().splitlines() == ["read: 0.0 s", "locate: 0.0 s, 12 done"]
+
+
+def test_output_replaces_its_own_files_and_leaves_others(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    (out / "predictions").mkdir(parents=True)
+    (out / "notes.txt").write_text("mine")
+    (out / "result.json").write_text("old")
+    with staged_output(out) as stage:
+        (stage / "predictions" / "final").mkdir(parents=True)
+        (stage / "predictions" / "final" / "a.uff").write_text("new")
+        (stage / "result.json").write_text("new")
+        assert (out / "result.json").read_text() == "old"
+    assert (out / "result.json").read_text() == "new"
+    assert (out / "notes.txt").read_text() == "mine"
+    assert (out / "predictions" / "final" / "a.uff").read_text() == "new"
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+def test_a_failed_body_leaves_the_folder_as_it_was(tmp_path: Path) -> None:
+    def fail(out: Path) -> None:
+        with staged_output(out) as stage:
+            (stage / "result.json").write_text("half")
+            raise RuntimeError
+
+    out = tmp_path / "new" / "out"
+    with pytest.raises(RuntimeError):
+        fail(out)
+    assert not out.exists()
+    assert list((tmp_path / "new").iterdir()) == []
+    (tmp_path / "file").write_text("")
+    with pytest.raises(NotADirectoryError, match="is a file"), staged_output(tmp_path / "file"):
+        pass

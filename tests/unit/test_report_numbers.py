@@ -1,0 +1,168 @@
+"""Numbers and sentences of the report: digits, prefixes and units, places and physics in words."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from femend.report import words
+from femend.report.numbers import factor_as_percent, pretty_unit, quantity, ratio, significant
+from femend.report.runinfo import RunInfo
+from femend.report.svg import Axes, decimate, log_ticks, nice_ticks
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "sd", "text"),
+    [
+        (5.4e4, "N/m", 2.0e3, "54 ± 2 kN/m"),
+        (6.3e-4, "m", 2e-5, "0.63 ± 0.02 mm"),
+        (6.3e-4, "m", 1.4e-5, "0.630 ± 0.014 mm"),
+        (0.052, "kg", 0.003, "52 ± 3 g"),
+        (3.2e9, "N/m^3", 1e8, "3.20 ± 0.10 GN/m³"),
+        (12.3, "N*s/m", None, "12.3 N·s/m"),
+        (54.0, "N/mm", 2.0, "54 ± 2 N/mm"),
+        (0.0004, "t", None, "0.400 kg"),
+        (2.0, "N", 5.0, "2.0 ± 5 N"),
+        (1e-6, "m", None, "1.00 µm"),
+        (-1500.0, "N/m", 100.0, "−1.50 ± 0.10 kN/m"),
+        (0.0, "m", None, "0 m"),
+        (0.02, "1", 0.001, "0.0200 ± 0.0010"),
+        (math.nan, "N", 1.0, "not finite N"),
+    ],
+)
+def test_quantities_keep_the_digits_their_scatter_supports(
+    value: float, unit: str, sd: float | None, text: str
+) -> None:
+    assert quantity(value, unit, sd) == text
+
+
+def test_small_numbers_of_the_page() -> None:
+    assert [significant(v) for v in (1234567.0, 0.5, 99.95, 1e-9)] == ["1230000", "0.500", "100", "1.00×10⁻⁹"]
+    assert [ratio(v) for v in (0.0, 0.996, 12.34, math.inf)] == ["0", "1.0", "12.3", "∞"]
+    assert factor_as_percent(25.0) == "+2400 %"
+    assert pretty_unit("(m/s^2)/N^-1") == "(m/s²)/N⁻¹"
+
+
+@pytest.mark.parametrize(
+    ("location", "text"),
+    [
+        ({"nodes": [4], "to": "ground", "direction": "Z"}, "at node 4 in Z, to ground"),
+        ({"nodes": [4, 7], "direction": "X"}, "between nodes 4 and 7 in X"),
+        ({"nodes": [4], "direction": "Z"}, "at node 4 in Z"),
+        ({"nodes": list(range(1, 9)), "to": "ground"}, "at nodes 1, 2, 3, 4, 5, 6, …, to ground"),
+        ({"nodes": [], "direction": "X"}, "in direction X"),
+        ({}, "at no single place"),
+    ],
+)
+def test_places_in_words(location: dict[str, Any], text: str) -> None:
+    assert words.place_text(location) == text
+
+
+def test_every_physics_and_family_of_the_contract_has_a_plain_name() -> None:
+    names = [
+        "support_stiffness",
+        "compliant_support",
+        "joint_stiffness",
+        "spring_bending",
+        "added_mass",
+        "tuned_absorber",
+        "viscous_damper",
+        "structural_damping",
+        "viscoelastic",
+        "quadratic_damping",
+        "cubic_stiffness",
+        "clearance",
+        "bilinear_stiffness",
+        "coulomb_friction",
+        "bouc_wen",
+        "gyroscopic",
+        "speed_stiffness",
+        "unmeasured_force",
+        "base_motion",
+        "load_misplaced",
+        "unbalance_law",
+    ]
+    plain = [words.physics_name(n) for n in [*names, "nonlinear elastic", "hysteretic", "inertia"]]
+    assert len(set(plain)) == len(plain)
+    assert not any("_" in p for p in plain)
+    assert words.physics_name("clearance", {"sides": 2}) == "two-sided contact"
+
+
+def test_headline_takes_the_fit_error_where_nothing_was_held_out() -> None:
+    result = {
+        "verdict": "parameters-only",
+        "parameters": {"E": {"factor": 0.9}},
+        "fit": [{"recording": "a", "role": "fit", "nominal": 0.3, "parameters": 0.1}],
+    }
+    assert words.headline(result) == (
+        "Nothing is missing: the model explains the recordings once updated (E −10.0 %); "
+        "error on the fitted recordings 0.30 → 0.10."
+    )
+
+
+def test_certainty_does_not_claim_more_than_it_is_given() -> None:
+    assert words.certainty(0.999) == "more than 99 % among the hypotheses tried"
+    assert words.certainty(0.6) == "60 % among the hypotheses tried, not certain"
+    assert words.certainty(0.3).endswith("tentative")
+    assert words.certainty(None) == "no probability given"
+
+
+def test_decimation_keeps_peaks_and_invents_nothing() -> None:
+    rng = np.random.default_rng(0)
+    x, y = np.arange(100_000.0), rng.normal(size=100_000)
+    y[54_321], y[60_000] = 50.0, -50.0
+    dx, dy = decimate(x, y, 300)
+    assert len(dx) <= 602
+    assert np.all(np.diff(dx) > 0)
+    assert dy.max() == 50.0
+    assert dy.min() == -50.0
+    np.testing.assert_array_equal(y[dx.astype(int)], dy)
+
+
+def test_ticks() -> None:
+    assert nice_ticks(-0.3, 0.3, 3) == [-0.2, 0.0, 0.2]
+    assert log_ticks(0.5, 2e3) == [1.0, 10.0, 100.0, 1000.0]
+    assert len(log_ticks(1e-12, 1e12)) <= 6
+    assert nice_ticks(1.0, 1.0) == [1.0]
+
+
+def test_a_curve_goes_through_its_points_and_breaks_at_gaps() -> None:
+    axes = Axes((0, 0, 100, 50), (0.0, 10.0), (0.0, 5.0))
+    axes.curve(np.array([0.0, 2.0, 8.0, 10.0]), np.array([0.0, 5.0, 2.5, np.nan]), "final", gap=3.0)
+    assert axes.parts == ['<path class="curve final" d="M0 50l20 -50M80 25"/>']
+
+
+def test_run_information_is_written_and_read_back(tmp_path: Path) -> None:
+    info = RunInfo(seed=7, study="study.toml")
+    with info.step("wait"):
+        time.sleep(0.05)
+    with pytest.raises(RuntimeError), info.step("fail"):
+        raise RuntimeError("stops here")
+    info.write(tmp_path / "run.json")
+    run = json.loads((tmp_path / "run.json").read_text())
+    assert run["format"] == "femend-run/1"
+    assert [s["name"] for s in run["steps"]] == ["wait", "fail"]
+    assert 0.05 <= run["steps"][0]["seconds"] < 5.0
+    assert run["steps"][0]["seconds"] <= run["seconds"]
+    assert run["seed"] == 7
+    assert run["threads"] >= 1
+    assert {"femend", "python", "numpy", "scipy"} <= set(run["versions"])
+
+
+def test_peak_memory_sees_an_allocation() -> None:
+    info = RunInfo()
+    with info.step("before"):
+        pass
+    with info.step("allocate"):
+        block = np.ones(40_000_000)  # 320 MB
+    del block
+    before, after = (s.peak_memory_mb for s in info.steps)
+    if math.isnan(before):
+        pytest.skip("this system does not tell the peak memory")
+    assert after - before > 200
