@@ -1,0 +1,183 @@
+"""Text tables: the separator, decimal comma, header lines and complex numbers are found by looking."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.errors import FormatError
+from femend.io.tables.table import Table, step_from
+
+__all__ = ["read_delimited"]
+
+_MISSING = {"", "nan", "n/a", "na", "#n/a", "null", "none", "inf", "-inf", "+inf"}
+_PROBE_LINES = 200
+
+
+@dataclass(frozen=True, slots=True)
+class _Style:
+    separator: str | None  # None: any white space
+    comma: bool  # decimal comma
+
+    def fields(self, line: str) -> list[str]:
+        parts = line.split(self.separator)
+        if self.separator is not None and len(parts) > 1 and not parts[-1].strip():
+            parts.pop()  # a separator at the end of the line
+        return [p.strip().strip('"') for p in parts]
+
+    def plain(self, text: str) -> str:
+        return text.replace(",", ".") if self.comma else text
+
+
+def _number(field: str) -> complex:
+    text = field.strip().strip("()").replace(" ", "").replace("i", "j").replace("D", "E").replace("d", "e")
+    return complex(text)
+
+
+def _numeric(fields: list[str], style: _Style, *, gaps: bool = False) -> bool:
+    """True where every field is a number (with `gaps`: or missing, if one at least is a number)."""
+    seen = False
+    for field in fields:
+        if field.lower() in _MISSING:
+            if gaps:
+                continue
+            if field == "":
+                return False
+        try:
+            _number(style.plain(field))
+        except ValueError:
+            return False
+        seen = True
+    return seen
+
+
+def _style(lines: list[str]) -> tuple[_Style, int]:
+    """The style in which most lines are numbers, and how many columns they have; (style, 0) where none are."""
+    best, best_score, columns = _Style(",", False), (0, 0), 0
+    styles = [(";", False), (";", True), ("\t", False), ("\t", True), (",", False), (None, False), (None, True)]
+    for separator, comma in styles:
+        style = _Style(separator, comma)
+        counts: dict[int, int] = {}
+        for line in lines:
+            fields = style.fields(line)
+            if comma and any(f.endswith(",") for f in fields):
+                continue
+            if _numeric(fields, style, gaps=len(fields) > 1):
+                counts[len(fields)] = counts.get(len(fields), 0) + 1
+        if counts:
+            width = max(counts, key=lambda n: (counts[n], n))
+            score = (counts[width], width)
+            if score > best_score:
+                best, best_score, columns = style, score, width
+    return best, columns
+
+
+def read_delimited(path: Path) -> Table:
+    """The columns of a text table (.csv .txt .dat .tsv).
+
+    Separator `;`, tab, comma or blanks; decimal point or (not with comma as separator) decimal comma; any number of
+    header lines, of which the first as wide as the data right before it names the columns; complex numbers as
+    ``1+2j``. Missing fields become NaN. Raises FormatError with the line for text among the numbers or a line of
+    another width.
+    """
+    data = path.read_bytes()
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    lines = text.splitlines()
+    filled = [line for line in lines if line.strip()]
+    style, width = _style(_probe(filled))
+    if width == 0:
+        raise FormatError(
+            f"{path}: no line of the file is a row of numbers separated by ';', tab, ',' or blanks; check the file",
+            file=str(path),
+        )
+    first = next(i for i, x in enumerate(lines) if x.strip() and _is_row(style.fields(x), style, width))
+    dt = None
+    for line in lines[:first]:
+        parts = re.split(r"[:=;\t,]", line, maxsplit=1)
+        if len(parts) == 2:
+            dt = dt or step_from(parts[0].strip('"# '), style.plain(parts[1]).strip())
+    names = _names(lines[:first], style, width)
+    table = _values(path, lines, first, style, width)
+    for column, text in enumerate(names):  # a column "Fs" that holds the rate in its first row, or everywhere
+        rest = table[1:, column]
+        if dt is None and (np.isnan(rest).all() or (rest == table[0, column]).all()):
+            dt = step_from(text, table[0, column].real)
+    return Table(str(path), names, tuple(np.ascontiguousarray(c) for c in table.T), dt)
+
+
+def _probe(filled: list[str]) -> list[str]:
+    middle = len(filled) // 2
+    return filled[:_PROBE_LINES] + filled[max(middle, _PROBE_LINES) : max(middle, _PROBE_LINES) + _PROBE_LINES]
+
+
+def _is_row(fields: list[str], style: _Style, width: int) -> bool:
+    return len(fields) == width and _numeric(fields, style, gaps=width > 1)
+
+
+def _names(header: list[str], style: _Style, width: int) -> tuple[str, ...]:
+    names: list[str] | None = None
+    for line in reversed(header):
+        fields = style.fields(line.lstrip("#% ") if names is None or line[:1] in "#%" else line)
+        if len(fields) != width:
+            break
+        names = fields
+    return tuple(names) if names is not None else tuple(f"column {i}" for i in range(width))
+
+
+def _values(path: Path, lines: list[str], first: int, style: _Style, width: int) -> NDArray[Any]:
+    body = "\n".join(lines[first:])
+    quick = style.plain(body)
+    for kind in (np.float64, np.complex128):
+        try:
+            table = np.loadtxt(io.StringIO(quick), delimiter=style.separator, dtype=kind, ndmin=2, comments=None)
+        except ValueError:
+            continue
+        if table.shape[1] == width:
+            return table
+    return _row_by_row(path, lines, first, style, width)
+
+
+def _row_by_row(path: Path, lines: list[str], first: int, style: _Style, width: int) -> NDArray[Any]:
+    """The slow and careful way, which knows the line of what is wrong."""
+    rows: list[list[complex]] = []
+    convert: Callable[[str], complex] = _number
+    for at, line in enumerate(lines[first:], start=first + 1):
+        if not line.strip():
+            continue
+        fields = style.fields(line)
+        if len(fields) < width and style.separator is not None:
+            fields += [""] * (line.count(style.separator) + 1 - len(fields))
+        if len(fields) != width:
+            raise FormatError(
+                f"{path}:{at}: the line has {len(fields)} fields where the table has {width}; the file may be cut off: "
+                "mend the line or export the file again",
+                file=str(path),
+                record=at,
+            )
+        row = []
+        for column, field in enumerate(fields):
+            if field.lower() in _MISSING:
+                row.append(complex(float("nan")))
+                continue
+            try:
+                row.append(convert(style.plain(field)))
+            except ValueError:
+                raise FormatError(
+                    f"{path}:{at}: field {column} reads {field[:24]!r}, which is not a number; mend it or leave it "
+                    "empty",
+                    file=str(path),
+                    record=at,
+                ) from None
+        rows.append(row)
+    table = np.array(rows, dtype=np.complex128)
+    return table if np.nan_to_num(table.imag).any() else table.real.copy()
