@@ -10,6 +10,9 @@ from collections.abc import Callable, Iterator
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 import femend
 
 
@@ -56,6 +59,14 @@ def exceptions_not_named(function: Callable[..., Any]) -> list[str]:
     return sorted(name for name in raised if name not in (function.__doc__ or ""))
 
 
+def arrays_not_named(label: str, function: Callable[..., Any]) -> list[str]:
+    """Array parameters that the docstring does not mention; the page's drawing code is left to its own words."""
+    if label.startswith("femend.report."):
+        return []
+    arrays = {name for name, one in inspect.signature(function).parameters.items() if "Array" in str(one.annotation)}
+    return [name for name in parameters_not_named(function) if name in arrays]
+
+
 def test_every_announced_name_exists(public_modules: list[ModuleType]) -> None:
     missing = [
         f"{module.__name__}.{name}"
@@ -80,6 +91,17 @@ def test_front_door_functions_name_their_parameters() -> None:
     assert {label: names for label, names in wrong.items() if names} == {}
 
 
+def test_public_functions_name_their_arrays(public_modules: list[ModuleType]) -> None:
+    wrong = {label: arrays_not_named(label, function) for label, function in public_functions(public_modules)}
+    assert {label: names for label, names in wrong.items() if names} == {}
+
+
+def test_no_announced_name_hides_a_package(public_modules: list[ModuleType]) -> None:
+    # Importing femend.x sets the attribute x of femend: a function of that name would work until then, and not after.
+    packages = {module.__name__.split(".")[1] for module in public_modules if "." in module.__name__}
+    assert packages.isdisjoint(femend.__all__)
+
+
 def test_public_functions_name_what_they_raise(public_modules: list[ModuleType]) -> None:
     wrong = {label: exceptions_not_named(function) for label, function in public_functions(public_modules)}
     assert {label: names for label, names in wrong.items() if names} == {}
@@ -90,5 +112,9 @@ def test_the_checks_see_what_is_missing() -> None:
         """Uses `freq`."""
         raise femend.errors.UnitError(f"{n_modes}")
 
+    def drawn(x: NDArray[np.float64], width: int) -> None:
+        """Draws."""
+
     assert parameters_not_named(careless) == ["n_modes"]
+    assert arrays_not_named("femend.data.drawn", drawn) == ["x"]
     assert exceptions_not_named(careless) == ["UnitError"]
