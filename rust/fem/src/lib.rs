@@ -1,3 +1,15 @@
 //! From a deck to sparse K, M, C: cards, elements, constraints, assembly, parameters.
 
+pub mod assembly;
+pub mod constraint;
+pub mod dof;
+pub mod element;
+pub mod error;
 pub mod mesh;
+pub mod model;
+pub mod parameter;
+pub mod pattern;
+pub mod project;
+pub mod resolve;
+pub mod scalar;
+pub mod small;

@@ -1,0 +1,203 @@
+//! Element matrices into the fixed pattern: `K_a = sum T_eᵀ K_e T_e`, element by element, so that constraints and
+//! displacement frames are in the pattern once and for all.
+
+use crate::constraint::Elimination;
+use crate::dof::NodeTable;
+use crate::element::Element;
+use crate::pattern::Pattern;
+use crate::small::Mat;
+
+/// From an element's rows to the DOFs it acts on.
+#[derive(Debug, Clone)]
+pub(crate) enum Map {
+    /// Every row is one DOF or none: local row of each DOF.
+    Select(Vec<u16>),
+    /// Rows are combinations: (rows x DOFs).
+    Dense(Mat<f64>),
+}
+
+/// An element's DOFs (ascending) and map.
+#[derive(Debug, Clone)]
+pub(crate) struct Placement {
+    pub(crate) dofs: Vec<u32>,
+    pub(crate) map: Map,
+}
+
+impl Placement {
+    /// Placement of an element given the rows of T.
+    pub(crate) fn new(element: &Element, nodes: &NodeTable, rows: &[Vec<(u32, f64)>]) -> Self {
+        let local: Vec<Vec<(u32, f64)>> =
+            element.rows.iter().map(|&g| row_of(element, nodes, rows, g)).collect();
+        let mut dofs: Vec<u32> = local.iter().flatten().map(|t| t.0).collect();
+        dofs.sort_unstable();
+        let distinct = dofs.windows(2).all(|w| w[0] != w[1]);
+        dofs.dedup();
+        if distinct && local.iter().all(|r| r.is_empty() || (r.len() == 1 && r[0].1 == 1.0)) {
+            let mut select = vec![0_u16; dofs.len()];
+            for (i, row) in local.iter().enumerate() {
+                if let Some(p) = row.first().and_then(|t| dofs.binary_search(&t.0).ok()) {
+                    select[p] = i as u16;
+                }
+            }
+            return Self { dofs, map: Map::Select(select) };
+        }
+        let mut t = Mat::zeros(local.len(), dofs.len());
+        for (i, row) in local.iter().enumerate() {
+            for (dof, value) in row {
+                if let Ok(p) = dofs.binary_search(dof) {
+                    t[(i, p)] = *value;
+                }
+            }
+        }
+        Self { dofs, map: Map::Dense(t) }
+    }
+
+    /// Calls `entry(local row, local column, value)` for the lower triangle of `T_eᵀ A T_e`.
+    pub(crate) fn lower(&self, a: &Mat<f64>, mut entry: impl FnMut(usize, usize, f64)) {
+        match &self.map {
+            Map::Select(select) => {
+                for (j, &q) in select.iter().enumerate() {
+                    for (i, &p) in select.iter().enumerate().skip(j) {
+                        entry(i, j, a[(p as usize, q as usize)]);
+                    }
+                }
+            }
+            Map::Dense(t) => {
+                let reduced = a.congruence(t);
+                for j in 0..t.cols {
+                    for i in j..t.cols {
+                        entry(i, j, reduced[(i, j)]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Terms of one element row: the T row itself, or, for a row in basic axes at a node with its own frame, their mix.
+fn row_of(element: &Element, nodes: &NodeTable, rows: &[Vec<(u32, f64)>], g: usize) -> Vec<(u32, f64)> {
+    let frame = nodes.frame(g / 6).filter(|_| !element.in_displacement_frames);
+    let Some(frame) = frame else { return rows[g].clone() };
+    let first = g - g % 3;
+    let mut sum: std::collections::BTreeMap<u32, f64> = std::collections::BTreeMap::new();
+    for c in 0..3 {
+        for &(dof, value) in &rows[first + c] {
+            *sum.entry(dof).or_insert(0.0) += frame[c][g % 3] * value;
+        }
+    }
+    sum.into_iter().filter(|t| t.1 != 0.0).collect()
+}
+
+/// Pattern, placements and positions of all elements.
+#[derive(Debug, Clone)]
+pub(crate) struct Scatter {
+    pub(crate) pattern: Pattern,
+    pub(crate) placements: Vec<Placement>,
+    /// Positions of each element's lower triangle, column by column.
+    positions: Vec<u32>,
+    start: Vec<usize>,
+}
+
+impl Scatter {
+    pub(crate) fn new(n: usize, placements: Vec<Placement>) -> Self {
+        let lists: Vec<Vec<u32>> = placements.iter().map(|p| p.dofs.clone()).collect();
+        let pattern = Pattern::new(n, &lists);
+        let mut positions = Vec::new();
+        let mut start = Vec::with_capacity(placements.len() + 1);
+        start.push(0);
+        for dofs in &lists {
+            for (j, &column) in dofs.iter().enumerate() {
+                let (mut at, end) = (pattern.indptr[column as usize], pattern.indptr[column as usize + 1]);
+                for &row in &dofs[j..] {
+                    at += pattern.indices[at..end].partition_point(|&r| r < row);
+                    positions.push(at as u32);
+                }
+            }
+            start.push(positions.len());
+        }
+        Self { pattern, placements, positions, start }
+    }
+
+    /// Positions of element `e`'s lower triangle.
+    pub(crate) fn positions(&self, e: usize) -> &[u32] {
+        &self.positions[self.start[e]..self.start[e + 1]]
+    }
+
+    /// Adds element `e`'s matrix to the lower triangle of `values`.
+    pub(crate) fn add(&self, e: usize, a: &Mat<f64>, values: &mut [f64]) {
+        let mut position = self.positions(e).iter();
+        self.placements[e].lower(a, |_, _, v| {
+            if let Some(&p) = position.next() {
+                values[p as usize] += v;
+            }
+        });
+    }
+}
+
+/// Free DOFs (index into `elimination.free`) that no element resists or loads, one per direction without K, M and C.
+///
+/// K, M and C are positive semidefinite, so a direction in which a node's diagonal block vanishes has a vanishing
+/// column altogether; holding any one component with a share in it changes nothing else.
+pub(crate) fn unresisted(
+    elimination: &Elimination,
+    placements: &[Placement],
+    matrices: impl Fn(usize) -> Vec<Mat<f64>>,
+) -> Vec<usize> {
+    // one 3 x 3 block per node and per translations / rotations and per matrix kind
+    let mut blocks = std::collections::BTreeMap::<usize, [nalgebra::Matrix3<f64>; 3]>::new();
+    for &g in &elimination.free {
+        blocks.entry(g / 3).or_insert_with(|| [nalgebra::Matrix3::zeros(); 3]);
+    }
+    for (e, placement) in placements.iter().enumerate() {
+        for (kind, a) in matrices(e).iter().enumerate() {
+            placement.lower(a, |i, j, v| {
+                let g = [i, j].map(|x| elimination.free[placement.dofs[x] as usize]);
+                if g[0] / 3 != g[1] / 3 {
+                    return;
+                }
+                if let Some(block) = blocks.get_mut(&(g[0] / 3)) {
+                    block[kind][(g[0] % 3, g[1] % 3)] += v;
+                    if i != j {
+                        block[kind][(g[1] % 3, g[0] % 3)] += v;
+                    }
+                }
+            });
+        }
+    }
+    let index: std::collections::HashMap<usize, usize> =
+        elimination.free.iter().enumerate().map(|(i, &g)| (g, i)).collect();
+    let mut out = Vec::new();
+    for (block, kinds) in &blocks {
+        let free: Vec<usize> = (0..3).filter(|c| index.contains_key(&(3 * block + c))).collect();
+        out.extend(null_components(kinds, &free).iter().map(|c| index[&(3 * block + c)]));
+    }
+    out.sort_unstable();
+    out
+}
+
+/// Components to hold so that no direction of the free ones is without all three matrices.
+fn null_components(kinds: &[nalgebra::Matrix3<f64>; 3], free: &[usize]) -> Vec<usize> {
+    let mut left = free.to_vec();
+    let mut held = Vec::new();
+    while !left.is_empty() {
+        let n = left.len();
+        let mut sum = nalgebra::DMatrix::<f64>::zeros(n, n);
+        for kind in kinds {
+            let trace: f64 = free.iter().map(|&c| kind[(c, c)].abs()).sum();
+            if trace > 0.0 {
+                sum += nalgebra::DMatrix::from_fn(n, n, |i, j| kind[(left[i], left[j])] / trace);
+            }
+        }
+        let eigen = nalgebra::SymmetricEigen::new(sum);
+        let (at, low) = eigen.eigenvalues.argmin();
+        if low > 1e-12 {
+            break;
+        }
+        let vector = eigen.eigenvectors.column(at);
+        // of equal shares the last is held: a node keeps X before Y before Z
+        let share = vector.iter().map(|v| (v.abs() * 1e6).round()).collect::<Vec<_>>();
+        let best = (0..n).max_by(|&i, &j| share[i].total_cmp(&share[j])).unwrap_or(0);
+        held.push(left.remove(best));
+    }
+    held
+}
