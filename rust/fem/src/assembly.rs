@@ -4,8 +4,10 @@
 use crate::constraint::Elimination;
 use crate::dof::NodeTable;
 use crate::element::Element;
-use crate::pattern::Pattern;
+use crate::error::FemError;
+use crate::pattern::{element_pattern, mirror, symmetrise};
 use crate::small::Mat;
+use femend_linalg::Pattern;
 
 /// From an element's rows to the DOFs it acts on.
 #[derive(Debug, Clone)]
@@ -92,6 +94,7 @@ fn row_of(element: &Element, nodes: &NodeTable, rows: &[Vec<(u32, f64)>], g: usi
 #[derive(Debug, Clone)]
 pub(crate) struct Scatter {
     pub(crate) pattern: Pattern,
+    mirror: Vec<u32>,
     pub(crate) placements: Vec<Placement>,
     /// Positions of each element's lower triangle, column by column.
     positions: Vec<u32>,
@@ -99,28 +102,34 @@ pub(crate) struct Scatter {
 }
 
 impl Scatter {
-    pub(crate) fn new(n: usize, placements: Vec<Placement>) -> Self {
+    pub(crate) fn new(n: usize, placements: Vec<Placement>) -> Result<Self, FemError> {
         let lists: Vec<Vec<u32>> = placements.iter().map(|p| p.dofs.clone()).collect();
-        let pattern = Pattern::new(n, &lists);
+        let pattern = element_pattern(n, &lists).map_err(|e| FemError::Pattern(e.to_string()))?;
         let mut positions = Vec::new();
         let mut start = Vec::with_capacity(placements.len() + 1);
         start.push(0);
         for dofs in &lists {
             for (j, &column) in dofs.iter().enumerate() {
-                let (mut at, end) = (pattern.indptr[column as usize], pattern.indptr[column as usize + 1]);
+                let range = pattern.range(column as usize);
+                let (mut at, end) = (range.start, range.end);
                 for &row in &dofs[j..] {
-                    at += pattern.indices[at..end].partition_point(|&r| r < row);
+                    at += pattern.row_idx()[at..end].partition_point(|&r| r < row);
                     positions.push(at as u32);
                 }
             }
             start.push(positions.len());
         }
-        Self { pattern, placements, positions, start }
+        Ok(Self { mirror: mirror(&pattern), pattern, placements, positions, start })
     }
 
     /// Positions of element `e`'s lower triangle.
     pub(crate) fn positions(&self, e: usize) -> &[u32] {
         &self.positions[self.start[e]..self.start[e + 1]]
+    }
+
+    /// Copies the lower triangle onto the upper one.
+    pub(crate) fn symmetrise(&self, values: &mut [f64]) {
+        symmetrise(&self.pattern, &self.mirror, values);
     }
 
     /// Adds element `e`'s matrix to the lower triangle of `values`.

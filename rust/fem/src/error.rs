@@ -51,6 +51,8 @@ pub enum FemError {
     Factor { name: String, factor: f64 },
     #[error("the model has no free DOF: {why}")]
     Empty { why: String },
+    #[error("the matrices have no pattern: {0}")]
+    Pattern(String),
     #[error("element {id} is not in the model")]
     UnknownElement { id: Id },
     #[error("{what} has {got} rows, expected {expected}")]

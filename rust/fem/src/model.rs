@@ -7,10 +7,10 @@ use crate::element::{Element, Matrices};
 use crate::error::FemError;
 use crate::mesh::{Id, Mesh, NodeComponent, Options};
 use crate::parameter::{Factors, N_SLOTS, Parameter, Quantity, Target};
-use crate::pattern::Pattern;
 use crate::resolve::resolve;
 use crate::scalar::{Dual, Scalar};
 use crate::small::Mat;
+use femend_linalg::Pattern;
 use rayon::prelude::*;
 
 /// Elements evaluated at once before they are scattered; bounds the memory of element matrices.
@@ -116,7 +116,7 @@ impl Model {
             .collect();
         let mut model = Self {
             auto_constrained: held.iter().map(|&i| nodes.component(elimination.free[i])).collect(),
-            scatter: Scatter::new(a_rows.len(), placements),
+            scatter: Scatter::new(a_rows.len(), placements)?,
             options: mesh.options.clone(),
             parameters: parameters.to_vec(),
             fixed: System::default(),
@@ -221,7 +221,8 @@ impl Model {
         let along_x = |e: usize| {
             let element = &self.elements[e];
             let Some(m) = self.evaluate(e, |_| 1.0).m else { return 0.0 };
-            let moves: Vec<usize> = (0..element.rows.len()).filter(|&i| element.rows[i] % 6 == 0).collect();
+            let moves: Vec<usize> =
+                (0..element.rows.len()).filter(|&i| element.rows[i].is_multiple_of(6)).collect();
             moves.iter().flat_map(|&i| moves.iter().map(move |&j| (i, j))).map(|p| m[p]).sum()
         };
         (0..self.elements.len()).map(along_x).sum()
@@ -302,7 +303,7 @@ impl Model {
             }
         }
         for values in out.arrays() {
-            self.scatter.pattern.symmetrise(values);
+            self.scatter.symmetrise(values);
         }
         Ok(())
     }

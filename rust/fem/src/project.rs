@@ -2,7 +2,7 @@
 
 use crate::error::FemError;
 use crate::model::{Model, System};
-use crate::pattern::Pattern;
+use femend_linalg::Pattern;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -38,9 +38,9 @@ pub fn project_values(pattern: &Pattern, values: &[f64], v: &[f64], r: usize) ->
             let mut picked: Vec<f64> = Vec::with_capacity(BLOCK * r);
             let mut rows = 0;
             for i in first..last {
-                let (a, b) = (pattern.indptr[i], pattern.indptr[i + 1]);
-                if values[a..b].iter().any(|x| *x != 0.0) {
-                    multiply_row(&pattern.indices[a..b], &values[a..b], v, &mut y[rows * r..(rows + 1) * r]);
+                let range = pattern.range(i);
+                if values[range.clone()].iter().any(|x| *x != 0.0) {
+                    multiply_row(pattern.column(i), &values[range], v, &mut y[rows * r..(rows + 1) * r]);
                     picked.extend_from_slice(&v[i * r..(i + 1) * r]);
                     rows += 1;
                 }

@@ -59,8 +59,9 @@ impl BeamElement {
     /// The reason as text.
     pub fn check(&self) -> Result<(), String> {
         for s in &self.sections {
-            let negative =
-                [("A", s.a), ("I1", s.i1), ("I2", s.i2), ("J", s.j)].into_iter().find(|(_, v)| !(*v >= 0.0));
+            let negative = [("A", s.a), ("I1", s.i1), ("I2", s.i2), ("J", s.j)]
+                .into_iter()
+                .find(|(_, v)| v.is_nan() || *v < 0.0);
             if let Some((name, value)) = negative {
                 return Err(format!("{name} = {value} is negative or not a number; correct the property"));
             }
