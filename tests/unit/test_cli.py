@@ -18,10 +18,10 @@ from click.testing import CliRunner, Result
 
 from femend import __version__
 from femend.app.progress import BarProgress, LineProgress, SilentProgress, progress_for
-from femend.app.staging import staged_output
 from femend.cli import main
 from femend.demo import STUDY, concealed, held_out_errors
 from femend.errors import DeckError, RecordingError
+from femend.io import OutputDirectory
 
 RESULT = {
     "format": "femend-diagnosis/1",
@@ -63,7 +63,7 @@ def diagnosis(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[..., Any]],
 def write_result(study_path: Path, out: Path, progress: Any, seed: int) -> None:
     progress.start("update parameters", 3)
     progress.advance(3)
-    with staged_output(out) as stage:
+    with OutputDirectory(out) as stage:
         (stage / "result.json").write_text(json.dumps(RESULT))
         (stage / "seen.json").write_text(json.dumps([str(study_path), seed]))
 
@@ -129,7 +129,7 @@ def test_an_interrupted_run_leaves_nothing_and_exits_130(
     diagnosis: Callable[..., None], tmp_path: Path, interruption: type[BaseException]
 ) -> None:
     def interrupted(study_path: Path, out: Path, **_: Any) -> None:
-        with staged_output(out) as stage:
+        with OutputDirectory(out) as stage:
             (stage / "result.json").write_text("{")
             raise interruption
 
@@ -246,35 +246,3 @@ def test_plain_progress_is_one_line_per_step() -> None:
     lines.done()
     lines.done()
     assert stream.getvalue().splitlines() == ["read: 0.0 s", "locate: 0.0 s, 12 done"]
-
-
-def test_output_replaces_its_own_files_and_leaves_others(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    (out / "predictions").mkdir(parents=True)
-    (out / "notes.txt").write_text("mine")
-    (out / "result.json").write_text("old")
-    with staged_output(out) as stage:
-        (stage / "predictions" / "final").mkdir(parents=True)
-        (stage / "predictions" / "final" / "a.uff").write_text("new")
-        (stage / "result.json").write_text("new")
-        assert (out / "result.json").read_text() == "old"
-    assert (out / "result.json").read_text() == "new"
-    assert (out / "notes.txt").read_text() == "mine"
-    assert (out / "predictions" / "final" / "a.uff").read_text() == "new"
-    assert [p.name for p in tmp_path.iterdir()] == ["out"]
-
-
-def test_a_failed_body_leaves_the_folder_as_it_was(tmp_path: Path) -> None:
-    def fail(out: Path) -> None:
-        with staged_output(out) as stage:
-            (stage / "result.json").write_text("half")
-            raise RuntimeError
-
-    out = tmp_path / "new" / "out"
-    with pytest.raises(RuntimeError):
-        fail(out)
-    assert not out.exists()
-    assert list((tmp_path / "new").iterdir()) == []
-    (tmp_path / "file").write_text("")
-    with pytest.raises(NotADirectoryError, match="is a file"), staged_output(tmp_path / "file"):
-        pass

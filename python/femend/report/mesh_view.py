@@ -173,7 +173,8 @@ def _wires(data: dict[str, Any], eye: FloatArray) -> list[str]:
     if not len(lines):
         return []
     path = "".join(f"M{eye[a, 0]:.1f} {eye[a, 1]:.1f}L{eye[b, 0]:.1f} {eye[b, 1]:.1f}" for a, b in lines)
-    dots = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in eye) if len(eye) <= 400 else ""
+    ends = np.unique(lines)
+    dots = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in eye[ends]) if len(ends) <= 400 else ""
     return [f'<path class="wire" d="{path}"/>', f'<path class="nodes" d="{dots}"/>' if dots else ""]
 
 

@@ -40,7 +40,7 @@ def render(content: ReportContent) -> str:
         advice=str(content.result.get("advice") or ""),
         verdict=str(content.result.get("verdict", "")),
         verdict_name=words.verdict_name(str(content.result.get("verdict", ""))),
-        headline=words.headline(content.result),
+        headline=_unbroken(words.headline(content.result)),
         findings=_findings(content.result),
         error=words.final_error(content.result),
         fit=_fit_rows(content.result),
@@ -180,6 +180,11 @@ def _run(run: Mapping[str, Any]) -> dict[str, Any]:
         facts.append(("peak memory", f"{_digits(run['peak_memory_mb'], 0)} MB"))
     versions = [f"{name} {version}" for name, version in words.mapping(run.get("versions")).items()]
     return {"steps": steps, "facts": facts, "versions": versions}
+
+
+def _unbroken(text: str) -> str:
+    """No line break between a number and what belongs to it."""
+    return text.replace(" → ", "\u00a0→\u00a0").replace(" ± ", "\u00a0±\u00a0").replace("node ", "node\u00a0")
 
 
 def _digits(value: Any, decimals: int) -> str:

@@ -30,6 +30,7 @@
   if (data.direction) data.direction.v = turned(...data.direction.vector);
   const faces = [];
   for (let i = 0; i < data.faces.length; i += 4) faces.push([...new Set(data.faces.slice(i, i + 4))]);
+  const onLines = n > 1500 ? [] : [...new Set(data.lines)];
 
   const view = { azimuth: 0, elevation: 0, zoom: 1, x: 0, y: 0 };
   const eye = new Float64Array(3 * n);
@@ -43,7 +44,7 @@
 
   function readColours() {
     const style = getComputedStyle(document.documentElement);
-    for (const name of ["ink", "soft", "line", "paper", "panel", "measured", "nominal", "parameters", "final", "place", "alike", "face"])
+    for (const name of ["ink", "soft", "line", "paper", "panel", "measured", "nominal", "parameters", "final", "place", "alike", "face", "edge"])
       colours[name] = style.getPropertyValue("--" + name).trim();
   }
 
@@ -90,16 +91,29 @@
 
   function redraw() { if (!wanted) { wanted = true; requestAnimationFrame(draw); } }
 
+  // Faces far to near, lighter where they face the viewer.
   function drawFaces() {
-    const depth = faces.map((f) => f.reduce((s, k) => s + eye[3 * k + 2], 0) / f.length);
+    const depth = faces.map((f) => f.reduce((sum, k) => sum + eye[3 * k + 2], 0) / f.length);
     const order = faces.map((_, k) => k).sort((a, b) => depth[a] - depth[b]);
-    pen.lineWidth = 0.6; pen.strokeStyle = colours.line; pen.fillStyle = colours.face;
+    pen.lineWidth = faces.length > 3000 ? 0.4 : 0.8; pen.lineJoin = "round";
     for (const k of order) {
       const f = faces[k];
       pen.beginPath();
       f.forEach((q, j) => (j ? pen.lineTo(eye[3 * q], eye[3 * q + 1]) : pen.moveTo(eye[3 * q], eye[3 * q + 1])));
-      pen.closePath(); pen.fill(); pen.stroke();
+      pen.closePath();
+      pen.fillStyle = colours.face; pen.fill();
+      pen.globalAlpha = 0.22 * (1 - facing(f)); pen.fillStyle = colours.soft; pen.fill(); pen.globalAlpha = 1;
+      pen.strokeStyle = colours.edge; pen.stroke();
     }
+  }
+
+  // Cosine between the normal of a face and the line of sight, 0 to 1.
+  function facing(f) {
+    const p = 3 * f[0], q = 3 * f[1], r = 3 * f[2];
+    const ux = eye[q] - eye[p], uy = eye[q + 1] - eye[p + 1], uz = scale * (eye[q + 2] - eye[p + 2]);
+    const vx = eye[r] - eye[p], vy = eye[r + 1] - eye[p + 1], vz = scale * (eye[r + 2] - eye[p + 2]);
+    const nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+    return Math.abs(nz) / (Math.hypot(nx, ny, nz) || 1);
   }
 
   function drawLines() {
@@ -109,9 +123,8 @@
       pen.moveTo(eye[a], eye[a + 1]); pen.lineTo(eye[b], eye[b + 1]);
     }
     pen.strokeStyle = colours.soft; pen.lineWidth = 3; pen.lineCap = "round"; pen.stroke();
-    if (n > 1500) return;
     pen.fillStyle = colours.ink;
-    for (let i = 0; i < n; i++) disc(eye[3 * i], eye[3 * i + 1], 1.8, true);
+    for (const i of onLines) disc(eye[3 * i], eye[3 * i + 1], 1.8, true);
   }
 
   function disc(x, y, r, fill) { pen.beginPath(); pen.arc(x, y, r, 0, 7); if (fill) pen.fill(); else pen.stroke(); }
