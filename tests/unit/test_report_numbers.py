@@ -55,6 +55,7 @@ def test_small_numbers_of_the_page() -> None:
         ({"nodes": [4], "to": "ground", "direction": "Z"}, "at node 4 in Z, to ground"),
         ({"nodes": [4, 7], "direction": "X"}, "between nodes 4 and 7 in X"),
         ({"nodes": [4], "direction": "Z"}, "at node 4 in Z"),
+        ({"nodes": [4], "to": 9, "direction": "Z"}, "at node 4 in Z, to node 9"),
         ({"nodes": list(range(1, 9)), "to": "ground"}, "at nodes 1, 2, 3, 4, 5, 6, …, to ground"),
         ({"nodes": [], "direction": "X"}, "in direction X"),
         ({}, "at no single place"),
@@ -92,6 +93,16 @@ def test_every_physics_and_family_of_the_contract_has_a_plain_name() -> None:
     assert len(set(plain)) == len(plain)
     assert not any("_" in p for p in plain)
     assert words.physics_name("clearance", {"sides": 2}) == "two-sided contact"
+
+
+def test_the_same_letter_is_another_parameter_in_another_law() -> None:
+    stiffness = {"value": 2.0e5, "sd": 1e4, "unit": "N/m"}
+    assert words.parameter_text("k3", stiffness, "compliant_support") == ("stiffness Z", "200 ± 10 kN/m")
+    assert words.parameter_text("k3", {"value": 3e9, "unit": "N/m^3"}, "cubic_stiffness")[0] == "cubic stiffness"
+    assert words.parameter_text("k1", stiffness, "viscoelastic")[0] == "relaxing stiffness"
+    assert words.parameter_text("direction", {"value": "+X"}, "load_misplaced") == ("direction", "+X")
+    assert words.parameter_text("sides", 2) == ("sides", "two")
+    assert words.parameter_text("sides", {"value": 1}) == ("sides", "one")
 
 
 def test_headline_takes_the_fit_error_where_nothing_was_held_out() -> None:

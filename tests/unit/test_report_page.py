@@ -387,6 +387,9 @@ def test_long_recordings_many_sensors_and_a_large_mesh_stay_below_two_megabytes(
     text = render(many)
     assert len(text.encode()) < 2_000_000
     assert "further curves are not drawn" in text
+    labels = Page(text).svgs
+    assert sum(s.startswith("Time trace") for s in labels) >= 8
+    assert sum(s.startswith("Frequency response") for s in labels) >= 8
     data = json.loads(re.search(r'id="mesh-data">(.*?)</script>', text, re.S).group(1))  # type: ignore[union-attr]
     assert len(data["ids"]) <= 5000
     assert data["ids"][data["located"][0]] == 777

@@ -25,8 +25,9 @@ def summary(result: Mapping[str, Any]) -> str:
     parts = [words.headline(result), "", f"verdict   {words.verdict_name(str(result.get('verdict', '')))}"]
     for finding in words.rows(result.get("findings")):
         parts.append(f"certainty {words.certainty(words.number(finding.get('probability')))}")
-        values = words.mapping(finding.get("parameters"))
-        for name, value in (words.parameter_text(k, v) for k, v in words.by_importance(values)):
+        physics = str(finding.get("physics", ""))
+        for key, entry in words.by_importance(words.mapping(finding.get("parameters"))):
+            name, value = words.parameter_text(key, entry, physics)
             parts.append(f"          {name} {value}")
         also = words.mapping(finding.get("location")).get("also_possible") or ()
         if also:

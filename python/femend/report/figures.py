@@ -31,7 +31,8 @@ def frf_figure(overlay: FrfOverlay) -> str:
     step = float(np.median(np.diff(freq)))
     span = (float(freq[0]), float(freq[-1]))
     magnitude = Axes((58, 22, _WIDTH - 70, 190), span, _log_range(sizes), log_y=True)
-    magnitude.frame("", f"|H|  {pretty_unit(overlay.unit)}".rstrip(), x_numbers=False)
+    unit = pretty_unit(overlay.unit)
+    magnitude.frame("", f"magnitude, {unit}" if unit else "magnitude", x_numbers=False)
     phase = Axes((58, 232, _WIDTH - 70, 56), span, (-180.0, 180.0))
     phase.frame("frequency, Hz", "phase, °", y_values=(-180.0, 0.0, 180.0))
     for stage, curve in curves:

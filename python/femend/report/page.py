@@ -31,9 +31,8 @@ def render(content: ReportContent) -> str:
     environment.filters.update(svg=Markup, ratio=ratio, significant=significant, percent=_percent)
     template = environment.from_string(_asset("report.html.j2"))
     mesh = viewer_data(content)
-    budget = _Budget(_FIGURE_BYTES)
-    frfs = budget.take(content.overlays, frf_figure)
-    traces = budget.take(content.traces, trace_figure)
+    traces, used = _drawn(content.traces, trace_figure, _FIGURE_BYTES * 2 // 5)
+    frfs, _ = _drawn(content.overlays, frf_figure, _FIGURE_BYTES - used)
     return template.render(
         content=content,
         status=str(content.result.get("status") or ""),
@@ -61,22 +60,18 @@ def render(content: ReportContent) -> str:
     )
 
 
-class _Budget:
-    """Draws figures until their text reaches a size, so that the page stays small with many sensors."""
-
-    def __init__(self, size: int) -> None:
-        self.left = size
-
-    def take(self, items: Iterable[_T], draw: Callable[[_T], str]) -> list[tuple[_T, str]]:
-        drawn = []
-        for item in items:
-            if self.left <= 0:
-                break
-            figure = draw(item)
-            self.left -= len(figure)
-            if figure:
-                drawn.append((item, figure))
-        return drawn
+def _drawn(items: Iterable[_T], draw: Callable[[_T], str], limit: int) -> tuple[list[tuple[_T, str]], int]:
+    """Items with their figures until these reach `limit` characters, so that many sensors make no large page."""
+    drawn: list[tuple[_T, str]] = []
+    size = 0
+    for item in items:
+        if size >= limit:
+            break
+        figure = draw(item)
+        size += len(figure)
+        if figure:
+            drawn.append((item, figure))
+    return drawn, size
 
 
 def _findings(result: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -100,7 +95,9 @@ def _findings(result: Mapping[str, Any]) -> list[dict[str, Any]]:
                 "also": also[:6],
                 "also_more": max(0, len(also) - 6),
                 "alternatives": alternatives[:3],
-                "values": [words.parameter_text(k, v) for k, v in words.by_importance(parameters) if k != "sides"],
+                "values": [
+                    words.parameter_text(k, v, physics) for k, v in words.by_importance(parameters) if k != "sides"
+                ],
                 "configurations": [] if configurations == ["as modelled"] else configurations,
             }
         )

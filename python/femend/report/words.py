@@ -93,6 +93,9 @@ _PARAMETERS = {
 }
 
 
+# k1..k6 of a support or joint are stiffnesses by direction; elsewhere k1 is the Zener branch and k3 the cubic factor.
+_DIRECTIONS = {"k1": "X", "k2": "Y", "k3": "Z", "k4": "RX", "k5": "RY", "k6": "RZ"}
+
 _CHANGED = {"parameters": "without and with the missing term", "nominal": "model as given and final model"}
 
 
@@ -133,7 +136,7 @@ def place_text(location: Mapping[str, Any]) -> str:
         place = f"at node {nodes[0]}{in_direction}"
         if to == "ground":
             return f"{place}, to ground"
-        return f"{place}, to node {to}" if isinstance(to, int) else place
+        return f"{place}, to {f'node {to}' if isinstance(to, int) else to}" if to else place
     if len(nodes) == 2:
         return f"between nodes {nodes[0]} and {nodes[1]}{in_direction}"
     shown = ", ".join(str(n) for n in nodes[:6]) + (", …" if len(nodes) > 6 else "")
@@ -146,9 +149,13 @@ def nodes_text(nodes: Any) -> str:
     return f"node {numbers[0]}" if len(numbers) == 1 else f"nodes {'–'.join(numbers)}"
 
 
-def parameter_text(name: str, entry: Any, *, with_sd: bool = True) -> tuple[str, str]:
-    """Name and value of a law's parameter as text: ("gap", "0.63 ± 0.02 mm"), or without the plus-minus."""
+def parameter_text(name: str, entry: Any, physics: str = "", *, with_sd: bool = True) -> tuple[str, str]:
+    """Name and value of a parameter of the law `physics`: ("gap", "0.63 ± 0.02 mm"), or without the plus-minus."""
     label = _PARAMETERS.get(name, name)
+    if physics in ("compliant_support", "support_stiffness", "joint_stiffness") and name in _DIRECTIONS:
+        label = f"stiffness {_DIRECTIONS[name]}"
+    if name == "sides" and number(entry) is not None:
+        return label, {1.0: "one", 2.0: "two"}.get(abs(number(entry) or 0.0), str(number(entry)))
     if not isinstance(entry, Mapping):
         value = number(entry)
         return label, str(entry) if value is None else quantity(value)
@@ -156,8 +163,6 @@ def parameter_text(name: str, entry: Any, *, with_sd: bool = True) -> tuple[str,
     if value is None:
         shown = entry.get("value")
         return label, "–" if shown is None else f"{shown} {pretty_unit(unit)}".strip()
-    if name == "sides":
-        return "sides", "one" if abs(value) == 1 else "two" if value == 2 else f"{value:g}"
     text = quantity(value, unit, sd)
     return label, text if with_sd else _without_sd(text)
 
@@ -242,13 +247,13 @@ def headline(result: Result) -> str:
 def _missing(findings: Sequence[Result], result: Result) -> str:
     parts = []
     for finding in findings:
-        parameters = mapping(finding.get("parameters"))
+        parameters, physics = mapping(finding.get("parameters")), str(finding.get("physics", ""))
         values = [
-            " ".join(parameter_text(name, entry, with_sd=False))
+            " ".join(parameter_text(name, entry, physics, with_sd=False))
             for name, entry in by_importance(parameters)
             if name != "sides"
         ]
-        what = physics_name(str(finding.get("physics", "")), parameters)
+        what = physics_name(physics, parameters)
         parts.append(", ".join([f"{what} {place_text(mapping(finding.get('location')))}", *values]))
     return f"Missing: {'; and '.join(parts)}{_gain(result, 'parameters', 'final')}."
 
