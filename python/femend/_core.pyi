@@ -1,1 +1,118 @@
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
 __version__: str
+
+class _SimulationStatus(TypedDict):
+    """How a simulation went.
+
+    `converged` is False where a step failed; then `failed_at` is the first kept sample that was not computed (NaN from
+    there on) and `advice` says what to do. `n_static_modes` modes were too fast for the substep and followed their
+    force statically. `added_compliance` (0 to 1) is the share of the stabilising compliance that a stiff law asked for.
+    """
+
+    converged: bool
+    failed_at: int | None
+    advice: str
+    n_iterations: int
+    n_static_modes: int
+    added_compliance: float
+
+_LawSpec: TypeAlias = tuple[str, Mapping[str, float] | Sequence[float] | NDArray[np.float64]]
+_Histories: TypeAlias = tuple[
+    NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], _SimulationStatus
+]
+
+def simulate(
+    omega: NDArray[np.float64],
+    zeta: NDArray[np.float64],
+    phi_in: NDArray[np.float64],
+    phi_out: NDArray[np.float64],
+    w: NDArray[np.float64],
+    laws: Sequence[Sequence[_LawSpec]],
+    u: NDArray[np.float64],
+    dt: float,
+    *,
+    substeps: int = 1,
+    stride: int = 1,
+    output: str = "acceleration",
+    residual_compliance: NDArray[np.float64] | None = None,
+) -> _Histories:
+    """Response from rest of a modal model whose coordinates `w` carry laws, closed loop.
+
+    Parameters: `omega` (r,) rad/s, `zeta` (r,), mass-normalised `phi_in` (n_in, r), `phi_out` (n_out, r), `w` (n_w, r)
+    with n_w <= 6; `laws` one list of (name, parameters) for each row of w, their forces add up; `u` (n_in, n) in N at
+    steps of `dt` s, linear between samples; each step is cut into `substeps`; every `stride`-th sample is kept.
+    `output` is "displacement", "velocity" or "acceleration" (with the instantaneous effect of the forces at the sample).
+    `residual_compliance` (n_w, n_w) m/N is the static compliance of the omitted modes at w.
+
+    Returns y (n_out, n_kept), d, v, f (n_w, n_kept) and a status; f acts against the motion:
+    M q'' + C q' + K q = f_ext - w f. Raises `LawParameterError` and ValueError.
+
+    Modes are stepped exactly for linear forces (Van Loan 1978); the law's force is implicit at the end of a substep.
+    """
+
+def simulate_sensitivity(
+    omega: NDArray[np.float64],
+    zeta: NDArray[np.float64],
+    phi_in: NDArray[np.float64],
+    phi_out: NDArray[np.float64],
+    w: NDArray[np.float64],
+    laws: Sequence[Sequence[_LawSpec]],
+    u: NDArray[np.float64],
+    dt: float,
+    *,
+    substeps: int = 1,
+    stride: int = 1,
+    output: str = "acceleration",
+    residual_compliance: NDArray[np.float64] | None = None,
+) -> tuple[_Histories, NDArray[np.float64], NDArray[np.float64]]:
+    """`simulate`, with dy/dp (n_p, n_out, n_kept) and df/dp (n_p, n_w, n_kept) by differentiating every substep.
+
+    Parameters are those of all laws in the order given, each in the order of `law_library`. With `phi_out` of no rows
+    only df is computed, from which outputs follow as the response to -w f. The derivative over `sides` is zero.
+    """
+
+def simulate_batch(
+    omega: NDArray[np.float64],
+    zeta: NDArray[np.float64],
+    phi_in: NDArray[np.float64],
+    phi_out: NDArray[np.float64],
+    w: NDArray[np.float64],
+    laws: Sequence[Sequence[Sequence[_LawSpec]]],
+    u: Sequence[NDArray[np.float64]],
+    dt: float,
+    *,
+    substeps: int = 1,
+    stride: int = 1,
+    output: str = "acceleration",
+    residual_compliance: NDArray[np.float64] | None = None,
+) -> list[list[_Histories]]:
+    """`simulate` for every set of laws and every record on all cores: result[set][record].
+
+    Each of omega, zeta (r,) and phi_in, phi_out, w (n, r) may have a further first axis with one entry for each set.
+    Records (n_in, n) may differ in length.
+    """
+
+def law_force(
+    name: str,
+    parameters: Mapping[str, float] | Sequence[float] | NDArray[np.float64],
+    d: NDArray[np.float64],
+    v: NDArray[np.float64],
+    a: NDArray[np.float64],
+    dt: float,
+) -> NDArray[np.float64]:
+    """Force (n,) in N of a law along a given motion d, v, a (n,) at steps of `dt` s, from rest."""
+
+def law_dynamic_stiffness(
+    name: str,
+    parameters: Mapping[str, float] | Sequence[float] | NDArray[np.float64],
+    s: NDArray[np.complex128],
+) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    """kappa(s) = F/D (n,) in N/m of a linear law at complex s (n,) in rad/s, and its parameter derivatives (n_p, n)."""
+
+def law_library() -> dict[str, list[tuple[str, str]]]:
+    """{law: [(parameter, SI unit), ...]}, parameters in the order in which arrays give them."""

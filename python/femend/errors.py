@@ -10,6 +10,7 @@ __all__ = [
     "DeckError",
     "FemendError",
     "FormatError",
+    "LawParameterError",
     "ModelError",
     "PairingError",
     "RecordingError",
@@ -82,3 +83,15 @@ class PairingError(FemendError, ValueError):
 
 class UnitError(FemendError, ValueError):
     """Units that are unknown or do not fit together."""
+
+
+class LawParameterError(FemendError, ValueError):
+    """A local law that cannot be used as given: unknown law or parameter, value outside its domain, wrong domain.
+
+    Attributes: `law`, `parameter` — None where they do not apply.
+    """
+
+    def __init__(self, message: str, *, law: str | None = None, parameter: str | None = None) -> None:
+        super().__init__(message)
+        self.law = law
+        self.parameter = parameter

@@ -1,0 +1,108 @@
+//! The sum of several laws on one coordinate.
+
+use super::kind::N_SEEDS;
+use super::{Law, LawError, MAX_PARAMETERS, MAX_STATE, Motion, PreparedLaw, State};
+
+/// Laws that act in parallel on the same coordinate, prepared for a step length.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    laws: Vec<PreparedLaw>,
+}
+
+/// A joint's force at the end of a step, linearised; parameters are those of its laws one after the other.
+#[derive(Clone, Debug, Default)]
+pub struct Linearised {
+    /// Slopes over d, v, a at the end of the step.
+    pub df: [f64; 3],
+    /// Per law: slopes over its old state.
+    pub df_ds: Vec<[f64; MAX_STATE]>,
+    /// Slopes over the parameters.
+    pub df_dp: Vec<f64>,
+    /// Per law and new state variable: slopes over (d, v, a), old state, own parameters.
+    ds: Vec<[[f64; N_SEEDS]; MAX_STATE]>,
+}
+
+impl Joint {
+    /// Prepares laws for steps of `dt` seconds.
+    ///
+    /// # Errors
+    /// [`LawError::FrequencyOnly`].
+    pub fn new(laws: &[Law], dt: f64) -> Result<Self, LawError> {
+        Ok(Self { laws: laws.iter().map(|law| law.prepare(dt)).collect::<Result<_, _>>()? })
+    }
+
+    /// Its laws.
+    pub fn laws(&self) -> &[PreparedLaw] {
+        &self.laws
+    }
+
+    /// Number of parameters of all laws together.
+    pub fn n_parameters(&self) -> usize {
+        self.laws.iter().map(PreparedLaw::n_parameters).sum()
+    }
+
+    /// Whether every law is linear.
+    pub fn is_linear(&self) -> bool {
+        self.laws.iter().all(|law| law.kind().is_linear())
+    }
+
+    /// Whether some law depends on the acceleration.
+    pub fn is_inertial(&self) -> bool {
+        self.laws.iter().any(|law| law.kind().is_inertial())
+    }
+
+    /// A state at rest.
+    pub fn rest(&self) -> Vec<State<f64>> {
+        vec![[0.0; MAX_STATE]; self.laws.len()]
+    }
+
+    /// Force (N), slopes over (d, v, a), and the new states written to `new`.
+    pub fn tangent(&self, x: Motion<f64>, state: &[State<f64>], new: &mut [State<f64>]) -> (f64, [f64; 3]) {
+        let (mut f, mut df) = (0.0, [0.0; 3]);
+        for ((law, s), s_new) in self.laws.iter().zip(state).zip(new) {
+            let (force, slope, next) = law.tangent(x, s);
+            *s_new = next;
+            f += force;
+            for (sum, part) in df.iter_mut().zip(slope) {
+                *sum += part;
+            }
+        }
+        (f, df)
+    }
+
+    /// All derivatives at a motion reached from `state`.
+    pub fn linearise(&self, x: Motion<f64>, state: &[State<f64>], out: &mut Linearised) {
+        out.df = [0.0; 3];
+        out.df_ds.clear();
+        out.df_dp.clear();
+        out.ds.clear();
+        for (law, s) in self.laws.iter().zip(state) {
+            let (f, new) = law.full(x, s);
+            for (sum, part) in out.df.iter_mut().zip(&f.eps) {
+                *sum += part;
+            }
+            out.df_ds.push(std::array::from_fn(|i| f.eps[3 + i]));
+            out.df_dp.extend_from_slice(&f.eps[3 + MAX_STATE..3 + MAX_STATE + law.n_parameters()]);
+            out.ds.push(new.map(|z| z.eps));
+        }
+    }
+
+    /// Advances the derivative of the states with respect to one parameter of the whole simulation.
+    ///
+    /// `dx` is the derivative of the motion at the end of the step; `own` the index of the parameter among this joint's,
+    /// if it is one of them.
+    pub fn advance_state(&self, at: &Linearised, dx: [f64; 3], own: Option<usize>, ds: &mut [State<f64>]) {
+        let mut first = 0;
+        for ((law, slopes), state) in self.laws.iter().zip(&at.ds).zip(ds) {
+            let local = own.and_then(|j| j.checked_sub(first)).filter(|j| *j < law.n_parameters());
+            debug_assert!(law.n_parameters() <= MAX_PARAMETERS);
+            let old = *state;
+            for (new, slope) in state.iter_mut().zip(slopes) {
+                let motion: f64 = (0..3).map(|i| slope[i] * dx[i]).sum();
+                let history: f64 = (0..MAX_STATE).map(|i| slope[3 + i] * old[i]).sum();
+                *new = motion + history + local.map_or(0.0, |j| slope[3 + MAX_STATE + j]);
+            }
+            first += law.n_parameters();
+        }
+    }
+}

@@ -1,0 +1,24 @@
+//! Quadratic (fluid) damping.
+
+use super::dual::Scalar;
+use super::{Constants, Definition, Domain, Motion, Parameter, State, parameter};
+
+/// f = c v |v|.
+pub(super) struct QuadraticDamping;
+
+impl Definition for QuadraticDamping {
+    const NAME: &'static str = "quadratic_damping";
+    const PARAMETERS: &'static [Parameter] = &[parameter("c", "N s^2/m^2", Domain::Real)];
+
+    fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
+        (c[0] * x.v * x.v.abs(), *s)
+    }
+
+    fn stored(_c: &Constants<f64>, _x: Motion<f64>, _s: &State<f64>) -> Option<f64> {
+        Some(0.0)
+    }
+
+    fn stiffness_bound<T: Scalar>(_p: &[T]) -> T {
+        T::constant(0.0)
+    }
+}
