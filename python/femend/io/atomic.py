@@ -58,7 +58,7 @@ class OutputDirectory:
     stays. Where the body raises, or is interrupted, ``out`` is as it was and the temporary folder is removed; where
     moving fails half-way, the earlier results are put back.
 
-    Raises FileExistsError where the path is a file.
+    Raises NotADirectoryError where `path` is a file.
     """
 
     def __init__(self, path: str | os.PathLike[str], *, owned: tuple[str, ...] = RESULT_NAMES) -> None:
@@ -66,7 +66,7 @@ class OutputDirectory:
         self.owned = owned
         self.temporary: Path | None = None
         if self.path.exists() and not self.path.is_dir():
-            raise FileExistsError(f"{self.path} is a file; give a folder for the results")
+            raise NotADirectoryError(f"{self.path} is a file; give a folder for the results")
 
     @property
     def _prefix(self) -> str:

@@ -204,8 +204,8 @@ def _frf(
         column = table.columns[source]
         if not np.iscomplexobj(column):
             raise RecordingError(
-                f"recording {name!r}: column {table.names[source]!r} of an FRF is real; give real and imaginary part as "
-                'one complex column, or as columns x_re and x_im with source = "x"',
+                f"recording {name!r}: column {table.names[source]!r} of an FRF is real; give real and imaginary part "
+                'as one complex column, or as columns x_re and x_im with source = "x"',
                 recording=name,
                 channel=table.names[source],
             )

@@ -121,14 +121,15 @@ def even_step(x: NDArray[np.float64], name: str) -> float:
 
 
 def printed_step(dx: float) -> float:
-    """The step meant by a header's six digits: 1/rate where exactly one integer rate prints as these digits.
+    """The step meant by a header's digits (six or more): 1/rate where exactly one integer rate prints as these.
 
     A header writes 1/1024 s as 9.76562e-04; over a minute the rounding would be 30 microseconds. Rates that are no
     integer stay as printed.
     """
     if not (np.isfinite(dx) and dx > 0):
         return dx
-    half = 0.5 * 10.0 ** (np.floor(np.log10(dx)) - 5)
+    digits = max(len(f"{dx:.16g}".split("e")[0].replace(".", "").lstrip("0")), 6)
+    half = 0.5 * 10.0 ** (np.floor(np.log10(dx)) - digits + 1)
     rate = round(1.0 / dx)
     unique = 1.0 / (dx - half) - 1.0 / (dx + half) < 1.0
     if rate >= 1 and unique and abs(1.0 / rate - dx) <= half * (1 + 1e-6):

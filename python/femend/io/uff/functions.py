@@ -79,7 +79,7 @@ def _of_frf(data: FRF, single: bool) -> list[Function58]:
                 4,
                 (*_ends(out), *_ends(ref)),
                 (5 if single else 6, n, float(data.freq[0]), step if even else 0.0),
-                (Axis(18, unit="Hz"), _axis(out, data.unit), _axis(ref)),
+                (Axis(18, unit="Hz"), _axis(out, f"{out.unit}/{ref.unit}"), _axis(ref)),
             )
             functions.append(Function58(header, data.freq, data.H[:, i, j], len(functions) + 1))
     return functions

@@ -73,10 +73,13 @@ def _even(function: Function58) -> tuple[float, float] | None:
     """Start and step of the axis where it can be written evenly; None where it cannot."""
     x, n = function.x, function.x.size
     if n < 2:
-        return (float(x[0]) if n else 0.0), function.header.dx
+        x0 = float(short_number(float(x[0]))) if n else 0.0
+        return (x0, function.header.dx) if n == 0 or x0 == x[0] or function.header.even else None
     step = function.header.dx if function.header.even else (x[-1] - x[0]) / (n - 1)
     x0, dx = float(short_number(float(x[0]))), float(short_number(float(step)))
     part = _TIME_TOLERANCE if function.header.func_type in (0, 1) else _AXIS_TOLERANCE
+    if not function.header.even:  # spaced by itself: only an axis that is even to the last digits becomes one
+        part = 1e-9
     error = np.abs(x0 + dx * np.arange(n) - x).max()
     return (x0, dx) if dx > 0 and error <= part * dx else None
 
