@@ -40,7 +40,8 @@ def frf_figure(overlay: FrfOverlay) -> str:
         angle = np.degrees(np.angle(curve))
         phase.curve(freq, _broken_at_wraps(angle), stage, gap=4.5 * step)
     label = f"Frequency response {overlay.label}, recording {overlay.recording}"
-    return svg(_WIDTH, 322, "".join(magnitude.parts + phase.parts), label)
+    axes = ((magnitude, "Hz", unit), (phase, "Hz", "°"))
+    return svg(_WIDTH, 322, "".join(magnitude.parts + phase.parts), label, axes=axes)
 
 
 def trace_figure(trace: TimeOverlay) -> str:
@@ -75,7 +76,7 @@ def trace_figure(trace: TimeOverlay) -> str:
         if c is not None:
             zoom.curve(t[inside], c[inside], stage)
     label = f"Time trace {trace.label}, recording {trace.recording}"
-    return svg(_WIDTH, top + 186, "".join(parts + zoom.parts), label)
+    return svg(_WIDTH, top + 186, "".join(parts + zoom.parts), label, axes=((zoom, "s", unit),))
 
 
 def restoring_figures(force: RestoringForce) -> list[str]:
@@ -95,7 +96,8 @@ def restoring_figures(force: RestoringForce) -> list[str]:
         axes.points(*_thinned(x, f, 1500), "measured")
         if law_x is not None and law_f is not None:
             axes.points(*_thinned(np.asarray(law_x, float), np.asarray(law_f, float), 1500), "final")
-        figures.append(svg(_WIDTH, 326, "".join(axes.parts), f"Recovered force over {words}"))
+        units = (axes, pretty_unit(unit), pretty_unit(force.f_unit))
+        figures.append(svg(_WIDTH, 326, "".join(axes.parts), f"Recovered force over {words}", axes=(units,)))
     return figures
 
 

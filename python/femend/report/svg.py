@@ -7,7 +7,9 @@ column before they come here or in `Axes.curve`, so that peaks stay.
 from __future__ import annotations
 
 import itertools
+import json
 import math
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
@@ -18,9 +20,17 @@ __all__ = ["Axes", "decimate", "log_ticks", "nice_ticks", "svg"]
 FloatArray = NDArray[np.float64]
 
 
-def svg(width: float, height: float, body: str, label: str, css: str = "plot") -> str:
-    """An inline SVG of `width` by `height` units, with `label` for those who do not see it."""
-    return f'<svg class="{css}" viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(label)}">{body}</svg>'
+def svg(
+    width: float, height: float, body: str, label: str, css: str = "plot", axes: Sequence[tuple[Axes, str, str]] = ()
+) -> str:
+    """An inline SVG of `width` by `height` units, with `label` for those who do not see it.
+
+    `axes` lists (axes, unit of x, unit of y) whose values the page reads out under the pointer.
+    """
+    read_out = json.dumps([a.scales(x, y) for a, x, y in axes], separators=(",", ":"))
+    data = f' data-axes="{escape(read_out)}"' if axes else ""
+    view = f'viewBox="0 0 {width:g} {height:g}"'
+    return f'<svg class="{css}" {view} role="img" aria-label="{escape(label)}"{data}>{body}</svg>'
 
 
 def nice_ticks(low: float, high: float, count: int = 5) -> list[float]:
@@ -93,6 +103,11 @@ class Axes:
         self.log_x, self.log_y = log_x, log_y
         self.x_range, self.y_range = x_range, y_range
         self.parts: list[str] = []
+
+    def scales(self, x_unit: str, y_unit: str) -> list[float | str | bool]:
+        """Box, ranges and kinds of the two scales with their units, as the page's script takes them."""
+        ends = (self.left, self.top, self.width, self.height, *self.x_range, *self.y_range)
+        return [*(float(f"{v:.6g}") for v in ends), self.log_x, self.log_y, x_unit, y_unit]
 
     def x(self, value: FloatArray | float) -> FloatArray:
         """Horizontal position of data values."""

@@ -89,7 +89,13 @@
     drawFaces(); drawLines(); drawSupports(); drawMarkers(); drawPlaces(); drawAxes();
   }
 
-  function redraw() { if (!wanted) { wanted = true; requestAnimationFrame(draw); } }
+  // A page in the background gets no frames; it is drawn all the same, for prints and pictures of it.
+  function redraw() {
+    if (wanted) return;
+    wanted = true;
+    requestAnimationFrame(() => wanted && draw());
+    setTimeout(() => wanted && draw(), 100);
+  }
 
   // Faces far to near, lighter where they face the viewer.
   function drawFaces() {
