@@ -46,7 +46,7 @@ def simulate(
     Parameters: `omega` (r,) rad/s, `zeta` (r,), mass-normalised `phi_in` (n_in, r), `phi_out` (n_out, r), `w` (n_w, r)
     with n_w <= 6; `laws` one list of (name, parameters) for each row of w, their forces add up; `u` (n_in, n) in N at
     steps of `dt` s, linear between samples; each step is cut into `substeps`; every `stride`-th sample is kept.
-    `output` is "displacement", "velocity" or "acceleration" (with the instantaneous effect of the forces at the sample).
+    `output` is "displacement", "velocity" or "acceleration" (with the instantaneous effect of the forces there).
     `residual_compliance` (n_w, n_w) m/N is the static compliance of the omitted modes at w.
 
     Returns y (n_out, n_kept), d, v, f (n_w, n_kept) and a status; f acts against the motion:
