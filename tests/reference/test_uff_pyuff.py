@@ -70,7 +70,7 @@ def test_sample_files(pyuff: ModuleType, shared: Callable[[str], Path]) -> None:
     functions = nodes = 0
     for path in sorted(folder.glob("*.uff")):
         if path.name == CUT_OFF:
-            with pytest.raises(FormatError, match="2508876 numbers .* but 42 are there"):
+            with pytest.raises(FormatError, match=r"2508876 numbers .* but 42 are there"):
                 read_uff(path)
             continue
         sets = sets_of(pyuff, path)

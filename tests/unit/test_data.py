@@ -36,7 +36,7 @@ def test_time_data_are_read_only_and_owned() -> None:
 def test_channels_are_found_by_name_dof_or_label() -> None:
     data = time_data(channels=(FORCE, TOP, TACHO))
     assert [data.index(t) for t in ("hammer", "12:-X", "top plate", "tacho")] == [0, 1, 2 - 1, 2]
-    with pytest.raises(RecordingError, match="no channel answers to 'speed'; its channels are force 1:\\+Z"):
+    with pytest.raises(RecordingError, match=r"no channel answers to 'speed'; its channels are force 1:\+Z"):
         data.index("speed")
     with pytest.raises(RecordingError, match="2 channels answer to 't'"):
         data.index("t")
@@ -145,10 +145,10 @@ def test_dead_channel() -> None:
     values = np.ones((2, 10))
     values[1] = 0.0
     with pytest.raises(
-        RecordingError, match="acceleration 12:-X .* is 0 in all 10 samples; leave the dead channel out"
+        RecordingError, match=r"acceleration 12:-X .* is 0 in all 10 samples; leave the dead channel out"
     ):
         Recording("run", time_data(values))
-    with pytest.raises(RecordingError, match="force 1:\\+Z .* is 0 in all"):
+    with pytest.raises(RecordingError, match=r"force 1:\+Z .* is 0 in all"):
         Recording("run", time_data(values[::-1]))
     second = Channel(Dof(2, 1), "force", "N")
     both = TimeData("run", 0.01, np.vstack([values, np.ones(10)])[[1, 2, 0]], (FORCE, second, TOP))

@@ -38,7 +38,7 @@ def test_text_that_is_no_dof_is_quoted(text: str) -> None:
 
 @pytest.mark.parametrize("wrong", [(1, 0, 1), (1, 7, 1), (1, 1, 0), (-1, 1, 1)])
 def test_numbers_out_of_range(wrong: tuple[int, int, int]) -> None:
-    with pytest.raises(ValueError, match="of node|negative"):
+    with pytest.raises(ValueError, match=r"of node|negative"):
         Dof(*wrong)
 
 

@@ -84,7 +84,7 @@ def test_real_even_text(put, kind: int, form: str, per_line: int, digits: float)
 def test_complex_uneven_text(put) -> None:  # type: ignore[no-untyped-def]
     x = np.cumsum(np.linspace(1, 2, N))
     table = np.column_stack([x, WAVE, -WAVE])
-    body = "".join("%13.5E%20.12E%20.12E\n" % tuple(row) for row in table)
+    body = "".join(f"{a:13.5E}{b:20.12E}{c:20.12E}\n" for a, b, c in table)
     (function,) = read_uff(put(text_set(body, kind=6, even=0, func_type=4))).functions
     np.testing.assert_allclose(function.x, x, rtol=1e-5)
     np.testing.assert_allclose(function.y, WAVE - 1j * WAVE, rtol=1e-12)
@@ -179,7 +179,8 @@ def test_unknown_data_sets_are_listed(put) -> None:  # type: ignore[no-untyped-d
 def test_nodes_in_any_order_and_units(put) -> None:  # type: ignore[no-untyped-def]
     text = (
         "    -1\n   164\n         9USER_DEFINED               2\n"
-        "  1.00000000000000000D+03  1.00000000000000000D+00  1.00000000000000000D+00\n -2.73150000000000000D+02\n    -1\n"
+        "  1.00000000000000000D+03  1.00000000000000000D+00  1.00000000000000000D+00\n"
+        " -2.73150000000000000D+02\n    -1\n"
         "    -1\n    15\n"
         "         7         0         0         8  1.00000e+03 -2.50000e+02  0.00000e+00\n"
         "         3         0         0         8  0.00000e+00  0.00000e+00  5.00000e+02\n    -1\n"
@@ -200,7 +201,8 @@ def test_trace_lines_and_elements(put) -> None:  # type: ignore[no-untyped-def]
         "    -1\n  2412\n"
         "         1        21         1         1         7         2\n         0         1         1\n"
         "         1         2\n"
-        "         2        94         4         6         7         4\n         1         2         3         4\n    -1\n"
+        "         2        94         4         6         7         4\n"
+        "         1         2         3         4\n    -1\n"
     )
     file = read_uff(put(text.encode()))
     assert (file.lines[0].name, file.lines[0].nodes) == ("outer frame", (1, 2, 0, 3, 4))

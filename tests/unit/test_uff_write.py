@@ -78,7 +78,7 @@ def test_nan_is_refused_and_the_old_file_stays(tmp_path: Path, bad: float) -> No
     y = functions[1].y.copy()
     y[7] = bad
     functions[1] = replace(functions[1], y=y)
-    with pytest.raises(RecordingError, match="function 2 .*value 8 is .*allow_nan=True"):
+    with pytest.raises(RecordingError, match=r"function 2 .*value 8 is .*allow_nan=True"):
         write_uff(path, functions)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]

@@ -45,7 +45,7 @@ def test_units_of_channels(text: str, factor: float, quantity: str | None) -> No
 
 @pytest.mark.parametrize("text", ["", "furlong", "m//s", "m^", "(m/s", "m/s^x", "m$"])
 def test_text_that_is_no_unit(text: str) -> None:
-    with pytest.raises(UnitError, match="write it|not closed|not an integer|cannot be read"):
+    with pytest.raises(UnitError, match=r"write it|not closed|not an integer|cannot be read"):
         parse_unit(text)
 
 
@@ -53,7 +53,7 @@ def test_a_unit_must_measure_its_quantity() -> None:
     assert quantity_factor("acceleration", "g") == G
     assert quantity_factor("acceleration", "rad/s^2", rotational=True) == 1.0
     assert quantity_factor("force", "N*m", rotational=True) == 1.0
-    with pytest.raises(UnitError, match="'mm' does not measure acceleration; use a unit such as 'm/s\\^2'"):
+    with pytest.raises(UnitError, match=r"'mm' does not measure acceleration; use a unit such as 'm/s\^2'"):
         quantity_factor("acceleration", "mm")
     with pytest.raises(UnitError, match="quantity 'speed' is unknown"):
         quantity_factor("speed", "m/s")
