@@ -11,5 +11,6 @@ pub mod parameter;
 pub mod pattern;
 pub mod project;
 pub mod resolve;
+mod resolve_continua;
 pub mod scalar;
 pub mod small;

@@ -207,12 +207,14 @@ impl Model {
         Ok(out)
     }
 
-    /// Index of the element with this id.
+    /// Index of the element with this id; of the mass with this id when there is no other element.
     ///
     /// # Errors
     /// [`FemError::UnknownElement`].
     pub fn element_index(&self, id: Id) -> Result<usize, FemError> {
-        self.elements.iter().position(|e| e.id == id && id != 0).ok_or(FemError::UnknownElement { id })
+        let find =
+            |mass: bool| self.elements.iter().position(|e| e.id == id && id != 0 && e.is_mass() == mass);
+        find(false).or_else(|| find(true)).ok_or(FemError::UnknownElement { id })
     }
 
     /// Mass of the whole structure, held nodes included, from its motion along X.
@@ -401,10 +403,11 @@ fn apply(parameters: &[Parameter], elements: &[Element]) -> Result<Vec<Vec<Appli
                         .filter(|&s| element.materials[s] == *id)
                         .fold(0, |set, s| set | 1 << s),
                     Target::Property(_) => u8::MAX * u8::from(element.property == Some(*id)),
-                    Target::Elements(_) => u8::MAX * u8::from(element.id == *id),
-                    Target::Mass(_) => {
-                        u8::MAX * u8::from(element.id == *id && element.card.starts_with("CONM"))
+                    Target::Elements(_) => {
+                        let same_kind = element.is_mass() == (p.quantity == Quantity::M);
+                        u8::MAX * u8::from(element.id == *id && same_kind)
                     }
+                    Target::Mass(_) => u8::MAX * u8::from(element.id == *id && element.is_mass()),
                 };
                 met[i] |= hit != 0;
                 slots |= hit;

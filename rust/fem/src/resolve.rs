@@ -68,16 +68,18 @@ pub fn resolve(mesh: &Mesh, nodes: &NodeTable, added_mass: &[(Id, f64)]) -> Resu
     for mass in &mesh.masses {
         out.push(r.mass(mass)?);
     }
-    r.continua()?;
+    r.shells(&mut out)?;
+    r.solids(&mut out)?;
     for &(node, m) in added_mass {
         out.push(r.added_mass(node, m)?);
     }
     let mut seen = HashMap::new();
     for e in out.iter().filter(|e| e.id != 0) {
-        let count = seen.entry(e.id).or_insert(0_usize);
+        // masses have ids of their own
+        let count = seen.entry((e.is_mass(), e.id)).or_insert(0_usize);
         *count += 1;
         if *count > 1 {
-            let count = out.iter().filter(|o| o.id == e.id).count();
+            let count = out.iter().filter(|o| o.id == e.id && o.is_mass() == e.is_mass()).count();
             return Err(FemError::Duplicate { what: "element", id: e.id, count });
         }
     }
@@ -364,19 +366,5 @@ impl Resolver<'_> {
         let mut element = self.mass(&Mass { id: 0, node: self.nodes.nodes[at].id, kind })?;
         element.card = "added mass";
         Ok(element)
-    }
-
-    fn continua(&self) -> Result<(), FemError> {
-        let missing = "shells and solids are not in this version";
-        if let Some(s) = self.mesh.quads.first() {
-            return Err(FemError::Unsupported { what: "CQUAD4".to_owned(), id: s.id, missing });
-        }
-        if let Some(s) = self.mesh.trias.first() {
-            return Err(FemError::Unsupported { what: "CTRIA3".to_owned(), id: s.id, missing });
-        }
-        if let Some(s) = self.mesh.solids.first() {
-            return Err(FemError::Unsupported { what: format!("{:?}", s.kind), id: s.id, missing });
-        }
-        Ok(())
     }
 }

@@ -11,8 +11,12 @@ use crate::small::Mat;
 pub mod beam;
 pub mod bush;
 pub mod mass;
+pub mod quad4;
+pub mod quadrature;
 pub mod rod;
 pub mod scalar_element;
+pub mod solid;
+pub mod solid_shape;
 
 /// Matrices of one element; `None` = zero.
 #[derive(Debug, Clone)]
@@ -46,6 +50,10 @@ pub enum Data {
     Bush(bush::BushElement),
     /// CONM1, CONM2 and masses added by a configuration.
     Mass(mass::MassElement),
+    /// CQUAD4.
+    Quad4(Box<quad4::Quad4Element>),
+    /// CTETRA, CPENTA, CHEXA.
+    Solid(solid::SolidElement),
 }
 
 /// An element with its place in the model.
@@ -79,7 +87,15 @@ impl Element {
             Data::Scalar(e) => e.matrices(factors),
             Data::Bush(e) => e.matrices(factors),
             Data::Mass(e) => e.matrices(factors),
+            Data::Quad4(e) => e.matrices(factors),
+            Data::Solid(e) => e.matrices(factors),
         }
+    }
+
+    /// Is this a concentrated mass? Masses and other elements may share an id.
+    #[must_use]
+    pub fn is_mass(&self) -> bool {
+        matches!(self.data, Data::Mass(_))
     }
 
     /// Local axes in basic coordinates and length of a beam, `None` for other elements.
