@@ -152,6 +152,8 @@ def physics(name: str) -> Physics:
 def catalogue(*, kind: Kind | None = None, families: Iterable[str] | None = None) -> tuple[Physics, ...]:
     """All entries that are a local law, optionally of one kind or some families only.
 
+    Raises LawParameterError for a family that does not exist.
+
     >>> [entry.name for entry in catalogue(kind="nonlinear", families=["hysteretic"])]
     ['coulomb_friction', 'bouc_wen']
     """

@@ -32,7 +32,7 @@ class Shape:
     scaled: tuple[tuple[str, ...], ...]
 
     def values(self, factors: tuple[float, ...] | list[float]) -> dict[str, float]:
-        """Parameter values for one fitted factor a term."""
+        """Parameter values for one fitted factor a term; raises LawParameterError for another number of `factors`."""
         if len(factors) != len(self.terms):
             raise LawParameterError(
                 f"{self.physics.name} has {len(self.terms)} force scales here, {len(factors)} were given",

@@ -87,15 +87,15 @@ class FitCoordinates:
         return np.array(x, dtype=float)
 
     def parameters(self, x: Array) -> dict[str, float]:
-        """Parameter values at coordinates (n_free,)."""
+        """Parameter values at coordinates `x` (n_free,)."""
         return self._map(np.asarray(x, dtype=float))[0]
 
     def jacobian(self, x: Array) -> Array:
-        """dp/dx (n_p, n_free) with all parameters of the law in their order."""
+        """dp/dx (n_p, n_free) at `x` (n_free,) with all parameters of the law in their order."""
         return self._map(np.asarray(x, dtype=float))[1]
 
     def array(self, x: Array) -> Array:
-        """Parameter values (n_p,) in the order in which the core takes them."""
+        """Parameter values (n_p,) at `x` (n_free,), in the order in which the core takes them."""
         p = self.parameters(x)
         return np.array([p[name] for name in self.physics.parameter_names])
 
