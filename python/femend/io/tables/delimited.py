@@ -25,11 +25,12 @@ _PROBE_LINES = 200
 class _Style:
     separator: str | None  # None: any white space
     comma: bool  # decimal comma
+    closed: bool = False  # every line ends with the separator
 
     def fields(self, line: str) -> list[str]:
         parts = line.split(self.separator)
-        if self.separator is not None and len(parts) > 1 and not parts[-1].strip():
-            parts.pop()  # a separator at the end of the line
+        if self.closed and len(parts) > 1 and not parts[-1].strip():
+            parts.pop()
         return [p.strip().strip('"') for p in parts]
 
     def plain(self, text: str) -> str:
@@ -63,7 +64,9 @@ def _style(lines: list[str]) -> tuple[_Style, int]:
     best, best_score, columns = _Style(",", False), (0, 0), 0
     styles = [(";", False), (";", True), ("\t", False), ("\t", True), (",", False), (None, False), (None, True)]
     for separator, comma in styles:
-        style = _Style(separator, comma)
+        data = [x.rstrip(" ") for x in lines if re.match(r"\s*[\d+\-.(]", x)]
+        closed = separator is not None and all(x.endswith(separator) for x in data)
+        style = _Style(separator, comma, closed)
         counts: dict[int, int] = {}
         for line in lines:
             fields = style.fields(line)
@@ -128,7 +131,7 @@ def _names(header: list[str], style: _Style, width: int) -> tuple[str, ...]:
     names: list[str] | None = None
     for line in reversed(header):
         fields = style.fields(line.lstrip("#% ") if names is None or line[:1] in "#%" else line)
-        if len(fields) != width:
+        if len(fields) != width or any(_numeric([f], style) for f in fields):
             break
         names = fields
     return tuple(names) if names is not None else tuple(f"column {i}" for i in range(width))
@@ -155,8 +158,6 @@ def _row_by_row(path: Path, lines: list[str], first: int, style: _Style, width: 
         if not line.strip():
             continue
         fields = style.fields(line)
-        if len(fields) < width and style.separator is not None:
-            fields += [""] * (line.count(style.separator) + 1 - len(fields))
         if len(fields) != width:
             raise FormatError(
                 f"{path}:{at}: the line has {len(fields)} fields where the table has {width}; the file may be cut off: "

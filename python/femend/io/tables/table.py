@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 __all__ = ["STEP_NAMES", "Table", "step_from"]
 
-_REAL, _IMAGINARY = r"(?:re|real)", r"(?:im|imag|imaginary)"
-_MAGNITUDE, _PHASE = r"(?:mag|magnitude|amp|amplitude|abs)", r"(?:phase|arg|angle)"
+_REAL, _IMAGINARY = r"(?:real|re)(?![a-z])", r"(?:imaginary|imag|im)(?![a-z])"
+_MAGNITUDE, _PHASE = r"(?:magnitude|mag|amplitude|amp|abs)(?![a-z])", r"(?:phase|arg|angle)(?![a-z])"
 _UNIT = r"\s*(?:[\[(](?P<unit>[^\])]*)[\])])?"
 # Scalars that state the sampling: a step in s, or a rate in Hz.
 STEP_NAMES = {
