@@ -7,6 +7,7 @@ for programs.
 from __future__ import annotations
 
 __all__ = [
+    "ConvergenceError",
     "DeckError",
     "FemendError",
     "FormatError",
@@ -49,6 +50,10 @@ class SingularModelError(ModelError):
     def __init__(self, message: str, *, dofs: tuple[str, ...] = ()) -> None:
         super().__init__(message)
         self.dofs = dofs
+
+
+class ConvergenceError(FemendError, ArithmeticError):
+    """An eigensolution or factorisation that did not reach its accuracy; the message says by how much and what to change."""
 
 
 class StudyError(FemendError, ValueError):

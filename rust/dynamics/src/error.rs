@@ -1,0 +1,68 @@
+//! What can go wrong in the dynamics of a model.
+
+use femend_linalg::LinalgError;
+
+/// Errors of this crate. DOF numbers are rows of K and M, from 0.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DynamicsError {
+    /// Sparse algebra failed.
+    #[error(transparent)]
+    Linalg(#[from] LinalgError),
+    /// An argument that makes no sense.
+    #[error("{0}")]
+    Argument(String),
+    /// DOFs with neither stiffness nor mass: K - sigma M is singular for every shift.
+    #[error("K - sigma*M is singular for every shift: {} DOF(s) move without stiffness and without mass ({}); \
+             constrain them or give them stiffness or mass", dofs.len(), list(dofs))]
+    Mechanism {
+        /// Rows of the matrix.
+        dofs: Vec<usize>,
+    },
+    /// A stiffness with negative eigenvalues.
+    #[error(
+        "K - sigma*M has {count} negative eigenvalue(s) at sigma = {sigma:.6e}: the stiffness is not positive \
+             semi-definite, or sigma lies above a mode; check springs with negative stiffness, or pass a lower sigma"
+    )]
+    NegativeStiffness {
+        /// How many.
+        count: usize,
+        /// Shift in rad²/s².
+        sigma: f64,
+    },
+    /// The eigenvalue iteration stopped before all modes converged.
+    #[error(
+        "{converged} of {wanted} modes converged with {vectors} Lanczos vectors (largest residual {residual:.1e}); \
+             ask for fewer modes or pass sigma nearer to them"
+    )]
+    NotConverged {
+        /// Modes that did.
+        converged: usize,
+        /// Modes asked for.
+        wanted: usize,
+        /// Vectors used.
+        vectors: usize,
+        /// Largest residual among the wanted.
+        residual: f64,
+    },
+    /// The inertia count and the modes found disagree.
+    #[error(
+        "{counted} modes lie below {freq_hz:.6} Hz by the inertia of K - sigma*M, {found} were found; \
+             modes are too close together there for the working precision"
+    )]
+    Missing {
+        /// By inertia.
+        counted: usize,
+        /// By the iteration.
+        found: usize,
+        /// Upper end in Hz.
+        freq_hz: f64,
+    },
+}
+
+fn list(dofs: &[usize]) -> String {
+    let mut text: Vec<String> = dofs.iter().take(12).map(|d| format!("DOF {d}")).collect();
+    if dofs.len() > 12 {
+        text.push(format!("and {} more", dofs.len() - 12));
+    }
+    text.join(", ")
+}

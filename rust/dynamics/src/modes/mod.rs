@@ -1,0 +1,15 @@
+//! Real normal modes K φ = λ M φ: the lowest, or all of a band, with a proof that none is missing.
+//!
+//! K symmetric positive semi-definite (free structures allowed), M symmetric positive semi-definite (massless DOFs
+//! allowed). The method is block Lanczos on (K - σM)⁻¹ M in the M inner product (Grimes, Lewis, Simon 1994) with full
+//! reorthogonalisation; the count of modes below the upper end comes from the inertia of K - σM (Sylvester's law).
+
+mod basis;
+mod lanczos;
+mod shift;
+mod small;
+mod solve;
+
+pub use solve::{ModeOptions, Modes, ModesInfo, modes};
+
+pub(crate) use shift::static_shift;

@@ -1,0 +1,354 @@
+//! From K and M to modes: shift, iteration, proof of completeness, residuals.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use femend_linalg::{Dense, Factor, Kind, LinalgError, Symbolic, SymmetricCsc};
+
+use super::lanczos::{Lanczos, Ritz};
+use super::shift::{self, Shifted};
+use super::small;
+use crate::DynamicsError;
+
+/// Models up to this size are solved densely.
+const SMALL: usize = 300;
+/// Ritz residual, relative, at which a mode counts as converged (its eigenvalue error is the square).
+const TOLERANCE: f64 = 1e-9;
+/// Residual at which the first value beyond the wanted ones is known well enough to place the upper end.
+const BEYOND: f64 = 1e-3;
+/// Relative gap in λ below which two modes are not separated by an inertia count.
+const GAP: f64 = 1e-6;
+
+/// What to compute.
+#[derive(Debug, Clone, Default)]
+pub struct ModeOptions {
+    /// The lowest `n_modes`; with `f_max` at most so many.
+    pub n_modes: Option<usize>,
+    /// All modes up to this frequency in Hz.
+    pub f_max: Option<f64>,
+    /// Shift in rad²/s², below the lowest mode; automatic if absent.
+    pub sigma: Option<f64>,
+    /// Shapes (n, k) near the wanted ones, e.g. of the previous parameter set.
+    pub start: Option<Dense>,
+    /// Leave out the inertia count at the upper end.
+    pub unchecked: bool,
+}
+
+/// Real normal modes, lowest first.
+#[derive(Debug, Clone)]
+pub struct Modes {
+    /// Eigenvalues ω² in rad²/s²; exactly 0 for rigid-body modes.
+    pub lambda: Vec<f64>,
+    /// Frequencies in Hz.
+    pub freq_hz: Vec<f64>,
+    /// Mass-normalised shapes (n, n_modes), largest component positive.
+    pub phi: Dense,
+    /// ‖K φ - λ M φ‖ / (|λ - σ| ‖M φ‖) in the Euclidean norm.
+    pub residual: Vec<f64>,
+    /// How it went.
+    pub info: ModesInfo,
+}
+
+/// How an eigensolution went.
+#[derive(Debug, Clone, Default)]
+pub struct ModesInfo {
+    /// Final shift in rad²/s².
+    pub sigma: f64,
+    /// Modes with λ = 0 to the rounding of K.
+    pub n_rigid: usize,
+    /// Modes below the upper end by inertia; `None` where the model was solved completely or the check left out.
+    pub counted: Option<usize>,
+    /// Lanczos vectors.
+    pub vectors: usize,
+    /// Right-hand sides solved.
+    pub solves: usize,
+    /// Numeric factorisations.
+    pub factorisations: usize,
+}
+
+/// Solves K φ = λ M φ. `symbolic` belongs to the common pattern of K and M and serves any number of calls.
+///
+/// # Errors
+/// [`DynamicsError::Argument`], [`DynamicsError::Mechanism`], [`DynamicsError::NegativeStiffness`],
+/// [`DynamicsError::NotConverged`], [`DynamicsError::Missing`], [`DynamicsError::Linalg`].
+pub fn modes(
+    symbolic: &Arc<Symbolic>,
+    k: &SymmetricCsc,
+    m: &SymmetricCsc,
+    options: &ModeOptions,
+) -> Result<Modes, DynamicsError> {
+    let band = check(k, m, options)?;
+    let mut info = ModesInfo { factorisations: 1, ..Default::default() };
+    let (mut shifted, free) = match options.sigma {
+        Some(sigma) => (shift::below(symbolic, k, m, sigma)?, false),
+        None => shift::automatic(symbolic, k, m, band)?,
+    };
+    if k.n() <= SMALL {
+        return dense(k, m, options, band, shifted, free, info);
+    }
+    if free {
+        info.factorisations += 1;
+        if band.is_none() {
+            shifted = raise(symbolic, k, m, shifted, &mut info)?;
+        }
+    }
+    let (lambda, phi) = iterate(symbolic, k, m, options, band, &shifted, &mut info)?;
+    finish(k, m, shifted.sigma, lambda, phi, info)
+}
+
+fn check(k: &SymmetricCsc, m: &SymmetricCsc, options: &ModeOptions) -> Result<Option<f64>, DynamicsError> {
+    let bad = |text: String| Err(DynamicsError::Argument(text));
+    if k.pattern() != m.pattern() {
+        return bad(format!("K ({} rows) and M ({} rows) do not share one pattern", k.n(), m.n()));
+    }
+    if options.start.as_ref().is_some_and(|s| s.nrows() != k.n()) {
+        return bad(format!("start shapes have another number of rows than K ({})", k.n()));
+    }
+    match (options.n_modes, options.f_max) {
+        (None, None) => bad("neither n_modes nor f_max is given; pass one of them".into()),
+        (Some(0), _) => bad("n_modes = 0; ask for at least one mode".into()),
+        (_, Some(f)) if !(f > 0.0 && f.is_finite()) => {
+            bad(format!("f_max = {f} Hz; it must be positive and finite"))
+        }
+        (_, f_max) => Ok(f_max.map(|f| (TAU * f).powi(2))),
+    }
+}
+
+/// Raises the shift of a free model to the scale of its first elastic mode, so that elastic modes keep all their digits.
+fn raise(
+    symbolic: &Arc<Symbolic>,
+    k: &SymmetricCsc,
+    m: &SymmetricCsc,
+    low: Shifted,
+    info: &mut ModesInfo,
+) -> Result<Shifted, DynamicsError> {
+    let mut process = Lanczos::new(m, &low.factor, 4, None);
+    loop {
+        let more = process.step();
+        let ritz = process.ritz()?;
+        let elastic = (0..ritz.theta.len())
+            .map(|j| (low.sigma + 1.0 / ritz.theta[j], ritz.error[j]))
+            .find(|(lambda, _)| *lambda > -10.0 * low.sigma);
+        match elastic {
+            Some((lambda, error)) if error < 0.05 || !more => {
+                info.solves += process.solves;
+                info.factorisations += 1;
+                return shift::below(symbolic, k, m, -0.5 * lambda);
+            }
+            _ if !more => return Ok(low),
+            _ => {}
+        }
+    }
+}
+
+/// All finite modes of a small model, cut to what was asked.
+fn dense(
+    k: &SymmetricCsc,
+    m: &SymmetricCsc,
+    options: &ModeOptions,
+    band: Option<f64>,
+    shifted: Shifted,
+    free: bool,
+    info: ModesInfo,
+) -> Result<Modes, DynamicsError> {
+    let mut sigma = shifted.sigma;
+    let (mut lambda, mut phi) = small::all_modes(k, m, sigma)?;
+    if free && band.is_none() {
+        if let Some(&elastic) = lambda.iter().find(|&&l| l > -10.0 * sigma) {
+            sigma = -0.5 * elastic;
+            (lambda, phi) = small::all_modes(k, m, sigma)?;
+        }
+    }
+    let found = lambda.len();
+    let in_band = band.map_or(found, |b| lambda.iter().filter(|&&l| l <= b).count());
+    let count = options.n_modes.map_or(in_band, |n| if band.is_some() { n.min(in_band) } else { n });
+    if count > found {
+        return Err(too_few(count, found));
+    }
+    let columns: Vec<usize> = (0..count).collect();
+    lambda.truncate(count);
+    finish(k, m, sigma, lambda, phi.select(&columns), info)
+}
+
+fn too_few(wanted: usize, found: usize) -> DynamicsError {
+    DynamicsError::Argument(format!(
+        "n_modes = {wanted}, but the model has only {found} modes of finite frequency (the rank of M)"
+    ))
+}
+
+/// Lanczos until the wanted modes have converged and their number agrees with the inertia at the upper end.
+fn iterate(
+    symbolic: &Arc<Symbolic>,
+    k: &SymmetricCsc,
+    m: &SymmetricCsc,
+    options: &ModeOptions,
+    band: Option<f64>,
+    shifted: &Shifted,
+    info: &mut ModesInfo,
+) -> Result<(Vec<f64>, Dense), DynamicsError> {
+    let sigma = shifted.sigma;
+    let block = if options.n_modes.is_some_and(|n| n < 8) { 4 } else { 8 };
+    let mut process = Lanczos::new(m, &shifted.factor, block, options.start.as_ref());
+    for round in 0..4 {
+        let (ritz, wanted) = converge(&mut process, options.n_modes, band, sigma)?;
+        if wanted == 0 {
+            // an empty band is a claim like any other
+            return if options.unchecked || count_below(symbolic, k, m, band.unwrap_or(0.0), &[], info)?.0 == 0
+            {
+                Ok((Vec::new(), Dense::zeros(k.n(), 0)))
+            } else {
+                process.inject();
+                continue;
+            };
+        }
+        // a few beyond, so that the last wanted ones are not cut out of a cluster
+        let beyond = (wanted..ritz.theta.len()).take_while(|&j| ritz.error[j] < BEYOND).take(4).count();
+        let x = process.vectors(&ritz, wanted + beyond);
+        let (lambda, phi) = small::rayleigh_ritz(k, m, sigma, &x)?;
+        info.vectors = process.len();
+        let agreed = options.unchecked || {
+            let upper = upper_end(&lambda, wanted, options.n_modes.is_some(), band);
+            let (counted, upper) = count_below(symbolic, k, m, upper, &lambda, info)?;
+            let found = lambda.iter().filter(|&&l| l < upper).count();
+            if found > counted || (found < counted && round == 3) {
+                let freq_hz = upper.max(0.0).sqrt() / TAU;
+                return Err(DynamicsError::Missing { counted, found, freq_hz });
+            }
+            found == counted
+        };
+        info.solves += process.solves;
+        process.solves = 0;
+        if agreed {
+            let columns: Vec<usize> = (0..wanted).collect();
+            return Ok((lambda[..wanted].to_vec(), phi.select(&columns)));
+        }
+        process.inject();
+    }
+    unreachable!("the last round returns")
+}
+
+/// Steps until the wanted Ritz values have converged; returns how many are wanted.
+fn converge(
+    process: &mut Lanczos<'_>,
+    n_modes: Option<usize>,
+    band: Option<f64>,
+    sigma: f64,
+) -> Result<(Ritz, usize), DynamicsError> {
+    let mut next_check = process.len() + n_modes.unwrap_or(0).min(16);
+    loop {
+        let more = process.step();
+        if more && process.len() < next_check {
+            continue;
+        }
+        let ritz = process.ritz()?;
+        let finite = finite(&ritz);
+        let in_band = band
+            .map_or(finite, |b| ritz.theta[..finite].iter().take_while(|&&t| sigma + 1.0 / t <= b).count());
+        let wanted = match (n_modes, band) {
+            (Some(n), None) => n,
+            (Some(n), Some(_)) => n.min(in_band),
+            _ => in_band,
+        };
+        if !more {
+            return if wanted > finite { Err(too_few(wanted, finite)) } else { Ok((ritz, wanted)) };
+        }
+        let done = ritz.theta.len() > wanted
+            && ritz.error[..wanted].iter().all(|&e| e < TOLERANCE)
+            && ritz.error[wanted] < BEYOND;
+        if done {
+            return Ok((ritz, wanted));
+        }
+        // the dense eigenvalue problem is solved about ten times while the basis doubles
+        next_check = process.len() + process.len() / 12;
+    }
+}
+
+/// Ritz values that are not zero to rounding: those would be massless directions.
+fn finite(ritz: &Ritz) -> usize {
+    let limit = ritz.theta.len() as f64 * f64::EPSILON * ritz.theta.first().copied().unwrap_or(0.0);
+    ritz.theta.iter().take_while(|&&t| t > limit).count()
+}
+
+/// Where to count: the end of the band, or the first clear gap from the last wanted mode on.
+fn upper_end(lambda: &[f64], wanted: usize, by_number: bool, band: Option<f64>) -> f64 {
+    let gap = |j: usize| lambda[j + 1] - lambda[j] > GAP * lambda[j + 1].abs();
+    let from_gap = || {
+        let last = (wanted - 1..lambda.len().saturating_sub(1)).find(|&j| gap(j)).unwrap_or(lambda.len() - 1);
+        match lambda.get(last + 1) {
+            Some(next) => lambda[last] + 0.5 * (next - lambda[last]).min(0.02 * next.abs()),
+            None => lambda[last] * (1.0 + 1e-3),
+        }
+    };
+    match band {
+        Some(b) if !by_number || lambda.get(wanted).is_none_or(|&next| next > b) => b,
+        _ => from_gap(),
+    }
+}
+
+/// Modes below `upper` by inertia. The end is moved off modes on which it falls, and returned as used.
+fn count_below(
+    symbolic: &Arc<Symbolic>,
+    k: &SymmetricCsc,
+    m: &SymmetricCsc,
+    upper: f64,
+    lambda: &[f64],
+    info: &mut ModesInfo,
+) -> Result<(usize, f64), DynamicsError> {
+    let mut upper = upper;
+    for attempt in 1..=6 {
+        while lambda.iter().any(|l| (l - upper).abs() < 0.1 * GAP * upper.abs()) {
+            upper *= 1.0 + GAP;
+        }
+        info.factorisations += 1;
+        match Factor::new(symbolic.clone(), k.plus(-upper, m).values(), Kind::Indefinite, None) {
+            Ok(factor) => {
+                let counted = factor.inertia().negative;
+                info.counted = Some(counted);
+                return Ok((counted, upper));
+            }
+            Err(LinalgError::Singular { .. } | LinalgError::Probe { .. }) if attempt < 6 => {
+                upper *= 1.0 + 3.0 * GAP * f64::from(attempt);
+            }
+            Err(other) => return Err(other.into()),
+        }
+    }
+    unreachable!("the last attempt returns")
+}
+
+/// Signs, rigid-body modes, residuals.
+fn finish(
+    k: &SymmetricCsc,
+    m: &SymmetricCsc,
+    sigma: f64,
+    mut lambda: Vec<f64>,
+    mut phi: Dense,
+    mut info: ModesInfo,
+) -> Result<Modes, DynamicsError> {
+    let magnitude =
+        SymmetricCsc::new(k.pattern().clone(), k.values().iter().map(|v| v.abs()).collect(), "K")?;
+    let absolute = Dense::from_vec(phi.nrows(), phi.ncols(), phi.data().iter().map(|v| v.abs()).collect());
+    let bound = magnitude.times(&absolute);
+    for j in 0..lambda.len() {
+        // rounding of φᵀ K φ is a few units in the last place of |φ|ᵀ |K| |φ|
+        let rounding: f64 = absolute.col(j).iter().zip(bound.col(j)).map(|(a, b)| a * b).sum();
+        if lambda[j].abs() <= 64.0 * f64::EPSILON * rounding {
+            lambda[j] = 0.0;
+            info.n_rigid += 1;
+        }
+        let largest = phi.col(j).iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0);
+        if largest < 0.0 {
+            phi.col_mut(j).iter_mut().for_each(|v| *v = -*v);
+        }
+    }
+    let (kp, mp) = (k.times(&phi), m.times(&phi));
+    let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|a| a * a).sum::<f64>().sqrt();
+    let residual = (0..lambda.len())
+        .map(|j| {
+            let r = norm(&mut kp.col(j).iter().zip(mp.col(j)).map(|(a, b)| a - lambda[j] * b));
+            r / ((lambda[j] - sigma).abs() * norm(&mut mp.col(j).iter().copied()))
+        })
+        .collect();
+    let freq_hz = lambda.iter().map(|l| l.max(0.0).sqrt() / TAU).collect();
+    info.sigma = sigma;
+    Ok(Modes { lambda, freq_hz, phi, residual, info })
+}

@@ -1,0 +1,114 @@
+//! Between numpy arrays and the types of the core; errors of the core as exceptions of femend.
+
+use std::sync::Arc;
+
+use femend_dynamics::DynamicsError;
+use femend_linalg::{Dense, LinalgError, Ordering, Pattern, Symbolic, SymmetricCsc};
+use ndarray::{Array2, ShapeBuilder};
+use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::{PyMemoryError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+
+pyo3::import_exception!(femend.errors, ConvergenceError);
+pyo3::import_exception!(femend.errors, ModelError);
+pyo3::import_exception!(femend.errors, SingularModelError);
+
+/// Index arrays as scipy has them.
+#[derive(FromPyObject)]
+pub(crate) enum Indices<'py> {
+    Narrow(PyReadonlyArray1<'py, i32>),
+    Wide(PyReadonlyArray1<'py, i64>),
+}
+
+impl Indices<'_> {
+    fn to_u32(&self, what: &str) -> PyResult<Vec<u32>> {
+        let bad = || PyValueError::new_err(format!("{what} has an entry outside 0 .. 2**32"));
+        match self {
+            Self::Narrow(a) => a.as_array().iter().map(|&v| u32::try_from(v).map_err(|_| bad())).collect(),
+            Self::Wide(a) => a.as_array().iter().map(|&v| u32::try_from(v).map_err(|_| bad())).collect(),
+        }
+    }
+}
+
+/// A checked pattern from the arrays of a square compressed-column matrix.
+pub(crate) fn pattern(indptr: &Indices, indices: &Indices) -> PyResult<Pattern> {
+    let col_ptr = indptr.to_u32("indptr")?;
+    let n = col_ptr.len().checked_sub(1).ok_or_else(|| PyValueError::new_err("indptr is empty"))?;
+    Pattern::new(n, col_ptr, indices.to_u32("indices")?).map_err(linalg_error)
+}
+
+/// A symmetric matrix on a pattern.
+pub(crate) fn matrix(
+    pattern: &Arc<Pattern>,
+    values: &PyReadonlyArray1<f64>,
+    what: &'static str,
+) -> PyResult<SymmetricCsc> {
+    SymmetricCsc::new(pattern.clone(), values.as_array().to_vec(), what).map_err(linalg_error)
+}
+
+/// Ordering by name, then the symbolic factor.
+pub(crate) fn symbolic(py: Python<'_>, pattern: &Arc<Pattern>, ordering: &str) -> PyResult<Arc<Symbolic>> {
+    let ordering: Ordering = ordering.parse().map_err(linalg_error)?;
+    let pattern = pattern.clone();
+    py.detach(move || Symbolic::new(pattern, ordering)).map(Arc::new).map_err(linalg_error)
+}
+
+/// Column-major copy of a 2-D array.
+pub(crate) fn dense(array: &PyReadonlyArray2<f64>) -> Dense {
+    let a = array.as_array();
+    let (n, k) = a.dim();
+    Dense::from_vec(n, k, a.t().iter().copied().collect())
+}
+
+/// A block as a Fortran-ordered array, without copying.
+pub(crate) fn to_numpy<'py>(py: Python<'py>, block: Dense) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let shape = (block.nrows(), block.ncols());
+    let array = Array2::from_shape_vec(shape.f(), block.into_vec())
+        .map_err(|e| PyValueError::new_err(e.to_string()))?;
+    Ok(PyArray2::from_owned_array(py, array))
+}
+
+/// `SingularModelError` with its DOFs as text.
+fn singular(message: String, dofs: Vec<usize>) -> PyErr {
+    Python::attach(|py| {
+        let build = || -> PyResult<PyErr> {
+            let names = PyTuple::new(py, dofs.into_iter().map(|d| d.to_string()))?;
+            let kwargs = PyDict::new(py);
+            kwargs.set_item("dofs", names)?;
+            let value = py.get_type::<SingularModelError>().call((message,), Some(&kwargs))?;
+            Ok(PyErr::from_value(value))
+        };
+        build().unwrap_or_else(|e| e)
+    })
+}
+
+/// An error of sparse algebra as an exception.
+pub(crate) fn linalg_error(error: LinalgError) -> PyErr {
+    let message = error.to_string();
+    match error {
+        LinalgError::Pattern(_) | LinalgError::Shape { .. } | LinalgError::Library(_) => {
+            PyValueError::new_err(message)
+        }
+        LinalgError::NotFinite { .. }
+        | LinalgError::NotSymmetric { .. }
+        | LinalgError::NotPositiveDefinite => ModelError::new_err(message),
+        LinalgError::Singular { pivots } => singular(message, pivots.iter().map(|p| p.dof).collect()),
+        LinalgError::Probe { .. } => ConvergenceError::new_err(message),
+        LinalgError::Memory { .. } => PyMemoryError::new_err(message),
+    }
+}
+
+/// An error of the dynamics as an exception.
+pub(crate) fn dynamics_error(error: DynamicsError) -> PyErr {
+    let message = error.to_string();
+    match error {
+        DynamicsError::Linalg(inner) => linalg_error(inner),
+        DynamicsError::Argument(_) => PyValueError::new_err(message),
+        DynamicsError::Mechanism { dofs } => singular(message, dofs),
+        DynamicsError::NegativeStiffness { .. } => ModelError::new_err(message),
+        DynamicsError::NotConverged { .. } | DynamicsError::Missing { .. } => {
+            ConvergenceError::new_err(message)
+        }
+    }
+}
