@@ -1,10 +1,12 @@
 from collections.abc import Mapping, Sequence
-from typing import TypeAlias, TypedDict
+from typing import Any, TypeAlias, TypedDict, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 __version__: str
+
+_Indices: TypeAlias = NDArray[np.int32] | NDArray[np.int64]
 
 class _SimulationStatus(TypedDict):
     """How a simulation went.
@@ -116,3 +118,93 @@ def law_dynamic_stiffness(
 
 def law_library() -> dict[str, list[tuple[str, str]]]:
     """{law: [(parameter, SI unit), ...]}, parameters in the order in which arrays give them."""
+
+@final
+@disjoint_base
+class Symbolic:
+    """Ordering and symbolic factor of a symmetric pattern (both triangles, sorted): computed once, used often."""
+
+    def __new__(cls, indptr: _Indices, indices: _Indices, ordering: str = "auto") -> Symbolic: ...
+    @property
+    def ordering(self) -> str: ...
+    @property
+    def flops(self) -> float: ...
+    @property
+    def nnz(self) -> int: ...
+
+@final
+@disjoint_base
+class Factor:
+    """Factor of a sparse symmetric matrix: Cholesky where positive definite, else with 1x1 and 2x2 pivots."""
+
+    def __new__(
+        cls,
+        indptr: _Indices,
+        indices: _Indices,
+        values: NDArray[np.float64],
+        ordering: str = "auto",
+        *,
+        symbolic: Symbolic | None = None,
+        indefinite: bool | None = None,
+    ) -> Factor: ...
+    def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    @property
+    def inertia(self) -> int: ...
+    @property
+    def flops(self) -> float: ...
+    @property
+    def nnz(self) -> int: ...
+    @property
+    def probe(self) -> float: ...
+    @property
+    def kind(self) -> str: ...
+
+def modes(
+    indptr: _Indices,
+    indices: _Indices,
+    k: NDArray[np.float64],
+    m: NDArray[np.float64],
+    n_modes: int | None = None,
+    f_max: float | None = None,
+    sigma: float | None = None,
+    *,
+    start: NDArray[np.float64] | None = None,
+    check: bool = True,
+    ordering: str = "auto",
+    symbolic: Symbolic | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], dict[str, Any]]: ...
+def frf_modal(
+    omega: NDArray[np.float64],
+    zeta: NDArray[np.float64],
+    phi_out: NDArray[np.float64],
+    phi_in: NDArray[np.float64],
+    s: NDArray[np.complex128],
+    kind: str = "receptance",
+    residual: NDArray[np.float64] | NDArray[np.complex128] | None = None,
+    *,
+    out: NDArray[np.complex128] | None = None,
+) -> NDArray[np.complex128]: ...
+def frf_direct(
+    indptr: _Indices,
+    indices: _Indices,
+    k: NDArray[np.float64],
+    m: NDArray[np.float64],
+    b_out: NDArray[np.float64],
+    b_in: NDArray[np.float64],
+    s: NDArray[np.complex128],
+    kind: str = "receptance",
+    *,
+    c: NDArray[np.float64] | None = None,
+    h: NDArray[np.float64] | None = None,
+) -> NDArray[np.complex128]: ...
+def residual_vectors(
+    indptr: _Indices,
+    indices: _Indices,
+    k: NDArray[np.float64],
+    m: NDArray[np.float64],
+    phi: NDArray[np.float64],
+    b: NDArray[np.float64],
+    *,
+    ordering: str = "auto",
+    symbolic: Symbolic | None = None,
+) -> NDArray[np.float64]: ...

@@ -53,7 +53,7 @@ class SingularModelError(ModelError):
 
 
 class ConvergenceError(FemendError, ArithmeticError):
-    """An eigensolution or factorisation that did not reach its accuracy; the message says by how much and what to change."""
+    """An eigensolution or factorisation that missed its accuracy; the message says by how much and what to do."""
 
 
 class StudyError(FemendError, ValueError):

@@ -153,11 +153,11 @@ fn dense(
 ) -> Result<Modes, DynamicsError> {
     let mut sigma = shifted.sigma;
     let (mut lambda, mut phi) = small::all_modes(k, m, sigma)?;
-    if free && band.is_none() {
-        if let Some(&elastic) = lambda.iter().find(|&&l| l > -10.0 * sigma) {
-            sigma = -0.5 * elastic;
-            (lambda, phi) = small::all_modes(k, m, sigma)?;
-        }
+    // the first elastic mode, once known, sets the shift
+    let elastic = lambda.iter().copied().find(|&l| l > -10.0 * sigma);
+    if let (true, Some(elastic)) = (free && band.is_none(), elastic) {
+        sigma = -0.5 * elastic;
+        (lambda, phi) = small::all_modes(k, m, sigma)?;
     }
     let found = lambda.len();
     let in_band = band.map_or(found, |b| lambda.iter().filter(|&&l| l <= b).count());
@@ -189,8 +189,9 @@ fn iterate(
     let sigma = shifted.sigma;
     let block = if options.n_modes.is_some_and(|n| n < 8) { 4 } else { 8 };
     let mut process = Lanczos::new(m, &shifted.factor, block, options.start.as_ref());
+    let mut goal = Goal { n_modes: options.n_modes, band, sigma, below: None };
     for round in 0..4 {
-        let (ritz, wanted) = converge(&mut process, options.n_modes, band, sigma)?;
+        let (ritz, wanted) = converge(&mut process, &goal)?;
         if wanted == 0 {
             // an empty band is a claim like any other
             return if options.unchecked || count_below(symbolic, k, m, band.unwrap_or(0.0), &[], info)?.0 == 0
@@ -202,7 +203,9 @@ fn iterate(
             };
         }
         // a few beyond, so that the last wanted ones are not cut out of a cluster
-        let beyond = (wanted..ritz.theta.len()).take_while(|&j| ritz.error[j] < BEYOND).take(4).count();
+        let known = goal.below.map_or(0, |(count, _)| count.saturating_sub(wanted));
+        let beyond =
+            (wanted..ritz.theta.len()).take_while(|&j| ritz.error[j] < BEYOND).take(known + 4).count();
         let x = process.vectors(&ritz, wanted + beyond);
         let (lambda, phi) = small::rayleigh_ritz(k, m, sigma, &x)?;
         info.vectors = process.len();
@@ -210,6 +213,7 @@ fn iterate(
             let upper = upper_end(&lambda, wanted, options.n_modes.is_some(), band);
             let (counted, upper) = count_below(symbolic, k, m, upper, &lambda, info)?;
             let found = lambda.iter().filter(|&&l| l < upper).count();
+            goal.below = Some((counted, upper));
             if found > counted || (found < counted && round == 3) {
                 let freq_hz = upper.max(0.0).sqrt() / TAU;
                 return Err(DynamicsError::Missing { counted, found, freq_hz });
@@ -222,41 +226,83 @@ fn iterate(
             let columns: Vec<usize> = (0..wanted).collect();
             return Ok((lambda[..wanted].to_vec(), phi.select(&columns)));
         }
-        process.inject();
     }
-    unreachable!("the last round returns")
+    Err(DynamicsError::NotConverged {
+        converged: 0,
+        wanted: options.n_modes.unwrap_or(0),
+        vectors: process.len(),
+        residual: f64::NAN,
+    })
 }
 
-/// Steps until the wanted Ritz values have converged; returns how many are wanted.
-fn converge(
-    process: &mut Lanczos<'_>,
+/// What the iteration is to reach.
+struct Goal {
     n_modes: Option<usize>,
     band: Option<f64>,
     sigma: f64,
-) -> Result<(Ritz, usize), DynamicsError> {
-    let mut next_check = process.len() + n_modes.unwrap_or(0).min(16);
+    /// A number of modes that are known to lie below a value of λ.
+    below: Option<(usize, f64)>,
+}
+
+impl Goal {
+    /// Ritz values wanted among the finite ones.
+    fn wanted(&self, ritz: &Ritz, finite: usize) -> usize {
+        let up_to =
+            |end: f64| ritz.theta[..finite].iter().take_while(|&&t| self.sigma + 1.0 / t <= end).count();
+        match (self.n_modes, self.band) {
+            (Some(n), None) => n,
+            (Some(n), Some(end)) => n.min(up_to(end)),
+            (None, end) => up_to(end.unwrap_or(0.0)),
+        }
+    }
+
+    fn reached(&self, ritz: &Ritz, wanted: usize) -> bool {
+        let known = self.below.is_none_or(|(count, end)| {
+            let converged = |j: &usize| ritz.error[*j] < TOLERANCE && self.sigma + 1.0 / ritz.theta[*j] < end;
+            (0..ritz.theta.len()).filter(converged).count() >= count
+        });
+        known
+            && ritz.theta.len() > wanted
+            && ritz.error[..wanted].iter().all(|&e| e < TOLERANCE)
+            && ritz.error[wanted] < BEYOND
+    }
+}
+
+/// Steps until the goal is reached; returns how many Ritz values are wanted.
+fn converge(process: &mut Lanczos<'_>, goal: &Goal) -> Result<(Ritz, usize), DynamicsError> {
+    let mut next_check = process.len() + goal.n_modes.unwrap_or(0).min(16);
+    let mut steps = 0;
     loop {
+        // modes known to be missing: the start was blind to them, so fresh directions widen the block until it holds
+        // as many as coincide
+        if goal.below.is_some() && steps % 4 == 0 {
+            process.inject();
+        }
+        steps += 1;
         let more = process.step();
         if more && process.len() < next_check {
             continue;
         }
         let ritz = process.ritz()?;
         let finite = finite(&ritz);
-        let in_band = band
-            .map_or(finite, |b| ritz.theta[..finite].iter().take_while(|&&t| sigma + 1.0 / t <= b).count());
-        let wanted = match (n_modes, band) {
-            (Some(n), None) => n,
-            (Some(n), Some(_)) => n.min(in_band),
-            _ => in_band,
-        };
+        let wanted = goal.wanted(&ritz, finite);
         if !more {
             return if wanted > finite { Err(too_few(wanted, finite)) } else { Ok((ritz, wanted)) };
         }
-        let done = ritz.theta.len() > wanted
-            && ritz.error[..wanted].iter().all(|&e| e < TOLERANCE)
-            && ritz.error[wanted] < BEYOND;
-        if done {
+        if goal.reached(&ritz, wanted) {
             return Ok((ritz, wanted));
+        }
+        let expected = wanted.max(goal.below.map_or(0, |(count, _)| count));
+        if process.len() > 10 * expected + 800 {
+            let errors = &ritz.error[..wanted.min(ritz.error.len())];
+            let converged = errors.iter().filter(|&&e| e < TOLERANCE).count();
+            let residual = errors.iter().copied().fold(0.0, f64::max);
+            return Err(DynamicsError::NotConverged {
+                converged,
+                wanted: expected,
+                vectors: process.len(),
+                residual,
+            });
         }
         // the dense eigenvalue problem is solved about ten times while the basis doubles
         next_check = process.len() + process.len() / 12;
