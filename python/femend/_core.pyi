@@ -120,7 +120,6 @@ def law_library() -> dict[str, list[tuple[str, str]]]:
     """{law: [(parameter, SI unit), ...]}, parameters in the order in which arrays give them."""
 
 @final
-@disjoint_base
 class Symbolic:
     """Ordering and symbolic factor of a symmetric pattern (both triangles, sorted): computed once, used often."""
 
@@ -133,7 +132,6 @@ class Symbolic:
     def nnz(self) -> int: ...
 
 @final
-@disjoint_base
 class Factor:
     """Factor of a sparse symmetric matrix: Cholesky where positive definite, else with 1x1 and 2x2 pivots."""
 
