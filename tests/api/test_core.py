@@ -15,7 +15,8 @@ def compiled_functions() -> Iterator[tuple[str, Any]]:
         if inspect.isclass(thing):
             for method, member in vars(thing).items():
                 if not method.startswith("_") and inspect.isroutine(member):
-                    yield f"{name}.{method}", member
+                    # by getattr, since a static method stands in the class as a wrapper without a signature
+                    yield f"{name}.{method}", getattr(thing, method)
         elif inspect.isroutine(thing):
             yield name, thing
 

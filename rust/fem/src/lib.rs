@@ -2,6 +2,7 @@
 
 pub mod assembly;
 pub mod constraint;
+pub mod deck;
 pub mod dof;
 pub mod element;
 pub mod error;

@@ -1,0 +1,86 @@
+//! CELAS1, CELAS2, CDAMP1, CDAMP2, CBUSH.
+
+use super::Builder;
+use crate::deck::coord::to_basic;
+use crate::deck::index::Space;
+use crate::deck::{CardRef, Result};
+use crate::mesh::{Bush, BushFrame, Damper, DamperSource, NodeComponent, Spring, SpringSource};
+
+impl<'d> Builder<'d> {
+    pub(super) fn springs(&mut self) -> Result<()> {
+        for card in self.deck.cards("CELAS1") {
+            let source = SpringSource::Property(self.property(card, 3, Space::Spring, &["PELAS"])?);
+            let ends = self.ends(card)?;
+            self.mesh.springs.push(Spring { id: card.id(2, "the element id")?, source, ends });
+        }
+        for card in self.deck.cards("CELAS2") {
+            let source = SpringSource::Inline { k: card.real(3, "stiffness")?, ge: card.real_or(8, 0.0)? };
+            let ends = self.ends(card)?;
+            self.mesh.springs.push(Spring { id: card.id(2, "the element id")?, source, ends });
+        }
+        for card in self.deck.cards("CDAMP1") {
+            let source = DamperSource::Property(self.property(card, 3, Space::Damper, &["PDAMP"])?);
+            let ends = self.ends(card)?;
+            self.mesh.dampers.push(Damper { id: card.id(2, "the element id")?, source, ends });
+        }
+        for card in self.deck.cards("CDAMP2") {
+            let source = DamperSource::Inline(card.real(3, "damping coefficient")?);
+            let ends = self.ends(card)?;
+            self.mesh.dampers.push(Damper { id: card.id(2, "the element id")?, source, ends });
+        }
+        for card in self.deck.cards("CBUSH") {
+            let bush = self.bush(card)?;
+            self.mesh.bushes.push(bush);
+        }
+        Ok(())
+    }
+
+    /// Ends of a scalar element: node and component in fields 4, 5 and 6, 7; no node = ground.
+    pub(super) fn ends(&self, card: CardRef<'d>) -> Result<[Option<NodeComponent>; 2]> {
+        let mut ends = [None, None];
+        for (end, field) in [4, 6].into_iter().enumerate() {
+            let Some(node) = self.opt_node(card, field)? else { continue };
+            let Some(component) = card.component(field + 1)? else {
+                return Err(
+                    card.value_error(format!("field {}: node {node} needs a component 1 to 6", field + 1))
+                );
+            };
+            ends[end] = Some(NodeComponent { node, component });
+        }
+        if ends == [None, None] {
+            return Err(card.value_error("both ends are ground; give at least one node"));
+        }
+        Ok(ends)
+    }
+
+    fn bush(&mut self, card: CardRef<'d>) -> Result<Bush> {
+        let id = card.id(2, "the element id")?;
+        let property = self.property(card, 3, Space::Bush, &["PBUSH"])?;
+        let (a, b) = (self.opt_node(card, 4)?, self.opt_node(card, 5)?);
+        // a spring to ground may name its node at either end
+        let (first, second) = match (a, b) {
+            (Some(a), b) => (a, b),
+            (None, Some(b)) => (b, None),
+            (None, None) => return Err(card.value_error("no node in fields 4 and 5; give at least one")),
+        };
+        let frame = if !card.blank(9) {
+            BushFrame::Fixed(self.frame_at(card, 9, first)?)
+        } else if second.is_none() {
+            return Err(card
+                .value_error("a spring to ground needs a coordinate system in field 9; 0 is the basic one"));
+        } else if (6..=8).any(|field| !card.blank(field)) {
+            BushFrame::Oriented(self.orientation(card, card, first, false)?)
+        } else {
+            BushFrame::Axial
+        };
+        let location = card.real_or(12, 0.5)?;
+        let offset = match card.opt_int(13)? {
+            None | Some(-1) => None,
+            Some(_) => {
+                let rotation = self.frame_at(card, 13, first)?;
+                Some(to_basic(&rotation, card.vector([14, 15, 16])?))
+            }
+        };
+        Ok(Bush { id, property, nodes: [Some(first), second], frame, location, offset })
+    }
+}

@@ -1,0 +1,107 @@
+//! Tables of a deck for display and pairing: positions, elements with their nodes.
+
+use super::build::{Choice, Selection, build};
+use super::coord::Coords;
+use super::{Deck, Result, Space};
+use crate::mesh::{BeamKind, DamperSource, Id, NodeComponent, RodSource, SolidKind, SpringSource};
+
+/// One element.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElementRow {
+    /// Element id.
+    pub id: Id,
+    /// Card name.
+    pub card: &'static str,
+    /// Property id; `None` where the card carries its values itself.
+    pub property: Option<Id>,
+    /// Nodes in card order; ground left out. For RBE2 the independent node first, for RBE3 the reference node.
+    pub nodes: Vec<Id>,
+}
+
+fn ends(ends: &[Option<NodeComponent>; 2]) -> Vec<Id> {
+    ends.iter().flatten().map(|end| end.node).collect()
+}
+
+impl Deck {
+    /// Positions of all nodes in basic coordinates, in the order of [`Deck::ids`] (ascending).
+    ///
+    /// # Errors
+    /// As [`build`], for GRID and CORDi.
+    pub fn positions(&self) -> Result<Vec<[f64; 3]>> {
+        let default_cp = self.cards("GRDSET").next().map_or(Ok(None), |card| card.opt_id(3))?;
+        let mut coords = Coords::new(self, default_cp);
+        self.ids(Space::Node).iter().map(|entry| coords.position(self.card(entry.card as usize))).collect()
+    }
+
+    /// All elements: beams, rods, springs, dampers, bushes, masses, shells, solids, rigid elements.
+    ///
+    /// # Errors
+    /// As [`build`].
+    pub fn elements(&self) -> Result<Vec<ElementRow>> {
+        let mesh = build(self, &Selection { spc: Choice::Nothing, mpc: Choice::Nothing })?;
+        let mut rows = Vec::new();
+        let mut push = |id, card, property, nodes| rows.push(ElementRow { id, card, property, nodes });
+        for e in &mesh.beams {
+            let card = if e.kind == BeamKind::Bar { "CBAR" } else { "CBEAM" };
+            push(e.id, card, Some(e.property), e.nodes.to_vec());
+        }
+        for e in &mesh.rods {
+            match e.source {
+                RodSource::Property(id) => push(e.id, "CROD", Some(id), e.nodes.to_vec()),
+                RodSource::Inline(_) => push(e.id, "CONROD", None, e.nodes.to_vec()),
+            }
+        }
+        for e in &mesh.springs {
+            match e.source {
+                SpringSource::Property(id) => push(e.id, "CELAS1", Some(id), ends(&e.ends)),
+                SpringSource::Inline { .. } => push(e.id, "CELAS2", None, ends(&e.ends)),
+            }
+        }
+        for e in &mesh.dampers {
+            match e.source {
+                DamperSource::Property(id) => push(e.id, "CDAMP1", Some(id), ends(&e.ends)),
+                DamperSource::Inline(_) => push(e.id, "CDAMP2", None, ends(&e.ends)),
+            }
+        }
+        for e in &mesh.bushes {
+            push(e.id, "CBUSH", Some(e.property), e.nodes.iter().flatten().copied().collect());
+        }
+        for e in &mesh.quads {
+            push(e.id, "CQUAD4", Some(e.property), e.nodes.to_vec());
+        }
+        for e in &mesh.trias {
+            push(e.id, "CTRIA3", Some(e.property), e.nodes.to_vec());
+        }
+        for e in &mesh.solids {
+            push(e.id, solid_card(e.kind), Some(e.property), e.nodes.clone());
+        }
+        for e in &mesh.masses {
+            let card = self
+                .index
+                .get(Space::Mass, e.id)
+                .map_or("CONM2", |entry| self.card(entry.card as usize).name());
+            push(e.id, card, None, vec![e.node]);
+        }
+        for e in &mesh.rbe2 {
+            push(
+                e.id,
+                "RBE2",
+                None,
+                std::iter::once(e.independent).chain(e.dependent.iter().copied()).collect(),
+            );
+        }
+        for e in &mesh.rbe3 {
+            let others = e.groups.iter().flat_map(|group| group.nodes.iter().copied());
+            push(e.id, "RBE3", None, std::iter::once(e.reference).chain(others).collect());
+        }
+        Ok(rows)
+    }
+}
+
+fn solid_card(kind: SolidKind) -> &'static str {
+    match kind {
+        SolidKind::Tetra4 | SolidKind::Tetra10 => "CTETRA",
+        SolidKind::Penta6 | SolidKind::Penta15 => "CPENTA",
+        SolidKind::Hexa8 | SolidKind::Hexa20 => "CHEXA",
+    }
+}
