@@ -27,18 +27,12 @@ pub(super) struct Stepper {
     gain: Lanes,
     stiffness: Lanes,
     damping: Lanes,
-    /// phi_out times what gives the output from (q, q', p); unused quantities are left out.
-    pub(super) output: Vec<OutputRow>,
+    /// Rows of phi_out, and what is given out there.
+    phi_out: Vec<Lanes>,
+    quantity: Output,
     /// Response of each mode to a force that alternates every substep, seen where the force is positive.
     alternating: Vec<f64>,
     pub(super) n_static: usize,
-}
-
-#[derive(Debug)]
-pub(super) struct OutputRow {
-    q: Option<Lanes>,
-    dq: Option<Lanes>,
-    p: Option<Lanes>,
 }
 
 /// Displacements, velocities and forces of all modes.
@@ -117,19 +111,6 @@ impl Stepper {
             |values: &[f64]| values.chunks(r).map(|row| lanes(row.iter().copied())).collect::<Vec<_>>();
         let (b1, w) = ([column(6), column(7)], rows(model.w));
         let (gain, stiffness, damping) = (column(8), column(9), column(10));
-        let minus = |x: &Lanes| -> Lanes { x.iter().map(|x| x.map(|x| -x)).collect() };
-        let output = rows(model.phi_out)
-            .into_iter()
-            .map(|phi| match output {
-                Output::Displacement => OutputRow { q: Some(phi), dq: None, p: None },
-                Output::Velocity => OutputRow { q: None, dq: Some(phi), p: None },
-                Output::Acceleration => OutputRow {
-                    q: Some(times(&phi, &minus(&stiffness))),
-                    dq: Some(times(&phi, &minus(&damping))),
-                    p: Some(times(&phi, &gain)),
-                },
-            })
-            .collect();
         Self {
             a: [[column(0), column(1)], [column(2), column(3)]],
             b0: [column(4), column(5)],
@@ -140,7 +121,8 @@ impl Stepper {
             gain,
             stiffness,
             damping,
-            output,
+            phi_out: rows(model.phi_out),
+            quantity: output,
             alternating: numbers.iter().map(|n| n[11]).collect(),
             n_static: model.omega.iter().filter(|omega| **omega * h > STATIC_LIMIT).count(),
         }
@@ -151,13 +133,12 @@ impl Stepper {
         Modes { q: zero.clone(), dq: zero.clone(), p: zero }
     }
 
-    /// Modal force of the inputs `u` (one value an input).
-    pub(super) fn load(&self, u: impl Iterator<Item = f64>) -> Lanes {
-        let mut p = vec![[0.0; LANES]; self.gain.len()];
+    /// Modal force of the inputs `u` (one value an input), written to `p`.
+    pub(super) fn load(&self, u: impl Iterator<Item = f64>, p: &mut Lanes) {
+        p.fill([0.0; LANES]);
         for (row, u) in self.phi_in.iter().zip(u) {
-            add(&mut p, u, row);
+            add(p, u, row);
         }
-        p
     }
 
     /// One substep under the force `x.p` at its start and, for now, only the inputs' force `load` at its end.
@@ -215,14 +196,14 @@ impl Stepper {
 
     /// Acceleration of coordinate `j`.
     pub(super) fn acceleration(&self, x: &Modes, j: usize) -> f64 {
-        let mut sum = 0.0;
+        let mut sum = [0.0; LANES];
         for (k, w) in self.w[j].iter().enumerate() {
             for i in 0..LANES {
                 let inner = self.gain[k][i] * x.p[k][i] - self.stiffness[k][i] * x.q[k][i];
-                sum += w[i] * (inner - self.damping[k][i] * x.dq[k][i]);
+                sum[i] += w[i] * (inner - self.damping[k][i] * x.dq[k][i]);
             }
         }
-        sum
+        sum.iter().sum()
     }
 
     /// Effect of a unit law force at the end of the substep on (-d, -v, -a): coordinates i (moved) and j (force).
@@ -240,10 +221,34 @@ impl Stepper {
         self.alternating.iter().zip(wi.iter().zip(&wj)).map(|(g, (x, y))| -g * x * y).sum()
     }
 
-    /// Output of one row.
-    pub(super) fn output(&self, x: &Modes, row: usize) -> f64 {
-        let OutputRow { q, dq, p } = &self.output[row];
-        let part = |row: &Option<Lanes>, values: &Lanes| row.as_ref().map_or(0.0, |row| dot(row, values));
-        part(q, &x.q) + part(dq, &x.dq) + part(p, &x.p)
+    /// Number of outputs.
+    pub(super) fn n_outputs(&self) -> usize {
+        self.phi_out.len()
+    }
+
+    /// Gives the output of every row to `keep`.
+    pub(super) fn outputs(&self, x: &Modes, mut keep: impl FnMut(usize, f64)) {
+        let acceleration: Lanes;
+        let values = match self.quantity {
+            Output::Displacement => &x.q,
+            Output::Velocity => &x.dq,
+            Output::Acceleration => {
+                acceleration = self.accelerations(x);
+                &acceleration
+            }
+        };
+        for (row, phi) in self.phi_out.iter().enumerate() {
+            keep(row, dot(phi, values));
+        }
+    }
+
+    fn accelerations(&self, x: &Modes) -> Lanes {
+        let one = |k: usize| -> [f64; LANES] {
+            std::array::from_fn(|i| {
+                let inner = self.gain[k][i] * x.p[k][i] - self.stiffness[k][i] * x.q[k][i];
+                inner - self.damping[k][i] * x.dq[k][i]
+            })
+        };
+        (0..x.q.len()).map(one).collect()
     }
 }

@@ -133,17 +133,19 @@ impl<'a> Simulation<'a> {
         Self { joints, stepper, run, stabiliser, compliance, compliance_at_rest, memory, inertial }
     }
 
-    fn load(&self, sample: usize) -> Lanes {
+    fn load(&self, sample: usize, p: &mut Lanes) {
         let Run { u, n, .. } = *self.run;
-        self.stepper.load((0..u.len() / n).map(|row| u[row * n + sample]))
+        self.stepper.load((0..u.len() / n).map(|row| u[row * n + sample]), p);
     }
 
     fn run(&self) -> Response {
         let mut out = self.empty();
         let mut now = self.start();
         let Run { n, substeps, stride, .. } = *self.run;
-        let mut load = self.load(0);
+        let mut load = now.modes.p.clone();
+        self.load(0, &mut load);
         now.modes.p.clone_from(&load);
+        let (mut end, mut inside) = (load.clone(), load.clone());
         let mut good = self.solve_step(&mut now, true, &mut out.status);
         for sample in 0..n {
             if let Err(advice) = good {
@@ -156,21 +158,21 @@ impl<'a> Simulation<'a> {
             if sample + 1 == n {
                 break;
             }
-            let end = self.load(sample + 1);
+            self.load(sample + 1, &mut end);
             for part in 1..=substeps {
                 let share = part as f64 / substeps as f64;
-                let mut now_load = end.clone();
                 if part < substeps {
-                    now_load.iter_mut().flatten().for_each(|x| *x *= share);
-                    add(&mut now_load, 1.0 - share, &load);
+                    inside.fill_with(Default::default);
+                    add(&mut inside, share, &end);
+                    add(&mut inside, 1.0 - share, &load);
                 }
-                self.stepper.free(&mut now.modes, &now_load);
+                self.stepper.free(&mut now.modes, if part < substeps { &inside } else { &end });
                 good = self.solve_step(&mut now, false, &mut out.status);
                 if good.is_err() {
                     break;
                 }
             }
-            load = end;
+            std::mem::swap(&mut load, &mut end);
         }
         out
     }
@@ -252,7 +254,7 @@ impl<'a> Simulation<'a> {
 
     fn empty(&self) -> Response {
         let n = self.run.n.div_ceil(self.run.stride);
-        let (n_out, n_w) = (self.stepper.output.len(), self.joints.len());
+        let (n_out, n_w) = (self.stepper.n_outputs(), self.joints.len());
         let n_p = if self.run.sensitivities { self.stabiliser.slopes.len() } else { 0 };
         let zeros = |rows: usize| vec![0.0; rows * n];
         let status = Status {
@@ -274,9 +276,7 @@ impl<'a> Simulation<'a> {
 
     fn record(&self, now: &Moving, k: usize, out: &mut Response) {
         let n = out.n;
-        for row in 0..self.stepper.output.len() {
-            out.y[row * n + k] = self.stepper.output(&now.modes, row);
-        }
+        self.stepper.outputs(&now.modes, |row, y| out.y[row * n + k] = y);
         for i in 0..self.joints.len() {
             out.d[i * n + k] = now.x[i].d;
             out.v[i * n + k] = now.x[i].v;

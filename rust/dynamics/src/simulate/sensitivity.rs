@@ -98,11 +98,9 @@ impl Columns {
 
     /// Writes the derivatives of the outputs and forces at kept sample `k`.
     pub(super) fn record(&self, stepper: &Stepper, k: usize, out: &mut Response) {
-        let (n, n_out, n_w) = (out.n, stepper.output.len(), self.at.len());
+        let (n, n_out, n_w) = (out.n, stepper.n_outputs(), self.at.len());
         for (j, column) in self.columns.iter().enumerate() {
-            for row in 0..n_out {
-                out.dy[(j * n_out + row) * n + k] = stepper.output(&column.modes, row);
-            }
+            stepper.outputs(&column.modes, |row, y| out.dy[(j * n_out + row) * n + k] = y);
             for i in 0..n_w {
                 out.df[(j * n_w + i) * n + k] = column.f[i];
             }
