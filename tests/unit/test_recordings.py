@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend import FRF, Channel, Dof, TimeData, functions_of, read_recording, read_recordings, write_uff
+from femend import FRF, Channel, ChannelMap, Dof, TimeData, functions_of, read_recording, read_recordings, write_uff
 from femend.errors import FormatError, RecordingError, UnitError
 from femend.io.uff import Function58, UniversalFile
-from femend.io.uff.convert import printed_step
 from femend.io.uff.geometry import Nodes, Units164
 from femend.io.uff.header58 import Axis
+from femend.io.uff.times import printed_step
 
 FORCE = Channel(Dof(1, 3), "force", "N", "", "hammer")
 TOP = Channel(Dof(12, 1, -1), "acceleration", "m/s^2", "top", "top plate")
@@ -255,3 +255,28 @@ def test_spectra(tmp_path: Path) -> None:
 def test_several_files_make_one_test(tmp_path: Path) -> None:
     paths = [write(tmp_path, functions(), name) for name in ("low.uff", "high.uff")]
     assert [r.name for r in read_recordings(paths)] == ["low", "high"]
+
+
+def test_the_study_overrules_the_header(tmp_path: Path) -> None:
+    """A logger that knows neither node nor unit: the study says them, for the channels it names."""
+    force, top = functions()
+    bare = with_header(labelled(top, "V", 0), rsp_node=0, rsp_dir=0)
+    path = write(tmp_path, [force, bare])
+    for source in (1, "top", "top pl"):
+        channel = ChannelMap(source, 7, "-Y", "acceleration", "g", 0.5)
+        data = read_recording(path, [channel]).time
+        np.testing.assert_allclose(data.values, [np.ones(10), 0.5 * 9.80665 * np.arange(10)], rtol=1e-14)
+        assert [str(c.dof) for c in data.channels] == ["1:+Z", "7:-Y"]
+        assert data.channels[1].label == "top plate"
+    with pytest.raises(RecordingError, match=r"0 columns are named 'side'"):
+        read_recording(path, [ChannelMap("side", 7, "Y", "force", "N")])
+    with pytest.raises(RecordingError, match=r"applies to time records and tables"):
+        read_recording(write(tmp_path, functions_of(ema(1, 1))), [ChannelMap(0, 7, "Y", "force", "N")])
+
+
+def test_a_unit_that_does_not_matter_stops_nothing(tmp_path: Path) -> None:
+    """A microphone in an odd unit beside force and acceleration is kept as it is, and told."""
+    recording = read_recording(write(tmp_path, [*functions(), labelled(functions()[1], "dBA", 15)]))
+    assert (recording.time.channels[2].quantity, recording.time.channels[2].unit) == ("pressure", "dBA")
+    np.testing.assert_array_equal(recording.time.values[2], np.arange(10))
+    assert any("'dBA'" in note for note in recording.notes)

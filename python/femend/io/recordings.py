@@ -10,8 +10,10 @@ from pathlib import Path
 from femend.data import FRF, Geometry, Recording, Rotating, Spectra, Test, TimeData
 from femend.errors import FormatError, RecordingError
 from femend.io.channel_map import ChannelMap
-from femend.io.uff.convert import frf_blocks, spectra_blocks, time_data
+from femend.io.uff.frfs import frf_blocks
 from femend.io.uff.reader import UniversalFile, read_uff
+from femend.io.uff.spectra import spectra_blocks
+from femend.io.uff.times import time_data
 from femend.units import unit_system
 
 __all__ = ["read_recording", "read_recordings"]
@@ -33,7 +35,8 @@ def read_recording(
     """Reads one recording from `path` and converts it to the unit system `units`.
 
     `name` defaults to the file's stem; `role`, `configuration` and `rotating` are those of the study file.
-    `.uff .unv` carry node, direction, quantity and unit themselves; `.csv .txt .dat .mat .h5 .hdf5 .wav .tdms` need
+    `.uff .unv` carry node, direction, quantity and unit themselves (for time
+    records `channels` may overrule some); `.csv .txt .dat .mat .h5 .hdf5 .wav .tdms` need
     `channels`. `excitation` None means measured where a force is recorded and unknown otherwise. Raises FormatError
     (damaged file), RecordingError (NaN, zero channel, unequal lengths, no force although measured), UnitError,
     FileNotFoundError.
@@ -96,7 +99,7 @@ def _read(
     geometry = None
     if path.suffix.lower() in (".uff", ".unv", ".uf", ".unv58"):
         file = read_uff(path)
-        blocks, notes = _from_uff(file, name, units)
+        blocks, notes = _from_uff(file, channels or (), name, units)
         geometry = _geometry(file, units)
     else:
         blocks, notes = _from_table(path, channels, name, units)
@@ -128,19 +131,27 @@ def _excitation(data: Data, rotating: Rotating | None) -> str:
     return "measured" if measured else "unknown"
 
 
-def _from_uff(file: UniversalFile, name: str, units: str) -> tuple[list[Data], list[str]]:
+def _from_uff(
+    file: UniversalFile, channels: Sequence[ChannelMap], name: str, units: str
+) -> tuple[list[Data], list[str]]:
     notes = list(file.notes)
     if file.unknown:
         notes.append("data sets passed over: " + ", ".join(str(n) for n in sorted({n for n, _ in file.unknown})))
     frfs = [f for f in file.functions if f.header.func_type in (4, 6)]
     times = [f for f in file.functions if f.header.func_type in (0, 1)]
+    if channels and (frfs or not times):
+        raise RecordingError(
+            f"recording {name!r}: [[recording.channel]] applies to time records and tables; the functions of "
+            f"{file.file} carry node and direction themselves: leave the channels out",
+            recording=name,
+        )
     if any(f.header.func_type == 4 for f in frfs):
         blocks, said = frf_blocks(file, frfs, name, units)
         if times:
             notes.append(f"{len(times)} time records beside the FRFs are passed over")
         return [*blocks], notes + said
     if times:
-        data, said = time_data(file, times, name, units)
+        data, said = time_data(file, times, name, units, channels)
         return [data], notes + said
     spectra = spectra_blocks(file.functions, name)
     if spectra:

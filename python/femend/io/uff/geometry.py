@@ -136,7 +136,7 @@ def read_164(raw: RawSet, fail: Fail) -> Units164:
         raise fail(f"(units) holds {len(values)} of 4 factors; mend it or export the file again")
     if min(values[0], values[1]) <= 0:
         raise fail(f"(units) has the length factor {values[0]:g} and force factor {values[1]:g}; both must be positive")
-    code = _integers(lines[0][:10], fail)[0]
+    code = (_integers(lines[0][:10], fail) or [0])[0]
     offset = values[3] if len(values) > 3 else 0.0
     return Units164(code, lines[0][10:30].strip(), values[0], values[1], values[2], offset, raw.record)
 
