@@ -46,7 +46,8 @@ def main() -> None:
     with multiprocessing.Pool(a.jobs) as pool:
         for name, truth, seconds in pool.imap_unordered(one, tasks):
             count[truth["effect"]] += 1
-            print(f"{name} {truth['effect']:20s} {truth['family']:12s} {truth['excitation']:10s} visibility {truth['visibility']:6.1f} beyond update {truth['visibility_beyond_update']:6.1f} {seconds:5.1f} s", flush=True)
+            seen = f"visibility {truth['visibility']:6.1f}, beyond update {truth['visibility_beyond_update']:6.1f}"
+            print(f"{name} {truth['effect']:20s} {truth['family']:12s} {truth['excitation']:10s} {seen} {seconds:5.1f} s", flush=True)
     print(dict(count))
 
 

@@ -109,75 +109,109 @@ def solve_stages(codes, pars, Z, D0, free_d, free_v, Sd, Sv, F, ZS, G, h, a, sca
 
 
 @njit(cache=True)
-def run(P, Q, S, T, w, c2, load, sensor, carried, law, codes, pars, stage_u, sample_u, over, h, a):
-    """March all samples. stage_u (n_in, steps, 2), sample_u (n_in, n). Returns accelerations, law trace (n_law, 3, n), worst residual."""
-    r, n_law, n_in, n_out, n = w.shape[0], law.shape[0], load.shape[0], sensor.shape[0], sample_u.shape[1]
-    x = np.zeros((r, 2))
-    Z, ZS = np.zeros((n_law, laws.N_STATE)), np.zeros((n_law, 2, laws.N_STATE))
-    G = np.zeros((n_law, 2, laws.N_STATE))
-    F, D0, V0, scale = np.zeros((n_law, 2)), np.zeros(n_law), np.zeros(n_law), np.zeros(n_law)
-    Sd, Sv = np.zeros((n_law, n_law, 2, 2)), np.zeros((n_law, n_law, 2, 2))
-    for k in range(n_law):
-        for m in range(n_law):
+def condensed(law, T):
+    """Displacement and speed at each law and stage per unit stage force of each law: two arrays (n_law, n_law, 2, 2)."""
+    n, r = law.shape
+    Sd, Sv = np.zeros((n, n, 2, 2)), np.zeros((n, n, 2, 2))
+    for k in range(n):
+        for m in range(n):
             for s in range(2):
                 for t in range(2):
                     for i in range(r):
                         Sd[k, m, s, t] += law[k, i] * law[m, i] * T[i, s, 0, t]
                         Sv[k, m, s, t] += law[k, i] * law[m, i] * T[i, s, 1, t]
-    acc, trace = np.zeros((n_out, n)), np.zeros((n_law, 3, n))
+    return Sd, Sv
+
+
+@njit(cache=True)
+def accelerations(x, w, c2, load, law, sensor, carried, u, f, out):
+    """Sensor accelerations from the equation of motion at a sample: loads u (n_in), law forces f (n_law)."""
+    for i in range(w.shape[0]):
+        q = -w[i] * w[i] * x[i, 0] - c2[i] * x[i, 1]
+        for m in range(load.shape[0]):
+            q += load[m, i] * u[m]
+        for k in range(law.shape[0]):
+            q += law[k, i] * f[k]
+        for o in range(sensor.shape[0]):
+            out[o] += sensor[o, i] * q
+    for o in range(sensor.shape[0]):
+        for m in range(load.shape[0]):
+            out[o] += carried[o, m] * u[m]
+
+
+@njit(cache=True)
+def free_motion(x, S, T, g, law, fd, fv):
+    """Motion of the laws at the two stages without their own forces, from state x and modal loads g (2, r)."""
+    fd[:] = 0.0
+    fv[:] = 0.0
+    if law.shape[0] == 0:
+        return
+    for i in range(x.shape[0]):
+        for s in range(2):
+            qd = S[i, s, 0, 0] * x[i, 0] + S[i, s, 0, 1] * x[i, 1] + T[i, s, 0, 0] * g[0, i] + T[i, s, 0, 1] * g[1, i]
+            qv = S[i, s, 1, 0] * x[i, 0] + S[i, s, 1, 1] * x[i, 1] + T[i, s, 1, 0] * g[0, i] + T[i, s, 1, 1] * g[1, i]
+            for k in range(law.shape[0]):
+                fd[k, s] += law[k, i] * qd
+                fv[k, s] += law[k, i] * qv
+
+
+@njit(cache=True)
+def advance(x, P, Q, g, law, F):
+    """Next modal state, in place, from the modal loads g (2, r) and the stage forces F (n_law, 2)."""
+    for i in range(x.shape[0]):
+        g0, g1 = g[0, i], g[1, i]
+        for k in range(law.shape[0]):
+            g0 += law[k, i] * F[k, 0]
+            g1 += law[k, i] * F[k, 1]
+        q = P[i, 0, 0] * x[i, 0] + P[i, 0, 1] * x[i, 1] + Q[i, 0, 0] * g0 + Q[i, 0, 1] * g1
+        x[i, 1] = P[i, 1, 0] * x[i, 0] + P[i, 1, 1] * x[i, 1] + Q[i, 1, 0] * g0 + Q[i, 1, 1] * g1
+        x[i, 0] = q
+
+
+@njit(cache=True)
+def end_states(x, law, codes, pars, Z, G, D, V, h):
+    """Law coordinates and internal states at the end of a step, in place."""
+    for k in range(law.shape[0]):
+        d, V[k] = 0.0, 0.0
+        for i in range(x.shape[0]):
+            d += law[k, i] * x[i, 0]
+            V[k] += law[k, i] * x[i, 1]
+        if codes[k] == laws.JENKINS:
+            Z[k, 0] = laws.clip(Z[k, 0] + pars[k, 0] * (d - D[k]), pars[k, 1])
+        else:
+            for m in range(Z.shape[1]):
+                Z[k, m] += 0.5 * h * (G[k, 0, m] + G[k, 1, m])
+        D[k] = d
+
+
+@njit(cache=True)
+def run(P, Q, S, T, w, c2, load, sensor, carried, law, codes, pars, stage_u, sample_u, over, h, a):
+    """March all samples. stage_u (n_in, steps, 2), sample_u (n_in, n). Returns accelerations (n, n_out), law trace
+    (n_law, [d, v, f], n) and the worst stage residual."""
+    r, n_law, n = w.shape[0], law.shape[0], sample_u.shape[1]
+    x, g = np.zeros((r, 2)), np.zeros((2, r))
+    Z, ZS, G = np.zeros((n_law, laws.N_STATE)), np.zeros((n_law, 2, laws.N_STATE)), np.zeros((n_law, 2, laws.N_STATE))
+    F, D, V, scale, f = np.zeros((n_law, 2)), np.zeros(n_law), np.zeros(n_law), np.zeros(n_law), np.zeros(n_law)
     fd, fv = np.zeros((n_law, 2)), np.zeros((n_law, 2))
-    g0, g1 = np.zeros(r), np.zeros(r)
+    Sd, Sv = condensed(law, T)
+    acc, trace = np.zeros((n, sensor.shape[0])), np.zeros((n_law, 3, n))
     worst = 0.0
     for j in range(n):
         for k in range(n_law):
-            f = laws.force(codes[k], pars[k], D0[k], V0[k], Z[k], 0.0)[0]
-            trace[k, 0, j], trace[k, 1, j], trace[k, 2, j] = D0[k], V0[k], f
-        for i in range(r):
-            q = -w[i] * w[i] * x[i, 0] - c2[i] * x[i, 1]
-            for m in range(n_in):
-                q += load[m, i] * sample_u[m, j]
-            for k in range(n_law):
-                q += law[k, i] * trace[k, 2, j]
-            for o in range(n_out):
-                acc[o, j] += sensor[o, i] * q
-        for o in range(n_out):
-            for m in range(n_in):
-                acc[o, j] += carried[o, m] * sample_u[m, j]
+            f[k] = laws.force(codes[k], pars[k], D[k], V[k], Z[k], 0.0)[0]
+            trace[k, 0, j], trace[k, 1, j], trace[k, 2, j] = D[k], V[k], f[k]
+        accelerations(x, w, c2, load, law, sensor, carried, sample_u[:, j], f, acc[j])
         for step in range(j * over, (j + 1) * over):
-            fd[:] = 0.0
-            fv[:] = 0.0
-            for i in range(r):
-                g0[i], g1[i] = 0.0, 0.0
-                for m in range(n_in):
-                    g0[i] += load[m, i] * stage_u[m, step, 0]
-                    g1[i] += load[m, i] * stage_u[m, step, 1]
-                for s in range(2):
-                    qd = S[i, s, 0, 0] * x[i, 0] + S[i, s, 0, 1] * x[i, 1] + T[i, s, 0, 0] * g0[i] + T[i, s, 0, 1] * g1[i]
-                    qv = S[i, s, 1, 0] * x[i, 0] + S[i, s, 1, 1] * x[i, 1] + T[i, s, 1, 0] * g0[i] + T[i, s, 1, 1] * g1[i]
-                    for k in range(n_law):
-                        fd[k, s] += law[k, i] * qd
-                        fv[k, s] += law[k, i] * qv
-            if n_law > 0:
-                worst = max(worst, solve_stages(codes, pars, Z, D0, fd, fv, Sd, Sv, F, ZS, G, h, a, scale))
-            for i in range(r):
-                for k in range(n_law):
-                    g0[i] += law[k, i] * F[k, 0]
-                    g1[i] += law[k, i] * F[k, 1]
-                q = P[i, 0, 0] * x[i, 0] + P[i, 0, 1] * x[i, 1] + Q[i, 0, 0] * g0[i] + Q[i, 0, 1] * g1[i]
-                x[i, 1] = P[i, 1, 0] * x[i, 0] + P[i, 1, 1] * x[i, 1] + Q[i, 1, 0] * g0[i] + Q[i, 1, 1] * g1[i]
-                x[i, 0] = q
-            for k in range(n_law):
-                d = 0.0
-                V0[k] = 0.0
+            g[:] = 0.0
+            for m in range(load.shape[0]):
                 for i in range(r):
-                    d += law[k, i] * x[i, 0]
-                    V0[k] += law[k, i] * x[i, 1]
-                if codes[k] == laws.JENKINS:
-                    Z[k, 0] = laws.clip(Z[k, 0] + pars[k, 0] * (d - D0[k]), pars[k, 1])
-                else:
-                    for m in range(Z.shape[1]):
-                        Z[k, m] += 0.5 * h * (G[k, 0, m] + G[k, 1, m])
-                D0[k] = d
+                    g[0, i] += load[m, i] * stage_u[m, step, 0]
+                    g[1, i] += load[m, i] * stage_u[m, step, 1]
+            free_motion(x, S, T, g, law, fd, fv)
+            if n_law > 0:
+                worst = max(worst, solve_stages(codes, pars, Z, D, fd, fv, Sd, Sv, F, ZS, G, h, a, scale))
+            advance(x, P, Q, g, law, F)
+            end_states(x, law, codes, pars, Z, G, D, V, h)
     return acc, trace, worst
 
 
@@ -198,4 +232,4 @@ def simulate(modal: Modal, local: list[Law], inputs: list[Force], rate: float, n
                             np.ascontiguousarray(modal.law[: len(local)]), codes, pars, stage_u, sample_u, over, h, GL_A)
     if not np.isfinite(acc).all() or worst > 1e-3:
         raise ArithmeticError(f"truth did not converge: worst stage residual {worst:.2e}")
-    return acc, trace
+    return np.ascontiguousarray(acc.T), trace

@@ -1,0 +1,172 @@
+"""The generator itself: reproducible, readable, and right against solutions that take another way."""
+
+from __future__ import annotations
+
+import json
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+import scipy.integrate as si
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+
+import score_blind
+from blindgen import case, excite, fe, laws, plan, structures, truth, uff58
+from blindgen.integrate import Law, Modal, simulate
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[pathlib.Path, dict]:
+    """One small control case on disk."""
+    pytest.importorskip("numba", reason="a whole case takes minutes without numba")
+    folder = tmp_path_factory.mktemp("set") / "b0001"
+    return folder, case.write_case(folder, 7, 0, "cantilever", "none:parameters")
+
+
+def test_blocks_hold_every_effect_once() -> None:
+    """Five controls, fourteen effects and one rare one in every block."""
+    labels = plan.block(3, 2)
+    assert sum(q.startswith("none") for q in labels) == 5
+    assert all(labels.count(q) == 1 for q in plan.EFFECTS)
+    assert sum(q in plan.RARE for q in labels) == 1
+
+
+def test_same_seed_same_bytes(written: tuple[pathlib.Path, dict], tmp_path: pathlib.Path) -> None:
+    """Every file of a case is repeated bit by bit, and another number gives another case."""
+    folder, _ = written
+    again = tmp_path / "b0001"
+    case.write_case(again, 7, 0, "cantilever", "none:parameters")
+    files = sorted(p.relative_to(folder) for p in folder.rglob("*.*") if p.is_file())
+    assert len(files) == 7 + 3
+    assert all((folder / f).read_bytes() == (again / f).read_bytes() for f in files)
+    other = tmp_path / "b0002"
+    case.write_case(other, 7, 1, "cantilever", "none:parameters")
+    assert (other / "public/high.uff").read_bytes() != (folder / "public/high.uff").read_bytes()
+
+
+def test_files_are_readable_and_hide_the_answer(written: tuple[pathlib.Path, dict]) -> None:
+    """pyuff reads what we wrote; predict recordings hold the force alone; noise is where it should be."""
+    pyuff = pytest.importorskip("pyuff")
+    folder, told = written
+    sets = pyuff.UFF(str(folder / "public/high.uff")).read_sets()
+    mine = uff58.read(folder / "public/high.uff")
+    assert [(s["rsp_node"], s["rsp_dir"], s["ordinate_spec_data_type"]) for s in sets] == [(c.node, c.direction, c.kind) for c in mine]
+    assert all(np.array_equal(np.asarray(s["data"], np.float32), c.data.astype(np.float32)) for s, c in zip(sets, mine, strict=True))
+    assert abs(1 / sets[0]["abscissa_inc"] / told["rate"] - 1) < 1e-5
+    assert [c.kind for c in uff58.read(folder / "public/sweep.uff")] == [uff58.FORCE]
+    assert len(uff58.read(folder / "sealed/sweep.uff")) == len(mine)
+    assert not (folder / "public/truth.json").exists()
+    assert 9.8 < mine[0].data.std() < 10.2
+    deck = (folder / "public/model.bdf").read_text()
+    assert deck.count("CBAR") == 18 and deck.count("CONM2") == 1 and "ENDDATA" in deck
+
+
+def plain_beam(sub: int, form: str = "timoshenko") -> tuple[structures.Structure, truth.Built]:
+    """A uniform cantilever without lump."""
+    s = structures.cantilever(np.random.default_rng(0))
+    s.lumps, s.sections[2] = {}, s.sections[1]
+    real = truth.nominal(s)
+    real.n_sub, real.form = sub, form
+    return s, truth.build(s, real)
+
+
+@pytest.mark.parametrize(("form", "tol"), [("bernoulli", 1e-6), ("lumped", 2e-3), ("timoshenko", 2e-3)])
+def test_cantilever_frequency(form: str, tol: float) -> None:
+    """First bending mode of a slender cantilever: omega = 1.875104^2 sqrt(EI / rho A L^4), bending across the orientation plane held."""
+    s, built = plain_beam(4, form)
+    w, _ = fe.modes(built.system, 2000.0)
+    q = s.sections[1]
+    assert abs(w[0] / (1.8751040687**2 * np.sqrt(s.E * q.I1 / (2700.0 * q.A * s.span**4))) - 1) < tol
+
+
+def test_linear_case_equals_direct_solution_in_full_coordinates() -> None:
+    """A pulse through modes, residuals and time steps against K + i omega C - omega^2 M solved line by line at all equations."""
+    s, built = plain_beam(1)
+    n, rate, period = built.system.K.shape[0], 512.0, 2.0
+    K, M = built.system.K.toarray(), built.system.M.toarray()
+    w, phi = fe.sla.eigh(K, M)
+    w = np.sqrt(w)
+    damping = truth.Damping({q: i for i, q in enumerate(built.names)}, phi, np.full(n, 0.08), 0.08)
+    load, law = built.system.vector((4, 3, 1.0)), built.system.vector((6, 3, 1.0))
+    k, c = 2000.0, 0.7
+    f = np.arange(400)
+    pulse = np.exp(-((f / 2.0 - 60.0) / 35.0) ** 2 - 2j * np.pi * f * 0.3 / period) * (f > 0)
+    m = truth.modal(built, damping, 3 * rate, load[:, None], np.eye(n)[:, [built.system.dof[7, 3]]], law[:, None])
+    m = Modal(m.omega, m.zeta, m.load, m.sensor, np.vstack([m.law, m.law]), m.carried)
+    both = [Law(laws.SPRING, laws.pack(k)), Law(laws.DASHPOT, laws.pack(c))]
+    acc, trace = simulate(m, both, [excite.Force(period, pulse)], rate, int(rate * period), 8)
+    C = M @ phi @ np.diag(2 * 0.08 * w) @ phi.T @ M + c * np.outer(law, law)
+    Y = np.zeros(int(rate * period) // 2 + 1, complex)
+    for i in f[1:]:
+        o = 2 * np.pi * i / period
+        x = np.linalg.solve(K + k * np.outer(law, law) + 1j * o * C - o * o * M, load * pulse[i])
+        Y[i] = -o * o * x[built.system.dof[7, 3]]
+    y = np.fft.irfft(Y) * int(rate * period)
+    assert np.linalg.norm(acc[0] - y) < 1e-3 * np.linalg.norm(y)
+    assert np.abs(trace[0, 0]).max() > 0
+
+
+REFERENCE = {  # states and force on the structure, written here a second time
+    "cubic": (Law(laws.CUBIC, laws.pack(4e9)), 0, lambda d, v, z: (-4e9 * d**3, [])),
+    "quadratic": (Law(laws.QUADRATIC, laws.pack(60.0, 0.0001)), 0, lambda d, v, z: (-60.0 * v * np.hypot(v, 1e-4), [])),
+    "contact": (Law(laws.CONTACT, laws.pack(5e4, 2e-4, 1e9, 0.5)), 0,
+                lambda d, v, z: (-max(5e4 * (d - 2e-4) * (1 + 0.5 * v), 0.0) if d > 2e-4 else 0.0, [])),
+    "zener": (Law(laws.MAXWELL, laws.pack(3e3, 1, 2e4, 5e-3)), 1, lambda d, v, z: (-3e3 * d - z[0], [2e4 * v - z[0] / 5e-3])),
+    "absorber": (Law(laws.ABSORBER, laws.pack(0.1, 900.0, 1.0)), 2,
+                 lambda d, v, z: (900.0 * (z[0] - d) + z[1] - v, [z[1], (900.0 * (d - z[0]) + v - z[1]) / 0.1])),
+    "bouc_wen": (Law(laws.BOUC_WEN, laws.pack(3e4, 0.2, 2000.0, 1500.0, 1.0)), 1,
+                 lambda d, v, z: (-6e3 * d - 2.4e4 * z[0], [v - 2000.0 * abs(v) * z[0] - 1500.0 * v * abs(z[0])])),
+}
+
+
+@pytest.mark.parametrize("name", REFERENCE)
+def test_law_against_adaptive_integration(name: str) -> None:
+    """Two modes with each law: our stepping against LSODA at tight tolerance."""
+    law, n_state, form = REFERENCE[name]
+    w, zeta, shape, load = np.array([95.0, 260.0]), np.array([0.01, 0.02]), np.array([0.9, -1.1]), np.array([1.0, 0.6])
+    m = Modal(w, zeta, load[None], np.array([[1.0, 0.5]]), shape[None], np.zeros((1, 1)))
+    u = excite.sine(14.0, 0.3, 0.25)
+    u.amplitude = 12.0
+    _, trace = simulate(m, [law], [u], 512.0, 128, 16)
+
+    def slope(t: float, x: np.ndarray) -> np.ndarray:
+        ramp = 0.5 * (1 - np.cos(np.pi * min(t, excite.RAMP) / excite.RAMP))
+        f, dz = form(shape @ x[:2], shape @ x[2:4], x[4:])
+        drive = 2 * 12.0 * ramp * np.cos(2 * np.pi * 14.0 * t + 0.3)
+        return np.concatenate([x[2:4], -(w**2) * x[:2] - 2 * zeta * w * x[2:4] + load * drive + shape * f, dz])
+
+    t = np.arange(128) / 512.0
+    ref = si.solve_ivp(slope, (0, t[-1]), np.zeros(4 + n_state), "LSODA", t, rtol=1e-9, atol=1e-12, max_step=5e-4).y
+    d = shape @ ref[:2]
+    assert np.linalg.norm(trace[0, 2]) > 0.1
+    assert np.linalg.norm(trace[0, 0] - d) < 1e-3 * np.linalg.norm(d)
+
+
+def test_friction_stays_below_its_limit_and_dissipates() -> None:
+    """Jenkins: never above the slip force, work done on it positive, same answer with half the step."""
+    m = Modal(np.array([95.0, 260.0]), np.array([0.01, 0.02]), np.ones((1, 2)), np.ones((1, 2)), np.array([[0.9, -1.1]]), np.zeros((1, 1)))
+    law, u = Law(laws.JENKINS, laws.pack(3e4, 4.0)), excite.sine(14.0, 0.3, 0.25)
+    u.amplitude = 12.0
+    _, coarse = simulate(m, [law], [u], 512.0, 128, 16)
+    _, fine = simulate(m, [law], [u], 512.0, 128, 32)
+    assert np.abs(coarse[0, 2]).max() == pytest.approx(4.0)
+    assert np.trapezoid(-coarse[0, 2] * coarse[0, 1]) > 0
+    assert np.linalg.norm(coarse[0, 0] - fine[0, 0]) < 2e-3 * np.linalg.norm(fine[0, 0])
+
+
+def test_scoring(written: tuple[pathlib.Path, dict], tmp_path: pathlib.Path) -> None:
+    """A silent answer to a control is right, a finding is a false positive; the Wilson bound of 0 of 42 is 8 %."""
+    folder, _ = written
+    (tmp_path / "result.json").write_text(json.dumps({"verdict": "parameters-only", "findings": []}))
+    assert score_blind.score(tmp_path, folder)["named"]
+    found = {"physics": "added_mass", "probability": 0.9, "location": {"nodes": [3]}}
+    (tmp_path / "result.json").write_text(json.dumps({"verdict": "missing-physics", "findings": [found]}))
+    row = score_blind.score(tmp_path, folder)
+    assert not row["named"] and row["said"] == "added_mass"
+    assert score_blind.nrmse(folder / "sealed/random.uff", folder / "sealed/random.uff") == 0.0
+    assert score_blind.nrmse(folder / "public/random.uff", folder / "sealed/random.uff") == 1.0
+    assert score_blind.wilson(0, 42)[1] == pytest.approx(0.0838, abs=1e-3)
+    place = {"nodes": [3], "node_xyz": {"1": [0, 0, 0], "3": [0.1, 0, 0], "4": [0.105, 0, 0], "9": [1, 0, 0]}}
+    assert score_blind.near([4], place) and not score_blind.near([9], place) and not score_blind.near([1, 3, 4], place)
