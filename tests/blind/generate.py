@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Write a set of concealed-effect cases:  generate.py OUT --cases 60 --seed 1 [--jobs 2]
 
-OUT/b0001/public is what the program gets, OUT/b0001/sealed the answer. Seeds 1-99 are for calibration, seeds from 100 on for the test.
+OUT/b0001/public is what the program gets, OUT/b0001/sealed the answer. Seeds 1-99 are for calibration, seeds from
+100 on for the test.
 """
 
 from __future__ import annotations
@@ -39,15 +40,20 @@ def main() -> None:
     ap.add_argument("--family", choices=list(structures.FAMILIES), help="only this family")
     a = ap.parse_args()
     families = list(structures.FAMILIES)
-    tasks = [(a.out, a.seed, i, a.family or plan.family(a.seed, i, families[:3]), a.effect or plan.label(a.seed, i))
-             for i in range(a.start - 1, a.cases)]
+    tasks = [
+        (a.out, a.seed, i, a.family or plan.family(a.seed, i, families[:3]), a.effect or plan.label(a.seed, i))
+        for i in range(a.start - 1, a.cases)
+    ]
     a.out.mkdir(parents=True, exist_ok=True)
     count: collections.Counter[str] = collections.Counter()
     with multiprocessing.Pool(a.jobs) as pool:
         for name, truth, seconds in pool.imap_unordered(one, tasks):
             count[truth["effect"]] += 1
             seen = f"visibility {truth['visibility']:6.1f}, beyond update {truth['visibility_beyond_update']:6.1f}"
-            print(f"{name} {truth['effect']:20s} {truth['family']:12s} {truth['excitation']:10s} {seen} {seconds:5.1f} s", flush=True)
+            print(
+                f"{name} {truth['effect']:20s} {truth['family']:12s} {truth['excitation']:10s} {seen} {seconds:5.1f} s",
+                flush=True,
+            )
     print(dict(count))
 
 

@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 """Score diagnoses of generated cases:  score_blind.py RESULTS CASES [--json OUT]
 
-RESULTS/<case>/ is what `femend diagnose CASES/<case>/public/study.toml --out RESULTS/<case>` wrote. Place, name and family follow the
-rules of the shared development cases; on top: tables per effect and per visibility, false positives per kind of control,
-Wilson intervals, confusion table, calibration of the probabilities. Cases without a result count as missed and are listed.
+RESULTS/<case>/ is what `femend diagnose CASES/<case>/public/study.toml --out RESULTS/<case>` wrote. Place, name and
+family follow the
+rules of the shared development cases; on top: tables per effect and per visibility, false positives per kind of
+control,
+Wilson intervals, confusion table, calibration of the probabilities. Cases without a result count as missed and are
+listed.
 """
 
 from __future__ import annotations
@@ -20,11 +23,27 @@ import numpy as np
 from blindgen import uff58
 
 FAMILY = {
-    "support_stiffness": "stiffness", "compliant_support": "stiffness", "joint_stiffness": "stiffness", "spring_bending": "stiffness",
-    "added_mass": "inertia", "tuned_absorber": "inertia", "viscous_damper": "damping", "structural_damping": "damping",
-    "viscoelastic": "damping", "quadratic_damping": "damping", "cubic_stiffness": "nonlinear elastic", "clearance": "nonlinear elastic",
-    "bilinear_stiffness": "nonlinear elastic", "coulomb_friction": "hysteretic", "bouc_wen": "hysteretic", "gyroscopic": "speed",
-    "speed_stiffness": "speed", "unmeasured_force": "load", "base_motion": "load", "load_misplaced": "load", "unbalance_law": "load",
+    "support_stiffness": "stiffness",
+    "compliant_support": "stiffness",
+    "joint_stiffness": "stiffness",
+    "spring_bending": "stiffness",
+    "added_mass": "inertia",
+    "tuned_absorber": "inertia",
+    "viscous_damper": "damping",
+    "structural_damping": "damping",
+    "viscoelastic": "damping",
+    "quadratic_damping": "damping",
+    "cubic_stiffness": "nonlinear elastic",
+    "clearance": "nonlinear elastic",
+    "bilinear_stiffness": "nonlinear elastic",
+    "coulomb_friction": "hysteretic",
+    "bouc_wen": "hysteretic",
+    "gyroscopic": "speed",
+    "speed_stiffness": "speed",
+    "unmeasured_force": "load",
+    "base_motion": "load",
+    "load_misplaced": "load",
+    "unbalance_law": "load",
 }
 SILENT = ("consistent", "parameters-only")
 BINS = ((0.0, 1.5), (1.5, 4.0), (4.0, 12.0), (12.0, math.inf))
@@ -75,9 +94,22 @@ def held_out(result: pathlib.Path, case: pathlib.Path, stage: str) -> float:
 def score(result: pathlib.Path, case: pathlib.Path) -> dict[str, Any]:
     """One row: what was true, what was said, and whether it was right."""
     truth = json.loads((case / "sealed" / "truth.json").read_text())
-    row: dict[str, Any] = {"case": case.name, "truth": truth["effect"], "control": truth.get("control", ""), "family_of": truth["family"],
-                           "beyond": truth["visibility_beyond_update"], "verdict": "no result", "said": "no result", "located": False, "first": False,
-                           "named": False, "family": False, "probability": math.nan, "before": math.inf, "after": math.inf}
+    row: dict[str, Any] = {
+        "case": case.name,
+        "truth": truth["effect"],
+        "control": truth.get("control", ""),
+        "family_of": truth["family"],
+        "beyond": truth["visibility_beyond_update"],
+        "verdict": "no result",
+        "said": "no result",
+        "located": False,
+        "first": False,
+        "named": False,
+        "family": False,
+        "probability": math.nan,
+        "before": math.inf,
+        "after": math.inf,
+    }
     path = result / "result.json"
     if not path.exists():
         return row
@@ -117,8 +149,11 @@ def table(title: str, groups: dict[str, list[dict[str, Any]]]) -> None:
     for name, rows in groups.items():
         for r in rows:
             r["wrong"] = r["said"] in FAMILY and not r["named"]
-        print(f"{name:24s}" + "".join(f"{share(rows, k):>24s}" for k in ("located", "named", "family", "wrong"))
-              + f"{median(r['before'] for r in rows):9.3f}{median(r['after'] for r in rows):9.3f}")
+        print(
+            f"{name:24s}"
+            + "".join(f"{share(rows, k):>24s}" for k in ("located", "named", "family", "wrong"))
+            + f"{median(r['before'] for r in rows):9.3f}{median(r['after'] for r in rows):9.3f}"
+        )
 
 
 def by(rows: list[dict[str, Any]], key: str) -> dict[str, list[dict[str, Any]]]:
@@ -151,20 +186,28 @@ def calibration(rows: list[dict[str, Any]]) -> float:
 def report(rows: list[dict[str, Any]]) -> None:
     """All tables."""
     for r in rows:
-        print(f"{r['case']:8s}{r['truth']:20s}{r['control']:12s}{r['verdict']:20s}{r['said']:20s}{r['located']!s:>6}{r['named']!s:>6}{r['family']!s:>6}"
-              f"{r['before']:9.3f}{r['after']:9.3f}  beyond update {r['beyond']:.1f}")
+        print(
+            f"{r['case']:8s}{r['truth']:20s}{r['control']:12s}{r['verdict']:20s}{r['said']:20s}{r['located']!s:>6}{r['named']!s:>6}{r['family']!s:>6}"
+            f"{r['before']:9.3f}{r['after']:9.3f}  beyond update {r['beyond']:.1f}"
+        )
     missing = [r["case"] for r in rows if r["verdict"] == "no result"]
     rows_e, rows_c = [r for r in rows if r["truth"] != "none"], [r for r in rows if r["truth"] == "none"]
     table("effect", by(rows_e, "truth") | {"ALL": rows_e})
     table("structure", by(rows_e, "family_of"))
-    table("visible beyond update", {f"{lo:g}-{hi:g} x noise": q for lo, hi in BINS if (q := [r for r in rows_e if lo <= r["beyond"] < hi])})
+    table(
+        "visible beyond update",
+        {f"{lo:g}-{hi:g} x noise": q for lo, hi in BINS if (q := [r for r in rows_e if lo <= r["beyond"] < hi])},
+    )
     print("\nfalse positives (a control that was not called consistent or parameters-only)")
     for kind, q in (by(rows_c, "control") | {"ALL": rows_c}).items():
         for r in q:
             r["false"] = r["verdict"] not in (*SILENT, "no result")
         print(f"{kind:24s}{share(q, 'false')}")
     confusion(rows)
-    print(f"\ncalibration error of the probabilities {calibration(rows):.3f}; cases without a result: {', '.join(missing) or 'none'}")
+    print(
+        f"\ncalibration error of the probabilities {calibration(rows):.3f}; "
+        f"cases without a result: {', '.join(missing) or 'none'}"
+    )
 
 
 def main() -> None:
@@ -176,7 +219,9 @@ def main() -> None:
     ap.add_argument("--present", action="store_true", help="only the cases that have a result.json")
     a = ap.parse_args()
     cases = [c for c in sorted(a.cases.iterdir()) if (c / "sealed" / "truth.json").exists()]
-    rows = [score(a.results / c.name, c) for c in cases if not a.present or (a.results / c.name / "result.json").exists()]
+    rows = [
+        score(a.results / c.name, c) for c in cases if not a.present or (a.results / c.name / "result.json").exists()
+    ]
     report(rows)
     if a.json:
         a.json.write_text(json.dumps(rows, indent=1))

@@ -1,4 +1,6 @@
-"""One case from label and seed: draw, calibrate the visibility, simulate the five recordings, write public and sealed folders."""
+"""One case from label and seed: draw, calibrate the visibility, simulate the five recordings, write public and
+sealed folders.
+"""
 
 from __future__ import annotations
 
@@ -52,15 +54,23 @@ def draw_real(rng: np.random.Generator, s: Structure, kind: str) -> Real:
     def near(sd: float) -> float:
         return float(np.clip(1 + sd * rng.standard_normal(), 1 - 2.2 * sd, 1 + 2.2 * sd))
 
-    return Real({p: near(wide) for p in s.groups}, np.array([near(scatter) for _ in s.members]), {p: near(0.4 * lump) for p in s.groups},
-                {n: near(lump) for n in s.lumps}, form, int(rng.integers(3, 6)), 0.0 if kind == "exact" else rng.uniform(0.0, 0.02))
+    return Real(
+        {p: near(wide) for p in s.groups},
+        np.array([near(scatter) for _ in s.members]),
+        {p: near(0.4 * lump) for p in s.groups},
+        {n: near(lump) for n in s.lumps},
+        form,
+        int(rng.integers(3, 6)),
+        0.0 if kind == "exact" else rng.uniform(0.0, 0.02),
+    )
 
 
 USUAL_TOP = {"plane frame": (200.0, 300.0), "cantilever": (340.0, 425.0), "space frame": (120.0, 190.0)}
 
 
 def choose_band(rng: np.random.Generator, s: Structure) -> tuple[float, tuple[float, float]]:
-    """Sampling rate and band: usual for the family or by a count of modes (4-10), as far as the deck's own mesh carries it.
+    """Sampling rate and band: usual for the family or by a count of modes (4-10), as far as the deck's own mesh
+    carries it.
 
     Raises Unsuitable when fewer than three modes remain.
     """
@@ -108,7 +118,19 @@ def draw_test(rng: np.random.Generator, family: str, kind: str) -> Test:
     some = [places[i] for i in rng.choice(len(places), min(s.n_sensors, len(places)), replace=False)]
     kind_of, forces = draw_forces(rng, band, rate)
     names = {name: i for i, name in enumerate(plain.names)}
-    return Test(s, real, plain, Damping(names, phi, zeta), drive, sorted({*some, drive}), rate, band, forces, kind_of, w / (2 * np.pi))
+    return Test(
+        s,
+        real,
+        plain,
+        Damping(names, phi, zeta),
+        drive,
+        sorted({*some, drive}),
+        rate,
+        band,
+        forces,
+        kind_of,
+        w / (2 * np.pi),
+    )
 
 
 def shapes(test: Test, built: Built, places: list[tuple[int, int]]) -> np.ndarray:
@@ -131,7 +153,9 @@ def modal_of(test: Test, effect: Effect | None, x: float) -> Modal:
         loads.append((effect.nodes[0], effect.extra["comp"]))
     elif effect is not None and effect.inputs == "base":
         ground = (effect.extra["comp"], [c for _, c in test.sensors])
-    return modal(built, test.damping, 3.0 * test.rate, shapes(test, built, loads), shapes(test, built, test.sensors), law, ground)
+    return modal(
+        built, test.damping, 3.0 * test.rate, shapes(test, built, loads), shapes(test, built, test.sensors), law, ground
+    )
 
 
 def direction(built: Built, nodes: list[int], comp: int) -> np.ndarray:
@@ -141,7 +165,9 @@ def direction(built: Built, nodes: list[int], comp: int) -> np.ndarray:
     return built.system.vector((nodes[0], comp, -1.0), (nodes[1], comp, 1.0))
 
 
-def record(test: Test, effect: Effect | None, x: float, name: str, m: Modal | None = None, coarser: int = 1) -> tuple[np.ndarray, np.ndarray]:
+def record(
+    test: Test, effect: Effect | None, x: float, name: str, m: Modal | None = None, coarser: int = 1
+) -> tuple[np.ndarray, np.ndarray]:
     """Clean accelerations (sensors, samples) and the law's trace for one recording."""
     m = m or modal_of(test, effect, x)
     inputs = [test.forces[name]]
@@ -177,8 +203,19 @@ def scene(test: Test, rng: np.random.Generator) -> Scene:
         gain = np.abs((phi.T @ b) * (phi.T @ cols[:, index[test.drive]])) / np.sqrt(w)
         return np.where(inband := (w < 2 * np.pi * test.band[1]), gain, 0.0)[inband] / gain[inband].sum()
 
-    total = sum(s.lumps.values()) + sum(2700.0 * s.sections[q.pid].A * float(np.linalg.norm(s.xyz[q.j] - s.xyz[q.i])) for q in s.members)
-    return Scene(s, rng, test.band, w / (2 * np.pi), total, test.drive, lambda nodes, comp: look_at(tuple(nodes), comp), participation)
+    total = sum(s.lumps.values()) + sum(
+        2700.0 * s.sections[q.pid].A * float(np.linalg.norm(s.xyz[q.j] - s.xyz[q.i])) for q in s.members
+    )
+    return Scene(
+        s,
+        rng,
+        test.band,
+        w / (2 * np.pi),
+        total,
+        test.drive,
+        lambda nodes, comp: look_at(tuple(nodes), comp),
+        participation,
+    )
 
 
 def visibility(test: Test, effect: Effect, x: float, base: np.ndarray) -> float:
@@ -191,7 +228,9 @@ def visibility(test: Test, effect: Effect, x: float, base: np.ndarray) -> float:
 
 
 def absorbing(test: Test, base: np.ndarray) -> np.ndarray:
-    """Orthonormal directions (samples x k) in which small changes of the moduli and modal dampings move the high recording."""
+    """Orthonormal directions (samples x k) in which small changes of the moduli and modal dampings move the high
+    recording.
+    """
     columns = []
     for p in test.s.groups:
         real = dataclasses.replace(test.real, factor={**test.real.factor, p: test.real.factor[p] * 1.002})
@@ -241,10 +280,14 @@ def calibrate(test: Test, effect: Effect, target: float, base: np.ndarray) -> tu
 
 
 def bounded(test: Test, effect: Effect, x: float, base: np.ndarray) -> bool:
-    """Whether the predicted recordings stay within twenty times the plain high level (a softening spring may run away)."""
+    """Whether the predicted recordings stay within twenty times the plain high level (a softening spring may run
+    away).
+    """
     m = modal_of(test, effect, x)
     try:
-        return all(np.abs(record(test, effect, x, name, m)[0]).max() < 20 * np.abs(base).max() for name in ("sweep", "random"))
+        return all(
+            np.abs(record(test, effect, x, name, m)[0]).max() < 20 * np.abs(base).max() for name in ("sweep", "random")
+        )
     except ArithmeticError:
         return False
 
@@ -260,7 +303,9 @@ class Drawn:
 
 
 def draw_effect(rng: np.random.Generator, test: Test, name: str) -> Drawn:
-    """Place, shape and strength; a place that cannot show the effect is drawn again, a strength the update would hide is raised."""
+    """Place, shape and strength; a place that cannot show the effect is drawn again, a strength the update would
+    hide is raised.
+    """
     sc = scene(test, rng)
     base, _ = record(test, None, 0.0, "high")
     basis = absorbing(test, base)
@@ -318,7 +363,10 @@ def write_case(folder: pathlib.Path, seed: int, index: int, family: str, label: 
         acc, _ = record(test, effect, x, name, m)
         u = noisy(rng, force.at(test.rate, acc.shape[1]), FORCE_NOISE)
         channels = [uff58.Channel(*test.drive, uff58.FORCE, u)]
-        channels += [uff58.Channel(n, c, uff58.ACCELERATION, y) for (n, c), y in zip(test.sensors, noisy(rng, acc, NOISE), strict=True)]
+        channels += [
+            uff58.Channel(n, c, uff58.ACCELERATION, y)
+            for (n, c), y in zip(test.sensors, noisy(rng, acc, NOISE), strict=True)
+        ]
         hidden = name in ("sweep", "random")
         uff58.write(public / f"{name}.uff", channels[:1] if hidden else channels, name, test.rate)
         if hidden:
@@ -331,14 +379,29 @@ def write_case(folder: pathlib.Path, seed: int, index: int, family: str, label: 
 def describe(test: Test, drawn: Drawn | None, label: str) -> dict[str, Any]:
     """truth.json without the seed."""
     effect = drawn.effect if drawn else None
-    out: dict[str, Any] = {"effect": effect.name if effect else "none", "nodes": effect.nodes if effect else [],
-                           "node_xyz": {str(n): [float(q) for q in p] for n, p in test.s.xyz.items()}}
+    out: dict[str, Any] = {
+        "effect": effect.name if effect else "none",
+        "nodes": effect.nodes if effect else [],
+        "node_xyz": {str(n): [float(q) for q in p] for n, p in test.s.xyz.items()},
+    }
     if effect and drawn:
-        out |= {"direction": effect.direction, "to": effect.to, "parameters": effect.values(drawn.x), "kind": effect.extra.get("kind", "")}
+        out |= {
+            "direction": effect.direction,
+            "to": effect.to,
+            "parameters": effect.values(drawn.x),
+            "kind": effect.extra.get("kind", ""),
+        }
     else:
         out["control"] = label.split(":")[1]
-    return out | {"visibility": drawn.seen / NOISE if drawn else 0.0,
-                  "visibility_beyond_update": drawn.beyond / NOISE if drawn else 0.0, "family": test.s.family, "excitation": test.excitation, "band": test.band, "rate": test.rate,
-                  "modes": [round(float(f), 3) for f in test.f_modes[:14]], "zeta": [round(float(z), 5) for z in test.damping.zeta[:14]],
-                  "E_factor": {test.s.groups[p]: f for p, f in test.real.factor.items()},
-                  "mesh": [test.real.form, test.real.n_sub]}
+    return out | {
+        "visibility": drawn.seen / NOISE if drawn else 0.0,
+        "visibility_beyond_update": drawn.beyond / NOISE if drawn else 0.0,
+        "family": test.s.family,
+        "excitation": test.excitation,
+        "band": test.band,
+        "rate": test.rate,
+        "modes": [round(float(f), 3) for f in test.f_modes[:14]],
+        "zeta": [round(float(z), 5) for z in test.damping.zeta[:14]],
+        "E_factor": {test.s.groups[p]: f for p, f in test.real.factor.items()},
+        "mesh": [test.real.form, test.real.n_sub],
+    }

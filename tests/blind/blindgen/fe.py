@@ -1,4 +1,6 @@
-"""Finite elements of the truth: Timoshenko beams in space, numerically integrated, on a mesh finer than the public deck's."""
+"""Finite elements of the truth: Timoshenko beams in space, numerically integrated, on a mesh finer than the public
+deck's.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +39,9 @@ class Material:
         return self.E / (2.0 * (1.0 + self.nu))
 
 
-def bending_matrices(L: float, EI: float, kGA: float, rhoA: float, rhoI: float, shear: bool) -> tuple[np.ndarray, np.ndarray]:
+def bending_matrices(
+    L: float, EI: float, kGA: float, rhoA: float, rhoI: float, shear: bool
+) -> tuple[np.ndarray, np.ndarray]:
     """Bending stiffness and consistent mass (4x4; v1, t1, v2, t2) of the interdependent-interpolation beam.
 
     Shape functions after Friedman and Kosmatka, Comput. Struct. 47 (1993) 473, eq. (13)-(14); `shear=False` is the
@@ -47,11 +51,29 @@ def bending_matrices(L: float, EI: float, kGA: float, rhoA: float, rhoI: float, 
     D = 1.0 / (1.0 + phi)
     K, M = np.zeros((4, 4)), np.zeros((4, 4))
     for s, w in zip(GAUSS_X, GAUSS_W, strict=True):
-        N = D * np.array([2 * s**3 - 3 * s**2 - phi * s + 1 + phi, L * (s**3 - (2 + phi / 2) * s**2 + (1 + phi / 2) * s),
-                          -2 * s**3 + 3 * s**2 + phi * s, L * (s**3 - (1 - phi / 2) * s**2 - phi / 2 * s)])
-        dN = D / L * np.array([6 * s**2 - 6 * s - phi, L * (3 * s**2 - (4 + phi) * s + 1 + phi / 2),
-                               -6 * s**2 + 6 * s + phi, L * (3 * s**2 - (2 - phi) * s - phi / 2)])
-        T = D * np.array([6 / L * (s * s - s), 3 * s * s - (4 + phi) * s + 1 + phi, -6 / L * (s * s - s), 3 * s * s - (2 - phi) * s])
+        N = D * np.array(
+            [
+                2 * s**3 - 3 * s**2 - phi * s + 1 + phi,
+                L * (s**3 - (2 + phi / 2) * s**2 + (1 + phi / 2) * s),
+                -2 * s**3 + 3 * s**2 + phi * s,
+                L * (s**3 - (1 - phi / 2) * s**2 - phi / 2 * s),
+            ]
+        )
+        dN = (
+            D
+            / L
+            * np.array(
+                [
+                    6 * s**2 - 6 * s - phi,
+                    L * (3 * s**2 - (4 + phi) * s + 1 + phi / 2),
+                    -6 * s**2 + 6 * s + phi,
+                    L * (3 * s**2 - (2 - phi) * s - phi / 2),
+                ]
+            )
+        )
+        T = D * np.array(
+            [6 / L * (s * s - s), 3 * s * s - (4 + phi) * s + 1 + phi, -6 / L * (s * s - s), 3 * s * s - (2 - phi) * s]
+        )
         dT = D / L * np.array([6 / L * (2 * s - 1), 6 * s - 4 - phi, -6 / L * (2 * s - 1), 6 * s - 2 + phi])
         K += w * L * EI * np.outer(dT, dT)
         M += w * L * rhoA * np.outer(N, N)
@@ -143,7 +165,9 @@ def assemble_beams(beams: list[Beam], n: int, form: str) -> tuple[sp.coo_matrix,
 
 
 def modes(system: System, f_max: float, limit: int = 160) -> tuple[np.ndarray, np.ndarray]:
-    """Circular frequencies (rad/s) and mass-normalised shapes (n x r) of all modes below f_max (Hz), at most `limit`."""
+    """Circular frequencies (rad/s) and mass-normalised shapes (n x r) of all modes below f_max (Hz), at most
+    `limit`.
+    """
     n = system.K.shape[0]
     if n <= 900:
         w2, phi = sla.eigh(system.K.toarray(), system.M.toarray(), subset_by_index=[0, min(limit, n) - 1])

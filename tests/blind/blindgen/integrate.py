@@ -1,6 +1,7 @@
 """Time integration of the truth: two-stage Gauss-Legendre (implicit, order four, A-stable) on modal coordinates.
 
-x' = A x + loads + law forces; the stage equations are solved per mode beforehand, so that only the two stage forces of each law
+x' = A x + loads + law forces; the stage equations are solved per mode beforehand, so that only the two stage forces
+of each law
 are unknown in a step, and Newton finds those. Hairer and Wanner, Solving ODEs II, section IV.5, table 5.1.
 """
 
@@ -21,9 +22,11 @@ GL_C = np.array([0.5 - R3 / 6.0, 0.5 + R3 / 6.0])
 
 @dataclass
 class Modal:
-    """Structure in modal coordinates: omega (rad/s), zeta, load shapes (n_in, r), sensor shapes (n_out, r) and law shapes (n_law, r).
+    """Structure in modal coordinates: omega (rad/s), zeta, load shapes (n_in, r), sensor shapes (n_out, r) and law
+    shapes (n_law, r).
 
-    `carried` (n_out, n_in) is added to the accelerations times the input: the ground's own motion under a base acceleration.
+    `carried` (n_out, n_in) is added to the accelerations times the input: the ground's own motion under a base
+    acceleration.
     """
 
     omega: np.ndarray
@@ -43,11 +46,13 @@ class Law:
 
 
 def step_tables(omega: np.ndarray, zeta: np.ndarray, h: float) -> tuple[np.ndarray, ...]:
-    """P (r,2,2), Q (r,2,2): next state from state and the two stage loads; S (r,2,2,2), T (r,2,2,2): stage values likewise."""
+    """P (r,2,2), Q (r,2,2): next state from state and the two stage loads; S (r,2,2,2), T (r,2,2,2): stage values
+    likewise.
+    """
     r = len(omega)
     P, Q, S, T = np.zeros((r, 2, 2)), np.zeros((r, 2, 2)), np.zeros((r, 2, 2, 2)), np.zeros((r, 2, 2, 2))
     for i in range(r):
-        A = np.array([[0.0, 1.0], [-omega[i] ** 2, -2 * zeta[i] * omega[i]]])
+        A = np.array([[0.0, 1.0], [-(omega[i] ** 2), -2 * zeta[i] * omega[i]]])
         G = np.linalg.inv(np.eye(4) - h * np.kron(GL_A, A))
         Kx = G @ np.vstack([A, A])  # (4, 2)
         Kg = G[:, [1, 3]]  # stage loads act on the speed equation
@@ -61,7 +66,9 @@ def step_tables(omega: np.ndarray, zeta: np.ndarray, h: float) -> tuple[np.ndarr
 
 @njit(cache=True)
 def stage_states(code, p, z, d0, d, v, zs, g, h, a):
-    """One sweep of the internal states at the two stages (fixed point of the Gauss equations; exact return map for Jenkins)."""
+    """One sweep of the internal states at the two stages (fixed point of the Gauss equations; exact return map for
+    Jenkins).
+    """
     if code == laws.JENKINS:
         for s in range(2):
             zs[s, 0] = laws.clip(z[0] + p[0] * (d[s] - d0), p[1])
@@ -75,7 +82,9 @@ def stage_states(code, p, z, d0, d, v, zs, g, h, a):
 
 @njit(cache=True)
 def solve_stages(codes, pars, Z, D0, free_d, free_v, Sd, Sv, F, ZS, G, h, a, scale):
-    """Newton (law by law) for the stage forces F (n_law, 2). Returns the last residual relative to the largest force so far."""
+    """Newton (law by law) for the stage forces F (n_law, 2). Returns the last residual relative to the largest force
+    so far.
+    """
     n = codes.shape[0]
     d, v = np.zeros(2), np.zeros(2)
     f, fd, fv = np.zeros(2), np.zeros(2), np.zeros(2)
@@ -110,7 +119,9 @@ def solve_stages(codes, pars, Z, D0, free_d, free_v, Sd, Sv, F, ZS, G, h, a, sca
 
 @njit(cache=True)
 def condensed(law, T):
-    """Displacement and speed at each law and stage per unit stage force of each law: two arrays (n_law, n_law, 2, 2)."""
+    """Displacement and speed at each law and stage per unit stage force of each law: two arrays (n_law, n_law, 2,
+    2).
+    """
     n, r = law.shape
     Sd, Sv = np.zeros((n, n, 2, 2)), np.zeros((n, n, 2, 2))
     for k in range(n):
@@ -215,7 +226,9 @@ def run(P, Q, S, T, w, c2, load, sensor, carried, law, codes, pars, stage_u, sam
     return acc, trace, worst
 
 
-def simulate(modal: Modal, local: list[Law], inputs: list[Force], rate: float, n: int, over: int) -> tuple[np.ndarray, np.ndarray]:
+def simulate(
+    modal: Modal, local: list[Law], inputs: list[Force], rate: float, n: int, over: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations (n_out, n) at the sampling rate from rest, and the trace (n_law, [d, v, f], n) of the laws.
 
     Raises ArithmeticError when the implicit solution did not converge or the motion is not finite.
@@ -227,9 +240,22 @@ def simulate(modal: Modal, local: list[Law], inputs: list[Force], rate: float, n
     sample_u = np.stack([u.at(rate, n) for u in inputs])
     codes = np.array([q.code for q in local], np.int64)
     pars = np.array([q.par for q in local]).reshape(len(local), laws.N_PAR)
-    acc, trace, worst = run(*tables, modal.omega, 2 * modal.zeta * modal.omega, np.ascontiguousarray(modal.load),
-                            np.ascontiguousarray(modal.sensor), np.ascontiguousarray(modal.carried),
-                            np.ascontiguousarray(modal.law[: len(local)]), codes, pars, stage_u, sample_u, over, h, GL_A)
+    acc, trace, worst = run(
+        *tables,
+        modal.omega,
+        2 * modal.zeta * modal.omega,
+        np.ascontiguousarray(modal.load),
+        np.ascontiguousarray(modal.sensor),
+        np.ascontiguousarray(modal.carried),
+        np.ascontiguousarray(modal.law[: len(local)]),
+        codes,
+        pars,
+        stage_u,
+        sample_u,
+        over,
+        h,
+        GL_A,
+    )
     if not np.isfinite(acc).all() or worst > 1e-3:
         raise ArithmeticError(f"truth did not converge: worst stage residual {worst:.2e}")
     return np.ascontiguousarray(acc.T), trace

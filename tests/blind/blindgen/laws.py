@@ -1,4 +1,6 @@
-"""Local force laws of the truth (force ON the structure) with tangents and internal states, compiled where numba is there."""
+"""Local force laws of the truth (force ON the structure) with tangents and internal states, compiled where numba is
+there.
+"""
 
 from __future__ import annotations
 

@@ -5,8 +5,22 @@ from __future__ import annotations
 import numpy as np
 
 CONTROLS = ["exact", "parameters", "model_form"]
-EFFECTS = ["support_stiffness", "joint_stiffness", "added_mass", "tuned_absorber", "viscous_damper", "viscoelastic", "structural_damping",
-           "quadratic_damping", "cubic_stiffness", "clearance", "bilinear_stiffness", "coulomb_friction", "bouc_wen", "compliant_support"]
+EFFECTS = [
+    "support_stiffness",
+    "joint_stiffness",
+    "added_mass",
+    "tuned_absorber",
+    "viscous_damper",
+    "viscoelastic",
+    "structural_damping",
+    "quadratic_damping",
+    "cubic_stiffness",
+    "clearance",
+    "bilinear_stiffness",
+    "coulomb_friction",
+    "bouc_wen",
+    "compliant_support",
+]
 RARE = ["base_motion", "load_misplaced", "unmeasured_force"]
 BLOCK = 20
 

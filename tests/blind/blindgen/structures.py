@@ -1,4 +1,6 @@
-"""Random structures: plane frames, cantilevers and space frames in the deck's own terms (joints, members, sections, lumps)."""
+"""Random structures: plane frames, cantilevers and space frames in the deck's own terms (joints, members, sections,
+lumps).
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,9 @@ X, Y, Z = np.eye(3)
 
 @dataclass
 class Member:
-    """A straight member between two joints: property, orientation vector and the chain of deck nodes from joint to joint."""
+    """A straight member between two joints: property, orientation vector and the chain of deck nodes from joint to
+    joint.
+    """
 
     i: int
     j: int
@@ -24,7 +28,9 @@ class Member:
 
 @dataclass
 class Structure:
-    """What the public deck says: nodes, members, groups (pid -> name, section), lumps, clamps, and what a test may use."""
+    """What the public deck says: nodes, members, groups (pid -> name, section), lumps, clamps, and what a test
+    may use.
+    """
 
     family: str
     joints: list[int]
@@ -82,10 +88,25 @@ def plane_frame(rng: np.random.Generator) -> Structure:
     width, height = rng.uniform(0.38, 0.62), rng.uniform(0.30, 0.45)
     per = bays + 1
     xyz = {1 + k * per + b: np.array([b * width, 0.0, k * height]) for k in range(storeys + 1) for b in range(per)}
-    col = rectangle(0.04, rng.uniform(0.0066, 0.0078)) if rng.random() < 0.65 else rectangle(0.025, rng.uniform(0.010, 0.014), flip=True)
+    col = (
+        rectangle(0.04, rng.uniform(0.0066, 0.0078))
+        if rng.random() < 0.65
+        else rectangle(0.025, rng.uniform(0.010, 0.014), flip=True)
+    )
     beam = rectangle(0.04, rng.uniform(0.0115, 0.0165))
-    s = Structure("plane frame", list(xyz), xyz, [], {1: "columns", 2: "beams"}, {1: col, 2: beam},
-                  {n: rng.uniform(0.3, 0.8) for n in xyz if n > per}, list(range(1, per + 1)), "246", [1], 4)
+    s = Structure(
+        "plane frame",
+        list(xyz),
+        xyz,
+        [],
+        {1: "columns", 2: "beams"},
+        {1: col, 2: beam},
+        {n: rng.uniform(0.3, 0.8) for n in xyz if n > per},
+        list(range(1, per + 1)),
+        "246",
+        [1],
+        4,
+    )
     pairs = []
     for k in range(storeys):
         pairs += [(1 + k * per + b, 1 + (k + 1) * per + b, 1, Y) for b in range(per)]
@@ -100,8 +121,19 @@ def cantilever(rng: np.random.Generator) -> Structure:
     step = rng.uniform(0.10, 0.14)
     xyz = {k + 1: np.array([k * step, 0.0, 0.0]) for k in range(7)}
     sections = {1: rectangle(0.03, rng.uniform(0.0095, 0.013)), 2: rectangle(0.03, rng.uniform(0.0080, 0.0112))}
-    s = Structure("cantilever", list(xyz), xyz, [], {1: "root_half", 2: "tip_half"}, sections,
-                  {int(rng.integers(3, 8)): rng.uniform(0.08, 0.12)}, [1], "246", [3], 4)
+    s = Structure(
+        "cantilever",
+        list(xyz),
+        xyz,
+        [],
+        {1: "root_half", 2: "tip_half"},
+        sections,
+        {int(rng.integers(3, 8)): rng.uniform(0.08, 0.12)},
+        [1],
+        "246",
+        [3],
+        4,
+    )
     connect(s, [(k, k + 1, 1 if k <= 3 else 2, Z) for k in range(1, 7)], 3)
     s.levels = {n: n - 1 for n in s.joints}
     return s
@@ -115,8 +147,19 @@ def space_frame(rng: np.random.Generator) -> Structure:
     xyz = {1 + 4 * k + c: np.array([*plan[c], k * height]) for k in range(storeys + 1) for c in range(4)}
     bx = rectangle(0.02, 0.015) if rng.random() < 0.6 else rectangle(0.02, rng.uniform(0.012, 0.016))
     sections = {1: rectangle(0.012, rng.uniform(0.0098, 0.0118)), 2: bx, 3: Section(bx.A, bx.I1, bx.I2, bx.J)}
-    s = Structure("space frame", list(xyz), xyz, [], {1: "columns", 2: "beams_x", 3: "beams_y"}, sections,
-                  {n: rng.uniform(0.3, 0.8) for n in xyz if n > 4}, [1, 2, 3, 4], "", [1, 2], 11 if storeys == 2 else 6)
+    s = Structure(
+        "space frame",
+        list(xyz),
+        xyz,
+        [],
+        {1: "columns", 2: "beams_x", 3: "beams_y"},
+        sections,
+        {n: rng.uniform(0.3, 0.8) for n in xyz if n > 4},
+        [1, 2, 3, 4],
+        "",
+        [1, 2],
+        11 if storeys == 2 else 6,
+    )
     pairs = []
     for k in range(storeys):
         lo, hi = 1 + 4 * k, 5 + 4 * k

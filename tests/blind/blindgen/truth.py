@@ -1,4 +1,6 @@
-"""From a structure to its truth: finer mesh, other parameters, local changes of the structure; modal form for the integrator."""
+"""From a structure to its truth: finer mesh, other parameters, local changes of the structure; modal form for the
+integrator.
+"""
 
 from __future__ import annotations
 
@@ -83,9 +85,15 @@ def build(s: Structure, real: Real, change: Change | None = None) -> Built:
         length = float(np.linalg.norm(s.xyz[m.j] - s.xyz[m.i])) / (len(places) - 1)
         for e in range(len(places) - 1):
             dofs = []
-            for end, place in enumerate(places[e:e + 2]):
-                hinged = change.hinge is not None and change.hinge[0] == mi and (e + end) == change.hinge[1] * (len(places) - 1)
-                dofs += [num.get(place, c) for c in (1, 2, 3)] + [num.get(("hinge", place) if hinged else place, c) for c in (4, 5, 6)]
+            for end, place in enumerate(places[e : e + 2]):
+                hinged = (
+                    change.hinge is not None
+                    and change.hinge[0] == mi
+                    and (e + end) == change.hinge[1] * (len(places) - 1)
+                )
+                dofs += [num.get(place, c) for c in (1, 2, 3)] + [
+                    num.get(("hinge", place) if hinged else place, c) for c in (4, 5, 6)
+                ]
             beams.append(fe.Beam(np.array(dofs), length, axes, mat, s.sections[m.pid]))
     K, M = (x.tolil() for x in fe.assemble_beams(beams, len(num.names), real.form))
     add_points(s, real, change, num, K, M)
@@ -140,9 +148,17 @@ class Damping:
         return share * mean + (1 - share) * self.beyond
 
 
-def modal(built: Built, damping: Damping, f_max: float, load: np.ndarray, sensor: np.ndarray, law: np.ndarray,
-          ground: tuple[int, list[int]] | None = None) -> Modal:
-    """Modal form with static residuals for loads and laws. load, sensor, law: (n, .). ground = (component, sensor components)
+def modal(
+    built: Built,
+    damping: Damping,
+    f_max: float,
+    load: np.ndarray,
+    sensor: np.ndarray,
+    law: np.ndarray,
+    ground: tuple[int, list[int]] | None = None,
+) -> Modal:
+    """Modal form with static residuals for loads and laws. load, sensor, law: (n, .). ground = (component, sensor
+    components)
     appends a base acceleration as the last input."""
     sys = built.system
     cols = np.column_stack([load, law]) if law.size else load
@@ -157,4 +173,6 @@ def modal(built: Built, damping: Damping, f_max: float, load: np.ndarray, sensor
     if ground is not None:
         shapes = np.vstack([shapes, -(sys.M @ rigid) @ phi])
         carried = np.column_stack([carried, np.array([1.0 if c == ground[0] else 0.0 for c in ground[1]])])
-    return Modal(w, damping.of(built, phi), shapes, sensor.T @ phi, law.T @ phi if law.size else np.zeros((0, len(w))), carried)
+    return Modal(
+        w, damping.of(built, phi), shapes, sensor.T @ phi, law.T @ phi if law.size else np.zeros((0, len(w))), carried
+    )

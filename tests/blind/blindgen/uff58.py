@@ -1,4 +1,6 @@
-"""Writer (and a small reader for the checks) of universal dataset 58, binary single precision, as test systems write it."""
+"""Writer (and a small reader for the checks) of universal dataset 58, binary single precision, as test systems write
+it.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,10 @@ def encode(ch: Channel, title: str, rate: float) -> bytes:
     """One dataset 58b: little-endian IEEE, 11 ASCII lines, even spacing."""
     data = np.asarray(ch.data, "<f4")
     head = [
-        f"{NAME[ch.kind]} node {ch.node} dir {ch.direction}".ljust(80), title.ljust(80), "20-Nov-26 00:00:00".ljust(80), "NONE".ljust(80),
+        f"{NAME[ch.kind]} node {ch.node} dir {ch.direction}".ljust(80),
+        title.ljust(80),
+        "20-Nov-26 00:00:00".ljust(80),
+        "NONE".ljust(80),
         "NONE".ljust(80),
         f"{1:5d}{0:10d}{0:5d}{0:10d} {'NONE':10s}{ch.node:10d}{ch.direction:4d} {'NONE':10s}{0:10d}{0:4d}",
         f"{2:10d}{data.size:10d}{1:10d}{0.0:13.5e}{1.0 / rate:13.5e}{0.0:13.5e}",
@@ -52,6 +57,13 @@ def read(path: pathlib.Path) -> list[Channel]:
             lines.append(raw[pos:end].decode("ascii"))
             pos = end + 1
         size = int(lines[0][31:43])
-        out.append(Channel(int(lines[6][41:51]), int(lines[6][51:55]), int(lines[9][:10]), np.frombuffer(raw[pos:pos + size], "<f4").astype(float)))
+        out.append(
+            Channel(
+                int(lines[6][41:51]),
+                int(lines[6][51:55]),
+                int(lines[9][:10]),
+                np.frombuffer(raw[pos : pos + size], "<f4").astype(float),
+            )
+        )
         at = pos + size + len(b"\n    -1\n")
     return out
