@@ -207,6 +207,26 @@ def test_inspect_tells_channels_and_rates() -> None:
     assert "7:+Z  acceleration" in done.output
 
 
+def test_inspect_of_a_deck_counts_cards_and_says_the_size() -> None:
+    done = run("inspect", str(STUDY.parent / "model.bdf"))
+    assert done.exit_code == 0, done.output
+    text = (STUDY.parent / "model.bdf").read_text()
+    n_grid, n_bar = (sum(line.startswith(f"{card},") for line in text.splitlines()) for card in ("GRID", "CBAR"))
+    assert f"{n_grid} nodes" in done.output
+    assert f"CBAR {n_bar:>7}" in done.output
+    assert "0.726114 by 0 by 0 along X, Y, Z" in done.output
+    assert "COUPMASS 1" in done.output
+
+
+def test_inspect_of_a_broken_deck_names_file_line_and_card(tmp_path: Path) -> None:
+    (tmp_path / "m.bdf").write_text("BEGIN BULK\nGRID,1,,0.,0.,0.\nCFOO,7,1,1\nENDDATA\n")
+    done = run("inspect", str(tmp_path / "m.bdf"))
+    assert done.exit_code == 2
+    assert "m.bdf" in done.stderr
+    assert "CFOO" in done.stderr
+    assert "3" in done.stderr.replace(str(tmp_path), "")
+
+
 def test_inspect_of_a_damaged_file_names_it(tmp_path: Path) -> None:
     whole = (STUDY.parent / "high.uff").read_bytes()
     (tmp_path / "cut.uff").write_bytes(whole[: len(whole) // 2])

@@ -1,4 +1,4 @@
-"""`femend inspect`: what is in a file of recordings, before a study is written around it."""
+"""`femend inspect`: what is in a deck or a file of recordings, before a study is written around it."""
 
 from __future__ import annotations
 
@@ -13,18 +13,48 @@ from femend.report.numbers import significant
 
 __all__ = ["inspect"]
 
+_DECKS = (".bdf", ".dat", ".nas", ".blk")
+
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
 def inspect(file: Path) -> None:
-    """Say what is in FILE: channels, directions, units, rates and levels of a universal file."""
+    """Say what is in FILE.
+
+    Of a Nastran deck (.bdf .dat .nas): cards, size, parameters. Of recordings (.uff .unv): channels, directions,
+    units, rates and levels.
+    """
     from femend.io import read_recordings
 
+    if file.suffix.lower() in _DECKS:
+        click.echo(_deck_text(file))
+        return
     test = read_recordings(file, role="predict")
     for recording in test:
         click.echo(_recording_text(recording))
         for note in recording.notes:
             click.echo(f"note: {note}")
+
+
+def _deck_text(file: Path) -> str:
+    from femend.io.deck import read_deck
+
+    deck = read_deck(file)
+    xyz = deck.xyz
+    lines = [f"{file}: Nastran deck, {len(deck.node_ids)} nodes, {len(deck.elements())} elements"]
+    if len(xyz):
+        sides = " by ".join(f"{side:.6g}" for side in np.ptp(xyz, axis=0))
+        lines.append(f"{sides} along X, Y, Z in units of the deck")
+    if len(deck.files) > 1:
+        lines.append(f"files: {', '.join(deck.files)}")
+    lines += ["", table(["card", "count"], [[name, str(n)] for name, n in sorted(deck.card_counts().items())], "lr")]
+    settings = [f"{name} {value}" for name, value in sorted(deck.params().items())]
+    if settings:
+        lines += ["", f"PARAM: {', '.join(settings)}"]
+    ignored = [f"{name} ({n})" for name, n in sorted(deck.ignored().items())]
+    if ignored:
+        lines.append(f"without influence on modes, left out: {', '.join(ignored)}")
+    return "\n".join(lines)
 
 
 def _recording_text(recording: Recording) -> str:
