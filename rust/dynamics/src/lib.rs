@@ -5,8 +5,15 @@ mod frf;
 pub mod laws;
 mod modes;
 pub mod oscillator;
+mod reduction;
+mod sensitivity;
 pub mod simulate;
 
 pub use error::DynamicsError;
 pub use frf::{DirectModel, FrfKind, ModalModel, residual_vectors};
 pub use modes::{ModeOptions, Modes, ModesInfo, modes};
+pub use reduction::{RitzBasis, RitzOptions, ritz_basis};
+pub use sensitivity::{
+    DirectDerivative, EigenSensitivities, ModalDerivatives, ParameterDerivatives, clusters,
+    eigen_sensitivities, frf_direct_sensitivities, project, shape_sensitivities,
+};

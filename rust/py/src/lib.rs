@@ -9,6 +9,7 @@ mod frf;
 mod laws;
 mod model;
 mod modes;
+mod sensitivity;
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -17,6 +18,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     model::register(module)?;
     modes::register(module)?;
     frf::register(module)?;
+    sensitivity::register(module)?;
     laws::register(module)?;
     diagnose::register(module)
 }

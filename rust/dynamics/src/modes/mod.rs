@@ -12,4 +12,5 @@ mod solve;
 
 pub use solve::{ModeOptions, Modes, ModesInfo, modes};
 
+pub(crate) use basis::{Basis, norms};
 pub(crate) use shift::static_shift;
