@@ -81,6 +81,7 @@ type EigenOut<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<i64>>);
 /// Derivatives of eigenvalues with respect to parameters.
 #[pyfunction]
 #[pyo3(signature = (indptr, indices, dk, dm, eigenvalues, phi, gap = 1e-8))]
+#[expect(clippy::too_many_arguments, reason = "a Python signature, by keyword")]
 fn eigen_sensitivities<'py>(
     py: Python<'py>,
     indptr: Indices,
