@@ -58,7 +58,7 @@ demo: build  ## diagnose the bundled case and write femend-demo/
 test: test-rust test-python  ## Rust tests and the fast Python tests
 
 test-rust: $(VENV)/.installed
-	cargo test --release --jobs $(JOBS) $(RUST_CRATES) $(CARGO_FLAGS)
+	cargo test --release --no-fail-fast --jobs $(JOBS) $(RUST_CRATES) $(CARGO_FLAGS)
 
 test-python: build
 	$(BIN)/python -m pytest -m "not slow" -rs --durations=10 $(PYTEST_FLAGS)
