@@ -1,6 +1,300 @@
+//! `_core.FeModel`: the finite-element model for Python.
+
+use crate::deck::{PyDeck, deck_error};
+use femend_fem::deck::{Choice, Selection, build};
+use femend_fem::error::FemError;
+use femend_fem::mesh::Id;
+use femend_fem::model::{Model, System};
+use femend_fem::parameter::Parameter;
+use femend_fem::project::Reduced;
+use ndarray::{Array1, Array2, Array3};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 
+pyo3::import_exception!(femend.errors, ModelError);
+
+type Vector<'py> = Bound<'py, PyArray1<f64>>;
+type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+type Cube<'py> = Bound<'py, PyArray3<f64>>;
+type Indices<'py> = Bound<'py, PyArray1<i64>>;
+
+fn model_error(error: FemError) -> PyErr {
+    ModelError::new_err(error.to_string())
+}
+
+/// Finite-element model with constraints eliminated: `u_g = T u_a`.
+#[pyclass(frozen, module = "femend._core")]
+pub(crate) struct FeModel {
+    pub(crate) model: Model,
+}
+
+impl FeModel {
+    fn factors(&self, factors: Option<PyReadonlyArray1<'_, f64>>) -> Vec<f64> {
+        match factors {
+            Some(f) => f.as_array().to_vec(),
+            None => vec![1.0; self.model.parameters.len()],
+        }
+    }
+}
+
+fn arrays<'py>(py: Python<'py>, s: System) -> (Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>) {
+    (s.k.into_pyarray(py), s.m.into_pyarray(py), s.c.into_pyarray(py), s.h.into_pyarray(py))
+}
+
+fn square<'py>(py: Python<'py>, r: usize, data: Vec<f64>) -> PyResult<Matrix<'py>> {
+    let array = Array2::from_shape_vec((r, r), data).map_err(|e| ModelError::new_err(e.to_string()))?;
+    Ok(array.into_pyarray(py))
+}
+
+fn cube<'py>(
+    py: Python<'py>,
+    r: usize,
+    parts: &[Reduced],
+    get: fn(&Reduced) -> &Vec<f64>,
+) -> PyResult<Cube<'py>> {
+    let data: Vec<f64> = parts.iter().flat_map(|p| get(p).iter().copied()).collect();
+    let array =
+        Array3::from_shape_vec((parts.len(), r, r), data).map_err(|e| ModelError::new_err(e.to_string()))?;
+    Ok(array.into_pyarray(py))
+}
+
+#[pymethods]
+impl FeModel {
+    #[new]
+    #[pyo3(signature = (deck, spc=None, parameters=Vec::new(), added_mass=Vec::new()))]
+    fn new(
+        py: Python<'_>,
+        deck: &PyDeck,
+        spc: Option<Id>,
+        parameters: Vec<(String, String, String, Vec<Id>)>,
+        added_mass: Vec<(Id, f64)>,
+    ) -> PyResult<Self> {
+        let spc = spc.map_or(Choice::CaseControl, Choice::Set);
+        let mesh = py
+            .detach(|| build(&deck.deck, &Selection { spc, ..Selection::default() }))
+            .map_err(|e| deck_error(py, &e))?;
+        let parameters = parameters
+            .into_iter()
+            .map(|(name, property, kind, ids)| Parameter::parse(&name, &property, &kind, ids))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(model_error)?;
+        let model = py.detach(|| Model::new(&mesh, &parameters, &added_mass)).map_err(model_error)?;
+        Ok(Self { model })
+    }
+
+    /// Number of independent DOFs.
+    #[getter]
+    fn n_a(&self) -> usize {
+        self.model.n_a()
+    }
+
+    /// Number of rows of the g-set: six per node.
+    #[getter]
+    fn n_g(&self) -> usize {
+        self.model.nodes.n_g()
+    }
+
+    /// Node ids, in the order of the g-set.
+    #[getter]
+    fn node_ids<'py>(&self, py: Python<'py>) -> Indices<'py> {
+        let ids: Vec<i64> = self.model.nodes.nodes.iter().map(|n| i64::from(n.id)).collect();
+        ids.into_pyarray(py)
+    }
+
+    /// Node positions, basic coordinates, (n_nodes, 3).
+    #[getter]
+    fn xyz<'py>(&self, py: Python<'py>) -> Matrix<'py> {
+        let n = self.model.nodes.len();
+        Array2::from_shape_fn((n, 3), |(i, j)| self.model.nodes.xyz(i)[j]).into_pyarray(py)
+    }
+
+    /// Displacement frames, (n_nodes, 3, 3): row i of each is local axis i in basic coordinates.
+    #[getter]
+    fn frames<'py>(&self, py: Python<'py>) -> Cube<'py> {
+        let nodes = &self.model.nodes;
+        let entry = |(n, i, j): (usize, usize, usize)| {
+            nodes.frame(n).map_or(f64::from(u8::from(i == j)), |frame| frame[i][j])
+        };
+        Array3::from_shape_fn((nodes.len(), 3, 3), entry).into_pyarray(py)
+    }
+
+    /// Node id of every a-set DOF.
+    #[getter]
+    fn dof_nodes<'py>(&self, py: Python<'py>) -> Indices<'py> {
+        let of = |&g: &usize| i64::from(self.model.nodes.component(g).node);
+        self.model.a_rows.iter().map(of).collect::<Vec<_>>().into_pyarray(py)
+    }
+
+    /// Component 1..6 of every a-set DOF, in its node's displacement frame.
+    #[getter]
+    fn dof_components<'py>(&self, py: Python<'py>) -> Indices<'py> {
+        let of = |&g: &usize| (g % 6) as i64 + 1;
+        self.model.a_rows.iter().map(of).collect::<Vec<_>>().into_pyarray(py)
+    }
+
+    /// T of `u_g = T u_a` as (indptr, indices, data) of compressed columns, (n_g, n_a).
+    #[getter]
+    #[pyo3(name = "T")]
+    fn t<'py>(&self, py: Python<'py>) -> (Indices<'py>, Indices<'py>, Vector<'py>) {
+        let mut columns: Vec<Vec<(i64, f64)>> = vec![Vec::new(); self.model.n_a()];
+        for (g, row) in self.model.t_rows.iter().enumerate() {
+            for &(a, v) in row {
+                columns[a as usize].push((g as i64, v));
+            }
+        }
+        let mut indptr = vec![0_i64];
+        for column in &columns {
+            indptr.push(indptr[indptr.len() - 1] + column.len() as i64);
+        }
+        let indices: Vec<i64> = columns.iter().flatten().map(|t| t.0).collect();
+        let data: Vec<f64> = columns.iter().flatten().map(|t| t.1).collect();
+        (indptr.into_pyarray(py), indices.into_pyarray(py), data.into_pyarray(py))
+    }
+
+    /// DOFs held because no element resists or loads them, as "node:component".
+    #[getter]
+    fn auto_constrained(&self) -> Vec<String> {
+        self.model.auto_constrained.iter().map(|d| format!("{}:{}", d.node, d.component)).collect()
+    }
+
+    /// Names of the parameters.
+    #[getter]
+    fn parameter_names(&self) -> Vec<String> {
+        self.model.parameters.iter().map(|p| p.name.clone()).collect()
+    }
+
+    /// Are K, M, C and structural damping affine in all factors jointly?
+    #[getter]
+    fn affine(&self) -> bool {
+        self.model.is_affine()
+    }
+
+    /// Mass of the whole structure, held nodes included.
+    #[pyo3(signature = ())]
+    fn total_mass(&self) -> f64 {
+        self.model.total_mass()
+    }
+
+    /// (id, card, node ids) of every element; masses added by a configuration have id 0.
+    #[pyo3(signature = ())]
+    fn elements(&self) -> Vec<(Id, &'static str, Vec<Id>)> {
+        let ids = |nodes: &[usize]| nodes.iter().map(|&n| self.model.nodes.nodes[n].id).collect();
+        self.model.elements.iter().map(|e| (e.id, e.card, ids(&e.nodes))).collect()
+    }
+
+    /// Pattern and values of K, M, C and structural damping at the factors.
+    #[pyo3(signature = (factors=None))]
+    #[allow(clippy::type_complexity)]
+    fn assemble<'py>(
+        &self,
+        py: Python<'py>,
+        factors: Option<PyReadonlyArray1<'py, f64>>,
+    ) -> PyResult<(
+        Bound<'py, PyArray1<i32>>,
+        Bound<'py, PyArray1<i32>>,
+        Vector<'py>,
+        Vector<'py>,
+        Vector<'py>,
+        Vector<'py>,
+    )> {
+        let factors = self.factors(factors);
+        let system = py.detach(|| self.model.assemble(&factors)).map_err(model_error)?;
+        let p = self.model.pattern();
+        let int = |v: &[u32]| Array1::from_iter(v.iter().map(|&i| i as i32)).into_pyarray(py);
+        let (k, m, c, h) = arrays(py, system);
+        Ok((int(p.col_ptr()), int(p.row_idx()), k, m, c, h))
+    }
+
+    /// Derivatives of K, M, C and structural damping with respect to factor `i`, on the same pattern.
+    #[pyo3(signature = (i, factors=None))]
+    fn derivative<'py>(
+        &self,
+        py: Python<'py>,
+        i: usize,
+        factors: Option<PyReadonlyArray1<'py, f64>>,
+    ) -> PyResult<(Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>)> {
+        let factors = self.factors(factors);
+        let system = py.detach(|| self.model.derivative(i, &factors)).map_err(model_error)?;
+        Ok(arrays(py, system))
+    }
+
+    /// Reduced matrices on the basis `v` (n_a, r) and their derivatives with respect to every factor.
+    #[pyo3(signature = (factors, v))]
+    #[allow(clippy::type_complexity)]
+    fn project<'py>(
+        &self,
+        py: Python<'py>,
+        factors: Option<PyReadonlyArray1<'py, f64>>,
+        v: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<(
+        (Matrix<'py>, Matrix<'py>, Matrix<'py>, Matrix<'py>),
+        (Cube<'py>, Cube<'py>, Cube<'py>, Cube<'py>),
+    )> {
+        let factors = self.factors(factors);
+        let (v, r) = rows_of(&v);
+        let (reduced, d) = py.detach(|| self.model.project(&factors, &v, r)).map_err(model_error)?;
+        let now = (
+            square(py, r, reduced.k)?,
+            square(py, r, reduced.m)?,
+            square(py, r, reduced.c)?,
+            square(py, r, reduced.h)?,
+        );
+        let then = (
+            cube(py, r, &d, |p| &p.k)?,
+            cube(py, r, &d, |p| &p.m)?,
+            cube(py, r, &d, |p| &p.c)?,
+            cube(py, r, &d, |p| &p.h)?,
+        );
+        Ok((now, then))
+    }
+
+    /// g-set rows, K and M of one element, in displacement frames.
+    #[pyo3(signature = (eid, factors=None))]
+    fn element_matrices<'py>(
+        &self,
+        py: Python<'py>,
+        eid: Id,
+        factors: Option<PyReadonlyArray1<'py, f64>>,
+    ) -> PyResult<(Indices<'py>, Matrix<'py>, Matrix<'py>)> {
+        let factors = self.factors(factors);
+        let index = self.model.element_index(eid).map_err(model_error)?;
+        let matrices = self.model.element_matrices(index, &factors).map_err(model_error)?;
+        let rows: Vec<i64> = self.model.elements[index].rows.iter().map(|&g| g as i64).collect();
+        let n = rows.len();
+        let dense =
+            |a: Option<femend_fem::small::Mat<f64>>| square(py, n, a.map_or(vec![0.0; n * n], |a| a.data));
+        Ok((rows.into_pyarray(py), dense(matrices.k)?, dense(matrices.m)?))
+    }
+
+    /// Local axes (3, 3) in basic coordinates, one per row, and length of a beam.
+    #[pyo3(signature = (eid))]
+    fn element_frame<'py>(&self, py: Python<'py>, eid: Id) -> PyResult<(Matrix<'py>, f64)> {
+        let index = self.model.element_index(eid).map_err(model_error)?;
+        let element = &self.model.elements[index];
+        let (frame, length) = element.beam_frame().ok_or_else(|| {
+            ModelError::new_err(format!("{} {eid} has no beam axes; ask for a CBAR or CBEAM", element.card))
+        })?;
+        Ok((Array2::from_shape_fn((3, 3), |(i, j)| frame[i][j]).into_pyarray(py), length))
+    }
+
+    /// All six components of every node, (n_g, r), from the a-set, (n_a, r).
+    #[pyo3(signature = (v))]
+    fn recover<'py>(&self, py: Python<'py>, v: PyReadonlyArray2<'py, f64>) -> PyResult<Matrix<'py>> {
+        let (v, r) = rows_of(&v);
+        let data = py.detach(|| self.model.recover(&v, r)).map_err(model_error)?;
+        let array = Array2::from_shape_vec((self.model.nodes.n_g(), r), data);
+        Ok(array.map_err(|e| ModelError::new_err(e.to_string()))?.into_pyarray(py))
+    }
+}
+
+/// Row-major copy of an array and its number of columns.
+fn rows_of(v: &PyReadonlyArray2<'_, f64>) -> (Vec<f64>, usize) {
+    (v.as_array().iter().copied().collect(), v.shape()[1])
+}
+
 /// Adds this file's classes and functions to `_core`.
-pub(crate) fn register(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-    Ok(())
+pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<FeModel>()
 }
