@@ -329,3 +329,105 @@ def ritz_basis(
     them and the static derivative vectors of every mode for each parameter in `dk`, `dm` (n_p, nnz). Vectors whose new
     part is below `drop` of themselves are left out. Raises as `modes` and `residual_vectors`.
     """
+
+_System: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+
+@final
+class FeModel:
+    """Finite-element model of a deck with constraints eliminated: `u_g = T u_a`.
+
+    Rows of the g-set are `6 * node_index + component - 1`, components in each node's displacement (CD) frame. Matrices
+    are full symmetric compressed columns (both triangles, rows ascending) on one pattern; `factors` are one number
+    per parameter, 1 = the deck's value, None = all one. Order everywhere: K, M, C, and structural damping H, where
+    the stiffness is K + iH (GE of materials, springs and bushes, PARAM G). Raises `ModelError` and `DeckError`.
+    """
+
+    def __new__(
+        cls,
+        deck: Deck,
+        spc: int | None = None,
+        parameters: Sequence[tuple[str, str, str, Sequence[int]]] | None = None,
+        added_mass: Sequence[tuple[int, float]] | None = None,
+    ) -> FeModel:
+        """Model with SPC set `spc` (None: the one case control selects).
+
+        `parameters` are (name, property, target, ids): property one of E G nu rho eta A I1 I2 J t k1..k6 c1..c6 m,
+        target one of material, property_id, elements, mass. `added_mass` are (node, mass) on top of the deck.
+        """
+
+    @property
+    def n_a(self) -> int:
+        """Number of independent DOFs."""
+
+    @property
+    def n_g(self) -> int:
+        """Six per node."""
+
+    @property
+    def node_ids(self) -> NDArray[np.int64]:
+        """(n_nodes,), in the order of the g-set."""
+
+    @property
+    def xyz(self) -> NDArray[np.float64]:
+        """(n_nodes, 3), basic coordinates."""
+
+    @property
+    def frames(self) -> NDArray[np.float64]:
+        """(n_nodes, 3, 3): row i is axis i of the node's displacement frame in basic coordinates."""
+
+    @property
+    def dof_nodes(self) -> NDArray[np.int64]:
+        """(n_a,) node id of each a-set DOF."""
+
+    @property
+    def dof_components(self) -> NDArray[np.int64]:
+        """(n_a,) component 1..6 of each a-set DOF."""
+
+    @property
+    def T(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+        """(indptr, indices, data) of the (n_g, n_a) matrix T, compressed columns."""
+
+    @property
+    def auto_constrained(self) -> list[str]:
+        """DOFs held because nothing resists or loads them, as "node:component"."""
+
+    @property
+    def parameter_names(self) -> list[str]: ...
+    @property
+    def affine(self) -> bool:
+        """Are K, M, C and H affine in all factors jointly? Then derivatives are constant."""
+
+    def total_mass(self) -> float:
+        """Mass of the whole structure, held nodes included, in mass units after WTMASS."""
+
+    def elements(self) -> list[tuple[int, str, list[int]]]:
+        """(id, card, node ids) of every element; masses added by a configuration have id 0."""
+
+    def assemble(
+        self, factors: NDArray[np.float64] | None = None
+    ) -> tuple[
+        NDArray[np.int32],
+        NDArray[np.int32],
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.float64],
+        NDArray[np.float64],
+    ]:
+        """(indptr, indices, K, M, C, H)."""
+
+    def derivative(self, i: int, factors: NDArray[np.float64] | None = None) -> _System:
+        """Exact derivatives of (K, M, C, H) with respect to factor i, on the pattern of `assemble`."""
+
+    def project(self, factors: NDArray[np.float64] | None, v: NDArray[np.float64]) -> tuple[_System, _System]:
+        """Reduced (K, M, C, H), each (r, r), on the basis v (n_a, r), and their derivatives, each (p, r, r)."""
+
+    def element_matrices(
+        self, eid: int, factors: NDArray[np.float64] | None = None
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+        """(g-set rows, K, M) of one element, in displacement frames: its part of K is T[rows]' K T[rows]."""
+
+    def element_frame(self, eid: int) -> tuple[NDArray[np.float64], float]:
+        """Local axes (3, 3) of a beam in basic coordinates, one per row, and its length between offset ends."""
+
+    def recover(self, v: NDArray[np.float64]) -> NDArray[np.float64]:
+        """u_g = T v, (n_g, r), displacement frames, from v (n_a, r)."""

@@ -18,6 +18,8 @@ pyo3::import_exception!(femend.errors, ModelError);
 type Vector<'py> = Bound<'py, PyArray1<f64>>;
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 type Cube<'py> = Bound<'py, PyArray3<f64>>;
+/// Name, property, kind of target, ids.
+type ParameterSpec = (String, String, String, Vec<Id>);
 type Indices<'py> = Bound<'py, PyArray1<i64>>;
 
 fn model_error(error: FemError) -> PyErr {
@@ -63,19 +65,21 @@ fn cube<'py>(
 #[pymethods]
 impl FeModel {
     #[new]
-    #[pyo3(signature = (deck, spc=None, parameters=Vec::new(), added_mass=Vec::new()))]
+    #[pyo3(signature = (deck, spc=None, parameters=None, added_mass=None))]
     fn new(
         py: Python<'_>,
         deck: &PyDeck,
         spc: Option<Id>,
-        parameters: Vec<(String, String, String, Vec<Id>)>,
-        added_mass: Vec<(Id, f64)>,
+        parameters: Option<Vec<ParameterSpec>>,
+        added_mass: Option<Vec<(Id, f64)>>,
     ) -> PyResult<Self> {
         let spc = spc.map_or(Choice::CaseControl, Choice::Set);
         let mesh = py
             .detach(|| build(&deck.deck, &Selection { spc, ..Selection::default() }))
             .map_err(|e| deck_error(py, &e))?;
+        let added_mass = added_mass.unwrap_or_default();
         let parameters = parameters
+            .unwrap_or_default()
             .into_iter()
             .map(|(name, property, kind, ids)| Parameter::parse(&name, &property, &kind, ids))
             .collect::<Result<Vec<_>, _>>()
