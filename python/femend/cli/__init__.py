@@ -1,4 +1,4 @@
-"""The command line: `femend diagnose`, `femend demo`, `femend inspect`."""
+"""The command line: `femend diagnose`, `femend demo`, `femend inspect`, `femend modes`."""
 
 from __future__ import annotations
 

@@ -16,6 +16,7 @@ from femend import __version__
 from femend.cli.demo import demo
 from femend.cli.diagnose import diagnose
 from femend.cli.inspect import inspect
+from femend.cli.modes import modes
 from femend.errors import FemendError
 
 __all__ = ["Commands", "main"]
@@ -76,3 +77,4 @@ def main() -> None:
 main.add_command(diagnose)
 main.add_command(demo)
 main.add_command(inspect)
+main.add_command(modes)

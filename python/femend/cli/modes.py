@@ -1,0 +1,56 @@
+"""`femend modes`: natural frequencies of a deck, with the mass that moves with each mode."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import numpy as np
+
+from femend.cli.table import table
+from femend.report.numbers import pretty_unit, significant
+from femend.units import SYSTEMS, unit_system
+
+__all__ = ["modes"]
+
+
+@click.command()
+@click.argument("deck", type=click.Path(path_type=Path))
+@click.option("--n", "n_modes", type=click.IntRange(min=1), help="Number of modes; 10 without --fmax.")
+@click.option("--fmax", type=click.FloatRange(min=0, min_open=True), help="All modes up to this frequency, Hz.")
+@click.option("--units", type=click.Choice(list(SYSTEMS)), default="SI", show_default=True, help="Units of the deck.")
+@click.option("--spc", type=click.IntRange(min=0), help="SPC set; the deck's case control selects it otherwise.")
+def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: int | None) -> None:
+    """Compute the natural frequencies of the Nastran deck DECK.
+
+    Effective mass is the share of the structure's mass that moves with a mode when the base moves along X, Y or Z.
+    """
+    from scipy.sparse import csc_matrix
+
+    from femend import _core
+    from femend.analysis.effective_mass import base_directions, effective_mass
+    from femend.io.deck import read_deck
+
+    if n_modes is None and fmax is None:
+        n_modes = 10
+    model = _core.FeModel(read_deck(deck), spc=spc)
+    indptr, indices, k, m, _, _ = model.assemble()
+    if n_modes is not None:
+        n_modes = min(n_modes, model.n_a)
+    freq, phi, _, info = _core.modes(indptr, indices, k, m, n_modes=n_modes, f_max=fmax)
+    R = base_directions(model.dof_nodes, model.dof_components, model.node_ids, model.frames)
+    M = csc_matrix((m, indices, indptr), shape=(model.n_a, model.n_a))
+    share = effective_mass(np.asarray(M @ phi), R) / model.total_mass() * 100.0
+    mass = f"{significant(model.total_mass())} {pretty_unit(unit_system(units).text('mass'))}"
+    click.echo(f"{deck}: {len(model.node_ids)} nodes, {model.n_a} free DOFs, mass {mass}")
+    if model.auto_constrained:
+        names = ", ".join(model.auto_constrained[:8]) + (", …" if len(model.auto_constrained) > 8 else "")
+        click.echo(f"held because nothing resists them: {len(model.auto_constrained)} DOFs ({names})")
+    if info["n_rigid"]:
+        click.echo(f"{info['n_rigid']} modes of a free body")
+    rows = [
+        [str(i), f"{f:.4f}" if f < 1e5 else f"{f:.6g}", *(f"{s:.1f}" for s in row)]
+        for i, (f, row) in enumerate(zip(freq, share, strict=True), start=1)
+    ]
+    sums = ["sum", "", *(f"{s:.1f}" for s in share.sum(axis=0))]
+    click.echo("\n" + table(["mode", "Hz", "X %", "Y %", "Z %"], [*rows, sums], "rrrrr"))
