@@ -31,7 +31,7 @@ struct Edit {
 
 impl Deck {
     /// Bytes of the files that differ once `changes` are made and the lines of `additions` are put before ENDDATA
-    /// (at the end if there is none). Numbers are written as exactly as their field allows.
+    /// (at the end if there is none). Numbers are written as least as their field allows.
     ///
     /// # Errors
     /// [`DeckError::Selection`] for a card that is not there, [`DeckError::Patch`] for a field that is not on the card
@@ -127,8 +127,8 @@ struct Room {
     lead: usize,
     /// Longest number.
     most: usize,
-    /// Columns the cell must have afterwards, so that the fields behind it stay where they are.
-    exactly: Option<usize>,
+    /// Columns the cell must have afterwards at least, so that what stands behind it stays where it is.
+    least: usize,
 }
 
 /// Longest number in a free field: enough for every bit of a double.
@@ -138,37 +138,34 @@ impl Room {
     fn of(cell: &Cell, text: &[u8]) -> Self {
         let start = cell.start as usize - usize::from(cell.lead);
         let end = start + usize::from(cell.width);
-        let columns = match cell.format {
+        let columns: usize = match cell.format {
             Format::Small => 8,
             Format::Large => 16,
             Format::Free | Format::Absent => {
                 let start = cell.start as usize;
-                return Self {
-                    start,
-                    end: start + usize::from(cell.len),
-                    lead: 0,
-                    most: FREE,
-                    exactly: None,
-                };
+                return Self { start, end: start + usize::from(cell.len), lead: 0, most: FREE, least: 0 };
             }
         };
-        // columns taken by the cell; a tab that ends it takes the rest of its own eight
+        // blanks before a comment or the line's end belong to the cell's columns too
+        let blanks =
+            text[end..].iter().take(columns.saturating_sub(end - start)).take_while(|&&c| c == b' ').count();
+        let (end, lead) = (end + blanks, usize::from(cell.lead));
         let taken = end - start;
         match text.get(end) {
+            // a tab that ends the cell takes the rest of its own eight columns
             Some(b'\t') if taken < columns => {
                 let stop = (taken / 8 + 1) * 8;
-                let least = stop - 8;
-                Self { start, end, lead: 0, most: stop - 1, exactly: (least > 0).then_some(least) }
+                Self { start, end, lead: 0, most: stop - 1, least: stop - 8 }
             }
-            _ if taken >= columns => {
-                Self { start, end, lead: usize::from(cell.lead), most: columns, exactly: Some(columns) }
+            None | Some(b'\r' | b'\n') if taken < columns && blanks == 0 => {
+                Self { start, end, lead, most: columns, least: 0 }
             }
-            _ => Self { start, end, lead: usize::from(cell.lead), most: columns, exactly: None },
+            _ => Self { start, end, lead, most: columns, least: taken.min(columns) },
         }
     }
 
     fn write(&self, number: &str) -> Edit {
-        let width = self.exactly.unwrap_or(0).max(number.len());
+        let width = self.least.max(number.len());
         let lead = self.lead.min(self.most.saturating_sub(number.len()));
         let padded = format!("{:lead$}{number}", "");
         // a number that stood at the right edge stays there, any other stays where it began

@@ -49,7 +49,7 @@ pub struct Shape {
     n_dims: usize,
 }
 
-const SHAPES: [Shape; 17] = [
+const SHAPES: [Shape; 19] = [
     Shape { name: "ROD", n_dims: 1 },
     Shape { name: "TUBE", n_dims: 2 },
     Shape { name: "TUBE2", n_dims: 2 },
@@ -66,6 +66,8 @@ const SHAPES: [Shape; 17] = [
     Shape { name: "CHAN", n_dims: 4 },
     Shape { name: "CHAN1", n_dims: 4 },
     Shape { name: "CHAN2", n_dims: 4 },
+    Shape { name: "Z", n_dims: 4 },
+    Shape { name: "HAT", n_dims: 4 },
     Shape { name: "CROSS", n_dims: 4 },
 ];
 
@@ -151,6 +153,18 @@ impl Shape {
                     rect(0.0, z, d[2], d[1] / 2.0),
                 ]
             }
+            // middle: both arms together, upright thickness, height, arm thickness
+            "CROSS" => {
+                let (z, w) = ((d[1] + d[0] / 2.0) / 2.0, d[0] / 2.0);
+                vec![rect(0.0, 0.0, d[2], d[1]), rect(0.0, z, d[3], w), rect(0.0, -z, d[3], w)]
+            }
+            _ => self.open_walls(d),
+        }
+    }
+
+    /// As [`Self::walls`], for the sections that open to one side.
+    fn open_walls(&self, d: &[f64]) -> Vec<Rect> {
+        match self.name {
             // lower edge: flange width, height, flange thickness, web thickness; T2 is T upside down
             "T" => vec![
                 rect((d[1] - d[2]) / 2.0, 0.0, d[1] - d[2], d[3]),
@@ -187,10 +201,23 @@ impl Shape {
                     rect(d[2] / 2.0, z, d[2], d[0]),
                 ]
             }
-            // CROSS, middle: both arms together, upright thickness, height, arm thickness
+            // middle, upper flange towards -z: outstand, web thickness, inner height, height
+            "Z" => {
+                let t = (d[3] - d[2]) / 2.0;
+                let (y, z) = ((d[3] - t) / 2.0, (d[0] + d[1]) / 2.0);
+                vec![rect(y, -z, t, d[0]), rect(0.0, 0.0, d[3], d[1]), rect(-y, z, t, d[0])]
+            }
+            // HAT, lower edge: height, thickness, width of the top, outstand of each brim
             _ => {
-                let (z, w) = ((d[1] + d[0] / 2.0) / 2.0, d[0] / 2.0);
-                vec![rect(0.0, 0.0, d[2], d[1]), rect(0.0, z, d[3], w), rect(0.0, -z, d[3], w)]
+                let (h, z) = (d[0] - d[1], (d[2] - d[1]) / 2.0);
+                let brim = (d[2] + d[3]) / 2.0;
+                vec![
+                    rect(d[0] - d[1] / 2.0, 0.0, d[1], d[2]),
+                    rect(h / 2.0, -z, h, d[1]),
+                    rect(h / 2.0, z, h, d[1]),
+                    rect(d[1] / 2.0, -brim, d[1], d[3]),
+                    rect(d[1] / 2.0, brim, d[1], d[3]),
+                ]
             }
         }
     }
@@ -209,7 +236,7 @@ impl Shape {
     /// Shear centre in the coordinates of [`Self::walls`]; `None` where no simple rule gives it.
     fn shear_centre(&self, d: &[f64]) -> Option<[f64; 2]> {
         match self.name {
-            "BOX" | "I1" | "H" | "CROSS" => Some([0.0; 2]),
+            "BOX" | "I1" | "H" | "CROSS" | "Z" => Some([0.0; 2]),
             // between the flanges' centre lines, shared by their stiffnesses in plane 2
             "I" => {
                 let (bottom, top) = (d[4] * d[1].powi(3), d[5] * d[2].powi(3));
@@ -340,6 +367,25 @@ mod tests {
         for (name, d) in [("ROD", vec![-1.0]), ("TUBE", vec![1.0, 2.0]), ("BOX", vec![1.0, 1.0, 0.6, 0.1])] {
             assert!(Shape::from_name(name).unwrap().values(&d).is_err(), "{name}");
         }
+    }
+
+    #[test]
+    fn a_z_is_an_i_with_half_of_each_flange_moved_across() {
+        let (z, i) = (values("Z", &[44.0, 6.0, 84.0, 100.0]), values("I1", &[44.0, 6.0, 84.0, 100.0]));
+        assert_relative_eq!(z.a, i.a, max_relative = 1e-12);
+        assert_relative_eq!(z.i1, i.i1, max_relative = 1e-12);
+        // two flanges of 44 x 8 at y = +-46, z = -+25
+        assert_relative_eq!(z.i12, -2.0 * 44.0 * 8.0 * 46.0 * 25.0, max_relative = 1e-12);
+    }
+
+    #[test]
+    fn a_hat_without_brims_to_speak_of_is_a_channel_on_its_side() {
+        let (hat, chan2) =
+            (values("HAT", &[50.0, 3.0, 40.0, 1e-9]), values("CHAN2", &[3.0, 3.0, 50.0, 40.0]));
+        assert_relative_eq!(hat.a, chan2.a, max_relative = 1e-9);
+        assert_relative_eq!(hat.i1, chan2.i1, max_relative = 1e-9);
+        assert_relative_eq!(hat.i2, chan2.i2, max_relative = 1e-9);
+        assert_relative_eq!(values("HAT", &[50.0, 3.0, 40.0, 20.0]).a, 522.0, max_relative = 1e-12);
     }
 
     #[test]
