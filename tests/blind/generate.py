@@ -17,7 +17,7 @@ import time
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
-from blindgen import case, plan, structures  # noqa: E402
+from blindgen import case, plan  # noqa: E402
 
 
 def one(task: tuple[pathlib.Path, int, int, str, str]) -> tuple[str, dict, float]:
@@ -37,13 +37,13 @@ def main() -> None:
     ap.add_argument("--seed", type=int, default=1)
     ap.add_argument("--jobs", type=int, default=1)
     ap.add_argument("--effect", help="only this label, for example clearance or none:model_form")
-    ap.add_argument("--family", choices=list(structures.FAMILIES), help="only this family")
+    ap.add_argument("--family", choices=list(case.FAMILIES), help="only this family")
     a = ap.parse_args()
-    families = list(structures.FAMILIES)
-    tasks = [
-        (a.out, a.seed, i, a.family or plan.family(a.seed, i, families[:3]), a.effect or plan.label(a.seed, i))
-        for i in range(a.start - 1, a.cases)
-    ]
+    families = list(case.FRAMES)
+    tasks = []
+    for i in range(a.start - 1, a.cases):
+        family = a.family or plan.family(a.seed, i, families)
+        tasks.append((a.out, a.seed, i, family, a.effect or plan.suited(plan.label(a.seed, i), family)))
     a.out.mkdir(parents=True, exist_ok=True)
     count: collections.Counter[str] = collections.Counter()
     with multiprocessing.Pool(a.jobs) as pool:

@@ -16,7 +16,7 @@ os.environ.setdefault("NUMBA_DISABLE_JIT", "1")  # short runs: compiling would t
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 
 import score_blind
-from blindgen import case, excite, fe, laws, plan, structures, truth, uff58
+from blindgen import case, excite, fe, laws, plan, plates, structures, truth, uff58
 from blindgen.integrate import Law, Modal, simulate
 
 
@@ -127,6 +127,37 @@ def test_linear_case_equals_direct_solution_in_full_coordinates() -> None:
     y = np.fft.irfft(Y) * int(rate * period)
     assert np.linalg.norm(acc[0] - y) < 1e-3 * np.linalg.norm(y)
     assert np.abs(trace[0, 0]).max() > 0
+
+
+def test_plate_frequencies_and_deck() -> None:
+    """A square plate on four corners: 7.11 sqrt(D / rho h) / a^2 (Leissa, NASA SP-160); a strip as a beam."""
+    s = plates.plate(np.random.default_rng(0))
+    s.lumps, s.sides = {}, (0.4, 0.4)
+    w, _ = fe.modes(truth.build(s, truth.nominal(s)).system, 500.0)
+    unit = np.sqrt(s.rigidity() / (2700.0 * s.thickness)) / 0.4**2
+    assert w[0] / unit == pytest.approx(7.11, rel=0.015)
+    assert s.bulk().count("CQUAD4") == 16 * 12
+    long = plates.Plate(
+        "strip",
+        [],
+        {},
+        [],
+        {1: "a", 2: "b"},
+        {},
+        {},
+        [1, 17],
+        "126",
+        [3],
+        1,
+        pinned="3",
+        cells=(16, 1),
+        sides=(1.0, 0.02),
+    )
+    long.clamped, long.pinned = [1, 18], "35"
+    ends = truth.build(long, truth.nominal(long))
+    w, _ = fe.modes(ends.system, 500.0)
+    beam = 1.8751040687**2 * np.sqrt(long.E * long.thickness**2 / 12 / 2700.0)
+    assert w[0] == pytest.approx(beam, rel=0.02)  # clamped at x = 0, free elsewhere: between beam and plate rigidity
 
 
 REFERENCE = {  # states and force on the structure, written here a second time

@@ -16,6 +16,7 @@ import numpy as np
 from . import excite, laws
 from .excite import Force
 from .integrate import Law
+from .plates import Plate
 from .structures import Structure
 from .truth import Change
 
@@ -305,6 +306,8 @@ def added_mass(sc: Scene) -> Effect:
 def joint_stiffness(sc: Scene) -> Effect:
     """Either a flexible connection of one member end, or one member weaker by 30-60 %."""
     s, rng = sc.s, sc.rng
+    if not s.members:
+        raise Unsuitable("no members")
     mi = int(rng.integers(len(s.members)))
     m = s.members[mi]
     if rng.random() < 0.5:
@@ -341,6 +344,10 @@ def compliant_support(sc: Scene) -> Effect:
     """One clamp gives way in rotation, in translation along an axis, or both."""
     s, rng = sc.s, sc.rng
     node = int(rng.choice(s.clamped))
+    if isinstance(s, Plate):
+        k = 30.0 * s.rigidity() / s.sides[1] ** 2
+        change = lambda x: Change(support={(node, 3): k / x})  # noqa: E731
+        return Effect("compliant_support", [node], "", "ground", (0.02, 50.0), lambda x: {"k3": k / x}, change=change)
     m = next(m for m in s.members if node in (m.i, m.j))
     q, length = s.sections[m.pid], float(np.linalg.norm(s.xyz[m.j] - s.xyz[m.i]))
     reach = s.span if s.family == "cantilever" else length

@@ -45,6 +45,7 @@ class Structure:
     n_sensors: int
     E: float = 7e10
     levels: dict[int, int] = field(default_factory=dict)  # joint -> storey
+    pinned: str = "123456"  # components held at the clamped nodes
 
     @property
     def free(self) -> list[int]:
@@ -56,6 +57,12 @@ class Structure:
         """Diagonal of the box around the nodes (m)."""
         p = np.array(list(self.xyz.values()))
         return float(np.linalg.norm(p.max(0) - p.min(0)))
+
+    @property
+    def total(self) -> float:
+        """Mass of the deck's model (kg)."""
+        bars = ((m, float(np.linalg.norm(self.xyz[m.j] - self.xyz[m.i]))) for m in self.members)
+        return sum(self.lumps.values()) + sum(2700.0 * self.sections[m.pid].A * length for m, length in bars)
 
     def material(self, pid: int, factor: float = 1.0, density: float = 1.0) -> Material:
         """Nominal material of a group, scaled."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import fe
 from .integrate import Modal
+from .plates import Plate, assemble
 from .structures import Structure
 
 
@@ -62,7 +63,7 @@ class Numbering:
         """Equation of a component at a place (deck node number, or any hashable for truth-only nodes)."""
         key = (place, comp)
         if key not in self.table:
-            clamped = place in self.s.clamped and key not in self.change.support
+            clamped = place in self.s.clamped and str(comp) in self.s.pinned and key not in self.change.support
             if clamped or (str(comp) in self.s.held):
                 self.table[key] = -1
             else:
@@ -71,10 +72,8 @@ class Numbering:
         return self.table[key]
 
 
-def build(s: Structure, real: Real, change: Change | None = None) -> Built:
-    """Assemble the truth. Every deck element becomes `n_sub` elements; the deck's nodes keep their numbers."""
-    change = change or Change()
-    num = Numbering(s, change)
+def fine_beams(s: Structure, real: Real, change: Change, num: Numbering) -> list[fe.Beam]:
+    """All truth elements: every bar of the deck cut into `n_sub`."""
     beams: list[fe.Beam] = []
     for mi, m in enumerate(s.members):
         mat = s.material(m.pid, real.factor[m.pid] * real.member[mi] * change.weaker.get(mi, 1.0), real.density[m.pid])
@@ -95,7 +94,19 @@ def build(s: Structure, real: Real, change: Change | None = None) -> Built:
                     num.get(("hinge", place) if hinged else place, c) for c in (4, 5, 6)
                 ]
             beams.append(fe.Beam(np.array(dofs), length, axes, mat, s.sections[m.pid]))
-    K, M = (x.tolil() for x in fe.assemble_beams(beams, len(num.names), real.form))
+    return beams
+
+
+def build(s: Structure, real: Real, change: Change | None = None) -> Built:
+    """Assemble the truth. Every deck element becomes `n_sub` elements; the deck's nodes keep their numbers."""
+    change = change or Change()
+    num = Numbering(s, change)
+    if isinstance(s, Plate):
+        parts = assemble(s, real, num.get)
+    else:
+        beams = fine_beams(s, real, change, num)
+        parts = fe.assemble_beams(beams, len(num.names), real.form)
+    K, M = (x.tolil() for x in parts)
     add_points(s, real, change, num, K, M)
     dof = {(n, c): num.get(n, c) for n in s.xyz for c in range(1, 7)}
     return Built(fe.System(K.tocsc(), M.tocsc(), dof), num.names)
