@@ -249,8 +249,8 @@ def eigen_sensitivities(
     """d lambda/dp (n_p, n_modes) in (rad/s)^2 and the cluster number of each mode (n_modes,).
 
     `dk`, `dm` (n_p, nnz) on the pattern; `eigenvalues` (n_modes,) rising, `phi` (n, n_modes) M-normalised. Modes nearer
-    than `gap` (relative in lambda) share a number; their derivatives are those of the branches, rising. Fox and
-    Kapoor (1968), equation 5. Raises ValueError for shapes that do not fit.
+    than `gap` (relative in lambda) share a number; their derivatives are those of the branches, rising (Fox and
+    Kapoor 1968, Lancaster 1964). Raises ValueError for shapes that do not fit.
     """
 
 def shape_sensitivities(

@@ -94,11 +94,12 @@ impl<'a> Lanczos<'a> {
         self.basis.v.append(&block);
         let mut w = block;
         self.apply(&mut w);
-        let t = gemm_tn(&self.basis.v, &self.m.times(&w));
+        let mw = self.m.times(&w);
+        let t = gemm_tn(&self.basis.v, &mw);
         for j in 0..t.ncols() {
             self.projected.push(t.col(j).to_vec());
         }
-        let split = self.basis.split(self.m, &w, DROP);
+        let split = self.basis.split_known(self.m, &w, &mw, &t, DROP);
         self.next = split.q;
         self.residual = split.r;
         true

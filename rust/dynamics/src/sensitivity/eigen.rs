@@ -1,4 +1,4 @@
-//! Eigenvalue derivatives (Fox, Kapoor 1968, equation 5), coinciding modes by their subspace (Lancaster 1964).
+//! Eigenvalue derivatives (Fox, Kapoor 1968), coinciding modes by their subspace (Lancaster 1964).
 
 use femend_linalg::{Dense, SymmetricCsc, gemm_tn};
 use rayon::prelude::*;

@@ -1,0 +1,88 @@
+"""Modes and FRFs as labelled data: names of DOFs in errors, signs of sensors, rows that do not exist."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from femend import _core
+from femend.analysis.frf import modal_frf, shapes_at
+from femend.analysis.modes import solve_modes
+from femend.data.channel import Channel
+from femend.data.mode_set import ModeSet
+from femend.dof import Dof
+from femend.errors import SingularModelError
+
+DOFS = [Dof(10, 1), Dof(10, 3), Dof(20, 1)]
+
+
+def dense(K: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    n = len(K)
+    return np.arange(0, n * n + 1, n), np.tile(np.arange(n), n), K.ravel().astype(float), M.ravel().astype(float)
+
+
+K = 1e4 * np.array([[3.0, -1, 0], [-1, 2, -1], [0, -1, 2]])
+M = np.diag([1.0, 2.0, 1.5])
+
+
+@pytest.fixture
+def modes() -> ModeSet:
+    return solve_modes(*dense(K, M), DOFS, n_modes=3, zeta=[0.01, 0.02, 0.03]).modes
+
+
+def test_modes_are_labelled(modes: ModeSet) -> None:
+    assert modes.dofs == tuple(DOFS)
+    assert modes.zeta.tolist() == [0.01, 0.02, 0.03]
+    lam = np.linalg.eigvals(np.linalg.solve(M, K)).real
+    np.testing.assert_allclose((2 * np.pi * modes.freq) ** 2, np.sort(lam), rtol=1e-12)
+
+
+def test_moving_dofs_are_named() -> None:
+    loose = K * np.outer([1, 0, 1], [1, 0, 1])
+    with pytest.raises(SingularModelError, match="10:") as caught:
+        solve_modes(*dense(loose, np.diag([1.0, 0.0, 1.0])), DOFS, n_modes=1)
+    assert caught.value.dofs == (str(Dof(10, 3)),)
+    with pytest.raises(ValueError, match="name every row"):
+        solve_modes(*dense(K, M), DOFS[:2], n_modes=1)
+
+
+def test_frf_follows_the_direction_of_sensors(modes: ModeSet) -> None:
+    up, down = Channel(Dof(10, 3), "acceleration", "m/s^2"), Channel(Dof(10, 3, -1), "acceleration", "m/s^2")
+    drive = Channel(Dof(20, 1), "force", "N")
+    freq = np.linspace(5, 40, 20)
+    frf = modal_frf(modes, freq, [up, down], [drive])
+    assert frf.H.shape == (20, 2, 1)
+    np.testing.assert_array_equal(frf.H[:, 0], -frf.H[:, 1])
+    assert (frf.kind, frf.unit) == ("accelerance", "m/s^2/N")
+    # three modes are all modes: the static limit is the inverse of K
+    static = modal_frf(modes, [0.0], [up], [drive], kind="receptance").H[0, 0, 0]
+    np.testing.assert_allclose(static, np.linalg.inv(K)[1, 2], rtol=1e-12)
+
+
+def test_what_does_not_fit_is_refused(modes: ModeSet) -> None:
+    with pytest.raises(ValueError, match="no DOF 99"):
+        shapes_at(modes, [Dof(99, 1)])
+    place = [Channel(Dof(10, 3), "acceleration", "m/s^2")]
+    with pytest.raises(ValueError, match="has no DOF"):
+        modal_frf(modes, [1.0], [Channel(None, "tacho", "")], place)
+    unscaled = ModeSet(modes.freq, modes.zeta, modes.phi, modes.dofs, scaling="unscaled")
+    with pytest.raises(ValueError, match="mass-normalised"):
+        modal_frf(unscaled, [1.0], place, place)
+
+
+def test_factor_tells_inertia_cost_and_singular_rows() -> None:
+    arrays = dense(K, M)
+    factor = _core.Factor(*arrays[:3])
+    assert (factor.kind, factor.inertia) == ("cholesky", 0)
+    b = np.arange(6.0).reshape(3, 2)
+    np.testing.assert_allclose(factor.solve(b), np.linalg.solve(K, b), rtol=1e-13)
+    lam = np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)
+    shifted = _core.Factor(*arrays[:2], arrays[2] - 0.5 * (lam[1] + lam[2]) * arrays[3])
+    assert (shifted.kind, shifted.inertia) == ("indefinite", 2)
+    assert factor.nnz == 9 or factor.nnz == 6
+    assert factor.flops == 14
+    with pytest.raises(SingularModelError, match="zero pivot") as caught:
+        _core.Factor(*dense(np.outer([1.0, 2, 3], [1.0, 2, 3]), M)[:3], indefinite=True)
+    assert len(caught.value.dofs) == 2
+    with pytest.raises(ValueError, match="rows"):
+        factor.solve(np.ones((4, 1)))
