@@ -42,7 +42,7 @@ $(VENV)/.built: $(VENV)/.installed $(RUST_SOURCES) pyproject.toml
 
 setup: $(VENV)/.installed  ## the virtual environment with the pinned packages
 
-optional: setup  ## the independent references that Python packages give: OpenSeesPy
+optional: setup  ## the optional Python packages some tests want: OpenSeesPy, npTDMS
 	$(BIN)/python -m pip install --quiet -r requirements/optional.txt
 
 pynastran:  ## the comparator of the deck reader, in an environment of its own
