@@ -1,6 +1,278 @@
+//! Estimation on spectral lines: systems, records and hypotheses as classes, one call for a batch of hypotheses.
+
+use femend_dynamics::identify::{
+    Hypothesis as CoreHypothesis, IdentifyError, Job, RecordLines as CoreLines, Settings, Solution,
+    System as CoreSystem, Term, What, fitted as core_fitted, solve_batch,
+};
+use femend_dynamics::laws::Kind;
+use femend_linalg::Dense;
+use num_complex::Complex64;
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
+pyo3::import_exception!(femend.errors, ModelError);
+
+fn refused(error: IdentifyError) -> PyErr {
+    ModelError::new_err(error.to_string())
+}
+
+fn dense(a: &PyReadonlyArray2<'_, f64>) -> Dense {
+    let a = a.as_array();
+    let mut d = Dense::zeros(a.nrows(), a.ncols());
+    for ((i, j), v) in a.indexed_iter() {
+        d[(i, j)] = *v;
+    }
+    d
+}
+
+fn rows(a: &Dense) -> ndarray::Array2<f64> {
+    ndarray::Array2::from_shape_fn((a.nrows(), a.ncols()), |(i, j)| a[(i, j)])
+}
+
+fn complex_rows(v: Vec<Complex64>, n: usize) -> ndarray::Array2<Complex64> {
+    let k = if n == 0 { 0 } else { v.len() / n };
+    ndarray::Array2::from_shape_vec((k, n), v).unwrap_or_default()
+}
+
+type TermArgument<'py> =
+    (Vec<(usize, f64)>, Option<PyReadonlyArray2<'py, f64>>, Option<PyReadonlyArray2<'py, f64>>);
+
+/// Reduced model with its unknowns and their priors.
+#[pyclass(frozen, module = "femend._core")]
+pub(crate) struct System {
+    inner: CoreSystem,
+}
+
+#[pymethods]
+impl System {
+    #[new]
+    #[pyo3(signature = (k_fixed, m_fixed, terms, n_par, n_tuned, mean, sd))]
+    fn new(
+        k_fixed: PyReadonlyArray2<'_, f64>,
+        m_fixed: PyReadonlyArray2<'_, f64>,
+        terms: Vec<TermArgument<'_>>,
+        n_par: usize,
+        n_tuned: usize,
+        mean: PyReadonlyArray1<'_, f64>,
+        sd: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<Self> {
+        let k_fixed = dense(&k_fixed);
+        let inner = CoreSystem {
+            r: k_fixed.nrows(),
+            k_fixed,
+            m_fixed: dense(&m_fixed),
+            terms: terms
+                .into_iter()
+                .map(|(exponents, k, m)| Term {
+                    exponents,
+                    k: k.as_ref().map(dense),
+                    m: m.as_ref().map(dense),
+                })
+                .collect(),
+            n_par,
+            n_tuned,
+            mean: mean.as_array().to_vec(),
+            sd: sd.as_array().to_vec(),
+        };
+        inner.check().map_err(refused)?;
+        Ok(Self { inner })
+    }
+
+    #[pyo3(signature = (p))]
+    #[allow(clippy::type_complexity)]
+    fn modal<'py>(
+        &self,
+        py: Python<'py>,
+        p: PyReadonlyArray1<'_, f64>,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>)> {
+        let p = p.as_array().to_vec();
+        if p.len() != self.inner.n_unknowns() {
+            return Err(refused(IdentifyError::Shape {
+                what: "unknowns",
+                found: p.len(),
+                expected: self.inner.n_unknowns(),
+            }));
+        }
+        let modal = py.detach(|| self.inner.modal(&p)).map_err(|e| refused(e.into()))?;
+        Ok((modal.omega.into_pyarray(py), modal.zeta.into_pyarray(py), rows(&modal.q).into_pyarray(py)))
+    }
+}
+
+/// One record as spectral lines.
+#[pyclass(frozen, module = "femend._core")]
+pub(crate) struct RecordLines {
+    inner: CoreLines,
+}
+
+#[pymethods]
+impl RecordLines {
+    #[new]
+    #[pyo3(signature = (s, u, y, weight, out_rows, in_rows, dt, sigma, share))]
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        s: PyReadonlyArray1<'_, Complex64>,
+        u: PyReadonlyArray2<'_, Complex64>,
+        y: PyReadonlyArray2<'_, Complex64>,
+        weight: PyReadonlyArray2<'_, f64>,
+        out_rows: PyReadonlyArray2<'_, f64>,
+        in_rows: PyReadonlyArray2<'_, f64>,
+        dt: f64,
+        sigma: f64,
+        share: f64,
+    ) -> PyResult<Self> {
+        let inner = CoreLines {
+            s: s.as_array().to_vec(),
+            u: u.as_array().iter().copied().collect(),
+            y: y.as_array().iter().copied().collect(),
+            weight: weight.as_array().iter().copied().collect(),
+            out_rows: dense(&out_rows),
+            in_rows: dense(&in_rows),
+            dt,
+            sigma,
+            share,
+        };
+        inner.check(inner.out_rows.ncols()).map_err(refused)?;
+        Ok(Self { inner })
+    }
+}
+
+/// Where (direction vectors) and what (nothing, a free force, linear laws).
+#[pyclass(frozen, module = "femend._core")]
+pub(crate) struct Hypothesis {
+    inner: CoreHypothesis,
+}
+
+#[pymethods]
+impl Hypothesis {
+    #[new]
+    #[pyo3(signature = (w=None, laws=None, compliance=None, law_mean=None, law_sd=None))]
+    fn new(
+        w: Option<PyReadonlyArray2<'_, f64>>,
+        laws: Option<Vec<String>>,
+        compliance: Option<Vec<f64>>,
+        law_mean: Option<Vec<f64>>,
+        law_sd: Option<Vec<f64>>,
+    ) -> PyResult<Self> {
+        let w = w.as_ref().map_or_else(|| Dense::zeros(0, 0), dense);
+        let what = match laws {
+            _ if w.nrows() == 0 => What::Nothing,
+            None => What::FreeForce,
+            Some(names) => What::Laws(
+                names
+                    .iter()
+                    .map(|n| Kind::from_name(n))
+                    .collect::<Result<_, _>>()
+                    .map_err(|e| refused(e.into()))?,
+            ),
+        };
+        let compliance = compliance.unwrap_or_else(|| vec![0.0; w.nrows()]);
+        let inner = CoreHypothesis {
+            what,
+            compliance,
+            law_mean: law_mean.unwrap_or_default(),
+            law_sd: law_sd.unwrap_or_default(),
+            w,
+        };
+        inner.check(inner.w.ncols()).map_err(refused)?;
+        Ok(Self { inner })
+    }
+}
+
+type SolvedTuple<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    f64,
+    f64,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    usize,
+    bool,
+);
+
+fn solved<'py>(py: Python<'py>, s: Solution) -> SolvedTuple<'py> {
+    (
+        s.p.into_pyarray(py),
+        s.x.into_pyarray(py),
+        s.at.cost,
+        s.at.prior,
+        s.at.misfit.into_pyarray(py),
+        rows(&s.at.hessian).into_pyarray(py),
+        s.iterations,
+        s.converged,
+    )
+}
+
+/// Minimises a batch of hypotheses over the same records, in parallel.
+#[pyfunction]
+#[pyo3(signature = (jobs, records, iterations=20, tolerance=1e-2))]
+#[allow(clippy::type_complexity)]
+fn solve_hypotheses<'py>(
+    py: Python<'py>,
+    jobs: Vec<(Py<System>, Py<Hypothesis>, PyReadonlyArray1<'_, f64>, PyReadonlyArray1<'_, f64>)>,
+    records: Vec<Py<RecordLines>>,
+    iterations: usize,
+    tolerance: f64,
+) -> PyResult<Vec<Option<SolvedTuple<'py>>>> {
+    let records: Vec<CoreLines> = records.iter().map(|r| r.get().inner.clone()).collect();
+    let jobs: Vec<Job<'_>> = jobs
+        .iter()
+        .map(|(s, h, p, x)| Job {
+            system: &s.get().inner,
+            hypothesis: &h.get().inner,
+            p: p.as_array().to_vec(),
+            x: x.as_array().to_vec(),
+        })
+        .collect();
+    let settings = Settings { iterations, tolerance, ..Settings::default() };
+    let results = py.detach(|| solve_batch(&jobs, &records, settings));
+    results
+        .into_iter()
+        .map(|r| match r {
+            Ok(s) => Ok(Some(solved(py, s))),
+            // The model cannot be solved at this start: the hypothesis drops out, the others go on.
+            Err(IdentifyError::Algebra(_) | IdentifyError::Law(_)) => Ok(None),
+            Err(e) => Err(refused(e)),
+        })
+        .collect()
+}
+
+/// Predicted accelerations, displacements and forces at the coordinates of a hypothesis, on the lines of each record.
+#[pyfunction]
+#[pyo3(signature = (system, hypothesis, records, p, x))]
+#[allow(clippy::type_complexity)]
+fn fitted_lines<'py>(
+    py: Python<'py>,
+    system: Py<System>,
+    hypothesis: Py<Hypothesis>,
+    records: Vec<Py<RecordLines>>,
+    p: PyReadonlyArray1<'_, f64>,
+    x: PyReadonlyArray1<'_, f64>,
+) -> PyResult<
+    Vec<(Bound<'py, PyArray2<Complex64>>, Bound<'py, PyArray2<Complex64>>, Bound<'py, PyArray2<Complex64>>)>,
+> {
+    let records: Vec<CoreLines> = records.iter().map(|r| r.get().inner.clone()).collect();
+    let (system, hypothesis) = (&system.get().inner, &hypothesis.get().inner);
+    let (p, x) = (p.as_array().to_vec(), x.as_array().to_vec());
+    let results = py.detach(|| core_fitted(system, &records, hypothesis, &p, &x)).map_err(refused)?;
+    let n_w = hypothesis.w.nrows();
+    Ok(results
+        .into_iter()
+        .zip(&records)
+        .map(|(f, r)| {
+            (
+                complex_rows(f.y, r.n_out()).into_pyarray(py),
+                complex_rows(f.d, n_w).into_pyarray(py),
+                complex_rows(f.force, n_w).into_pyarray(py),
+            )
+        })
+        .collect())
+}
+
 /// Adds this file's classes and functions to `_core`.
-pub(crate) fn register(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-    Ok(())
+pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<System>()?;
+    module.add_class::<RecordLines>()?;
+    module.add_class::<Hypothesis>()?;
+    module.add_function(wrap_pyfunction!(solve_hypotheses, module)?)?;
+    module.add_function(wrap_pyfunction!(fitted_lines, module)?)
 }

@@ -1,0 +1,58 @@
+//! One record as spectral lines.
+
+use super::{IdentifyError, expect};
+use femend_linalg::Dense;
+use num_complex::Complex64;
+
+/// Lines of one record. Arrays over (channel, line) are line after line.
+#[derive(Debug, Clone)]
+pub struct RecordLines {
+    /// Lines s = sigma + i omega, rad/s (K).
+    pub s: Vec<Complex64>,
+    /// Spectra of the measured forces, K x n_in.
+    pub u: Vec<Complex64>,
+    /// Spectra of the accelerations, K x n_out.
+    pub y: Vec<Complex64>,
+    /// Square roots of the weights, K x n_out.
+    pub weight: Vec<f64>,
+    /// Rows of the sensors in the basis (n_out, r).
+    pub out_rows: Dense,
+    /// Rows of the forces in the basis (n_in, r).
+    pub in_rows: Dense,
+    /// Sampling step, s.
+    pub dt: f64,
+    /// Decay of the exponential window, 1/s.
+    pub sigma: f64,
+    /// Share of a line in the cost: tempering times the lines it stands for.
+    pub share: f64,
+}
+
+impl RecordLines {
+    /// Checks the sizes against each other.
+    ///
+    /// # Errors
+    /// [`IdentifyError::Shape`].
+    pub fn check(&self, r: usize) -> Result<(), IdentifyError> {
+        let k = self.s.len();
+        expect("basis rows of the sensors", self.out_rows.ncols(), r)?;
+        expect("basis rows of the forces", self.in_rows.ncols(), r)?;
+        expect("spectra of the forces", self.u.len(), k * self.n_in())?;
+        expect("spectra of the responses", self.y.len(), k * self.n_out())?;
+        expect("weights", self.weight.len(), k * self.n_out())
+    }
+
+    /// Number of lines.
+    pub fn n_lines(&self) -> usize {
+        self.s.len()
+    }
+
+    /// Number of sensors.
+    pub fn n_out(&self) -> usize {
+        self.out_rows.nrows()
+    }
+
+    /// Number of measured forces.
+    pub fn n_in(&self) -> usize {
+        self.in_rows.nrows()
+    }
+}

@@ -1,0 +1,49 @@
+//! Estimation on spectral lines: a reduced model, recordings as lines, and hypotheses about what is attached to it.
+//!
+//! The model is M(θ) q'' + C q' + K(θ) q = f in a Ritz basis; its unknowns θ are the logarithms of the user's parameters,
+//! a frequency factor and a damping ratio for every mode in the band. The recorded accelerations of one record obey on
+//! every line s = σ + iω of the exponentially windowed record
+//!
+//! ```text
+//! Y(s) = s² Φ_s G(s) (Φ_uᵀ U(s) + Wᵀ F(s)) + T(s) c,      G = diag 1/(ω_r² + s² + 2 ζ_r ω_r s)
+//! ```
+//!
+//! where T holds the free decays that a finite record cuts off (two unknowns c a mode) and F is the force of what the
+//! model left out: free on every line (then it is projected out: variable projection, Golub and Pereyra 1973, with
+//! Kaufman's Jacobian), or the force of a linear law closed around the coordinate D = W q.
+
+mod lines;
+mod normal;
+mod response;
+mod solve;
+mod system;
+
+pub use lines::RecordLines;
+pub use normal::{Evaluation, Fitted, fitted};
+pub use solve::{Job, Settings, Solution, solve, solve_batch};
+pub use system::{Hypothesis, Modal, System, Term, What};
+
+/// What can go wrong before an estimate starts.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum IdentifyError {
+    /// Arrays whose sizes do not fit together.
+    #[error("{what} has {found} entries, {expected} expected")]
+    Shape {
+        /// The array, by name.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length that fits.
+        expected: usize,
+    },
+    /// Dense algebra failed.
+    #[error(transparent)]
+    Algebra(#[from] femend_linalg::LinalgError),
+    /// A law that has no dynamic stiffness or a parameter outside its domain.
+    #[error(transparent)]
+    Law(#[from] crate::laws::LawError),
+}
+
+pub(crate) fn expect(what: &'static str, found: usize, expected: usize) -> Result<(), IdentifyError> {
+    if found == expected { Ok(()) } else { Err(IdentifyError::Shape { what, found, expected }) }
+}
