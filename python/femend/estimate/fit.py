@@ -1,0 +1,162 @@
+"""Maximum a posteriori fits of hypotheses: parameters, frequency factors and damping ratios stay free in every one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.estimate.lines import FitRecord, Lines, spectral_lines
+from femend.model import ReducedModel
+
+__all__ = ["Fit", "Hypothesis", "Problem"]
+
+FloatArray = NDArray[np.float64]
+
+# every mode in the band may be off by this much in frequency for reasons no physical parameter has (mesh, formulation)
+FREQUENCY_SD = 0.005
+# ln standard deviation of a damping ratio
+DAMPING_SD = 0.5
+# decays (1/s) of the windows by which a fit comes down to the unwindowed lines, as multiples of the lowest frequency
+CONTINUATION = (30.0, 8.0, 2.0, 0.0)
+# modes up to this multiple of the band's end have a frequency factor and a damping ratio of their own
+TUNED_ABOVE = 1.1
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """What may be attached to a reduced model.
+
+    `w` (n_w, r) directions, empty for nothing; `laws` names of linear laws or None for a free force; `compliance` (n_w,)
+    in series; `mean`, `sd` prior of the logarithms of the laws' parameters.
+    """
+
+    reduced: ReducedModel
+    w: FloatArray
+    laws: tuple[str, ...] | None = None
+    compliance: FloatArray | None = None
+    mean: FloatArray | None = None
+    sd: FloatArray | None = None
+
+    def core(self) -> Any:
+        """The core's object."""
+        if len(self.w) == 0:
+            return _core.Hypothesis()
+        listed = [None if v is None else [float(x) for x in v] for v in (self.compliance, self.mean, self.sd)]
+        return _core.Hypothesis(np.ascontiguousarray(self.w), None if self.laws is None else list(self.laws), *listed)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A minimum: unknowns `p` (ln factors, ln frequency factors, ln damping ratios), ln law parameters `x`, `cost`
+    (tempered squares plus prior), `prior` its prior part, `misfit` a record (mean weighted square of what is left),
+    `hessian` Gauss-Newton matrix of half the cost."""
+
+    hypothesis: Hypothesis
+    p: FloatArray
+    x: FloatArray
+    cost: float
+    prior: float
+    misfit: FloatArray
+    hessian: FloatArray
+    converged: bool
+
+    @property
+    def score(self) -> float:
+        """Mean misfit over the records, the measure that compares hypotheses with different numbers of free forces."""
+        return float(np.mean(self.misfit))
+
+
+class Problem:
+    """The records with a band: makes systems and lines, and fits batches of hypotheses."""
+
+    def __init__(
+        self,
+        records: Sequence[FitRecord],
+        band: tuple[float, float],
+        zeta: float,
+        n_tuned: int,
+        spans: Sequence[slice | None] | None = None,
+    ) -> None:
+        self.records = list(records)
+        self.band = band
+        self.zeta = zeta
+        self.n_tuned = n_tuned
+        self.spans = list(spans) if spans is not None else [None] * len(self.records)
+        self._systems: dict[int, tuple[ReducedModel, Any]] = {}
+        self._lines: dict[tuple[int, float], tuple[ReducedModel, list[Lines]]] = {}
+
+    def scale(self) -> float:
+        """Decay that belongs to one unit of the continuation, 1/s."""
+        return max(self.band[0] / 10.0, 1e-12)
+
+    def prior(self, reduced: ReducedModel) -> tuple[FloatArray, FloatArray]:
+        """Prior means and standard deviations of all unknowns of a reduced model."""
+        n = len(reduced.names)
+        mean = np.concatenate([np.zeros(n + self.n_tuned), np.full(self.n_tuned + 1, np.log(self.zeta))])
+        sd = np.concatenate(
+            [reduced.prior_sd, np.full(self.n_tuned, FREQUENCY_SD), np.full(self.n_tuned + 1, DAMPING_SD)]
+        )
+        return mean, sd
+
+    def system(self, reduced: ReducedModel) -> Any:
+        """The core's system of a reduced model, made once."""
+        kept = self._systems.get(id(reduced))
+        if kept is None:
+            mean, sd = self.prior(reduced)
+            terms = [(list(t.exponents), t.K, t.M) for t in reduced.terms]
+            core = _core.System(reduced.K_fixed, reduced.M_fixed, terms, len(reduced.names), self.n_tuned, mean, sd)
+            kept = self._systems[id(reduced)] = (reduced, core)
+        return kept[1]
+
+    def lines(self, reduced: ReducedModel, sigma: float = 0.0) -> list[Lines]:
+        """Lines of all records for a basis, made once."""
+        key = (id(reduced.V), sigma)
+        kept = self._lines.get(key)
+        if kept is None:
+            made = [spectral_lines(r, reduced, self.band, sigma, s) for r, s in zip(self.records, self.spans)]
+            kept = self._lines[key] = (reduced, made)
+        return kept[1]
+
+    def fit(
+        self,
+        hypotheses: Sequence[Hypothesis],
+        starts: Sequence[tuple[FloatArray, FloatArray]] | None = None,
+        *,
+        sigma: float = 0.0,
+        iterations: int = 20,
+        tolerance: float = 1e-2,
+    ) -> list[Fit | None]:
+        """Fits each hypothesis from its start (prior means where none are given); None where its model breaks down.
+
+        All hypotheses of a call share one basis.
+        """
+        if not hypotheses:
+            return []
+        if starts is None:
+            starts = [(self.prior(h.reduced)[0], h.mean if h.mean is not None else np.zeros(0)) for h in hypotheses]
+        jobs = [(self.system(h.reduced), h.core(), p, x) for h, (p, x) in zip(hypotheses, starts, strict=True)]
+        lines = self.lines(hypotheses[0].reduced, sigma)
+        done = _core.solve_hypotheses(jobs, [line.core for line in lines], iterations, tolerance)
+        return [
+            None if r is None else Fit(h, r[0], r[1], r[2], r[3], r[4], r[5], r[7]) for h, r in zip(hypotheses, done)
+        ]
+
+    def continuation(
+        self, hypothesis: Hypothesis, start: tuple[FloatArray, FloatArray] | None = None, iterations: int = 15
+    ) -> Fit | None:
+        """Fit from far off: strongly damped lines first, the recorded ones last."""
+        fit: Fit | None = None
+        for factor in CONTINUATION:
+            at = start if fit is None else (fit.p, fit.x)
+            (new,) = self.fit(
+                [hypothesis], None if at is None else [at], sigma=factor * self.scale(), iterations=iterations
+            )
+            if new is None:
+                return fit
+            fit = new
+        return fit

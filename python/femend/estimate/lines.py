@@ -1,0 +1,147 @@
+"""Time records as weighted spectral lines s = sigma + i omega."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.model import ReducedModel
+
+__all__ = ["FitRecord", "Lines", "noise_of", "spectral_lines", "used_band"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# share of a recording's own spectrum that the model is not asked to explain: formulation, mesh, idealised joints
+MODEL_ALLOWANCE = 0.03
+# neighbouring lines inside a half-power bandwidth carry the same model error: the effective share of the samples
+TEMPERING = 0.1
+# width, in lines, over which a recording's power is smoothed for the allowance
+SMOOTH = 9
+
+
+@dataclass(frozen=True, eq=False)
+class FitRecord:
+    """One time record ready for estimation.
+
+    Attributes:
+        name: of the recording.
+        u: (n_in, n) measured forces.
+        y: (n_out, n) accelerations.
+        dt: step, s.
+        in_rows, out_rows: rows of the g-set.
+        in_signs, out_signs: signs of the sensors' directions.
+        noise: (n_out,) standard deviation of the noise of every response.
+        period: samples of a period where the record repeats itself, 0 elsewhere.
+    """
+
+    name: str
+    u: FloatArray
+    y: FloatArray
+    dt: float
+    in_rows: NDArray[np.int64]
+    out_rows: NDArray[np.int64]
+    in_signs: FloatArray
+    out_signs: FloatArray
+    noise: FloatArray
+    period: int = 0
+
+    @property
+    def n(self) -> int:
+        """Number of samples."""
+        return int(self.u.shape[1])
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Lines of one record: `freq` (K,) Hz, spectra `U` (K, n_in), `Y` (K, n_out), `weight` (K, n_out) = 1/sd, and the
+    core's object."""
+
+    record: FitRecord
+    sigma: float
+    freq: FloatArray
+    index: NDArray[np.int64]
+    U: ComplexArray
+    Y: ComplexArray
+    weight: FloatArray
+    core: Any
+
+    @property
+    def noise_share(self) -> float:
+        """NRMSE that noise alone leaves on these lines."""
+        n_eff = float((np.exp(-2 * self.sigma * self.record.dt * np.arange(self.record.n))).sum())
+        noise = len(self.freq) * n_eff * float((self.record.noise**2).sum())
+        return float(np.sqrt(noise / (np.abs(self.Y) ** 2).sum()))
+
+
+def noise_of(y: FloatArray, dt: float, period: int, f_used: float) -> FloatArray:
+    """Noise standard deviation (n_out,) of responses y (n_out, n).
+
+    Repeating records: from the difference of the last two periods. Others: from the quiet end of the spectrum, as the
+    level that a white floor has there; where the response itself reaches the end, that overestimates the noise, and the
+    smaller of the two figures is taken.
+    """
+    n = y.shape[1]
+    power = np.abs(np.fft.rfft(y, axis=1)) ** 2 / n
+    freq = np.fft.rfftfreq(n, dt)
+    tail = freq > min(max(1.1 * f_used, 0.8 * freq[-1]), 0.95 * freq[-1])
+    # smoothed in blocks, the quietest block stands for the floor; median of an exponential variable is ln 2 of its mean
+    blocks = np.array_split(np.flatnonzero(tail), max(1, int(tail.sum() // 32)))
+    floor = np.sqrt(np.min([np.median(power[:, b], axis=1) / np.log(2) for b in blocks], axis=0))
+    if period and n >= 2 * period:
+        last, before = y[:, n - period :], y[:, n - 2 * period : n - period]
+        floor = np.minimum(floor, (last - before).std(axis=1) / np.sqrt(2))
+    return np.asarray(np.maximum(floor, 1e-6 * y.std(axis=1)))
+
+
+def used_band(records: list[FitRecord]) -> tuple[float, float]:
+    """Band (Hz) that holds the measured forces' power but for half a per cent at the low end and one at the top."""
+    low, high = [], []
+    for r in records:
+        freq = np.fft.rfftfreq(r.n, r.dt)
+        share = np.cumsum((np.abs(np.fft.rfft(r.u, axis=1)) ** 2).sum(axis=0))
+        share /= share[-1]
+        low.append(freq[np.searchsorted(share, 0.005)])
+        high.append(min(freq[np.searchsorted(share, 0.99)], 0.47 / r.dt))
+    return 0.8 * float(np.median(low)), 1.02 * float(np.median(high))
+
+
+def spectral_lines(
+    record: FitRecord, reduced: ReducedModel, band: tuple[float, float], sigma: float = 0.0, span: slice | None = None
+) -> Lines:
+    """Lines of a record in a band (Hz), exponentially windowed with decay `sigma` (1/s).
+
+    The window moves the lines to s = sigma + i omega, which is the same as damping added to model and structure alike;
+    lines closer than the added bandwidth are thinned and count for those left out. `span` takes a stretch of samples.
+    """
+    u, y = (x if span is None else x[:, span] for x in (record.u, record.y))
+    n = u.shape[1]
+    window = np.exp(-sigma * record.dt * np.arange(n))
+    freq = np.fft.rfftfreq(n, record.dt)
+    step = max(1, int(round(sigma / (2 * np.pi) / freq[1] / 2)))
+    index = np.flatnonzero((freq >= band[0]) & (freq <= band[1]))[::step]
+    U, Yfull = np.fft.rfft(u * window, axis=1)[:, index].T, np.fft.rfft(y * window, axis=1)
+    power = np.abs(Yfull) ** 2
+    kernel = np.ones(SMOOTH) / SMOOTH
+    padded = np.pad(power, ((0, 0), (SMOOTH // 2, SMOOTH // 2)), "reflect")
+    smooth = np.array([np.convolve(p, kernel, "valid") for p in padded])
+    variance = record.noise[:, None] ** 2 * float((window**2).sum()) + MODEL_ALLOWANCE**2 * smooth
+    Y = Yfull[:, index].T
+    weight = np.ascontiguousarray(1 / np.sqrt(variance[:, index].T))
+    s = sigma + 2j * np.pi * freq[index]
+    core = _core.RecordLines(
+        s,
+        np.ascontiguousarray(U),
+        np.ascontiguousarray(Y),
+        weight,
+        np.ascontiguousarray(reduced.rows(record.out_rows, record.out_signs)),
+        np.ascontiguousarray(reduced.rows(record.in_rows, record.in_signs)),
+        record.dt,
+        sigma,
+        TEMPERING * step,
+    )
+    return Lines(record, sigma, freq[index], index, U, Y, weight, core)

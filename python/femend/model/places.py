@@ -1,0 +1,270 @@
+"""Where something may be left out: every joint, support, member end, member and pair of joints of a model.
+
+A place is a set of direction vectors `w`: forces F along them are what the model lacks, and their work is done on
+d = wᵀu. There are two kinds. *Attached* places (to ground, between two joints, the moving base) take w as a unit
+direction. *Released* places sit inside the structure (the end of a member, a clamp): the connection is cut open, so that
+a law can carry what the rigid connection carried. With the element's stiffness K_e and the cut DOFs s, the released
+structure has K - B S⁻¹ Bᵀ, B = K_e[:, s], S = K_e[s, s]; the opening of the cut under a moment m is
+d = S⁻¹ Bᵀ u - S⁻¹ m, so that w = B S⁻¹ with the compliance S⁻¹ in series.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.model.model import Model
+
+__all__ = ["Place", "Topology", "find_places", "topology"]
+
+FloatArray = NDArray[np.float64]
+AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
+
+# element cards that connect two nodes and carry bending
+_BEAMS = ("CBAR", "CBEAM")
+# joints beyond this number are not paired with each other: the pairs would outnumber everything else
+MAX_PAIRED_JOINTS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A place with its direction vectors.
+
+    Attributes:
+        kind: "ground", "pair", "end", "clamp", "member" or "base".
+        nodes: ids of the nodes that name the place.
+        direction: "X" ... "RZ", "R" for all rotations, "" where none applies.
+        to: what it connects to: "ground", a node id as text, or a member as text.
+        g_rows, g_values: force pattern of every direction vector on the g-set, one pair of arrays each.
+        release: stiffness S (n_w, n_w) of a cut, None for an attached place.
+        parameter: parameter that scales the member's stiffness, None where there is none.
+        elements: elements of a member, or the one whose end is cut.
+        label: the place in words.
+        independent: whether g_rows are rows of the independent DOFs instead of the g-set.
+    """
+
+    kind: str
+    nodes: tuple[int, ...]
+    direction: str
+    to: str
+    g_rows: tuple[NDArray[np.int64], ...] = ()
+    g_values: tuple[FloatArray, ...] = ()
+    release: FloatArray | None = None
+    parameter: int | None = None
+    elements: tuple[int, ...] = ()
+    label: str = ""
+    independent: bool = False
+
+    @property
+    def n_w(self) -> int:
+        """Number of direction vectors."""
+        return len(self.g_rows)
+
+    def w(self, V: FloatArray, V_a: FloatArray) -> FloatArray:
+        """Direction vectors (n_w, r) in a basis V (n_g, r), V_a (n_a, r): patterns of unit force (of a cut: B, unscaled)."""
+        if not self.g_rows:
+            return np.zeros((0, V.shape[1]))
+        basis = V_a if self.independent else V
+        return np.array([x @ basis[g] for g, x in zip(self.g_rows, self.g_values)])
+
+    @property
+    def text(self) -> str:
+        """The place in words."""
+        return self.label
+
+
+@dataclass(eq=False)
+class Topology:
+    """Members and joints of the beams of a model."""
+
+    joints: list[int] = field(default_factory=list)
+    ends: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
+    members: list[tuple[int, int, tuple[int, ...]]] = field(default_factory=list)
+    beams: dict[int, tuple[int, int]] = field(default_factory=dict)
+    held: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
+
+
+def held_rows(model: Model) -> NDArray[np.bool_]:
+    """DOFs of the g-set that cannot move (n_g,)."""
+    T = model.transformation().tocsr()
+    return np.asarray(np.diff(T.indptr) == 0)
+
+
+def topology(model: Model) -> Topology:
+    """Joints (where members meet, end, turn, change section or carry a mass or a support) and the members between them."""
+    top = Topology(held=held_rows(model))
+    other: set[int] = set()
+    for eid, card, nodes in model.fe.elements():
+        if card in _BEAMS:
+            top.beams[eid] = (nodes[0], nodes[1])
+            top.ends.setdefault(nodes[0], []).append((eid, 0))
+            top.ends.setdefault(nodes[1], []).append((eid, 1))
+        else:
+            other.update(nodes)
+    section = {eid: pid for eid, _, pid, _ in model.deck.elements()}
+    for node in sorted(top.ends):
+        here = top.ends[node]
+        straight = False
+        if len(here) == 2 and node not in other and not top.held[_rows(model, node)[:3]].all():
+            (a, _), (b, _) = here
+            axis_a, axis_b = model.fe.element_frame(a)[0][0], model.fe.element_frame(b)[0][0]
+            straight = abs(float(axis_a @ axis_b)) > 0.99 and section.get(a) == section.get(b)
+        if not straight:
+            top.joints.append(node)
+    _chain_members(top)
+    return top
+
+
+def _chain_members(top: Topology) -> None:
+    joints, seen = set(top.joints), set()
+    for start in top.joints:
+        for eid, end in top.ends[start]:
+            if eid in seen:
+                continue
+            chain, node = [eid], top.beams[eid][1 - end]
+            seen.add(eid)
+            while node not in joints:
+                follow = next(e for e, _ in top.ends[node] if e != chain[-1])
+                chain.append(follow)
+                seen.add(follow)
+                a, b = top.beams[follow]
+                node = b if a == node else a
+            top.members.append((start, node, tuple(chain)))
+
+
+def _rows(model: Model, node: int) -> NDArray[np.int64]:
+    return 6 * model.index(node) + np.arange(6)
+
+
+def find_places(model: Model, top: Topology | None = None) -> list[Place]:
+    """Every place of a model where something may be missing, in a fixed order."""
+    top = topology(model) if top is None else top
+    places = _grounds(model, top)
+    for joint in top.joints:
+        for eid, end in top.ends[joint]:
+            places += _end_places(model, top, joint, eid, end)
+    for a, b, chain in top.members:
+        label = f"member between nodes {a} and {b}"
+        places.append(Place("member", (a, b), "", label, elements=chain, label=label, parameter=_scaled_by(model, chain[0])))
+    places += _pairs(model, top)
+    places += _bases(model, top)
+    return places
+
+
+def _grounds(model: Model, top: Topology) -> list[Place]:
+    places = []
+    for index, node in enumerate(model.node_ids.tolist()):
+        for c in range(3):
+            row = 6 * index + c
+            if not top.held[row]:
+                label = f"node {node} to ground, {AXES[c]}"
+                places.append(
+                    Place("ground", (node,), AXES[c], "ground", (np.array([row]),), (np.array([1.0]),), label=label)
+                )
+    return places
+
+
+def _scaled_by(model: Model, eid: int) -> int | None:
+    """The parameter whose factor multiplies the element's whole stiffness."""
+    ones = np.ones(len(model.parameters))
+    K = model.fe.element_matrices(eid, ones)[1]
+    for i in range(len(ones)):
+        factors = ones.copy()
+        factors[i] = 2.0
+        if np.allclose(model.fe.element_matrices(eid, factors)[1], 2 * K, rtol=1e-9, atol=1e-12 * np.abs(K).max()):
+            return i
+    return None
+
+
+def _end_places(model: Model, top: Topology, joint: int, eid: int, end: int) -> list[Place]:
+    rows, K, _ = model.fe.element_matrices(eid, np.ones(len(model.parameters)))
+    axes, length = model.fe.element_frame(eid)
+    node_frame = model.fe.frames[model.index(joint)]
+    own = _rows(model, joint)
+    position = [int(np.flatnonzero(rows == r)[0]) for r in own]
+    clamped = bool(top.held[own].any()) and bool(top.held[own[:3]].all())
+    parameter = _scaled_by(model, eid)
+    far = top.beams[eid][1 - end]
+    free = ~top.held[rows]
+    cuts = []
+    for c in range(6) if clamped else range(3, 6):
+        unit = np.zeros(len(rows))
+        unit[position[3 * (c // 3) : 3 * (c // 3) + 3]] = node_frame @ axes[c % 3]
+        pattern = K @ unit
+        # Where the other constraints hold the whole pattern (out of plane of a plane frame) there is nothing to open.
+        if np.abs(pattern[free]).max(initial=0.0) * length > 1e-9 * np.abs(K).max() * length:
+            stiffness = float(unit @ pattern)
+            resisted = np.linalg.norm(pattern[free]) > 1e-6 * np.linalg.norm(pattern)
+            if stiffness > 0 and resisted:
+                cuts.append((c, pattern, stiffness, unit))
+    kind, name = ("clamp", "clamp at node") if clamped else ("end", "joint at node")
+    to = "ground" if clamped else f"member to node {far}"
+    base = f"{name} {joint}" + ("" if clamped else f", {to}")
+    places = []
+    for c, pattern, stiffness, unit in cuts:
+        direction = _nearest_axis(unit[position[3 * (c // 3) : 3 * (c // 3) + 3]], c // 3)
+        keep = np.flatnonzero(pattern)
+        places.append(
+            Place(kind, (joint,), direction, to, (rows[keep],), (pattern[keep],), np.array([[stiffness]]), parameter,
+                  (eid,), f"{base}, {direction}")
+        )  # fmt: skip
+    turns = [cut for cut in cuts if cut[0] >= 3]
+    if len(turns) > 1:
+        S = np.array([[float(u @ (K @ v)) for *_, v in turns] for *_, u in turns])
+        patterns = [pattern for _, pattern, _, _ in turns]
+        places.append(
+            Place(kind, (joint,), "R", to, tuple(rows for _ in turns), tuple(patterns), S, parameter, (eid,),
+                  f"{base}, all rotations")
+        )  # fmt: skip
+    return places
+
+
+def _nearest_axis(vector: FloatArray, turn: int) -> str:
+    """Name of the axis of the node's frame that a vector follows best, with R for a rotation."""
+    return AXES[3 * turn + int(np.argmax(np.abs(vector)))]
+
+
+def _pairs(model: Model, top: Topology) -> list[Place]:
+    if len(top.joints) > MAX_PAIRED_JOINTS:
+        return []
+    joined = {frozenset((a, b)) for a, b, _ in top.members}
+    places = []
+    for i, a in enumerate(top.joints):
+        for b in top.joints[i + 1 :]:
+            ra, rb = _rows(model, a), _rows(model, b)
+            both_held = top.held[ra[:3]].all() or top.held[rb[:3]].all()
+            x = model.xyz[model.index(b)] - model.xyz[model.index(a)]
+            length = float(np.linalg.norm(x))
+            if both_held or length == 0 or frozenset((a, b)) in joined:
+                continue  # to a held node is to ground; along a member it is that member's own axial stiffness
+            frame_a, frame_b = model.fe.frames[model.index(a)], model.fe.frames[model.index(b)]
+            rows = np.concatenate([ra[:3], rb[:3]])
+            values = np.concatenate([-(frame_a @ x), frame_b @ x]) / length
+            label = f"between nodes {a} and {b}"
+            places.append(Place("pair", (a, b), "", str(b), (rows,), (values,), label=label))
+    return places
+
+
+def _bases(model: Model, top: Topology) -> list[Place]:
+    """Uniform motion of everything that is held: the inertia forces it makes."""
+    T = model.transformation()
+    _, M = model.matrices()
+    held = [n for n in model.node_ids.tolist() if top.held[_rows(model, n)[:3]].all()]
+    places = []
+    for c in range(3):
+        shift = np.zeros(model.fe.n_g)
+        for index in range(len(model.node_ids)):
+            shift[6 * index : 6 * index + 3] = model.fe.frames[index][:, c]
+        shift[top.held] = 0.0
+        # T^+ of the rigid shift: independent DOFs carry it as they are
+        a = np.asarray(T.T @ shift)
+        counts = np.asarray(T.T.multiply(T.T).sum(axis=1)).ravel()
+        pattern = M @ np.divide(a, counts, out=np.zeros_like(a), where=counts > 0)
+        if held and np.abs(pattern).max(initial=0.0) > 0:
+            places.append(
+                Place("base", tuple(held), AXES[c], "ground", (np.arange(model.fe.n_a),), (pattern,),
+                      label=f"base motion, {AXES[c]}", independent=True)
+            )  # fmt: skip
+    return places

@@ -1,0 +1,186 @@
+"""A model in a small basis: modes of the band and well above, and what loads, sensors and places add statically."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.errors import ModelError
+from femend.model.model import Model
+
+__all__ = ["ReducedModel", "Term", "reduce_model"]
+
+FloatArray = NDArray[np.float64]
+
+# modes are kept up to this multiple of the highest frequency asked for: enough for parameters that move by a third
+MODES_ABOVE = 3.0
+# vectors that leave less than this of their own length outside the span of the others add nothing
+RANK_TOLERANCE = 1e-6
+# a parameter's stiffness is taken as a polynomial of this degree in its factor (a thickness enters with its cube)
+DEGREE = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """A part of K and M (r, r) multiplied by exp(sum exponent * ln factor) over (parameter, exponent) pairs."""
+
+    exponents: tuple[tuple[int, float], ...]
+    K: FloatArray | None = None
+    M: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedModel:
+    """K(θ) and M(θ) in a basis of r vectors, θ = ln factors of the parameters.
+
+    `V` (n_g, r) gives every DOF of the g-set, `V_a` (n_a, r) the independent ones; `freq` (r,) are the Ritz frequencies
+    at the deck's values, in Hz.
+    """
+
+    model: Model
+    V: FloatArray
+    V_a: FloatArray
+    K_fixed: FloatArray
+    M_fixed: FloatArray
+    terms: tuple[Term, ...]
+    names: tuple[str, ...]
+    prior_sd: FloatArray
+    freq: FloatArray
+
+    @property
+    def r(self) -> int:
+        """Number of basis vectors."""
+        return int(self.V.shape[1])
+
+    def rows(self, g_rows: Sequence[int] | NDArray[np.int64], signs: FloatArray | None = None) -> FloatArray:
+        """Rows (n, r) of the basis for DOFs of the g-set, times the sensors' signs."""
+        V = self.V[np.asarray(g_rows, dtype=np.int64)]
+        return V if signs is None else V * np.asarray(signs)[:, None]
+
+    def with_part(self, name: str, K: FloatArray, parameter: int | None, prior_sd: float) -> ReducedModel:
+        """Splits a stiffness part (r, r) off (from the term of `parameter`, or the fixed one) under a factor of its own."""
+        n = len(self.names)
+        own = Term(((n, 1.0),) if parameter is None else ((parameter, 1.0), (n, 1.0)), K)
+        split = self.minus(K, parameter)
+        return replace(
+            split, terms=(*split.terms, own), names=(*self.names, name), prior_sd=np.append(self.prior_sd, prior_sd)
+        )
+
+    def minus(self, K: FloatArray, parameter: int | None) -> ReducedModel:
+        """The model without a stiffness part (r, r) that scales with a parameter, or with none."""
+        if parameter is None:
+            return replace(self, K_fixed=self.K_fixed - K)
+        return replace(self, terms=(*self.terms, Term(((parameter, 1.0),), -K)))
+
+
+def reduce_model(model: Model, f_max: float, g_rows: Sequence[int], loads: FloatArray | None = None) -> ReducedModel:
+    """The model in a basis of its modes up to three times `f_max` (Hz) and the static responses to unit forces.
+
+    `g_rows` are DOFs of the g-set whose static response is kept (sensors, shakers), `loads` (n_a, m) further force
+    patterns. Raises SingularModelError for a stiffness that cannot be inverted.
+    """
+    T = model.transformation()
+    K, M = model.matrices()
+    omega, phi = _modes(K, M, MODES_ABOVE * f_max, len(set(g_rows)))
+    patterns = T[sorted(set(g_rows))].T.toarray()
+    if loads is not None and loads.size:
+        patterns = np.hstack([patterns, loads])
+    V_a = _basis(K, M, omega, phi, patterns)
+    return _project(model, V_a, np.asarray(T @ V_a))
+
+
+def _modes(K: object, M: object, f_max: float, at_least: int) -> tuple[FloatArray, FloatArray]:
+    freq, phi, _, _ = _core_modes(K, M, f_max)
+    if len(freq) < at_least + 2:
+        freq, phi, _, _ = _core_modes(K, M, None, at_least + 2)
+    return 2 * np.pi * np.asarray(freq), np.asarray(phi)
+
+
+def _core_modes(K: object, M: object, f_max: float | None, n: int | None = None) -> tuple:
+    from femend import _core
+
+    n_a = K.shape[0]  # type: ignore[attr-defined]
+    n = None if n is None else min(n, n_a)
+    return _core.modes(
+        K.indptr.astype(np.int64), K.indices.astype(np.int64), K.data, M.data, n_modes=n, f_max=f_max  # type: ignore[attr-defined]
+    )
+
+
+def _basis(K: object, M: object, omega: FloatArray, phi: FloatArray, patterns: FloatArray) -> FloatArray:
+    from scipy.sparse.linalg import splu
+
+    # K + w M is regular for free structures too; well below the first elastic mode it is the static response.
+    elastic = omega[omega > 1e-3 * omega.max()]
+    shift = (0.1 * elastic.min()) ** 2 if elastic.size else 1.0
+    static = splu((K + shift * M).tocsc()).solve(np.ascontiguousarray(patterns))  # type: ignore[operator]
+    # column by column, so that one stiff pattern does not hide a soft one
+    V = phi
+    for column in static.T:
+        vector = column.copy()
+        length = np.sqrt(vector @ (M @ vector))  # type: ignore[operator]
+        for _ in range(2):
+            vector = vector - V @ (V.T @ (M @ vector))  # type: ignore[operator]
+        left = np.sqrt(max(vector @ (M @ vector), 0.0))  # type: ignore[operator]
+        if left > RANK_TOLERANCE * length and left > 0:
+            V = np.hstack([V, (vector / left)[:, None]])
+    return V
+
+
+def _project(model: Model, V_a: FloatArray, V: FloatArray) -> ReducedModel:
+    n = len(model.parameters)
+    ones = np.ones(n)
+    V_a = np.ascontiguousarray(V_a)
+    K, M = (np.asarray(x) for x in model.fe.project(ones, V_a)[:2])
+    K_fixed, M_fixed, terms = K.copy(), M.copy(), []
+    for i in range(n):
+        for degree, (dK, dM) in _polynomial(model, V_a, ones, i, K, M).items():
+            K_fixed, M_fixed = K_fixed - dK, M_fixed - dM
+            terms.append(Term(((i, float(degree)),), dK if dK.any() else None, dM if dM.any() else None))
+    from scipy.linalg import eigh
+
+    omega2 = eigh(K, M, eigvals_only=True)
+    return ReducedModel(
+        model,
+        V,
+        V_a,
+        K_fixed,
+        M_fixed,
+        tuple(terms),
+        tuple(p.name for p in model.parameters),
+        np.array([p.prior_sd for p in model.parameters]),
+        np.sqrt(np.maximum(omega2, 0.0)) / (2 * np.pi),
+    )
+
+
+def _polynomial(
+    model: Model, V: FloatArray, ones: FloatArray, i: int, K: FloatArray, M: FloatArray
+) -> dict[int, tuple[FloatArray, FloatArray]]:
+    """Coefficients of K and M over powers 1..3 of factor i, those that are zero left out.
+
+    Exact for every property that enters as a polynomial (all but nu); nu is met at the factors used, which bracket any
+    sensible prior.
+    """
+    samples = np.array([0.6, 1.0, 1.3, 1.6])
+    Ks, Ms = [], []
+    for factor in samples:
+        factors = ones.copy()
+        factors[i] = factor
+        k, m = model.fe.project(factors, V)[:2]
+        Ks.append(np.asarray(k))
+        Ms.append(np.asarray(m))
+    inverse = np.linalg.inv(np.vander(samples, DEGREE + 1, increasing=True))
+    parts = {}
+    for degree in range(1, DEGREE + 1):
+        dK = np.tensordot(inverse[degree], np.array(Ks), 1)
+        dM = np.tensordot(inverse[degree], np.array(Ms), 1)
+        small_k = np.abs(dK).max() < 1e-9 * np.abs(K).max()
+        small_m = np.abs(dM).max() < 1e-9 * np.abs(M).max()
+        if not (small_k and small_m):
+            parts[degree] = (np.zeros_like(dK) if small_k else dK, np.zeros_like(dM) if small_m else dM)
+    if not parts:
+        name = model.parameters[i].name
+        raise ModelError(f"parameter {name!r} changes nothing in the band; choose another property or target")
+    return parts
