@@ -58,8 +58,8 @@ class FitRecord:
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Lines of one record: `freq` (K,) Hz, spectra `U` (K, n_in), `Y` (K, n_out), `weight` (K, n_out) = 1/sd, and the
-    core's object."""
+    """Lines of one record: `freq` (K,) Hz, spectra `U` (K, n_in), `Y` (K, n_out), `weight` (K, n_out) = 1/sd,
+    `share` of a line in the cost, and the core's object."""
 
     record: FitRecord
     sigma: float
@@ -68,6 +68,7 @@ class Lines:
     U: ComplexArray
     Y: ComplexArray
     weight: FloatArray
+    share: float
     core: Any
 
     @property
@@ -144,4 +145,4 @@ def spectral_lines(
         sigma,
         TEMPERING * step,
     )
-    return Lines(record, sigma, freq[index], index, U, Y, weight, core)
+    return Lines(record, sigma, freq[index], index, U, Y, weight, TEMPERING * step, core)

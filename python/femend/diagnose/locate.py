@@ -1,0 +1,96 @@
+"""Where something is missing: every place gets a free force, projected out while all parameters stay free.
+
+A free force on every line needs no law and costs every place the same number of unknowns, so that the places compare
+fairly. It is done in stages: all places on few, strongly damped lines; the better ones on more; the best ones on all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from femend.estimate import Fit, Hypothesis, Problem
+from femend.model import Place, ReducedModel
+
+__all__ = ["Located", "locate"]
+
+# how many places reach the next stage
+SECOND_STAGE = 28
+LAST_STAGE = 10
+# prior ln standard deviation of a member's own stiffness factor
+MEMBER_SD = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Located:
+    """A place with its law-free fit; `cost` is comparable between places whatever number of forces they have."""
+
+    place: Place
+    fit: Fit
+    squares: float
+
+    @property
+    def cost(self) -> float:
+        """Prior plus tempered squares, the latter as if no force had been projected out."""
+        return self.fit.prior + self.squares
+
+
+def hypothesis_of(place: Place, reduced: ReducedModel) -> Hypothesis:
+    """Law-free hypothesis of a place: a free force along its directions, or a factor on a member's own stiffness."""
+    if place.kind == "member":
+        K = member_stiffness(place, reduced)
+        return Hypothesis(reduced.with_part("member", K, place.parameter, MEMBER_SD), np.zeros((0, reduced.r)))
+    return Hypothesis(reduced, place.w(reduced.V, reduced.V_a))
+
+
+def member_stiffness(place: Place, reduced: ReducedModel) -> np.ndarray:
+    """Stiffness of a member in the basis (r, r), at the deck's values."""
+    model = reduced.model
+    ones = np.ones(len(model.parameters))
+    K = np.zeros((reduced.r, reduced.r))
+    for eid in place.elements:
+        rows, Ke, _ = model.fe.element_matrices(eid, ones)
+        K += reduced.V[rows].T @ Ke @ reduced.V[rows]
+    return K
+
+
+def squares_of(problem: Problem, fit: Fit, sigma: float) -> float:
+    """Tempered squares of a fit scaled to the number of values recorded."""
+    lines = problem.lines(fit.hypothesis.reduced, sigma)
+    return float(sum(line.share * line.Y.size * misfit for line, misfit in zip(lines, fit.misfit, strict=True)))
+
+
+def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> list[Located]:
+    """Places in rising order of cost, after the last stage; `null` is the fit of the model as it is.
+
+    Places that need as many forces as there are sensors, or more, cannot be judged and are left out.
+    """
+    n_out = min(r.y.shape[0] for r in problem.records)
+    todo = [p for p in places if p.n_w < n_out]
+    hypotheses = [hypothesis_of(p, reduced) for p in todo]
+    mean, _ = problem.prior(reduced)
+    n_par = len(reduced.names)
+
+    def start(h: Hypothesis, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return (np.insert(p, n_par, 0.0) if len(h.reduced.names) > n_par else p), np.zeros(0)
+
+    scale = problem.scale()
+    starts = [start(h, mean) for h in hypotheses]
+    fits = problem.fit(hypotheses, starts, sigma=30 * scale, iterations=2)
+    keep = [(i, f) for i, f in enumerate(fits) if f is not None]
+    for sigma, iterations, count in ((8 * scale, 3, SECOND_STAGE), (2 * scale, 6, LAST_STAGE), (0.0, 15, 0)):
+        again = problem.fit(
+            [hypotheses[i] for i, _ in keep], [(f.p, f.x) for _, f in keep], sigma=sigma, iterations=iterations
+        )
+        keep = [(i, f) for (i, _), f in zip(keep, again, strict=True) if f is not None]
+        keep.sort(key=lambda item: _rank(problem, item[1], sigma))
+        if count:
+            keep = keep[:count]
+    found = [Located(todo[i], f, squares_of(problem, f, 0.0)) for i, f in keep]
+    return sorted(found, key=lambda found: found.cost)
+
+
+def _rank(problem: Problem, fit: Fit, sigma: float) -> float:
+    return fit.prior + squares_of(problem, fit, sigma)
