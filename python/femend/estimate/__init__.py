@@ -2,5 +2,18 @@
 
 from femend.estimate.fit import Fit, Hypothesis, Problem
 from femend.estimate.lines import FitRecord, Lines, noise_of, spectral_lines, used_band
+from femend.estimate.prepare import fit_records, pair_test, period_of
 
-__all__ = ["Fit", "FitRecord", "Hypothesis", "Lines", "Problem", "noise_of", "spectral_lines", "used_band"]
+__all__ = [
+    "Fit",
+    "FitRecord",
+    "Hypothesis",
+    "Lines",
+    "Problem",
+    "fit_records",
+    "noise_of",
+    "pair_test",
+    "period_of",
+    "spectral_lines",
+    "used_band",
+]

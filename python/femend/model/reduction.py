@@ -133,7 +133,7 @@ def _project(model: Model, V_a: FloatArray, V: FloatArray) -> ReducedModel:
     n = len(model.parameters)
     ones = np.ones(n)
     V_a = np.ascontiguousarray(V_a)
-    K, M = (np.asarray(x) for x in model.fe.project(ones, V_a)[:2])
+    K, M = (np.asarray(x) for x in model.fe.project(ones, V_a)[0][:2])
     K_fixed, M_fixed, terms = K.copy(), M.copy(), []
     for i in range(n):
         for degree, (dK, dM) in _polynomial(model, V_a, ones, i, K, M).items():
@@ -168,7 +168,7 @@ def _polynomial(
     for factor in samples:
         factors = ones.copy()
         factors[i] = factor
-        k, m = model.fe.project(factors, V)[:2]
+        k, m = model.fe.project(factors, V)[0][:2]
         Ks.append(np.asarray(k))
         Ms.append(np.asarray(m))
     inverse = np.linalg.inv(np.vander(samples, DEGREE + 1, increasing=True))

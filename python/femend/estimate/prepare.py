@@ -1,0 +1,118 @@
+"""From recordings and a model to records ready for estimation: pairing, units of response, noise, repetition."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.data import Recording, Test
+from femend.errors import RecordingError
+from femend.estimate.lines import FitRecord, noise_of, used_band
+from femend.model import Model, Pairing, pair_sensors
+
+__all__ = ["fit_records", "pair_test", "period_of"]
+
+FloatArray = NDArray[np.float64]
+
+# a force record repeats itself where the last period differs from the one before by less than this
+REPEATS = 0.05
+# fewer samples than this per cycle of the band's end are too few to tell a response from its image
+SAMPLES_PER_CYCLE = 2.1
+
+
+def pair_test(test: Test, model: Model) -> Pairing:
+    """Every sensor and shaker of a test with its DOF of the model; raises PairingError."""
+    channels, places = [], {}
+    for recording in test:
+        channels += [*recording.sensors, *recording.inputs]
+        if recording.geometry is not None:
+            places.update(recording.geometry.as_dict())
+    return pair_sensors(channels, model.node_ids, model.xyz, sensor_xyz=places)
+
+
+def period_of(u: FloatArray) -> int:
+    """Samples of a period of a force record (n_in, n) that repeats itself at least twice up to its end, 0 where none does.
+
+    >>> period_of(np.tile(np.sin(np.arange(50) ** 2), 4)[None])
+    50
+    """
+    n = u.shape[1]
+    tail = u[:, n // 2 :] - u[:, n // 2 :].mean(axis=1, keepdims=True)
+    m = tail.shape[1]
+    spectrum = (np.abs(np.fft.rfft(tail, 2 * m, axis=1)) ** 2).sum(axis=0)
+    correlation = np.fft.irfft(spectrum)[:m] / (m - np.arange(m))
+    reach = m - m // 8
+    if correlation[0] <= 0 or reach < 3:
+        return 0
+    low = int(np.argmax(correlation < 0.5 * correlation[0]))
+    peaks = [
+        k
+        for k in range(max(low, 2), reach - 1)
+        if correlation[k] > 0.9 * correlation[0] and correlation[k - 1] <= correlation[k] >= correlation[k + 1]
+    ]
+    for k in peaks:
+        last, before = u[:, n - k :], u[:, n - 2 * k : n - k]
+        if before.shape[1] == k and (last - before).std() < REPEATS * np.sqrt(2) * last.std():
+            return k
+    return 0
+
+
+def fit_records(recordings: Sequence[Recording], model: Model, pairing: Pairing) -> list[FitRecord]:
+    """Records with measured force, accelerations at every response channel.
+
+    Velocities and displacements are differentiated in the frequency domain. Raises RecordingError for a record without
+    a response the model has, or of a kind that the fit cannot use.
+    """
+    raw = [_arrays(r) for r in recordings]
+    bare = [
+        FitRecord(r.name, u, y, dt, *_rows(r, model, pairing), np.ones(len(y)))
+        for r, (u, y, dt) in zip(recordings, raw, strict=True)
+    ]
+    _, high = used_band(bare)
+    done = []
+    for r in bare:
+        period = period_of(r.u)
+        noise = noise_of(r.y, r.dt, period, high)
+        done.append(
+            FitRecord(r.name, r.u, r.y, r.dt, r.in_rows, r.out_rows, r.in_signs, r.out_signs, noise, period)
+        )
+    return done
+
+
+def _arrays(recording: Recording) -> tuple[FloatArray, FloatArray, float]:
+    data = recording.time
+    force, response = recording.force, recording.response
+    if force is None or response is None:
+        what = "force" if force is None else "response"
+        raise RecordingError(
+            f"recording {recording.name!r} has no {what} channel with node and direction; it cannot be used to fit",
+            recording=recording.name,
+        )
+    y = response.values.copy()
+    omega = 2 * np.pi * np.fft.rfftfreq(data.n_samples, data.dt)
+    for i, channel in enumerate(response.channels):
+        order = {"acceleration": 0, "velocity": 1, "displacement": 2}.get(channel.quantity)
+        if order is None:
+            raise RecordingError(
+                f"recording {recording.name!r}: channel {channel.text} measures {channel.quantity}; the fit takes "
+                "accelerations, velocities and displacements: leave the channel out",
+                recording=recording.name,
+                channel=channel.text,
+            )
+        if order:
+            y[i] = np.fft.irfft((1j * omega) ** order * np.fft.rfft(y[i]), n=data.n_samples)
+    return force.values.copy(), y, data.dt
+
+
+def _rows(
+    recording: Recording, model: Model, pairing: Pairing
+) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray, FloatArray]:
+    force, response = recording.force, recording.response
+    assert force is not None and response is not None
+    out = []
+    for data in (force, response):
+        dofs = [pairing[c.dof].dof for c in data.channels if c.dof is not None]
+        out.append((np.array([model.row(d) for d in dofs]), np.array([float(d.sign) for d in dofs])))
+    return out[0][0], out[1][0], out[0][1], out[1][1]
