@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.estimate import Fit, Hypothesis, Problem
+from femend.estimate import Fit, FitRecord, Hypothesis, Lines, Problem
 from femend.model import Place, ReducedModel, reduce_model
 
 __all__ = ["Joint", "Recovered", "open_joint", "recover"]
@@ -62,6 +62,7 @@ class Recovered:
     """Coordinates (K, n_w) and forces against the motion (K, n_w) on the lines of every record, and in time (n_w, n)."""
 
     fit: Fit
+    equivalent: Fit
     D: list[ComplexArray]
     F: list[ComplexArray]
     d: list[FloatArray]
@@ -69,40 +70,98 @@ class Recovered:
     a: list[FloatArray]
     f: list[FloatArray]
     weight: list[FloatArray]
+    records: list[FitRecord]
+    index: list[NDArray[np.int64]]
 
 
 def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | None:
-    """Fits the free force at an opened joint and reads off what its coordinate did."""
+    """Reads off what the coordinate of an opened joint did.
+
+    An equivalent spring and dashpot give force, displacement and free decays; what the sensors still see beyond them goes
+    to the force as far as they see the joint at all (Wiener form). A bare least-squares force would be noise where the
+    joint is hardly seen, and could trade any free decay against itself near a resonance.
+    """
     (fit,) = problem.fit([joint.hypothesis(None)], [(start, np.zeros(0))], iterations=8)
     if fit is None:
         return None
     lines = problem.lines(joint.reduced)
     system = problem.system(joint.reduced)
-    hypothesis = fit.hypothesis.core()
-    fitted = _core.fitted_lines(system, hypothesis, [line.core for line in lines], fit.p, fit.x)
+    cores = [line.core for line in lines]
+    equal = equivalent_linear(problem, joint, fit.p)
+    if equal is None:
+        return None
+    stiff = _core.fitted_lines(system, equal.hypothesis.core(), cores, fit.p, equal.x)
     omega, zeta, Q = _core_modal(system, fit.p)
-    out = Recovered(fit, [], [], [], [], [], [], [])
-    for line, (_, D, force) in zip(lines, fitted, strict=True):
-        law = -force
-        D = D - law * joint.compliance
-        s = 2j * np.pi * line.freq
+    out = Recovered(fit, equal, [], [], [], [], [], [], [], problem.records, [line.index for line in lines])
+    for line, (y, D, F_eq) in zip(lines, stiff, strict=True):
+        s = line.sigma + 2j * np.pi * line.freq
         rows = joint.reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
+        w = joint.w @ Q
         g = 1 / (omega**2 + s[:, None] ** 2 + 2 * (zeta * omega) * s[:, None])
-        seen = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, joint.w @ Q, optimize=True)
-        out.D.append(D)
-        out.F.append(law)
-        out.weight.append((np.abs(seen) ** 2 * line.weight[:, :, None] ** 2).sum(axis=1))
-        for to, X in ((out.d, D), (out.v, s[:, None] * D), (out.a, s[:, None] ** 2 * D), (out.f, law)):
-            full = np.zeros((line.record.n // 2 + 1, X.shape[1]), dtype=complex)
-            full[line.index] = X
-            to.append(np.fft.irfft(full, n=line.record.n, axis=0).T)
+        seen = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, w, optimize=True)
+        weighted = seen * line.weight[:, :, None]
+        left = (line.Y - y) * line.weight
+        gram = np.einsum("ksv,ksw->kvw", weighted.conj(), weighted)
+        spread = _smooth(np.abs(F_eq) ** 2)
+        ridge = gram + np.eye(len(w))[None] / spread[:, None, :]
+        more = np.linalg.solve(ridge, np.einsum("ksw,ks->kw", weighted.conj(), left)[:, :, None])[:, :, 0]
+        F = F_eq + more
+        weight = np.real(np.einsum("kww->kw", gram))
+        c = np.einsum("kr,vr,wr->kvw", g, w, w, optimize=True)
+        D = D - F_eq * joint.compliance + np.einsum("kvw,kw->kv", c, F - F_eq)
+        out.D.append(D + F * joint.compliance)
+        out.F.append(-F)
+        out.weight.append(weight)
+        _to_time(out, line, s)
     return out
+
+
+def _to_time(out: Recovered, line: Lines, s: ComplexArray) -> None:
+    D, F = out.D[-1], out.F[-1]
+    for to, X in ((out.d, D), (out.v, s[:, None] * D), (out.a, s[:, None] ** 2 * D), (out.f, F)):
+        full = np.zeros((line.record.n // 2 + 1, X.shape[1]), dtype=complex)
+        full[line.index] = X
+        to.append(np.fft.irfft(full, n=line.record.n, axis=0).T)
+
+
+def _smooth(power: FloatArray, width: int = 31) -> FloatArray:
+    """Running mean over lines, never zero."""
+    kernel = np.ones(width) / width
+    padded = np.pad(power, ((width // 2, width // 2), (0, 0)), "reflect" if len(power) > width else "edge")
+    mean = np.array([np.convolve(column, kernel, "valid") for column in padded.T]).T
+    return np.asarray(np.maximum(mean, 1e-12 * max(float(mean.max()), 1e-300)))
+
+
+def stiffness_scale(problem: Problem, joint: Joint) -> tuple[float, float]:
+    """Stiffness (deck units) that a term at the joint has to have to matter, and a circular frequency of the band."""
+    if joint.place.release is not None:
+        return float(np.mean(np.diag(joint.place.release))), middle(problem)
+    system = problem.system(joint.reduced)
+    omega, _, Q = _core_modal(system, problem.prior(joint.reduced)[0])
+    w = joint.w @ Q
+    low = 2 * np.pi * problem.band[0]
+    compliance = (w**2 / np.maximum(omega**2, low**2)).sum(axis=1)
+    return float(1 / np.mean(compliance)), middle(problem)
+
+
+def middle(problem: Problem) -> float:
+    """Geometric middle of the band, rad/s."""
+    return float(2 * np.pi * np.sqrt(problem.band[0] * problem.band[1]))
+
+
+def equivalent_linear(problem: Problem, joint: Joint, p: FloatArray) -> Fit | None:
+    """The spring and dashpot that explain the records best, from a few sizes of both."""
+    scale, omega = stiffness_scale(problem, joint)
+    sizes = (0.02, 0.2, 2.0)
+    means = [np.log([f * scale, 0.03 * f * scale / omega]) for f in sizes]
+    few = problem.thinned(250)
+    laws = ("support_stiffness", "viscous_damper")
+    tries = few.fit(
+        [joint.hypothesis(laws, m, np.full(2, 4.0)) for m in means], [(p, m) for m in means], iterations=12
+    )
+    done = [t for t in tries if t is not None]
+    return min(done, key=lambda t: t.cost) if done else None
 
 
 def _core_modal(system: object, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     return system.modal(p)  # type: ignore[attr-defined,no-any-return]
-
-
-def with_start(recovered: Recovered, fit: Fit) -> Recovered:
-    """The same recovery with another fit's unknowns as the point to start from."""
-    return replace(recovered, fit=fit)

@@ -19,6 +19,9 @@ __all__ = ["Located", "locate"]
 # how many places reach the next stage
 SECOND_STAGE = 28
 LAST_STAGE = 10
+FULL_LINES = 6
+# lines a record in the stages before the last: places differ by far more than the lines left out could tell
+LINES = 300
 # prior ln standard deviation of a member's own stiffness factor
 MEMBER_SD = 1.0
 
@@ -77,15 +80,18 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
         return (np.insert(p, n_par, 0.0) if len(h.reduced.names) > n_par else p), np.zeros(0)
 
     scale = problem.scale()
+    few = problem.thinned(LINES)
     starts = [start(h, mean) for h in hypotheses]
-    fits = problem.fit(hypotheses, starts, sigma=30 * scale, iterations=2)
+    fits = few.fit(hypotheses, starts, sigma=30 * scale, iterations=2)
     keep = [(i, f) for i, f in enumerate(fits) if f is not None]
-    for sigma, iterations, count in ((8 * scale, 3, SECOND_STAGE), (2 * scale, 6, LAST_STAGE), (0.0, 15, 0)):
-        again = problem.fit(
+    stages = ((few, 8.0, 3, SECOND_STAGE), (few, 2.0, 6, LAST_STAGE), (few, 0.0, 15, FULL_LINES), (problem, 0.0, 10, 0))
+    for lines, factor, iterations, count in stages:
+        sigma = factor * scale
+        again = lines.fit(
             [hypotheses[i] for i, _ in keep], [(f.p, f.x) for _, f in keep], sigma=sigma, iterations=iterations
         )
         keep = [(i, f) for (i, _), f in zip(keep, again, strict=True) if f is not None]
-        keep.sort(key=lambda item: _rank(problem, item[1], sigma))
+        keep.sort(key=lambda item: _rank(lines, item[1], sigma))
         if count:
             keep = keep[:count]
     found = [Located(todo[i], f, squares_of(problem, f, 0.0)) for i, f in keep]

@@ -81,14 +81,20 @@ class Problem:
         zeta: float,
         n_tuned: int,
         spans: Sequence[slice | None] | None = None,
+        limit: int | None = None,
     ) -> None:
         self.records = list(records)
         self.band = band
         self.zeta = zeta
         self.n_tuned = n_tuned
+        self.limit = limit
         self.spans = list(spans) if spans is not None else [None] * len(self.records)
         self._systems: dict[int, tuple[ReducedModel, Any]] = {}
         self._lines: dict[tuple[int, float], tuple[ReducedModel, list[Lines]]] = {}
+
+    def thinned(self, limit: int) -> Problem:
+        """The same problem on at most about `limit` lines a record."""
+        return Problem(self.records, self.band, self.zeta, self.n_tuned, self.spans, limit)
 
     def scale(self) -> float:
         """Decay that belongs to one unit of the continuation, 1/s."""
@@ -102,6 +108,11 @@ class Problem:
             [reduced.prior_sd, np.full(self.n_tuned, FREQUENCY_SD), np.full(self.n_tuned + 1, DAMPING_SD)]
         )
         return mean, sd
+
+    def prior_cost(self, reduced: ReducedModel, p: FloatArray) -> float:
+        """Sum of squared prior deviations of the unknowns p."""
+        mean, sd = self.prior(reduced)
+        return float((((p - mean) / sd) ** 2).sum())
 
     def system(self, reduced: ReducedModel) -> Any:
         """The core's system of a reduced model, made once."""
@@ -118,7 +129,7 @@ class Problem:
         key = (id(reduced.V), sigma)
         kept = self._lines.get(key)
         if kept is None:
-            made = [spectral_lines(r, reduced, self.band, sigma, s) for r, s in zip(self.records, self.spans)]
+            made = [spectral_lines(r, reduced, self.band, sigma, s, self.limit) for r, s in zip(self.records, self.spans)]
             kept = self._lines[key] = (reduced, made)
         return kept[1]
 

@@ -112,20 +112,30 @@ def used_band(records: list[FitRecord]) -> tuple[float, float]:
 
 
 def spectral_lines(
-    record: FitRecord, reduced: ReducedModel, band: tuple[float, float], sigma: float = 0.0, span: slice | None = None
+    record: FitRecord,
+    reduced: ReducedModel,
+    band: tuple[float, float],
+    sigma: float = 0.0,
+    span: slice | None = None,
+    limit: int | None = None,
 ) -> Lines:
     """Lines of a record in a band (Hz), exponentially windowed with decay `sigma` (1/s).
 
     The window moves the lines to s = sigma + i omega, which is the same as damping added to model and structure alike;
     lines closer than the added bandwidth are thinned and count for those left out. `span` takes a stretch of samples.
+    With `limit` at most about that many lines are taken: of each group of neighbours the one with the largest force.
     """
     u, y = (x if span is None else x[:, span] for x in (record.u, record.y))
     n = u.shape[1]
     window = np.exp(-sigma * record.dt * np.arange(n))
     freq = np.fft.rfftfreq(n, record.dt)
     step = max(1, int(round(sigma / (2 * np.pi) / freq[1] / 2)))
-    index = np.flatnonzero((freq >= band[0]) & (freq <= band[1]))[::step]
-    U, Yfull = np.fft.rfft(u * window, axis=1)[:, index].T, np.fft.rfft(y * window, axis=1)
+    index = np.flatnonzero((freq >= band[0]) & (freq <= band[1]))
+    Ufull, Yfull = np.fft.rfft(u * window, axis=1), np.fft.rfft(y * window, axis=1)
+    if limit is not None:
+        step = max(step, -(-len(index) // limit))
+    index = _thinned(index, (np.abs(Ufull) ** 2).sum(axis=0), step)
+    U = Ufull[:, index].T
     power = np.abs(Yfull) ** 2
     kernel = np.ones(SMOOTH) / SMOOTH
     padded = np.pad(power, ((0, 0), (SMOOTH // 2, SMOOTH // 2)), "reflect")
@@ -146,3 +156,11 @@ def spectral_lines(
         TEMPERING * step,
     )
     return Lines(record, sigma, freq[index], index, U, Y, weight, TEMPERING * step, core)
+
+
+def _thinned(index: NDArray[np.int64], power: FloatArray, step: int) -> NDArray[np.int64]:
+    if step == 1:
+        return index
+    whole = len(index) // step * step
+    groups = index[:whole].reshape(-1, step)
+    return groups[np.arange(len(groups)), np.argmax(power[groups], axis=1)]

@@ -186,7 +186,7 @@ def _end_places(model: Model, top: Topology, joint: int, eid: int, end: int) -> 
     position = [int(np.flatnonzero(rows == r)[0]) for r in own]
     clamped = bool(top.held[own].any()) and bool(top.held[own[:3]].all())
     parameter = _scaled_by(model, eid)
-    far = top.beams[eid][1 - end]
+    far = next((b if a == joint else a for a, b, chain in top.members if eid in chain), top.beams[eid][1 - end])
     free = ~top.held[rows]
     cuts = []
     for c in range(6) if clamped else range(3, 6):

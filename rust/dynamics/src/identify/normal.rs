@@ -58,20 +58,31 @@ impl Columns {
         }
     }
 
+    /// Fills a column with weighted values held as real and imaginary parts.
+    fn fill_split(&mut self, j: usize, record: &RecordLines, y: &Split) {
+        let (re, im) = (y.re.data(), y.im.data());
+        let column = self.data.col_mut(j);
+        for (i, w) in record.weight.iter().enumerate() {
+            column[2 * i] = re[i] * w;
+            column[2 * i + 1] = im[i] * w;
+        }
+    }
+
     /// Removes from every column on every line its part in the span of `basis` (orthonormal vectors of n_out).
     fn project(&mut self, basis: &[Vec<Vec<Complex64>>]) {
         let n_out = self.n_out;
         for j in 0..self.data.ncols() {
             let column = self.data.col_mut(j);
-            for (k, vectors) in basis.iter().enumerate() {
-                let here = &mut column[2 * k * n_out..2 * (k + 1) * n_out];
+            for (here, vectors) in column.chunks_exact_mut(2 * n_out).zip(basis) {
                 for v in vectors {
-                    let dot: Complex64 =
-                        (0..n_out).map(|s| v[s].conj() * Complex64::new(here[2 * s], here[2 * s + 1])).sum();
-                    for s in 0..n_out {
-                        let p = v[s] * dot;
-                        here[2 * s] -= p.re;
-                        here[2 * s + 1] -= p.im;
+                    let (mut a, mut b) = (0.0, 0.0);
+                    for (v, x) in v.iter().zip(here.chunks_exact(2)) {
+                        a += v.re * x[0] + v.im * x[1];
+                        b += v.re * x[1] - v.im * x[0];
+                    }
+                    for (v, x) in v.iter().zip(here.chunks_exact_mut(2)) {
+                        x[0] -= v.re * a - v.im * b;
+                        x[1] -= v.re * b + v.im * a;
                     }
                 }
             }
@@ -147,6 +158,7 @@ struct Step<'a> {
     decays: Vec<Split>,
     amplitudes: Vec<f64>,
     columns: Columns,
+    gram: Dense,
     sum: f64,
     free: f64,
 }
@@ -164,7 +176,7 @@ impl<'a> Step<'a> {
         let n_t = decays.len();
         let mut columns = Columns::new(record.n_lines(), record.n_out(), n_t + 1);
         for (t, column) in decays.iter().enumerate() {
-            columns.fill(t, record, |s, k| column.get(s, k));
+            columns.fill_split(t, record, column);
         }
         let n_out = record.n_out();
         columns.fill(n_t, record, |s, k| record.y[k * n_out + s] - response.y.get(s, k));
@@ -176,7 +188,7 @@ impl<'a> Step<'a> {
         let (amplitudes, sum) = eliminate(&gram, n_t);
         let lost = if projector.is_some() { response.h.len().min(n_out) } else { 0 };
         let free = (record.n_lines() * (n_out - lost)) as f64;
-        Ok(Self { record, response, projector, decays, amplitudes, columns, sum, free })
+        Ok(Self { record, response, projector, decays, amplitudes, columns, gram, sum, free })
     }
 
     /// Weighted residual after the free decays, before any projection.
@@ -207,6 +219,33 @@ impl<'a> Step<'a> {
         force
     }
 
+    /// Adds to the coordinates' displacements what the fitted free decays move them by, the law's answer included.
+    fn add_decays(&self, d: &mut Split) {
+        let shapes = self.response.decays(self.record);
+        let (n_modes, n_w) = (self.response.poles.len(), self.response.w.nrows());
+        for k in 0..self.record.n_lines() {
+            let open: Vec<Complex64> = (0..n_w)
+                .map(|i| {
+                    (0..2 * n_modes)
+                        .map(|t| {
+                            shapes[k * n_modes + t / 2][t % 2].0
+                                * self.response.w[(i, t / 2)]
+                                * self.amplitudes[t]
+                        })
+                        .sum()
+                })
+                .collect();
+            for i in 0..n_w {
+                let moved = match &self.response.closed {
+                    Some(closed) => (0..n_w).map(|j| closed.b[(k * n_w + i) * n_w + j] * open[j]).sum(),
+                    None => open[i],
+                };
+                let v = d.get(i, k) + moved;
+                d.set(i, k, v);
+            }
+        }
+    }
+
     /// Adds this record's part of the Gauss-Newton matrix and half gradient.
     fn accumulate(
         &self,
@@ -225,8 +264,7 @@ impl<'a> Step<'a> {
         }
         let cross = gemm_tn(&self.columns.data, &columns.data);
         let own = gemm_tn(&columns.data, &columns.data);
-        let gram = gemm_tn(&self.columns.data, &self.columns.data);
-        let Some(l) = decay_factor(&gram, n_t) else { return };
+        let Some(l) = decay_factor(&self.gram, n_t) else { return };
         let mut tj = Dense::zeros(n_t, n);
         for j in 0..n {
             tj.col_mut(j).copy_from_slice(&cross.col(j)[..n_t]);
@@ -262,7 +300,7 @@ impl<'a> Step<'a> {
                 }
             }
             let y = response.change(record, &v);
-            columns.fill(i, record, |s, k| y.get(s, k));
+            columns.fill_split(i, record, &y);
         }
         let slope = |m: usize, k: usize, jitter: bool| {
             let (w, z) = (modal.omega[m], modal.zeta[m]);
@@ -272,7 +310,7 @@ impl<'a> Step<'a> {
         for m in 0..system.n_tuned {
             for (jitter, at) in [(true, system.n_par + m), (false, system.n_par + system.n_tuned + m)] {
                 let y = self.one_mode(m, |k| slope(m, k, jitter) * q.get(m, k) * response.g.get(m, k));
-                columns.fill(at, record, |s, k| y.get(s, k));
+                columns.fill_split(at, record, &y);
             }
         }
         let mut v = Split::zeros(system.r, record.n_lines());
@@ -282,10 +320,10 @@ impl<'a> Step<'a> {
             }
         }
         let y = response.change(record, &v);
-        columns.fill(system.n_unknowns() - 1, record, |s, k| y.get(s, k));
+        columns.fill_split(system.n_unknowns() - 1, record, &y);
         for j in 0..n_law {
             let y = response.law_column(j);
-            columns.fill(system.n_unknowns() + j, record, |s, k| y.get(s, k));
+            columns.fill_split(system.n_unknowns() + j, record, &y);
         }
     }
 
@@ -298,7 +336,9 @@ impl<'a> Step<'a> {
         for k in 0..record.n_lines() {
             let change = gv(k);
             let a = -record.s[k] * record.s[k] * change;
-            (0..n_out).for_each(|s| y.set(s, k, a * response.out[(s, m)]));
+            let shape = response.out.col(m);
+            y.re.col_mut(k).iter_mut().zip(shape).for_each(|(y, o)| *y = a.re * o);
+            y.im.col_mut(k).iter_mut().zip(shape).for_each(|(y, o)| *y = a.im * o);
             (0..n_w).for_each(|i| d.set(i, k, change * response.w[(i, m)]));
         }
         if let Some(closed) = &response.closed {
@@ -318,9 +358,11 @@ fn decay_columns(record: &RecordLines, response: &Response) -> Vec<Split> {
         for part in 0..2 {
             let mut y = Split::zeros(n_out, record.n_lines());
             let mut d = Split::zeros(n_w, record.n_lines());
+            let shape = response.out.col(m);
             for k in 0..record.n_lines() {
                 let (displacement, acceleration) = shapes[k * n_modes + m][part];
-                (0..n_out).for_each(|s| y.set(s, k, acceleration * response.out[(s, m)]));
+                y.re.col_mut(k).iter_mut().zip(shape).for_each(|(y, o)| *y = acceleration.re * o);
+                y.im.col_mut(k).iter_mut().zip(shape).for_each(|(y, o)| *y = acceleration.im * o);
                 (0..n_w).for_each(|i| d.set(i, k, -displacement * response.w[(i, m)]));
             }
             if let Some(closed) = &response.closed {
@@ -419,22 +461,29 @@ pub fn fitted(
         .iter()
         .map(|record| {
             let step = Step::new(record, system, &modal, hypothesis, x)?;
-            let force = step.force();
+            let mut force = step.force();
             let (n_out, n_w) = (record.n_out(), step.response.h.len());
             let mut out = Fitted { y: Vec::new(), d: Vec::new(), force: Vec::new() };
             let free = step.projector.is_some();
-            // Displacements of the coordinates answer to a free force through the whole model.
-            let d = if free {
+            // Displacements of the coordinates answer to a free force through the whole model; free decays move them too.
+            let mut d = if free {
                 Split::times(&step.response.w, &step.response.with_force(&force))
             } else {
                 step.response.d.clone()
             };
+            step.add_decays(&mut d);
+            if let Some(closed) = &step.response.closed {
+                for k in 0..record.n_lines() {
+                    (0..n_w).for_each(|i| force.set(i, k, -closed.kappa[k] * d.get(i, k)));
+                }
+            }
+            let seen = step.force();
             for k in 0..record.n_lines() {
                 for s in 0..n_out {
                     let decay: Complex64 =
                         step.decays.iter().zip(&step.amplitudes).map(|(t, a)| t.get(s, k) * a).sum();
                     let pushed: Complex64 = if free {
-                        (0..n_w).map(|i| step.response.h[i].get(s, k) * force.get(i, k)).sum()
+                        (0..n_w).map(|i| step.response.h[i].get(s, k) * seen.get(i, k)).sum()
                     } else {
                         Complex64::default()
                     };

@@ -129,10 +129,11 @@ impl Response {
     /// without the mode's amplitude at the sensor. Two columns a mode.
     pub fn decays(&self, record: &RecordLines) -> Vec<[(Complex64, Complex64); 2]> {
         let mut all = Vec::with_capacity(self.poles.len() * record.n_lines());
+        let lambdas: Vec<Complex64> =
+            self.poles.iter().map(|pole| ((pole - record.sigma) * record.dt).exp()).collect();
         for s in &record.s {
             let z = Complex64::new(0.0, -s.im * record.dt).exp();
-            for pole in &self.poles {
-                let lambda = ((pole - record.sigma) * record.dt).exp();
+            for (pole, &lambda) in self.poles.iter().zip(&lambdas) {
                 let one = Complex64::new(1.0, 0.0);
                 let (a, b) = (one / (one - lambda * z), one / (one - lambda.conj() * z));
                 let turn = (pole / pole.norm()).powi(2);

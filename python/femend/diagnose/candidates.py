@@ -1,0 +1,162 @@
+"""A named law at a place: how it starts, how it is fitted, what it leaves on data it has not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.diagnose.joint import Joint, Recovered
+from femend.physics import FitCoordinates, Physics, catalogue, physics, shapes
+
+__all__ = ["Candidate", "Start", "laws_for", "starts"]
+
+FloatArray = NDArray[np.float64]
+
+# laws tried at each kind of place; the name of a plain spring depends on what the model has there
+_SPRING = {"ground": "support_stiffness", "pair": "support_stiffness", "end": "joint_stiffness", "clamp": "compliant_support"}
+_ONLY_GROUND = ("added_mass", "tuned_absorber")
+_NOT_NAMED = ("support_stiffness", "joint_stiffness", "compliant_support", "spring_bending", "quadratic_stiffness")
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where the fit of a law begins: parameter values, the companion's k and c beside it, the share of the recovered
+    force that it leaves unexplained."""
+
+    physics: Physics
+    values: Mapping[str, float]
+    k: float
+    c: float
+    left: float
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A law at a place after its fit.
+
+    Attributes:
+        physics: catalogue entry; None for a member's own stiffness factor and for a free force.
+        name: name of the physics as it is reported.
+        joint: the opened place.
+        values: parameter values, in the units of the deck.
+        k, c: linear companion beside a nonlinear law.
+        p: unknowns of the model.
+        x: fit coordinates of the law (and companion).
+        n_law: number of law parameters fitted.
+        prior: prior cost of `p`.
+        fitted: mean weighted square left on the records it was fitted to.
+        chosen: the same on the record kept for choosing.
+        covariance: of x, where known.
+    """
+
+    physics: Physics | None
+    name: str
+    joint: Joint | None
+    values: Mapping[str, float]
+    p: FloatArray
+    x: FloatArray
+    n_law: int
+    prior: float
+    fitted: float
+    chosen: float
+    k: float = 0.0
+    c: float = 0.0
+    covariance: FloatArray | None = None
+    coordinates: FitCoordinates | None = None
+    extra: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def nonlinear(self) -> bool:
+        """Whether its response needs a simulation."""
+        return self.physics is not None and self.physics.kind == "nonlinear"
+
+
+def laws_for(kind: str) -> list[tuple[str, Physics]]:
+    """(reported name, law) worth trying at a kind of place."""
+    found: list[tuple[str, Physics]] = []
+    if kind in _SPRING:
+        found.append((_SPRING[kind], physics("support_stiffness")))
+        for entry in catalogue():
+            if entry.name in _NOT_NAMED or (entry.name in _ONLY_GROUND and kind != "ground"):
+                continue
+            found.append((entry.name, entry))
+    return found
+
+
+def starts(entry: Physics, joint: Joint, recovered: Recovered, s: list[NDArray[np.complex128]], count: int) -> list[Start]:
+    """The best starts of a law by regression of the recovered force on its shapes, beside a linear companion.
+
+    Lines are weighted by how well the sensors see a force at the joint.
+    """
+    amplitude = float(max(np.abs(d).max() for d in recovered.d))
+    omega = np.concatenate([x.imag for x in s])
+    if not np.isfinite(amplitude) or amplitude <= 0:
+        return []
+    found = []
+    for shape in shapes(entry, amplitude=amplitude, band=(float(omega.min()), float(omega.max()))):
+        columns = [_term(shape.physics, term, recovered, s) for term in shape.terms]
+        linear = entry.kind == "linear"
+        if not linear:
+            columns += [_stack(recovered.D, recovered), _stack([D * x[:, None] for D, x in zip(recovered.D, s)], recovered)]
+        A = np.array(columns).T
+        b = _stack(recovered.F, recovered)
+        A, b = np.concatenate([A.real, A.imag]), np.concatenate([b.real, b.imag])
+        size = np.linalg.norm(A, axis=0)
+        if not np.all(np.isfinite(size)) or np.any(size == 0):
+            continue
+        factors = _solve(A / size, b, len(shape.terms), entry) / size
+        left = float(np.linalg.norm(b - A @ factors) / np.linalg.norm(b))
+        values = shape.values(list(factors[: len(shape.terms)]))
+        k, c = (0.0, 0.0) if linear else (float(factors[-2]), float(factors[-1]))
+        found.append(Start(entry, values, k, c, left))
+    found.sort(key=lambda start: start.left)
+    kept: list[Start] = []
+    for start in found:
+        sides = start.values.get("sides")
+        if len(kept) < count and (sides is None or sides not in [o.values.get("sides") for o in kept]):
+            kept.append(start)
+    return kept
+
+
+def _solve(A: FloatArray, b: FloatArray, n_terms: int, entry: Physics) -> FloatArray:
+    """Least squares; factors of laws whose parameters are positive are kept positive."""
+    free = entry.name in ("cubic_stiffness", "quadratic_stiffness", "bilinear_stiffness")
+    factors = np.linalg.lstsq(A, b, rcond=None)[0]
+    if not free and np.any(factors[:n_terms] <= 0):
+        from scipy.optimize import lsq_linear
+
+        low = np.full(A.shape[1], -np.inf)
+        low[:n_terms] = 0.0
+        factors = lsq_linear(A, b, (low, np.full(A.shape[1], np.inf))).x
+        factors[:n_terms] = np.maximum(factors[:n_terms], 1e-3 * max(np.abs(factors[:n_terms]).max(), 1e-12))
+    return np.asarray(factors)
+
+
+def _stack(parts: list[NDArray[np.complex128]], recovered: Recovered) -> NDArray[np.complex128]:
+    return np.concatenate([(X * np.sqrt(w)).ravel() for X, w in zip(parts, recovered.weight)])
+
+
+def _term(
+    entry: Physics, values: Mapping[str, float], recovered: Recovered, s: list[NDArray[np.complex128]]
+) -> NDArray[np.complex128]:
+    """A law's unit force on the lines of every record."""
+    law = entry.law or entry.name
+    parts = []
+    for i, D in enumerate(recovered.D):
+        if entry.kind == "linear":
+            kappa, _ = _core.law_dynamic_stiffness(law, dict(values), s[i])
+            parts.append(kappa[:, None] * D)
+            continue
+        record = recovered.records[i]
+        force = np.array(
+            [
+                _core.law_force(law, dict(values), d, v, a, record.dt)
+                for d, v, a in zip(recovered.d[i], recovered.v[i], recovered.a[i])
+            ]
+        )
+        parts.append(np.fft.rfft(force, axis=1)[:, recovered.index[i]].T)
+    return _stack(parts, recovered)

@@ -1,0 +1,100 @@
+"""Linear laws at a joint: fitted on the lines together with all parameters of the model."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.joint import Joint, Recovered, stiffness_scale
+from femend.estimate import Problem
+from femend.physics import Physics
+
+__all__ = ["fit_linear", "judge_linear", "refit_linear"]
+
+# ln standard deviation of a law's parameters around their start: they are free but for absurd values
+LAW_SD = 3.0
+# lines a record for trying starts, starts that are followed to the end, tunings of an absorber over the band
+FEW_LINES, KEPT, TUNINGS = 250, 2, 10
+
+
+def fit_linear(
+    problem: Problem, choosing: Problem, joint: Joint, recovered: Recovered, name: str, entry: Physics
+) -> Candidate | None:
+    """The law from its best starts, judged on the choosing problem; None where it cannot be fitted at all."""
+    law = entry.law or entry.name
+    means = [np.log([max(v[n], 1e-12) for n in entry.parameter_names]) for v in linear_starts(problem, joint, recovered, entry)]
+    hypotheses = [joint.hypothesis((law,), m, np.full(len(m), LAW_SD)) for m in means]
+    few = problem.thinned(FEW_LINES)
+    tries = few.fit(hypotheses, [(recovered.fit.p, m) for m in means], iterations=12)
+    ranked = sorted((f for f in tries if f is not None), key=lambda f: f.cost)[:KEPT]
+    fits = problem.fit([f.hypothesis for f in ranked], [(f.p, f.x) for f in ranked], iterations=20)
+    done = [f for f in fits if f is not None]
+    if not done:
+        return None
+    fit = min(done, key=lambda f: f.cost)
+    values = dict(zip(entry.parameter_names, np.exp(fit.x).tolist()))
+    prior = problem.prior_cost(joint.reduced, fit.p)
+    best = Candidate(entry, name, joint, values, fit.p, fit.x, len(fit.x), prior, fit.score, np.nan)
+    return judge_linear(choosing, best)
+
+
+def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: Physics) -> list[dict[str, float]]:
+    """Sizes of a law that can matter at the joint: around the equivalent spring and dashpot and the joint's own stiffness."""
+    scale, omega = stiffness_scale(problem, joint)
+    k, c = np.exp(recovered.equivalent.x)
+    low, high = 2 * np.pi * problem.band[0], 2 * np.pi * problem.band[1]
+    k_all = [k, 0.03 * scale, 0.3 * scale, 3 * scale]
+    match entry.law:
+        case "support_stiffness":
+            return [{"k": x} for x in k_all]
+        case "viscous_damper":
+            return [{"c": c}, *({"c": x / omega} for x in k_all[1:])]
+        case "added_mass":
+            return [{"m": x / omega**2} for x in (0.03 * scale, 0.3 * scale, 3 * scale)] + [{"m": 0.03 * scale / low**2}]
+        case "structural_damping":
+            return [{"k": x, "eta": eta} for x in (k, 0.3 * scale) for eta in (0.03, 0.3)]
+        case "viscoelastic":
+            taus = [1 / low, 1 / omega, 1 / high]
+            return [{"k0": 0.5 * x, "k1": 0.5 * x, "tau": t} for x in (k, 0.3 * scale) for t in taus]
+        case "tuned_absorber":
+            tuned = low * (high / low) ** ((np.arange(TUNINGS) + 0.5) / TUNINGS)
+            return [
+                {"m": f * scale / w**2, "k": f * scale, "c": 0.04 * f * scale / w} for w in tuned for f in (0.01,)
+            ]
+    return []
+
+
+def judge_linear(choosing: Problem, candidate: Candidate) -> Candidate:
+    """The candidate with the misfit it leaves on records it has not seen, nothing estimated there but free decays."""
+    from dataclasses import replace
+
+    assert candidate.joint is not None and candidate.physics is not None
+    hypothesis = candidate.joint.hypothesis(
+        (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), LAW_SD)
+    )
+    (seen,) = choosing.fit([hypothesis], [(candidate.p, candidate.x)], iterations=0)
+    return replace(candidate, chosen=np.inf if seen is None else seen.score)
+
+
+def refit_linear(problem: Problem, candidate: Candidate) -> Candidate:
+    """The candidate fitted to all records of the problem, with the covariance of its law."""
+    from dataclasses import replace
+
+    assert candidate.joint is not None and candidate.physics is not None
+    hypothesis = candidate.joint.hypothesis(
+        (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), LAW_SD)
+    )
+    (fit,) = problem.fit([hypothesis], [(candidate.p, candidate.x)], iterations=25, tolerance=1e-3)
+    if fit is None:
+        return candidate
+    covariance = np.linalg.pinv(fit.hessian)[len(fit.p) :, len(fit.p) :]
+    values = dict(zip(candidate.physics.parameter_names, np.exp(fit.x).tolist()))
+    return replace(
+        candidate,
+        values=values,
+        p=fit.p,
+        x=fit.x,
+        fitted=fit.score,
+        prior=problem.prior_cost(candidate.joint.reduced, fit.p),
+        covariance=covariance,
+    )
