@@ -50,6 +50,7 @@ class Candidate:
         prior: prior cost of `p`.
         fitted: mean weighted square left on the records it was fitted to.
         chosen: the same on the record kept for choosing.
+        reference: what a free force at the same place leaves on that record.
         covariance: of x, where known.
     """
 
@@ -65,6 +66,7 @@ class Candidate:
     chosen: float
     k: float = 0.0
     c: float = 0.0
+    reference: float = np.inf
     covariance: FloatArray | None = None
     coordinates: FitCoordinates | None = None
     extra: Mapping[str, float] = field(default_factory=dict)
@@ -112,6 +114,11 @@ def starts(entry: Physics, joint: Joint, recovered: Recovered, s: list[NDArray[n
         left = float(np.linalg.norm(b - A @ factors) / np.linalg.norm(b))
         values = shape.values(list(factors[: len(shape.terms)]))
         k, c = (0.0, 0.0) if linear else (float(factors[-2]), float(factors[-1]))
+        own = np.linalg.norm(A[:, : len(shape.terms)] @ factors[: len(shape.terms)])
+        if own < 1e-3 * np.linalg.norm(b):
+            continue  # the law has nothing to say here
+        if joint.place.release is not None:
+            k = max(k, 0.0)  # a cut with negative stiffness falls apart
         found.append(Start(entry, values, k, c, left))
     found.sort(key=lambda start: start.left)
     kept: list[Start] = []

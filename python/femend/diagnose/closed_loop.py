@@ -24,10 +24,12 @@ FloatArray = NDArray[np.float64]
 
 # steps of a sample in which the force is linear; its loss of amplitude in the band is made good beforehand
 UPSAMPLING = 8
+# modes faster than this times a substep follow their force statically in the core and give no acceleration there
+STATIC = 2.4
 # prior standard deviations: fit coordinates of the law (ln units), companion in units of the recovered force and motion
 LAW_SD, COMPANION_SD = 3.0, 3.0
 DIFFERENCE = 1e-4
-FIRST, JOINT = 8, 6
+FIRST, JOINT = 8, 8
 
 
 def upsampled(u: FloatArray, factor: int = UPSAMPLING) -> FloatArray:
@@ -53,6 +55,7 @@ class ClosedLoop:
     coordinates: FitCoordinates
     scale: tuple[float, float]
     forces: list[FloatArray]
+    plain: list[FloatArray]
 
     @property
     def n_x(self) -> int:
@@ -77,27 +80,41 @@ class ClosedLoop:
     def histories(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[list]:
         """What the simulation gives at each point and record: y, d, v, f, status."""
         system = self.problem.system(self.joint.reduced)
-        records = self.problem.records
-        first = records[0]
+        first = self.problem.records[0]
         modal = {p.tobytes(): system.modal(p) for p, _ in points}
         sets = [modal[p.tobytes()] for p, _ in points]
         reduced = self.joint.reduced
-        omega, zeta = np.array([m[0] for m in sets]), np.array([m[1] for m in sets])
         out_rows = reduced.rows(first.out_rows, first.out_signs)
         in_rows = reduced.rows(first.in_rows, first.in_signs)
-        laws = [self.laws(x) for _, x in points]
-        return _core.simulate_batch(
-            omega,
-            zeta,
-            np.array([in_rows @ m[2] for m in sets]),
-            np.array([out_rows @ m[2] for m in sets]),
-            np.array([self.joint.w @ m[2] for m in sets]),
-            laws,
+        phi_out, phi_in = [out_rows @ m[2] for m in sets], [in_rows @ m[2] for m in sets]
+        w = [self.joint.w @ m[2] for m in sets]
+        done = _core.simulate_batch(
+            np.array([m[0] for m in sets]),
+            np.array([m[1] for m in sets]),
+            np.array(phi_in),
+            np.array(phi_out),
+            np.array(w),
+            [self.laws(x) for _, x in points],
             self.forces,
             first.dt / UPSAMPLING,
             stride=UPSAMPLING,
             residual_compliance=np.diag(self.joint.compliance),
         )
+        out = []
+        for i, (omega, _, _) in enumerate(sets):
+            fast = omega * first.dt / UPSAMPLING > STATIC
+            gain = phi_out[i][:, fast] / omega[fast] ** 2
+            from_u, from_f = gain @ phi_in[i][:, fast].T, gain @ w[i][:, fast].T
+            out.append([self._with_static(h, u, from_u, from_f, first.dt) for h, u in zip(done[i], self.plain, strict=True)])
+        return out
+
+    def _with_static(self, history: list, u: FloatArray, from_u: FloatArray, from_f: FloatArray, dt: float) -> tuple:
+        """Adds the accelerations of modes that follow their force statically: second derivatives of the forces."""
+        y, d, v, f, status = history
+        n = y.shape[1]
+        omega = 2 * np.pi * np.fft.rfftfreq(n, dt)
+        drive = from_u @ np.fft.rfft(u, axis=1) - from_f @ np.fft.rfft(f, axis=1)
+        return y + np.fft.irfft(-(omega**2) * drive, n, axis=1), d, v, f, status
 
     def residuals(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[FloatArray]:
         """Weighted residual of all records (real and imaginary parts) at each point; NaN where the simulation failed."""
@@ -131,6 +148,7 @@ def loop_of(problem: Problem, joint: Joint, start: Start, recovered: Recovered) 
         coordinates,
         scale,
         [upsampled(r.u) for r in problem.records],
+        [r.u for r in problem.records],
     )
     x = np.concatenate([coordinates.start(), [start.k / scale[0], start.c / scale[1]]])
     return loop, x
@@ -250,6 +268,7 @@ def _candidate(
         np.nan,
         k,
         c,
+        np.inf,
         covariance,
         loop.coordinates,
         {"k_scale": loop.scale[0], "c_scale": loop.scale[1]},
@@ -265,6 +284,7 @@ def _loop_again(problem: Problem, candidate: Candidate) -> ClosedLoop:
         candidate.coordinates,
         (candidate.extra["k_scale"], candidate.extra["c_scale"]),
         [upsampled(r.u) for r in problem.records],
+        [r.u for r in problem.records],
     )
 
 
@@ -286,10 +306,12 @@ def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JO
     n_p = len(candidate.p)
     start = Start(candidate.physics, candidate.values, candidate.k, candidate.c, 0.0)
     covariance = np.linalg.pinv(H)[n_p:, n_p:]
-    return replace(_candidate(loop, start, candidate.name, z, e, covariance), chosen=candidate.chosen)
+    return replace(
+        _candidate(loop, start, candidate.name, z, e, covariance), chosen=candidate.chosen, reference=candidate.reference
+    )
 
 
 def simulate_candidate(problem: Problem, candidate: Candidate, record: FitRecord) -> list:
     """Histories y, d, v, f of a nonlinear candidate for one record's forces (its responses are not looked at)."""
-    loop = replace(_loop_again(problem, candidate), forces=[upsampled(record.u)])
+    loop = replace(_loop_again(problem, candidate), forces=[upsampled(record.u)], plain=[record.u])
     return loop.histories([(candidate.p, candidate.x)])[0][0]

@@ -14,7 +14,7 @@ __all__ = ["fit_linear", "judge_linear", "refit_linear"]
 # ln standard deviation of a law's parameters around their start: they are free but for absurd values
 LAW_SD = 3.0
 # lines a record for trying starts, starts that are followed to the end, tunings of an absorber over the band
-FEW_LINES, KEPT, TUNINGS = 250, 2, 10
+FEW_LINES, KEPT, TUNINGS = 150, 1, 10
 
 
 def fit_linear(
@@ -25,9 +25,9 @@ def fit_linear(
     means = [np.log([max(v[n], 1e-12) for n in entry.parameter_names]) for v in linear_starts(problem, joint, recovered, entry)]
     hypotheses = [joint.hypothesis((law,), m, np.full(len(m), LAW_SD)) for m in means]
     few = problem.thinned(FEW_LINES)
-    tries = few.fit(hypotheses, [(recovered.fit.p, m) for m in means], iterations=12)
+    tries = few.fit(hypotheses, [(recovered.fit.p, m) for m in means], iterations=10)
     ranked = sorted((f for f in tries if f is not None), key=lambda f: f.cost)[:KEPT]
-    fits = problem.fit([f.hypothesis for f in ranked], [(f.p, f.x) for f in ranked], iterations=20)
+    fits = problem.fit([f.hypothesis for f in ranked], [(f.p, f.x) for f in ranked], iterations=12)
     done = [f for f in fits if f is not None]
     if not done:
         return None

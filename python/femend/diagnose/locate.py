@@ -14,12 +14,14 @@ import numpy as np
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Located", "locate"]
+__all__ = ["Located", "locate", "shortlist"]
 
-# how many places reach the next stage
-SECOND_STAGE = 28
-LAST_STAGE = 10
-FULL_LINES = 6
+# how many places reach the next stage: those with one unknown force a line, and those with several
+SECOND_STAGE, SECOND_STAGE_SEVERAL = 24, 8
+LAST_STAGE, LAST_STAGE_SEVERAL = 8, 3
+FULL_LINES, FULL_LINES_SEVERAL = 5, 2
+# how much more a place with one force must leave than one with several for these to be believed
+SEVERAL_WORTH = 1.3
 # lines a record in the stages before the last: places differ by far more than the lines left out could tell
 LINES = 300
 # prior ln standard deviation of a member's own stiffness factor
@@ -66,7 +68,8 @@ def squares_of(problem: Problem, fit: Fit, sigma: float) -> float:
 
 
 def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> list[Located]:
-    """Places in rising order of cost, after the last stage; `null` is the fit of the model as it is.
+    """Places in rising order of cost, after the last stage, places with one and with several forces each by themselves
+    until there, since more forces explain more; `null` is the fit of the model as it is.
 
     Places that need as many forces as there are sensors, or more, cannot be judged and are left out.
     """
@@ -82,21 +85,36 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
     scale = problem.scale()
     few = problem.thinned(LINES)
     starts = [start(h, mean) for h in hypotheses]
-    fits = few.fit(hypotheses, starts, sigma=30 * scale, iterations=2)
+    fits = few.fit(hypotheses, starts, sigma=30 * scale, iterations=6)
     keep = [(i, f) for i, f in enumerate(fits) if f is not None]
-    stages = ((few, 8.0, 3, SECOND_STAGE), (few, 2.0, 6, LAST_STAGE), (few, 0.0, 15, FULL_LINES), (problem, 0.0, 10, 0))
-    for lines, factor, iterations, count in stages:
+    stages = (
+        (few, 8.0, 5, SECOND_STAGE, SECOND_STAGE_SEVERAL),
+        (few, 2.0, 6, LAST_STAGE, LAST_STAGE_SEVERAL),
+        (few, 0.0, 15, FULL_LINES, FULL_LINES_SEVERAL),
+        (problem, 0.0, 8, FULL_LINES, FULL_LINES_SEVERAL),
+    )
+    for lines, factor, iterations, count, several in stages:
         sigma = factor * scale
         again = lines.fit(
             [hypotheses[i] for i, _ in keep], [(f.p, f.x) for _, f in keep], sigma=sigma, iterations=iterations
         )
         keep = [(i, f) for (i, _), f in zip(keep, again, strict=True) if f is not None]
         keep.sort(key=lambda item: _rank(lines, item[1], sigma))
-        if count:
-            keep = keep[:count]
+        single = [item for item in keep if todo[item[0]].n_w <= 1]
+        keep = single[:count] + [item for item in keep if todo[item[0]].n_w > 1][:several]
     found = [Located(todo[i], f, squares_of(problem, f, 0.0)) for i, f in keep]
     return sorted(found, key=lambda found: found.cost)
 
 
 def _rank(problem: Problem, fit: Fit, sigma: float) -> float:
     return fit.prior + squares_of(problem, fit, sigma)
+
+
+def shortlist(located: Sequence[Located], count: int) -> list[Located]:
+    """Places whose laws are worth fitting: the best with one force, and those with several where these leave clearly
+    less; several free forces also explain what no place does."""
+    single = [f for f in located if f.place.n_w <= 1 and f.place.kind != "base"]
+    several = [f for f in located if f.place.n_w > 1]
+    best = single[0].cost if single else np.inf
+    better = [f for f in several if SEVERAL_WORTH * f.cost < best]
+    return [*better[:2], *single[: count if not better else 1]]

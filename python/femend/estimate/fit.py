@@ -21,8 +21,9 @@ FloatArray = NDArray[np.float64]
 FREQUENCY_SD = 0.005
 # ln standard deviation of a damping ratio
 DAMPING_SD = 0.5
-# decays (1/s) of the windows by which a fit comes down to the unwindowed lines, as multiples of the lowest frequency
-CONTINUATION = (30.0, 8.0, 2.0, 0.0)
+# decays of the windows by which a fit comes down to the unwindowed lines, in units of `Problem.scale`, and how tightly
+# the modes' own unknowns are held at each
+CONTINUATION = ((30.0, 0.02), (8.0, 0.05), (2.0, 0.3), (0.0, 1.0))
 # modes up to this multiple of the band's end have a frequency factor and a damping ratio of their own
 TUNED_ABOVE = 1.1
 
@@ -89,12 +90,16 @@ class Problem:
         self.n_tuned = n_tuned
         self.limit = limit
         self.spans = list(spans) if spans is not None else [None] * len(self.records)
-        self._systems: dict[int, tuple[ReducedModel, Any]] = {}
+        self._systems: dict[tuple[int, float], tuple[ReducedModel, Any]] = {}
         self._lines: dict[tuple[int, float], tuple[ReducedModel, list[Lines]]] = {}
 
     def thinned(self, limit: int) -> Problem:
         """The same problem on at most about `limit` lines a record."""
         return Problem(self.records, self.band, self.zeta, self.n_tuned, self.spans, limit)
+
+    def on(self, records: Sequence[FitRecord]) -> Problem:
+        """The same band and priors on other records."""
+        return Problem(records, self.band, self.zeta, self.n_tuned, None, self.limit)
 
     def scale(self) -> float:
         """Decay that belongs to one unit of the continuation, 1/s."""
@@ -114,14 +119,15 @@ class Problem:
         mean, sd = self.prior(reduced)
         return float((((p - mean) / sd) ** 2).sum())
 
-    def system(self, reduced: ReducedModel) -> Any:
-        """The core's system of a reduced model, made once."""
-        kept = self._systems.get(id(reduced))
+    def system(self, reduced: ReducedModel, held: float = 1.0) -> Any:
+        """The core's system of a reduced model, made once; `held` < 1 tightens the priors of the modes' own unknowns."""
+        kept = self._systems.get((id(reduced), held))
         if kept is None:
             mean, sd = self.prior(reduced)
+            sd[len(reduced.names) :] *= held
             terms = [(list(t.exponents), t.K, t.M) for t in reduced.terms]
             core = _core.System(reduced.K_fixed, reduced.M_fixed, terms, len(reduced.names), self.n_tuned, mean, sd)
-            kept = self._systems[id(reduced)] = (reduced, core)
+            kept = self._systems[id(reduced), held] = (reduced, core)
         return kept[1]
 
     def lines(self, reduced: ReducedModel, sigma: float = 0.0) -> list[Lines]:
@@ -141,16 +147,18 @@ class Problem:
         sigma: float = 0.0,
         iterations: int = 20,
         tolerance: float = 1e-2,
+        held: float = 1.0,
     ) -> list[Fit | None]:
         """Fits each hypothesis from its start (prior means where none are given); None where its model breaks down.
 
-        All hypotheses of a call share one basis.
+        All hypotheses of a call share one basis. With `held` < 1 the modes' own frequency factors and damping ratios are
+        held that much tighter, so that far from the minimum the parameters do the work.
         """
         if not hypotheses:
             return []
         if starts is None:
             starts = [(self.prior(h.reduced)[0], h.mean if h.mean is not None else np.zeros(0)) for h in hypotheses]
-        jobs = [(self.system(h.reduced), h.core(), p, x) for h, (p, x) in zip(hypotheses, starts, strict=True)]
+        jobs = [(self.system(h.reduced, held), h.core(), p, x) for h, (p, x) in zip(hypotheses, starts, strict=True)]
         lines = self.lines(hypotheses[0].reduced, sigma)
         done = _core.solve_hypotheses(jobs, [line.core for line in lines], iterations, tolerance)
         return [
@@ -162,10 +170,14 @@ class Problem:
     ) -> Fit | None:
         """Fit from far off: strongly damped lines first, the recorded ones last."""
         fit: Fit | None = None
-        for factor in CONTINUATION:
+        for factor, held in CONTINUATION:
             at = start if fit is None else (fit.p, fit.x)
             (new,) = self.fit(
-                [hypothesis], None if at is None else [at], sigma=factor * self.scale(), iterations=iterations
+                [hypothesis],
+                None if at is None else [at],
+                sigma=factor * self.scale(),
+                iterations=iterations,
+                held=held,
             )
             if new is None:
                 return fit

@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 # share of a recording's own spectrum that the model is not asked to explain: formulation, mesh, idealised joints
-MODEL_ALLOWANCE = 0.03
+MODEL_ALLOWANCE = 0.01
 # neighbouring lines inside a half-power bandwidth carry the same model error: the effective share of the samples
 TEMPERING = 0.1
 # width, in lines, over which a recording's power is smoothed for the allowance
@@ -153,7 +153,9 @@ def spectral_lines(
         np.ascontiguousarray(reduced.rows(record.in_rows, record.in_signs)),
         record.dt,
         sigma,
-        TEMPERING * step,
+        n,
+        float(step),
+        TEMPERING,
     )
     return Lines(record, sigma, freq[index], index, U, Y, weight, TEMPERING * step, core)
 

@@ -154,8 +154,12 @@ def find_places(model: Model, top: Topology | None = None) -> list[Place]:
 
 
 def _grounds(model: Model, top: Topology) -> list[Place]:
+    # Things are attached where members meet, end or carry something; nodes inside a member are there for the mesh alone.
+    inside = set(top.ends) - set(top.joints)
     places = []
     for index, node in enumerate(model.node_ids.tolist()):
+        if node in inside:
+            continue
         for c in range(3):
             row = 6 * index + c
             if not top.held[row]:

@@ -107,7 +107,7 @@ pub(crate) struct RecordLines {
 #[pymethods]
 impl RecordLines {
     #[new]
-    #[pyo3(signature = (s, u, y, weight, out_rows, in_rows, dt, sigma, share))]
+    #[pyo3(signature = (s, u, y, weight, out_rows, in_rows, dt, sigma, n_samples, thinning, tempering))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         s: PyReadonlyArray1<'_, Complex64>,
@@ -118,7 +118,9 @@ impl RecordLines {
         in_rows: PyReadonlyArray2<'_, f64>,
         dt: f64,
         sigma: f64,
-        share: f64,
+        n_samples: usize,
+        thinning: f64,
+        tempering: f64,
     ) -> PyResult<Self> {
         let inner = CoreLines {
             s: s.as_array().to_vec(),
@@ -129,7 +131,9 @@ impl RecordLines {
             in_rows: dense(&in_rows),
             dt,
             sigma,
-            share,
+            n_samples: n_samples as f64,
+            thinning,
+            share: tempering * thinning,
         };
         inner.check(inner.out_rows.ncols()).map_err(refused)?;
         Ok(Self { inner })

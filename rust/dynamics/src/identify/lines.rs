@@ -21,6 +21,10 @@ pub struct RecordLines {
     pub in_rows: Dense,
     /// Sampling step, s.
     pub dt: f64,
+    /// Number of samples of the record.
+    pub n_samples: f64,
+    /// Lines of the record that each of these stands for.
+    pub thinning: f64,
     /// Decay of the exponential window, 1/s.
     pub sigma: f64,
     /// Share of a line in the cost: tempering times the lines it stands for.

@@ -6,8 +6,8 @@ use super::{IdentifyError, RecordLines};
 use femend_linalg::{Dense, gemm_tn};
 use num_complex::Complex64;
 
-/// Relative ridge on the free-decay amplitudes: decays of modes that the lines hardly see stay near zero.
-const DECAY_RIDGE: f64 = 1e-8;
+/// Power of a mode, relative to the strongest, below which its free decay is not believed to be any smaller.
+const DECAY_FLOOR: f64 = 1e-6;
 
 /// Cost of a hypothesis at one point, with what its minimisation needs.
 #[derive(Debug, Clone)]
@@ -159,6 +159,7 @@ struct Step<'a> {
     amplitudes: Vec<f64>,
     columns: Columns,
     gram: Dense,
+    ridge: Vec<f64>,
     sum: f64,
     free: f64,
 }
@@ -185,10 +186,11 @@ impl<'a> Step<'a> {
             columns.project(&p.basis);
         }
         let gram = gemm_tn(&columns.data, &columns.data);
-        let (amplitudes, sum) = eliminate(&gram, n_t);
+        let ridge = decay_ridge(record, &response);
+        let (amplitudes, sum) = eliminate(&gram, &ridge);
         let lost = if projector.is_some() { response.h.len().min(n_out) } else { 0 };
         let free = (record.n_lines() * (n_out - lost)) as f64;
-        Ok(Self { record, response, projector, decays, amplitudes, columns, gram, sum, free })
+        Ok(Self { record, response, projector, decays, amplitudes, columns, gram, ridge, sum, free })
     }
 
     /// Weighted residual after the free decays, before any projection.
@@ -264,7 +266,7 @@ impl<'a> Step<'a> {
         }
         let cross = gemm_tn(&self.columns.data, &columns.data);
         let own = gemm_tn(&columns.data, &columns.data);
-        let Some(l) = decay_factor(&self.gram, n_t) else { return };
+        let Some(l) = decay_factor(&self.gram, &self.ridge) else { return };
         let mut tj = Dense::zeros(n_t, n);
         for j in 0..n {
             tj.col_mut(j).copy_from_slice(&cross.col(j)[..n_t]);
@@ -374,34 +376,48 @@ fn decay_columns(record: &RecordLines, response: &Response) -> Vec<Split> {
     all
 }
 
-fn decay_factor(gram: &Dense, n_t: usize) -> Option<Dense> {
+/// Inverse prior variances of the decay amplitudes: a decay is about as strong as the mode's own answer to the measured
+/// force. Without that, a free force and a decay of the mode it drives could grow against each other without limit.
+fn decay_ridge(record: &RecordLines, response: &Response) -> Vec<f64> {
+    let power: Vec<f64> = (0..response.poles.len())
+        .map(|m| {
+            let sum: f64 = record
+                .s
+                .iter()
+                .enumerate()
+                .map(|(k, s)| s.norm_sqr().powi(2) * response.q.get(m, k).norm_sqr())
+                .sum();
+            2.0 * sum * record.thinning / (record.n_samples * record.n_samples)
+        })
+        .collect();
+    let floor = DECAY_FLOOR * power.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
+    power.iter().flat_map(|p| [1.0 / p.max(floor), 1.0 / p.max(floor)]).collect()
+}
+
+fn decay_factor(gram: &Dense, ridge: &[f64]) -> Option<Dense> {
+    let n_t = ridge.len();
     let mut a = Dense::zeros(n_t, n_t);
-    let mean = (0..n_t).map(|t| gram[(t, t)]).sum::<f64>() / n_t.max(1) as f64;
     for j in 0..n_t {
         for i in 0..n_t {
             a[(i, j)] = gram[(i, j)];
         }
-        a[(j, j)] += DECAY_RIDGE * mean + f64::MIN_POSITIVE;
+        a[(j, j)] += ridge[j] + f64::MIN_POSITIVE;
     }
     a.cholesky().ok()
 }
 
-/// Best decay amplitudes and the sum of squares they leave; `gram` is over [decays, residual].
-fn eliminate(gram: &Dense, n_t: usize) -> (Vec<f64>, f64) {
+/// Best decay amplitudes and the sum of squares they leave, their prior included; `gram` is over [decays, residual].
+fn eliminate(gram: &Dense, ridge: &[f64]) -> (Vec<f64>, f64) {
+    let n_t = ridge.len();
     let total = gram[(n_t, n_t)];
-    let Some(l) = decay_factor(gram, n_t) else { return (vec![0.0; n_t], f64::NAN) };
+    let Some(l) = decay_factor(gram, ridge) else { return (vec![0.0; n_t], f64::NAN) };
     let right: Vec<f64> = (0..n_t).map(|t| gram[(t, n_t)]).collect();
     let mut c = Dense::from_vec(n_t, 1, right.clone());
     l.solve_lower_in_place(false, &mut c);
     l.solve_lower_in_place(true, &mut c);
     let c = c.into_vec();
-    // c^T G c - 2 c^T g + r^T r, exact for the ridged amplitudes too.
-    let mut sum = total;
-    for t in 0..n_t {
-        let gc: f64 = (0..n_t).map(|u| gram[(t, u)] * c[u]).sum();
-        sum += c[t] * (gc - 2.0 * right[t]);
-    }
-    (c, sum.max(0.0))
+    let explained: f64 = c.iter().zip(&right).map(|(c, g)| c * g).sum();
+    (c, (total - explained).max(0.0))
 }
 
 /// Evaluates a hypothesis at unknowns `p` and law unknowns `x`.

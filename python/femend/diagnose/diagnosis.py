@@ -1,0 +1,206 @@
+"""The diagnosis: update, detect, locate, name, decide."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.closed_loop import refit_nonlinear
+from femend.diagnose.linear import refit_linear
+from femend.diagnose.loads import LoadFinding, try_loads
+from femend.diagnose.locate import Located, locate, shortlist
+from femend.diagnose.name import Ranked, effective_values, name_physics, null_candidate, score, split_records
+from femend.diagnose.settings import Settings
+from femend.errors import RecordingError
+from femend.estimate import Fit, FitRecord, Hypothesis, Problem, used_band
+from femend.model import Model, ReducedModel, find_places, reduce_model
+from femend.physics import physics as entry_of
+from femend.physics import simpler
+
+__all__ = ["Diagnosis", "diagnose_records"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """Everything a diagnosis found.
+
+    `verdict` is one of the contract's; `best` the accepted candidate refitted to all records (None where nothing is
+    added), `null` the updated model, `nominal` the deck as it is; `ranked` the candidates in order, `located` the
+    places, `probabilities` of the ranked, `load` a finding about the load.
+    """
+
+    verdict: str
+    problem: Problem
+    reduced: ReducedModel
+    nominal: FloatArray
+    null: Fit
+    null_chosen: Candidate
+    null_score: float
+    located: list[Located]
+    ranked: list[Ranked]
+    probabilities: list[float]
+    best: Candidate | None
+    place: Located | None
+    load: LoadFinding | None
+    advice: str
+    settings: Settings
+    g_rows: list[int]
+
+    @property
+    def final(self) -> Candidate | None:
+        """The candidate used for the final predictions; None for the updated model."""
+        return self.best
+
+
+def diagnose_records(
+    model: Model, records: Sequence[FitRecord], zeta: float, progress: Any = None, settings: Settings | None = None
+) -> Diagnosis:
+    """Diagnoses a model against its fit records (accelerations, measured forces, from rest).
+
+    `zeta` is the starting damping ratio. Raises RecordingError where there is nothing to fit.
+    """
+    settings = settings or Settings()
+    if not records:
+        raise RecordingError('no recording with role = "fit" and excitation = "measured"; name at least one')
+    tell = _Teller(progress)
+    tell.start("reduce the model")
+    band = used_band(list(records))
+    g_rows = sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
+    reduced = reduce_model(model, band[1], g_rows)
+    n_tuned = max(1, int((reduced.freq < 1.1 * band[1]).sum()))
+    problem = Problem(records, band, zeta, n_tuned)
+    tell.start("update the parameters")
+    nothing = Hypothesis(reduced, np.zeros((0, reduced.r)))
+    null = problem.continuation(nothing)
+    if null is None:
+        raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")
+    split = split_records(problem)
+    baseline = null_candidate(split, null)
+    n_values = effective_values(split.choosing, reduced)
+    null_score = score(baseline, split.choosing, settings, n_values)
+    places = find_places(model)
+    tell.start("locate what is missing", len(places))
+    located = locate(problem, reduced, places, null)
+    tell.start("try loads")
+    load = try_loads(problem, split, reduced, null, baseline, settings)
+    tell.start("name it", settings.places)
+    ranked = name_physics(split, reduced, shortlist(located, settings.places), g_rows, settings, tell.advance)
+    nominal = problem.prior(reduced)[0]
+    found = Diagnosis(
+        "", problem, reduced, nominal, null, baseline, null_score, located, ranked,
+        _probabilities(ranked, null_score), None, None, load, "", settings, g_rows,
+    )  # fmt: skip
+    tell.start("fit the final model")
+    out = decide(found, n_values)
+    tell.done()
+    return out
+
+
+def _probabilities(ranked: list[Ranked], null_score: float) -> list[float]:
+    """Softmax of -score/2 over the candidates and nothing, tempered so that no choice looks surer than it is."""
+    scores = np.array([r.score for r in ranked] + [null_score]) / 8.0
+    weights = np.exp(-0.5 * (scores - scores.min()))
+    return [float(w) for w in (weights / weights.sum())[:-1]]
+
+
+def decide(found: Diagnosis, n_values: float) -> Diagnosis:
+    """The verdict: a law has to win clearly on data it has not seen, and to explain about as much as a free force."""
+    settings, best = found.settings, (found.ranked[0] if found.ranked else None)
+    outlier = _worst_parameter(found)
+    quiet = "parameters-only" if _needed_update(found) else "consistent"
+    if found.load is not None and (best is None or found.load.score < best.score):
+        return replace(found, verdict="missing-physics")
+    if best is None or not _accepted(found, best):
+        if outlier > settings.parameter_z or _clearly_missing(found):
+            advice = "something is missing at the first place listed, but no law of the catalogue explains it"
+            return replace(found, verdict="located-not-named", place=found.located[0], advice=advice)
+        return replace(found, verdict=quiet)
+    candidate = _collapsed(best.candidate, found)
+    refitted = candidate
+    if candidate.joint is not None:
+        whole = found.problem
+        refitted = refit_nonlinear(whole.thinned(600), candidate) if candidate.nonlinear else refit_linear(whole, candidate)
+    elif best.located is not None:
+        (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
+        refitted = candidate if fit is None else replace(candidate, p=fit.p, fitted=fit.score)
+    adequate = best.candidate.chosen <= settings.adequate * max(_reference(found, best), 1.0)
+    verdict = "missing-physics" if adequate else "located-not-named"
+    advice = "" if adequate else (
+        "the best law explains part of what a free force at the same place does; record two more levels, or the motion of "
+        "the place itself"
+    )  # fmt: skip
+    return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
+
+
+def _reference(found: Diagnosis, best: Ranked) -> float:
+    reference = best.candidate.reference
+    return reference if np.isfinite(reference) else best.candidate.chosen
+
+
+def _accepted(found: Diagnosis, best: Ranked) -> bool:
+    settings = found.settings
+    gain = found.null_score - best.score
+    chosen = np.log(found.null_chosen.chosen / max(best.candidate.chosen, 1e-12))
+    return bool(gain > settings.gain_cost and chosen > settings.gain_chosen)
+
+
+def _clearly_missing(found: Diagnosis) -> bool:
+    """The updated model is far from the noise, and a free force somewhere takes most of it away."""
+    if not found.located:
+        return False
+    misfit, free = found.null.score, found.located[0].fit.score
+    return bool(misfit > 3.0 * found.settings.consistent and free < 0.5 * misfit)
+
+
+def _worst_parameter(found: Diagnosis) -> float:
+    n = len(found.reduced.model.parameters)
+    mean, sd = found.problem.prior(found.reduced)
+    return float(np.abs((found.null.p[:n] - mean[:n]) / sd[:n]).max(initial=0.0))
+
+
+def _needed_update(found: Diagnosis) -> bool:
+    hypothesis = found.null.hypothesis
+    (nominal,) = found.problem.fit([hypothesis], [(found.nominal, np.zeros(0))], iterations=0)
+    return nominal is None or nominal.score > max(found.settings.consistent, 1.1 * found.null.score)
+
+
+def _collapsed(candidate: Candidate, found: Diagnosis) -> Candidate:
+    """A law that has run into one of its limits takes the simpler law's name."""
+    if candidate.physics is None or candidate.joint is None or candidate.nonlinear:
+        return candidate
+    band = (2 * np.pi * found.problem.band[0], 2 * np.pi * found.problem.band[1])
+    limit = simpler(candidate.physics, dict(candidate.values), amplitude=1.0, band=band)
+    if limit is None:
+        return candidate
+    name, values = limit
+    own = {"end": "joint_stiffness", "clamp": "compliant_support"}.get(candidate.joint.place.kind, name)
+    entry = entry_of(name)
+    x = np.log([max(values[n], 1e-12) for n in entry.parameter_names])
+    reported = own if name == "support_stiffness" else name
+    return replace(candidate, physics=entry, name=reported, values=values, x=x, n_law=len(x))
+
+
+class _Teller:
+    """Progress that may be absent."""
+
+    def __init__(self, progress: Any) -> None:
+        self._progress = progress
+
+    def start(self, step: str, total: int | None = None) -> None:
+        if self._progress is not None:
+            self._progress.start(step, total)
+
+    def advance(self, n: int = 1) -> None:
+        if self._progress is not None:
+            self._progress.advance(n)
+
+    def done(self) -> None:
+        if self._progress is not None:
+            self._progress.done()

@@ -1,0 +1,83 @@
+"""Responses from rest to given forces: of the model with its parameters, and of a candidate with its law."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.closed_loop import simulate_candidate
+from femend.estimate import FitRecord, Hypothesis, Problem
+from femend.model import ReducedModel
+
+__all__ = ["predict_candidate", "predict_model", "transfer"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# the record is continued by so many times its length, and the decay window leaves exp(-WRAP) of what runs round the end
+PADDING, WRAP = 2, 12.0
+
+
+def transfer(
+    problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, s: ComplexArray, out: FloatArray, into: FloatArray
+) -> ComplexArray:
+    """Accelerances (K, n_out, n_in) at lines s with linear laws closed; `out`, `into` are rows of the basis."""
+    omega, zeta, Q = problem.system(hypothesis.reduced).modal(p)
+    g = 1 / (omega**2 + s[:, None] ** 2 + 2 * (zeta * omega) * s[:, None])
+    phi_out, phi_in = out @ Q, into @ Q
+    H = np.einsum("or,kr,ir->koi", phi_out, g, phi_in, optimize=True)
+    if hypothesis.laws and len(hypothesis.w):
+        w = hypothesis.w @ Q
+        kappa = _kappa(hypothesis.laws, x, s)
+        c = np.einsum("vr,kr,wr->kvw", w, g, w, optimize=True)
+        c = c + np.diag(hypothesis.compliance if hypothesis.compliance is not None else np.zeros(len(w)))
+        B = np.linalg.inv(np.eye(len(w)) + kappa[:, None, None] * c)
+        from_w = np.einsum("or,kr,wr->kow", phi_out, g, w, optimize=True)
+        to_w = np.einsum("wr,kr,ir->kwi", w, g, phi_in, optimize=True)
+        H = H - kappa[:, None, None] * (from_w @ B @ to_w)
+    return np.asarray(s[:, None, None] ** 2 * H)
+
+
+def _kappa(laws: tuple[str, ...], x: FloatArray, s: ComplexArray) -> ComplexArray:
+    from femend import _core
+    from femend.physics import physics
+
+    total = np.zeros(len(s), dtype=complex)
+    first = 0
+    for law in laws:
+        names = physics(law).parameter_names
+        values = np.exp(x[first : first + len(names)])
+        total += _core.law_dynamic_stiffness(law, dict(zip(names, values.tolist())), s)[0]
+        first += len(names)
+    return total
+
+
+def predict_model(problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, record: FitRecord) -> FloatArray:
+    """Accelerations (n_out, n) from rest by the exponential window method (Kausel and Roesset 1992)."""
+    reduced: ReducedModel = hypothesis.reduced
+    n = record.n
+    length = PADDING * n
+    sigma = WRAP / (length * record.dt)
+    t = record.dt * np.arange(n)
+    U = np.fft.rfft(record.u * np.exp(-sigma * t), length, axis=1)
+    s = sigma + 2j * np.pi * np.fft.rfftfreq(length, record.dt)
+    out = reduced.rows(record.out_rows, record.out_signs)
+    into = reduced.rows(record.in_rows, record.in_signs)
+    H = transfer(problem, hypothesis, p, x, s, out, into)
+    y = np.fft.irfft(np.einsum("koi,ik->ok", H, U), length, axis=1)[:, :n]
+    return np.asarray(y * np.exp(sigma * t))
+
+
+def predict_candidate(problem: Problem, candidate: Candidate, fallback: Hypothesis, record: FitRecord) -> FloatArray:
+    """Accelerations (n_out, n) of a candidate; `fallback` is the model for a candidate without a joint."""
+    if candidate.joint is None:
+        return predict_model(problem, fallback, candidate.p, candidate.x, record)
+    if candidate.nonlinear:
+        y: Any = simulate_candidate(problem, candidate, record)[0]
+        return np.asarray(y)
+    assert candidate.physics is not None
+    hypothesis = candidate.joint.hypothesis((candidate.physics.law or candidate.physics.name,))
+    return predict_model(problem, hypothesis, candidate.p, candidate.x, record)

@@ -1,0 +1,36 @@
+"""Thresholds of the diagnosis, one set for every study. They are set on generated cases (tests/blind), never on shown ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Settings"]
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Every threshold with its meaning.
+
+    Attributes:
+        places: places whose laws are fitted.
+        margin: places within this cost of the best (in tempered log-posterior units) belong to its ambiguity set.
+        refined: candidates that are fitted with all unknowns together.
+        gain_cost: fall of the score (tempered log posterior on unseen data) that a law must bring.
+        gain_chosen: relative fall ln(v0/v) of the unseen misfit that a law must bring.
+        parameter_z: prior deviation beyond which a parameter alone is a finding.
+        adequate: unseen misfit, as a multiple of the law-free one, up to which a name is given.
+        price: score a fitted law parameter costs.
+        linear_enough: unseen misfit, as a multiple of the law-free one, below which no nonlinear law is tried.
+        consistent: misfit up to which the deck as it stands explains the recordings.
+    """
+
+    places: int = 3
+    margin: float = 10.0
+    refined: int = 3
+    gain_cost: float = 25.0
+    gain_chosen: float = 0.05
+    parameter_z: float = 5.0
+    adequate: float = 2.5
+    price: float = 4.0
+    consistent: float = 1.2
+    linear_enough: float = 1.05
