@@ -99,3 +99,9 @@ def _follow(
     node = int(reduced.model.node_ids[row // 6])
     dof = Dof(node, row % 6 + 1, int(sign))
     return LoadFinding("load_misplaced", node, dof.direction, candidate, fit, moved(problem), value)
+
+
+def moved_record(record: FitRecord, finding: LoadFinding) -> FitRecord:
+    """A record with its force at the place of a finding."""
+    other = finding.problem.records[0]
+    return replace(record, in_rows=other.in_rows, in_signs=other.in_signs)

@@ -20,6 +20,8 @@ ComplexArray = NDArray[np.complex128]
 MODEL_ALLOWANCE = 0.01
 # neighbouring lines inside a half-power bandwidth carry the same model error: the effective share of the samples
 TEMPERING = 0.1
+# complex degrees of freedom left in a stretch of the noise estimate, and the quantile of the stretches that is taken
+NOISE_FREEDOM, NOISE_QUANTILE = 9, 0.2
 # width, in lines, over which a recording's power is smoothed for the allowance
 SMOOTH = 9
 
@@ -79,24 +81,42 @@ class Lines:
         return float(np.sqrt(noise / (np.abs(self.Y) ** 2).sum()))
 
 
-def noise_of(y: FloatArray, dt: float, period: int, f_used: float) -> FloatArray:
-    """Noise standard deviation (n_out,) of responses y (n_out, n).
+def noise_of(u: FloatArray, y: FloatArray, dt: float, period: int) -> FloatArray:
+    """Noise standard deviation (n_out,) of responses y (n_out, n) to forces u (n_in, n).
 
-    Repeating records: from the difference of the last two periods. Others: from the quiet end of the spectrum, as the
-    level that a white floor has there; where the response itself reaches the end, that overestimates the noise, and the
-    smaller of the two figures is taken.
+    Repeating records: from the difference of the last two periods. Others: over short stretches of the spectrum response
+    and transient are smooth multiples of the force and of one (local polynomial method, Pintelon and Schoukens, System
+    Identification, 2nd ed., ch. 7); what they leave is noise and distortion, and since noise is white and distortion is
+    not, the quieter stretches tell the noise.
     """
     n = y.shape[1]
-    power = np.abs(np.fft.rfft(y, axis=1)) ** 2 / n
-    freq = np.fft.rfftfreq(n, dt)
-    tail = freq > min(max(1.1 * f_used, 0.8 * freq[-1]), 0.95 * freq[-1])
-    # smoothed in blocks, the quietest block stands for the floor; median of an exponential variable is ln 2 of its mean
-    blocks = np.array_split(np.flatnonzero(tail), max(1, int(tail.sum() // 32)))
-    floor = np.sqrt(np.min([np.median(power[:, b], axis=1) / np.log(2) for b in blocks], axis=0))
     if period and n >= 2 * period:
         last, before = y[:, n - period :], y[:, n - 2 * period : n - period]
-        floor = np.minimum(floor, (last - before).std(axis=1) / np.sqrt(2))
-    return np.asarray(np.maximum(floor, 1e-6 * y.std(axis=1)))
+        found = (last - before).std(axis=1) / np.sqrt(2)
+    else:
+        U, Y = np.fft.rfft(u, axis=1), np.fft.rfft(y, axis=1)
+        found = np.sqrt(_local_residuals(U, Y) / n)
+    return np.asarray(np.maximum(found, 1e-6 * y.std(axis=1)))
+
+
+def _local_residuals(U: ComplexArray, Y: ComplexArray) -> FloatArray:
+    """Power (n_out,) per line that local quadratic models of response and transient leave in the quieter stretches."""
+    n_in = len(U)
+    unknowns = 3 * (n_in + 1)
+    width = unknowns + NOISE_FREEDOM
+    delta = np.linspace(-1, 1, width)
+    powers = np.vstack([np.ones(width), delta, delta**2])
+    left = []
+    for first in range(2, U.shape[1] - width, max(1, width // 2)):
+        part = slice(first, first + width)
+        A = np.vstack([powers * row[part] for row in U] + [powers]).T
+        e = Y[:, part].T - A @ np.linalg.lstsq(A, Y[:, part].T, rcond=None)[0]
+        left.append((np.abs(e) ** 2).sum(axis=0) / NOISE_FREEDOM)
+    # a quantile of a gamma variable of NOISE_FREEDOM degrees over its mean
+    from scipy.stats import gamma
+
+    share = gamma.ppf(NOISE_QUANTILE, NOISE_FREEDOM) / NOISE_FREEDOM
+    return np.asarray(np.quantile(np.array(left), NOISE_QUANTILE, axis=0) / share)
 
 
 def used_band(records: list[FitRecord]) -> tuple[float, float]:

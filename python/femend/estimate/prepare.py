@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femend.data import Recording, Test
 from femend.errors import RecordingError
-from femend.estimate.lines import FitRecord, noise_of, used_band
+from femend.estimate.lines import FitRecord, noise_of
 from femend.model import Model, Pairing, pair_sensors
 
 __all__ = ["fit_records", "pair_test", "period_of"]
@@ -70,11 +70,10 @@ def fit_records(recordings: Sequence[Recording], model: Model, pairing: Pairing)
         FitRecord(r.name, u, y, dt, *_rows(r, model, pairing), np.ones(len(y)))
         for r, (u, y, dt) in zip(recordings, raw, strict=True)
     ]
-    _, high = used_band(bare)
     done = []
     for r in bare:
         period = period_of(r.u)
-        noise = noise_of(r.y, r.dt, period, high)
+        noise = noise_of(r.u, r.y, r.dt, period)
         done.append(
             FitRecord(r.name, r.u, r.y, r.dt, r.in_rows, r.out_rows, r.in_signs, r.out_signs, noise, period)
         )

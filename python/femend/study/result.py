@@ -1,0 +1,156 @@
+"""result.json: the diagnosis as the contract words it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from femend.diagnose import Diagnosis
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.locate import Located
+from femend.estimate import FitRecord
+from femend.physics import with_companion
+from femend.study.predictions import STAGES, Prediction, nrmse
+from femend.units import unit_system
+
+__all__ = ["result_of"]
+
+FORMAT = "femend-diagnosis/1"
+# places that are said to be possible too
+ALSO = 2
+# laws that are listed beside the named one
+ALTERNATIVES = 5
+
+
+def result_of(diagnosis: Diagnosis, predictions: list[Prediction], records: list[FitRecord]) -> dict[str, Any]:
+    """The content of result.json."""
+    findings = _findings(diagnosis)
+    return {
+        "format": FORMAT,
+        "verdict": diagnosis.verdict,
+        "findings": findings,
+        "parameters": _parameters(diagnosis),
+        "fit": [_fit(p, records) for p in predictions if p.recorded is not None],
+        "status": "converged" if diagnosis.null.converged else "stalled",
+        "advice": diagnosis.advice,
+    }
+
+
+def _fit(prediction: Prediction, records: list[FitRecord]) -> dict[str, Any]:
+    recorded = prediction.recorded
+    assert recorded is not None
+    own = next((r for r in records if r.name == prediction.name), None)
+    noise = None if own is None else float(np.sqrt((own.noise**2).sum() * own.n / (own.y**2).sum()))
+    row: dict[str, Any] = {"recording": prediction.name, "role": prediction.role, "noise_floor": _round(noise)}
+    row.update({stage: _round(nrmse(prediction.stages[stage], recorded)) for stage in STAGES})
+    return row
+
+
+def _round(value: float | None) -> float | None:
+    return None if value is None or not np.isfinite(value) else float(f"{value:.4g}")
+
+
+def _parameters(diagnosis: Diagnosis) -> dict[str, Any]:
+    names = [p.name for p in diagnosis.reduced.model.parameters]
+    p = diagnosis.null.p if diagnosis.best is None else diagnosis.best.p
+    if diagnosis.load is not None and diagnosis.best is None and diagnosis.verdict == "missing-physics":
+        p = diagnosis.load.fit.p
+    covariance = np.linalg.pinv(diagnosis.null.hessian)
+    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return {
+        name: {"factor": _round(float(np.exp(p[i]))), "sd": _round(float(np.exp(p[i]) * sd[i]))}
+        for i, name in enumerate(names)
+    }
+
+
+def _findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    load = diagnosis.load
+    if diagnosis.verdict == "missing-physics" and diagnosis.best is None and load is not None:
+        location = {"nodes": [load.node], "to": "", "direction": load.direction.lstrip("+-"), "also_possible": []}
+        values = {
+            "node": {"value": load.node, "sd": None, "unit": ""},
+            "direction": {"value": load.direction, "sd": None, "unit": ""},
+        }
+        return [
+            {
+                "physics": load.physics,
+                "probability": 0.95,
+                "location": location,
+                "parameters": values,
+                "alternatives": [],
+                "configurations": ["as modelled"],
+            }
+        ]
+    if diagnosis.place is None or diagnosis.verdict not in ("missing-physics", "located-not-named"):
+        return []
+    best = diagnosis.best
+    name = best.name if best is not None else ""
+    probabilities = _by_name(diagnosis)
+    named = probabilities.pop(name, 0.0)
+    others = sorted(probabilities.items(), key=lambda item: -item[1])[:ALTERNATIVES]
+    return [
+        {
+            "physics": name,
+            "probability": round(named, 3),
+            "location": _location(diagnosis, diagnosis.place),
+            "parameters": {} if best is None else _law_parameters(diagnosis, best),
+            "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in others if p >= 0.001],
+            "configurations": ["as modelled"],
+        }
+    ]
+
+
+def _by_name(diagnosis: Diagnosis) -> dict[str, float]:
+    total: dict[str, float] = {}
+    for ranked, p in zip(diagnosis.ranked, diagnosis.probabilities, strict=True):
+        total[ranked.candidate.name] = total.get(ranked.candidate.name, 0.0) + p
+    return total
+
+
+def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
+    """The place and those the law-free fit cannot tell from it."""
+    others: list[list[int]] = []
+    for found in diagnosis.located:
+        close = found.cost - place.cost < diagnosis.settings.margin and found.place.kind != "base"
+        nodes = list(found.place.nodes)
+        if close and nodes != list(place.place.nodes) and nodes not in others:
+            others.append(nodes)
+    return {
+        "nodes": list(place.place.nodes),
+        "to": place.place.to,
+        "direction": place.place.direction,
+        "also_possible": others[:ALSO],
+    }
+
+
+def _law_parameters(diagnosis: Diagnosis, best: Candidate) -> dict[str, Any]:
+    if best.physics is None:
+        return {name: {"value": _round(v), "sd": None, "unit": ""} for name, v in best.values.items()}
+    system = unit_system(diagnosis.reduced.model.units)
+    turning = best.joint is not None and best.joint.place.direction.startswith("R")
+    values = with_companion(best.physics, best.values, best.k) if best.nonlinear else dict(best.values)
+    sd = _law_sd(best)
+    return {
+        p.name: {
+            "value": _round(values[p.name]),
+            "sd": _round(sd.get(p.name)),
+            "unit": p.unit(system, rotational=turning),
+        }
+        for p in best.physics.parameters
+    }
+
+
+def _law_sd(best: Candidate) -> dict[str, float]:
+    """Standard deviations from the Gauss-Newton matrix, inflated by what is left above the noise."""
+    if best.covariance is None or best.physics is None:
+        return {}
+    if best.nonlinear and best.coordinates is not None:
+        n = len(best.coordinates.free)
+        J = best.coordinates.jacobian(best.x[:n])
+        covariance = J @ best.covariance[:n, :n] @ J.T
+    else:
+        scale = np.array([best.values[name] for name in best.physics.parameter_names])
+        covariance = best.covariance * np.outer(scale, scale)
+    sd = np.sqrt(np.maximum(np.diag(covariance) * max(1.0, best.fitted), 0.0))
+    return dict(zip(best.physics.parameter_names, sd.tolist()))

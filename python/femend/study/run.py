@@ -1,0 +1,125 @@
+"""Running a study: from study.toml to the folder the contract describes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from femend.data import Recording, Test
+from femend.diagnose import Diagnosis, diagnose_records
+from femend.errors import RecordingError, StudyError
+from femend.estimate import FitRecord, fit_records, pair_test
+from femend.io import OutputDirectory, functions_of, write_uff
+from femend.io.deck import patch_deck
+from femend.model import Model, Pairing, Parameter, read_model
+from femend.report.page import render
+from femend.report.runinfo import RunInfo
+from femend.study.content import report_content
+from femend.study.load import load_study
+from femend.study.patch import deck_cards, deck_changes
+from femend.study.predictions import STAGES, Prediction, predict_all
+from femend.study.result import result_of
+from femend.study.study import Study
+
+__all__ = ["StudyRun", "diagnose"]
+
+
+@dataclass(frozen=True, eq=False)
+class StudyRun:
+    """A finished run: the study, model, recordings and pairing, the diagnosis, its predictions and its result."""
+
+    study: Study
+    model: Model
+    test: Test
+    pairing: Pairing
+    records: list[FitRecord]
+    diagnosis: Diagnosis
+    predictions: list[Prediction]
+    result: dict[str, Any]
+
+
+def diagnose(study_path: str | Path, out: str | Path | None = None, progress: Any = None, seed: int = 0) -> StudyRun:
+    """Runs a study from its file and, where `out` is given, writes everything the contract asks for to that folder.
+
+    Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError, PairingError, ModelError).
+    Nothing is written unless the whole run succeeds.
+    """
+    info = RunInfo(seed=seed, study=str(Path(study_path).name))
+    steps = _Steps(info, progress)
+    with steps.step("read the study, the deck and the recordings"):
+        study = load_study(Path(study_path))
+        parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
+        model = read_model(study.model_file, units=study.units, parameters=parameters)
+        test = study.read_recordings()
+        pairing = pair_test(test, model)
+        records = fit_records(_usable(test), model, pairing)
+    with steps.step("diagnose"):
+        diagnosis = diagnose_records(model, records, study.damping_ratio, progress)
+    with steps.step("predict"):
+        predictions = predict_all(diagnosis, test, model, pairing, records)
+        result = result_of(diagnosis, predictions, records)
+    run = StudyRun(study, model, test, pairing, records, diagnosis, predictions, result)
+    if out is not None:
+        _write(run, Path(out), info)
+    return run
+
+
+def _usable(test: Test) -> list[Recording]:
+    """Fit recordings the estimation can take; others are an error that says what to do."""
+    fit = [r for r in test if r.role == "fit"]
+    if not fit:
+        raise StudyError('no recording has role = "fit"; at least one is needed to estimate anything', key="recording")
+    wrong = [r for r in fit if r.excitation != "measured" or not r.is_time]
+    if wrong:
+        r = wrong[0]
+        what = f'excitation = "{r.excitation}"' if r.excitation != "measured" else "frequency response functions"
+        raise RecordingError(
+            f"recording {r.name!r} has {what}; this version fits time records with measured force: give it another role "
+            "or leave it out",
+            recording=r.name,
+        )
+    return fit
+
+
+def _write(run: StudyRun, out: Path, info: RunInfo) -> None:
+    with OutputDirectory(out) as folder:
+        (folder / "result.json").write_text(json.dumps(run.result, indent=2) + "\n", encoding="utf-8")
+        for prediction in run.predictions:
+            for stage in STAGES:
+                where = folder / "predictions" / stage
+                where.mkdir(parents=True, exist_ok=True)
+                if prediction.role != "fit":
+                    write_uff(where / f"{prediction.name}.uff", functions_of(prediction.as_data(stage)))
+        _write_deck(run, folder)
+        info.write(folder / "run.json")
+        content = report_content(run, info.as_dict())
+        (folder / "report.html").write_text(render(content), encoding="utf-8")
+
+
+def _write_deck(run: StudyRun, folder: Path) -> None:
+    changes = deck_changes(run.model, run.result["parameters"])
+    cards = deck_cards(run.model, run.diagnosis, run.result)
+    patched = patch_deck(run.model.deck, changes, cards)
+    main = Path(run.model.deck.path)
+    text = patched.pop(main, None)
+    (folder / "model.updated.bdf").write_bytes(main.read_bytes() if text is None else text)
+    for path, content in patched.items():
+        (folder / f"model.updated.{path.name}").write_bytes(content)
+
+
+class _Steps:
+    """Times the steps and tells the progress."""
+
+    def __init__(self, info: RunInfo, progress: Any) -> None:
+        self._info, self._progress = info, progress
+
+    @contextmanager
+    def step(self, name: str) -> Iterator[None]:
+        if self._progress is not None and name != "diagnose":
+            self._progress.start(name)
+        with self._info.step(name):
+            yield
