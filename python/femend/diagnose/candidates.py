@@ -17,7 +17,12 @@ __all__ = ["Candidate", "Start", "laws_for", "starts"]
 FloatArray = NDArray[np.float64]
 
 # laws tried at each kind of place; the name of a plain spring depends on what the model has there
-_SPRING = {"ground": "support_stiffness", "pair": "support_stiffness", "end": "joint_stiffness", "clamp": "compliant_support"}
+_SPRING = {
+    "ground": "support_stiffness",
+    "pair": "support_stiffness",
+    "end": "joint_stiffness",
+    "clamp": "compliant_support",
+}
 _ONLY_GROUND = ("added_mass", "tuned_absorber")
 _NOT_NAMED = ("support_stiffness", "joint_stiffness", "compliant_support", "spring_bending", "quadratic_stiffness")
 
@@ -89,7 +94,9 @@ def laws_for(kind: str) -> list[tuple[str, Physics]]:
     return found
 
 
-def starts(entry: Physics, joint: Joint, recovered: Recovered, s: list[NDArray[np.complex128]], count: int) -> list[Start]:
+def starts(
+    entry: Physics, joint: Joint, recovered: Recovered, s: list[NDArray[np.complex128]], count: int
+) -> list[Start]:
     """The best starts of a law by regression of the recovered force on its shapes, beside a linear companion.
 
     Lines are weighted by how well the sensors see a force at the joint.
@@ -103,7 +110,10 @@ def starts(entry: Physics, joint: Joint, recovered: Recovered, s: list[NDArray[n
         columns = [_term(shape.physics, term, recovered, s) for term in shape.terms]
         linear = entry.kind == "linear"
         if not linear:
-            columns += [_stack(recovered.D, recovered), _stack([D * x[:, None] for D, x in zip(recovered.D, s)], recovered)]
+            columns += [
+                _stack(recovered.D, recovered),
+                _stack([D * x[:, None] for D, x in zip(recovered.D, s)], recovered),
+            ]
         A = np.array(columns).T
         b = _stack(recovered.F, recovered)
         A, b = np.concatenate([A.real, A.imag]), np.concatenate([b.real, b.imag])

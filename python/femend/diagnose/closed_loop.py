@@ -29,7 +29,8 @@ STATIC = 2.4
 # prior standard deviations: fit coordinates of the law (ln units), companion in units of the recovered force and motion
 LAW_SD, COMPANION_SD = 3.0, 3.0
 DIFFERENCE = 1e-4
-FIRST, JOINT = 8, 8
+# steps of every start, starts that are followed, their further steps, and steps with all unknowns
+FEW, FOLLOWED, FIRST, JOINT = 3, 4, 8, 8
 
 
 def upsampled(u: FloatArray, factor: int = UPSAMPLING) -> FloatArray:
@@ -105,7 +106,9 @@ class ClosedLoop:
             fast = omega * first.dt / UPSAMPLING > STATIC
             gain = phi_out[i][:, fast] / omega[fast] ** 2
             from_u, from_f = gain @ phi_in[i][:, fast].T, gain @ w[i][:, fast].T
-            out.append([self._with_static(h, u, from_u, from_f, first.dt) for h, u in zip(done[i], self.plain, strict=True)])
+            out.append(
+                [self._with_static(h, u, from_u, from_f, first.dt) for h, u in zip(done[i], self.plain, strict=True)]
+            )
         return out
 
     def _with_static(self, history: list, u: FloatArray, from_u: FloatArray, from_f: FloatArray, dt: float) -> tuple:
@@ -229,24 +232,29 @@ def _descent(loop: ClosedLoop, p: FloatArray, x: FloatArray, everything: bool) -
 
 
 def fit_nonlinear(
-    problem: Problem, choosing: Problem, joint: Joint, recovered: Recovered, name: str, start: Start, everything: bool
-) -> Candidate | None:
-    """The law from one start on the records of `problem`, judged on `choosing`.
+    problem: Problem, choosing: Problem, joint: Joint, recovered: Recovered, begun: Sequence[tuple[str, Start]]
+) -> list[Candidate]:
+    """The best fits of several laws and starts at a joint, judged on `choosing`; the model stays as the free force left it.
 
-    First the law alone, with the model as the free force left it; then, with `everything`, all unknowns together.
+    All starts go a few steps; those that get on best are followed to the end. One candidate a law is kept.
     """
-    loop, x = loop_of(problem, joint, start, recovered)
-    p = recovered.fit.p
-    descent, z = _descent(loop, p, x, False)
-    z, e, H = descent.run(z, FIRST)
-    if H is None:
-        return None
-    if everything:
-        descent, z = _descent(loop, *descent.split(z), True)
-        z, e, H = descent.run(z, JOINT)
+    runs = []
+    for name, start in begun:
+        loop, x = loop_of(problem, joint, start, recovered)
+        descent, z = _descent(loop, recovered.fit.p, x, False)
+        z, e, H = descent.run(z, FEW)
+        if H is not None:
+            runs.append((descent.cost(z, e), name, start, descent, z))
+    runs.sort(key=lambda r: r[0])
+    best: dict[str, Candidate] = {}
+    for _, name, start, descent, z in runs[:FOLLOWED]:
+        z, e, H = descent.run(z, FIRST)
         if H is None:
-            return None
-    return judge_nonlinear(choosing, _candidate(loop, start, name, z, e, None))
+            continue
+        candidate = judge_nonlinear(choosing, _candidate(descent.loop, start, name, z, e, None))
+        if np.isfinite(candidate.fitted) and (name not in best or candidate.fitted < best[name].fitted):
+            best[name] = candidate
+    return list(best.values())
 
 
 def _candidate(
@@ -307,7 +315,9 @@ def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JO
     start = Start(candidate.physics, candidate.values, candidate.k, candidate.c, 0.0)
     covariance = np.linalg.pinv(H)[n_p:, n_p:]
     return replace(
-        _candidate(loop, start, candidate.name, z, e, covariance), chosen=candidate.chosen, reference=candidate.reference
+        _candidate(loop, start, candidate.name, z, e, covariance),
+        chosen=candidate.chosen,
+        reference=candidate.reference,
     )
 
 

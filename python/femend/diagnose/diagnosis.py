@@ -91,7 +91,9 @@ def diagnose_records(
     tell.start("try loads")
     load = try_loads(problem, split, reduced, null, baseline, settings)
     tell.start("name it", settings.places)
-    ranked = name_physics(split, reduced, shortlist(located, settings.places), g_rows, settings, tell.advance)
+    ranked: list[Ranked] = []
+    if _worth_naming(null, located, settings):
+        ranked = name_physics(split, reduced, shortlist(located, settings.places), g_rows, settings, tell.advance)
     nominal = problem.prior(reduced)[0]
     found = Diagnosis(
         "", problem, reduced, nominal, null, baseline, null_score, located, ranked,
@@ -101,6 +103,14 @@ def diagnose_records(
     out = decide(found, n_values)
     tell.done()
     return out
+
+
+def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool:
+    """Whether the updated model leaves anything that a force somewhere could explain."""
+    if not located:
+        return False
+    gain = null.cost - located[0].cost
+    return null.score > settings.consistent or gain > settings.worth_naming * null.cost
 
 
 def _probabilities(ranked: list[Ranked], null_score: float) -> list[float]:
@@ -126,7 +136,9 @@ def decide(found: Diagnosis, n_values: float) -> Diagnosis:
     refitted = candidate
     if candidate.joint is not None:
         whole = found.problem
-        refitted = refit_nonlinear(whole.thinned(600), candidate) if candidate.nonlinear else refit_linear(whole, candidate)
+        refitted = (
+            refit_nonlinear(whole.thinned(600), candidate) if candidate.nonlinear else refit_linear(whole, candidate)
+        )
     elif best.located is not None:
         (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
         refitted = candidate if fit is None else replace(candidate, p=fit.p, fitted=fit.score)

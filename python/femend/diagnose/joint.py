@@ -156,9 +156,7 @@ def equivalent_linear(problem: Problem, joint: Joint, p: FloatArray) -> Fit | No
     means = [np.log([f * scale, 0.03 * f * scale / omega]) for f in sizes]
     few = problem.thinned(250)
     laws = ("support_stiffness", "viscous_damper")
-    tries = few.fit(
-        [joint.hypothesis(laws, m, np.full(2, 4.0)) for m in means], [(p, m) for m in means], iterations=12
-    )
+    tries = few.fit([joint.hypothesis(laws, m, np.full(2, 4.0)) for m in means], [(p, m) for m in means], iterations=12)
     done = [t for t in tries if t is not None]
     return min(done, key=lambda t: t.cost) if done else None
 

@@ -22,7 +22,10 @@ def fit_linear(
 ) -> Candidate | None:
     """The law from its best starts, judged on the choosing problem; None where it cannot be fitted at all."""
     law = entry.law or entry.name
-    means = [np.log([max(v[n], 1e-12) for n in entry.parameter_names]) for v in linear_starts(problem, joint, recovered, entry)]
+    means = [
+        np.log([max(v[n], 1e-12) for n in entry.parameter_names])
+        for v in linear_starts(problem, joint, recovered, entry)
+    ]
     hypotheses = [joint.hypothesis((law,), m, np.full(len(m), LAW_SD)) for m in means]
     few = problem.thinned(FEW_LINES)
     tries = few.fit(hypotheses, [(recovered.fit.p, m) for m in means], iterations=10)
@@ -50,7 +53,9 @@ def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: P
         case "viscous_damper":
             return [{"c": c}, *({"c": x / omega} for x in k_all[1:])]
         case "added_mass":
-            return [{"m": x / omega**2} for x in (0.03 * scale, 0.3 * scale, 3 * scale)] + [{"m": 0.03 * scale / low**2}]
+            return [{"m": x / omega**2} for x in (0.03 * scale, 0.3 * scale, 3 * scale)] + [
+                {"m": 0.03 * scale / low**2}
+            ]
         case "structural_damping":
             return [{"k": x, "eta": eta} for x in (k, 0.3 * scale) for eta in (0.03, 0.3)]
         case "viscoelastic":
@@ -58,9 +63,7 @@ def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: P
             return [{"k0": 0.5 * x, "k1": 0.5 * x, "tau": t} for x in (k, 0.3 * scale) for t in taus]
         case "tuned_absorber":
             tuned = low * (high / low) ** ((np.arange(TUNINGS) + 0.5) / TUNINGS)
-            return [
-                {"m": f * scale / w**2, "k": f * scale, "c": 0.04 * f * scale / w} for w in tuned for f in (0.01,)
-            ]
+            return [{"m": f * scale / w**2, "k": f * scale, "c": 0.04 * f * scale / w} for w in tuned for f in (0.01,)]
     return []
 
 

@@ -36,7 +36,7 @@ class LoadFinding:
 def try_loads(
     problem: Problem, split: Split, reduced: ReducedModel, null: Fit, baseline: Candidate, settings: Settings
 ) -> LoadFinding | None:
-    """Moves the measured force to every other translation of the model's joints and refits; None where nothing gains.
+    """Moves the measured force to every other translation of the model and refits; None where nothing gains.
 
     Costs no extra unknown, so that the fits compare directly.
     """
@@ -45,23 +45,19 @@ def try_loads(
     model = reduced.model
     own = {int(r.in_rows[0]) for r in problem.records}
     moving = np.linalg.norm(reduced.V, axis=1) > 0
-    from femend.model.places import topology
-
-    joints = set(topology(model).joints) or set(model.node_ids.tolist())
     rows = [
-        6 * i + c
-        for i, node in enumerate(model.node_ids.tolist())
-        for c in range(3)
-        if node in joints and moving[6 * i + c] and 6 * i + c not in own
+        6 * i + c for i in range(len(model.node_ids)) for c in range(3) if moving[6 * i + c] and 6 * i + c not in own
     ]
     few = problem.thinned(LINES)
     tried: list[tuple[float, int, float]] = []
     for row in rows:
-        for sign in (1.0, -1.0):
-            moved = few.on([_moved(r, row, sign) for r in few.records])
-            (fit,) = moved.fit([null.hypothesis], [(null.p, null.x)], iterations=6, sigma=4 * problem.scale())
-            if fit is not None:
-                tried.append((fit.cost, row, sign))
+        moved = few.on([_moved(r, row, 1.0) for r in few.records])
+        start = (few.prior(reduced)[0], null.x)
+        for factor in (30.0, 8.0):
+            (fit,) = moved.fit([null.hypothesis], [start], iterations=8, sigma=factor * problem.scale())
+            start = start if fit is None else (fit.p, fit.x)
+        if fit is not None:
+            tried.append((fit.cost, row, 1.0))
     tried.sort()
     best: LoadFinding | None = None
     for _, row, sign in tried[:KEPT]:

@@ -24,6 +24,8 @@ FULL_LINES, FULL_LINES_SEVERAL = 5, 2
 SEVERAL_WORTH = 1.3
 # lines a record in the stages before the last: places differ by far more than the lines left out could tell
 LINES = 300
+# cost of a place that nothing of the model suggests: it has to explain the records that much better than a joint
+UNLIKELY = 12.0
 # prior ln standard deviation of a member's own stiffness factor
 MEMBER_SD = 1.0
 
@@ -38,8 +40,8 @@ class Located:
 
     @property
     def cost(self) -> float:
-        """Prior plus tempered squares, the latter as if no force had been projected out."""
-        return self.fit.prior + self.squares
+        """Prior of unknowns and place, plus tempered squares as if no force had been projected out."""
+        return self.fit.prior + self.squares + (UNLIKELY if self.place.unlikely else 0.0)
 
 
 def hypothesis_of(place: Place, reduced: ReducedModel) -> Hypothesis:

@@ -136,13 +136,8 @@ def _at_place(split: Split, joint: Joint, recovered: Recovered, settings: Settin
     ]
     begun.sort(key=lambda item: item[1].left)
     worth = [b for b in begun if b[1].left < START_REACH * begun[0][1].left][:MOST_STARTS]
-    best: dict[str, Candidate] = {}
-    for name, start in worth:
-        candidate = fit_nonlinear(split.fitting, split.choosing, joint, recovered, name, start, False)
-        if candidate is not None and np.isfinite(candidate.fitted):
-            if name not in best or candidate.fitted < best[name].fitted:
-                best[name] = replace(candidate, reference=reference)
-    return [*found, *best.values()]
+    tried = fit_nonlinear(split.fitting, split.choosing, joint, recovered, worth)
+    return [*found, *(replace(c, reference=reference) for c in tried)]
 
 
 def _refine(split: Split, ranked: list[Ranked], settings: Settings, n_values: float) -> list[Ranked]:

@@ -22,7 +22,13 @@ PADDING, WRAP = 2, 12.0
 
 
 def transfer(
-    problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, s: ComplexArray, out: FloatArray, into: FloatArray
+    problem: Problem,
+    hypothesis: Hypothesis,
+    p: FloatArray,
+    x: FloatArray,
+    s: ComplexArray,
+    out: FloatArray,
+    into: FloatArray,
 ) -> ComplexArray:
     """Accelerances (K, n_out, n_in) at lines s with linear laws closed; `out`, `into` are rows of the basis."""
     omega, zeta, Q = problem.system(hypothesis.reduced).modal(p)
@@ -55,7 +61,9 @@ def _kappa(laws: tuple[str, ...], x: FloatArray, s: ComplexArray) -> ComplexArra
     return total
 
 
-def predict_model(problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, record: FitRecord) -> FloatArray:
+def predict_model(
+    problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, record: FitRecord
+) -> FloatArray:
     """Accelerations (n_out, n) from rest by the exponential window method (Kausel and Roesset 1992)."""
     reduced: ReducedModel = hypothesis.reduced
     n = record.n

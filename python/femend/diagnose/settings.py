@@ -21,12 +21,14 @@ class Settings:
         adequate: unseen misfit, as a multiple of the law-free one, up to which a name is given.
         price: score a fitted law parameter costs.
         linear_enough: unseen misfit, as a multiple of the law-free one, below which no nonlinear law is tried.
+        worth_naming: share of the updated model's cost that a free force somewhere has to take away, where the model is
+            at the noise already, before laws are tried at all.
         consistent: misfit up to which the deck as it stands explains the recordings.
     """
 
     places: int = 3
     margin: float = 10.0
-    refined: int = 3
+    refined: int = 2
     gain_cost: float = 25.0
     gain_chosen: float = 0.05
     parameter_z: float = 5.0
@@ -34,3 +36,4 @@ class Settings:
     price: float = 4.0
     consistent: float = 1.2
     linear_enough: float = 1.05
+    worth_naming: float = 0.08

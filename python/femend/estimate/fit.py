@@ -135,7 +135,9 @@ class Problem:
         key = (id(reduced.V), sigma)
         kept = self._lines.get(key)
         if kept is None:
-            made = [spectral_lines(r, reduced, self.band, sigma, s, self.limit) for r, s in zip(self.records, self.spans)]
+            made = [
+                spectral_lines(r, reduced, self.band, sigma, s, self.limit) for r, s in zip(self.records, self.spans)
+            ]
             kept = self._lines[key] = (reduced, made)
         return kept[1]
 

@@ -74,9 +74,7 @@ def fit_records(recordings: Sequence[Recording], model: Model, pairing: Pairing)
     for r in bare:
         period = period_of(r.u)
         noise = noise_of(r.u, r.y, r.dt, period)
-        done.append(
-            FitRecord(r.name, r.u, r.y, r.dt, r.in_rows, r.out_rows, r.in_signs, r.out_signs, noise, period)
-        )
+        done.append(FitRecord(r.name, r.u, r.y, r.dt, r.in_rows, r.out_rows, r.in_signs, r.out_signs, noise, period))
     return done
 
 

@@ -42,6 +42,7 @@ class Place:
         parameter: parameter that scales the member's stiffness, None where there is none.
         elements: elements of a member, or the one whose end is cut.
         label: the place in words.
+        unlikely: whether nothing of the model suggests that something is attached there.
         independent: whether g_rows are rows of the independent DOFs instead of the g-set.
     """
 
@@ -56,6 +57,7 @@ class Place:
     elements: tuple[int, ...] = ()
     label: str = ""
     independent: bool = False
+    unlikely: bool = False
 
     @property
     def n_w(self) -> int:
@@ -147,25 +149,34 @@ def find_places(model: Model, top: Topology | None = None) -> list[Place]:
             places += _end_places(model, top, joint, eid, end)
     for a, b, chain in top.members:
         label = f"member between nodes {a} and {b}"
-        places.append(Place("member", (a, b), "", label, elements=chain, label=label, parameter=_scaled_by(model, chain[0])))
+        places.append(
+            Place("member", (a, b), "", label, elements=chain, label=label, parameter=_scaled_by(model, chain[0]))
+        )
     places += _pairs(model, top)
     places += _bases(model, top)
     return places
 
 
 def _grounds(model: Model, top: Topology) -> list[Place]:
-    # Things are attached where members meet, end or carry something; nodes inside a member are there for the mesh alone.
+    # Things are attached rather where members meet, end or carry something than at nodes that are there for the mesh.
     inside = set(top.ends) - set(top.joints)
     places = []
     for index, node in enumerate(model.node_ids.tolist()):
-        if node in inside:
-            continue
         for c in range(3):
             row = 6 * index + c
             if not top.held[row]:
                 label = f"node {node} to ground, {AXES[c]}"
                 places.append(
-                    Place("ground", (node,), AXES[c], "ground", (np.array([row]),), (np.array([1.0]),), label=label)
+                    Place(
+                        "ground",
+                        (node,),
+                        AXES[c],
+                        "ground",
+                        (np.array([row]),),
+                        (np.array([1.0]),),
+                        label=label,
+                        unlikely=node in inside,
+                    )
                 )
     return places
 

@@ -105,7 +105,12 @@ def _core_modes(K: object, M: object, f_max: float | None, n: int | None = None)
     n_a = K.shape[0]  # type: ignore[attr-defined]
     n = None if n is None else min(n, n_a)
     return _core.modes(
-        K.indptr.astype(np.int64), K.indices.astype(np.int64), K.data, M.data, n_modes=n, f_max=f_max  # type: ignore[attr-defined]
+        K.indptr.astype(np.int64),
+        K.indices.astype(np.int64),
+        K.data,
+        M.data,
+        n_modes=n,
+        f_max=f_max,  # type: ignore[attr-defined]
     )
 
 

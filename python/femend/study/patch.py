@@ -76,10 +76,15 @@ def deck_cards(model: Model, diagnosis: Diagnosis, result: dict[str, Any]) -> li
     finding = result["findings"][0]
     where = finding["location"]
     values = {name: v["value"] for name, v in finding["parameters"].items()}
-    words = ", ".join(f"{name} = {value} {finding['parameters'][name]['unit']}".strip() for name, value in values.items())
+    words = ", ".join(
+        f"{name} = {value} {finding['parameters'][name]['unit']}".strip() for name, value in values.items()
+    )
     nodes = ", ".join(str(n) for n in where["nodes"])
     name = finding["physics"] or "unnamed"
-    lines = [f"$ femend: {name} at node {nodes} {where['direction']} to {where['to'] or 'nothing'}", f"$ femend: {words}"]
+    lines = [
+        f"$ femend: {name} at node {nodes} {where['direction']} to {where['to'] or 'nothing'}",
+        f"$ femend: {words}",
+    ]
     return lines + _term(model, finding["physics"], where, values)
 
 

@@ -61,9 +61,7 @@ def predict_all(
         if own is None:
             own = _inputs_only(recording, model, pairing, records[0])
         recorded = own.y if recording.role == "fit" else _recorded(recording, channels)
-        done.append(
-            Prediction(recording.name, recording.role, own.dt, channels, _stages(diagnosis, own), recorded)
-        )
+        done.append(Prediction(recording.name, recording.role, own.dt, channels, _stages(diagnosis, own), recorded))
     return done
 
 
