@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 
 import click
@@ -16,7 +15,8 @@ __all__ = ["diagnose", "run_study"]
 
 def run_study(study: Path, out: Path, seed: int, quiet: bool) -> None:
     """Diagnose `study` into the folder `out`, with `seed`, and show progress unless `quiet`."""
-    run = import_module("femend.study.run").diagnose  # imported here: the other commands need none of it
+    from femend.study.run import diagnose as run  # imported here: the other commands need none of it
+
     progress = progress_for(quiet=quiet)
     try:
         run(study, out=out, progress=progress, seed=seed)

@@ -108,7 +108,8 @@ def places_figure(places: Sequence[Place], threshold: float | None = None, limit
         return ""
     best = ranked[0].cost
     worst = max(p.cost - best for p in ranked)
-    row, left, width = 22.0, 210.0, 960.0
+    row, width = 22.0, 960.0
+    left = min(max(210.0, 30.0 + 6.8 * max(len(p.label) for p in ranked)), 480.0)  # room for the longest label
     axes = Axes((left, 24, width - left - 90, row * len(ranked)), (1.0, max(1.0 + worst * 1.05, 10.0)), (0, 1))
     axes.log_x = True
     bottom = axes.top + axes.height

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from femend.report import words
 from femend.report.content import ReportContent
+from femend.study import tables
+from femend.study.curves import frf_overlays, restoring_force, time_overlays
+from femend.study.picture import markers, mesh_picture
 
 if TYPE_CHECKING:
     from femend.study.run import StudyRun
@@ -13,5 +17,36 @@ __all__ = ["report_content"]
 
 
 def report_content(run: StudyRun, info: dict[str, Any]) -> ReportContent:
-    """The page's content from a finished run and the content of run.json."""
-    return ReportContent(run.study.title, run.result, run=info)
+    """The page's content from a finished run and the content of run.json; what a verdict does not have stays empty."""
+    located, ambiguous, direction = _place(run.result)
+    sensors, shakers = markers(run.test, run.model, run.pairing)
+    return ReportContent(
+        run.study.title,
+        run.result,
+        mesh=mesh_picture(run.model),
+        located=located,
+        ambiguous=ambiguous,
+        direction=direction,
+        sensors=sensors,
+        shakers=shakers,
+        overlays=frf_overlays(run),
+        traces=time_overlays(run),
+        restoring=restoring_force(run),
+        places=tables.places(run.diagnosis),
+        place_threshold=run.diagnosis.settings.margin,
+        laws=tables.laws(run.diagnosis),
+        parameters=tables.parameters(run),
+        checks=tables.checks(run),
+        run=info,
+        references=tables.references(run),
+        notes=tables.notes(run),
+    )
+
+
+def _place(result: dict[str, Any]) -> tuple[tuple[int, ...], tuple[int, ...], str]:
+    """Nodes and direction of the first finding, and the nodes the recordings cannot tell from them."""
+    findings = words.rows(result.get("findings"))
+    location = words.mapping(findings[0].get("location")) if findings else {}
+    nodes = tuple(int(n) for n in location.get("nodes") or ())
+    also = dict.fromkeys(int(n) for place in location.get("also_possible") or () for n in place)
+    return nodes, tuple(n for n in also if n not in nodes), str(location.get("direction") or "")

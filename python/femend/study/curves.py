@@ -1,0 +1,202 @@
+"""The curves of the report: frequency responses, time traces, and the force the model lacks over its own motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.data import Channel
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.joint import Recovered
+from femend.diagnose.name import Ranked
+from femend.estimate import FitRecord
+from femend.report.content import FrfOverlay, RestoringForce, TimeOverlay
+from femend.study.predictions import STAGES, Prediction
+from femend.units import UnitSystem, unit_system
+
+if TYPE_CHECKING:
+    from femend.diagnose import Diagnosis
+    from femend.study.run import StudyRun
+
+__all__ = ["accepted", "frf_estimate", "frf_overlays", "restoring_force", "time_overlays"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# sensors that are drawn: of the frequency responses, of a fit recording in time, of every other recording in time
+FRF_SENSORS, FIT_TRACES, OTHER_TRACES = 6, 3, 1
+# lines averaged by H1 where a record does not repeat itself, and how many are drawn at most
+AVERAGED, DRAWN = 5, 900
+# a line whose force has less than this share of the power of the strongest of so many neighbours to either side carries
+# noise alone; a multisine leaves such lines out on purpose
+EXCITED, NEIGHBOURS = 1e-2, 12
+
+
+def frf_estimate(u: FloatArray, y: FloatArray, dt: float, period: int = 0) -> tuple[FloatArray, ComplexArray]:
+    """Frequencies (K,) in Hz and H (K, n_out) from a force u (n,) to responses y (n_out, n).
+
+    A record that repeats itself gives the ratio of its last period's spectra, others H1 with cross and power spectra
+    averaged over neighbouring lines (Bendat and Piersol, Random Data, 4th ed., eq. 6.37). Measured and predicted
+    responses that go through the same estimate have the same leakage. Lines without force are left out.
+    """
+    if period:
+        u, y = u[-period:], y[:, -period:]
+    U, Y = np.fft.rfft(u), np.fft.rfft(y, axis=1)
+    freq = np.fft.rfftfreq(len(u), dt)
+    power, cross = np.abs(U) ** 2, Y * U.conj()
+    if not period:
+        width = max(AVERAGED, -(-len(freq) // (4 * DRAWN)))
+        kernel = np.ones(width) / width
+        power = np.convolve(power, kernel, "same")
+        cross = np.array([np.convolve(row, kernel, "same") for row in cross])
+    power[0] = 0.0
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(power, NEIGHBOURS, "edge"), 2 * NEIGHBOURS + 1).max(axis=1)
+    excited = power > np.maximum(EXCITED * around, EXCITED**3 * power.max())
+    return freq[excited], (cross[:, excited] / power[excited]).T
+
+
+def highest(records: list[FitRecord]) -> FitRecord:
+    """The record with the largest force."""
+    return max(records, key=lambda r: float(r.u.std()))
+
+
+def frf_overlays(run: StudyRun) -> tuple[FrfOverlay, ...]:
+    """Of the highest fit recording, the sensors explained worst by updating alone; from its strongest force."""
+    record = highest(run.records)
+    prediction = next((p for p in run.predictions if p.name == record.name), None)
+    if prediction is None:
+        return ()
+    u = record.u[int(np.argmax(record.u.std(axis=1)))]
+    freq, measured = frf_estimate(u, record.y, record.dt, record.period)
+    low, high = run.diagnosis.problem.band
+    inside = np.flatnonzero((freq >= low) & (freq <= high))
+    inside = inside[:: max(1, -(-len(inside) // DRAWN))]
+    if len(inside) < 2:
+        return ()
+    stages = {s: frf_estimate(u, prediction.stages[s], record.dt, record.period)[1] for s in _drawn_stages(run)}
+    system = unit_system(run.model.units)
+    return tuple(
+        FrfOverlay(
+            freq[inside],
+            measured[inside, i],
+            label=_label(prediction.channels[i]),
+            recording=record.name,
+            unit=f"({system.text('acceleration')})/{system.text('force')}",
+            **{s: H[inside, i] for s, H in stages.items()},
+        )
+        for i in _worst(prediction, record.y)[:FRF_SENSORS]
+    )
+
+
+def _label(channel: Channel) -> str:
+    return f"{channel.name} {channel.dof}" if channel.name else str(channel.dof)
+
+
+def _drawn_stages(run: StudyRun) -> tuple[str, ...]:
+    """The final model is drawn apart from the updated one where something was added to it."""
+    load = run.diagnosis.load is not None and run.diagnosis.verdict == "missing-physics"
+    return STAGES if run.diagnosis.best is not None or load else STAGES[:2]
+
+
+def _worst(prediction: Prediction, recorded: FloatArray | None) -> list[int]:
+    """Sensors by falling error of the updated parameters, or by response where nothing is known."""
+    updated = prediction.stages["parameters"]
+    left = updated if recorded is None else updated - recorded
+    power = (np.nan_to_num(left) ** 2).sum(axis=1)
+    return [int(i) for i in np.argsort(-power, kind="stable")]
+
+
+def time_overlays(run: StudyRun) -> tuple[TimeOverlay, ...]:
+    """The highest fit recording, then `validate` with the recording and `predict` with curves alone."""
+    record = highest(run.records)
+    order = [p for p in run.predictions if p.name == record.name] + [p for p in run.predictions if p.role != "fit"]
+    unit = unit_system(run.model.units).text("acceleration")
+    found = []
+    for prediction in order:
+        recorded = None if prediction.role == "predict" else prediction.recorded
+        count = FIT_TRACES if prediction.role == "fit" else OTHER_TRACES
+        for i in _worst(prediction, recorded)[:count]:
+            curves = {s: prediction.stages[s][i] for s in _drawn_stages(run)}
+            found.append(
+                TimeOverlay(
+                    np.asarray(prediction.dt * np.arange(prediction.stages["nominal"].shape[1]), dtype=np.float64),
+                    None if recorded is None else recorded[i],
+                    label=_label(prediction.channels[i]),
+                    recording=prediction.name,
+                    role=prediction.role,
+                    unit=unit,
+                    **curves,
+                )
+            )
+    return tuple(found)
+
+
+def accepted(diagnosis: Diagnosis) -> Ranked | None:
+    """The ranked candidate behind the verdict's law or place; None where nothing was located."""
+    if diagnosis.place is None:
+        return None
+    here = [r for r in diagnosis.ranked if r.located is diagnosis.place]
+    if diagnosis.best is None:
+        return here[0] if here else None
+    joint = diagnosis.best.joint
+    return next((r for r in here if r.candidate.joint is joint), here[0] if here else None)
+
+
+def restoring_force(run: StudyRun) -> RestoringForce | None:
+    """What the opened place did on the highest recording it was recovered from, and the law along that motion."""
+    ranked = accepted(run.diagnosis)
+    if ranked is None or ranked.recovered is None:
+        return None
+    recovered = ranked.recovered
+    i = int(np.argmax([r.u.std() for r in recovered.records]))
+    k = int(np.argmax(recovered.f[i].std(axis=1)))
+    d, v, f = recovered.d[i][k], recovered.v[i][k], recovered.f[i][k]
+    if not (np.isfinite(d).all() and np.isfinite(f).all()):
+        return None
+    best = run.diagnosis.best
+    law = None if best is None else law_along(best, recovered, i, k)
+    if law is None or not np.isfinite(law).all():
+        law = None
+    system = unit_system(run.model.units)
+    turning = ranked.located is not None and ranked.located.place.direction.startswith("R")
+    return RestoringForce(
+        d, v, f,
+        law_d=None if law is None else d,
+        law_v=None if law is None else v,
+        law_f=law,
+        recording=recovered.records[i].name,
+        **_units(system, turning),
+    )  # fmt: skip
+
+
+def _units(system: UnitSystem, turning: bool) -> dict[str, str]:
+    return {
+        "d_unit": system.text("displacement", rotational=turning),
+        "v_unit": system.text("velocity", rotational=turning),
+        "f_unit": system.text("force", rotational=turning),
+    }
+
+
+def law_along(candidate: Candidate, recovered: Recovered, i: int, k: int) -> FloatArray | None:
+    """Force (n,) of a candidate's law and its linear companion along the recovered motion of record i, coordinate k.
+
+    The recovered force holds the lines of the fit alone, and so does what is returned. None without a law.
+    """
+    if candidate.physics is None:
+        return None
+    law = candidate.physics.law or candidate.physics.name
+    record, index = recovered.records[i], recovered.index[i]
+    n = record.n
+    F = np.zeros(n // 2 + 1, dtype=complex)
+    if candidate.nonlinear:
+        d, v, a = (x[i][k] for x in (recovered.d, recovered.v, recovered.a))
+        force = _core.law_force(law, dict(candidate.values), d, v, a, record.dt) + candidate.k * d + candidate.c * v
+        F[index] = np.fft.rfft(force)[index]
+    else:
+        s = np.asarray(2j * np.pi * np.fft.rfftfreq(n, record.dt)[index], dtype=np.complex128)
+        kappa, _ = _core.law_dynamic_stiffness(law, dict(candidate.values), s)
+        F[index] = kappa * np.fft.rfft(recovered.d[i][k])[index]
+    return np.asarray(np.fft.irfft(F, n))

@@ -1,0 +1,227 @@
+"""The tables of the report: places, laws, parameters, what was asked of the data, methods, remarks on the input."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.name import Ranked, split_records
+from femend.report import words
+from femend.report.content import Check, LawRow, ParameterRow, Place
+from femend.report.numbers import significant
+from femend.study.curves import accepted
+
+if TYPE_CHECKING:
+    from femend.diagnose import Diagnosis
+    from femend.study.run import StudyRun
+
+__all__ = ["checks", "laws", "notes", "parameters", "places", "references"]
+
+# rows of the table of laws
+LAW_ROWS = 16
+# DOFs named in a remark before the rest is counted
+NAMED = 8
+
+
+def places(diagnosis: Diagnosis) -> tuple[Place, ...]:
+    """The places whose law-free fit came to its end."""
+    if not diagnosis.located:
+        return ()
+    best = min(found.cost for found in diagnosis.located)
+    return tuple(
+        Place(
+            found.place.text,
+            found.cost,
+            tuple(found.place.nodes),
+            found.place.direction,
+            found.cost - best < diagnosis.settings.margin,
+        )
+        for found in diagnosis.located
+    )
+
+
+def laws(diagnosis: Diagnosis) -> tuple[LawRow, ...]:
+    """The candidates in their order, and the updated model without any addition."""
+    taken = accepted(diagnosis) if diagnosis.best is not None else None
+    probability = list(diagnosis.probabilities)
+    pairs = list(zip(diagnosis.ranked, probability, strict=True))
+    first = sorted(pairs, key=lambda pair: not _finite(pair[0]))[:LAW_ROWS]
+    rows = [_law_row(diagnosis, r, p, r is taken) for r, p in first]
+    if diagnosis.load is not None:
+        load = diagnosis.load
+        named = diagnosis.verdict == "missing-physics" and diagnosis.best is None
+        where = f"node {load.node}, {load.direction}"
+        rows.insert(0, _row(load.candidate.name, where, load.candidate, None, "", named))
+    quiet = diagnosis.verdict in ("consistent", "parameters-only")
+    rows.append(_row("none", "", diagnosis.null_chosen, max(0.0, 1.0 - sum(probability)), "", quiet))
+    return tuple(rows)
+
+
+def _finite(ranked: Ranked) -> bool:
+    return math.isfinite(ranked.score) and math.isfinite(ranked.candidate.chosen)
+
+
+def _law_row(diagnosis: Diagnosis, ranked: Ranked, probability: float, taken: bool) -> LawRow:
+    place = "" if ranked.located is None else ranked.located.place.text
+    remark = _remark(diagnosis, ranked)
+    if taken:
+        remark = "" if diagnosis.verdict == "missing-physics" else "the best of them, but not adequate"
+    return _row(ranked.candidate.name, place, ranked.candidate, probability, remark, taken)
+
+
+def _row(name: str, place: str, candidate: Candidate, probability: float | None, remark: str, chosen: bool) -> LawRow:
+    return LawRow(name, place, candidate.n_law, candidate.fitted, candidate.chosen, probability, remark, chosen)
+
+
+def _remark(diagnosis: Diagnosis, ranked: Ranked) -> str:
+    """Why a law was not taken, from the figures in its row."""
+    if not _finite(ranked):
+        return "its fit does not stay finite"
+    own, best = ranked.candidate.chosen, min(r.candidate.chosen for r in diagnosis.ranked if _finite(r))
+    without = diagnosis.null_chosen.chosen
+    if not own < without:
+        return "explains the unseen record no better than no addition"
+    if diagnosis.best is None:
+        return "gains too little on the unseen record" if own > 0.5 * without else "not adequate"
+    if own > 1.05 * best:
+        return f"leaves {significant(own / best, 2)} times what the best one leaves"
+    return "explains about as much, and costs more parameters or a less likely model"
+
+
+def parameters(run: StudyRun) -> tuple[ParameterRow, ...]:
+    """Factors as in the result, with prior standard deviations and how many of them each has moved."""
+    rows = []
+    for parameter in run.model.parameters:
+        entry = words.mapping(words.mapping(run.result.get("parameters")).get(parameter.name))
+        factor, sd = words.number(entry.get("factor")), words.number(entry.get("sd"))
+        if factor is None:
+            continue
+        at = run.diagnosis.reduced.names.index(parameter.name)
+        prior = float(run.diagnosis.reduced.prior_sd[at])
+        z = math.log(factor) / prior if factor > 0 and prior > 0 else None
+        rows.append(ParameterRow(parameter.name, factor, math.nan if sd is None else sd, parameter.prior_sd, z))
+    return tuple(rows)
+
+
+def checks(run: StudyRun) -> tuple[Check, ...]:
+    """The questions on which the verdict rests, with their answers and figures."""
+    diagnosis, settings = run.diagnosis, run.diagnosis.settings
+    misfit = diagnosis.null.score
+    quiet = misfit <= settings.consistent
+    found = [
+        Check(
+            "Does the updated model explain the recordings as far as their noise allows?",
+            "yes" if quiet else "no",
+            f"misfit {significant(misfit)}; up to {significant(settings.consistent)} is explained",
+        )
+    ]
+    z = [abs(row.z) for row in parameters(run) if row.z is not None]
+    if z:
+        far = max(z) > settings.parameter_z
+        found.append(
+            Check(
+                "Did a parameter move further than was thought possible?",
+                "yes" if far else "no",
+                f"{significant(max(z), 2)} prior standard deviations; {significant(settings.parameter_z, 2)} is far",
+            )
+        )
+    found += _gain_checks(diagnosis)
+    load = diagnosis.load
+    found.append(
+        Check(
+            "Would the recorded force explain more at another place?",
+            "no" if load is None else "yes",
+            "" if load is None else f"at node {load.node}, {load.direction}: misfit {significant(load.fit.score)}",
+        )
+    )
+    stopped = "" if diagnosis.null.converged else "the update stopped before it had converged"
+    found.append(Check("Did the update converge?", "yes" if diagnosis.null.converged else "no", stopped))
+    return tuple(found)
+
+
+def _gain_checks(diagnosis: Diagnosis) -> list[Check]:
+    """Gain of the best candidate on the record no law was fitted to, and what a free force there leaves."""
+    finite = [r for r in diagnosis.ranked if _finite(r)]
+    if not finite:
+        return []
+    settings, best = diagnosis.settings, accepted(diagnosis) or finite[0]
+    split = split_records(diagnosis.problem)
+    kept = [r.name for r in split.choosing.records if all(r is not o for o in split.fitting.records)]
+    where = f"recording {', '.join(kept)}, kept for choosing" if kept else "on the only recording there is to fit"
+    before, after = diagnosis.null_chosen.chosen, best.candidate.chosen
+    gain = math.log(before / after) if before > 0 and 0 < after < math.inf else -math.inf
+    score = diagnosis.null_score - best.score
+    seen = gain > settings.gain_chosen and score > settings.gain_cost
+    figures = f"misfit {significant(before)} → {significant(after)}"
+    rows = [Check(f"Does an addition predict better ({where})?", "yes" if seen else "no", figures)]
+    reference = best.candidate.reference
+    if math.isfinite(reference) and reference > 0:
+        limit = max(reference, 1.0) * settings.adequate
+        name = words.physics_name(best.candidate.name)
+        rows.append(
+            Check(
+                f"Does the best law ({name}) explain as much as a free force at its place?",
+                "yes" if after <= limit else "no",
+                f"law {significant(after)}, free force {significant(reference)}; {significant(limit)} is adequate",
+            )
+        )
+    return rows
+
+
+_ALWAYS = (
+    "G. H. Golub and V. Pereyra, The differentiation of pseudo-inverses and nonlinear least squares problems whose "
+    "variables separate, SIAM J. Numer. Anal. 10 (1973) 413-432: free forces and free decays are projected out.",
+    "D. W. Marquardt, An algorithm for least-squares estimation of nonlinear parameters, J. SIAM 11 (1963) 431-441.",
+    "R. Pintelon and J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., Wiley, 2012, ch. 7: "
+    "noise from local polynomial models of the spectrum.",
+    "E. Kausel and J. M. Roësset, Frequency domain analysis of undamped systems, J. Eng. Mech. 118 (1992) 721-734: "
+    "responses from rest by an exponential window.",
+    "R. R. Craig and A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley, 2006, ch. 17: modes and "
+    "static responses as a basis.",
+    "J. S. Bendat and A. G. Piersol, Random Data, 4th ed., Wiley, 2010, ch. 6: frequency responses H1 in the figures.",
+)
+_RECOVERED = (
+    "S. F. Masri and T. K. Caughey, A nonparametric identification technique for nonlinear dynamic problems, J. Appl. "
+    "Mech. 46 (1979) 433-447: force over displacement and velocity."
+)
+_OF_LAW = {
+    "bouc_wen": "Y.-K. Wen, Method for random vibration of hysteretic systems, J. Eng. Mech. Div. 102 (1976) 249-263.",
+    "coulomb_friction": "G. M. Jenkins, Analysis of the stress-strain relationships in reactor grade graphite, "
+    "Brit. J. Appl. Phys. 13 (1962) 30-32.",
+    "tuned_absorber": "J. Ormondroyd and J. P. Den Hartog, The theory of the dynamic vibration absorber, "
+    "Trans. ASME 50 (1928) 9-22.",
+}
+
+
+def references(run: StudyRun) -> tuple[str, ...]:
+    """Citations of the methods this run used."""
+    found = list(_ALWAYS)
+    if any(r.recovered is not None for r in run.diagnosis.ranked):
+        found.append(_RECOVERED)
+    best = run.diagnosis.best
+    if best is not None and best.name in _OF_LAW:
+        found.append(_OF_LAW[best.name])
+    return tuple(found)
+
+
+def notes(run: StudyRun) -> tuple[str, ...]:
+    """What was read without influence, paired by distance, held of itself or repaired on reading."""
+    found = [
+        f"{card}: {count} card{'s' if count != 1 else ''} of the deck without influence here"
+        for card, count in sorted(run.model.deck.ignored().items())
+    ]
+    held = list(run.model.fe.auto_constrained)
+    if held:
+        more = f" and {len(held) - NAMED} more" if len(held) > NAMED else ""
+        found.append(f"held because nothing resists or loads them: {', '.join(held[:NAMED])}{more}")
+    found += run.pairing.notes
+    for recording in run.test:
+        found += [f"recording {recording.name}: {note}" for note in recording.notes]
+    for record in run.records:
+        level = float(np.sqrt((record.noise**2).sum() * record.n / (record.y**2).sum()))
+        repeats = f"repeats every {record.period * record.dt:.4g} s" if record.period else "does not repeat itself"
+        found.append(f"recording {record.name}: {repeats}; noise {significant(level, 2)} of the response")
+    return tuple(found)
