@@ -29,6 +29,16 @@ _LAZY = {
     "pair_sensors": "femend.model.pairing",
     "read_uff": "femend.io",
     "write_uff": "femend.io",
+    "Parameter": "femend.model",
+    "Settings": "femend.diagnose",
+    "diagnose_study": "femend.workflow",
+    "locate": "femend.workflow",
+    "name": "femend.workflow",
+    "pair": "femend.workflow",
+    "read_model": "femend.workflow",
+    "update": "femend.workflow",
+    "validate": "femend.workflow",
+    "write_report": "femend.workflow",
 }
 
 __all__ = ["__version__", *_LAZY]

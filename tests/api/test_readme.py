@@ -6,8 +6,6 @@ import re
 import tomllib
 from pathlib import Path
 
-import pytest
-
 
 def shell_lines(text: str) -> list[str]:
     """The lines of the README's shell blocks, without prompts and comments."""
@@ -40,7 +38,6 @@ def test_subcommands_exist(project_root: Path) -> None:
     assert set(asked) <= set(cli.main.commands)
 
 
-@pytest.mark.xfail(strict=True, reason="the sketch names steps that are still to be built")
 def test_the_sketch_uses_names_that_exist(project_root: Path) -> None:
     import femend
 

@@ -1,0 +1,25 @@
+"""The example runs to its end, with the assertions it makes itself."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+
+@pytest.mark.slow
+def test_demo_case(project_root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    example = runpy.run_path(str(project_root / "python" / "examples" / "demo_case.py"))
+    report = tmp_path / "report.html"
+    example["main"](str(report))
+    said = capsys.readouterr().out
+    assert "updated parameters" in said
+    assert "clamp at node 1" in said
+    assert report.read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html")
+
+
+def test_examples_are_short(project_root: Path) -> None:
+    examples = sorted((project_root / "python" / "examples").glob("*.py"))
+    assert examples
+    assert [e.name for e in examples if len(e.read_text(encoding="utf-8").splitlines()) > 80] == []

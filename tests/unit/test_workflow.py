@@ -1,0 +1,74 @@
+"""The steps from Python: parameters as text, update and locate on the bundled case, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import femend as fe
+from femend.demo import STUDY
+from femend.errors import ModelError, RecordingError
+from femend.workflow import Named, Places, Updated
+
+FOLDER = STUDY.parent
+
+
+@pytest.fixture(scope="module")
+def start() -> Updated:
+    model = fe.read_model(FOLDER / "model.bdf", parameters=["E:1", "E:2"])
+    test = fe.read_recordings([FOLDER / f"{level}.uff" for level in ("low", "mid", "high")])
+    return fe.update(model, test, fe.pair(test, model), damping=0.01)
+
+
+@pytest.fixture(scope="module")
+def where(start: Updated) -> Places:
+    return fe.locate(start)
+
+
+def test_parameters_as_text() -> None:
+    own = fe.Parameter("tip", "E", "material", (2,), 0.2)
+    model = fe.read_model(FOLDER / "model.bdf", parameters=["E:1,2", own], prior_sd=0.05)
+    assert model.parameters == (fe.Parameter("E:1,2", "E", "material", (1, 2), 0.05), own)
+    # the two materials make up the whole beam, so all of its stiffness follows the factor
+    before, _ = model.matrices()
+    after, _ = model.matrices({"E:1,2": 1.5})
+    assert after.trace() == pytest.approx(1.5 * before.trace(), rel=1e-12)
+
+
+@pytest.mark.parametrize("text", ["E", "E:", "E:one"])
+def test_a_parameter_that_means_nothing(text: str) -> None:
+    with pytest.raises(ModelError, match="property:id"):
+        fe.read_model(FOLDER / "model.bdf", parameters=[text])
+
+
+def test_the_update_lowers_the_misfit_within_its_priors(start: Updated) -> None:
+    before, after = start.misfit
+    assert after < before
+    assert set(start.factors) == {"E:1", "E:2"}
+    # the update minimises squares plus prior, so no factor can stand far outside its prior of 10 %
+    assert all(abs(np.log(f)) < 0.5 for f in start.factors.values())
+    assert "E:1" in repr(start)
+    assert "misfit" in repr(start)
+
+
+def test_the_clamp_is_where_something_is_missing(where: Places) -> None:
+    assert where[0].place.nodes == (1,)
+    assert where[0].place.kind == "clamp"
+    # a free force at the right place leaves about the noise; the updated model is a hundred times above it
+    assert where[0].fit.score < 1.5
+    assert where.ambiguous[0] is where[0]
+    costs = [found.cost for found in where]
+    assert costs == sorted(costs)
+    assert "clamp at node 1" in repr(where).splitlines()[1]
+
+
+def test_a_recording_without_role_fit_is_refused(start: Updated) -> None:
+    test = fe.read_recordings(FOLDER / "low.uff", role="validate")
+    with pytest.raises(RecordingError, match='role = "fit"'):
+        fe.update(start.model, test, start.pairing)
+
+
+def test_validation_refuses_what_was_used_to_fit(start: Updated) -> None:
+    # the refusal comes before anything of the diagnosis is looked at
+    with pytest.raises(RecordingError, match="used to fit"):
+        fe.validate(Named(start, None), start.test)  # type: ignore[arg-type]
