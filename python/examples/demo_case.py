@@ -28,9 +28,9 @@ def main(report: str | None = None) -> None:
 
     check = fe.validate(what, fe.read_recordings(folder / "mid.uff", role="validate"))
     print(f"\nerror on a recording that took no part\n{check}")
-    # the clamp is where something is missing: a free force there leaves the noise, anywhere else far more
-    assert where[0].place.nodes == (1,)
-    assert where[0].fit.score < 1.5
+    # a free force at the right place leaves no more than the noise
+    assert where[0].place.nodes == (3,)
+    assert where[0].fit.score < 1.0
     if report is not None:
         print(f"\nreport    {fe.write_report(what, check, report, title='Beam on the bench')}")
 

@@ -19,11 +19,11 @@ from femend.cli.summary import summary
 from femend.cli.table import table
 from femend.data import Test
 from femend.diagnose import Diagnosis, Settings
-from femend.diagnose.diagnosis import _probabilities, decide
+from femend.diagnose.diagnosis import _probabilities, _worth_naming, decide
 from femend.diagnose.loads import try_loads
 from femend.diagnose.locate import Located, shortlist
 from femend.diagnose.locate import locate as locate_places
-from femend.diagnose.name import effective_values, name_physics, null_candidate, score, split_records
+from femend.diagnose.name import Ranked, effective_values, name_physics, null_candidate, score, split_records
 from femend.errors import ModelError, RecordingError
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem, fit_records, pair_test, used_band
 from femend.io.atomic import write_atomic
@@ -259,7 +259,9 @@ def name(start: Updated, where: Places) -> Named:
     null_score = score(baseline, split.choosing, settings, n_values)
     load = try_loads(problem, split, reduced, start.fit, baseline, settings)
     g_rows = _g_rows(start.records)
-    ranked = name_physics(split, reduced, shortlist(where.found, settings.places), g_rows, settings)
+    ranked: list[Ranked] = []
+    if _worth_naming(start.fit, list(where.found), settings):
+        ranked = name_physics(split, reduced, shortlist(where.found, settings.places), g_rows, settings)
     undecided = Diagnosis(
         "", problem, reduced, start.nominal, start.fit, baseline, null_score, list(where.found), ranked,
         _probabilities(ranked, null_score), None, None, load, "", settings, g_rows,

@@ -15,7 +15,7 @@ def test_demo_case(project_root: Path, tmp_path: Path, capsys: pytest.CaptureFix
     example["main"](str(report))
     said = capsys.readouterr().out
     assert "updated parameters" in said
-    assert "clamp at node 1" in said
+    assert "node 3 to ground, Z" in said
     assert report.read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html")
 
 
