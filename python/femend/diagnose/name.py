@@ -90,22 +90,34 @@ def name_physics(
     settings: Settings,
     tell: Callable[[int], None] = lambda n: None,
 ) -> list[Ranked]:
-    """Candidates of all laws at the best places, in rising order of score, the best of them fitted with everything free."""
+    """Candidates of all laws at the best places, in rising order of score, the best fitted with everything free.
+
+    Linear laws are tried at every place; nonlinear ones at the first places, and only where no linear law explains the
+    choosing records as well as a free force does.
+    """
     n_values = effective_values(split.choosing, reduced)
+
+    def rank(candidate: Candidate, found: Located, recovered: Recovered | None = None) -> Ranked:
+        return Ranked(candidate, found, score(candidate, split.choosing, settings, n_values), recovered)
+
     ranked: list[Ranked] = []
+    opened: list[tuple[Located, Joint, Recovered, float]] = []
     for found in located:
+        tell(1)
         if found.place.kind == "member":
-            candidate = null_candidate(split, found.fit, "joint_stiffness")
-            ranked.append(Ranked(candidate, found, score(candidate, split.choosing, settings, n_values)))
-            tell(1)
+            ranked.append(rank(null_candidate(split, found.fit, "joint_stiffness"), found))
             continue
         joint = open_joint(found.place, reduced, split.whole.band[1], g_rows)
         recovered = recover(split.fitting, joint, found.fit.p)
         if recovered is None:
             continue
-        for candidate in _at_place(split, joint, recovered, settings):
-            ranked.append(Ranked(candidate, found, score(candidate, split.choosing, settings, n_values), recovered))
-        tell(1)
+        reference = free_reference(split, joint, recovered)
+        opened.append((found, joint, recovered, reference))
+        ranked += [rank(c, found, recovered) for c in _linear_laws(split, joint, recovered, reference)]
+    lowest = min((o[3] for o in opened), default=np.inf)
+    if not any(r.candidate.chosen < settings.linear_enough * lowest for r in ranked):
+        for found, joint, recovered, reference in opened[: settings.nonlinear_places]:
+            ranked += [rank(c, found, recovered) for c in _nonlinear_laws(split, joint, recovered, reference)]
     ranked.sort(key=lambda r: r.score)
     return _refine(split, ranked, settings, n_values)
 
@@ -117,27 +129,27 @@ def free_reference(split: Split, joint: Joint, recovered: Recovered) -> float:
     return np.inf if seen is None else seen.score
 
 
-def _at_place(split: Split, joint: Joint, recovered: Recovered, settings: Settings) -> list[Candidate]:
-    reference = free_reference(split, joint, recovered)
-    found: list[Candidate] = []
+def _linear_laws(split: Split, joint: Joint, recovered: Recovered, reference: float) -> list[Candidate]:
+    tried = [
+        fit_linear(split.fitting, split.choosing, joint, recovered, name, entry)
+        for name, entry in laws_for(joint.place.kind)
+        if entry.kind == "linear"
+    ]
+    return [replace(c, reference=reference) for c in tried if c is not None]
+
+
+def _nonlinear_laws(split: Split, joint: Joint, recovered: Recovered, reference: float) -> list[Candidate]:
     s = [2j * np.pi * line.freq for line in split.fitting.lines(joint.reduced)]
-    laws = laws_for(joint.place.kind)
-    for name, entry in laws:
-        if entry.kind == "linear":
-            candidate = fit_linear(split.fitting, split.choosing, joint, recovered, name, entry)
-            found += [] if candidate is None else [replace(candidate, reference=reference)]
-    if found and min(c.chosen for c in found) < settings.linear_enough * reference:
-        return found
     begun = [
         (name, start)
-        for name, entry in laws
+        for name, entry in laws_for(joint.place.kind)
         if entry.kind == "nonlinear"
         for start in starts(entry, joint, recovered, s, NONLINEAR_STARTS)
     ]
     begun.sort(key=lambda item: item[1].left)
     worth = [b for b in begun if b[1].left < START_REACH * begun[0][1].left][:MOST_STARTS]
     tried = fit_nonlinear(split.fitting, split.choosing, joint, recovered, worth)
-    return [*found, *(replace(c, reference=reference) for c in tried)]
+    return [replace(c, reference=reference) for c in tried]
 
 
 def _refine(split: Split, ranked: list[Ranked], settings: Settings, n_values: float) -> list[Ranked]:

@@ -1,4 +1,4 @@
-"""Thresholds of the diagnosis, one set for every study. They are set on generated cases (tests/blind), never on shown ones."""
+"""Thresholds of the diagnosis, one set for every study, set on generated cases (tests/blind)."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ class Settings:
     Attributes:
         places: places whose laws are fitted.
         margin: places within this cost of the best (in tempered log-posterior units) belong to its ambiguity set.
+        nonlinear_places: places at which nonlinear laws are tried too.
         refined: candidates that are fitted with all unknowns together.
         gain_cost: fall of the score (tempered log posterior on unseen data) that a law must bring.
         gain_chosen: relative fall ln(v0/v) of the unseen misfit that a law must bring.
@@ -28,6 +29,7 @@ class Settings:
 
     places: int = 3
     margin: float = 10.0
+    nonlinear_places: int = 2
     refined: int = 2
     gain_cost: float = 25.0
     gain_chosen: float = 0.05
@@ -35,5 +37,5 @@ class Settings:
     adequate: float = 2.5
     price: float = 4.0
     consistent: float = 1.2
-    linear_enough: float = 1.05
+    linear_enough: float = 1.06
     worth_naming: float = 0.08
