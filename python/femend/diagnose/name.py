@@ -93,7 +93,7 @@ def name_physics(
     """Candidates of all laws at the best places, in rising order of score, the best fitted with everything free.
 
     Linear laws are tried at every place; nonlinear ones at the first places, and only where no linear law explains the
-    choosing records as well as a free force does.
+    choosing records to the noise or as well as a free force does.
     """
     n_values = effective_values(split.choosing, reduced)
 
@@ -115,7 +115,8 @@ def name_physics(
         opened.append((found, joint, recovered, reference))
         ranked += [rank(c, found, recovered) for c in _linear_laws(split, joint, recovered, reference)]
     lowest = min((o[3] for o in opened), default=np.inf)
-    if not any(r.candidate.chosen < settings.linear_enough * lowest for r in ranked):
+    enough = max(settings.linear_enough * lowest, settings.consistent)
+    if not any(r.candidate.chosen < enough for r in ranked):
         for found, joint, recovered, reference in opened[: settings.nonlinear_places]:
             ranked += [rank(c, found, recovered) for c in _nonlinear_laws(split, joint, recovered, reference)]
     ranked.sort(key=lambda r: r.score)
