@@ -431,3 +431,106 @@ class FeModel:
 
     def recover(self, v: NDArray[np.float64]) -> NDArray[np.float64]:
         """u_g = T v, (n_g, r), displacement frames, from v (n_a, r)."""
+
+_Term: TypeAlias = tuple[Sequence[tuple[int, float]], NDArray[np.float64] | None, NDArray[np.float64] | None]
+
+@final
+class System:
+    """Reduced model K(p), M(p) in a basis of r vectors, with its unknowns p and their Gaussian priors.
+
+    Unknowns, in this order: ln factor of each parameter (n_par,), ln frequency factor of each of the first n_tuned
+    modes, ln damping ratio of each of them, ln damping ratio of all modes above (1): n = n_par + 2 n_tuned + 1.
+    """
+
+    def __new__(
+        cls,
+        k_fixed: NDArray[np.float64],
+        m_fixed: NDArray[np.float64],
+        terms: Sequence[_Term],
+        n_par: int,
+        n_tuned: int,
+        mean: NDArray[np.float64],
+        sd: NDArray[np.float64],
+    ) -> System:
+        """`k_fixed`, `m_fixed` (r, r): the part that no parameter moves. `terms`: ([(parameter, exponent), ...], K, M),
+        K and M (r, r) or None, multiplied by exp(sum exponent * p). `n_par` parameters, `n_tuned` <= r tuned modes,
+        `mean` and `sd` (n,) of the priors. Raises ModelError where sizes do not fit."""
+
+    def modal(self, p: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """omega (r,) in rad/s with the frequency factors applied, zeta (r,), mass-normalised modes (r, r) in the basis,
+        at the unknowns `p` (n,). Raises ModelError for a wrong number of unknowns and a mass that is not positive."""
+
+@final
+class RecordLines:
+    """One time record as weighted lines s = sigma + i omega of its exponentially windowed spectrum."""
+
+    def __new__(
+        cls,
+        s: NDArray[np.complex128],
+        u: NDArray[np.complex128],
+        y: NDArray[np.complex128],
+        weight: NDArray[np.float64],
+        out_rows: NDArray[np.float64],
+        in_rows: NDArray[np.float64],
+        dt: float,
+        sigma: float,
+        n_samples: int,
+        thinning: float,
+        tempering: float,
+    ) -> RecordLines:
+        """`s` (K,) rad/s, spectra `u` (K, n_in) of forces and `y` (K, n_out) of accelerations, `weight` (K, n_out) =
+        1/sd, rows of the basis at sensors `out_rows` (n_out, r) and forces `in_rows` (n_in, r), step `dt` s, decay of
+        the window `sigma` 1/s, `n_samples` of the record; each line stands for `thinning` lines and counts
+        `tempering` * `thinning` in the cost. Raises ModelError where sizes do not fit."""
+
+@final
+class Hypothesis:
+    """What acts beside the model: nothing, a force free on every line, or linear laws (equal on all coordinates)."""
+
+    def __new__(
+        cls,
+        w: NDArray[np.float64] | None = None,
+        laws: Sequence[str] | None = None,
+        compliance: Sequence[float] | None = None,
+        law_mean: Sequence[float] | None = None,
+        law_sd: Sequence[float] | None = None,
+    ) -> Hypothesis:
+        """`w` (n_w, r) direction vectors in the basis, None for nothing; `laws` names whose forces add up, None for a
+        free force; `compliance` (n_w,) m/N in series with the laws; `law_mean`, `law_sd`: priors of the logarithms of
+        the laws' parameters, one after the other. Raises ModelError where sizes do not fit or a law is not known."""
+
+_Solved: TypeAlias = tuple[
+    NDArray[np.float64], NDArray[np.float64], float, float, NDArray[np.float64], NDArray[np.float64], int, bool
+]
+
+def solve_hypotheses(
+    jobs: Sequence[tuple[System, Hypothesis, NDArray[np.float64], NDArray[np.float64]]],
+    records: Sequence[RecordLines],
+    iterations: int = 20,
+    tolerance: float = 1e-2,
+) -> list[_Solved | None]:
+    """Minimises the cost of each job over the same `records`, in parallel (Levenberg-Marquardt, free forces and free
+    decays projected out: Golub and Pereyra 1973 with Kaufman's Jacobian).
+
+    A job is (system, hypothesis, start of the unknowns (n,), start of the ln law parameters (n_x,)); it takes at most
+    `iterations` steps and ends when one lowers the cost by less than `tolerance` (plus a thousandth of it times the
+    cost).
+
+    Returns, for each job, unknowns p (n,), ln law parameters x (n_x,), cost, its prior part, misfit of each record
+    (mean weighted square left per free complex value), Gauss-Newton matrix of half the cost (n + n_x, n + n_x), number
+    of steps, convergence; None where the model or law cannot be solved at the start. Raises ModelError where sizes do
+    not fit.
+    """
+
+def fitted_lines(
+    system: System,
+    hypothesis: Hypothesis,
+    records: Sequence[RecordLines],
+    p: NDArray[np.float64],
+    x: NDArray[np.float64],
+) -> list[tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]]:
+    """For each record: accelerations (K, n_out) with fitted free decays, displacements of the coordinates (K, n_w),
+    forces on the structure there (K, n_w), for `hypothesis` on `system` at unknowns `p` and ln law parameters `x`.
+
+    Raises ModelError where the model or a law cannot be solved there.
+    """

@@ -99,7 +99,7 @@ def starts(
 ) -> list[Start]:
     """The best starts of a law by regression of the recovered force on its shapes, beside a linear companion.
 
-    Lines are weighted by how well the sensors see a force at the joint.
+    `s` are the lines (K,) of every record. Lines are weighted by how well the sensors see a force at the joint.
     """
     amplitude = float(max(np.abs(d).max() for d in recovered.d))
     omega = np.concatenate([x.imag for x in s])
@@ -114,9 +114,8 @@ def starts(
                 _stack(recovered.D, recovered),
                 _stack([D * x[:, None] for D, x in zip(recovered.D, s)], recovered),
             ]
-        A = np.array(columns).T
-        b = _stack(recovered.F, recovered)
-        A, b = np.concatenate([A.real, A.imag]), np.concatenate([b.real, b.imag])
+        lines, force = np.array(columns).T, _stack(recovered.F, recovered)
+        A, b = np.concatenate([lines.real, lines.imag]), np.concatenate([force.real, force.imag])
         size = np.linalg.norm(A, axis=0)
         if not np.all(np.isfinite(size)) or np.any(size == 0):
             continue

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from femend import _core
 from femend.diagnose.candidates import Candidate, Start
 from femend.diagnose.joint import Joint, Recovered
 from femend.estimate import FitRecord, Problem
+from femend.estimate.lines import TEMPERING
 from femend.physics import FitCoordinates
 
 __all__ = ["ClosedLoop", "fit_nonlinear", "judge_nonlinear", "refit_nonlinear"]
@@ -37,7 +39,7 @@ def upsampled(u: FloatArray, factor: int = UPSAMPLING) -> FloatArray:
     """Band-limited force (n_in, n*factor), raised by what linear interpolation between the new samples takes away.
 
     >>> upsampled(np.ones((1, 8))).shape
-    (1, 32)
+    (1, 64)
     """
     n = u.shape[1]
     U = np.fft.rfft(u, 2 * n, axis=1)
@@ -69,17 +71,17 @@ class ClosedLoop:
         return self.coordinates.parameters(x[:n]), float(x[n] * self.scale[0]), float(x[n + 1] * self.scale[1])
 
     def laws(self, x: FloatArray) -> list[list[tuple[str, dict[str, float]]]]:
-        """Composite of every coordinate as the core takes it."""
+        """Composite of every coordinate at fit coordinates `x`, as the core takes it."""
         values, k, c = self.values(x)
         linear = ("linear", {"k": k, "c": c, "m": 0.0})
         return [[(self.law, values), linear] for _ in range(len(self.joint.w))]
 
     def respond(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[list[FloatArray]]:
-        """Accelerations [point][record] (n_out, n) at unknowns (p, x)."""
+        """Accelerations [point][record] (n_out, n) at `points` (p, x)."""
         return [[history[0] for history in records] for records in self.histories(points)]
 
     def histories(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[list]:
-        """What the simulation gives at each point and record: y, d, v, f, status."""
+        """What the simulation gives at each of `points` (p, x) and record: y, d, v, f, status."""
         system = self.problem.system(self.joint.reduced)
         first = self.problem.records[0]
         modal = {p.tobytes(): system.modal(p) for p, _ in points}
@@ -111,7 +113,9 @@ class ClosedLoop:
             )
         return out
 
-    def _with_static(self, history: list, u: FloatArray, from_u: FloatArray, from_f: FloatArray, dt: float) -> tuple:
+    def _with_static(
+        self, history: Sequence[Any], u: FloatArray, from_u: FloatArray, from_f: FloatArray, dt: float
+    ) -> tuple:
         """Adds the accelerations of modes that follow their force statically: second derivatives of the forces."""
         y, d, v, f, status = history
         n = y.shape[1]
@@ -120,7 +124,8 @@ class ClosedLoop:
         return y + np.fft.irfft(-(omega**2) * drive, n, axis=1), d, v, f, status
 
     def residuals(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[FloatArray]:
-        """Weighted residual of all records (real and imaginary parts) at each point; NaN where the simulation failed."""
+        """Weighted residual of all records (real and imaginary parts) at each of `points`; NaN where a simulation
+        failed."""
         lines = self.problem.lines(self.joint.reduced)
         out = []
         for responses in self.respond(points):
@@ -171,16 +176,12 @@ class _Descent:
         return z[: self.n_p], z[self.n_p :]
 
     def cost(self, z: FloatArray, e: FloatArray) -> float:
-        from femend.estimate.lines import TEMPERING
-
         prior = float((((z - self.mean) / self.sd) ** 2).sum())
         value = prior + TEMPERING * float(e @ e)
         return value if np.isfinite(value) else np.inf
 
     def run(self, z: FloatArray, iterations: int) -> tuple[FloatArray, FloatArray, FloatArray | None]:
         """Unknowns, residual, and Gauss-Newton matrix over the free unknowns at the end."""
-        from femend.estimate.lines import TEMPERING
-
         (e,) = self.loop.residuals([self.split(z)])
         cost, damping, H = self.cost(z, e), 1e-3, None
         if not np.isfinite(cost):
@@ -234,7 +235,7 @@ def _descent(loop: ClosedLoop, p: FloatArray, x: FloatArray, everything: bool) -
 def fit_nonlinear(
     problem: Problem, choosing: Problem, joint: Joint, recovered: Recovered, begun: Sequence[tuple[str, Start]]
 ) -> list[Candidate]:
-    """The best fits of several laws and starts at a joint, judged on `choosing`; the model stays as the free force left it.
+    """The best fits of several laws and starts at a joint, judged on `choosing`, the model as the free force left it.
 
     All starts go a few steps; those that get on best are followed to the end. One candidate a law is kept.
     """
@@ -284,7 +285,9 @@ def _candidate(
 
 
 def _loop_again(problem: Problem, candidate: Candidate) -> ClosedLoop:
-    assert candidate.joint is not None and candidate.physics is not None and candidate.coordinates is not None
+    assert candidate.joint is not None
+    assert candidate.physics is not None
+    assert candidate.coordinates is not None
     return ClosedLoop(
         problem,
         candidate.joint,
@@ -313,7 +316,7 @@ def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JO
         return candidate
     n_p = len(candidate.p)
     start = Start(candidate.physics, candidate.values, candidate.k, candidate.c, 0.0)
-    covariance = np.linalg.pinv(H)[n_p:, n_p:]
+    covariance = np.asarray(np.linalg.pinv(H)[n_p:, n_p:], dtype=np.float64)
     return replace(
         _candidate(loop, start, candidate.name, z, e, covariance),
         chosen=candidate.chosen,

@@ -145,8 +145,8 @@ def decide(found: Diagnosis, n_values: float) -> Diagnosis:
     adequate = best.candidate.chosen <= settings.adequate * max(_reference(found, best), 1.0)
     verdict = "missing-physics" if adequate else "located-not-named"
     advice = "" if adequate else (
-        "the best law explains part of what a free force at the same place does; record two more levels, or the motion of "
-        "the place itself"
+        "the best law explains part of what a free force at the same place does; record two more levels, or the motion "
+        "of the place itself"
     )  # fmt: skip
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,8 @@ class Joint:
     def hypothesis(
         self, laws: tuple[str, ...] | None, mean: FloatArray | None = None, sd: FloatArray | None = None
     ) -> Hypothesis:
-        """The joint with linear laws, or with a free force."""
+        """The joint with linear laws (`mean`, `sd`: prior of the logarithms of their parameters), or with a free
+        force."""
         return Hypothesis(self.reduced, self.w, laws, self.compliance, mean, sd)
 
 
@@ -59,7 +61,7 @@ def open_joint(place: Place, reduced: ReducedModel, f_max: float, g_rows: list[i
 
 @dataclass(frozen=True, eq=False)
 class Recovered:
-    """Coordinates (K, n_w) and forces against the motion (K, n_w) on the lines of every record, and in time (n_w, n)."""
+    """Coordinates and forces against the motion (K, n_w) on the lines of every record, and in time (n_w, n)."""
 
     fit: Fit
     equivalent: Fit
@@ -77,9 +79,10 @@ class Recovered:
 def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | None:
     """Reads off what the coordinate of an opened joint did.
 
-    An equivalent spring and dashpot give force, displacement and free decays; what the sensors still see beyond them goes
-    to the force as far as they see the joint at all (Wiener form). A bare least-squares force would be noise where the
-    joint is hardly seen, and could trade any free decay against itself near a resonance.
+    `start` are unknowns of the model. An equivalent spring and dashpot give force, displacement and free decays; what
+    the sensors still see beyond them goes to the force as far as they see the joint at all (Wiener form). A bare
+    least-squares force would be noise where the joint is hardly seen, and could trade any free decay against itself
+    near a resonance.
     """
     (fit,) = problem.fit([joint.hypothesis(None)], [(start, np.zeros(0))], iterations=8)
     if fit is None:
@@ -94,7 +97,7 @@ def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | No
     omega, zeta, Q = _core_modal(system, fit.p)
     out = Recovered(fit, equal, [], [], [], [], [], [], [], problem.records, [line.index for line in lines])
     for line, (y, D, F_eq) in zip(lines, stiff, strict=True):
-        s = line.sigma + 2j * np.pi * line.freq
+        s: ComplexArray = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
         rows = joint.reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
         w = joint.w @ Q
         g = 1 / (omega**2 + s[:, None] ** 2 + 2 * (zeta * omega) * s[:, None])
@@ -161,5 +164,5 @@ def equivalent_linear(problem: Problem, joint: Joint, p: FloatArray) -> Fit | No
     return min(done, key=lambda t: t.cost) if done else None
 
 
-def _core_modal(system: object, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return system.modal(p)  # type: ignore[attr-defined,no-any-return]
+def _core_modal(system: Any, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    return system.modal(p)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from femend.diagnose.candidates import Candidate
@@ -42,7 +44,8 @@ def fit_linear(
 
 
 def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: Physics) -> list[dict[str, float]]:
-    """Sizes of a law that can matter at the joint: around the equivalent spring and dashpot and the joint's own stiffness."""
+    """Sizes of a law that can matter at the joint: near the equivalent spring and dashpot, and the joint's
+    stiffness."""
     scale, omega = stiffness_scale(problem, joint)
     k, c = np.exp(recovered.equivalent.x)
     low, high = 2 * np.pi * problem.band[0], 2 * np.pi * problem.band[1]
@@ -69,9 +72,8 @@ def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: P
 
 def judge_linear(choosing: Problem, candidate: Candidate) -> Candidate:
     """The candidate with the misfit it leaves on records it has not seen, nothing estimated there but free decays."""
-    from dataclasses import replace
-
-    assert candidate.joint is not None and candidate.physics is not None
+    assert candidate.joint is not None
+    assert candidate.physics is not None
     hypothesis = candidate.joint.hypothesis(
         (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), LAW_SD)
     )
@@ -81,16 +83,15 @@ def judge_linear(choosing: Problem, candidate: Candidate) -> Candidate:
 
 def refit_linear(problem: Problem, candidate: Candidate) -> Candidate:
     """The candidate fitted to all records of the problem, with the covariance of its law."""
-    from dataclasses import replace
-
-    assert candidate.joint is not None and candidate.physics is not None
+    assert candidate.joint is not None
+    assert candidate.physics is not None
     hypothesis = candidate.joint.hypothesis(
         (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), LAW_SD)
     )
     (fit,) = problem.fit([hypothesis], [(candidate.p, candidate.x)], iterations=25, tolerance=1e-3)
     if fit is None:
         return candidate
-    covariance = np.linalg.pinv(fit.hessian)[len(fit.p) :, len(fit.p) :]
+    covariance = np.asarray(np.linalg.pinv(fit.hessian)[len(fit.p) :, len(fit.p) :], dtype=np.float64)
     values = dict(zip(candidate.physics.parameter_names, np.exp(fit.x).tolist()))
     return replace(
         candidate,

@@ -10,7 +10,7 @@ from femend.diagnose.candidates import Candidate
 from femend.diagnose.name import Split, effective_values, null_candidate, score
 from femend.diagnose.settings import Settings
 from femend.dof import Dof
-from femend.estimate import Fit, FitRecord, Problem
+from femend.estimate import Fit, FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel, reduce_model
 
 __all__ = ["LoadFinding", "try_loads"]
@@ -78,8 +78,6 @@ def _moved(record: FitRecord, row: int, sign: float) -> FitRecord:
 def _follow(
     problem: Problem, split: Split, reduced: ReducedModel, row: int, sign: float, settings: Settings
 ) -> LoadFinding | None:
-    from femend.estimate import Hypothesis
-
     g_rows = sorted({row, *(int(g) for r in problem.records for g in r.out_rows)})
     own = reduce_model(reduced.model, problem.band[1], g_rows)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femend.diagnose.candidates import Candidate, laws_for, starts
-from femend.diagnose.closed_loop import fit_nonlinear, refit_nonlinear
+from femend.diagnose.closed_loop import fit_nonlinear, judge_nonlinear, refit_nonlinear
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
 from femend.diagnose.linear import fit_linear
 from femend.diagnose.locate import Located
@@ -140,7 +140,7 @@ def _linear_laws(split: Split, joint: Joint, recovered: Recovered, reference: fl
 
 
 def _nonlinear_laws(split: Split, joint: Joint, recovered: Recovered, reference: float) -> list[Candidate]:
-    s = [2j * np.pi * line.freq for line in split.fitting.lines(joint.reduced)]
+    s = [np.asarray(2j * np.pi * line.freq, dtype=np.complex128) for line in split.fitting.lines(joint.reduced)]
     begun = [
         (name, start)
         for name, entry in laws_for(joint.place.kind)
@@ -155,8 +155,6 @@ def _nonlinear_laws(split: Split, joint: Joint, recovered: Recovered, reference:
 
 def _refine(split: Split, ranked: list[Ranked], settings: Settings, n_values: float) -> list[Ranked]:
     """Fits the best nonlinear candidates with all unknowns; laws at the same place share where the model ends up."""
-    from femend.diagnose.closed_loop import judge_nonlinear
-
     nonlinear = [r for r in ranked if r.candidate.nonlinear]
     best = sorted(nonlinear, key=lambda r: r.candidate.chosen)[: settings.refined]
     out = [r for r in ranked if not any(r is b for b in best)]

@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.closed_loop import simulate_candidate
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel
+from femend.physics import physics
 
 __all__ = ["predict_candidate", "predict_model", "transfer"]
 
@@ -30,7 +32,8 @@ def transfer(
     out: FloatArray,
     into: FloatArray,
 ) -> ComplexArray:
-    """Accelerances (K, n_out, n_in) at lines s with linear laws closed; `out`, `into` are rows of the basis."""
+    """Accelerances (K, n_out, n_in) at lines s with linear laws closed, at unknowns `p` and ln law parameters `x`;
+    `out`, `into` are rows of the basis."""
     omega, zeta, Q = problem.system(hypothesis.reduced).modal(p)
     g = 1 / (omega**2 + s[:, None] ** 2 + 2 * (zeta * omega) * s[:, None])
     phi_out, phi_in = out @ Q, into @ Q
@@ -48,9 +51,6 @@ def transfer(
 
 
 def _kappa(laws: tuple[str, ...], x: FloatArray, s: ComplexArray) -> ComplexArray:
-    from femend import _core
-    from femend.physics import physics
-
     total = np.zeros(len(s), dtype=complex)
     first = 0
     for law in laws:
@@ -64,14 +64,15 @@ def _kappa(laws: tuple[str, ...], x: FloatArray, s: ComplexArray) -> ComplexArra
 def predict_model(
     problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, record: FitRecord
 ) -> FloatArray:
-    """Accelerations (n_out, n) from rest by the exponential window method (Kausel and Roesset 1992)."""
+    """Accelerations (n_out, n) from rest at unknowns `p` and ln law parameters `x`, by the exponential window method
+    (Kausel and Roesset 1992)."""
     reduced: ReducedModel = hypothesis.reduced
     n = record.n
     length = PADDING * n
     sigma = WRAP / (length * record.dt)
     t = record.dt * np.arange(n)
     U = np.fft.rfft(record.u * np.exp(-sigma * t), length, axis=1)
-    s = sigma + 2j * np.pi * np.fft.rfftfreq(length, record.dt)
+    s = np.asarray(sigma + 2j * np.pi * np.fft.rfftfreq(length, record.dt), dtype=np.complex128)
     out = reduced.rows(record.out_rows, record.out_signs)
     into = reduced.rows(record.in_rows, record.in_signs)
     H = transfer(problem, hypothesis, p, x, s, out, into)

@@ -32,8 +32,8 @@ TUNED_ABOVE = 1.1
 class Hypothesis:
     """What may be attached to a reduced model.
 
-    `w` (n_w, r) directions, empty for nothing; `laws` names of linear laws or None for a free force; `compliance` (n_w,)
-    in series; `mean`, `sd` prior of the logarithms of the laws' parameters.
+    `w` (n_w, r) directions, empty for nothing; `laws` names of linear laws or None for a free force; `compliance`
+    (n_w,) in series; `mean`, `sd` prior of the logarithms of the laws' parameters.
     """
 
     reduced: ReducedModel
@@ -120,7 +120,7 @@ class Problem:
         return float((((p - mean) / sd) ** 2).sum())
 
     def system(self, reduced: ReducedModel, held: float = 1.0) -> Any:
-        """The core's system of a reduced model, made once; `held` < 1 tightens the priors of the modes' own unknowns."""
+        """The core's system of a reduced model, made once; `held` < 1 tightens the priors of the modes' unknowns."""
         kept = self._systems.get((id(reduced), held))
         if kept is None:
             mean, sd = self.prior(reduced)
@@ -153,8 +153,9 @@ class Problem:
     ) -> list[Fit | None]:
         """Fits each hypothesis from its start (prior means where none are given); None where its model breaks down.
 
-        All hypotheses of a call share one basis. With `held` < 1 the modes' own frequency factors and damping ratios are
-        held that much tighter, so that far from the minimum the parameters do the work.
+        `starts` are (unknowns, ln law parameters) of each. All hypotheses of a call share one basis. With `held` < 1
+        the modes' own frequency factors and damping ratios are held that much tighter, so that far from the minimum the
+        parameters do the work.
         """
         if not hypotheses:
             return []
@@ -170,7 +171,8 @@ class Problem:
     def continuation(
         self, hypothesis: Hypothesis, start: tuple[FloatArray, FloatArray] | None = None, iterations: int = 15
     ) -> Fit | None:
-        """Fit from far off: strongly damped lines first, the recorded ones last."""
+        """Fit from far off, from `start` (unknowns, ln law parameters): strongly damped lines first, the recorded
+        last."""
         fit: Fit | None = None
         for factor, held in CONTINUATION:
             at = start if fit is None else (fit.p, fit.x)

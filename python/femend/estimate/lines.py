@@ -84,10 +84,10 @@ class Lines:
 def noise_of(u: FloatArray, y: FloatArray, dt: float, period: int) -> FloatArray:
     """Noise standard deviation (n_out,) of responses y (n_out, n) to forces u (n_in, n).
 
-    Repeating records: from the difference of the last two periods. Others: over short stretches of the spectrum response
-    and transient are smooth multiples of the force and of one (local polynomial method, Pintelon and Schoukens, System
-    Identification, 2nd ed., ch. 7); what they leave is noise and distortion, and since noise is white and distortion is
-    not, the quieter stretches tell the noise.
+    Repeating records: from the difference of the last two periods. Others: over short stretches of the spectrum
+    response and transient are smooth multiples of the force and of one (local polynomial method, Pintelon and
+    Schoukens, System Identification, 2nd ed., ch. 7); what they leave is noise and distortion, and since noise is white
+    and distortion is not, the quieter stretches tell the noise.
     """
     n = y.shape[1]
     if period and n >= 2 * period:
@@ -148,7 +148,7 @@ def spectral_lines(
     u, y = (x if span is None else x[:, span] for x in (record.u, record.y))
     n = u.shape[1]
     window = np.exp(-sigma * record.dt * np.arange(n))
-    freq = np.fft.rfftfreq(n, record.dt)
+    freq = np.asarray(np.fft.rfftfreq(n, record.dt), dtype=np.float64)
     step = max(1, int(round(sigma / (2 * np.pi) / freq[1] / 2)))
     index = np.flatnonzero((freq >= band[0]) & (freq <= band[1]))
     Ufull, Yfull = np.fft.rfft(u * window, axis=1), np.fft.rfft(y * window, axis=1)
@@ -163,7 +163,7 @@ def spectral_lines(
     variance = record.noise[:, None] ** 2 * float((window**2).sum()) + MODEL_ALLOWANCE**2 * smooth
     Y = Yfull[:, index].T
     weight = np.ascontiguousarray(1 / np.sqrt(variance[:, index].T))
-    s = sigma + 2j * np.pi * freq[index]
+    s = np.asarray(sigma + 2j * np.pi * freq[index], dtype=np.complex128)
     core = _core.RecordLines(
         s,
         np.ascontiguousarray(U),

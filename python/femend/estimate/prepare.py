@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.data import Recording, Test
+from femend.data import Channel, Recording, Test
 from femend.errors import RecordingError
 from femend.estimate.lines import FitRecord, noise_of
 from femend.model import Model, Pairing, pair_sensors
@@ -24,16 +24,17 @@ SAMPLES_PER_CYCLE = 2.1
 
 def pair_test(test: Test, model: Model) -> Pairing:
     """Every sensor and shaker of a test with its DOF of the model; raises PairingError."""
-    channels, places = [], {}
+    channels: list[Channel] = []
+    places: dict[int, FloatArray] = {}
     for recording in test:
         channels += [*recording.sensors, *recording.inputs]
         if recording.geometry is not None:
-            places.update(recording.geometry.as_dict())
+            places.update(zip(recording.geometry.ids.tolist(), recording.geometry.xyz))
     return pair_sensors(channels, model.node_ids, model.xyz, sensor_xyz=places)
 
 
 def period_of(u: FloatArray) -> int:
-    """Samples of a period of a force record (n_in, n) that repeats itself at least twice up to its end, 0 where none does.
+    """Samples of a period of a force record u (n_in, n) that repeats itself at least twice up to its end; 0 for none.
 
     >>> period_of(np.tile(np.sin(np.arange(50) ** 2), 4)[None])
     50
@@ -107,7 +108,8 @@ def _rows(
     recording: Recording, model: Model, pairing: Pairing
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray, FloatArray]:
     force, response = recording.force, recording.response
-    assert force is not None and response is not None
+    assert force is not None
+    assert response is not None
     out = []
     for data in (force, response):
         dofs = [pairing[c.dof].dof for c in data.channels if c.dof is not None]

@@ -106,8 +106,8 @@ def read_model(
 ) -> Model:
     """Reads a Nastran bulk-data deck into a model.
 
-    `spc` selects a constraint set other than the deck's own, `added_mass` adds (node, mass) pairs. Raises DeckError for a
-    deck that cannot be read and ModelError for a model that cannot be used or a parameter without target.
+    `spc` selects a constraint set other than the deck's own, `added_mass` adds (node, mass) pairs. Raises DeckError for
+    a deck that cannot be read and ModelError for a model that cannot be used or a parameter without target.
     """
     deck = _core.Deck.read(str(path))
     return model_of(deck, units=units, parameters=parameters, spc=spc, added_mass=added_mass)

@@ -2,9 +2,9 @@
 
 A place is a set of direction vectors `w`: forces F along them are what the model lacks, and their work is done on
 d = wᵀu. There are two kinds. *Attached* places (to ground, between two joints, the moving base) take w as a unit
-direction. *Released* places sit inside the structure (the end of a member, a clamp): the connection is cut open, so that
-a law can carry what the rigid connection carried. With the element's stiffness K_e and the cut DOFs s, the released
-structure has K - B S⁻¹ Bᵀ, B = K_e[:, s], S = K_e[s, s]; the opening of the cut under a moment m is
+direction. *Released* places sit inside the structure (the end of a member, a clamp): the connection is cut open, so
+that a law can carry what the rigid connection carried. With the element's stiffness K_e and the cut DOFs s, the
+released structure has K - B S⁻¹ Bᵀ, B = K_e[:, s], S = K_e[s, s]; the opening of the cut under a moment m is
 d = S⁻¹ Bᵀ u - S⁻¹ m, so that w = B S⁻¹ with the compliance S⁻¹ in series.
 """
 
@@ -65,7 +65,7 @@ class Place:
         return len(self.g_rows)
 
     def w(self, V: FloatArray, V_a: FloatArray) -> FloatArray:
-        """Direction vectors (n_w, r) in a basis V (n_g, r), V_a (n_a, r): patterns of unit force (of a cut: B, unscaled)."""
+        """Direction vectors (n_w, r) in a basis V (n_g, r), V_a (n_a, r): unit force patterns (a cut: B, unscaled)."""
         if not self.g_rows:
             return np.zeros((0, V.shape[1]))
         basis = V_a if self.independent else V
@@ -95,7 +95,7 @@ def held_rows(model: Model) -> NDArray[np.bool_]:
 
 
 def topology(model: Model) -> Topology:
-    """Joints (where members meet, end, turn, change section or carry a mass or a support) and the members between them."""
+    """Joints (where members meet, end, turn, change section, carry a mass or a support), and members between them."""
     top = Topology(held=held_rows(model))
     other: set[int] = set()
     for eid, card, nodes in model.fe.elements():

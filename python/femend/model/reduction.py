@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femend import _core
 from femend.errors import ModelError
 from femend.model.model import Model
 
@@ -56,12 +58,12 @@ class ReducedModel:
         return int(self.V.shape[1])
 
     def rows(self, g_rows: Sequence[int] | NDArray[np.int64], signs: FloatArray | None = None) -> FloatArray:
-        """Rows (n, r) of the basis for DOFs of the g-set, times the sensors' signs."""
+        """Rows (n, r) of the basis for DOFs `g_rows` of the g-set, times the sensors' signs."""
         V = self.V[np.asarray(g_rows, dtype=np.int64)]
         return V if signs is None else V * np.asarray(signs)[:, None]
 
     def with_part(self, name: str, K: FloatArray, parameter: int | None, prior_sd: float) -> ReducedModel:
-        """Splits a stiffness part (r, r) off (from the term of `parameter`, or the fixed one) under a factor of its own."""
+        """Splits a part K (r, r) off (the term of `parameter`, or the fixed one) under a factor of its own."""
         n = len(self.names)
         own = Term(((n, 1.0),) if parameter is None else ((parameter, 1.0), (n, 1.0)), K)
         split = self.minus(K, parameter)
@@ -70,7 +72,7 @@ class ReducedModel:
         )
 
     def minus(self, K: FloatArray, parameter: int | None) -> ReducedModel:
-        """The model without a stiffness part (r, r) that scales with a parameter, or with none."""
+        """The model without a stiffness part K (r, r) that scales with a parameter, or with none."""
         if parameter is None:
             return replace(self, K_fixed=self.K_fixed - K)
         return replace(self, terms=(*self.terms, Term(((parameter, 1.0),), -K)))
@@ -92,17 +94,15 @@ def reduce_model(model: Model, f_max: float, g_rows: Sequence[int], loads: Float
     return _project(model, V_a, np.asarray(T @ V_a))
 
 
-def _modes(K: object, M: object, f_max: float, at_least: int) -> tuple[FloatArray, FloatArray]:
+def _modes(K: Any, M: Any, f_max: float, at_least: int) -> tuple[FloatArray, FloatArray]:
     freq, phi, _, _ = _core_modes(K, M, f_max)
     if len(freq) < at_least + 2:
         freq, phi, _, _ = _core_modes(K, M, None, at_least + 2)
     return 2 * np.pi * np.asarray(freq), np.asarray(phi)
 
 
-def _core_modes(K: object, M: object, f_max: float | None, n: int | None = None) -> tuple:
-    from femend import _core
-
-    n_a = K.shape[0]  # type: ignore[attr-defined]
+def _core_modes(K: Any, M: Any, f_max: float | None, n: int | None = None) -> tuple[Any, ...]:
+    n_a = K.shape[0]
     n = None if n is None else min(n, n_a)
     return _core.modes(
         K.indptr.astype(np.int64),
@@ -110,25 +110,25 @@ def _core_modes(K: object, M: object, f_max: float | None, n: int | None = None)
         K.data,
         M.data,
         n_modes=n,
-        f_max=f_max,  # type: ignore[attr-defined]
+        f_max=f_max,
     )
 
 
-def _basis(K: object, M: object, omega: FloatArray, phi: FloatArray, patterns: FloatArray) -> FloatArray:
+def _basis(K: Any, M: Any, omega: FloatArray, phi: FloatArray, patterns: FloatArray) -> FloatArray:
     from scipy.sparse.linalg import splu
 
     # K + w M is regular for free structures too; well below the first elastic mode it is the static response.
     elastic = omega[omega > 1e-3 * omega.max()]
     shift = (0.1 * elastic.min()) ** 2 if elastic.size else 1.0
-    static = splu((K + shift * M).tocsc()).solve(np.ascontiguousarray(patterns))  # type: ignore[operator]
+    static = splu((K + shift * M).tocsc()).solve(np.ascontiguousarray(patterns))
     # column by column, so that one stiff pattern does not hide a soft one
     V = phi
     for column in static.T:
         vector = column.copy()
-        length = np.sqrt(vector @ (M @ vector))  # type: ignore[operator]
+        length = np.sqrt(vector @ (M @ vector))
         for _ in range(2):
-            vector = vector - V @ (V.T @ (M @ vector))  # type: ignore[operator]
-        left = np.sqrt(max(vector @ (M @ vector), 0.0))  # type: ignore[operator]
+            vector = vector - V @ (V.T @ (M @ vector))
+        left = np.sqrt(max(vector @ (M @ vector), 0.0))
         if left > RANK_TOLERANCE * length and left > 0:
             V = np.hstack([V, (vector / left)[:, None]])
     return V

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from femend.diagnose import Diagnosis
+from femend.errors import DeckError
 from femend.io.deck import FieldChange, next_id
 from femend.model import Model, Parameter
 
@@ -51,8 +52,6 @@ def _fields(model: Model, parameter: Parameter) -> list[tuple[str, int, int]]:
 
 
 def _has(model: Model, card: str, id_: int) -> bool:
-    from femend.errors import DeckError
-
     try:
         model.deck.find(card, id_)
     except DeckError:

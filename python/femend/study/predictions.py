@@ -37,7 +37,7 @@ class Prediction:
 
 
 def nrmse(predicted: FloatArray, recorded: FloatArray) -> float:
-    """Root of the summed squared error over the root of the summed squared recording.
+    """Root of the summed squared error of `predicted` over that of the summed squares of `recorded`, both (n_out, n).
 
     >>> nrmse(np.zeros((1, 4)), np.ones((1, 4)))
     1.0

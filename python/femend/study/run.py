@@ -78,8 +78,8 @@ def _usable(test: Test) -> list[Recording]:
         r = wrong[0]
         what = f'excitation = "{r.excitation}"' if r.excitation != "measured" else "frequency response functions"
         raise RecordingError(
-            f"recording {r.name!r} has {what}; this version fits time records with measured force: give it another role "
-            "or leave it out",
+            f"recording {r.name!r} has {what}; this version fits time records with measured force: give it another "
+            "role or leave it out",
             recording=r.name,
         )
     return fit

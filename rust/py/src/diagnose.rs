@@ -78,6 +78,7 @@ impl System {
         Ok(Self { inner })
     }
 
+    /// Frequencies, damping ratios and modes in the basis at the unknowns.
     #[pyo3(signature = (p))]
     #[allow(clippy::type_complexity)]
     fn modal<'py>(

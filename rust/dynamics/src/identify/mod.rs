@@ -23,6 +23,8 @@ pub use normal::{Evaluation, Fitted, fitted};
 pub use solve::{Job, Settings, Solution, solve, solve_batch};
 pub use system::{Hypothesis, Modal, System, Term, What};
 
+use femend_linalg::Dense;
+
 /// What can go wrong before an estimate starts.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IdentifyError {
@@ -46,4 +48,25 @@ pub enum IdentifyError {
 
 pub(crate) fn expect(what: &'static str, found: usize, expected: usize) -> Result<(), IdentifyError> {
     if found == expected { Ok(()) } else { Err(IdentifyError::Shape { what, found, expected }) }
+}
+
+/// A square part of the reduced model; a product of sizes alone would let a column pass for a matrix.
+pub(crate) fn expect_square(what: &'static str, found: &Dense, r: usize) -> Result<(), IdentifyError> {
+    expect(what, found.nrows(), r)?;
+    expect(what, found.ncols(), r)
+}
+
+/// Checks everything an evaluation takes against each other.
+pub(crate) fn check(
+    system: &System,
+    records: &[RecordLines],
+    hypothesis: &Hypothesis,
+    p: &[f64],
+    x: &[f64],
+) -> Result<(), IdentifyError> {
+    system.check()?;
+    hypothesis.check(system.r)?;
+    expect("start values", p.len(), system.n_unknowns())?;
+    expect("start values of the law", x.len(), hypothesis.n_law())?;
+    records.iter().try_for_each(|r| r.check(system.r))
 }

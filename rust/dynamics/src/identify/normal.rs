@@ -2,7 +2,7 @@
 
 use super::response::{Response, Split};
 use super::system::{Hypothesis, Modal, System, What};
-use super::{IdentifyError, RecordLines};
+use super::{IdentifyError, RecordLines, check};
 use femend_linalg::{Dense, gemm_tn};
 use num_complex::Complex64;
 
@@ -464,7 +464,7 @@ pub(crate) fn evaluate(
 /// Predictions, coordinates and forces of a hypothesis on the lines of every record.
 ///
 /// # Errors
-/// As [`evaluate`].
+/// As [`evaluate`], and for arrays that do not fit.
 pub fn fitted(
     system: &System,
     records: &[RecordLines],
@@ -472,6 +472,7 @@ pub fn fitted(
     p: &[f64],
     x: &[f64],
 ) -> Result<Vec<Fitted>, IdentifyError> {
+    check(system, records, hypothesis, p, x)?;
     let modal = system.modal(p)?;
     records
         .iter()
@@ -512,3 +513,6 @@ pub fn fitted(
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,7 +2,7 @@
 
 use super::normal::{Evaluation, evaluate};
 use super::system::{Hypothesis, System};
-use super::{IdentifyError, RecordLines, expect};
+use super::{IdentifyError, RecordLines, check};
 use femend_linalg::Dense;
 use rayon::prelude::*;
 
@@ -66,11 +66,7 @@ pub fn solve(
     x: &[f64],
     settings: Settings,
 ) -> Result<Solution, IdentifyError> {
-    system.check()?;
-    hypothesis.check(system.r)?;
-    expect("start values", p.len(), system.n_unknowns())?;
-    expect("start values of the law", x.len(), hypothesis.n_law())?;
-    records.iter().try_for_each(|r| r.check(system.r))?;
+    check(system, records, hypothesis, p, x)?;
     let (mut p, mut x) = (p.to_vec(), x.to_vec());
     let mut at = evaluate(system, records, hypothesis, &p, &x, true)?;
     let mut lambda = 1e-4;

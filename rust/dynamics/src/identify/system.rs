@@ -1,6 +1,6 @@
 //! The reduced model with its unknowns, and a hypothesis about what is attached to it.
 
-use super::{IdentifyError, expect};
+use super::{IdentifyError, expect, expect_square};
 use crate::laws::{Kind, Law};
 use femend_linalg::{Dense, LinalgError, gemm, gemm_tn};
 use num_complex::Complex64;
@@ -76,12 +76,11 @@ impl System {
     /// # Errors
     /// [`IdentifyError::Shape`].
     pub fn check(&self) -> Result<(), IdentifyError> {
-        let r2 = self.r * self.r;
-        expect("fixed stiffness", self.k_fixed.data().len(), r2)?;
-        expect("fixed mass", self.m_fixed.data().len(), r2)?;
+        expect_square("fixed stiffness", &self.k_fixed, self.r)?;
+        expect_square("fixed mass", &self.m_fixed, self.r)?;
         for term in &self.terms {
             for part in [&term.k, &term.m].into_iter().flatten() {
-                expect("a parameter's part of K or M", part.data().len(), r2)?;
+                expect_square("a parameter's part of K or M", part, self.r)?;
             }
             if let Some((i, _)) = term.exponents.iter().find(|(i, _)| *i >= self.n_par) {
                 return Err(IdentifyError::Shape { what: "parameters", found: self.n_par, expected: i + 1 });
@@ -100,6 +99,9 @@ impl System {
     /// # Errors
     /// [`LinalgError`] when M(θ) is not positive definite or an unknown is not finite.
     pub fn modal(&self, p: &[f64]) -> Result<Modal, LinalgError> {
+        if let Some((row, &value)) = p.iter().enumerate().find(|(_, v)| !v.is_finite()) {
+            return Err(LinalgError::NotFinite { what: "vector of unknowns", row, column: 0, value });
+        }
         let (mut k, mut m) = (self.k_fixed.clone(), self.m_fixed.clone());
         let factors: Vec<f64> = self
             .terms
