@@ -22,7 +22,7 @@ def pretty_unit(unit: str) -> str:
         if text[i] == "^":
             i += 1
             start = i
-            while i < len(text) and (text[i].isdigit() or text[i] == "-"):
+            while i < len(text) and (text[i].isdigit() or text[i] in "-n"):
                 i += 1
             out += text[start:i].translate(_SUPERSCRIPT)
         else:

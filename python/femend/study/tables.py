@@ -86,9 +86,11 @@ def _remark(diagnosis: Diagnosis, ranked: Ranked) -> str:
         return "explains the unseen record no better than no addition"
     if diagnosis.best is None:
         return "gains too little on the unseen record" if own > 0.5 * without else "not adequate"
+    if ranked.candidate.name == diagnosis.best.name and own <= 1.05 * best:
+        return "the same law at a place that explains about as much"
     if own > 1.05 * best:
         return f"leaves {significant(own / best, 2)} times what the best one leaves"
-    return "explains about as much, and costs more parameters or a less likely model"
+    return "explains about as much, with more parameters or a less likely model"
 
 
 def parameters(run: StudyRun) -> tuple[ParameterRow, ...]:
@@ -163,9 +165,9 @@ def _gain_checks(diagnosis: Diagnosis) -> list[Check]:
         name = words.physics_name(best.candidate.name)
         rows.append(
             Check(
-                f"Does the best law ({name}) explain as much as a free force at its place?",
+                f"Does the best law ({name}) explain about as much as a free force there?",
                 "yes" if after <= limit else "no",
-                f"law {significant(after)}, free force {significant(reference)}; {significant(limit)} is adequate",
+                f"law {significant(after)}, free force {significant(reference)}; {significant(limit)} is enough",
             )
         )
     return rows
