@@ -204,7 +204,7 @@ def test_inspect_tells_channels_and_rates() -> None:
     assert done.exit_code == 0, done.output
     assert "5 channels, 6144 samples at 1024 Hz, 6 s" in done.output
     assert "force" in done.output
-    assert "5:+X  acceleration" in done.output
+    assert "7:+Z  acceleration" in done.output
 
 
 def test_inspect_of_a_deck_counts_cards_and_says_the_size() -> None:
@@ -214,7 +214,7 @@ def test_inspect_of_a_deck_counts_cards_and_says_the_size() -> None:
     n_grid, n_bar = (sum(line.startswith(f"{card},") for line in text.splitlines()) for card in ("GRID", "CBAR"))
     assert f"{n_grid} nodes" in done.output
     assert f"CBAR {n_bar:>7}" in done.output
-    assert "0.501317 by 0 by 0.710525 along X, Y, Z" in done.output
+    assert "0.726114 by 0 by 0 along X, Y, Z" in done.output
     assert "COUPMASS 1" in done.output
 
 

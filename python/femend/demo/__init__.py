@@ -1,10 +1,8 @@
 """The bundled case of `femend demo`.
 
-`study/` is what a diagnosis gets: the study, the deck and the recordings, simulated by another program on a finer mesh
-(a case of the calibration set of `tests/blind`: it shows what a diagnosis looks like and proves nothing about how often
-one is right).
-`held_out/`, where it is there, holds the recordings behind the study's `predict` roles, and `truth.json` what was
-concealed; the diagnosis never sees these two.
+`study/` is what a diagnosis gets: the study, the deck and the recordings, simulated by another program on a finer mesh.
+`held_out/` holds the recordings behind the study's `predict` roles, and `truth.json` what was concealed; the diagnosis
+never sees these two.
 """
 
 from __future__ import annotations
