@@ -16,7 +16,7 @@ __all__ = ["fit_linear", "judge_linear", "refit_linear"]
 # ln standard deviation of a law's parameters around their start: they are free but for absurd values
 LAW_SD = 3.0
 # lines a record for trying starts, starts that are followed to the end, tunings of an absorber over the band
-FEW_LINES, KEPT, TUNINGS = 150, 1, 10
+FEW_LINES, KEPT, TUNINGS, FINE_TUNINGS = 150, 2, 8, 60
 
 
 def fit_linear(
@@ -65,9 +65,31 @@ def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: P
             taus = [1 / low, 1 / omega, 1 / high]
             return [{"k0": 0.5 * x, "k1": 0.5 * x, "tau": t} for x in (k, 0.3 * scale) for t in taus]
         case "tuned_absorber":
-            tuned = low * (high / low) ** ((np.arange(TUNINGS) + 0.5) / TUNINGS)
-            return [{"m": f * scale / w**2, "k": f * scale, "c": 0.04 * f * scale / w} for w in tuned for f in (0.01,)]
+            return _absorbers(problem, joint, recovered, scale, (low, high))
     return []
+
+
+def _absorbers(
+    problem: Problem, joint: Joint, recovered: Recovered, scale: float, band: tuple[float, float]
+) -> list[dict[str, float]]:
+    """Tunings and losses whose force follows the recovered one best, and a coarse grid of tunings beside them."""
+    s = [2j * np.pi * line.freq for line in problem.lines(joint.reduced)]
+    ranked = []
+    for w in band[0] * (band[1] / band[0]) ** np.linspace(0.0, 1.0, FINE_TUNINGS):
+        for loss in (0.01, 0.05, 0.2):
+            top = bottom = power = 0.0
+            for x, D, F, seen in zip(s, recovered.D, recovered.F, recovered.weight, strict=True):
+                shape = (x**2 * (w**2 + 2 * loss * w * x) / (x**2 + 2 * loss * w * x + w**2))[:, None] * D
+                top += float((seen * np.real(shape.conj() * F)).sum())
+                bottom += float((seen * np.abs(shape) ** 2).sum())
+                power += float((seen * np.abs(F) ** 2).sum())
+            m = top / bottom
+            if m > 0:
+                ranked.append((power - top * m, {"m": m, "k": m * w**2, "c": 2 * loss * w * m}))
+    ranked.sort(key=lambda item: item[0])
+    coarse = band[0] * (band[1] / band[0]) ** ((np.arange(TUNINGS) + 0.5) / TUNINGS)
+    grid = [{"m": f * scale / w**2, "k": f * scale, "c": 0.06 * f * scale / w} for w in coarse for f in (0.01, 0.1)]
+    return [v for _, v in ranked[:6]] + grid
 
 
 def judge_linear(choosing: Problem, candidate: Candidate) -> Candidate:
