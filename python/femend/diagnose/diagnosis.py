@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.closed_loop import refit_nonlinear
+from femend.diagnose.joint import Recovered
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
 from femend.diagnose.locate import Located, locate, shortlist
@@ -20,7 +22,6 @@ from femend.errors import RecordingError
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem, used_band
 from femend.model import Model, ReducedModel, find_places, reduce_model
 from femend.physics import physics as entry_of
-from femend.physics import simpler
 
 __all__ = ["Diagnosis", "diagnose_records"]
 
@@ -132,7 +133,7 @@ def decide(found: Diagnosis, n_values: float) -> Diagnosis:
             advice = "something is missing at the first place listed, but no law of the catalogue explains it"
             return replace(found, verdict="located-not-named", place=found.located[0], advice=advice)
         return replace(found, verdict=quiet)
-    candidate = _collapsed(best.candidate, found)
+    candidate = _collapsed(best, found)
     refitted = candidate
     if candidate.joint is not None:
         whole = found.problem
@@ -183,20 +184,48 @@ def _needed_update(found: Diagnosis) -> bool:
     return nominal is None or nominal.score > max(found.settings.consistent, 1.1 * found.null.score)
 
 
-def _collapsed(candidate: Candidate, found: Diagnosis) -> Candidate:
-    """A law that has run into one of its limits takes the simpler law's name."""
-    if candidate.physics is None or candidate.joint is None or candidate.nonlinear:
+def _collapsed(best: Ranked, found: Diagnosis) -> Candidate:
+    """A linear law that does what a simpler one does over the lines where the joint moves takes the simpler name."""
+    candidate = best.candidate
+    if candidate.physics is None or candidate.joint is None or candidate.nonlinear or best.recovered is None:
         return candidate
-    band = (2 * np.pi * found.problem.band[0], 2 * np.pi * found.problem.band[1])
-    limit = simpler(candidate.physics, dict(candidate.values), amplitude=1.0, band=band)
-    if limit is None:
-        return candidate
-    name, values = limit
-    own = {"end": "joint_stiffness", "clamp": "compliant_support"}.get(candidate.joint.place.kind, name)
-    entry = entry_of(name)
-    x = np.log([max(values[n], 1e-12) for n in entry.parameter_names])
-    reported = own if name == "support_stiffness" else name
-    return replace(candidate, physics=entry, name=reported, values=values, x=x, n_law=len(x))
+    kind = candidate.joint.place.kind
+    spring = {"end": "joint_stiffness", "clamp": "compliant_support"}.get(kind, "support_stiffness")
+    law = candidate.physics.law or candidate.physics.name
+    for name, reported in (
+        ("support_stiffness", spring),
+        ("viscous_damper", "viscous_damper"),
+        ("added_mass", "added_mass"),
+    ):
+        if name == law:
+            return candidate
+        value = _same_force(best.recovered, law, dict(candidate.values), name, found)
+        if value is not None and (name != "added_mass" or kind == "ground"):
+            entry = entry_of(name)
+            own = {entry.parameter_names[0]: value}
+            return replace(candidate, physics=entry, name=reported, values=own, x=np.log([value]), n_law=1)
+    return candidate
+
+
+def _same_force(
+    recovered: Recovered, law: str, values: dict[str, float], simple: str, found: Diagnosis
+) -> float | None:
+    """Size of the simple law whose force differs least from the law's over all lines; None where it differs too much."""
+    top = bottom = power = 0.0
+    unit = {entry_of(simple).parameter_names[0]: 1.0}
+    for line_index, record, D, weight in zip(
+        recovered.index, recovered.records, recovered.D, recovered.weight, strict=True
+    ):
+        s = 2j * np.pi * line_index / (record.n * record.dt)
+        kappa = _core.law_dynamic_stiffness(law, values, s)[0][:, None]
+        shape = _core.law_dynamic_stiffness(simple, unit, s)[0][:, None]
+        seen = weight * np.abs(D) ** 2
+        top += float((seen * np.real(shape.conj() * kappa)).sum())
+        bottom += float((seen * np.abs(shape) ** 2).sum())
+        power += float((seen * np.abs(kappa) ** 2).sum())
+    value = top / bottom
+    left = 1.0 - value * top / power
+    return value if value > 0 and left < found.settings.same_law**2 else None
 
 
 class _Teller:

@@ -105,7 +105,8 @@ def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | No
         weighted = seen * line.weight[:, :, None]
         left = (line.Y - y) * line.weight
         gram = np.einsum("ksv,ksw->kvw", weighted.conj(), weighted)
-        spread = _smooth(np.abs(F_eq) ** 2)
+        # where the equivalent element explains little, the force is not known to be like its own
+        spread = _smooth(np.abs(F_eq) ** 2) * max(1.0, equal.score / max(fit.score, 1e-12))
         ridge = gram + np.eye(len(w))[None] / spread[:, None, :]
         more = np.linalg.solve(ridge, np.einsum("ksw,ks->kw", weighted.conj(), left)[:, :, None])[:, :, 0]
         F = F_eq + more
@@ -153,13 +154,20 @@ def middle(problem: Problem) -> float:
 
 
 def equivalent_linear(problem: Problem, joint: Joint, p: FloatArray) -> Fit | None:
-    """The spring and dashpot that explain the records best, from a few sizes of both."""
+    """The spring or mass with a dashpot that explains the records best, from a few sizes."""
     scale, omega = stiffness_scale(problem, joint)
     sizes = (0.02, 0.2, 2.0)
-    means = [np.log([f * scale, 0.03 * f * scale / omega]) for f in sizes]
+    families = (("support_stiffness", 1.0), ("added_mass", omega**-2))
+    starts = [
+        ((law, "viscous_damper"), np.log([f * scale * unit, 0.03 * f * scale / omega]))
+        for law, unit in families
+        for f in sizes
+        if law == "support_stiffness" or joint.place.release is None
+    ]
     few = problem.thinned(250)
-    laws = ("support_stiffness", "viscous_damper")
-    tries = few.fit([joint.hypothesis(laws, m, np.full(2, 4.0)) for m in means], [(p, m) for m in means], iterations=12)
+    tries = few.fit(
+        [joint.hypothesis(laws, m, np.full(2, 4.0)) for laws, m in starts], [(p, m) for _, m in starts], iterations=12
+    )
     done = [t for t in tries if t is not None]
     return min(done, key=lambda t: t.cost) if done else None
 

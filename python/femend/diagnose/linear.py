@@ -48,6 +48,8 @@ def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: P
     stiffness."""
     scale, omega = stiffness_scale(problem, joint)
     k, c = np.exp(recovered.equivalent.x)
+    if recovered.equivalent.hypothesis.laws and recovered.equivalent.hypothesis.laws[0] == "added_mass":
+        k = 0.3 * scale
     low, high = 2 * np.pi * problem.band[0], 2 * np.pi * problem.band[1]
     k_all = [k, 0.03 * scale, 0.3 * scale, 3 * scale]
     match entry.law:

@@ -21,6 +21,7 @@ class Settings:
         parameter_z: prior deviation beyond which a parameter alone is a finding.
         adequate: unseen misfit, as a multiple of the law-free one, up to which a name is given.
         price: score a fitted law parameter costs.
+        same_law: relative difference of two laws' forces below which the simpler one is named.
         linear_enough: unseen misfit, as a multiple of the law-free one, below which no nonlinear law is tried.
         worth_naming: share of the updated model's cost that a free force somewhere has to take away, where the model is
             at the noise already, before laws are tried at all.
@@ -37,5 +38,6 @@ class Settings:
     adequate: float = 2.5
     price: float = 4.0
     consistent: float = 1.2
+    same_law: float = 0.08
     linear_enough: float = 1.06
     worth_naming: float = 0.08
