@@ -127,15 +127,24 @@ class ClosedLoop:
         """Weighted residual of all records (real and imaginary parts) at each of `points`; NaN where a simulation
         failed."""
         lines = self.problem.lines(self.joint.reduced)
-        out = []
-        for responses in self.respond(points):
+        possible = [i for i, (_, x) in enumerate(points) if self._exists(x)]
+        out = [np.full(2 * self.size(), np.nan) for _ in points]
+        responses_of = self.respond([points[i] for i in possible]) if possible else []
+        for i, responses in zip(possible, responses_of, strict=True):
             parts = []
             for line, y in zip(lines, responses, strict=True):
                 Y = np.fft.rfft(y, axis=1)[:, line.index].T
                 e = ((line.Y - Y) * line.weight).ravel()
                 parts += [e.real, e.imag]
-            out.append(np.concatenate(parts))
+            out[i] = np.concatenate(parts)
         return out
+
+    def _exists(self, x: FloatArray) -> bool:
+        """Whether the law has finite parameters there; a step may go beyond what numbers can hold."""
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            values, k, c = self.values(x)
+        numbers = [*values.values(), k, c]
+        return all(np.isfinite(v) and abs(v) < 1e60 for v in numbers)
 
     def size(self) -> int:
         """Number of complex values of the residual."""

@@ -5,13 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import Joint, Recovered, stiffness_scale
 from femend.estimate import Problem
-from femend.physics import Physics
+from femend.physics import Physics, physics
 
-__all__ = ["fit_linear", "judge_linear", "refit_linear"]
+FloatArray = NDArray[np.float64]
+
+__all__ = ["fit_linear", "fit_mass", "judge_linear", "refit_linear"]
 
 # ln standard deviation of a law's parameters around their start: they are free but for absurd values
 LAW_SD = 3.0
@@ -69,6 +72,27 @@ def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: P
         case "tuned_absorber":
             return _absorbers(problem, joint, recovered, scale, (low, high))
     return []
+
+
+def fit_mass(problem: Problem, choosing: Problem, joint: Joint, p: FloatArray) -> Candidate | None:
+    """A mass that resists in all directions of a node."""
+    entry = physics("added_mass")
+    scale, omega = stiffness_scale(problem, joint)
+    means = [np.log([f * scale / omega**2]) for f in (0.003, 0.03, 0.3, 3.0)]
+    hypotheses = [joint.hypothesis(("added_mass",), m, np.full(1, LAW_SD)) for m in means]
+    few = problem.thinned(FEW_LINES)
+    tries = [f for f in few.fit(hypotheses, [(p, m) for m in means], iterations=10) if f is not None]
+    if not tries:
+        return None
+    best = min(tries, key=lambda f: f.cost)
+    (fit,) = problem.fit([best.hypothesis], [(best.p, best.x)], iterations=12)
+    if fit is None:
+        return None
+    prior = problem.prior_cost(joint.reduced, fit.p)
+    values = {"m": float(np.exp(fit.x[0]))}
+    return judge_linear(
+        choosing, Candidate(entry, "added_mass", joint, values, fit.p, fit.x, 1, prior, fit.score, np.nan)
+    )
 
 
 def _absorbers(

@@ -10,11 +10,12 @@ import numpy as np
 from femend.diagnose.candidates import Candidate, laws_for, starts
 from femend.diagnose.closed_loop import fit_nonlinear, judge_nonlinear, refit_nonlinear
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
-from femend.diagnose.linear import fit_linear
+from femend.diagnose.linear import fit_linear, fit_mass
 from femend.diagnose.locate import Located
 from femend.diagnose.settings import Settings
 from femend.estimate import Fit, Problem
 from femend.model import ReducedModel
+from femend.model.places import mass_place
 
 __all__ = ["Ranked", "Split", "name_physics", "score", "split_records"]
 
@@ -114,6 +115,12 @@ def name_physics(
         reference = free_reference(split, joint, recovered)
         opened.append((found, joint, recovered, reference))
         ranked += [rank(c, found, recovered) for c in _linear_laws(split, joint, recovered, reference)]
+        if found.place.kind == "ground":
+            everywhere = open_joint(
+                mass_place(reduced.model, found.place.nodes[0]), reduced, split.whole.band[1], g_rows
+            )
+            mass = fit_mass(split.fitting, split.choosing, everywhere, found.fit.p)
+            ranked += [] if mass is None else [rank(replace(mass, reference=reference), found)]
     lowest = min((o[3] for o in opened), default=np.inf)
     enough = max(settings.linear_enough * lowest, settings.consistent)
     if not any(r.candidate.chosen < enough for r in ranked):

@@ -181,6 +181,16 @@ def _grounds(model: Model, top: Topology) -> list[Place]:
     return places
 
 
+def mass_place(model: Model, node: int) -> Place:
+    """A node with all its free translations: where a mass resists in every direction alike."""
+    held = held_rows(model)
+    rows = [row for row in _rows(model, node)[:3] if not held[row]]
+    ones = tuple(np.array([1.0]) for _ in rows)
+    return Place(
+        "mass", (node,), "", "", tuple(np.array([r]) for r in rows), ones, label=f"node {node}, all translations"
+    )
+
+
 def _scaled_by(model: Model, eid: int) -> int | None:
     """The parameter whose factor multiplies the element's whole stiffness."""
     ones = np.ones(len(model.parameters))
