@@ -126,7 +126,7 @@ def name_physics(
     if not any(r.candidate.chosen < enough for r in ranked):
         for found, joint, recovered, reference in opened[: settings.nonlinear_places]:
             ranked += [rank(c, found, recovered) for c in _nonlinear_laws(split, joint, recovered, reference)]
-    ranked.sort(key=lambda r: r.score)
+    ranked = sorted((r for r in ranked if np.isfinite(r.score)), key=lambda r: r.score)
     return _refine(split, ranked, settings, n_values)
 
 
@@ -168,4 +168,4 @@ def _refine(split: Split, ranked: list[Ranked], settings: Settings, n_values: fl
     for r in best:
         candidate = judge_nonlinear(split.choosing, refit_nonlinear(split.fitting, r.candidate))
         out.append(replace(r, candidate=candidate, score=score(candidate, split.choosing, settings, n_values)))
-    return sorted(out, key=lambda r: r.score)
+    return sorted((r for r in out if np.isfinite(r.score)), key=lambda r: r.score)
