@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from femend.cli.summary import summary
 from femend.cli.table import table
-from femend.data import Test
+from femend.data import FRF, Test
 from femend.diagnose import Diagnosis, Settings
 from femend.diagnose.diagnosis import _probabilities, _worth_naming, decide
 from femend.diagnose.loads import try_loads
@@ -25,7 +25,7 @@ from femend.diagnose.locate import Located, shortlist
 from femend.diagnose.locate import locate as locate_places
 from femend.diagnose.name import Ranked, effective_values, name_physics, null_candidate, score, split_records
 from femend.errors import ModelError, RecordingError
-from femend.estimate import Fit, FitRecord, Hypothesis, Problem, fit_records, pair_test, used_band
+from femend.estimate import Fit, FitRecord, Hypothesis, Problem, fit_records, modelled_band, pair_test, used_band
 from femend.io.atomic import write_atomic
 from femend.model import Model, Pairing, Parameter, ReducedModel, find_places, reduce_model
 from femend.model import read_model as read_deck
@@ -34,7 +34,7 @@ from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study import Study
 from femend.study.content import report_content
-from femend.study.predictions import STAGES, Prediction, nrmse, predict_all
+from femend.study.predictions import STAGES, Prediction, predict_all
 from femend.study.result import result_of
 from femend.study.run import StudyRun, diagnose
 
@@ -165,7 +165,7 @@ class Check:
         prediction = self[recording]
         if prediction.recorded is None:
             return float("nan")
-        return nrmse(prediction.stages[stage], prediction.recorded)
+        return prediction.error(stage)
 
     def __repr__(self) -> str:
         rows = [[p.name, *(ratio(self.nrmse(p.name, stage)) for stage in STAGES)] for p in self.predictions]
@@ -227,6 +227,7 @@ def update(model: Model, test: Test, pairs: Pairing, *, damping: float = 0.01) -
     records = fit_records(fit, model, pairs)
     band = used_band(records)
     reduced = reduce_model(model, band[1], _g_rows(records))
+    band = modelled_band(band, records, reduced.freq)
     problem = Problem(records, band, damping, max(1, int((reduced.freq < 1.1 * band[1]).sum())))
     null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))))
     if null is None:
@@ -275,16 +276,18 @@ def validate(what: Named, test: Test) -> Check:
     Raises RecordingError for a recording that was used to fit, or that has no measured force.
     """
     start = what.start
-    used = {r.name for r in start.records}
+    used = {r.source for r in start.records}
     for recording in test:
         if recording.name in used:
             raise RecordingError(
                 f"recording {recording.name!r} was used to fit; validate with recordings that were not",
                 recording=recording.name,
             )
-        if not recording.is_time or recording.force is None or recording.excitation != "measured":
+        forces = isinstance(recording.data, FRF) or (recording.is_time and recording.force is not None)
+        if not forces or recording.excitation != "measured":
             raise RecordingError(
-                f"recording {recording.name!r} has no time record of a measured force; it cannot be predicted",
+                f"recording {recording.name!r} has neither time records of a measured force nor "
+                "FRFs; it cannot be predicted",
                 recording=recording.name,
             )
     held = tuple(replace(r, role="validate") if r.role == "fit" else r for r in test)

@@ -122,6 +122,10 @@ def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | No
 
 def _to_time(out: Recovered, line: Lines, s: ComplexArray) -> None:
     D, F = out.D[-1], out.F[-1]
+    if line.record.frf is not None:  # an FRF is not a motion; only linear laws, which need none, are tried on it
+        for to in (out.d, out.v, out.a, out.f):
+            to.append(np.zeros((D.shape[1], 0)))
+        return
     for to, X in ((out.d, D), (out.v, s[:, None] * D), (out.a, s[:, None] ** 2 * D), (out.f, F)):
         full = np.zeros((line.record.n // 2 + 1, X.shape[1]), dtype=complex)
         full[line.index] = X

@@ -14,7 +14,7 @@ from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel
 from femend.physics import physics
 
-__all__ = ["predict_candidate", "predict_model", "transfer"]
+__all__ = ["predict_candidate", "predict_frf", "predict_model", "transfer"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -80,13 +80,31 @@ def predict_model(
     return np.asarray(y * np.exp(sigma * t))
 
 
-def predict_candidate(problem: Problem, candidate: Candidate, fallback: Hypothesis, record: FitRecord) -> FloatArray:
-    """Accelerations (n_out, n) of a candidate; `fallback` is the model for a candidate without a joint."""
+def predict_frf(
+    problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, record: FitRecord
+) -> ComplexArray:
+    """Accelerances (K, n_out) of a model on the lines of a record that holds a column of an FRF."""
+    if record.frf is None:
+        raise ValueError(f"record {record.name!r} holds time samples, not an FRF")
+    reduced: ReducedModel = hypothesis.reduced
+    out = reduced.rows(record.out_rows, record.out_signs)
+    into = reduced.rows(record.in_rows, record.in_signs)
+    return transfer(problem, hypothesis, p, x, np.asarray(2j * np.pi * record.frf.freq), out, into)[:, :, 0]
+
+
+def predict_candidate(
+    problem: Problem, candidate: Candidate, fallback: Hypothesis, record: FitRecord
+) -> FloatArray | ComplexArray:
+    """Accelerations (n_out, n) of a candidate, or accelerances (K, n_out) for a record of an FRF (NaN for a nonlinear
+    law); `fallback` is the model for a candidate without a joint."""
+    predict = predict_model if record.frf is None else predict_frf
     if candidate.joint is None:
-        return predict_model(problem, fallback, candidate.p, candidate.x, record)
+        return predict(problem, fallback, candidate.p, candidate.x, record)
+    if candidate.nonlinear and record.frf is not None:
+        return np.full(record.frf.H.shape, np.nan, dtype=complex)
     if candidate.nonlinear:
         y: Any = simulate_candidate(problem, candidate, record)[0]
         return np.asarray(y)
     assert candidate.physics is not None
     hypothesis = candidate.joint.hypothesis((candidate.physics.law or candidate.physics.name,))
-    return predict_model(problem, hypothesis, candidate.p, candidate.x, record)
+    return predict(problem, hypothesis, candidate.p, candidate.x, record)

@@ -1,7 +1,7 @@
 """Responses, residuals, sensitivities and least squares."""
 
 from femend.estimate.fit import Fit, Hypothesis, Problem
-from femend.estimate.lines import FitRecord, Lines, noise_of, spectral_lines, used_band
+from femend.estimate.lines import FitRecord, Lines, modelled_band, noise_floor, noise_of, spectral_lines, used_band
 from femend.estimate.prepare import fit_records, pair_test, period_of
 
 __all__ = [
@@ -11,6 +11,8 @@ __all__ = [
     "Lines",
     "Problem",
     "fit_records",
+    "modelled_band",
+    "noise_floor",
     "noise_of",
     "pair_test",
     "period_of",

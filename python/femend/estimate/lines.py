@@ -1,7 +1,8 @@
-"""Time records as weighted spectral lines s = sigma + i omega."""
+"""Time records and frequency response functions as weighted spectral lines s = sigma + i omega."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,26 +10,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
+from femend.estimate.frf import FrfLines, useful_band
 from femend.model import ReducedModel
 
-__all__ = ["FitRecord", "Lines", "noise_of", "spectral_lines", "used_band"]
+__all__ = ["FitRecord", "Lines", "modelled_band", "noise_floor", "noise_of", "spectral_lines", "used_band"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 # share of a recording's own spectrum that the model is not asked to explain: formulation, mesh, idealised joints
 MODEL_ALLOWANCE = 0.01
+# the same for an FRF, the quotient of two transducers whose calibrations hold to a few per cent each
+FRF_ALLOWANCE = 0.03
 # neighbouring lines inside a half-power bandwidth carry the same model error: the effective share of the samples
 TEMPERING = 0.1
 # complex degrees of freedom left in a stretch of the noise estimate, and the quantile of the stretches that is taken
 NOISE_FREEDOM, NOISE_QUANTILE = 9, 0.2
+# an FRF is used up to this multiple of the model's last natural frequency
+BEYOND_MODES = 1.3
 # width, in lines, over which a recording's power is smoothed for the allowance
 SMOOTH = 9
 
 
 @dataclass(frozen=True, eq=False)
 class FitRecord:
-    """One time record ready for estimation.
+    """One time record, or one column of an FRF, ready for estimation.
+
+    A column of an FRF is the answer to a force of one on every line: `dt` is 0, u (1, K) are ones and y (n_out, K)
+    the magnitudes on its K lines, of which norms and levels can be taken as of samples; the values are in `frf`.
 
     Attributes:
         name: of the recording.
@@ -39,6 +48,8 @@ class FitRecord:
         in_signs, out_signs: signs of the sensors' directions.
         noise: (n_out,) standard deviation of the noise of every response.
         period: samples of a period where the record repeats itself, 0 elsewhere.
+        frf: lines of an FRF; None for a time record.
+        recording: the recording it is a column of, where that has another name.
     """
 
     name: str
@@ -51,10 +62,17 @@ class FitRecord:
     out_signs: FloatArray
     noise: FloatArray
     period: int = 0
+    frf: FrfLines | None = None
+    recording: str = ""
+
+    @property
+    def source(self) -> str:
+        """Name of the recording it came from."""
+        return self.recording or self.name
 
     @property
     def n(self) -> int:
-        """Number of samples."""
+        """Number of samples, or of an FRF's lines."""
         return int(self.u.shape[1])
 
 
@@ -76,9 +94,19 @@ class Lines:
     @property
     def noise_share(self) -> float:
         """NRMSE that noise alone leaves on these lines."""
+        if self.record.frf is not None:
+            return noise_floor(self.record, (float(self.freq[0]), float(self.freq[-1])))
         n_eff = float((np.exp(-2 * self.sigma * self.record.dt * np.arange(self.record.n))).sum())
         noise = len(self.freq) * n_eff * float((self.record.noise**2).sum())
         return float(np.sqrt(noise / (np.abs(self.Y) ** 2).sum()))
+
+
+def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
+    """NRMSE that noise alone leaves: on all samples of a time record, on an FRF's lines in the band (Hz)."""
+    if record.frf is None:
+        return float(np.sqrt((record.noise**2).sum() * record.n / (record.y**2).sum()))
+    inside = (record.frf.freq >= band[0]) & (record.frf.freq <= band[1])
+    return float(np.sqrt((record.frf.noise[inside] ** 2).sum() / (np.abs(record.frf.H[inside]) ** 2).sum()))
 
 
 def noise_of(u: FloatArray, y: FloatArray, dt: float, period: int) -> FloatArray:
@@ -120,15 +148,35 @@ def _local_residuals(U: ComplexArray, Y: ComplexArray) -> FloatArray:
 
 
 def used_band(records: list[FitRecord]) -> tuple[float, float]:
-    """Band (Hz) that holds the measured forces' power but for half a per cent at the low end and one at the top."""
+    """Band (Hz) that holds the measured forces' power but for half a per cent at the low end and one at the top.
+
+    Of FRFs the band whose responses stand clear of the noise.
+    """
     low, high = [], []
     for r in records:
+        if r.frf is not None:
+            first, last = useful_band(r.frf)
+            low.append(first / 0.8)
+            high.append(last / 1.02)
+            continue
         freq = np.fft.rfftfreq(r.n, r.dt)
         share = np.cumsum((np.abs(np.fft.rfft(r.u, axis=1)) ** 2).sum(axis=0))
         share /= share[-1]
         low.append(freq[np.searchsorted(share, 0.005)])
         high.append(min(freq[np.searchsorted(share, 0.99)], 0.47 / r.dt))
     return 0.8 * float(np.median(low)), 1.02 * float(np.median(high))
+
+
+def modelled_band(band: tuple[float, float], records: Sequence[FitRecord], freq: FloatArray) -> tuple[float, float]:
+    """The band (Hz) up to a little above the model's last natural frequency where all records are FRFs.
+
+    An FRF often reaches far beyond the modes of a model with few degrees of freedom, which has nothing to say there.
+    `freq` are the model's natural frequencies, Hz.
+    """
+    if any(r.frf is None for r in records) or not len(freq):
+        return band
+    end = BEYOND_MODES * float(np.max(freq))
+    return (band[0], min(band[1], end)) if end > band[0] else band
 
 
 def spectral_lines(
@@ -144,7 +192,10 @@ def spectral_lines(
     The window moves the lines to s = sigma + i omega, which is the same as damping added to model and structure alike;
     lines closer than the added bandwidth are thinned and count for those left out. `span` takes a stretch of samples.
     With `limit` at most about that many lines are taken: of each group of neighbours the one with the largest force.
+    FRFs have no stretches, and on an uneven axis no window either.
     """
+    if record.frf is not None:
+        return _of_frf(record, record.frf, reduced, band, sigma, limit)
     u, y = (x if span is None else x[:, span] for x in (record.u, record.y))
     n = u.shape[1]
     window = np.exp(-sigma * record.dt * np.arange(n))
@@ -157,15 +208,54 @@ def spectral_lines(
     index = _thinned(index, (np.abs(Ufull) ** 2).sum(axis=0), step)
     U = Ufull[:, index].T
     power = np.abs(Yfull) ** 2
+    variance = record.noise[:, None] ** 2 * float((window**2).sum()) + MODEL_ALLOWANCE**2 * _smoothed(power)
+    weight = np.ascontiguousarray(1 / np.sqrt(variance[:, index].T))
+    chosen = (np.asarray(freq[index]), np.asarray(index, dtype=np.int64), U, Yfull[:, index].T, weight)
+    return _made(record, reduced, sigma, chosen, n, step)
+
+
+def _of_frf(
+    record: FitRecord,
+    frf: FrfLines,
+    reduced: ReducedModel,
+    band: tuple[float, float],
+    sigma: float,
+    limit: int | None,
+) -> Lines:
+    """Lines of an FRF; of each group of neighbours the one with the strongest response over its noise."""
+    if frf.step == 0:
+        sigma = 0.0
+    H, passed = frf.damped(sigma) if sigma > 0 else (frf.H, 1.0)
+    index = np.asarray(np.flatnonzero((frf.freq >= band[0]) & (frf.freq <= band[1])), dtype=np.int64)
+    step = max(1, int(round(sigma / (2 * np.pi) / frf.step / 2))) if sigma > 0 else 1
+    if limit is not None:
+        step = max(step, -(-len(index) // limit))
+    variance = frf.noise**2 * passed + FRF_ALLOWANCE**2 * _smoothed((np.abs(H) ** 2).T).T
+    index = _thinned(index, (np.abs(H) ** 2 / variance).sum(axis=1), step)
+    weight = np.ascontiguousarray(1 / np.sqrt(variance[index]))
+    ones = np.ones((len(index), 1), dtype=complex)
+    return _made(record, reduced, sigma, (frf.freq[index], index, ones, H[index], weight), record.n, step)
+
+
+def _smoothed(power: FloatArray) -> FloatArray:
+    """Running mean of the power (n_out, K) over SMOOTH lines."""
     kernel = np.ones(SMOOTH) / SMOOTH
     padded = np.pad(power, ((0, 0), (SMOOTH // 2, SMOOTH // 2)), "reflect")
-    smooth = np.array([np.convolve(p, kernel, "valid") for p in padded])
-    variance = record.noise[:, None] ** 2 * float((window**2).sum()) + MODEL_ALLOWANCE**2 * smooth
-    Y = Yfull[:, index].T
-    weight = np.ascontiguousarray(1 / np.sqrt(variance[:, index].T))
-    s = np.asarray(sigma + 2j * np.pi * freq[index], dtype=np.complex128)
+    return np.array([np.convolve(p, kernel, "valid") for p in padded])
+
+
+def _made(
+    record: FitRecord,
+    reduced: ReducedModel,
+    sigma: float,
+    chosen: tuple[FloatArray, NDArray[np.int64], ComplexArray, ComplexArray, FloatArray],
+    n: int,
+    step: int,
+) -> Lines:
+    """The lines with the core's object from chosen (freq, index, U, Y, weight), each standing for `step` lines."""
+    freq, index, U, Y, weight = chosen
     core = _core.RecordLines(
-        s,
+        np.asarray(sigma + 2j * np.pi * freq, dtype=np.complex128),
         np.ascontiguousarray(U),
         np.ascontiguousarray(Y),
         weight,
@@ -177,7 +267,7 @@ def spectral_lines(
         float(step),
         TEMPERING,
     )
-    return Lines(record, sigma, freq[index], index, U, Y, weight, TEMPERING * step, core)
+    return Lines(record, sigma, freq, index, U, Y, weight, TEMPERING * step, core)
 
 
 def _thinned(index: NDArray[np.int64], power: FloatArray, step: int) -> NDArray[np.int64]:

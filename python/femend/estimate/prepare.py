@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from femend.data import Channel, Recording, Test
 from femend.errors import RecordingError
+from femend.estimate.frf import frf_lines_of
 from femend.estimate.lines import FitRecord, noise_of
 from femend.model import Model, Pairing, pair_sensors
 
-__all__ = ["fit_records", "pair_test", "period_of"]
+__all__ = ["fit_records", "frf_records", "pair_test", "period_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -61,21 +62,36 @@ def period_of(u: FloatArray) -> int:
 
 
 def fit_records(recordings: Sequence[Recording], model: Model, pairing: Pairing) -> list[FitRecord]:
-    """Records with measured force, accelerations at every response channel.
+    """Records with measured force, accelerations at every response channel; every input of an FRF is a record.
 
     Velocities and displacements are differentiated in the frequency domain. Raises RecordingError for a record without
     a response the model has, or of a kind that the fit cannot use.
     """
-    raw = [_arrays(r) for r in recordings]
-    bare = [
-        FitRecord(r.name, u, y, dt, *_rows(r, model, pairing), np.ones(len(y)))
-        for r, (u, y, dt) in zip(recordings, raw, strict=True)
-    ]
+    done: list[FitRecord] = []
+    for r in recordings:
+        done += [_time_record(r, model, pairing)] if r.is_time else frf_records(r, model, pairing)
+    return done
+
+
+def _time_record(recording: Recording, model: Model, pairing: Pairing) -> FitRecord:
+    u, y, dt = _arrays(recording)
+    period = period_of(u)
+    return FitRecord(recording.name, u, y, dt, *_rows(recording, model, pairing), noise_of(u, y, dt, period), period)
+
+
+def frf_records(recording: Recording, model: Model, pairing: Pairing) -> list[FitRecord]:
+    """One record for every input of a recording of FRFs, called after it and, with several, the input's DOF."""
+    data = recording.frf
+    (into, in_signs), (out, out_signs) = (_at(channels, model, pairing) for channels in (data.inputs, data.outputs))
     done = []
-    for r in bare:
-        period = period_of(r.u)
-        noise = noise_of(r.u, r.y, r.dt, period)
-        done.append(FitRecord(r.name, r.u, r.y, r.dt, r.in_rows, r.out_rows, r.in_signs, r.out_signs, noise, period))
+    for j, channel in enumerate(data.inputs):
+        lines = frf_lines_of(data, j)
+        name = recording.name if len(data.inputs) == 1 else f"{recording.name} / {channel.dof}"
+        size = np.abs(lines.H).T
+        noise = np.sqrt((lines.noise**2).mean(axis=0))
+        u = np.ones((1, size.shape[1]))
+        rows = (into[[j]], out, in_signs[[j]], out_signs)
+        done.append(FitRecord(name, u, size, 0.0, *rows, noise, frf=lines, recording=recording.name))
     return done
 
 
@@ -110,8 +126,11 @@ def _rows(
     force, response = recording.force, recording.response
     assert force is not None
     assert response is not None
-    out = []
-    for data in (force, response):
-        dofs = [pairing[c.dof].dof for c in data.channels if c.dof is not None]
-        out.append((np.array([model.row(d) for d in dofs]), np.array([float(d.sign) for d in dofs])))
-    return out[0][0], out[1][0], out[0][1], out[1][1]
+    (into, in_signs), (out, out_signs) = (_at(data.channels, model, pairing) for data in (force, response))
+    return into, out, in_signs, out_signs
+
+
+def _at(channels: Sequence[Channel], model: Model, pairing: Pairing) -> tuple[NDArray[np.int64], FloatArray]:
+    """Rows of the g-set and signs of channels with a DOF."""
+    dofs = [pairing[c.dof].dof for c in channels if c.dof is not None]
+    return np.array([model.row(d) for d in dofs]), np.array([float(d.sign) for d in dofs])

@@ -8,6 +8,7 @@ from femend.report import words
 from femend.report.content import ReportContent
 from femend.study import tables
 from femend.study.curves import frf_overlays, restoring_force, time_overlays
+from femend.study.frf_curves import measured_frf_overlays
 from femend.study.picture import markers, mesh_picture
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def report_content(run: StudyRun, info: dict[str, Any]) -> ReportContent:
         direction=direction,
         sensors=sensors,
         shakers=shakers,
-        overlays=frf_overlays(run),
+        overlays=(*measured_frf_overlays(run), *frf_overlays(run)),
         traces=time_overlays(run),
         restoring=restoring_force(run),
         places=tables.places(run.diagnosis),

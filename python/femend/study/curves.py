@@ -65,7 +65,10 @@ def highest(records: list[FitRecord]) -> FitRecord:
 
 def frf_overlays(run: StudyRun) -> tuple[FrfOverlay, ...]:
     """Of the highest fit recording, the sensors explained worst by updating alone; from its strongest force."""
-    record = highest(run.records)
+    timed = [r for r in run.records if r.frf is None]
+    if not timed:
+        return ()
+    record = highest(timed)
     prediction = next((p for p in run.predictions if p.name == record.name), None)
     if prediction is None:
         return ()
@@ -111,8 +114,10 @@ def _worst(prediction: Prediction, recorded: FloatArray | None) -> list[int]:
 
 def time_overlays(run: StudyRun) -> tuple[TimeOverlay, ...]:
     """The highest fit recording, then `validate` with the recording and `predict` with curves alone."""
-    record = highest(run.records)
-    order = [p for p in run.predictions if p.name == record.name] + [p for p in run.predictions if p.role != "fit"]
+    timed = [r for r in run.records if r.frf is None]
+    first = highest(timed).name if timed else ""
+    order = [p for p in run.predictions if p.name == first and p.frf is None]
+    order += [p for p in run.predictions if p.role != "fit" and p.frf is None]
     unit = unit_system(run.model.units).text("acceleration")
     found = []
     for prediction in order:
@@ -152,6 +157,8 @@ def restoring_force(run: StudyRun) -> RestoringForce | None:
         return None
     recovered = ranked.recovered
     i = int(np.argmax([r.u.std() for r in recovered.records]))
+    if recovered.records[i].frf is not None:
+        return None  # an FRF is not a motion
     k = int(np.argmax(recovered.f[i].std(axis=1)))
     d, v, f = recovered.d[i][k], recovered.v[i][k], recovered.f[i][k]
     if not (np.isfinite(d).all() and np.isfinite(f).all()):

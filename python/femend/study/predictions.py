@@ -3,58 +3,82 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.data import Channel, Recording, Test, TimeData
+from femend.data import FRF, Channel, Recording, Test, TimeData
 from femend.diagnose import Diagnosis
 from femend.diagnose.loads import moved_record
-from femend.diagnose.predict import predict_candidate, predict_model
+from femend.diagnose.predict import predict_candidate, predict_frf, predict_model
 from femend.estimate import FitRecord
+from femend.estimate.frf import ORDER
+from femend.estimate.prepare import frf_records
 from femend.model import Model, Pairing
 
 __all__ = ["STAGES", "Prediction", "nrmse", "predict_all"]
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+# samples of a response, or the values of an FRF
+Values = NDArray[Any]
 STAGES = ("nominal", "parameters", "final")
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """One recording's responses (n_out, n) at each stage; `recorded` where they were recorded."""
+    """One recording's responses at each stage; `recorded` where they were recorded.
+
+    Time records: (n_out, n) accelerations at step `dt`. FRFs: (n_freq, n_out, n_in) of the recording's own kind at the
+    recording's lines above 0 Hz, which `frf` holds, and `dt` 0; their errors count in the `band` (Hz) of the diagnosis.
+    """
 
     name: str
     role: str
     dt: float
     channels: tuple[Channel, ...]
-    stages: dict[str, FloatArray]
-    recorded: FloatArray | None
+    stages: dict[str, Values]
+    recorded: Values | None
+    frf: FRF | None = None
+    band: tuple[float, float] = (0.0, np.inf)
 
-    def as_data(self, stage: str) -> TimeData:
-        """The responses of a stage as time data."""
+    def as_data(self, stage: str) -> TimeData | FRF:
+        """The responses of a stage as time data, or as FRFs."""
+        if self.frf is not None:
+            return replace(self.frf, H=self.stages[stage], coherence=None)
         return TimeData(self.name, self.dt, self.stages[stage], self.channels)
 
+    def error(self, stage: str) -> float:
+        """NRMSE of a stage; raises ValueError where nothing was recorded."""
+        if self.recorded is None:
+            raise ValueError(f"recording {self.name!r} holds no responses to compare with")
+        if self.frf is None:
+            return nrmse(self.stages[stage], self.recorded)
+        inside = (self.frf.freq >= self.band[0]) & (self.frf.freq <= self.band[1])
+        return nrmse(self.stages[stage][inside], self.recorded[inside])
 
-def nrmse(predicted: FloatArray, recorded: FloatArray) -> float:
-    """Root of the summed squared error of `predicted` over that of the summed squares of `recorded`, both (n_out, n).
+
+def nrmse(predicted: Values, recorded: Values) -> float:
+    """Root of the summed squared error of `predicted` over that of the summed squares of `recorded`, of one shape.
 
     >>> nrmse(np.zeros((1, 4)), np.ones((1, 4)))
     1.0
     """
-    return float(np.sqrt(((predicted - recorded) ** 2).sum() / (recorded**2).sum()))
+    return float(np.sqrt((np.abs(predicted - recorded) ** 2).sum() / (np.abs(recorded) ** 2).sum()))
 
 
 def predict_all(
     diagnosis: Diagnosis, test: Test, model: Model, pairing: Pairing, records: list[FitRecord]
 ) -> list[Prediction]:
     """Responses of every sensor of the fit recordings to the forces of every recording with measured force."""
-    fit = [r for r in test if r.role == "fit" and r.is_time and r.response is not None]
-    sensors = fit[0].response
-    assert sensors is not None
-    channels = tuple(Channel(c.dof, "acceleration", "m/s^2", c.name, c.label) for c in sensors.channels)
+    first = next(r for r in test if r.role == "fit")
+    channels = tuple(Channel(c.dof, "acceleration", "m/s^2", c.name, c.label) for c in first.sensors)
     done = []
     for recording in test:
+        if isinstance(recording.data, FRF):
+            done.append(_predict_frf(diagnosis, recording, model, pairing, records))
+            continue
         if not recording.is_time or recording.force is None or recording.excitation != "measured":
             continue
         own = next((r for r in records if r.name == recording.name), None)
@@ -79,7 +103,23 @@ def _inputs_only(recording: Recording, model: Model, pairing: Pairing, first: Fi
         in_rows=np.array([model.row(d) for d in dofs]),
         in_signs=np.array([float(d.sign) for d in dofs]),
         period=0,
+        frf=None,
+        recording="",
     )
+
+
+def _predict_frf(
+    diagnosis: Diagnosis, recording: Recording, model: Model, pairing: Pairing, records: list[FitRecord]
+) -> Prediction:
+    """The FRFs of a recording, input by input, in the recording's own kind."""
+    data = recording.frf
+    data = data.band(float(data.freq[data.freq > 0][0]), np.inf)
+    own = [r for r in records if r.source == recording.name] or frf_records(recording, model, pairing)
+    columns = [_stages(diagnosis, r) for r in own]
+    to_kind = 1 / ((2j * np.pi * data.freq) ** ORDER[data.kind])[:, None, None]
+    stages = {stage: np.stack([c[stage] for c in columns], axis=2) * to_kind for stage in STAGES}
+    band = diagnosis.problem.band
+    return Prediction(recording.name, recording.role, 0.0, data.outputs, stages, data.H, data, band)
 
 
 def _recorded(recording: Recording, channels: tuple[Channel, ...]) -> FloatArray | None:
@@ -93,11 +133,13 @@ def _recorded(recording: Recording, channels: tuple[Channel, ...]) -> FloatArray
     return np.asarray(response.values[[w for w in wanted if w is not None]])
 
 
-def _stages(diagnosis: Diagnosis, record: FitRecord) -> dict[str, FloatArray]:
+def _stages(diagnosis: Diagnosis, record: FitRecord) -> dict[str, Values]:
+    """Responses of every stage: (n_out, n) for time records, (K, n_out) for a column of an FRF."""
     problem, null = diagnosis.problem, diagnosis.null
+    predict = predict_model if record.frf is None else predict_frf
     nothing = np.zeros(0)
-    nominal = predict_model(problem, null.hypothesis, diagnosis.nominal, nothing, record)
-    updated = predict_model(problem, null.hypothesis, null.p, nothing, record)
+    nominal = predict(problem, null.hypothesis, diagnosis.nominal, nothing, record)
+    updated = predict(problem, null.hypothesis, null.p, nothing, record)
     final = updated
     if diagnosis.best is not None:
         fallback = diagnosis.place.fit.hypothesis if diagnosis.place is not None else null.hypothesis
@@ -106,5 +148,5 @@ def _stages(diagnosis: Diagnosis, record: FitRecord) -> dict[str, FloatArray]:
             final = updated
     elif diagnosis.load is not None and diagnosis.verdict == "missing-physics":
         load = diagnosis.load
-        final = predict_model(load.problem, load.fit.hypothesis, load.fit.p, nothing, moved_record(record, load))
+        final = predict(load.problem, load.fit.hypothesis, load.fit.p, nothing, moved_record(record, load))
     return {"nominal": nominal, "parameters": updated, "final": final}

@@ -9,9 +9,9 @@ import numpy as np
 from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.locate import Located
-from femend.estimate import FitRecord
+from femend.estimate import FitRecord, noise_floor
 from femend.physics import with_companion
-from femend.study.predictions import STAGES, Prediction, nrmse
+from femend.study.predictions import STAGES, Prediction
 from femend.units import unit_system
 
 __all__ = ["result_of"]
@@ -31,19 +31,18 @@ def result_of(diagnosis: Diagnosis, predictions: list[Prediction], records: list
         "verdict": diagnosis.verdict,
         "findings": findings,
         "parameters": _parameters(diagnosis),
-        "fit": [_fit(p, records) for p in predictions if p.recorded is not None],
+        "fit": [_fit(p, records, diagnosis.problem.band) for p in predictions if p.recorded is not None],
         "status": "converged" if diagnosis.null.converged else "stalled",
         "advice": diagnosis.advice,
     }
 
 
-def _fit(prediction: Prediction, records: list[FitRecord]) -> dict[str, Any]:
-    recorded = prediction.recorded
-    assert recorded is not None
-    own = next((r for r in records if r.name == prediction.name), None)
-    noise = None if own is None else float(np.sqrt((own.noise**2).sum() * own.n / (own.y**2).sum()))
+def _fit(prediction: Prediction, records: list[FitRecord], band: tuple[float, float]) -> dict[str, Any]:
+    own = [r for r in records if r.source == prediction.name]
+    floors = [noise_floor(r, band) for r in own]
+    noise = float(np.sqrt(np.mean(np.square(floors)))) if floors else None
     row: dict[str, Any] = {"recording": prediction.name, "role": prediction.role, "noise_floor": _round(noise)}
-    row.update({stage: _round(nrmse(prediction.stages[stage], recorded)) for stage in STAGES})
+    row.update({stage: _round(prediction.error(stage)) for stage in STAGES})
     return row
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from femend.data import Recording, Test
+from femend.data import Recording, Spectra, Test
 from femend.diagnose import Diagnosis, diagnose_records
 from femend.errors import RecordingError, StudyError
 from femend.estimate import FitRecord, fit_records, pair_test
@@ -53,7 +53,7 @@ def diagnose(study_path: str | Path, out: str | Path | None = None, progress: An
     with steps.step("read the study, the deck and the recordings"):
         study = load_study(Path(study_path))
         parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
-        model = read_model(study.model_file, units=study.units, parameters=parameters)
+        model = read_model(study.model_file, units=study.units, parameters=parameters, spc=_spc(study))
         test = study.read_recordings()
         pairing = pair_test(test, model)
         records = fit_records(_usable(test), model, pairing)
@@ -73,16 +73,22 @@ def _usable(test: Test) -> list[Recording]:
     fit = [r for r in test if r.role == "fit"]
     if not fit:
         raise StudyError('no recording has role = "fit"; at least one is needed to estimate anything', key="recording")
-    wrong = [r for r in fit if r.excitation != "measured" or not r.is_time]
+    wrong = [r for r in fit if r.excitation != "measured" or isinstance(r.data, Spectra)]
     if wrong:
         r = wrong[0]
-        what = f'excitation = "{r.excitation}"' if r.excitation != "measured" else "frequency response functions"
+        what = f'excitation = "{r.excitation}"' if r.excitation != "measured" else "auto or cross spectra"
         raise RecordingError(
-            f"recording {r.name!r} has {what}; this version fits time records with measured force: give it another "
-            "role or leave it out",
+            f"recording {r.name!r} has {what}; this version fits time records with measured force and frequency "
+            "response functions: give it another role or leave it out",
             recording=r.name,
         )
     return fit
+
+
+def _spc(study: Study) -> int | None:
+    """The SPC set of the fit recordings' configuration where they share one; None for the deck's own."""
+    used = {r.configuration for r in study.recordings if r.role == "fit"}
+    return study.configuration(used.pop()).spc if len(used) == 1 else None
 
 
 def _write(run: StudyRun, out: Path, info: RunInfo) -> None:

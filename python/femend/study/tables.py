@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.name import Ranked, split_records
+from femend.estimate import noise_floor
 from femend.report import words
 from femend.report.content import Check, LawRow, ParameterRow, Place
 from femend.report.numbers import significant
@@ -223,7 +222,10 @@ def notes(run: StudyRun) -> tuple[str, ...]:
     for recording in run.test:
         found += [f"recording {recording.name}: {note}" for note in recording.notes]
     for record in run.records:
-        level = float(np.sqrt((record.noise**2).sum() * record.n / (record.y**2).sum()))
+        level = noise_floor(record, run.diagnosis.problem.band)
         repeats = f"repeats every {record.period * record.dt:.4g} s" if record.period else "does not repeat itself"
+        if record.frf is not None:
+            low, high = run.diagnosis.problem.band
+            repeats = f"frequency responses, used from {low:.4g} to {high:.4g} Hz"
         found.append(f"recording {record.name}: {repeats}; noise {significant(level, 2)} of the response")
     return tuple(found)

@@ -19,7 +19,7 @@ pub struct RecordLines {
     pub out_rows: Dense,
     /// Rows of the forces in the basis (n_in, r).
     pub in_rows: Dense,
-    /// Sampling step, s.
+    /// Sampling step, s; 0 for a frequency response function, which has no free decays.
     pub dt: f64,
     /// Number of samples of the record.
     pub n_samples: f64,

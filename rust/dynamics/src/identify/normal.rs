@@ -266,16 +266,19 @@ impl<'a> Step<'a> {
         }
         let cross = gemm_tn(&self.columns.data, &columns.data);
         let own = gemm_tn(&columns.data, &columns.data);
-        let Some(l) = decay_factor(&self.gram, &self.ridge) else { return };
-        let mut tj = Dense::zeros(n_t, n);
-        for j in 0..n {
-            tj.col_mut(j).copy_from_slice(&cross.col(j)[..n_t]);
+        let mut reduced = Dense::zeros(n, n);
+        if n_t > 0 {
+            let Some(l) = decay_factor(&self.gram, &self.ridge) else { return };
+            let mut tj = Dense::zeros(n_t, n);
+            for j in 0..n {
+                tj.col_mut(j).copy_from_slice(&cross.col(j)[..n_t]);
+            }
+            l.solve_lower_in_place(false, &mut tj);
+            reduced = gemm_tn(&tj, &tj);
         }
         let jr: Vec<f64> = (0..n)
             .map(|j| cross[(n_t, j)] - (0..n_t).map(|t| cross[(t, j)] * self.amplitudes[t]).sum::<f64>())
             .collect();
-        l.solve_lower_in_place(false, &mut tj);
-        let reduced = gemm_tn(&tj, &tj);
         let share = self.record.share;
         for j in 0..n {
             gradient[j] -= share * jr[j];
@@ -410,6 +413,9 @@ fn decay_factor(gram: &Dense, ridge: &[f64]) -> Option<Dense> {
 fn eliminate(gram: &Dense, ridge: &[f64]) -> (Vec<f64>, f64) {
     let n_t = ridge.len();
     let total = gram[(n_t, n_t)];
+    if n_t == 0 {
+        return (Vec::new(), total);
+    }
     let Some(l) = decay_factor(gram, ridge) else { return (vec![0.0; n_t], f64::NAN) };
     let right: Vec<f64> = (0..n_t).map(|t| gram[(t, n_t)]).collect();
     let mut c = Dense::from_vec(n_t, 1, right.clone());

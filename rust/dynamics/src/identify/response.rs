@@ -75,6 +75,7 @@ pub(crate) struct Response {
     /// Coordinates' displacements (n_w, K); those of a free force without that force.
     pub d: Split,
     pub closed: Option<Loop>,
+    /// Poles of the free decays a finite record cuts off; none for an FRF (`dt` = 0).
     pub poles: Vec<Complex64>,
 }
 
@@ -116,7 +117,8 @@ impl Response {
         };
         let mut y = Split::times(&out, &q);
         times_line(&mut y, |k| record.s[k] * record.s[k]);
-        let poles = (0..n_tuned)
+        let n_decays = if record.dt > 0.0 { n_tuned } else { 0 };
+        let poles = (0..n_decays)
             .map(|m| {
                 let z = modal.zeta[m].min(0.999);
                 modal.omega[m] * Complex64::new(-z, (1.0 - z * z).sqrt())

@@ -1,0 +1,129 @@
+"""Frequency response functions as weighted lines: every input is one record with a force of one on every line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.data import FRF
+from femend.errors import RecordingError
+
+__all__ = ["FrfLines", "frf_lines_of", "useful_band"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# powers of i omega that turn a kind into accelerance
+ORDER = {"accelerance": 0, "mobility": 1, "receptance": 2}
+# lines in a stretch of the noise estimate: two shared and three own unknowns a response are fitted to it
+STRETCH = 16
+# running mean, in lines, and power over noise, by which lines are told useful
+REACH, USEFUL = 31, 10.0
+# largest departure from an even axis, in steps
+EVEN = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class FrfLines:
+    """One column of an FRF: accelerance `H` (K, n_out) to a unit force at `freq` (K,) Hz, all above 0, with the
+    standard deviation `noise` (K, n_out) of every value; `step` of an even axis in Hz, 0 for another."""
+
+    freq: FloatArray
+    H: ComplexArray
+    noise: FloatArray
+    step: float
+
+    def damped(self, sigma: float) -> tuple[ComplexArray, float]:
+        """H on the lines s = sigma + i omega, and the factor on the variance of the noise.
+
+        The impulse response is multiplied by exp(-sigma t), which smooths over frequency; it takes an even axis.
+        """
+        at = np.rint(self.freq / self.step).astype(np.int64)
+        n = 2 * int(at[-1])
+        full = np.zeros((n // 2 + 1, self.H.shape[1]), dtype=complex)
+        full[at] = self.H
+        window = np.exp(-sigma * np.arange(n) / (n * self.step))
+        h = np.fft.irfft(full, n, axis=0) * window[:, None]
+        return np.fft.rfft(h, axis=0)[at], float((window**2).mean())
+
+
+def frf_lines_of(data: FRF, column: int) -> FrfLines:
+    """The lines above 0 Hz of input `column`, as accelerances.
+
+    Raises RecordingError where fewer lines than a stretch of the noise estimate are left.
+    """
+    keep = data.freq > 0
+    freq = data.freq[keep]
+    if len(freq) < STRETCH:
+        raise RecordingError(
+            f"recording {data.name!r} has {len(freq)} frequency lines above 0 Hz; the fit needs at least {STRETCH}",
+            recording=data.name,
+        )
+    H = data.H[keep, :, column] * ((2j * np.pi * freq) ** ORDER[data.kind])[:, None]
+    coherence = None if data.coherence is None else data.coherence[keep, :, column]
+    step = float((freq[-1] - freq[0]) / (len(freq) - 1))
+    at = freq / step
+    even = bool(np.abs(at - np.rint(at[0]) - np.arange(len(at))).max() < EVEN)
+    return FrfLines(freq, H, _noise(freq, H, coherence), step if even else 0.0)
+
+
+def _noise(freq: FloatArray, H: ComplexArray, coherence: FloatArray | None) -> FloatArray:
+    """Standard deviation (K, n_out) of every value.
+
+    Over short stretches all responses share the poles: H (1 + a1 d + a2 d^2) = b0 + b1 d + b2 d^2 (local rational
+    method, McKelvey and Guerin, SYSID 2012); what that leaves is noise. A coherence g^2 says how the noise goes from
+    line to line, sd ~ |H| sqrt((1 - g^2)/g^2) (Bendat and Piersol, Random Data, 4th ed., ch. 9), and what is left
+    how large it is, since the number of averages is not in the file.
+    """
+    K, n_out = H.shape
+    middles, power = [], []
+    for first in range(0, K - STRETCH + 1, STRETCH // 2):
+        part = slice(first, first + STRETCH)
+        middles.append(first + (STRETCH - 1) / 2)
+        power.append(_left(freq[part], H[part]))
+    found = np.array(power)
+    if len(found) >= 3:  # a stretch that happens to fit is no stretch without noise
+        padded = np.pad(found, ((1, 1), (0, 0)), "edge")
+        found = np.median(np.stack([padded[:-2], padded[1:-1], padded[2:]]), axis=0)
+    at = np.arange(K)
+    sd = np.sqrt(np.column_stack([np.interp(at, middles, found[:, o]) for o in range(n_out)]))
+    if coherence is not None:
+        g2 = np.clip(coherence, 1e-6, 1 - 1e-9)
+        shape = np.abs(H) * np.sqrt((1 - g2) / g2)
+        sd = shape * (np.median(sd, axis=0) / np.maximum(np.median(shape, axis=0), 1e-300))
+    return np.asarray(np.maximum(sd, 1e-6 * np.sqrt((np.abs(H) ** 2).mean(axis=0))))
+
+
+def _left(freq: FloatArray, H: ComplexArray) -> FloatArray:
+    """Power (n_out,) a line that a local rational model with common poles leaves."""
+    n, n_out = H.shape
+    d = 2 * (freq - freq.mean()) / (freq[-1] - freq[0])
+    powers = np.column_stack([np.ones(n), d, d**2])
+    size = np.maximum(np.sqrt((np.abs(H) ** 2).mean(axis=0)), 1e-300)
+    G = H / size
+    A = np.zeros((n * n_out, 3 * n_out + 2), dtype=complex)
+    for o in range(n_out):
+        rows = slice(o * n, (o + 1) * n)
+        A[rows, 3 * o : 3 * o + 3] = powers
+        A[rows, -2:] = -G[:, [o]] * powers[:, 1:]
+    x = np.linalg.lstsq(A, G.T.ravel(), rcond=None)[0]
+    below = 1 + powers[:, 1:] @ x[-2:]
+    # noise enters the equation times the denominator; dividing each line by it would blow up where it is small
+    left = np.column_stack([G[:, o] * below - powers @ x[3 * o : 3 * o + 3] for o in range(n_out)])
+    left /= np.sqrt((np.abs(below) ** 2).mean())
+    freedom = n - 3 - 2 / n_out
+    return np.asarray((np.abs(left) ** 2).sum(axis=0) / freedom * size**2)
+
+
+def useful_band(lines: FrfLines) -> tuple[float, float]:
+    """First and last line (Hz) around which the responses stand clear of their noise; all lines where none do."""
+    width = min(REACH, len(lines.freq) // 2 * 2 - 1)
+    ratio = (np.abs(lines.H) ** 2 / lines.noise**2).mean(axis=1)
+    clear = np.log10(np.maximum(ratio, 1e-6))
+    smooth = np.convolve(np.pad(clear, width // 2, "edge"), np.ones(width) / width, "valid")
+    good = np.flatnonzero(smooth > np.log10(USEFUL))
+    if good.size < 2:
+        return float(lines.freq[0]), float(lines.freq[-1])
+    return float(lines.freq[good[0]]), float(lines.freq[good[-1]])

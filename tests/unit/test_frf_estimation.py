@@ -1,0 +1,122 @@
+"""FRFs as records of the estimation: units, noise, windows, and factors found again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from femend import FRF, Channel, Dof
+from femend.data import Recording, Test
+from femend.errors import RecordingError
+from femend.estimate import Hypothesis, Problem, fit_records, modelled_band, pair_test, used_band
+from femend.estimate.frf import frf_lines_of, useful_band
+from femend.model import Model, Parameter, read_model, reduce_model
+
+DECK = Path(__file__).parents[2] / "python" / "examples" / "three_storey" / "model.bdf"
+NODES, TRUE, ZETA = (10, 20, 30), (0.75, 0.9, 1.1), 0.01
+FORM = {"accelerance": (0, "m/s^2/N"), "mobility": (1, "m/s/N"), "receptance": (2, "m/N")}
+EVEN = np.arange(4097) / 32
+UNEVEN = np.concatenate([np.linspace(2, 20, 500), np.linspace(20.1, 40, 300)])
+
+
+def chain() -> tuple[Model, NDArray[np.float64], NDArray[np.float64]]:
+    """The frame with three parameters, and frequencies (rad/s) and shapes of the floors with the true factors: by hand,
+    not by what is tested."""
+    legs = tuple(Parameter(f"legs_{i}", "I1", "property_id", (i,), 0.15) for i in (1, 2, 3))
+    k = 4 * 12 * 70e9 * 0.025 * 0.003**3 / 12 / 0.1533**3 * np.array(TRUE)
+    K = np.diag([k[0] + k[1], k[1] + k[2], k[2]]) - np.diag(k[1:], 1) - np.diag(k[1:], -1)
+    squares, phi = np.linalg.eigh(K / 5.201)
+    return read_model(DECK, parameters=legs), np.sqrt(squares), phi / np.sqrt(5.201)
+
+
+def recorded(kind: str, freq: NDArray[np.float64], noise: float = 0.0, columns: tuple[int, ...] = (0,)) -> Recording:
+    """FRFs of the floors to forces at some of them; `noise` is the standard deviation of the accelerances."""
+    _, omega, phi = chain()
+    s = 2j * np.pi * freq[:, None]
+    g = s**2 / (omega**2 + s**2 + 2 * ZETA * omega * s)
+    H = np.einsum("or,kr,ir->koi", phi, g, phi[list(columns)])
+    rng = np.random.default_rng(1)
+    H = H + noise * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)) / np.sqrt(2)
+    order, unit = FORM[kind]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        H = np.where(s[:, :, None] == 0, 0.0, H / s[:, :, None] ** order)
+    channels = [Channel(Dof(n, 1, 1), "acceleration", "m/s^2") for n in NODES]
+    forces = tuple(Channel(Dof(NODES[c], 1, 1), "force", "N") for c in columns)
+    return Recording("bench", FRF("bench", freq, H, tuple(channels), forces, kind, unit))
+
+
+def factors(recording: Recording) -> NDArray[np.float64]:
+    model, _, _ = chain()
+    records = fit_records([recording], model, pair_test(Test((recording,)), model))
+    band = used_band(records)
+    rows = sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
+    reduced = reduce_model(model, band[1], rows)
+    problem = Problem(records, modelled_band(band, records, reduced.freq), 0.02, 3)
+    fit = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))))
+    assert fit is not None
+    return np.exp(fit.p[:3])
+
+
+@pytest.mark.parametrize("kind", FORM)
+@pytest.mark.parametrize("freq", [EVEN, UNEVEN], ids=["even", "uneven"])
+def test_true_factors_are_found_again(kind: str, freq: NDArray[np.float64]) -> None:
+    # the prior (15 %) and the frequency factors (0.5 % a mode) pull a little towards the deck
+    assert factors(recorded(kind, freq)) == pytest.approx(TRUE, rel=3e-3)
+
+
+def test_true_factors_are_found_in_noise_from_several_inputs() -> None:
+    assert factors(recorded("accelerance", EVEN, 0.005, (0, 2))) == pytest.approx(TRUE, rel=5e-3)
+
+
+def test_every_input_is_a_record() -> None:
+    model, _, _ = chain()
+    recording = recorded("mobility", EVEN, columns=(0, 2))
+    records = fit_records([recording], model, pair_test(Test((recording,)), model))
+    assert [r.name for r in records] == ["bench / 10:+X", "bench / 30:+X"]
+    assert {r.source for r in records} == {"bench"}
+    assert all(r.frf is not None and r.frf.freq[0] > 0 and r.dt == 0 for r in records)
+
+
+def test_noise_is_told_from_resonances() -> None:
+    lines = frf_lines_of(recorded("accelerance", EVEN, 0.01).frf, 0)
+    # medians of 16-line stretches scatter by a few per cent; a local fit that mistakes a resonance would be far off
+    assert np.median(lines.noise) == pytest.approx(0.01, rel=0.15)
+    peak = np.abs(lines.H).max(axis=1) > 2
+    assert peak.sum() > 10
+    assert np.median(lines.noise[peak]) < 0.03
+
+
+def test_coherence_shapes_the_noise() -> None:
+    plain = recorded("accelerance", EVEN, 0.01).frf
+    coherence = np.full(plain.H.shape, 0.99)
+    coherence[:100] = 0.5
+    frf = FRF("c", plain.freq, plain.H, plain.outputs, plain.inputs, plain.kind, plain.unit, coherence)
+    relative = frf_lines_of(frf, 0).noise / np.abs(plain.H[1:, :, 0])
+    assert relative[50, 0] / relative[200, 0] == pytest.approx(np.sqrt(99), rel=1e-9)
+
+
+def test_the_window_is_added_damping() -> None:
+    lines = frf_lines_of(recorded("receptance", EVEN).frf, 0)
+    sigma = 6.0
+    H, passed = lines.damped(sigma)
+    _, omega, phi = chain()
+    s = sigma + 2j * np.pi * lines.freq[:, None]
+    exact = (s**2 / (omega**2 + s**2 + 2 * ZETA * omega * s) * phi[0]) @ phi.T
+    inside = (lines.freq > 3) & (lines.freq < 40)
+    # what is cut off above 128 Hz and folds back is a thousandth
+    assert np.abs(H - exact)[inside].max() < 5e-3 * np.abs(exact[inside]).max()
+    assert passed == pytest.approx(1 / (2 * sigma * 32), rel=0.05)
+
+
+def test_the_band_leaves_out_lines_of_noise() -> None:
+    low, high = useful_band(frf_lines_of(recorded("accelerance", EVEN, 0.02).frf, 0))
+    assert 1.0 < low < 6.0
+    assert high == 128.0
+
+
+def test_too_few_lines_are_refused() -> None:
+    with pytest.raises(RecordingError, match="needs at least 16"):
+        frf_lines_of(recorded("accelerance", EVEN[:10]).frf, 0)
