@@ -32,7 +32,9 @@ STATIC = 2.4
 LAW_SD, COMPANION_SD = 3.0, 3.0
 DIFFERENCE = 1e-4
 # steps of every start, starts that are followed, their further steps, and steps with all unknowns
-FEW, FOLLOWED, FIRST, JOINT = 3, 4, 8, 8
+FEW, FOLLOWED, FIRST, JOINT = 5, 4, 5, 8
+# decays of the windows, in units of `Problem.scale`, before the whole records
+WINDOWS = (10.0, 3.0, 1.0)
 
 
 def upsampled(u: FloatArray, factor: int = UPSAMPLING) -> FloatArray:
@@ -59,6 +61,7 @@ class ClosedLoop:
     scale: tuple[float, float]
     forces: list[FloatArray]
     plain: list[FloatArray]
+    sigma: float = 0.0
 
     @property
     def n_x(self) -> int:
@@ -126,14 +129,15 @@ class ClosedLoop:
     def residuals(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[FloatArray]:
         """Weighted residual of all records (real and imaginary parts) at each of `points`; NaN where a simulation
         failed."""
-        lines = self.problem.lines(self.joint.reduced)
+        lines = self.problem.lines(self.joint.reduced, self.sigma)
         possible = [i for i, (_, x) in enumerate(points) if self._exists(x)]
         out = [np.full(2 * self.size(), np.nan) for _ in points]
         responses_of = self.respond([points[i] for i in possible]) if possible else []
         for i, responses in zip(possible, responses_of, strict=True):
             parts = []
             for line, y in zip(lines, responses, strict=True):
-                Y = np.fft.rfft(y, axis=1)[:, line.index].T
+                window = np.exp(-self.sigma * line.record.dt * np.arange(y.shape[1]))
+                Y = np.fft.rfft(y * window, axis=1)[:, line.index].T
                 e = ((line.Y - Y) * line.weight).ravel()
                 parts += [e.real, e.imag]
             out[i] = np.concatenate(parts)
@@ -148,7 +152,7 @@ class ClosedLoop:
 
     def size(self) -> int:
         """Number of complex values of the residual."""
-        return int(sum(line.Y.size for line in self.problem.lines(self.joint.reduced)))
+        return int(sum(line.Y.size for line in self.problem.lines(self.joint.reduced, self.sigma)))
 
 
 def loop_of(problem: Problem, joint: Joint, start: Start, recovered: Recovered) -> tuple[ClosedLoop, FloatArray]:
@@ -246,19 +250,25 @@ def fit_nonlinear(
 ) -> list[Candidate]:
     """The best fits of several laws and starts at a joint, judged on `choosing`, the model as the free force left it.
 
-    All starts go a few steps; those that get on best are followed to the end. One candidate a law is kept.
+    All starts go a few steps on the beginnings of the records (an exponential window), where paths of motion that later
+    part are still together; those that get on best are followed to the whole records. One candidate a law is kept.
     """
+    early = [factor * problem.scale() for factor in WINDOWS]
     runs = []
     for name, start in begun:
         loop, x = loop_of(problem, joint, start, recovered)
-        descent, z = _descent(loop, recovered.fit.p, x, False)
+        descent, z = _descent(replace(loop, sigma=early[0]), recovered.fit.p, x, False)
         z, e, H = descent.run(z, FEW)
         if H is not None:
             runs.append((descent.cost(z, e), name, start, descent, z))
     runs.sort(key=lambda r: r[0])
     best: dict[str, Candidate] = {}
     for _, name, start, descent, z in runs[:FOLLOWED]:
-        z, e, H = descent.run(z, FIRST)
+        for sigma in (*early[1:], 0.0):
+            descent = replace(descent, loop=replace(descent.loop, sigma=sigma))
+            z, e, H = descent.run(z, FIRST)
+            if H is None:
+                break
         if H is None:
             continue
         candidate = judge_nonlinear(choosing, _candidate(descent.loop, start, name, z, e, None))

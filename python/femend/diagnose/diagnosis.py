@@ -211,7 +211,7 @@ def _collapsed(best: Ranked, found: Diagnosis) -> Candidate:
 def _same_force(
     recovered: Recovered, law: str, values: dict[str, float], simple: str, found: Diagnosis
 ) -> float | None:
-    """Size of the simple law whose force differs least from the law's over all lines; None where it differs too much."""
+    """Size of the simple law whose force is most like the law's over all lines; None where it differs too much."""
     top = bottom = power = 0.0
     unit = {entry_of(simple).parameter_names[0]: 1.0}
     for line_index, record, D, weight in zip(
