@@ -19,7 +19,7 @@ from femend.diagnose.locate import Located, locate, shortlist
 from femend.diagnose.name import Ranked, effective_values, name_physics, null_candidate, score, split_records
 from femend.diagnose.settings import Settings
 from femend.errors import RecordingError
-from femend.estimate import Fit, FitRecord, Hypothesis, Problem, modelled_band, used_band
+from femend.estimate import Fit, FitRecord, Hypothesis, Problem, check_sampling, modelled_band, used_band
 from femend.model import Model, ReducedModel, find_places, reduce_model
 from femend.physics import physics as entry_of
 
@@ -75,6 +75,7 @@ def diagnose_records(
     band = used_band(list(records))
     g_rows = sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
     reduced = reduce_model(model, band[1], g_rows)
+    check_sampling(records, band, reduced.freq)
     band = modelled_band(band, records, reduced.freq)
     n_tuned = max(1, int((reduced.freq < 1.1 * band[1]).sum()))
     problem = Problem(records, band, zeta, n_tuned)

@@ -2,7 +2,7 @@
 
 from femend.estimate.fit import Fit, Hypothesis, Problem
 from femend.estimate.lines import FitRecord, Lines, modelled_band, noise_floor, noise_of, spectral_lines, used_band
-from femend.estimate.prepare import fit_records, pair_test, period_of
+from femend.estimate.prepare import check_sampling, fit_records, pair_test, period_of
 
 __all__ = [
     "Fit",
@@ -10,6 +10,7 @@ __all__ = [
     "Hypothesis",
     "Lines",
     "Problem",
+    "check_sampling",
     "fit_records",
     "modelled_band",
     "noise_floor",

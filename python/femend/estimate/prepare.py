@@ -13,14 +13,17 @@ from femend.estimate.frf import frf_lines_of
 from femend.estimate.lines import FitRecord, noise_of
 from femend.model import Model, Pairing, pair_sensors
 
-__all__ = ["fit_records", "frf_records", "pair_test", "period_of"]
+__all__ = ["check_sampling", "fit_records", "frf_records", "pair_test", "period_of"]
 
 FloatArray = NDArray[np.float64]
 
 # a force record repeats itself where the last period differs from the one before by less than this
 REPEATS = 0.05
-# fewer samples than this per cycle of the band's end are too few to tell a response from its image
-SAMPLES_PER_CYCLE = 2.1
+# fewer samples than this per cycle of the band's end are too few to tell a response from its image (`used_band` ends
+# at 2.086 where the force is white)
+SAMPLES_PER_CYCLE = 2.05
+# frequencies below this share of a model's highest are those of a rigid body, up to round-off
+RIGID = 1e-6
 
 
 def pair_test(test: Test, model: Model) -> Pairing:
@@ -59,6 +62,29 @@ def period_of(u: FloatArray) -> int:
         if before.shape[1] == k and (last - before).std() < REPEATS * np.sqrt(2) * last.std():
             return k
     return 0
+
+
+def check_sampling(records: Sequence[FitRecord], band: tuple[float, float], freq: FloatArray) -> None:
+    """Raises RecordingError for a record sampled too slowly for the `band` (Hz) or for a model with frequencies `freq`.
+
+    `freq` (r,) are all of the model's natural frequencies that matter, in Hz.
+    """
+    elastic = freq[freq > RIGID * freq.max(initial=0.0)]
+    for r in records:
+        rate = 1 / r.dt
+        said = f"recording {r.name!r} is sampled at {rate:.4g} Hz"
+        if rate < SAMPLES_PER_CYCLE * band[1]:
+            raise RecordingError(
+                f"{said}, the band of the fit recordings is {band[0]:.4g} to {band[1]:.4g} Hz: too slow for its end; "
+                f"record at {2.5 * band[1]:.4g} Hz or more, or leave the recording out",
+                recording=r.name,
+            )
+        if elastic.size and elastic.min() > rate / 2:
+            raise RecordingError(
+                f"{said} and its band is {band[0]:.4g} to {band[1]:.4g} Hz: too slow for the model, whose lowest mode "
+                f"is at {elastic.min():.4g} Hz; record at {2.5 * elastic.min():.4g} Hz or more, or correct the model",
+                recording=r.name,
+            )
 
 
 def fit_records(recordings: Sequence[Recording], model: Model, pairing: Pairing) -> list[FitRecord]:

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.errors import ModelError
+from femend.dof import Dof
+from femend.errors import ModelError, SingularModelError
 from femend.model.model import Model
 
 __all__ = ["ReducedModel", "Term", "reduce_model"]
@@ -82,16 +83,31 @@ def reduce_model(model: Model, f_max: float, g_rows: Sequence[int], loads: Float
     """The model in a basis of its modes up to three times `f_max` (Hz) and the static responses to unit forces.
 
     `g_rows` are DOFs of the g-set whose static response is kept (sensors, shakers), `loads` (n_a, m) further force
-    patterns. Raises SingularModelError for a stiffness that cannot be inverted.
+    patterns. Raises SingularModelError naming the DOFs that have neither stiffness nor mass.
     """
     T = model.transformation()
     K, M = model.matrices()
-    omega, phi = _modes(K, M, MODES_ABOVE * f_max, len(set(g_rows)))
+    try:
+        omega, phi = _modes(K, M, MODES_ABOVE * f_max, len(set(g_rows)))
+    except SingularModelError as error:
+        raise _named(error, model) from error
     patterns = T[sorted(set(g_rows))].T.toarray()
     if loads is not None and loads.size:
         patterns = np.hstack([patterns, loads])
     V_a = _basis(K, M, omega, phi, patterns)
     return _project(model, V_a, np.asarray(T @ V_a))
+
+
+def _named(error: SingularModelError, model: Model) -> SingularModelError:
+    """The core's error with the model's names for its rows."""
+    rows = [int(row) for row in error.dofs]
+    moving = tuple(str(Dof(int(model.fe.dof_nodes[i]), int(model.fe.dof_components[i]))) for i in rows)
+    shown = ", ".join(moving[:12]) + (f" and {len(moving) - 12} more" if len(moving) > 12 else "")
+    return SingularModelError(
+        f"the model is singular: {len(moving)} DOF(s) move without stiffness and without mass: {shown}; constrain "
+        "them, or give them stiffness or mass",
+        dofs=moving,
+    )
 
 
 def _modes(K: Any, M: Any, f_max: float, at_least: int) -> tuple[FloatArray, FloatArray]:

@@ -30,7 +30,7 @@ fn rows(a: &Dense) -> ndarray::Array2<f64> {
 }
 
 fn complex_rows(v: Vec<Complex64>, n: usize) -> ndarray::Array2<Complex64> {
-    let k = if n == 0 { 0 } else { v.len() / n };
+    let k = v.len().checked_div(n).unwrap_or(0);
     ndarray::Array2::from_shape_vec((k, n), v).unwrap_or_default()
 }
 

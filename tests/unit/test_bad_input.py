@@ -1,0 +1,184 @@
+"""Broken input reaches the terminal as one message with the subject, the value and what to do; nothing is written."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from femend import Channel, Dof, TimeData, functions_of, write_uff
+from femend.cli import main
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
+
+N = 512
+U = small_study.force(2.0, 1, N)
+Y = np.random.default_rng(2).standard_normal((4, N))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A study that can be read; each test breaks one thing of it."""
+    (tmp_path / "model.bdf").write_text(small_study.deck())
+    write_uff(tmp_path / "low.uff", functions_of(small_study.recording("low", U, Y)))
+    (tmp_path / "study.toml").write_text(small_study.study_text({"low": "fit"}))
+    return tmp_path
+
+
+def refused(folder: Path, *words: str) -> None:
+    """The command ends with code 2, says all the words in one message, and leaves no output behind."""
+    done = CliRunner().invoke(main, ["diagnose", str(folder), "--out", str(folder / "out"), "--quiet"])
+    assert done.exit_code == 2, done.output
+    assert done.stderr.startswith("error: ")
+    assert "Traceback" not in done.output
+    missing = [word for word in words if word not in done.stderr]
+    assert missing == [], done.stderr
+    assert not (folder / "out").exists()
+
+
+def replace_in(path: Path, old: str, new: str) -> None:
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+
+
+def write(folder: Path, channels: list[Channel], values: np.ndarray, rate: float = small_study.RATE) -> None:
+    write_uff(folder / "low.uff", functions_of(TimeData("low", 1 / rate, values, tuple(channels))))
+
+
+FORCE = Channel(Dof(13, 3), "force", "N")
+SENSOR = Channel(Dof(7, 3), "acceleration", "m/s^2")
+
+
+def test_missing_deck_and_recording(folder: Path) -> None:
+    (folder / "low.uff").rename(folder / "lower.uff")
+    refused(folder, "low.uff does not exist", "did you mean 'lower.uff'", "recording[0].file")
+    (folder / "lower.uff").rename(folder / "low.uff")
+    (folder / "model.bdf").unlink()
+    refused(folder, "model.bdf does not exist", "model.file")
+
+
+def test_unknown_key(folder: Path) -> None:
+    replace_in(folder / "study.toml", "ratio =", "ratoi =")
+    refused(folder, "'ratoi' is no key of [damping]", "did you mean 'ratio'")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("GRID,8,,0.420,0.,0.", "GRID,8,,0.42x,0.,0.", ("model.bdf:1", "0.42x")),
+        ("CONM2,100,9,,0.1", "CFOO,100,9,,0.1", ("model.bdf", "CFOO")),
+        ("GRID,8,", "GRID,7,,0.41,0.,0.\nGRID,8,", ("model.bdf", "GRID", "7")),
+        ("GRID,8,,0.420,0.,0.", "GRID,8,,0.360,0.,0.", ("CBAR 7", "length")),
+    ],
+    ids=["syntax error", "unknown card", "duplicate id", "zero-length beam"],
+)
+def test_deck(folder: Path, old: str, new: str, words: tuple[str, ...]) -> None:
+    replace_in(folder / "model.bdf", old, new)
+    refused(folder, *words)
+
+
+def test_sensor_without_a_node(folder: Path) -> None:
+    write(folder, [FORCE, Channel(Dof(99, 3), "acceleration", "m/s^2")], np.array([U, Y[0]]))
+    refused(folder, "99")
+
+
+def test_sensor_far_from_every_node(folder: Path) -> None:
+    write(folder, [FORCE, Channel(Dof(99, 3), "acceleration", "m/s^2")], np.array([U, Y[0]]))
+    geometry = "    -1\n    15\n" + f"{99:10d}{0:10d}{0:10d}{8:10d}{0.3:13.5e}{2.5:13.5e}{0.0:13.5e}\n" + "    -1\n"
+    with (folder / "low.uff").open("ab") as file:
+        file.write(geometry.encode())
+    refused(folder, "99", "2.5", "node")
+
+
+def test_not_a_number(folder: Path) -> None:
+    values = np.array([U, Y[0]])
+    values[1, 256] = mark = 12345.678
+    write(folder, [FORCE, SENSOR], values)
+    file = folder / "low.uff"
+    raw, told = file.read_bytes(), np.float64(mark).tobytes()
+    assert raw.count(told) == 1
+    file.write_bytes(raw.replace(told, np.float64(np.nan).tobytes()))
+    refused(folder, "low", "7:+Z", "0.5 s")
+
+
+def test_zero_channel(folder: Path) -> None:
+    write(folder, [FORCE, SENSOR], np.array([U, 0 * U]))
+    refused(folder, "low", "7:+Z", "is 0 in all 512 samples")
+
+
+def test_unequal_lengths(folder: Path) -> None:
+    a, b = (functions_of(TimeData("low", 1 / 512, x[None], (c,))) for x, c in ((U, FORCE), (Y[0, :400], SENSOR)))
+    write_uff(folder / "low.uff", [*a, *b])
+    refused(folder, "'low'", "400", "512", "equal length")
+
+
+def test_no_force_channel(folder: Path) -> None:
+    write(folder, [SENSOR], Y[:1])
+    refused(folder, "'low'", 'excitation = "measured"', "force")
+
+
+def test_no_response_channel(folder: Path) -> None:
+    write(folder, [FORCE], U[None])
+    refused(folder, "'low' has no response channel")
+
+
+def test_truncated_binary_record(folder: Path) -> None:
+    file = folder / "low.uff"
+    file.write_bytes(file.read_bytes()[:-2000])
+    refused(folder, "low.uff", "record")
+
+
+def test_wrong_byte_order(folder: Path) -> None:
+    file = folder / "low.uff"
+    raw = file.read_bytes()
+    said, told = b"    58b     1     2", b"    58b     2     2"
+    assert said in raw
+    file.write_bytes(raw.replace(said, told))
+    refused(folder, "low.uff", "byte order")
+
+
+def test_singular_model(folder: Path) -> None:
+    """Two nodes without mass that hold each other and nothing else: neither stiffness nor inertia resists."""
+    more = "GRID,20,,0.,0.,1.\nGRID,21,,0.,0.,1.1\nCELAS2,900,1.0E5,20,3,21,3\nENDDATA"
+    replace_in(folder / "model.bdf", "ENDDATA", more)
+    refused(folder, "singular", "move without stiffness and without mass: 21:+Z")
+
+
+def test_a_record_too_slow_for_the_model(folder: Path) -> None:
+    """The lowest mode lies above half of the rate: nothing in the recording can be compared with the model."""
+    write(folder, [FORCE, SENSOR], np.array([U, Y[0]]), rate=16.0)
+    refused(folder, "'low' is sampled at 16 Hz", "too slow for the model, whose lowest mode is at", "Hz or more")
+
+
+def test_a_record_too_slow_for_the_others(folder: Path) -> None:
+    for name in ("high", "more"):
+        write_uff(folder / f"{name}.uff", functions_of(small_study.recording(name, U, Y)))
+    write(folder, [FORCE, SENSOR], np.array([U, Y[0]]), rate=128.0)
+    (folder / "study.toml").write_text(small_study.study_text(dict.fromkeys(("low", "high", "more"), "fit")))
+    refused(folder, "'low' is sampled at 128 Hz", "the band of the fit recordings is", "too slow for its end")
+
+
+def test_nothing_to_fit(folder: Path) -> None:
+    replace_in(folder / "study.toml", 'role = "fit"', 'role = "validate"')
+    refused(folder, 'role = "fit"')
+
+
+@pytest.mark.parametrize("excitation", ["unknown", "ambient"])
+def test_excitation_the_fit_cannot_use(folder: Path, excitation: str) -> None:
+    replace_in(folder / "study.toml", 'role = "fit"', f'role = "fit"\nexcitation = "{excitation}"')
+    refused(folder, "'low'", f'excitation = "{excitation}"', "another")
+
+
+def test_users_files_are_left_alone(folder: Path) -> None:
+    before: Callable[[], dict[str, bytes]] = lambda: {p.name: p.read_bytes() for p in folder.iterdir()}  # noqa: E731
+    kept = before()
+    write(folder, [FORCE], U[None])
+    kept["low.uff"] = (folder / "low.uff").read_bytes()
+    refused(folder)
+    assert before() == kept
