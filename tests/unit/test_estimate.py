@@ -1,0 +1,121 @@
+"""From records to weighted lines: noise, repetition, windowed spectra and the interpolated force."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femend.diagnose.closed_loop import upsampled
+from femend.errors import RecordingError
+from femend.estimate import FitRecord, check_sampling, noise_of, period_of, spectral_lines
+from femend.model import ReducedModel, read_model, reduce_model
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
+
+DT = 1 / 512
+
+
+def decay(n: int, freq: float, zeta: float) -> np.ndarray:
+    """Impulse response of an oscillator."""
+    omega, t = 2 * np.pi * freq, DT * np.arange(n)
+    return np.exp(-zeta * omega * t) * np.sin(omega * np.sqrt(1 - zeta**2) * t)
+
+
+def filtered(u: np.ndarray, freq: float = 40.0) -> np.ndarray:
+    n = len(u)
+    h = decay(n, freq, 0.02)
+    return np.fft.irfft(np.fft.rfft(u, 2 * n) * np.fft.rfft(h, 2 * n), 2 * n)[:n]
+
+
+def test_noise_of_a_random_record() -> None:
+    rng = np.random.default_rng(1)
+    n = 8192
+    u = small_study.force(1.0, 3, n)
+    clean = np.array([filtered(u), filtered(u, 90.0)])
+    sd = np.array([0.02, 0.05]) * clean.std(axis=1)
+    y = clean + sd[:, None] * rng.standard_normal(clean.shape)
+    np.testing.assert_allclose(noise_of(u[None], y, DT, 0), sd, rtol=0.1)
+
+
+def test_noise_of_a_repeating_record() -> None:
+    rng = np.random.default_rng(2)
+    period = small_study.force(1.0, 5, 1024)
+    u = np.tile(period, 6)
+    clean = filtered(u)[None]
+    y = clean + 0.03 * rng.standard_normal(clean.shape)
+    assert noise_of(u[None], y, DT, 1024)[0] == pytest.approx(0.03, rel=0.1)
+
+
+@pytest.mark.parametrize("period", [300, 512, 777])
+def test_the_period_of_a_force(period: int) -> None:
+    rng = np.random.default_rng(period)
+    u = np.tile(rng.standard_normal(period), 5)
+    assert period_of((u + 0.01 * rng.standard_normal(u.size))[None]) == period
+    assert period_of(rng.standard_normal((1, 5 * period))) == 0
+
+
+@pytest.fixture
+def reduced(tmp_path: Path) -> ReducedModel:
+    (tmp_path / "model.bdf").write_text(small_study.deck())
+    model = read_model(tmp_path / "model.bdf", parameters=small_study.PARAMETERS)
+    return reduce_model(model, 150.0, [6 * model.index(13) + 2])
+
+
+def record_of(reduced: ReducedModel, u: np.ndarray, y: np.ndarray, dt: float = DT, name: str = "r") -> FitRecord:
+    row = np.array([6 * reduced.model.index(13) + 2])
+    return FitRecord(name, u, y, dt, row, row, np.ones(1), np.ones(1), np.full(1, 1e-3))
+
+
+@pytest.mark.parametrize("sigma", [0.0, 3.0, 20.0])
+def test_lines_are_the_transform_of_a_decay(reduced: ReducedModel, sigma: float) -> None:
+    """A sampled decay r^n has the geometric sum (1 - z^N) / (1 - z), z = r exp(-s dt), at s = sigma + i omega."""
+    n = 2048
+    pole = 2 * np.pi * 45.0 * (-0.01 + 1j)
+    y = np.exp(pole * DT * np.arange(n)).real[None]
+    lines = spectral_lines(record_of(reduced, np.ones((1, n)), y), reduced, (5.0, 150.0), sigma)
+    s = sigma + 2j * np.pi * lines.freq
+    expected = np.zeros(len(s), dtype=complex)
+    for p in (pole, pole.conjugate()):
+        z = np.exp((p - s) * DT)
+        expected += 0.5 * (1 - z**n) / (1 - z)
+    np.testing.assert_allclose(lines.Y[:, 0], expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    step = max(1, round(sigma * n * DT / (4 * np.pi)))
+    assert (np.diff(lines.index) <= 2 * step - 1).all()
+    assert lines.share == pytest.approx(0.1 * step)
+    assert lines.freq.min() >= 5.0
+    assert lines.freq.max() <= 150.0
+
+
+def test_weights_know_noise_and_model(reduced: ReducedModel) -> None:
+    n = 2048
+    u = small_study.force(1.0, 3, n)
+    y = filtered(u)[None]
+    lines = spectral_lines(record_of(reduced, u[None], y), reduced, (10.0, 140.0))
+    assert lines.weight.max() <= 1 / (1e-3 * np.sqrt(n)) * (1 + 1e-12)
+    peak = np.argmax(np.abs(lines.Y[:, 0]))
+    assert lines.weight[peak, 0] < 0.9 * lines.weight.max()
+
+
+@pytest.mark.parametrize("freq", [5.0, 60.0, 180.0])
+def test_an_interpolated_force_keeps_its_amplitude_in_the_band(freq: float) -> None:
+    """The transform of the broken line through the new samples is that of the force: its samples times sinc squared."""
+    n, factor = 1024, 8
+    k = round(freq * n * DT)
+    u = np.sin(2 * np.pi * k * np.arange(n) / n) * np.hanning(n)
+    fine = upsampled(u[None], factor)[0]
+    line = np.fft.rfft(fine, 2 * n * factor)[2 * k] / factor
+    kept = line * np.sinc(2 * k / (2 * n * factor)) ** 2
+    assert abs(kept - np.fft.rfft(u, 2 * n)[2 * k]) < 1e-3 * abs(kept)
+
+
+def test_sampling_is_checked_against_band_and_model(reduced: ReducedModel) -> None:
+    good, slow = (record_of(reduced, np.ones((1, 8)), np.ones((1, 8)), dt, "r") for dt in (DT, 1 / 200))
+    check_sampling([good], (5.0, 150.0), reduced.freq)
+    with pytest.raises(RecordingError, match="'r' is sampled at 200 Hz, the band of the fit recordings is 5 to 150 Hz"):
+        check_sampling([good, slow], (5.0, 150.0), reduced.freq)
+    with pytest.raises(RecordingError, match="lowest mode is at 400 Hz"):
+        check_sampling([good], (5.0, 150.0), np.array([1e-8, 400.0, 900.0]))
