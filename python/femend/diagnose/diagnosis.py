@@ -218,7 +218,7 @@ def _same_force(
     for line_index, record, D, weight in zip(
         recovered.index, recovered.records, recovered.D, recovered.weight, strict=True
     ):
-        s = 2j * np.pi * line_index / (record.n * record.dt)
+        s = np.asarray(2j * np.pi * line_index / (record.n * record.dt), dtype=np.complex128)
         kappa = _core.law_dynamic_stiffness(law, values, s)[0][:, None]
         shape = _core.law_dynamic_stiffness(simple, unit, s)[0][:, None]
         seen = weight * np.abs(D) ** 2

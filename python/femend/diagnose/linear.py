@@ -75,7 +75,7 @@ def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: P
 
 
 def fit_mass(problem: Problem, choosing: Problem, joint: Joint, p: FloatArray) -> Candidate | None:
-    """A mass that resists in all directions of a node."""
+    """A mass that resists in all directions of a node, fitted from unknowns `p` of the model."""
     entry = physics("added_mass")
     scale, omega = stiffness_scale(problem, joint)
     means = [np.log([f * scale / omega**2]) for f in (0.003, 0.03, 0.3, 3.0)]

@@ -83,7 +83,10 @@ def predict_model(
 def predict_frf(
     problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, record: FitRecord
 ) -> ComplexArray:
-    """Accelerances (K, n_out) of a model on the lines of a record that holds a column of an FRF."""
+    """Accelerances (K, n_out) of a model at unknowns `p` and ln law parameters `x` on the lines of an FRF column.
+
+    Raises ValueError for a record of time samples.
+    """
     if record.frf is None:
         raise ValueError(f"record {record.name!r} holds time samples, not an FRF")
     reduced: ReducedModel = hypothesis.reduced
