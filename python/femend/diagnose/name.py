@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femend.diagnose.candidates import Candidate, laws_for, starts
-from femend.diagnose.closed_loop import fit_nonlinear, judge_nonlinear, refit_nonlinear
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
 from femend.diagnose.linear import fit_linear, fit_mass
 from femend.diagnose.locate import Located
+from femend.diagnose.nonlinear import fit_nonlinear, judge_nonlinear, refit_nonlinear
 from femend.diagnose.settings import Settings
 from femend.estimate import Fit, Problem
 from femend.model import ReducedModel
@@ -94,7 +94,7 @@ def name_physics(
     """Candidates of all laws at the best places, in rising order of score, the best fitted with everything free.
 
     Linear laws are tried at every place; nonlinear ones at the first places, and only where no linear law explains the
-    choosing records to the noise or as well as a free force does.
+    choosing records to the noise or as well as a free force does. Places should not be look-alikes of each other.
     """
     n_values = effective_values(split.choosing, reduced)
 

@@ -10,6 +10,7 @@ from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.locate import Located
 from femend.estimate import FitRecord, noise_floor
+from femend.model.places import stretches, topology
 from femend.physics import with_companion
 from femend.study.predictions import STAGES, Prediction
 from femend.units import unit_system
@@ -18,7 +19,7 @@ __all__ = ["result_of"]
 
 FORMAT = "femend-diagnosis/1"
 # places that are said to be possible too
-ALSO = 2
+ALSO = 5
 # laws that are listed beside the named one
 ALTERNATIVES = 5
 
@@ -108,13 +109,21 @@ def _by_name(diagnosis: Diagnosis) -> dict[str, float]:
 
 
 def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
-    """The place and those the law-free fit cannot tell from it."""
-    others: list[list[int]] = []
-    for found in diagnosis.located:
-        close = found.cost - place.cost < diagnosis.settings.margin and found.place.kind != "base"
-        nodes = list(found.place.nodes)
-        if close and nodes != list(place.place.nodes) and nodes not in others:
-            others.append(nodes)
+    """The place and those that the recordings cannot tell from it: look-alikes, then places that fit as well."""
+    alike = [p for p in place.alike if p.direction == place.place.direction and p.kind == place.place.kind]
+    single = [p.nodes[0] for p in alike if len(p.nodes) == 1]
+    others = [list(nodes) for nodes in stretches(topology(diagnosis.reduced.model), single)]
+    rest = [p for p in place.alike if p not in alike or len(p.nodes) > 1]
+    rest += [
+        found.place
+        for found in diagnosis.located
+        if found.cost - place.cost < diagnosis.settings.margin and found.place.kind != "base"
+    ]
+    covered = {*place.place.nodes, *single}
+    for other in rest:
+        if not covered.issuperset(other.nodes):
+            others.append(list(other.nodes))
+            covered.update(other.nodes)
     return {
         "nodes": list(place.place.nodes),
         "to": place.place.to,

@@ -51,6 +51,11 @@ impl Joint {
         self.laws.iter().any(|law| law.kind().is_inertial())
     }
 
+    /// Whether the force really changes with the acceleration: a linear companion without mass does not.
+    pub fn uses_acceleration(&self) -> bool {
+        self.laws.iter().any(PreparedLaw::uses_acceleration)
+    }
+
     /// A state at rest.
     pub fn rest(&self) -> Vec<State<f64>> {
         vec![[0.0; MAX_STATE]; self.laws.len()]

@@ -232,6 +232,14 @@ impl PreparedLaw {
         self.n_parameters
     }
 
+    /// Whether the force changes with the acceleration at these parameters.
+    pub fn uses_acceleration(&self) -> bool {
+        match self.kind {
+            Kind::Linear => self.plain[2] != 0.0,
+            kind => kind.is_inertial(),
+        }
+    }
+
     /// Force (N) at the end of the step and the state there.
     pub fn force(&self, x: Motion<f64>, s: &State<f64>) -> (f64, State<f64>) {
         with_definition!(self.kind, D => <D as Definition>::step(&self.plain, self.dt, x, s))
