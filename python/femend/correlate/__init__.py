@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from femend.correlate.assurance import automac, dac, mac, macx, msf, principal_cosines, subspace_mac
 from femend.correlate.by_dof import DofElimination, comac, ecomac, eliminate_dofs, macco
+from femend.correlate.clusters import align_cluster, close_groups
 from femend.correlate.complexity import mcf, mcf_area, mean_phase, mpc, mpd
 from femend.correlate.orthogonality import cross_orthogonality, orthogonality
+from femend.correlate.pairing import ModePair, ModePairing, pair_modes
 from femend.correlate.responses import coherence_criterion, csac, csf, faac, fdac, frac, rvac
 
 __all__ = [
     "DofElimination",
+    "ModePair",
+    "ModePairing",
+    "align_cluster",
     "automac",
+    "close_groups",
     "coherence_criterion",
     "comac",
     "cross_orthogonality",
@@ -32,6 +38,7 @@ __all__ = [
     "mpd",
     "msf",
     "orthogonality",
+    "pair_modes",
     "principal_cosines",
     "rvac",
     "subspace_mac",

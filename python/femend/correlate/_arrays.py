@@ -12,8 +12,8 @@ from femend.errors import CorrelationError
 
 __all__: list[str] = []
 
-# Fourth powers of numbers inside these limits, and sums of many of them, neither overflow nor underflow.
-_SAFE = (1e-70, 1e70)
+# Products of squared lengths inside these limits neither overflow nor underflow.
+_SAFE = (1e-140, 1e140)
 
 
 def finite(values: ArrayLike, what: str) -> NDArray[Any]:
@@ -68,23 +68,17 @@ def modulus2(a: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def scaled(a: NDArray[Any], axis: int | tuple[int, ...]) -> NDArray[Any]:
-    """`a`, divided by its largest number along `axis` where squares would leave the range of the numbers.
+    """`a`, divided by its largest modulus along `axis` where squares would leave the range of the numbers.
 
     Criteria that do not depend on scale then do not depend on it for numbers of any size either.
     """
-    peak = _peak(a, axis)
-    top = np.max(peak)
-    if top == 0.0 or (top < _SAFE[1] and np.min(peak, where=peak > 0, initial=np.inf) > _SAFE[0]):
+    with np.errstate(over="ignore", under="ignore"):
+        length2 = square(a, axis)
+    if np.all((length2 > _SAFE[0]) & (length2 < _SAFE[1])):
         return a
+    peak = np.max(np.abs(a), axis=axis, keepdims=True)
     divisor = np.where(peak > 0, peak, 1.0)
     return a / 2.0 ** np.floor(np.log2(divisor))  # a power of two changes no digit
-
-
-def _peak(a: NDArray[Any], axis: int | tuple[int, ...]) -> NDArray[np.float64]:
-    """Largest real or imaginary part along `axis`: as good as the modulus for scaling, and several times quicker."""
-    parts = (a.real, a.imag) if np.iscomplexobj(a) else (a,)
-    limits = [np.maximum(np.max(p, axis=axis, keepdims=True), -np.min(p, axis=axis, keepdims=True)) for p in parts]
-    return np.max(limits, axis=0)
 
 
 def ratio(numerator: NDArray[Any], denominator: NDArray[Any]) -> NDArray[Any]:
@@ -95,7 +89,7 @@ def ratio(numerator: NDArray[Any], denominator: NDArray[Any]) -> NDArray[Any]:
 
 
 def fraction(numerator: NDArray[Any], denominator: NDArray[Any]) -> NDArray[np.float64]:
-    """`ratio` of what theory keeps inside [0, 1]; the last digit's rounding is cut off, a real excess is not made."""
+    """`ratio` of what Cauchy-Schwarz keeps inside [0, 1]; only rounding can leave it, and that is cut off."""
     return np.clip(ratio(numerator, denominator), 0.0, 1.0)
 
 
