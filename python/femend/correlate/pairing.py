@@ -91,7 +91,7 @@ def pair_modes(
 
     >>> pairing = pair_modes([[1.0, 0.0], [0.0, 1.0]], [[0.1, 1.0], [1.0, 0.0]])
     >>> [(p.a, p.b, round(p.mac, 3)) for p in pairing.pairs]
-    [(0, 1, 0.99), (1, 0, 0.99)]
+    [(0, 1, 1.0), (1, 0, 0.99)]
     """
     a, b = shape_pair(phi_a, phi_b)
     if a.ndim != 2 or b.ndim != 2:
