@@ -91,6 +91,20 @@ def test_a_cluster_does_not_swallow_a_mode_that_is_not_in_it() -> None:
     assert pairing.unpaired_b == (1, 4)
 
 
+def test_a_crowd_of_close_modes_does_not_explain_any_shape() -> None:
+    # 30 modes within 0.5 % of each other span all that 20 sensors see: everything has its share 1 there.
+    rng = np.random.default_rng(3)
+    crowd, freq = rng.standard_normal((20, 30)), 100.0 * 1.005 ** np.arange(30)
+    strangers = rng.standard_normal((20, 4))
+    assert subspace_mac(strangers, crowd) == pytest.approx(np.ones(4), abs=1e-12)
+    apart = freq[[0, 8, 16, 24]]
+    assert mated(pair_modes(strangers, crowd, apart, freq)) == {}
+    # a crowd of 15 spans three quarters; a shape of its own is still known in it, a stranger is not
+    known = pair_modes(crowd[:, 3:5] + 0.1 * strangers[:, :2], crowd[:, :15], freq[3:5], freq[:15])
+    assert mated(known) == {0: 3, 1: 4}
+    assert mated(pair_modes(strangers, crowd[:, :15], apart, freq[:15])) == {}
+
+
 def test_what_has_no_mate_stays_alone() -> None:
     phi = np.linalg.qr(RNG.standard_normal((20, 6)))[0]
     pairing = pair_modes(phi[:, :4], phi[:, 2:])

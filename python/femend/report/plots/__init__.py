@@ -11,7 +11,7 @@ from femend.report.plots.force_spectra import OmegaLaw, draw_force_spectra, fit_
 from femend.report.plots.frf_overlay import draw_frf
 from femend.report.plots.mac_matrix import draw_mac
 from femend.report.plots.sensitivity_image import draw_sensitivity
-from femend.report.plots.shape_view import draw_shape, motion_of_nodes
+from femend.report.plots.shape_view import draw_shape, motion_of_model, motion_of_nodes
 from femend.report.plots.signature import draw_signature
 from femend.report.plots.stabilisation import STATUSES, draw_stabilisation
 from femend.report.plots.style import figure, paper_style
@@ -32,6 +32,7 @@ __all__ = [
     "draw_waterfall",
     "figure",
     "fit_omega_law",
+    "motion_of_model",
     "motion_of_nodes",
     "paper_style",
 ]

@@ -66,7 +66,9 @@ def draw_order_lines(ax: Axes, orders: Sequence[float], *, color: str = "white")
         ends = np.clip(np.array([x0, x1]), y0 / slope, y1 / slope)
         if ends[1] <= ends[0]:
             continue
-        ax.plot(ends, slope * ends, color=color, linewidth=0.8, alpha=0.9, label=f"order {order:g}")
+        ax.plot(
+            ends, slope * ends, color=color, linewidth=0.6, alpha=0.8, linestyle=(0, (6, 4)), label=f"order {order:g}"
+        )
         leaves_top = slope * x1 > y1
         place: dict[str, Any] = (
             {"xytext": (0, 2), "ha": "center", "va": "bottom"} if leaves_top else {"xytext": (2, 0), "va": "center"}

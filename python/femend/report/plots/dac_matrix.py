@@ -47,7 +47,7 @@ def draw_dac(
 
 
 def cell_edges(centres: NDArray[np.float64], what: str) -> NDArray[np.float64]:
-    """Edges of the cells around rising centres."""
+    """Edges (n + 1,) of the cells around `centres` (n,); raises ValueError naming `what` where they do not rise."""
     if centres.size < 2 or (np.diff(centres) <= 0).any():
         raise ValueError(f"{what} with {centres.size} values does not rise from each to the next; sort it")
     middle = 0.5 * (centres[1:] + centres[:-1])

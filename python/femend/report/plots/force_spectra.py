@@ -102,8 +102,19 @@ def draw_force_spectra(
         ax.plot([], [], color="#5a6675", linewidth=1.1, label=r"line: $m\,r\,\Omega^2$")
     ax.set_xscale(scale)
     ax.set_yscale(scale)
+    if scale == "log":
+        _plain_speeds(ax)
     ax.set_xlabel("speed, 1/min")
     ax.set_ylabel(f"force, {unit}")
     ax.grid(True)
     ax.legend(loc="upper left")
     return laws
+
+
+def _plain_speeds(ax: Axes) -> None:
+    """Speeds on a log axis as plain numbers: 300, 500, 1000 and not powers of ten."""
+    from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 5.0)))
+    ax.xaxis.set_major_formatter(ScalarFormatter())
+    ax.xaxis.set_minor_formatter(NullFormatter())

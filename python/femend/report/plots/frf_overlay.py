@@ -49,6 +49,8 @@ def draw_frf(
         if ax_phase is not None:
             ax_phase.plot(f, _broken(np.degrees(np.angle(curve))), **look)
     ax.set_yscale(scale)
+    if scale == "linear":
+        ax.set_ylim(bottom=0.0)
     ax.set_xlim(f[0], f[-1])
     ax.set_ylabel(f"|{quantity}|, {unit}")
     ax.grid(True)

@@ -41,7 +41,7 @@ def draw_mac(
             raise ValueError(f"{len(freq)} frequencies for {n} modes of the {name}")
         step = max(1, -(-n // 15))
         at = range(0, n, step)
-        axis.set_ticks(list(at), [str(k + 1) if freq is None else f"{k + 1}  {freq[k]:.4g}" for k in at])
+        axis.set_ticks(list(at), [str(k + 1) if freq is None else f"{k + 1}  {_hz(freq[k])}" for k in at])
         axis.set_label_text(f"{name} mode" + ("" if freq is None else ", Hz"))
         axis.set_tick_params(length=0)
     if freq_b is not None and table.shape[1] > 4:
@@ -51,3 +51,8 @@ def draw_mac(
         ax.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, fill=False, edgecolor=MARK, linewidth=1.4))
     if colorbar:
         ax.figure.colorbar(image, ax=ax, label=criterion, ticks=[0, 0.25, 0.5, 0.75, 1.0])
+
+
+def _hz(value: float) -> str:
+    """Four digits, the zeros at the end too, so that columns of frequencies line up."""
+    return f"{value:#.4g}".rstrip(".")

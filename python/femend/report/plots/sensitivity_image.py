@@ -37,6 +37,9 @@ def draw_sensitivity(
     ax.set_xticks(range(len(parameters)), list(parameters), rotation=90 if len(parameters) > 4 else 0)
     ax.set_yticks(range(len(responses)), list(responses))
     ax.tick_params(length=0)
+    for axis, n in ((ax.yaxis, len(responses)), (ax.xaxis, len(parameters))):
+        if n > 20:  # names of so many rows at full size would run into each other
+            axis.set_tick_params(labelsize=max(3.5, 110.0 / n))
     ax.set_xlabel("parameter")
     ax.set_ylabel("response")
     cell_numbers(ax, table, np.abs(table) > 0.65 * top, "%.2g")

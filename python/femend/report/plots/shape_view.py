@@ -9,14 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.dof import Dof
+from femend.model import Model
 from femend.report.content import MeshPicture
 from femend.report.mesh_view import start_view, view_basis
-from femend.report.plots.style import MARK, PALE
+from femend.report.plots.style import INK, MARK, PALE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["draw_shape", "motion_of_nodes"]
+__all__ = ["draw_shape", "motion_of_model", "motion_of_nodes"]
 
 
 def motion_of_nodes(shape: ArrayLike, dofs: Sequence[Dof], node_ids: ArrayLike) -> NDArray[Any]:
@@ -43,6 +44,19 @@ def motion_of_nodes(shape: ArrayLike, dofs: Sequence[Dof], node_ids: ArrayLike) 
     return motion
 
 
+def motion_of_model(model: Model, shape: ArrayLike) -> NDArray[Any]:
+    """Translations (n_nodes, 3) of all nodes of `model`, along X, Y, Z, from `shape` (n_a,) at its free DOFs.
+
+    Nodes tied to others (rigid elements, multipoint constraints) and nodes with a coordinate system of their own
+    move as the model says. Raises ValueError for a shape of another size.
+    """
+    values = np.asarray(shape)
+    if values.shape != (model.fe.n_a,):
+        raise ValueError(f"a shape of {values.shape} for a model of {model.fe.n_a} free DOFs; give one column")
+    moved = np.asarray(model.transformation() @ values).reshape(-1, 6)[:, :3]
+    return np.einsum("nij,ni->nj", model.fe.frames, moved)  # row i of a frame is its axis i
+
+
 def draw_shape(
     ax: Axes,
     mesh: MeshPicture,
@@ -57,14 +71,12 @@ def draw_shape(
 ) -> None:
     """Draws `mesh` deformed by `motion` (n_nodes, 3), real or complex, over the undeformed one in grey.
 
-    The largest motion is drawn as `scale` of the mesh's diagonal and colours the shape by its size, relative to it.
-    Of a complex motion the real part of motion * exp(i `phase`) is drawn, `phase` in degrees; by default the one
-    that makes it largest. `view` is as `start_view` gives it. `measured` maps node ids to vectors (3,) in the scale
-    of `motion`, drawn as arrows from the undeformed nodes: the test over the model. Raises ValueError for shapes that
-    do not fit, values that are not finite, or a motion that is zero.
+    The largest motion is drawn as `scale` of the mesh's diagonal; colour is the size of the motion relative to it.
+    Nodes of no element are dots. Of a complex motion the real part of motion * exp(i `phase`) is drawn, `phase` in
+    degrees; by default the one that makes it largest. `view` is as `start_view` gives it. `measured` maps node ids to
+    vectors (3,) in the scale of `motion`, drawn as arrows from the undeformed nodes: the test over the model. Raises
+    ValueError for shapes that do not fit, values that are not finite, or a motion that is zero.
     """
-    from matplotlib.collections import LineCollection, PolyCollection
-
     xyz = np.asarray(mesh.xyz, dtype=np.float64)
     full = np.asarray(motion)
     if full.shape != xyz.shape or not np.isfinite(full).all():
@@ -75,28 +87,10 @@ def draw_shape(
     if not size.max() > 0:
         raise ValueError("the motion is zero at all nodes; there is no shape to draw")
     diagonal = float(np.linalg.norm(np.ptp(xyz, axis=0))) or 1.0
-    factor = scale * diagonal / size.max()
+    factor = scale * diagonal / float(size.max())
     basis = view_basis(dict(view) if view is not None else start_view(xyz))
     before, after = xyz @ basis.T, (xyz + factor * moved) @ basis.T
-    share = size / size.max()
-    lines, faces = np.asarray(mesh.lines, dtype=np.int64), np.asarray(mesh.faces, dtype=np.int64)
-    if len(faces):
-        order = np.argsort(after[faces, 2].mean(axis=1))  # from the back
-        skin = PolyCollection(list(before[faces][:, :, :2]), facecolors="none", edgecolors=PALE, linewidths=0.4)
-        ax.add_collection(skin)
-        colored: Any = PolyCollection(
-            list(after[faces[order]][:, :, :2]), cmap="viridis", edgecolors="#16202c", linewidths=0.25, alpha=0.92
-        )
-        colored.set_array(share[faces[order]].mean(axis=1))
-        colored.set_clim(0.0, 1.0)
-        ax.add_collection(colored)
-    if len(lines):
-        ax.add_collection(LineCollection(list(before[lines][:, :, :2]), colors=PALE, linewidths=0.8))
-        wires = LineCollection(list(after[lines][:, :, :2]), cmap="viridis", linewidths=1.8, capstyle="round")
-        wires.set_array(share[lines].mean(axis=1))
-        wires.set_clim(0.0, 1.0)
-        ax.add_collection(wires)
-        colored = wires
+    colored = _elements(ax, mesh, before, after, size / size.max())
     if measured:
         _arrows(ax, mesh, measured, turn, factor, basis)
     ends = np.concatenate([before[:, :2], after[:, :2]])
@@ -107,8 +101,42 @@ def draw_shape(
     ax.set_axis_off()
     if title:
         ax.set_title(title)
-    if colorbar and (len(faces) or len(lines)):
+    if colorbar:
         ax.figure.colorbar(colored, ax=ax, label="motion / largest motion", shrink=0.8)
+
+
+def _elements(
+    ax: Axes,
+    mesh: MeshPicture,
+    before: NDArray[np.float64],
+    after: NDArray[np.float64],
+    share: NDArray[np.float64],
+) -> Any:
+    """Faces, lines and loose nodes, deformed ones coloured over grey ones; the colour scale comes back."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import LineCollection, PolyCollection
+    from matplotlib.colors import Normalize
+
+    look: dict[str, Any] = {"cmap": "viridis", "norm": Normalize(0.0, 1.0)}
+    lines, faces = np.asarray(mesh.lines, dtype=np.int64), np.asarray(mesh.faces, dtype=np.int64)
+    if len(faces):
+        faces = faces[np.argsort(after[faces, 2].mean(axis=1))]  # from the back
+        flat = before[faces][:, :, :2]
+        ax.add_collection(PolyCollection(list(flat), facecolors="none", edgecolors=PALE, linewidths=0.4))
+        skin = PolyCollection(list(after[faces][:, :, :2]), edgecolors=INK, linewidths=0.25, alpha=0.92, **look)
+        skin.set_array(share[faces].mean(axis=1))
+        ax.add_collection(skin)
+    if len(lines):
+        ax.add_collection(LineCollection(list(before[lines][:, :, :2]), colors=PALE, linewidths=0.8))
+        wires = LineCollection(list(after[lines][:, :, :2]), linewidths=1.8, capstyle="round", **look)
+        wires.set_array(share[lines].mean(axis=1))
+        ax.add_collection(wires)
+    loose = np.setdiff1d(np.arange(len(before)), np.concatenate([lines.ravel(), faces.ravel()]))
+    if loose.size:  # points of a rigid body, masses: dots with their paths
+        paths = np.stack([before[loose, :2], after[loose, :2]], axis=1)
+        ax.add_collection(LineCollection(list(paths), colors=PALE, linewidths=0.8))
+        ax.scatter(after[loose, 0], after[loose, 1], c=share[loose], s=12, zorder=4, **look)
+    return ScalarMappable(**look)
 
 
 def _turn(motion: NDArray[Any], phase: float | None) -> complex:

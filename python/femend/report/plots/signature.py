@@ -43,4 +43,5 @@ def draw_signature(
     ax.set_xlabel("frequency, Hz")
     ax.set_ylabel(criterion)
     ax.grid(True)
-    ax.legend(loc="lower right")
+    # Above the axes: the curves may be anywhere inside.
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(curves) + (target is not None))

@@ -18,11 +18,10 @@ __all__ = ["STATUSES", "draw_stabilisation"]
 # What a pole shares with one of the order below; form, size and lightness tell them apart as well as colour.
 STATUSES: dict[str, dict[str, Any]] = {
     "new": {"marker": ".", "s": 5, "color": PALE, "label": "new"},
-    "freq": {"marker": "x", "s": 11, "color": "#8a94a3", "linewidths": 0.7, "label": "frequency"},
-    "zeta": {"marker": "^", "s": 11, "facecolors": "none", "edgecolors": "#1f6fc4", "linewidths": 0.7},
-    "stable": {"marker": "o", "s": 10, "color": "#0b5f9e", "label": "stable"},
+    "freq": {"marker": "x", "s": 11, "color": "#8a94a3", "linewidths": 0.7, "label": "f"},
+    "zeta": {"marker": "^", "s": 11, "facecolors": "none", "edgecolors": "#1f6fc4", "linewidths": 0.7, "label": "f, ζ"},
+    "stable": {"marker": "o", "s": 10, "color": "#0b5f9e", "label": "f, ζ, shape"},
 }
-STATUSES["zeta"]["label"] = "frequency and damping"
 
 
 def draw_stabilisation(

@@ -24,7 +24,7 @@ def draw_waterfall(
     *,
     unit: str,
     orders: Sequence[float] = (1.0,),
-    height: float = 6.0,
+    height: float = 14.0,
     n_shown: int = 60,
 ) -> None:
     """Draws spectra `magnitude` (n_speeds, n_freq), linear, over `freq` (n_freq,) in Hz, stacked by `rpm` (n_speeds,).
@@ -51,7 +51,9 @@ def draw_waterfall(
         at = order * speed / 60.0
         inside = (at >= f[0]) & (at <= f[-1])
         if inside.any():
-            ax.plot(at[inside], speed[inside], color=MARK, linewidth=0.9, zorder=4, label=f"order {order:g}")
+            ax.plot(
+                at[inside], speed[inside], color=MARK, linewidth=0.7, alpha=0.8, zorder=1.5, label=f"order {order:g}"
+            )
             end = (at[inside][-1], speed[inside][-1])
             ax.annotate(f"{order:g}", end, textcoords="offset points", xytext=(2, 2), color=MARK, fontsize=7, zorder=5)
     _scale_bar(ax, top, lift, unit)
