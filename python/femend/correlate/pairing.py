@@ -83,10 +83,11 @@ def pair_modes(
     `mac`. With frequencies `freq_a` (n_a,), `freq_b` (n_b,) in Hz, modes closer than `closeness` are a cluster
     (repeated modes, symmetric structures: their shapes are any mixture), and agreement is with its whole space:
     1 - (1 - s)(n - 1)/(n - k), the share s of `subspace_mac` less what chance gives a space of k among n dimensions
-    (as an adjusted R^2 does), so that a crowd of modes explains nothing. The distance in frequency decides where too
-    few DOFs make several shapes look alike. At the default, a factor of two in frequency weighs as 0.07 of MAC: modes
-    that changed places are still found by shape. `seen_a`, `seen_b` are False for modes that hardly move at the DOFs
-    compared (by default those that are zero but for rounding): they are not paired.
+    (as an adjusted R^2 does); a crowd of more than n / 2 close modes explains nothing and is not a cluster. The
+    distance in frequency decides where too few DOFs make several shapes look alike. At the default, a factor of two
+    in frequency weighs as 0.07 of MAC: modes that changed places are still found by shape. `seen_a`, `seen_b` are
+    False for modes that hardly move at the DOFs compared (by default those that are zero but for rounding): they are
+    not paired.
 
     Raises CorrelationError for sizes that do not fit, values that are not finite, or `mac_min` outside [0, 1).
 
@@ -109,7 +110,9 @@ def pair_modes(
     distance = np.zeros_like(own)
     if freq_a is not None and freq_b is not None:
         fa, fb = _frequencies(freq_a, a), _frequencies(freq_b, b)
-        cluster_a, cluster_b = _clusters(fa, closeness, unseen_a), _clusters(fb, closeness, unseen_b)
+        cluster_a, cluster_b = (
+            _clusters(f, closeness, unseen, a.shape[0]) for f, unseen in ((fa, unseen_a), (fb, unseen_b))
+        )
         agreement = _with_clusters(own, _root(weight, a), _root(weight, b), cluster_a, cluster_b)
         agreement[list(unseen_a), :] = 0.0
         agreement[:, list(unseen_b)] = 0.0
@@ -163,7 +166,7 @@ def _with_clusters(
 
 
 def _adjusted(share: NDArray[np.float64], n_members: int, n_dof: int) -> NDArray[np.float64]:
-    """The share in a space of `n_members` dimensions less what any shape has there; 0 where it is the whole space."""
+    """The share in a space of `n_members` dimensions less what any shape has there on average; 0 for all dimensions."""
     if n_members >= n_dof:
         return np.zeros_like(share)
     return np.clip(1.0 - (1.0 - np.nan_to_num(share)) * (n_dof - 1) / (n_dof - n_members), 0.0, 1.0)
@@ -227,12 +230,16 @@ def _frequencies(freq: ArrayLike, x: NDArray[Any]) -> NDArray[np.float64]:
     return f
 
 
-def _clusters(freq: NDArray[np.float64], closeness: float, unseen: tuple[int, ...]) -> NDArray[np.int64]:
-    """Number of the cluster of each mode, -1 outside; modes that do not move here join none."""
+def _clusters(freq: NDArray[np.float64], closeness: float, unseen: tuple[int, ...], n_dof: int) -> NDArray[np.int64]:
+    """Number of the cluster of each mode, -1 outside; modes that do not move here join none.
+
+    More modes than half the DOFs (but for a pair) are no cluster: their space holds much of any shape.
+    """
     number = np.full(freq.size, -1)
     seen = np.array([i for i in range(freq.size) if i not in unseen], dtype=np.int64)
     if seen.size:
-        for k, group in enumerate(close_groups(freq[seen], closeness)):
+        groups = [g for g in close_groups(freq[seen], closeness) if len(g) <= max(2, n_dof // 2)]
+        for k, group in enumerate(groups):
             number[seen[list(group)]] = k
     return number
 
