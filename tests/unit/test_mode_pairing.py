@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.sparse
 from numpy.typing import NDArray
 
 from femend.correlate import align_cluster, close_groups, mac, pair_modes, principal_cosines, subspace_mac
@@ -159,8 +160,13 @@ def test_mass_weight_is_used_for_pairs_and_clusters() -> None:
     pairing = pair_modes(phi, phi[:, ::-1], weight=mass)
     assert mated(pairing) == {0: 1, 1: 0}
     assert pairing.pairs[0].rival == pytest.approx(1 / 9, rel=1e-12)  # (0.01 - 0.02)^2 / (0.01 + 0.02)^2
-    clustered = pair_modes(phi, phi, [1.0, 1.001], [1.0, 1.001], weight=np.diag(mass))
-    assert [round(p.agreement, 12) for p in clustered.pairs] == [1.0, 1.0]
+    pair = RNG.standard_normal((9, 2))
+    heavy = RNG.uniform(0.1, 5.0, 9)
+    mixed = pair @ np.array([[0.7, -0.7], [0.8, 0.6]])
+    for weight in (heavy, np.diag(heavy), scipy.sparse.diags_array(heavy)):
+        clustered = pair_modes(pair, mixed, [1.0, 1.001], [1.0, 1.001], weight=weight)
+        assert [round(p.agreement, 9) for p in clustered.pairs] == [1.0, 1.0]
+        assert min(p.mac for p in clustered.pairs) < 0.9
 
 
 def test_groups_of_close_modes() -> None:
