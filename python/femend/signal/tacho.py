@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from scipy.interpolate import BSpline, CubicSpline, make_smoothing_spline
 from femend.data import Speed, TimeData
 from femend.errors import SignalError
 from femend.signal.pulses import PulseTrain, find_edges, repair_pulses
+from femend.signal.waveform import align_waveform, samples_per_pulse
 
 __all__ = ["speed_from_edges", "speed_from_profile", "tacho_speed"]
 
@@ -18,6 +19,10 @@ FloatArray = NDArray[np.float64]
 
 # samples of the speed per pulse, and pulses beyond which the spline is fitted on every k-th
 PER_PULSE, MOST_KNOTS = 4, 4000
+# samples per pulse below which edges are not interpolated but the waveform is fitted
+FEW_SAMPLES = 8.0
+# smoothing from which the waveform is fitted, in pulses: what is wrong with single edges is averaged over some ten
+START = 10.0
 
 
 def tacho_speed(
@@ -34,15 +39,21 @@ def tacho_speed(
 
     Edges through `level` are interpolated between samples, bounces thrown out and lost pulses put in (`repair_pulses`),
     both counted. With several `pulses_per_revolution` the teeth's uneven spacing is estimated and taken out, and angle
-    0 is at the first pulse's tooth. `smoothing` is that of `speed_from_edges`; `hysteresis` and `falling` are those of
-    `find_edges`. Raises SignalError, naming channel and time, for a tacho that is missing, stands still, bounces too
-    often or pauses.
+    0 is at the first pulse's tooth. Pulses with fewer than eight samples on average are fitted as a whole waveform
+    (`femend.signal.waveform`), since their edges cannot be interpolated; angle 0 is then where that rises through its
+    middle. `smoothing` is that of `speed_from_edges`; `hysteresis` and `falling` are those of `find_edges`. Raises
+    SignalError, naming channel and time, for a tacho that is missing, stands still, bounces too often or pauses.
     """
     row = _tacho_row(data, channel)
     name = data.channels[row].text
+    x = data.values[row]
     try:
-        edges = find_edges(data.values[row], data.dt, data.t0, level=level, hysteresis=hysteresis, falling=falling)
-        return speed_from_edges(edges, pulses_per_revolution=pulses_per_revolution, smoothing=smoothing, source=name)
+        edges = find_edges(x, data.dt, data.t0, level=level, hysteresis=hysteresis, falling=falling)
+        few = level is None and samples_per_pulse(-x if falling else x, edges.size) < FEW_SAMPLES
+        fit = _fit_edges(edges, pulses_per_revolution, START if few and smoothing is None else smoothing)
+        if few:
+            fit = fit.aligned(-x if falling else x, data.t)
+        return fit.speed(name)
     except SignalError as error:
         message = f"recording {data.name!r}, channel {name}: {error}"
         raise SignalError(message, recording=data.name, channel=name, time=error.time) from None
@@ -74,6 +85,43 @@ def speed_from_edges(
     None lets generalised cross validation choose (Wahba, Spline Models for Observational Data, SIAM 1990, eq. 4.3.1);
     0 passes through every pulse. `source` names it in messages. Raises SignalError as `repair_pulses` does.
     """
+    return _fit_edges(edges, pulses_per_revolution, smoothing).speed(source)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fit:
+    """Pulse number as a spline `curve` over t / `interval`, from the pulses `train`, `ppr` to a revolution."""
+
+    train: PulseTrain
+    ppr: int
+    interval: float
+    curve: BSpline | CubicSpline
+    waveform: bool = False
+
+    def aligned(self, x: FloatArray, t: FloatArray) -> _Fit:
+        """The fit to the whole waveform `x` (n,) at `t` (n,) s between the first and the last pulse."""
+        inside = (t >= self.train.t[0]) & (t <= self.train.t[-1])
+        curve, better = align_waveform(x[inside], t[inside], self.curve, self.interval, self.ppr)
+        return replace(self, curve=curve, waveform=True) if better else self
+
+    def speed(self, source: str) -> Speed:
+        t = _fine(self.train)
+        angle = self.curve(t / self.interval) * 2 * np.pi / self.ppr
+        rev = self.curve.derivative()(t / self.interval) / (self.ppr * self.interval)
+        if rev.min() <= 0:
+            at = float(t[np.argmin(rev)])
+            message = f"{source}: the smoothed speed is {rev.min():.4g} rev/s at {at:.6g} s; smooth more"
+            raise SignalError(message, time=at)
+        events = self.train.events
+        notes = tuple(f"{text} at {time:.4f} s" for time, text in events[:20])
+        if len(events) > 20:
+            notes += (f"and {len(events) - 20} more repairs",)
+        if self.waveform:
+            notes += ("pulses of few samples: the angle fits the whole waveform, 0 where it rises through its middle",)
+        return Speed(t, rev, angle, source, int(self.train.t.size), self.train.missed, self.train.doubled, notes)
+
+
+def _fit_edges(edges: FloatArray, pulses_per_revolution: int, smoothing: float | None) -> _Fit:
     train = repair_pulses(edges)
     ppr = int(pulses_per_revolution)
     if ppr < 1:
@@ -82,19 +130,7 @@ def speed_from_edges(
     if ppr > 1:
         number = number + _tooth_offsets(train, ppr)
     interval = float(np.median(np.diff(train.t) / np.diff(train.number)))
-    curve = _smooth(train.t / interval, number, smoothing)
-    t = _fine(train)
-    angle = curve(t / interval) * 2 * np.pi / ppr
-    speed = curve.derivative()(t / interval) / (ppr * interval)
-    notes = tuple(f"{text} at {time:.4f} s" for time, text in train.events[:20])
-    if len(train.events) > 20:
-        notes += (f"and {len(train.events) - 20} more repairs",)
-    if speed.min() <= 0:
-        at = float(t[np.argmin(speed)])
-        raise SignalError(
-            f"{source}: the smoothed speed is {speed.min():.4g} rev/s at {at:.6g} s; smooth more", time=at
-        )
-    return Speed(t, speed, angle, source, int(train.t.size), train.missed, train.doubled, notes)
+    return _Fit(train, ppr, interval, _smooth(train.t / interval, number, smoothing))
 
 
 def _fine(train: PulseTrain) -> FloatArray:
