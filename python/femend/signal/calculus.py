@@ -55,14 +55,14 @@ def to_quantity(
         values[own] = _integrate(data, x, -steps, high_pass) if steps < 0 else _differentiate(x, data.dt, steps)
         for i, (channel, _) in zip(own, scaled, strict=True):
             channels[i] = channel
-    wrong = [i for i in chosen if channels[i].quantity != quantity]
-    if wrong:
-        channel = data.channels[wrong[0]].text
+    left = [i for i in chosen if channels[i].quantity != quantity]
+    if left:
+        name = data.channels[left[0]].text
         raise SignalError(
-            f"recording {data.name!r}: {channel} cannot become a {quantity}; choose rows of displacement, velocity or "
+            f"recording {data.name!r}: {name} cannot become a {quantity}; choose rows of displacement, velocity or "
             "acceleration",
             recording=data.name,
-            channel=channel,
+            channel=name,
         )
     return TimeData(data.name, data.dt, values, tuple(channels), data.t0)
 
@@ -82,8 +82,8 @@ def _relabel(channel: Channel, quantity: str, steps: int) -> tuple[Channel, floa
 
 
 def _integrate(data: TimeData, x: FloatArray, times: int, high_pass: float | None) -> FloatArray:
-    """Iterated Tikhonov: min |D y - x|^2 + lambda^2 |y|^2 with the difference D of order `times`, again for what is left
-    (ROUNDS / times rounds). No end has to be invented; the gain is 1 - (1 + (f/fc)^(2 times))^-rounds."""
+    """Iterated Tikhonov: min |D y - x|^2 + lambda^2 |y|^2 with the difference D of order `times`, again for what is
+    left (ROUNDS / times rounds). No end has to be invented; the gain is 1 - (1 + (f/fc)^(2 times))^-rounds."""
     fc = 4 / data.duration if high_pass is None else float(high_pass)
     if not fc * data.duration >= 2:
         raise SignalError(
@@ -114,7 +114,7 @@ def _integrate(data: TimeData, x: FloatArray, times: int, high_pass: float | Non
         y = y + cho_solve_banded((factor, True), _transposed(left, times, n).T).T
     if times == 1:  # a trend of x leaves a constant between the ends
         end = min(n // 4, int(np.ceil(1 / (fc * data.dt))))
-        y -= y[:, end : n - end].mean(axis=1, keepdims=True)
+        y -= (y[:, end : n - end] @ (weight := np.hanning(n - 2 * end)) / weight.sum())[:, None]
     return y
 
 
