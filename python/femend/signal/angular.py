@@ -44,8 +44,8 @@ def resample_angle(
 ) -> AngleData:
     """`data` at even steps of the angle of `speed`, with all up to `max_order` and nothing folded from above.
 
-    The record is interpolated at steps fine enough for its whole band at the lowest speed, low-passed over the angle and
-    thinned: a filter of fixed order, as orders ask for (Fyfe and Munck, Mech. Syst. Signal Process. 11 (1997) 187).
+    The record is interpolated at steps fine enough for its whole band at the lowest speed, low-passed over the angle
+    and thinned: a filter of fixed order, as orders ask for (Fyfe and Munck, Mech. Syst. Signal Process. 11 (1997) 187).
     `channels` are rows, by default all but tachos and voltages. Raises SignalError where record and speed do not
     overlap by a revolution, `max_order` is not positive, or the slowest speed asks for more than 3e7 samples.
     """
@@ -62,6 +62,7 @@ def resample_angle(
         )
     inside = (speed.t >= start) & (speed.t <= stop)
     times = np.concatenate([[start], speed.t[inside], [stop]])
+    times = np.asarray(times, dtype=np.float64)
     rev, angle = speed.at(times)
     per_rev = max(8, 1 << int(np.ceil(np.log2(2 * MARGIN * max_order))))
     finer = max(1, int(np.ceil(data.rate / (per_rev * max(float(rev.min()), 1e-300)))))
@@ -75,12 +76,13 @@ def resample_angle(
         )
     if last - first > MOST:
         raise SignalError(
-            f"recording {data.name!r}: the slowest speed of {rev.min():.4g} rev/s asks for {last - first} samples over the "
+            f"recording {data.name!r}: the slowest speed of {rev.min():.4g} rev/s asks for {last - first} samples "
+            f"over the "
             f"angle, more than {MOST}; cut the slow part away",
             recording=data.name,
             time=float(times[int(np.argmin(rev))]),
         )
-    fine = step * np.arange(first, last + 1)
+    fine = np.asarray(step * np.arange(first, last + 1), dtype=np.float64)
     t_fine = _times(speed, fine, times, angle)
     values = sample_at(data.values[rows], data.dt, np.clip(t_fine, start, stop), t0=data.t0)
     if finer > 1:
@@ -179,7 +181,8 @@ def _frames(over: AngleData, revolutions: float, overlap: float) -> tuple[int, N
     n = int(round(revolutions * over.per_rev))
     if not 0 <= overlap < 1 or n < 2 or n > over.angle.size:
         raise SignalError(
-            f"recording {over.name!r} holds {over.angle.size / over.per_rev:.4g} revolutions; frames of {revolutions:.4g} "
+            f"recording {over.name!r} holds {over.angle.size / over.per_rev:.4g} revolutions; frames of "
+            f"{revolutions:.4g} "
             f"with an overlap of {overlap} do not fit, shorten them",
             recording=over.name,
         )

@@ -94,7 +94,8 @@ def _scores(
     hop = max(1, n // 4)
     if over.angle.size < n + 2 * hop:
         raise SignalError(
-            f"recording {over.name!r} holds {over.angle.size / over.per_rev:.4g} revolutions, fewer than three frames of "
+            f"recording {over.name!r} holds {over.angle.size / over.per_rev:.4g} revolutions, fewer than three "
+            f"frames of "
             f"{revolutions:.4g}; shorten them",
             recording=over.name,
         )
@@ -149,7 +150,7 @@ def _path(score: FloatArray, tried: FloatArray, fine: float) -> FloatArray:
 
 
 def _smoothed(t: FloatArray, path: FloatArray, weight: FloatArray) -> BSpline:
-    """Cubic spline with a knot every four frames, weighted by how clearly orders are seen; a constant for few frames."""
+    """Cubic spline with a knot every four frames, weighted by how clearly orders are seen; straight for few frames."""
     count = len(t) // 4
     degree = 3 if len(t) >= 8 else 1
     places = np.linspace(0, len(t) - 1, max(count, 1) + 1)[1:-1]
