@@ -153,7 +153,7 @@ def _steps(kept: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         steps = np.maximum(1, np.rint(intervals / local)).astype(np.int64)
     local = _median(intervals / steps)
     off = np.abs(intervals / local - steps)
-    doubtful = np.flatnonzero((steps > 1) & (off > WHOLE + 0.02 * steps))
+    doubtful = np.flatnonzero((steps > 1) & (off > WHOLE + 0.01 * steps))
     if doubtful.size:
         at = int(doubtful[0])
         raise SignalError(

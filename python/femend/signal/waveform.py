@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline, make_smoothing_spline
+from scipy.interpolate import BSpline
 from scipy.linalg import solveh_banded
+
+from femend.signal.curve import smooth_curve
 
 __all__ = ["align_waveform", "samples_per_pulse"]
 
@@ -18,8 +20,13 @@ FloatArray = NDArray[np.float64]
 
 # bins of the waveform per pulse; shifts tried, in pulses; pulses whose misfit is added up for a coarse shift
 BINS, REACH, TRIED, WINDOW = 120, 0.1, 61, 9
+# steps of the shift over which the misfit must rise
+SEEN = 6
 # share of the pulses, those with most samples, that make the waveform; coarse and fine rounds
 BEST, COARSE, FINE = 0.35, 3, 5
+# smoothing of the first rounds, in pulses: where the shaft turns in whole samples, pulses that show a plateau only
+# would hold the speed at that
+STIFF = (1e4, 1e4, 1e3, 1e3, 1e2, 0.0)
 
 
 def samples_per_pulse(x: FloatArray, n_pulses: int) -> float:
@@ -28,11 +35,14 @@ def samples_per_pulse(x: FloatArray, n_pulses: int) -> float:
     return float((x > low + 0.1 * (high - low)).sum()) / max(n_pulses, 1)
 
 
-def align_waveform(x: FloatArray, t: FloatArray, curve: BSpline, interval: float, ppr: int) -> tuple[BSpline, bool]:
+def align_waveform(
+    x: FloatArray, t: FloatArray, curve: BSpline, interval: float, ppr: int, smoothing: float
+) -> tuple[BSpline, bool]:
     """The pulse number over t / `interval` that makes `x` (n,) at `t` (n,) s one waveform of the shaft's angle.
 
     `curve` is the number found from edges, smoothed; it is returned, with False, where nothing becomes better. One
-    revolution has `ppr` pulses. Number 0 is where the waveform rises through the middle of its range.
+    revolution has `ppr` pulses; `smoothing` is that of `speed_from_edges`. Number 0 is where the waveform rises
+    through the middle of its range.
     """
     u = t / interval
     low, high = float(np.median(x)), float(x.max())
@@ -46,8 +56,7 @@ def align_waveform(x: FloatArray, t: FloatArray, curve: BSpline, interval: float
         pulse = np.clip(np.rint(number - edges[0]).astype(np.int64), 0, edges.size - 1)
         shift, weight = (_coarse if step < COARSE else _fine)(z, number, pulse, edges.size, wave, ppr)
         wanted = curve(at) + shift
-        lam = None if step == COARSE + FINE - 1 else 10.0
-        curve_new = make_smoothing_spline(at, wanted, w=weight, lam=lam)
+        curve_new = smooth_curve(at, wanted, weight, max(smoothing, STIFF[min(step, len(STIFF) - 1)]))
         if not (np.diff(curve_new(u)) > 0).all():
             return curve, False
         curve, number = curve_new, curve_new(u)
@@ -104,7 +113,11 @@ def _coarse(
     rows = np.arange(count)
     left, middle, right = cost[at - 1, rows], cost[at, rows], cost[at + 1, rows]
     bend = np.maximum(left - 2 * middle + right, 1e-12)
-    return tried[at] + np.clip(0.5 * (left - right) / bend, -1, 1) * (tried[1] - tried[0]), np.ones(count)
+    shift = tried[at] + np.clip(0.5 * (left - right) / bend, -1, 1) * (tried[1] - tried[0])
+    # a shift is known as well as the misfit rises around it
+    below, above = np.maximum(at - SEEN, 0), np.minimum(at + SEEN, TRIED - 1)
+    wide = np.minimum(cost[below, rows], cost[above, rows]) - middle
+    return shift, np.maximum(wide / max(float(wide.mean()), 1e-300), 1e-3)
 
 
 def _fine(
