@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.signal import get_window, resample_poly
+from scipy.signal import firwin, get_window, resample_poly
 
 from femend.data import Channel, OrderTrack, Speed, TimeData
 from femend.errors import SignalError
@@ -20,6 +20,8 @@ FloatArray = NDArray[np.float64]
 
 # samples per revolution over twice the highest order; most samples of a record over the angle
 MARGIN, MOST = 1.28, 30_000_000
+# taps of the filter over the angle for every sample it keeps; condition from which orders of a frame are one
+TAPS, ONE_ORDER = 40, 20.0
 # highest usable frequency as a share of the sampling rate
 USABLE = 0.48
 
@@ -86,7 +88,9 @@ def resample_angle(
     t_fine = _times(speed, fine, times, angle)
     values = sample_at(data.values[rows], data.dt, np.clip(t_fine, start, stop), t0=data.t0)
     if finer > 1:
-        values = resample_poly(values, 1, finer, axis=1, padtype="line")
+        # pass band flat to 1e-4 and nothing folded below 0.87 of the new Nyquist order
+        low_pass = firwin(TAPS * finer + 1, 1 / finer, window=("kaiser", 8.0))
+        values = resample_poly(values, 1, finer, axis=1, padtype="line", window=low_pass)
     t = t_fine[::finer]
     return AngleData(
         data.name,
@@ -134,7 +138,7 @@ def angular_orders(
     local = np.outer(2 * np.pi * np.arange(n) / over.per_rev, chosen)
     basis = np.hstack([np.cos(local), -np.sin(local), np.ones((n, 1))])
     root = np.sqrt(window)[:, None]
-    if np.linalg.cond(basis * root) > 1e4:
+    if np.linalg.cond(basis * root) > ONE_ORDER:
         raise SignalError(
             f"recording {data.name!r}: orders {chosen.tolist()} cannot be told apart in {revolutions:.4g} revolutions; "
             "take longer frames or the Vold-Kalman filter",

@@ -153,15 +153,16 @@ def modal_peaks(given: FRF | ODS) -> FloatArray:
 
 
 def peak_frequencies(
-    freq: FloatArray, peaks: FloatArray, *, prominence: float = 0.05, n: int | None = None
+    freq: FloatArray, peaks: FloatArray, *, prominence: float = 0.5, least: float = 0.01, n: int | None = None
 ) -> FloatArray:
     """Frequencies (Hz, increasing) at which `peaks` (n_freq,) over `freq` (n_freq,) Hz has a maximum.
 
-    `prominence` is what a maximum must stand out by, as a share of itself; with `n` the most prominent ones alone. The
-    place between lines is that of the parabola through the logarithms.
+    `prominence` is what a maximum must stand out by, as a share of itself, and `least` its share of the largest one
+    (the skirts of a mode have small maxima too); with `n` the most prominent ones alone. The place between lines is
+    that of the parabola through the logarithms.
     """
     y = np.log(np.maximum(peaks, 1e-12 * float(np.max(peaks))))
-    at, known = find_peaks(y, prominence=-np.log1p(-min(prominence, 0.999)))
+    at, known = find_peaks(y, height=y.max() + np.log(least), prominence=-np.log1p(-min(prominence, 0.999)))
     if n is not None and at.size > n:
         at = np.sort(at[np.argsort(known["prominences"])[::-1][:n]])
     left, middle, right = y[at - 1], y[at], y[at + 1]

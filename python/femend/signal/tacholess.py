@@ -23,8 +23,11 @@ FloatArray = NDArray[np.float64]
 
 # finer lines than the frame's own by zero padding; changes tried within the range; share of the range left per round
 PADDING, TRIED, SHRINK = 8, 201, 0.25
-# smallest mean gain, per order and channel in nepers of power, that counts as seeing orders
-SEEN = 0.25
+# mean of log(1 + P / median P) of noise, 2 E1(ln 2)
+QUIET = 0.757
+# smallest gain over that, in nepers, of the mean over K orders and channels: SEEN / sqrt K + SEEN_LEAST is
+# passed by some three in a thousand frames of white noise; and the share of the frames that must pass it
+SEEN, SEEN_LEAST, FRAMES = 2.2, 0.05, 0.03
 # price of a change of the correction from frame to frame by the whole resolution of a frame, per order and channel
 STIFF = 1.0
 
@@ -62,15 +65,17 @@ def refine_speed(
         raise SignalError(f"a span of {span} is not between 0 and 0.5", recording=data.name)
     current, reach = rough, float(span)
     seen: tuple[float, float] = (rough.start, rough.stop)
-    for _ in range(rounds):
+    for step in range(rounds):
         over = resample_angle(data, current, float(chosen.max()) * (1 + reach), channels=channels)
         middle, score, tried, fine = _scores(over, chosen, revolutions, reach)
-        gain = score.max(axis=1) - np.median(score, axis=1)
-        good = gain > SEEN
-        if good.sum() < 3:
+        gain = score.max(axis=1) - QUIET
+        seen_from = SEEN / np.sqrt(chosen.size * len(over.values)) + SEEN_LEAST
+        good = gain > (seen_from if step == rounds - 1 else 0.0)  # a speed that is wrong still smears its orders
+        if good.sum() < max(3, FRAMES * good.size):
             raise SignalError(
                 f"recording {data.name!r}: orders {chosen.tolist()} of the speed {rough.source!r} stand out by "
-                f"{gain.max():.2g} nepers at most, {SEEN} would be seen; check the rough speed, span and orders",
+                f"{gain.max():.2g} nepers at most and above {seen_from:.2g} in {good.sum()} of {good.size} "
+                f"frames; check the rough speed, span and orders",
                 recording=data.name,
             )
         path = _path(score, tried, fine)
