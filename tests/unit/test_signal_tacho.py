@@ -141,3 +141,20 @@ def test_a_speed_is_not_told_outside_its_pulses() -> None:
         speed.at(np.array([2.5]))
     with pytest.raises(SignalError, match="does not increase|falls by"):
         Speed([0.0, 2.0, 1.0], [1.0, 1, 1], [0.0, 1, 2])
+
+
+@pytest.mark.parametrize(
+    ("shape", "falling", "zero"), [("dips", False, 0.6), ("dips", True, 0.2), ("square", False, 0.0)]
+)
+def test_tachos_of_either_sense_at_few_samples(shape: str, falling: bool, zero: float) -> None:
+    dt = 1 / 256
+    t = dt * np.arange(256 * 60)
+    angle = 2 * np.pi * (26 * t - 23.5 * t**2 / 120) + 0.3 * np.sin(2 * np.pi * t / 7)  # a run-down
+    away = np.abs(np.mod(angle - 0.4 + np.pi, 2 * np.pi) - np.pi)
+    values = 5.0 * (np.sin(angle) > 0) if shape == "square" else 5 - 5 * np.clip((0.3 - away) / 0.2, 0, 1)
+    data = TimeData("run", dt, [values], [Channel(None, "tacho", "V", "tacho")], 7.0)  # the record need not begin at 0
+    speed = tacho_speed(data, falling=falling)
+    error = apart(speed, angle - zero, t + 7.0)[128:-128]
+    # a square wave has no flank between samples: each edge is known to a twelfth root of 36 degrees, ten are averaged
+    assert np.abs(error).max() < (4.0 if shape == "square" else 1.5)
+    assert error.std() < (1.5 if shape == "square" else 0.3)

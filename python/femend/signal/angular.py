@@ -90,7 +90,7 @@ def resample_angle(
     if finer > 1:
         # pass band flat to 1e-4 and nothing folded below 0.87 of the new Nyquist order
         low_pass = firwin(TAPS * finer + 1, 1 / finer, window=("kaiser", 8.0))
-        values = resample_poly(values, 1, finer, axis=1, padtype="line", window=low_pass)
+        values = resample_poly(values, 1, finer, axis=1, padtype="line", window=low_pass)  # type: ignore[call-overload]
     t = t_fine[::finer]
     return AngleData(
         data.name,

@@ -85,7 +85,7 @@ def ods_of_order(track: OrderTrack, order: float, step: float | None = None, *, 
     return ODS(
         track.name,
         at,
-        mean,
+        np.asarray(mean, dtype=np.complex128),
         track.channels,
         "order",
         None,

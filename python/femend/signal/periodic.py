@@ -128,7 +128,7 @@ def periodic_frf(
     X = np.array([np.fft.rfft(c[len(c) - count :], axis=2) * (2 / n) for c in cut])  # (records, periods, n_ch, n_freq)
     freq = np.asarray(np.fft.rfftfreq(n, first.dt), dtype=np.float64)
     excited, inside = _excited(first, freq, X[:, :, ins], band)
-    n_in, n_real = len(ins), len(several) // len(ins)
+    n_real = len(several) // len(ins)
     H, noise = _solved(first, X[..., excited], ins, outs, n_real)
     noise_of_mean = noise.mean(axis=0) / n_real
     if n_real > 1:
@@ -136,21 +136,12 @@ def periodic_frf(
         distortion = np.maximum(n_real * (total - noise_of_mean), 0.0)
     else:
         total, distortion = noise_of_mean, None
+    averages, channels = count * n_real, first.channels
     mean = H.mean(axis=0)
-    averages = count * n_real
     power = np.maximum(np.abs(mean) ** 2, np.finfo(float).tiny)
     coherence = 1 / (1 + np.maximum(total, noise_of_mean) * averages / power)
-    channels = first.channels
-    frf = FRF(
-        first.name,
-        freq[excited],
-        mean,
-        tuple(channels[i] for i in outs),
-        tuple(channels[i] for i in ins[:n_in]),
-        kind,
-        unit,
-        coherence,
-    )
+    responses, forces = tuple(channels[i] for i in outs), tuple(channels[i] for i in ins)
+    frf = FRF(first.name, freq[excited], mean, responses, forces, kind, unit, coherence)
     quiet = inside & ~excited
     at_rest = X[:, :, outs][..., quiet]
     level = np.sqrt((np.abs(at_rest.mean(axis=1)) ** 2).mean(axis=0)).T

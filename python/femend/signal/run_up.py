@@ -59,6 +59,27 @@ def run_up_shapes(
         )
     rev, angle = speed.at(t[inside])
     span = float(inside.sum() * data.dt)
+    keep = _memory(data, span, memory)
+    low, high = _band(data, rev, order, band)
+    force = (2 * np.pi * rev) ** power * np.exp(1j * order * angle)
+    freq, G = _deconvolved(data.values[rows][:, inside], force, (low, high), keep, data.dt)
+    step = max(1, int(round(1 / (4 * keep * freq[1]))))
+    lines = np.flatnonzero((freq >= low) & (freq <= high))[::step]
+    at = freq[lines] / order
+    return ODS(
+        data.name,
+        freq[lines],
+        np.asarray(G[:, lines] * (2 * np.pi * at) ** power, dtype=np.complex128),
+        tuple(data.channels[i] for i in rows),
+        "order",
+        None,
+        float(order),
+        at,
+        notes=(*speed.notes, f"steady state deconvolved from a run of {span:.4g} s, memory {keep:.4g} s"),
+    )
+
+
+def _memory(data: TimeData, span: float, memory: float | None) -> float:
     keep = span / 8 if memory is None else float(memory)
     if not 0 < keep <= LONGEST * span:
         raise SignalError(
@@ -67,33 +88,23 @@ def run_up_shapes(
             f"{LONGEST * span:.4g} s",
             recording=data.name,
         )
-    low, high = _band(data, rev, order, band)
-    force = (2 * np.pi * rev) ** power * np.exp(1j * order * angle)
-    x = data.values[rows][:, inside]
-    n = force.size + int(np.ceil(2 * keep / data.dt))
-    size = next_fast_len(n, real=True)
-    freq = np.asarray(np.fft.rfftfreq(size, data.dt), dtype=np.float64)
+    return keep
+
+
+def _deconvolved(
+    x: FloatArray, force: NDArray[np.complex128], band: tuple[float, float], keep: float, dt: float
+) -> tuple[FloatArray, NDArray[np.complex128]]:
+    """Frequencies and response per force (n_ch, n_freq) of records `x` (n_ch, n) to the real part of `force` (n,)."""
+    size = next_fast_len(force.size + int(np.ceil(2 * keep / dt)), real=True)
+    freq = np.asarray(np.fft.rfftfreq(size, dt), dtype=np.float64)
     U = np.fft.fft(force, size)[: freq.size]
     x = x - x.mean(axis=1, keepdims=True)
-    G = np.zeros((len(x), freq.size), complex)
+    G = np.zeros((len(x), freq.size), dtype=np.complex128)
     left = x
     for _ in range(ROUNDS):  # what the sweep's beginning and end smear is found in what is left
-        G += _gated(2 * np.fft.rfft(left, size, axis=1), U, freq, (low, high), keep, data.dt, size)
+        G += _gated(2 * np.fft.rfft(left, size, axis=1), U, freq, band, keep, dt, size)
         left = x - np.fft.irfft(0.5 * G * U, size, axis=1)[:, : force.size]
-    step = max(1, int(round(size * data.dt / (4 * keep))))
-    lines = np.flatnonzero((freq >= low) & (freq <= high))[::step]
-    at = freq[lines] / order
-    return ODS(
-        data.name,
-        freq[lines],
-        G[:, lines] * (2 * np.pi * at) ** power,
-        tuple(data.channels[i] for i in rows),
-        "order",
-        None,
-        float(order),
-        at,
-        notes=(*speed.notes, f"steady state deconvolved from a run of {span:.4g} s, memory {keep:.4g} s"),
-    )
+    return freq, G
 
 
 def _band(data: TimeData, rev: FloatArray, order: float, band: tuple[float, float] | None) -> tuple[float, float]:

@@ -19,9 +19,10 @@ __all__ = ["speed_from_edges", "speed_from_profile", "tacho_speed"]
 FloatArray = NDArray[np.float64]
 
 # samples of the speed per pulse, and pulses beyond which the spline is fitted on every k-th
-PER_PULSE, MOST_KNOTS = 4, 4000
-# samples per pulse below which edges are not interpolated but the waveform is fitted
-FEW_SAMPLES = 8.0
+PER_PULSE, MOST_KNOTS = 4, 2000
+# samples per pulse below which edges are not interpolated but the waveform is fitted, and pulses per revolution up to
+# which: many average out by themselves
+FEW_SAMPLES, FEW_PULSES = 40.0, 8
 # smoothing with which the waveform is fitted: over some ten pulses. Cross validation would follow what single pulses
 # are wrong by, which is alike in neighbours
 START = 10.0
@@ -41,18 +42,18 @@ def tacho_speed(
 
     Edges through `level` are interpolated between samples, bounces thrown out and lost pulses put in (`repair_pulses`),
     both counted. With several `pulses_per_revolution` the teeth's uneven spacing is estimated and taken out, and angle
-    0 is at the first pulse's tooth. Pulses with fewer than eight samples on average are fitted as a whole waveform
-    (`femend.signal.waveform`), since their edges cannot be interpolated, with a smoothing over some ten pulses; angle 0
-    is then where that rises through its middle. `smoothing` is that of `speed_from_edges`; `hysteresis` and `falling`
-    are those of `find_edges`. Raises SignalError, naming channel and time, for a tacho that is missing, stands still,
-    bounces too often or pauses.
+    0 is at the first pulse's tooth. Pulses with fewer than forty samples on average (up to eight a revolution) are
+    fitted as a whole waveform (`femend.signal.waveform`), since their edges cannot be interpolated, with a smoothing
+    over some ten pulses; angle 0 is then where that rises through its middle. `smoothing` is that of
+    `speed_from_edges`; `hysteresis` and `falling` are those of `find_edges`. Raises SignalError, naming channel and
+    time, for a tacho that is missing, stands still, bounces too often or pauses.
     """
     row = _tacho_row(data, channel)
     name = data.channels[row].text
     x = data.values[row]
     try:
         edges = find_edges(x, data.dt, data.t0, level=level, hysteresis=hysteresis, falling=falling)
-        few = level is None and samples_per_pulse(-x if falling else x, edges.size) < FEW_SAMPLES
+        few = level is None and pulses_per_revolution <= FEW_PULSES and samples_per_pulse(x, edges.size) < FEW_SAMPLES
         fit = _fit_edges(edges, pulses_per_revolution, START if few and smoothing is None else smoothing)
         if few:
             fit = fit.aligned(-x if falling else x, data.t, START if smoothing is None else smoothing)

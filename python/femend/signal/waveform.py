@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
-from scipy.linalg import solveh_banded
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import spsolve
 
 from femend.signal.curve import smooth_curve
 
@@ -30,9 +31,10 @@ STIFF = (1e4, 1e4, 1e3, 1e3, 1e2, 0.0)
 
 
 def samples_per_pulse(x: FloatArray, n_pulses: int) -> float:
-    """Samples on flanks and top, above a tenth of the range of `x` (n_samples,), for each of the `n_pulses`."""
-    low, high = float(np.median(x)), float(x.max())
-    return float((x > low + 0.1 * (high - low)).sum()) / max(n_pulses, 1)
+    """Twice the samples on the rarer side of the middle of the range of `x` (n_samples,), for each of `n_pulses`: with
+    the flanks, what a pulse shows of itself."""
+    above = int((x > 0.5 * (float(x.max()) + float(x.min()))).sum())
+    return 2 * min(above, x.size - above) / max(n_pulses, 1)
 
 
 def align_waveform(
@@ -45,8 +47,7 @@ def align_waveform(
     through the middle of its range.
     """
     u = t / interval
-    low, high = float(np.median(x)), float(x.max())
-    z = (x - low) / (high - low)
+    z = (x - x.min()) / np.ptp(x)
     number = curve(u)
     before, n_bins = _misfit(z, number, ppr, BINS * ppr), BINS * ppr
     edges = np.arange(np.ceil(number[0]), np.floor(number[-1]) + 1)  # one shift per pulse, about whole numbers
@@ -84,12 +85,12 @@ def _waveform(z: FloatArray, number: FloatArray, ppr: int, n_bins: int, slow_onl
     right = np.bincount(lower, (1 - share) * z, n_bins) + np.bincount(upper, share * z, n_bins)
     coupled = np.bincount(lower, share * (1 - share), n_bins)
     ridge = 1e-3 * len(z) / n_bins  # bins without a sample take their neighbours' mean
-    band = np.zeros((2, n_bins))
-    band[0] = diagonal + 2 * ridge
-    band[1, :-1] = coupled[:-1] - ridge
-    # the revolution closes at a bin that lies between pulses: its coupling to the first one may be left out
-    band[0, [0, -1]] -= ridge
-    return np.asarray(solveh_banded(band, right, lower=True))
+    bins = np.arange(n_bins)
+    after = (bins + 1) % n_bins
+    rows, columns = np.concatenate([bins, bins, after]), np.concatenate([bins, after, bins])
+    entries = np.concatenate([diagonal + 2 * ridge, coupled - ridge, coupled - ridge])
+    matrix = csc_array((entries, (rows, columns)), shape=(n_bins, n_bins))
+    return np.asarray(spsolve(matrix, right))
 
 
 def _value(wave: FloatArray, number: FloatArray, ppr: int) -> FloatArray:
@@ -136,7 +137,7 @@ def _fine(
 def _rise(wave: FloatArray, ppr: int) -> float:
     """Number, nearest 0, at which the waveform rises through a half."""
     finer = np.arange(-wave.size // (2 * ppr), wave.size // (2 * ppr) + 1)
-    values = wave[finer % wave.size] / wave.max()
+    values = (wave[finer % wave.size] - wave.min()) / np.ptp(wave)
     rises = np.flatnonzero((values[:-1] < 0.5) & (values[1:] >= 0.5))
     if not rises.size:
         return 0.0
