@@ -112,7 +112,7 @@ def test_orders_that_are_none_are_refused(orders: list[float]) -> None:
 
 
 def test_a_speed_of_another_time_and_a_short_record_are_refused() -> None:
-    data = record(np.zeros(N))
+    data = record(np.ones(N), noise=0.1)
     late = speed_from_profile(np.array([200.0, 300.0]), np.array([5.0, 6.0]))
     with pytest.raises(SignalError, match="do not overlap"):
         vold_kalman(data, late, [1.0])
