@@ -98,7 +98,7 @@ def resample_angle(
 
 
 def _refuse_angles(data: TimeData, count: int, turn: int, slowest: float, at: float) -> None:
-    """Refuses `count` samples over the angle, `turn` to a revolution, that are too few or, at a slow speed, too many."""
+    """Refuses `count` samples over the angle, `turn` to a revolution, where they are too few or too many."""
     if count < turn:
         raise SignalError(
             f"recording {data.name!r} holds {count / turn:.3g} revolutions; at least 1 is needed", recording=data.name

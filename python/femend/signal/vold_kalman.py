@@ -61,7 +61,7 @@ def vold_kalman(
     span = _span(data, speeds)
     times = data.t[span]
     freq, phase = _phases(speeds, flat, shafts, times)
-    width = _width(speeds[0], bandwidth, relative, times)
+    width = _width(speeds[0], bandwidth, relative, poles, times)
     _refuse_short(data, times, width)
     usable = _usable(data, flat, freq)
     knots = _knots(times, width)
@@ -142,8 +142,10 @@ def _phases(
     return freq, np.array([o * both[i][1] for o, i in zip(orders, shafts, strict=True)])
 
 
-def _width(speed: Speed, bandwidth: float | None, relative: float, times: FloatArray) -> FloatArray:
-    """Bandwidth (n,) Hz at every sample."""
+def _width(speed: Speed, bandwidth: float | None, relative: float, poles: int, times: FloatArray) -> FloatArray:
+    """Bandwidth (n,) Hz at every sample; refuses one that is none, and poles that cubic envelopes cannot have."""
+    if poles not in (1, 2, 3):
+        raise SignalError(f"a filter of {poles} poles is not made here; take 1, 2 or 3")
     if bandwidth is not None:
         width = np.full(times.size, float(bandwidth))
     else:
