@@ -5,9 +5,21 @@ from __future__ import annotations
 from femend.data.channel import Channel
 from femend.data.frf import FRF
 from femend.data.geometry import Geometry
+from femend.data.identified import IdentifiedModes
 from femend.data.mode_set import ModeSet
 from femend.data.recording import Recording, Rotating, Test
 from femend.data.spectra import Spectra
 from femend.data.time_data import TimeData
 
-__all__ = ["FRF", "Channel", "Geometry", "ModeSet", "Recording", "Rotating", "Spectra", "Test", "TimeData"]
+__all__ = [
+    "FRF",
+    "Channel",
+    "Geometry",
+    "IdentifiedModes",
+    "ModeSet",
+    "Recording",
+    "Rotating",
+    "Spectra",
+    "Test",
+    "TimeData",
+]
