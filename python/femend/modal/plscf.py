@@ -51,8 +51,8 @@ def plscf_poles(freq: Real, H: Complex, max_order: int, *, min_order: int = 2, s
     narrow band over the whole half circle); None chooses: 0 unless the band starts above half its upper end.
 
     The right matrix fraction H = B A^-1 (1) in z = exp(i omega dt) (2) is fitted with real coefficients by linear least
-    squares (3); the numerators are eliminated with Toeplitz blocks (4), which one FFT gives for evenly spaced lines, and
-    A_0 = I is the constraint (5), which turns the mathematical poles unstable (Cauberghe et al., MSSP 19 (2005)
+    squares (3); the numerators are eliminated with Toeplitz blocks (4), which one FFT gives for evenly spaced lines,
+    and A_0 = I is the constraint (5), which turns the mathematical poles unstable (Cauberghe et al., MSSP 19 (2005)
     989-1008). Poles and participation come from the companion matrix (6). The blocks of a lower order are corners of
     those of the highest, so that they are formed once.
 
@@ -68,8 +68,8 @@ def plscf_poles(freq: Real, H: Complex, max_order: int, *, min_order: int = 2, s
     n_ref = H.shape[2]
     if freq.size < 2 * (max_order + 1):
         raise RecordingError(
-            f"pLSCF of order {max_order} needs at least {2 * (max_order + 1)} frequency lines, the band has {freq.size}; "
-            "widen the band or lower max_order"
+            f"pLSCF of order {max_order} needs at least {2 * (max_order + 1)} frequency lines, the band has "
+            f"{freq.size}; widen the band or lower max_order"
         )
     if shift is None:
         shift = 0.0 if freq[0] < 0.5 * freq[-1] else float(freq[0])
