@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.modal.indicators import half_power_lines
+from femend.modal.indicators import lines_near
 from femend.modal.lsfd import columns, fit_residues, stacked, synthesise
 from femend.modal.refine import RefinedModes, refine_modes
 
@@ -64,7 +64,7 @@ def choose_modes(
     - left the band `freq` or has damping above `max_zeta`,
     - has a frequency less certain than its half-power bandwidth, or a damping less certain than itself,
     - runs into its neighbour: poles nearer than three standard deviations, with the same participation,
-    - does not earn its unknowns, counting as many independent lines as the residual's correlation leaves,
+    - does not earn its unknowns on the lines around it, by the same criterion,
     - has a `sharpness` below 10: within its half-power band no output needs it by ten times the squares that are left
       with it, so that noise, a neighbour's tail or a structure that is not quite linear could stand for it;
 
@@ -115,9 +115,9 @@ def _dropped(pole: complex, reason: str) -> DroppedMode:
 
 
 def _reach(centre: Complex) -> Real:
-    """How far the fit may take a pole from where pLSCF has it, rad/s: half the half-power bandwidth. Weakly damped
-    poles get a tenth of a percent of their frequency, because pLSCF scatters by that much on real structures."""
-    return np.asarray(np.maximum(np.abs(centre.real), 1e-3 * np.abs(centre)))
+    """How far the fit may take a pole from where pLSCF has it, rad/s: the half-power bandwidth, for pLSCF finds poles that
+    noise nearly hides with too little damping. At least a tenth of a percent of the frequency, by which it scatters."""
+    return np.asarray(np.maximum(2.0 * np.abs(centre.real), 1e-3 * np.abs(centre)))
 
 
 def _forward(
@@ -190,8 +190,8 @@ def _worst(
     order = np.argsort(sharpness)
     for r in order:
         reason = _reason(int(r), freq, fitted, max_zeta)
-        if not reason and gain[r] < cost:
-            reason = f"lowers the squares too little for its unknowns (gain {gain[r]:.0f}, cost {cost:.0f})"
+        if not reason and gain[r] < cost[r]:
+            reason = f"lowers the squares too little for its unknowns (gain {gain[r]:.0f}, cost {cost[r]:.0f})"
         if not reason and sharpness[r] < MIN_SHARPNESS:
             reason = f"explains only {sharpness[r]:.1f} times what the fit leaves in its half-power band"
         if reason:
@@ -232,9 +232,13 @@ def _twin(r: int, fitted: RefinedModes) -> float:
     return 0.0
 
 
-def _worth(freq: Real, H: Complex, d: int, fitted: RefinedModes, residuals: str) -> tuple[Real, float, Real]:
+def _worth(freq: Real, H: Complex, d: int, fitted: RefinedModes, residuals: str) -> tuple[Real, Real, Real]:
     """What each mode (n_modes,) lowers -2 ln L by; what its unknowns cost by the Bayesian information criterion; and
-    its sharpness: the most that any output's squares in the half-power band rise without it, over those with it."""
+    its sharpness: the most that any output's squares in the half-power band rise without it, over those with it.
+
+    Likelihood and count of data are those of the lines within f (1 ± 3 zeta), at least nine: elsewhere the misfit of
+    stronger modes is larger than the whole of a weak one.
+    """
     poles, participation = fitted.fit.poles, fitted.fit.participation
     every = np.arange(poles.size)
     weight = np.where(fitted.noise > 0, fitted.noise, np.inf)[None, :, None]
@@ -244,14 +248,16 @@ def _worth(freq: Real, H: Complex, d: int, fitted: RefinedModes, residuals: str)
         return np.asarray(np.sum(np.abs((H - synthesise(freq, d, fit)) / weight) ** 2, axis=2))
 
     base = squares(every)
-    whole = max(float(base.sum()), 1e-300)
-    independent = 2 * H.size / fitted.correlation
-    gain, sharpness = np.zeros(poles.size), np.zeros(poles.size)
+    gain, cost, sharpness = np.zeros(poles.size), np.zeros(poles.size), np.zeros(poles.size)
     for r in every:
         without = squares(np.delete(every, r))
+        around = lines_near(freq, poles[r], 3.0, 9)
+        n_data = 2 * around.size * H.shape[1] * H.shape[2]
         # -2 ln L = N ln(squares) at unknown noise; a mode brings its pole, its participation and its shape
-        gain[r] = independent * np.log(max(1.0, float(without.sum()) / whole))
-        lines = half_power_lines(freq, poles[r])
+        rise = float(without[around].sum()) / max(float(base[around].sum()), 1e-300)
+        gain[r] = n_data * np.log(max(1.0, rise))
+        cost[r] = 2 * (H.shape[1] + H.shape[2]) * np.log(n_data)
+        lines = lines_near(freq, poles[r], 1.0, 3)
         left = np.maximum(base[lines].sum(axis=0), 1e-300)
-        sharpness[r] = float(np.max(without[lines].sum(axis=0) / left - 1.0))
-    return gain, float(2 * (H.shape[1] + H.shape[2]) * np.log(independent)), sharpness
+        sharpness[r] = max(0.0, float(np.max(without[lines].sum(axis=0) / left - 1.0)))
+    return gain, cost, sharpness
