@@ -115,8 +115,8 @@ def _dropped(pole: complex, reason: str) -> DroppedMode:
 
 
 def _reach(centre: Complex) -> Real:
-    """How far the fit may take a pole from where pLSCF has it, rad/s: the half-power bandwidth, for pLSCF finds poles that
-    noise nearly hides with too little damping. At least a tenth of a percent of the frequency, by which it scatters."""
+    """How far the fit may take a pole from where pLSCF has it, rad/s: the half-power bandwidth, for pLSCF finds poles
+    that noise nearly hides with too little damping. At least a tenth of a percent of the frequency, as it scatters."""
     return np.asarray(np.maximum(2.0 * np.abs(centre.real), 1e-3 * np.abs(centre)))
 
 
