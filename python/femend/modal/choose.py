@@ -175,10 +175,6 @@ def _gain(freq: Real, d: int, pole: complex, participation: Complex, Q: Real, le
     return float(np.sum((q[:, keep].T @ left) ** 2))
 
 
-def _dropped(pole: complex, reason: str) -> DroppedMode:
-    return DroppedMode(float(abs(pole) / (2 * np.pi)), float(-pole.real / abs(pole)), reason)
-
-
 def _worst(
     freq: Real, H: Complex, d: int, fitted: RefinedModes, at: Complex, residuals: str, max_zeta: float
 ) -> tuple[int, str] | None:

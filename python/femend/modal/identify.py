@@ -146,8 +146,10 @@ def _dofs(frf: FRF, roved: str) -> tuple[tuple[Dof, ...], tuple[Dof, ...]]:
 
 
 def _poles(freq: Real, H: Complex, max_order: int | None) -> PoleTable:
-    order = min(60, freq.size // 4) if max_order is None else max_order
-    return plscf_poles(freq, H, max(2, order))
+    """Four lines per order leave room for noise; short bands get what orders the count of lines allows, up to 16."""
+    if max_order is None:
+        max_order = max(min(60, freq.size // 4), min(16, freq.size // 2 - 1))
+    return plscf_poles(freq, H, max(2, max_order))
 
 
 def _ordered(fit: ModalFit, order: NDArray) -> ModalFit:
