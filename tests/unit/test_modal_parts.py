@@ -266,6 +266,17 @@ def test_a_channel_that_the_modes_do_not_explain_is_named() -> None:
     assert not [line for line in test.advice if "FRF 5:+Z / 1:+Z" in line]
 
 
+def test_a_dead_channel_and_poor_coherence_are_named() -> None:
+    frf = known_frf(LINES, FREQ, ZETA, shapes(8, 3), [0], noise=0.005)
+    H = frf.H.copy()
+    H[:, 4] = 0.0
+    coherence = np.where(np.abs(LINES - 7.0) < 0.5, 0.4, 0.99)[:, None, None] * np.ones((1, 8, 1))
+    test = identify_modes(replace(frf, H=H, coherence=coherence))
+    assert test.status == "doubtful"
+    assert [line for line in test.advice if "5:+Z / 1:+Z is 0 on all lines" in line]
+    assert [line[:6] for line in test.advice if "coherence around it is 0.40" in line] == ["mode 2"]
+
+
 def test_zero_hertz_is_left_out() -> None:
     f = np.arange(400) * 0.05
     test = identify_modes(known_frf(f, FREQ, ZETA, shapes(4, 3), [0]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from femend.modal.indicators import lines_near
 from femend.modal.result import ModalTest
 
 __all__ = ["advice_on"]
@@ -45,8 +46,11 @@ def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str
 
 def _poor_frfs(test: ModalTest) -> list[str]:
     size = np.sqrt(np.mean(np.abs(test.measured.H) ** 2, axis=0))
+    said = [
+        f"the FRF {test.measured.outputs[o].dof} / {test.measured.inputs[i].dof} is 0 on all lines: a dead channel"
+        for o, i in np.argwhere(size == 0)
+    ]
     poor = (test.frf_error > 0.5) & (test.frf_error > 3 * np.median(test.frf_error)) & (size > 0.1 * np.median(size))
-    said = []
     for o, i in np.argwhere(poor):
         pair = f"{test.measured.outputs[o].dof} / {test.measured.inputs[i].dof}"
         said.append(
@@ -71,6 +75,11 @@ def _poor_modes(test: ModalTest) -> list[str]:
                 f"{name}: only {test.modes.dofs[int(np.argmax(size))]} moves; it is local, or that channel is from "
                 "another place or test"
             )
+        if test.measured.coherence is not None:
+            lines = lines_near(test.measured.freq, test.modes.poles[r])
+            typical = float(np.median(test.measured.coherence[lines]))
+            if typical < 0.7:
+                said.append(f"{name}: the coherence around it is {typical:.2f}; average more, or look for nonlinearity")
         if test.mass_sd_share[r] > 0.2:
             said.append(
                 f"{name}: the driving point hardly moves, its modal mass is known to "
