@@ -13,7 +13,7 @@ import pytest
 FLOORS: tuple[frozenset[str], ...] = (
     frozenset({"_core", "errors", "units", "dof"}),
     frozenset({"data"}),
-    frozenset({"io", "signal", "correlate", "physics"}),
+    frozenset({"io", "signal", "correlate", "modal", "physics"}),
     frozenset({"model"}),
     frozenset({"analysis"}),
     frozenset({"estimate"}),

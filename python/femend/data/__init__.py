@@ -5,6 +5,7 @@ from __future__ import annotations
 from femend.data.channel import Channel
 from femend.data.frf import FRF
 from femend.data.geometry import Geometry
+from femend.data.identified import IdentifiedModes
 from femend.data.mode_set import ModeSet
 from femend.data.ods import ODS
 from femend.data.order_track import OrderTrack
@@ -15,10 +16,11 @@ from femend.data.time_data import TimeData
 
 __all__ = [
     "FRF",
-    "ODS",
     "Channel",
     "Geometry",
+    "IdentifiedModes",
     "ModeSet",
+    "ODS",
     "OrderTrack",
     "Recording",
     "Rotating",

@@ -36,7 +36,9 @@ SHORTEST = 64
 
 
 def upsampled(u: FloatArray, factor: int = FINE) -> FloatArray:
-    """Band-limited force `u` (n_in, n) at `factor` times the samples (n_in, n*factor), raised by what linear interpolation between the new samples takes away.
+    """Band-limited force `u` (n_in, n) at `factor` times the samples (n_in, n*factor).
+
+    It is raised by what linear interpolation between the new samples takes away.
 
     >>> upsampled(np.ones((1, 8))).shape
     (1, 64)

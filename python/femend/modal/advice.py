@@ -1,0 +1,125 @@
+"""What a person should look at in a modal test."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.modal.indicators import lines_near
+from femend.modal.result import ModalTest
+
+__all__ = ["advice_on"]
+
+
+def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str, tuple[str, ...]]:
+    """Status ("ok", "doubtful", "no modes") and advice on `test`, whose fit `converged` and left residuals that go
+    together over `correlation` lines. Raises nothing."""
+    said = [check.message for check in test.checks if check.message]
+    band = f"{test.measured.freq[0]:.4g} to {test.measured.freq[-1]:.4g} Hz"
+    if not test.modes.n_modes:
+        said.append(
+            f"no mode was found from {band} in {test.measured.H.shape[1] * test.measured.H.shape[2]} FRFs; look at the "
+            "stabilisation diagram, try another band or a higher max_order"
+        )
+        return "no modes", tuple(said)
+    doubtful = bool(said)
+    if not converged:
+        doubtful = True
+        said.append("the fit of poles and shapes did not settle; narrow the band to fewer modes")
+    if test.error > 0.2 and test.error > 3 * test.noise_share:
+        doubtful = True
+        said.append(
+            f"the resynthesis misses {100 * test.error:.0f} % of the FRFs, where scatter from line to line explains "
+            f"{100 * test.noise_share:.0f} %: modes are missing in {band}, or the structure is not linear"
+        )
+    poor = _poor_frfs(test) + _split_modes(test)
+    doubtful = doubtful or bool(poor)
+    said += poor + _poor_modes(test)
+    if not test.driving_points:
+        said.append("no driving point was measured: shapes have no scale and modal masses are unknown")
+    if correlation > 10 and test.error > 1e-3:
+        said.append(
+            f"residuals go together over {correlation:.0f} lines: the misfit is not noise, and the deviations of the "
+            "modes are those of that many fewer lines"
+        )
+    return ("doubtful" if doubtful else "ok"), tuple(said)
+
+
+def _poor_frfs(test: ModalTest) -> list[str]:
+    size = np.sqrt(np.mean(np.abs(test.measured.H) ** 2, axis=0))
+    said = [
+        f"the FRF {test.measured.outputs[o].dof} / {test.measured.inputs[i].dof} is 0 on all lines: a dead channel"
+        for o, i in np.argwhere(size == 0)
+    ]
+    poor = (test.frf_error > 0.5) & (test.frf_error > 3 * np.median(test.frf_error)) & (size > 0.1 * np.median(size))
+    for o, i in np.argwhere(poor):
+        pair = f"{test.measured.outputs[o].dof} / {test.measured.inputs[i].dof}"
+        said.append(
+            f"the modes miss {100 * test.frf_error[o, i]:.0f} % of the FRF {pair}, and "
+            f"{100 * np.median(test.frf_error):.0f} % of the others: check its sensor, its label and its coherence"
+        )
+    return said
+
+
+def _split_modes(test: ModalTest) -> list[str]:
+    """Modes that may be one mode, which FRFs of slightly different structures have at slightly different frequencies.
+
+    Fitted with common poles such FRFs give two poles within a bandwidth, whose residues nearly cancel at some DOFs:
+    their shapes are complex, and the residue at a driving point is not that of a positive mass (2 i omega_d A > 0).
+    """
+    poles, freq = test.modes.poles, test.modes.freq
+    off = _driving_point_angle(test)
+    said = []
+    for r in range(poles.size - 1):
+        for q in range(r + 1, poles.size):
+            if abs(poles[q] - poles[r]) > 2 * (abs(poles[r].real) + abs(poles[q].real)):
+                continue
+            complex_, mass = min(test.mpc[r], test.mpc[q]), max(off[r], off[q])
+            if complex_ < 0.9 or mass > 45:
+                told = f"MPC {complex_:.2f}" + (f", driving-point residue {mass:.0f} degrees off" if mass > 45 else "")
+                said.append(
+                    f"modes {r + 1} and {q + 1} at {freq[r]:.5g} and {freq[q]:.5g} Hz lie within their bandwidths and "
+                    f"are not modes of one lightly damped structure ({told}): probably one mode, which the FRFs have "
+                    "at different frequencies (roving mass, temperature, level of excitation)"
+                )
+    return said
+
+
+def _driving_point_angle(test: ModalTest) -> NDArray[np.float64]:
+    """Angle in degrees of 2 i omega_d A at the driving points, the largest that noise does not explain (n_modes,)."""
+    modes = test.modes
+    angle = np.zeros(modes.n_modes)
+    if modes.participation is None:
+        return angle
+    for point in test.driving_points:
+        A = point.sign * modes.shapes[point.response] * modes.participation[:, point.reference]
+        angle = np.maximum(angle, np.abs(np.angle(2j * modes.poles.imag * A, deg=True)))
+    return np.where(test.mass_sd_share < 0.2, angle, 0.0)
+
+
+def _poor_modes(test: ModalTest) -> list[str]:
+    said = []
+    for r in range(test.modes.n_modes):
+        name = f"mode {r + 1} at {test.modes.freq[r]:.4g} Hz"
+        if test.mpc[r] < 0.8:
+            said.append(
+                f"{name}: shape is complex (MPC {test.mpc[r]:.2f}, mean phase deviation {test.mpd[r]:.0f} degrees); "
+                "it is local damping, a neighbour not separated, or noise"
+            )
+        size = np.abs(test.modes.shapes[:, r])
+        if size.size >= 4 and np.sort(size)[-2] < 0.05 * size.max():
+            said.append(
+                f"{name}: only {test.modes.dofs[int(np.argmax(size))]} moves; it is local, or that channel is from "
+                "another place or test"
+            )
+        if test.measured.coherence is not None:
+            lines = lines_near(test.measured.freq, test.modes.poles[r])
+            typical = float(np.median(test.measured.coherence[lines]))
+            if typical < 0.7:
+                said.append(f"{name}: the coherence around it is {typical:.2f}; average more, or look for nonlinearity")
+        if test.mass_sd_share[r] > 0.2:
+            said.append(
+                f"{name}: the driving point hardly moves, its modal mass is known to "
+                f"{100 * min(float(test.mass_sd_share[r]), 9.99):.0f} % only"
+            )
+    return said
