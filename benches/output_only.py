@@ -24,7 +24,7 @@ BANDS = ((0.5, 40.0), (0.5, 100.0))
 
 
 def recording(seed: int = 0) -> TimeData:
-    """The chain's accelerations: modes from 4.3 to 110 Hz, 1 % damping."""
+    """The chain's accelerations: modes from 2.2 to 110 Hz, 1 % damping."""
     rng = np.random.default_rng(seed)
     K = 2 * np.eye(N) - np.eye(N, k=1) - np.eye(N, k=-1)
     K[-1, -1] = 1
