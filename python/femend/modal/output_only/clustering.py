@@ -105,8 +105,8 @@ def _same(poles: Stabilisation, a: NDArray[np.int64], b: NDArray[np.int64]) -> b
 
 
 def consensus(poles: Stabilisation, members: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Weights (n,) of the `members` (n,) of one cluster of `poles`, their inverse variances in frequency; equal ones where these
-    are not known. They add up to 1."""
+    """Weights (n,) of the `members` (n,) of one cluster of `poles`, their inverse variances in frequency; equal
+    ones where these are not known. They add up to 1."""
     sd = poles.freq_sd[members]
     weights = np.ones(members.size) if np.isnan(sd).any() else 1.0 / sd**2
     return weights / weights.sum()

@@ -5,8 +5,8 @@ direction is the block's influence on a pole or shape, and the scatter of the in
 variance. With T = [vec Delta H_b] this is the first-order propagation J T T^T J^T of Reynders, Pintelon and De Roeck,
 Uncertainty bounds on modal parameters obtained from stochastic subspace identification, MSSP 22 (2008) 948-969,
 in the form of Döhler and Mevel, Efficient multi-order uncertainty computation for stochastic subspace
-identification, MSSP 38 (2013) 346-366 (eqs. 28-37 for
-the subspace, Lemma 5 for poles and shapes; here the columns of T are propagated and no Jacobian is formed).
+identification, MSSP 38 (2013) 346-366 (eqs. 28-37 for the subspace, Lemma 5 for poles and shapes; here the columns of T
+are propagated and no Jacobian is formed).
 """
 
 from __future__ import annotations
