@@ -19,6 +19,7 @@ from femend.diagnose.locate import Located, locate, shortlist
 from femend.diagnose.name import Ranked, effective_values, name_physics, null_candidate, score, split_records
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.settings import Settings
+from femend.diagnose.unmeasured import find_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import Fit, FitRecord, Problem
 from femend.model import Model, Place, ReducedModel, find_places
@@ -101,7 +102,10 @@ def explain(
     tell.start("name it", len(short))
     ranked: list[Ranked] = []
     if _worth_naming(null, located, settings):
-        ranked = name_physics(split, reduced, short, start.g_rows, settings, tell.advance)
+        ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, tell.advance)
+        if sigma > 0:
+            baseline = null_candidate(split, null, sigma=sigma)
+            null_score = score(baseline, split.choosing, settings, effective_values(split.choosing, reduced, sigma))
     tell.start("fit the final model")
     undecided = Diagnosis(
         "", problem, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
@@ -132,7 +136,13 @@ def decide(found: Diagnosis, n_values: float) -> Diagnosis:
     quiet = "parameters-only" if _needed_update(found) else "consistent"
     if found.load is not None and (best is None or found.load.score < best.score):
         return replace(found, verdict="missing-physics", place=None)
-    if best is None or not _accepted(found, best):
+    named = best is not None and _accepted(found, best)
+    if not (named and best is not None and _adequate(found, best)) and _clearly_missing(found):
+        split = split_records(found.problem)
+        unmeasured = find_unmeasured(split, found.reduced, found.located, found.g_rows, settings)
+        if unmeasured is not None:
+            return replace(found, verdict="missing-physics", load=unmeasured)
+    if best is None or not named:
         if outlier > settings.parameter_z or _clearly_missing(found):
             advice = "something is missing at the first place listed, but no law of the catalogue explains it"
             return replace(found, verdict="located-not-named", advice=advice)
@@ -147,13 +157,18 @@ def decide(found: Diagnosis, n_values: float) -> Diagnosis:
     elif best.located is not None:
         (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
         refitted = candidate if fit is None else replace(candidate, p=fit.p, fitted=fit.score)
-    adequate = best.candidate.chosen <= settings.adequate * max(_reference(found, best), 1.0)
+    adequate = _adequate(found, best)
     verdict = "missing-physics" if adequate else "located-not-named"
     advice = "" if adequate else (
         "the best law explains part of what a free force at the same place does; record two more levels, or the motion "
         "of the place itself"
     )  # fmt: skip
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
+
+
+def _adequate(found: Diagnosis, best: Ranked) -> bool:
+    """Whether a law explains unseen data about as well as a free force at its place does."""
+    return best.candidate.chosen <= found.settings.adequate * max(_reference(found, best), 1.0)
 
 
 def _reference(found: Diagnosis, best: Ranked) -> float:

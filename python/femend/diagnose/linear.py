@@ -118,14 +118,15 @@ def _absorbers(
     return [v for _, v in ranked[:6]] + grid
 
 
-def judge_linear(choosing: Problem, candidate: Candidate) -> Candidate:
-    """The candidate with the misfit it leaves on records it has not seen, nothing estimated there but free decays."""
+def judge_linear(choosing: Problem, candidate: Candidate, sigma: float = 0.0) -> Candidate:
+    """The candidate with the misfit it leaves on records it has not seen (windowed by exp(-sigma t)), nothing estimated
+    there but free decays."""
     assert candidate.joint is not None
     assert candidate.physics is not None
     hypothesis = candidate.joint.hypothesis(
         (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), LAW_SD)
     )
-    (seen,) = choosing.fit([hypothesis], [(candidate.p, candidate.x)], iterations=0)
+    (seen,) = choosing.fit([hypothesis], [(candidate.p, candidate.x)], sigma=sigma, iterations=0)
     return replace(candidate, chosen=np.inf if seen is None else seen.score)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,25 @@ FloatArray = NDArray[np.float64]
 FEW, FOLLOWED, FIRST, JOINT = 6, 4, 5, 10
 # decays of the windows, in units of `Problem.scale`, before the whole records
 WINDOWS = (10.0, 3.0, 1.0)
+# a start is followed as long as it leaves at most so many times what the best one leaves
+BEHIND = 2.0
+# a law whose misfit grows by more than this when the window is widened has motion that cannot be followed any longer
+LOST = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """A start on its way: descent with the window it has reached, where it is there."""
+
+    name: str
+    start: Start
+    descent: Descent
+    reached: Reached
+
+    @property
+    def misfit(self) -> float:
+        """Mean weighted square left in the window."""
+        return float(self.reached.e @ self.reached.e) / self.descent.loop.size()
 
 
 def fit_nonlinear(
@@ -30,39 +49,47 @@ def fit_nonlinear(
     """The best fits of several laws and starts at a joint, judged on `choosing`.
 
     All starts go a few steps on the beginnings of the records (an exponential window), where paths of motion that later
-    part are still together; those that get on best are followed to the whole records. One candidate a law is kept.
+    part are still together; those that get on best are followed to wider windows and the whole records, as far as their
+    motion can be followed: impacts may make it depend on its past without limit. One candidate a law is kept.
     """
-    early = [factor * problem.scale() for factor in WINDOWS]
-    runs: list[tuple[float, str, Start, Descent, FloatArray]] = []
+    first, *wider = (*(factor * problem.scale() for factor in WINDOWS), 0.0)
+    runs: list[_Run] = []
     for name, start in begun:
         loop, x = loop_of(problem, joint, start, recovered)
-        loop = replace(loop, sigma=early[0], substeps=COARSE)
-        descent = Descent.around(loop, x, False)
+        descent = Descent.around(replace(loop, sigma=first, substeps=COARSE), x, False)
         reached = descent.run(np.concatenate([recovered.fit.p, x]), FEW)
         if reached is not None:
-            runs.append((reached.cost, name, start, descent, reached.z))
-    runs.sort(key=lambda r: r[0])
-    best: dict[str, Candidate] = {}
-    for _, name, start, descent, z in runs[:FOLLOWED]:
-        end = _follow(descent, z, early[1:])
-        if end is None:
-            continue
-        candidate = judge_nonlinear(choosing, _candidate(end[0].loop, start, name, end[1], None))
-        if np.isfinite(candidate.fitted) and (name not in best or candidate.fitted < best[name].fitted):
-            best[name] = candidate
-    return list(best.values())
+            runs.append(_Run(name, start, descent, reached))
+    runs = sorted(runs, key=lambda r: r.reached.cost)[:FOLLOWED]
+    lost: list[_Run] = []
+    for sigma in wider:
+        widened = [(run, _widened(run, sigma)) for run in runs]
+        lost += [run for run, new in widened if new is None]
+        ahead = [new for _, new in widened if new is not None]
+        best = min((run.reached.cost for run in ahead), default=np.inf)
+        runs = [run for run in ahead if run.reached.cost <= BEHIND * best]
+    kept: dict[str, Candidate] = {}
+    for run in (*runs, *lost):
+        candidate = judge_nonlinear(choosing, _candidate(run.descent.loop, run.start, run.name, run.reached, None))
+        before = kept.get(run.name)
+        if np.isfinite(candidate.fitted) and (before is None or _further(candidate, before)):
+            kept[run.name] = candidate
+    return list(kept.values())
 
 
-def _follow(descent: Descent, z: FloatArray, windows: Sequence[float]) -> tuple[Descent, Reached] | None:
-    """From a window to the next wider one and at last the whole records, everything free."""
-    reached: Reached | None = None
-    for sigma in (*windows, 0.0):
-        descent = descent.on(descent.loop.at(sigma), everything=True)
-        reached = descent.run(z, FIRST)
-        if reached is None:
-            return None
-        z = reached.z
-    return None if reached is None else (descent, reached)
+def _further(one: Candidate, other: Candidate) -> bool:
+    """Whether a fit holds on a wider window than another, or is better on the same."""
+    return (one.sigma, one.fitted) < (other.sigma, other.fitted)
+
+
+def _widened(run: _Run, sigma: float) -> _Run | None:
+    """The run on a wider window with everything free; None where it cannot be followed there."""
+    descent = run.descent.on(run.descent.loop.at(sigma), everything=True)
+    reached = descent.run(run.reached.z, FIRST)
+    if reached is None:
+        return None
+    new = _Run(run.name, run.start, descent, reached)
+    return None if new.misfit > LOST * max(run.misfit, 1.0) else new
 
 
 def _candidate(loop: ClosedLoop, start: Start, name: str, reached: Reached, covariance: FloatArray | None) -> Candidate:
@@ -86,6 +113,7 @@ def _candidate(loop: ClosedLoop, start: Start, name: str, reached: Reached, cova
         covariance,
         loop.coordinates,
         {"k_scale": loop.scale[0], "c_scale": loop.scale[1]},
+        loop.sigma,
     )
 
 
@@ -99,19 +127,21 @@ def _loop_again(problem: Problem, candidate: Candidate) -> ClosedLoop:
         candidate.physics.law or candidate.physics.name,
         candidate.coordinates,
         (candidate.extra["k_scale"], candidate.extra["c_scale"]),
+        sigma=candidate.sigma,
     )
 
 
-def judge_nonlinear(choosing: Problem, candidate: Candidate) -> Candidate:
-    """The candidate with the misfit it leaves on records it has not seen."""
+def judge_nonlinear(choosing: Problem, candidate: Candidate, sigma: float | None = None) -> Candidate:
+    """The candidate with the misfit it leaves on records it has not seen, in the window it was fitted in or another."""
     loop = _loop_again(choosing, candidate)
+    loop = loop if sigma is None else loop.at(sigma)
     (e,), _ = loop.residuals([(candidate.p, candidate.x)])
     value = float(e @ e) / loop.size()
     return replace(candidate, chosen=value if np.isfinite(value) else np.inf)
 
 
 def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JOINT) -> Candidate:
-    """The candidate fitted to all records of the problem, all unknowns together."""
+    """The candidate fitted to all records of the problem in its window, all unknowns together."""
     loop = _loop_again(problem, candidate)
     reached = Descent.around(loop, candidate.x, True).run(np.concatenate([candidate.p, candidate.x]), iterations)
     if reached is None or reached.H is None or candidate.physics is None:
@@ -128,4 +158,4 @@ def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JO
 
 def simulate_candidate(problem: Problem, candidate: Candidate, record: FitRecord) -> History:
     """Histories of a nonlinear candidate for one record's forces (its responses are not looked at)."""
-    return _loop_again(problem.on([record]), candidate).histories([(candidate.p, candidate.x)])[0][0]
+    return _loop_again(problem.on([record]), candidate).at(0.0).histories([(candidate.p, candidate.x)])[0][0]

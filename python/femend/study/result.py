@@ -67,10 +67,16 @@ def _parameters(diagnosis: Diagnosis) -> dict[str, Any]:
 def _findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     load = diagnosis.load
     if diagnosis.verdict == "missing-physics" and diagnosis.best is None and load is not None:
-        location = {"nodes": [load.node], "to": "", "direction": load.direction.lstrip("+-"), "also_possible": []}
+        alike = [] if diagnosis.place is None else _location(diagnosis, diagnosis.place)["also_possible"]
+        location = {
+            "nodes": list(load.nodes),
+            "to": "ground" if load.physics == "base_motion" else "",
+            "direction": load.direction.lstrip("+-"),
+            "also_possible": alike if load.physics == "unmeasured_force" else [],
+        }
         values = {
-            "node": {"value": load.node, "sd": None, "unit": ""},
-            "direction": {"value": load.direction, "sd": None, "unit": ""},
+            name: {"value": _rounded(v), "sd": None, "unit": _load_unit(diagnosis, unit)}
+            for name, (v, unit) in load.values.items()
         }
         return [
             {
@@ -99,6 +105,17 @@ def _findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
             "configurations": ["as modelled"],
         }
     ]
+
+
+def _rounded(value: float | str | None) -> float | str | None:
+    return _round(value) if isinstance(value, float) else value
+
+
+def _load_unit(diagnosis: Diagnosis, quantity: str) -> str:
+    """Unit of a load's parameter in the deck's system; frequencies are Hz in all of them."""
+    system = unit_system(diagnosis.reduced.model.units)
+    written = {"force": system.force_text, "acceleration": f"{system.length_text}/s^2"}
+    return written.get(quantity, quantity)
 
 
 def _by_name(diagnosis: Diagnosis) -> dict[str, float]:
