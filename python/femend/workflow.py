@@ -29,6 +29,7 @@ from femend.estimate import Fit, FitRecord, Hypothesis, Problem, fit_records, mo
 from femend.io.atomic import write_atomic
 from femend.model import Model, Pairing, Parameter, ReducedModel, find_places, reduce_model
 from femend.model import read_model as read_deck
+from femend.physics import Physics, selected
 from femend.report.numbers import ratio
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
@@ -248,10 +249,12 @@ def locate(start: Updated, settings: Settings | None = None) -> Places:
     return Places(tuple(found), settings or Settings())
 
 
-def name(start: Updated, where: Places) -> Named:
+def name(start: Updated, where: Places, laws: Sequence[str | Physics] | None = None) -> Named:
     """Fits the catalogue's laws at the best places of `where` and judges them on data the fit has not seen.
 
-    The verdict says whether one of them is missing in the updated model `start`.
+    The verdict says whether one of them is missing in the updated model `start`. `laws` (names or entries of
+    `femend.physics`, those of one's own too) are tried in place of the default ones, beside a plain spring; each costs
+    seconds. Raises LawParameterError for a name that is no law.
     """
     settings, problem, reduced = where.settings, start.problem, start.reduced
     split = split_records(problem)
@@ -262,7 +265,8 @@ def name(start: Updated, where: Places) -> Named:
     g_rows = _g_rows(start.records)
     ranked: list[Ranked] = []
     if _worth_naming(start.fit, list(where.found), settings):
-        ranked = name_physics(split, reduced, shortlist(where.found, settings.places), g_rows, settings)
+        with selected(laws):
+            ranked = name_physics(split, reduced, shortlist(where.found, settings.places), g_rows, settings)
     undecided = Diagnosis(
         "", problem, reduced, start.nominal, start.fit, baseline, null_score, list(where.found), ranked,
         _probabilities(ranked, null_score), None, None, load, "", settings, g_rows,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from femend.physics.catalogue import CATALOGUE, FAMILIES, Parameter, Physics, catalogue, physics
+from femend.physics.catalogue import CATALOGUE, FAMILIES, Parameter, Physics, catalogue, physics, selected
 from femend.physics.nested import simpler, with_companion
+from femend.physics.own import register
 from femend.physics.starts import Shape, shapes
 from femend.physics.transform import FitCoordinates
 
@@ -16,6 +17,8 @@ __all__ = [
     "Shape",
     "catalogue",
     "physics",
+    "register",
+    "selected",
     "shapes",
     "simpler",
     "with_companion",

@@ -172,6 +172,13 @@ fn register_law(
     })
 }
 
+/// Takes a registered law out again; nothing happens where there is none of that name.
+#[pyfunction]
+#[pyo3(signature = (name))]
+fn forget_law(name: &str) {
+    own::forget(name);
+}
+
 /// Force and rates (1 + n_z, 1 + n_inputs) of a registered law at (d, v, z.., p..), each with its slopes.
 #[pyfunction]
 #[pyo3(signature = (name, inputs))]
@@ -193,5 +200,6 @@ fn law_slopes<'py>(
 /// Adds this file's functions to `_core`.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(register_law, module)?)?;
+    module.add_function(wrap_pyfunction!(forget_law, module)?)?;
     module.add_function(wrap_pyfunction!(law_slopes, module)?)
 }

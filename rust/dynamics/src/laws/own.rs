@@ -78,6 +78,12 @@ pub fn register(name: &str, parameters: Vec<Parameter>, n_z: usize, source: Sour
     Some(kind)
 }
 
+/// Takes the own law of that name out of the register.
+pub fn forget(name: &str) {
+    let mut known = REGISTERED.write().unwrap_or_else(std::sync::PoisonError::into_inner);
+    known.retain(|other| other.name() != name);
+}
+
 /// The own law of that name.
 pub fn find(name: &str) -> Option<OwnKind> {
     let known = REGISTERED.read().unwrap_or_else(std::sync::PoisonError::into_inner);
