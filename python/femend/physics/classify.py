@@ -1,7 +1,7 @@
 """What can be said of a joint whose law has no name: the class of a free-form force, from its curves and its rivals.
 
-Classes are read off a force fitted without a law (`fit_free_form`): each is a comparison of two fits of the same record,
-on blocks that took no part, or a ratio of slopes; none needs the law to be in the catalogue.
+Classes are read off a force fitted without a law (`fit_free_form`): each is a comparison of two fits of the same
+record, on blocks that took no part, or a ratio of slopes; none needs the law to be in the catalogue.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ _WINS = 0.6
 _SLOPE = 0.2
 # ratio of outer to inner slope below which a softening spring is called saturating
 _SATURATES = 0.45
+# shares of the motion at which a saturating spring is tried
+_REACH = (0.03, 0.1, 0.3, 1.0)
 # power law of the damping force over velocity: above, it grows with level; below, it is like friction
 _GROWS, _RUBS = 1.3, 0.6
 # yield displacement, as a share of the motion, below which hysteresis is called friction
@@ -120,8 +122,12 @@ def _elastic(
     if (outer - inner) / mean > _SLOPE:
         labels.append("hardening")
     elif (inner - outer) / mean > _SLOPE:
-        labels.append("saturating" if 0 <= outer < _SATURATES * inner else "softening")
-    smooth, kinked = _kink(fit, d, v, f, dt)
+        labels.append("softening")
+    x, rest, power = _elastic_part(fit, d, v, f, dt)
+    saturates = min(_left(np.array([x, x / (1 + np.abs(x) / c)]).T, rest) for c in _REACH)
+    if "softening" in labels and outer < _SATURATES * inner and saturates < _left(np.array([x, x**3]).T, rest):
+        labels = ["saturating"]
+    smooth, kinked = _left(np.array([x, x**2, x**3, x**5]).T, rest) / power, _contact(x, rest) / power
     figures.update({"left by a polynomial": smooth, "left by a contact": kinked})
     if kinked < _WINS * smooth and smooth - kinked > 0.25 * _COUNTS:
         labels = [label for label in labels if label == "hardening"]
@@ -131,28 +137,27 @@ def _elastic(
     return labels
 
 
-def _kink(fit: FreeForm, d: Sequence[Array], v: Sequence[Array], f: Sequence[Array], dt: float) -> tuple[float, float]:
-    """Shares of the force's power that a polynomial of fifth order, and a contact, leave of the elastic part."""
+def _elastic_part(
+    fit: FreeForm, d: Sequence[Array], v: Sequence[Array], f: Sequence[Array], dt: float
+) -> tuple[Array, Array, float]:
+    """Displacement in units of the span, the force less its damping and hysteresis, and the power of the whole."""
     rest, power = [], 0.0
-    line = {**fit.values, **{f"fd{i}": 0.0 for i in range(1, 7)}}
+    flat = {**fit.values, **{f"fd{i}": 0.0 for i in range(1, 7)}}
     for a, b, y in zip(d, v, f, strict=True):
-        other = _core.law_force("free_form", line, a, b, np.zeros_like(a), dt)
+        other = _core.law_force("free_form", flat, a, b, np.zeros_like(a), dt)
         rest.append(y - other - _core.law_force("iwan", fit.hysteresis, a, b, np.zeros_like(a), dt))
         power += float(y @ y)
-    x, b = np.concatenate(list(d)) / fit.values["d_span"], np.concatenate(rest)
-    polynomial = _left(np.array([x, x**2, x**3, x**5]).T, b)
-    contacts = []
+    return np.concatenate(list(d)) / fit.values["d_span"], np.concatenate(rest), max(power, 1e-300)
+
+
+def _contact(x: Array, b: Array) -> float:
+    """Squares that a spring and the best contact leave: after a gap on one side or both, or one that opens."""
+    found = []
     for gap in np.linspace(0.0, 0.85, 18):
         above, below = np.maximum(x - gap, 0.0), np.minimum(x + gap, 0.0)
-        contacts += [
-            [x, above],
-            [x, below],
-            [x, above + below],
-            [x, np.maximum(x + gap, 0) - gap],
-            [x, np.minimum(x - gap, 0) + gap],
-        ]
-    best = min(_left(np.array(columns).T, b, positive=True) for columns in contacts)
-    return polynomial / max(power, 1e-300), best / max(power, 1e-300)
+        opening = np.maximum(x + gap, 0.0) - gap, np.minimum(x - gap, 0.0) + gap
+        found += [_left(np.array([x, c]).T, b, positive=True) for c in (above, below, above + below, *opening)]
+    return min(found)
 
 
 def _left(A: Array, b: Array, *, positive: bool = False) -> float:

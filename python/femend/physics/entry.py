@@ -20,10 +20,10 @@ class Parameter:
     """A parameter of a law.
 
     `dims` are exponents of force, displacement and time, so that the unit follows for translations and rotations;
-    `domain` tells how it is fitted: "positive" by its logarithm, "real" by that of its size (its sign is kept), "signed"
-    as it is, "fraction" and "above_one" by maps onto their intervals, "choice" not at all. `shape` marks parameters
-    that do not multiply the force; `exponent` names the parameter to whose power time (or else displacement) stands in
-    the unit, `typical` is an ordinary size of a parameter of a law of one's own.
+    `domain` tells how it is fitted: "positive" by its logarithm, "real" by that of its size (its sign is kept),
+    "signed" as it is, "fraction" and "above_one" by maps onto their intervals, "choice" not at all. `shape` marks
+    parameters that do not multiply the force; `exponent` names the parameter to whose power time (or else displacement)
+    stands in the unit, `typical` is an ordinary size of a parameter of a law of one's own.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""The free-form competitor: a smooth force over displacement and velocity, and a hysteretic surrogate, fitted to a force.
+"""The free-form competitor: a smooth force over displacement and velocity with a hysteretic surrogate beside it.
 
 Both are laws of the core (`free_form`, `iwan`) and linear in their parameters. The curves are kept smooth by a penalty
 on the bend of the splines whose weight is chosen on data left out, so that noise does not become structure.
@@ -24,7 +24,7 @@ KNOTS = np.array([-1.0, -2 / 3, -1 / 3, 1 / 3, 2 / 3, 1.0])
 _D = tuple(f"fd{i}" for i in range(1, 7))
 _V = tuple(f"fv{i}" for i in range(1, 7))
 _K = tuple(f"k{i}" for i in range(1, 7))
-# weights of the penalty that are tried, as shares of the force's own power; blocks of the record that are left out in turn
+# weights of the penalty that are tried, as shares of the force's own power; groups of blocks left out in turn
 _WEIGHTS = np.logspace(-7, 1, 9)
 _BLOCKS = 4
 
@@ -60,8 +60,8 @@ class FreeForm:
         values: parameters of the law `free_form`.
         hysteresis: parameters of the law `iwan` beside it; all stiffnesses zero where it is not needed.
         left: share of the force's power that is left unexplained, on blocks that took no part in the fit.
-        parts: power of the elastic curve beyond its straight part, of the straight damping, of the velocity curve beyond
-            it, and of the hysteresis, as shares of the force's power.
+        parts: power of the elastic curve beyond its straight part, of the straight damping, of the velocity curve
+            beyond it, and of the hysteresis, as shares of the force's power.
         weight: weight of the penalty.
     """
 
@@ -90,8 +90,8 @@ def fit_free_form(
     """Fits a free-form force to records of displacement `d`, velocity `v` and force `f` (each (n,)) at steps of `dt` s.
 
     Spans are the largest displacement and velocity. Without `hysteresis` the surface alone is fitted. `beside` are
-    further forces (each records of (n,)) whose sizes are fitted too, not negative, to ask whether they belong there. Raises ValueError
-    where there are no records, or no motion.
+    further forces (each records of (n,)) whose sizes are fitted too, not negative, to ask whether they belong there.
+    Raises ValueError where there are no records, or no motion.
     """
     if not d or max(float(np.abs(x).max()) for x in d) == 0 or max(float(np.abs(x).max()) for x in v) == 0:
         raise ValueError("there is no motion to fit a force to; give records of displacement, velocity and force")

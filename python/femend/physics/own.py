@@ -1,9 +1,10 @@
-"""Laws of one's own: a force function and its parameters, checked, and from then on a law like those of the catalogue."""
+"""Laws of one's own: a force function and its parameters, checked, and from then on laws like the catalogue's."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -14,7 +15,7 @@ from femend.errors import LawParameterError
 from femend.physics.catalogue import add
 from femend.physics.entry import FAMILIES, Domain, Parameter, Physics
 from femend.physics.own_check import check, scaling, states_along
-from femend.physics.tracing import NotRecordable, record
+from femend.physics.tracing import record
 from femend.units import parse_unit
 
 __all__ = ["register"]
@@ -44,11 +45,12 @@ def register(
     the force is `force(d, v, z=..., k=...)`, and `rate(d, v, z=..., k=...)` gives z' (a number, or one for each state
     variable); all are zero at rest and z is integrated with d linear over a step.
 
-    A function of arithmetic and numpy's elementwise functions (`numpy.where` in place of `if`) is recorded once and then
-    runs in the core, with exact derivatives. One that cannot be recorded is called for every step, which is slower by
-    two orders; `derivatives(d, v, k=...)`, a mapping of "d", "v" and each parameter to the force's derivative, spares
-    it the differences. `amplitude` (m) and `speed` (m/s) say where the law is checked: its values are finite, what was
-    recorded agrees with the function, derivatives agree with differences of the function.
+    A function of arithmetic and numpy's elementwise functions (`numpy.where` in place of `if`) is recorded once and
+    then runs in the core, with exact derivatives. One that cannot be recorded is called for every step, slower by two
+    orders; `derivatives(d, v, k=...)`, a mapping of "d", "v" and each parameter to the force's derivative, spares it
+    the differences. `amplitude` (m) and `speed` (m/s) say where the law is checked: its values are finite, what was
+    recorded agrees with the function, derivatives agree with differences of the function. `family` and `left_out` are
+    how the catalogue lists it.
 
     Raises LawParameterError with law and parameter where a check fails.
 
@@ -71,10 +73,7 @@ def register(
     specification = [(p.name, value[0], p.domain) for p, value in zip(known.values(), parameters.values(), strict=True)]
     slopes = None if derivatives is None or state else _slopes(name, derivatives, tuple(known))
     labels = ["d", "v", *state, *known]
-    try:
-        source: dict[str, Any] = {"recorded": record(outputs, len(scales))}
-    except NotRecordable:
-        source = {"function": _plain(outputs), "slopes": slopes, "scales": list(scales)}
+    source = _source(outputs, slopes, scales)
     trial = f"{name} (being checked)"
     try:
         _core.register_law(trial, specification, len(state), **source)
@@ -82,9 +81,7 @@ def register(
         scaled, together = scaling(name, outputs, labels, scales, [p.dims[0] != 0 for p in known.values()])
     finally:
         _core.forget_law(trial)
-    entries = tuple(
-        Parameter(p.name, p.dims, p.domain, p.name not in scaled, typical=p.typical) for p in known.values()
-    )
+    entries = tuple(replace(p, shape=p.name not in scaled) for p in known.values())
     entry = Physics(
         name, family, left_out or f"the law {name}", name, "nonlinear", entries,
         companion=True, extended=True, scales_together=together,
@@ -92,6 +89,14 @@ def register(
     add(entry)
     _core.register_law(name, specification, len(state), **source)
     return entry
+
+
+def _source(outputs: Callable[..., list[Any]], slopes: Any, scales: Array) -> dict[str, Any]:
+    """How the core gets at the law: its record, or else the function itself."""
+    try:
+        return {"recorded": record(outputs, len(scales))}
+    except Exception:  # whatever a function does that a record cannot; with numbers it may well run
+        return {"function": _plain(outputs), "slopes": slopes, "scales": list(scales)}
 
 
 def _parameter(law: str, name: str, unit: str, typical: float, domain: str = "") -> Parameter:

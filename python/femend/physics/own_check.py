@@ -60,8 +60,9 @@ def check(
 ) -> None:
     """Compares what the core evaluates with the function, and derivatives with differences of the function.
 
-    `core_name` is the law's name in the core. `labels` name the inputs d, v, z.., p.. of `outputs`, `scales` (n,) are their ordinary sizes, `typical` (n_p,) those
-    of the parameters; `slopes` are derivatives that came with the law. Raises LawParameterError.
+    `core_name` is the law's name in the core. `labels` name the inputs d, v, z.., p.. of `outputs`, `scales` (n,) are
+    their ordinary sizes, `typical` (n_p,) those of the parameters; `slopes` are derivatives that came with the law.
+    Raises LawParameterError.
     """
     n, points = len(labels), _points(labels, scales, len(typical), typical)
     exact = np.array([[float(x) for x in outputs(*point)] for point in points])
@@ -72,8 +73,8 @@ def check(
     size = np.abs(exact).max(axis=0)
     if size[0] == 0:
         raise LawParameterError(
-            f"law {name} gives no force for |d| up to {scales[0]:g} m and |v| up to {scales[1]:g} m/s; give the amplitude "
-            "and speed at which it acts",
+            f"law {name} gives no force for |d| up to {scales[0]:g} m and |v| up to {scales[1]:g} m/s; give the "
+            "amplitude and speed at which it acts",
             law=name,
         )
     core = np.array([_core.law_slopes(core_name, point) for point in points]).reshape(POINTS, -1, 1 + n)
@@ -117,8 +118,8 @@ def _compare(
     where = ", ".join(f"{label} = {x:.3g}" for label, x in zip(labels, points[i], strict=True))
     what = "force" if k == 0 else f"rate {k}"
     raise LawParameterError(
-        f"law {name}: the derivative of its {what} over {labels[j]} is {found[i, k, j]:.6g} at {where}, the difference of "
-        f"the function is {differences[i, k, j]:.6g}; correct `derivatives` or leave them out",
+        f"law {name}: the derivative of its {what} over {labels[j]} is {found[i, k, j]:.6g} at {where}, "
+        f"the difference of the function is {differences[i, k, j]:.6g}; correct `derivatives` or leave them out",
         law=name,
         parameter=labels[j],
     )
@@ -129,8 +130,8 @@ def scaling(
 ) -> tuple[tuple[str, ...], bool]:
     """The parameters that multiply the force, and whether they do so only together.
 
-    Among the parameters whose unit holds a force (`forces`, one for each) those are kept that double the force when they
-    are doubled together. `labels` and `scales` (n,) as in `check`. Raises LawParameterError where there are none.
+    Among the parameters whose unit holds a force (`forces`, one for each) those are kept that double the force when
+    they are doubled together. `labels` and `scales` (n,) as in `check`. Raises LawParameterError where there are none.
     """
     n, n_p = len(labels), len(forces)
     typical = scales[n - n_p :]

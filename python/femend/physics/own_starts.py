@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import product
-from typing import TYPE_CHECKING
 
 from femend.physics.entry import Parameter, Physics
-
-if TYPE_CHECKING:
-    from femend.physics.starts import Shape
+from femend.physics.shape import Shape
 
 __all__ = ["own_shapes"]
 
@@ -25,8 +22,6 @@ def own_shapes(physics: Physics, amplitude: float, band: tuple[float, float]) ->
     shapes around the sizes they were registered with. The force scale is left open: a term for each parameter that
     multiplies the force by itself, or one for all that do so together.
     """
-    from femend.physics.starts import Shape
-
     middle = (band[0] * band[1]) ** 0.5
     forms = [p for p in physics.parameters if p.shape]
     scaled = tuple(p.name for p in physics.parameters if not p.shape)
@@ -41,7 +36,7 @@ def own_shapes(physics: Physics, amplitude: float, band: tuple[float, float]) ->
 def _sizes(p: Parameter, amplitude: float, middle: float) -> tuple[float, ...]:
     if p.domain == "choice":
         return (p.typical,)
-    by_unit = {
+    by_unit: dict[tuple[float, float, float], tuple[tuple[float, ...], float]] = {
         (0, 1, 0): (_SHARE, amplitude),
         (0, 1, -1): (_SHARE, amplitude * middle),
         (0, 0, 1): (_RATE, 1 / middle),

@@ -18,8 +18,8 @@ ComplexArray = NDArray[np.complex128]
 def gyroscopic_matrix(ip: float, speed: float) -> Array:
     """G (2, 2) in N m s of a rotor with polar inertia `ip` (kg m^2) at `speed` (rad/s) on its two tilts.
 
-    The moments G v resist the tilting velocities v = (theta_x', theta_y') and do no work, v' G v = 0 (Genta 2005,
-    eq. 4.15). Its derivative over `ip` is G / ip.
+    The moments G v resist the tilting velocities v = (theta_x', theta_y') and do no work, v' G v = 0 (Genta 2005). The
+    derivative over `ip` is G / ip.
 
     >>> gyroscopic_matrix(0.04, 100.0).tolist()
     [[0.0, 4.0], [-4.0, 0.0]]
@@ -34,9 +34,9 @@ def receptance_with_pair(H: ComplexArray, w: Array, kappa: ComplexArray) -> Comp
     `w` (2, n) are the directions of its coordinates, `kappa` (n_freq, 2, 2) its dynamic stiffness, i omega G for
     gyroscopic coupling (Sherman, Morrison and Woodbury). Raises LawParameterError for sizes that do not fit.
 
-    >>> H = np.eye(2)[None] * (1.0 + 0j)
-    >>> receptance_with_pair(H, np.eye(2), np.array([[[0, 1j], [-1j, 0]]])).round(12).tolist() is not None
-    True
+    >>> H, kappa = np.eye(2)[None] + 0j, np.array([[[0, 0.5j], [-0.5j, 0]]])
+    >>> receptance_with_pair(H, np.eye(2), kappa)[0].round(3).tolist()
+    [[(1.333+0j), -0.667j], [0.667j, (1.333+0j)]]
     """
     n_freq, n = H.shape[:2]
     if w.shape != (2, n) or kappa.shape != (n_freq, 2, 2):
@@ -75,12 +75,12 @@ class SpeedStiffness:
 
     def at(self, speed: ArrayLike) -> Array:
         """Stiffness in N/m at `speed` (rad/s)."""
-        return np.asarray(np.interp(speed, self.speeds, self.k))
+        return np.asarray(np.interp(np.asarray(speed, dtype=float), self.speeds, self.k))
 
     def weights(self, speed: ArrayLike) -> Array:
         """dk(speed)/dk_i (..., n): the curve is linear in its values."""
-        units = np.eye(len(self.speeds))
-        return np.stack([np.interp(speed, self.speeds, unit) for unit in units], axis=-1)
+        units, asked = np.eye(len(self.speeds)), np.asarray(speed, dtype=float)
+        return np.stack([np.interp(asked, self.speeds, unit) for unit in units], axis=-1)
 
     def roughness(self) -> Array:
         """Matrix R (n, n) with k' R k the squared changes of slope over speed, scaled to the mean distance of speeds: a

@@ -2,61 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from itertools import combinations, product
+from collections.abc import Sequence
+from functools import partial
+from itertools import product
 
+import numpy as np
+
+from femend import _core
 from femend.errors import LawParameterError
 from femend.physics.entry import Physics
 from femend.physics.own_starts import own_shapes
+from femend.physics.shape import Shape, single
+from femend.physics.starts_extended import EXTENDED_STARTS, extended_shapes
 
-__all__ = ["Shape", "shapes"]
+__all__ = ["Shape", "linear_sizes", "shapes"]
 
 _GAP = (0.1, 0.25, 0.45, 0.7)
 _SLIP = (0.03, 0.1, 0.25, 0.5)
 _EXPONENT = (1.1, 2.0)
 _RATIO = (0.0, 0.6)
 _LOSS = (0.02, 0.1, 0.3)
-_POWER = (0.2, 0.4, 0.6, 0.8)
-_KNEE = (0.1, 0.3, 1.0, 3.0)
-_PRELOAD = (0.05, 0.2, 0.45, 0.7)
-_PLAY = (0.05, 0.2, 0.45)
-_GROWTH = (3.0, 30.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Shape:
-    """A law with its force scale left open.
-
-    The force is the sum over `terms` of a factor times the force of the law with that term's values; `values(factors)`
-    puts the fitted factors back. Laws that are linear in several parameters (Zener at a given tau, bilinear) have as
-    many terms.
-    """
-
-    physics: Physics
-    terms: tuple[Mapping[str, float], ...]
-    scaled: tuple[tuple[str, ...], ...]
-
-    def values(self, factors: tuple[float, ...] | list[float]) -> dict[str, float]:
-        """Parameter values for one fitted factor a term; raises LawParameterError for another number of `factors`."""
-        if len(factors) != len(self.terms):
-            raise LawParameterError(
-                f"{self.physics.name} has {len(self.terms)} force scales here, {len(factors)} were given",
-                law=self.physics.name,
-            )
-        out = dict(self.terms[0])
-        for term, names, factor in zip(self.terms, self.scaled, factors, strict=True):
-            for name in names:
-                out[name] = term[name] * factor
-        return out
 
 
 def shapes(physics: Physics, *, amplitude: float, band: tuple[float, float], speed: float | None = None) -> list[Shape]:
     """Shapes of a law worth a regression.
 
     `amplitude` is the largest displacement of the coordinate in the records (the model's length unit, or rad), `band`
-    the lowest and highest circular frequency of the fit (rad/s), `speed` the largest velocity where it is known. Raises LawParameterError for a physics without a law
-    and ValueError for an amplitude or band that is not positive.
+    the lowest and highest circular frequency of the fit (rad/s), `speed` the largest velocity where it is known. Raises
+    LawParameterError for a physics without a law and ValueError for an amplitude or band that is not positive.
 
     >>> from femend.physics import physics
     >>> grid = shapes(physics("clearance"), amplitude=1.0, band=(10, 100))
@@ -71,7 +44,7 @@ def shapes(physics: Physics, *, amplitude: float, band: tuple[float, float], spe
         raise LawParameterError(f"{physics.name} is not the law of a joint and has no start values", law=physics.name)
     low, high = band
     middle = (low * high) ** 0.5
-    one = _single(physics)
+    one = partial(single, physics)
     match physics.law:
         case "clearance":
             grid = product((1.0, -1.0, 2.0), _GAP)
@@ -96,37 +69,8 @@ def shapes(physics: Physics, *, amplitude: float, band: tuple[float, float], spe
         case "bilinear_stiffness":
             sides = ({"k_plus": 1.0, "k_minus": 0.0}, {"k_plus": 0.0, "k_minus": 1.0})
             return [Shape(physics, sides, (("k_plus",), ("k_minus",)))]
-        case "generalised_maxwell" | "generalised_maxwell_3":
-            taus = [f / middle for f in (0.1, 0.3, 1.0, 3.0, 10.0)]
-            n = (len(physics.parameters) - 1) // 2
-            return [_maxwell(physics, pick) for pick in combinations(taus, n)]
-        case "fractional":
-            return [
-                Shape(
-                    physics,
-                    ({"k": 1.0, "c": 0.0, "alpha": power}, {"k": 0.0, "c": middle**-power, "alpha": power}),
-                    (("k",), ("c",)),
-                )
-                for power in _POWER
-            ]
-        case "saturating_stiffness":
-            return [one({"k": 1.0, "d0": knee * amplitude}, "k") for knee in _KNEE]
-        case "preloaded_contact":
-            grid = product((1.0, -1.0), _PRELOAD)
-            return [one({"k": 1.0, "preload": p * amplitude, "side": side}, "k", "preload") for side, p in grid]
-        case "hertz_contact":
-            grid = product((1.0, -1.0, 2.0), (0.0, *_GAP[1:]))
-            return [one({"k": 1.0, "gap": gap * amplitude, "sides": sides}, "k") for sides, gap in grid]
-        case "play_friction":
-            grid = product(_SLIP, _PLAY)
-            return [one({"f": slip * amplitude, "kt": 1.0, "gap": gap * amplitude}, "f", "kt") for slip, gap in grid]
-        case "displacement_damping":
-            return [one({"c": 1.0, "beta": growth / amplitude**2}, "c") for growth in _GROWTH]
-        case "iwan":
-            return [_linear_in(physics, {"span": span * amplitude}) for span in (0.5, 1.0)]
-        case "free_form":
-            speed = amplitude * middle if speed is None else speed
-            return [_linear_in(physics, {"d_span": amplitude, "v_span": speed})]
+        case _ if physics.extended and physics.law in EXTENDED_STARTS:
+            return extended_shapes(physics, amplitude, band, amplitude * middle if speed is None else speed)
         case _ if len(physics.parameters) == 1:
             (name,) = physics.parameter_names
             return [one({name: 1.0}, name)]
@@ -134,29 +78,33 @@ def shapes(physics: Physics, *, amplitude: float, band: tuple[float, float], spe
             return own_shapes(physics, amplitude, band)
 
 
-class _single:
-    def __init__(self, physics: Physics) -> None:
-        self.physics = physics
+def linear_sizes(physics: Physics, stiffness: Sequence[float], band: tuple[float, float]) -> list[dict[str, float]]:
+    """Parameter values of a linear law at which its force in the band is that of springs of these sizes.
 
-    def __call__(self, values: Mapping[str, float], *scaled: str) -> Shape:
-        return Shape(self.physics, (dict(values),), (scaled,))
+    For fits on spectral lines, where no regression on a force is needed: every shape of the law at each of `stiffness`
+    (N/m), its terms sharing it alike; `band` as for `shapes`. Raises LawParameterError for a law that is not linear.
+
+    >>> from femend.physics import physics
+    >>> [round(p["c"]) for p in linear_sizes(physics("fractional"), [1e4], (50.0, 200.0))]
+    [1991, 792, 315, 126]
+    """
+    if physics.kind != "linear":
+        raise LawParameterError(f"{physics.name} is not linear; use shapes", law=physics.name)
+    middle = np.array([1j * (band[0] * band[1]) ** 0.5])
+    out = []
+    for shape in shapes(physics, amplitude=1.0, band=band):
+        sizes = [
+            abs(complex(_core.law_dynamic_stiffness(physics.law or physics.name, dict(term), middle)[0][0]))
+            for term in shape.terms
+        ]
+        out += [shape.values([k / len(sizes) / size for size in sizes]) for k in stiffness]
+    return out
 
 
 def _bouc_wen(slip: float, n: float, ratio: float) -> dict[str, float]:
     """alpha = 0: the share of the force without hysteresis is the linear companion's."""
     total = slip**-n
     return {"k": 1.0, "alpha": 0.0, "n": n, "beta": total / (1 + ratio), "gamma": ratio * total / (1 + ratio)}
-
-
-def _linear_in(physics: Physics, fixed: Mapping[str, float]) -> Shape:
-    """A law that is linear in all parameters but the fixed ones: a term for each."""
-    free = [name for name in physics.parameter_names if name not in fixed]
-    terms = tuple({**dict.fromkeys(free, 0.0), name: 1.0, **fixed} for name in free)
-    return Shape(physics, terms, tuple((name,) for name in free))
-
-
-def _maxwell(physics: Physics, taus: tuple[float, ...]) -> Shape:
-    return _linear_in(physics, {f"tau{i + 1}": tau for i, tau in enumerate(taus)})
 
 
 def _viscoelastic(physics: Physics, tau: float) -> Shape:

@@ -22,10 +22,10 @@ class FitCoordinates:
     """Maps the parameters of one law to coordinates without bounds and back.
 
     Positive parameters go by their logarithm; a "real" one by the logarithm of its size with the sign it starts with (a
-    change of sign is another start), a "signed" one as it is, in units of the largest of them at the start; fractions by
-    the logit, numbers above one by the logarithm of what is above. Bouc and Wen's beta and gamma go as
-    the logarithm of the yield displacement (beta + gamma)^(-1/n) and an unbounded image of gamma/beta in (-0.95, 1),
-    so that every coordinate gives a law that dissipates, and so that a change of n leaves the yield displacement alone.
+    change of sign is another start), a "signed" one as it is, in units of the largest of them at the start; fractions
+    by the logit, numbers above one by the logarithm of what is above. Bouc and Wen's beta and gamma go as the
+    logarithm of the yield displacement (beta + gamma)^(-1/n) and an unbounded image of gamma/beta in (-0.95, 1), so
+    that every coordinate gives a law that dissipates, and a change of n leaves the yield displacement alone.
     Parameters named in `fixed`, choices, and those that start on a bound stay where they are.
     """
 

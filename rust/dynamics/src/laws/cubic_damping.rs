@@ -3,7 +3,7 @@
 use super::dual::Scalar;
 use super::{Constants, Definition, Domain, Motion, Parameter, State, parameter};
 
-/// f = c v^3 (Nayfeh and Mook 1979, section 3.3).
+/// f = c v^3 (Nayfeh and Mook 1979).
 pub(super) struct CubicDamping;
 
 impl Definition for CubicDamping {

@@ -3,8 +3,7 @@
 use super::dual::Scalar;
 use super::{Constants, Definition, Domain, Motion, Parameter, State, parameter};
 
-/// f = c (1 + beta d^2) v, the damping of van der Pol's equation with its sign turned (Nayfeh and Mook 1979, 3.3.4):
-/// geometric damping of dashpots that turn with the motion, squeeze films, wire rope.
+/// f = c (1 + beta d^2) v, the damping of van der Pol's equation (1926) without its negative part: geometric damping of dashpots that turn with the motion, squeeze films, wire rope.
 pub(super) struct DisplacementDamping;
 
 impl Definition for DisplacementDamping {

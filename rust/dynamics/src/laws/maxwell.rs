@@ -7,7 +7,7 @@ use super::{
 };
 use num_complex::Complex64;
 
-/// f = k0 d + sum q_i, q_i' + q_i/tau_i = k_i v, with two branches (Wiechert 1893; Park and Schapery 1999, eq. 3).
+/// f = k0 d + sum q_i, q_i' + q_i/tau_i = k_i v, with two branches (Wiechert 1893; Park and Schapery 1999).
 pub(super) struct Maxwell2;
 /// The same with three branches.
 pub(super) struct Maxwell3;

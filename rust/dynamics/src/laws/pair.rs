@@ -5,7 +5,7 @@ use num_complex::Complex64;
 /// Gyroscopic moments of a rotor with polar inertia `ip` (kg m^2) at `speed` (rad/s, right-handed about the axis) on the
 /// two tilts (theta_x, theta_y) across its axis: f = G v with G = ip speed [[0, 1], [-1, 0]].
 ///
-/// (Genta 2005, eq. 4.15, with moments resisting the motion positive.) Skew, so that v^T G v = 0: it does no work.
+/// (Genta 2005, with moments resisting the motion positive.) Skew, so that v^T G v = 0: it does no work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gyroscopic {
     /// Polar mass moment of inertia, kg m^2.

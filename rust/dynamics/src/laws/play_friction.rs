@@ -6,7 +6,7 @@ use super::{Constants, Definition, Domain, Motion, Parameter, State, parameter};
 /// A Jenkins element (slip force f, spring kt) in series with a play of half width `gap`; state: (slider position).
 ///
 /// After a reversal the spring unloads over f/kt, nothing resists over 2 gap, then the spring loads again until it slips
-/// (play operator in series with stop: Visintin 1994, ch. III). Without play it is the Jenkins element.
+/// (a play operator in series with a stop: Visintin 1994). Without play it is the Jenkins element.
 pub(super) struct PlayFriction;
 
 /// Stretch of the spring, zero inside the play.
