@@ -135,7 +135,7 @@ def register_law(
     `parameters` are (name, unit, domain), `n_z` the number of internal variables; inputs are d, v, z.., p.. in this
     order, outputs the force and the rates of z. Either `recorded`: operations (name, operands, number) and where the
     outputs stand; or `function` of the inputs, with its `slopes` (outputs, inputs) row by row or else differences at
-    the `scales` (n,) of the inputs. Raises ValueError for more than 14 parameters and internal variables together, and
+    the `scales` (n,) of the inputs. Raises ValueError for more than 16 parameters and internal variables together, and
     for an operation that is not known.
     """
 

@@ -20,8 +20,8 @@ DT, N, REFINE = 1e-3, 300, 16
 MAXWELL = {"k0": 1e3, "k1": 3e3, "tau1": 0.004, "k2": 2e3, "tau2": 0.03}
 IWAN = {"k1": 2e3, "k2": 2e3, "k3": 1e3, "k4": 2e3, "k5": 1e3, "k6": 2e3, "span": 2e-3}
 FREE = dict(zip(
-    [*(f"fd{i}" for i in range(1, 7)), *(f"fv{i}" for i in range(1, 7)), "d_span", "v_span"],
-    [-9.0, -5.0, -2.0, 2.0, 7.0, 15.0, -4.0, -2.0, -0.5, 0.5, 2.0, 4.0, 3e-3, 0.25], strict=True,
+    [*(f"fd{i}" for i in range(1, 9)), *(f"fv{i}" for i in range(1, 7)), "d_span", "v_span"],
+    [-9.0, -6.0, -4.0, -1.5, 1.5, 5.0, 9.0, 15.0, -4.0, -2.0, -0.5, 0.5, 2.0, 4.0, 3e-3, 0.25], strict=True,
 ))  # fmt: skip
 
 
@@ -47,9 +47,12 @@ def maxwell(n: int, p: dict[str, float]) -> tuple:
 def spline(p: dict[str, float]) -> Callable[[float, float, Array], float]:
     from scipy.interpolate import CubicSpline
 
-    x = np.array([-1, -2 / 3, -1 / 3, 0, 1 / 3, 2 / 3, 1])
-    at = [[p[f"{c}{i}"] for i in (1, 2, 3)] + [0.0] + [p[f"{c}{i}"] for i in (4, 5, 6)] for c in ("fd", "fv")]
-    curves = [CubicSpline(x, y, bc_type="natural") for y in at]
+    knots = ((-1, -0.7, -0.4, -0.15, 0, 0.15, 0.4, 0.7, 1), (-1, -0.5, -0.2, 0, 0.2, 0.5, 1))
+    curves = []
+    for name, x in zip(("fd", "fv"), knots, strict=True):
+        forces = [p[f"{name}{i + 1}"] for i in range(len(x) - 1)]
+        forces.insert(len(x) // 2, 0.0)
+        curves.append(CubicSpline(x, forces, bc_type="natural"))
 
     def value(curve: CubicSpline, u: float) -> float:
         end = min(max(u, -1.0), 1.0)

@@ -53,7 +53,7 @@ VALUES = {
     "displacement_damping": {"c": 30.0, "beta": 1e6},
     "iwan": {"k1": 9e3, "k2": 8e3, "k3": 7e3, "k4": 6e3, "k5": 5e3, "k6": 4e3, "span": 1e-3},
     "free_form": {
-        **{f"fd{i + 1}": f for i, f in enumerate((-50.0, -20.0, -8.0, 8.0, 20.0, 50.0))},
+        **{f"fd{i + 1}": f for i, f in enumerate((-50.0, -30.0, -14.0, -5.0, 5.0, 14.0, 30.0, 50.0))},
         **{f"fv{i + 1}": f for i, f in enumerate((-6.0, -3.0, -1.0, 1.0, 3.0, 6.0))},
         "d_span": 1e-3,
         "v_span": 0.06,
@@ -164,7 +164,7 @@ def test_fixed_and_bounded_parameters_stay() -> None:
     assert (moved["alpha"], moved["n"]) == (0.0, 2.0)
     assert FitCoordinates(physics("clearance"), VALUES["clearance"]).free == ("k", "gap")
     surface = FitCoordinates(physics("free_form"), {**VALUES["free_form"], "fd1": 0.0})
-    assert len(surface.free) == 12
+    assert len(surface.free) == 14
     # forces at knots pass through zero; their unit is the largest of them
     assert surface.parameters(surface.start() - 1.0)["fd1"] == pytest.approx(-50.0)
 

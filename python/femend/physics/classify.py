@@ -31,6 +31,8 @@ _COUNTS, _ABOVE_LEFT = 1e-3, 0.3
 _WINS = 0.6
 # change of slope from the inner to the outer part of the motion, in units of the mean slope
 _SLOPE = 0.2
+# share of the even part in the bend of the curve: above, it is asymmetric; above, nothing but that
+_ASYMMETRIC, _EVEN = 0.3, 0.99
 # ratio of outer to inner slope below which a softening spring is called saturating
 _SATURATES = 0.45
 # shares of the motion at which a saturating spring is tried
@@ -119,7 +121,9 @@ def _elastic(
     mean = max(float(np.abs(slope).mean()), 1e-300)
     figures.update({"asymmetry": asymmetry, "inner slope": inner, "outer slope": outer})
     labels = []
-    if (outer - inner) / mean > _SLOPE:
+    if asymmetry > _EVEN:
+        pass  # what is left of the odd part is noise
+    elif (outer - inner) / mean > _SLOPE:
         labels.append("hardening")
     elif (inner - outer) / mean > _SLOPE:
         labels.append("softening")
@@ -132,7 +136,7 @@ def _elastic(
     if kinked < _WINS * smooth and smooth - kinked > 0.25 * _COUNTS:
         labels = [label for label in labels if label == "hardening"]
         labels.append("contact-like")
-    if asymmetry > 0.3:
+    if asymmetry > _ASYMMETRIC:
         labels.append("asymmetric")
     return labels
 
@@ -142,7 +146,7 @@ def _elastic_part(
 ) -> tuple[Array, Array, float]:
     """Displacement in units of the span, the force less its damping and hysteresis, and the power of the whole."""
     rest, power = [], 0.0
-    flat = {**fit.values, **{f"fd{i}": 0.0 for i in range(1, 7)}}
+    flat = {**fit.values, **{f"fd{i}": 0.0 for i in range(1, 9)}}
     for a, b, y in zip(d, v, f, strict=True):
         other = _core.law_force("free_form", flat, a, b, np.zeros_like(a), dt)
         rest.append(y - other - _core.law_force("iwan", fit.hysteresis, a, b, np.zeros_like(a), dt))
@@ -172,7 +176,7 @@ def _viscous(fit: FreeForm, figures: dict[str, float]) -> list[str]:
     """Classes of the curve over velocity, by the power law that follows it best."""
     y = np.linspace(-1, 1, 121)
     still = np.zeros_like(y)
-    flat = {**fit.values, **{f"fd{i}": 0.0 for i in range(1, 7)}}
+    flat = {**fit.values, **{f"fd{i}": 0.0 for i in range(1, 9)}}
     curve = _core.law_force("free_form", flat, still, y * fit.values["v_span"], still, 1.0)
     odd = 0.5 * (curve - curve[::-1])
     powers = np.linspace(0.0, 3.0, 31)

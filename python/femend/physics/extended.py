@@ -67,7 +67,7 @@ EXTENDED: tuple[Physics, ...] = (
          (*(_p(f"k{i}", _K) for i in range(1, 7)), _p("span", _LENGTH, "choice", shape=True)),
          "", ("coulomb_friction", "support_stiffness")),
     _law("free_form", "nonlinear elastic", "any smooth force over displacement and velocity (surrogate)", "nonlinear",
-         (*(_p(f"fd{i}", _FORCE, "signed") for i in range(1, 7)),
+         (*(_p(f"fd{i}", _FORCE, "signed") for i in range(1, 9)),
           *(_p(f"fv{i}", _FORCE, "signed") for i in range(1, 7)),
           _p("d_span", _LENGTH, "choice", shape=True), _p("v_span", (0, 1, -1), "choice", shape=True)),
          ""),

@@ -20,9 +20,13 @@ __all__ = ["FreeForm", "fit_free_form", "roughness"]
 
 Array = NDArray[np.float64]
 
-KNOTS = np.array([-1.0, -2 / 3, -1 / 3, 1 / 3, 2 / 3, 1.0])
-_D = tuple(f"fd{i}" for i in range(1, 7))
+# knots over displacement and velocity in units of the span, as in the core; at rest the force is zero
+_D_AT = np.array([-1.0, -0.7, -0.4, -0.15, 0.0, 0.15, 0.4, 0.7, 1.0])
+_V_AT = np.array([-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0])
+_D = tuple(f"fd{i}" for i in range(1, 9))
 _V = tuple(f"fv{i}" for i in range(1, 7))
+# parameters of the curve over d, of both curves, and of the hysteretic elements with them
+_N_D, _N, _ALL = 8, 14, 20
 _K = tuple(f"k{i}" for i in range(1, 7))
 # weights of the penalty that are tried, as shares of the force's own power; groups of blocks left out in turn
 _WEIGHTS = np.logspace(-7, 1, 9)
@@ -32,24 +36,29 @@ _BLOCKS = 4
 def roughness(physics: Physics) -> Array:
     """Matrix R (n, n) over a law's parameters: p' R p is the bend of its curves, 0 for straight lines.
 
-    The sum of squared second differences of the forces at the knots, with the force zero at rest; zero rows for
+    The sum of squared changes of slope at the knots times their mean distance, with the force zero at rest; zero rows for
     parameters that are no forces. For a fit that minimises squares plus p' R p times a weight.
 
     >>> from femend.physics import physics
-    >>> line = np.array([-3, -2, -1, 1, 2, 3, 0, 0, 0, 0, 0, 0, 1, 1.0])
-    >>> float(line @ roughness(physics("free_form")) @ line)
+    >>> line = np.array([-20, -14, -8, -3, 3, 8, 14, 20, 0, 0, 0, 0, 0, 0, 1, 1.0])
+    >>> round(float(line @ roughness(physics("free_form")) @ line), 9)
     0.0
     """
     names = physics.parameter_names
     R = np.zeros((len(names), len(names)))
     if physics.law != "free_form":
         return R
-    insert = np.delete(np.eye(7), 3, axis=1)
-    bend = np.diff(np.eye(7), n=2, axis=0) @ insert
-    for curve in (_D, _V):
+    for curve, knots in ((_D, _D_AT), (_V, _V_AT)):
+        bend = _bend(knots)
         at = [names.index(name) for name in curve]
         R[np.ix_(at, at)] = bend.T @ bend
     return R
+
+
+def _bend(at: Array) -> Array:
+    """Changes of slope (n - 2, n - 1) at the inner of n knots from the forces beside rest, times the mean distance."""
+    slopes = np.diff(np.eye(len(at)), axis=0) / np.diff(at)[:, None]
+    return np.asarray(np.delete(np.diff(slopes, axis=0), len(at) // 2, axis=1) * np.diff(at).mean())
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +110,7 @@ def fit_free_form(
     }
     A = np.concatenate([_columns(x, y, dt, spans) for x, y in zip(d, v, strict=True)])
     b = np.concatenate(list(f))
-    n_own = 18 if hysteresis else 12
+    n_own = _ALL if hysteresis else _N
     more = np.array([np.concatenate(list(column)) for column in beside]).reshape(-1, len(b)).T
     squares = _Squares(np.concatenate([A[:, :n_own], more], axis=1), b, _BLOCKS * len(f))
     scores = [squares.left_out(weight) for weight in _WEIGHTS]
@@ -109,15 +118,15 @@ def fit_free_form(
     best = min(scores)
     weight = max(w for w, score in zip(_WEIGHTS, scores, strict=True) if score <= 1.01 * best + 1e-12)
     x = squares.solve(squares.G.sum(axis=0), squares.g.sum(axis=0), weight)
-    values = {**dict(zip((*_D, *_V), x[:12].tolist(), strict=True)), **spans}
-    slopes = x[12:18].tolist() if hysteresis else [0.0] * 6
+    values = {**dict(zip((*_D, *_V), x[:_N].tolist(), strict=True)), **spans}
+    slopes = x[_N:_ALL].tolist() if hysteresis else [0.0] * 6
     elements = {**dict(zip(_K, slopes, strict=True)), "span": spans["d_span"]}
     left = scores[list(_WEIGHTS).index(weight)]
     return FreeForm(values, elements, float(left), _parts(A[:, :n_own], b, x[:n_own]), float(weight))
 
 
 def _columns(d: Array, v: Array, dt: float, spans: dict[str, float]) -> Array:
-    """Unit forces (n, 18) of every parameter along one record."""
+    """Unit forces (n, 20) of every parameter along one record."""
     still, columns = np.zeros_like(d), []
     for name in (*_D, *_V):
         unit = {**dict.fromkeys((*_D, *_V), 0.0), name: 1.0, **spans}
@@ -129,7 +138,7 @@ def _columns(d: Array, v: Array, dt: float, spans: dict[str, float]) -> Array:
 
 
 class _Squares:
-    """Squares of a force beside columns, kept by blocks: twelve spline forces of any sign, then sizes that are not
+    """Squares of a force beside columns, kept by blocks: fourteen spline forces of any sign, then sizes that are not
     negative."""
 
     def __init__(self, A: Array, b: Array, n_blocks: int) -> None:
@@ -142,24 +151,22 @@ class _Squares:
         self.g = np.array([scaled[rows].T @ b[rows] for rows in groups])
         self.power = np.array([b[rows] @ b[rows] for rows in groups])
         # the spline's columns are about equal in size, so that one weight serves both curves
-        insert = np.delete(np.eye(7), 3, axis=1)
-        second = np.diff(np.eye(7), n=2, axis=0) @ insert
         self.bend = np.zeros((A.shape[1], A.shape[1]))
-        for curve in (slice(0, 6), slice(6, 12)):
-            scaled_second = second / self.size[curve] * np.median(self.size[curve])
+        for curve, knots in ((slice(0, _N_D), _D_AT), (slice(_N_D, _N), _V_AT)):
+            scaled_second = _bend(knots) / self.size[curve] * np.median(self.size[curve])
             self.bend[curve, curve] = scaled_second.T @ scaled_second
 
     def solve(self, G: Array, g: Array, weight: float) -> Array:
         """Parameters: free ones are eliminated, the others follow by non-negative least squares of what is left."""
         H = G + weight * self.bend + 1e-11 * np.trace(G) / len(G) * np.eye(len(G))
-        F, N = H[:12, :12], H[12:, 12:]
+        F, N = H[:_N, :_N], H[_N:, _N:]
         x = np.zeros(len(G))
         if N.size:
-            across = np.linalg.solve(F, H[:12, 12:])
-            S, c = N - H[12:, :12] @ across, g[12:] - across.T @ g[:12]
+            across = np.linalg.solve(F, H[:_N, _N:])
+            S, c = N - H[_N:, :_N] @ across, g[_N:] - across.T @ g[:_N]
             L = np.linalg.cholesky(S + 1e-12 * np.trace(S) * np.eye(len(S)))
-            x[12:] = nnls(L.T, np.linalg.solve(L, c))[0]
-        x[:12] = np.linalg.solve(F, g[:12] - H[:12, 12:] @ x[12:])
+            x[_N:] = nnls(L.T, np.linalg.solve(L, c))[0]
+        x[:_N] = np.linalg.solve(F, g[:_N] - H[:_N, _N:] @ x[_N:])
         return np.asarray(x / self.size)
 
     def left_out(self, weight: float) -> float:
@@ -171,19 +178,24 @@ class _Squares:
         return left / max(float(self.power.sum()), 1e-300)
 
 
+def _beside(at: Array) -> Array:
+    """A straight line at the knots beside rest."""
+    return np.delete(at, len(at) // 2)
+
+
 def _parts(A: Array, b: Array, x: Array) -> dict[str, float]:
     power = max(float(b @ b), 1e-300)
-    elastic, viscous = A[:, :6] @ x[:6], A[:, 6:12] @ x[6:12]
-    line_d, line_v = A[:, :6] @ KNOTS, A[:, 6:12] @ KNOTS
+    elastic, viscous = A[:, :_N_D] @ x[:_N_D], A[:, _N_D:_N] @ x[_N_D:_N]
+    line_d, line_v = A[:, :_N_D] @ _beside(_D_AT), A[:, _N_D:_N] @ _beside(_V_AT)
 
     def beyond(curve: Array, line: Array) -> Array:
         return curve - line * float(curve @ line) / max(float(line @ line), 1e-300)
 
     straight = viscous - beyond(viscous, line_v)
-    hysteresis = A[:, 12:] @ x[12:]
+    hysteresis = A[:, _N:] @ x[_N:]
     return {
         "elastic beyond straight": float((beyond(elastic, line_d) ** 2).sum()) / power,
         "straight damping": float((straight**2).sum()) / power,
         "damping beyond straight": float((beyond(viscous, line_v) ** 2).sum()) / power,
-        "hysteresis": float((beyond(hysteresis, line_d) ** 2).sum()) / power if A.shape[1] > 12 else 0.0,
+        "hysteresis": float((beyond(hysteresis, line_d) ** 2).sum()) / power if A.shape[1] > _N else 0.0,
     }

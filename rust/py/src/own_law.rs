@@ -165,8 +165,8 @@ fn register_law(
         .collect::<PyResult<Vec<Parameter>>>()?;
     own::register(name, known, n_z, source).map(|_| ()).ok_or_else(|| {
         PyValueError::new_err(format!(
-            "law {name}: {n_z} internal variables and {} parameters are too many; at most 14 parameters, 10 internal \
-             variables, and 15 together (14 where there are internal variables)",
+            "law {name}: {n_z} internal variables and {} parameters are too many; at most 16 parameters and 10 internal \
+             variables, and 16 of both together",
             n_inputs - 2 - n_z
         ))
     })

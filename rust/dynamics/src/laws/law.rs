@@ -128,7 +128,7 @@ impl Law {
 /// derivatives do not carry those of the largest one.
 pub(super) const FEW: usize = 10;
 /// Seeds of the largest law.
-pub(super) const MANY: usize = 18;
+pub(super) const MANY: usize = 20;
 
 #[derive(Clone, Debug)]
 enum Seeded {

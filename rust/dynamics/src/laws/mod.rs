@@ -49,7 +49,7 @@ use dual::Scalar;
 use num_complex::Complex64;
 
 /// Largest number of parameters of a law.
-pub const MAX_PARAMETERS: usize = 14;
+pub const MAX_PARAMETERS: usize = 16;
 /// Largest number of internal state variables of a law.
 pub const MAX_STATE: usize = 11;
 /// Room for what a law derives once from its parameters and the step.
