@@ -165,8 +165,11 @@ def test_fixed_and_bounded_parameters_stay() -> None:
     assert FitCoordinates(physics("clearance"), VALUES["clearance"]).free == ("k", "gap")
     surface = FitCoordinates(physics("free_form"), {**VALUES["free_form"], "fd1": 0.0})
     assert len(surface.free) == 14
-    # forces at knots pass through zero; their unit is the largest of them
-    assert surface.parameters(surface.start() - 1.0)["fd1"] == pytest.approx(-50.0)
+    # the first coordinate is the mean slope of the curve over d in units of its largest force: a line more, no bend
+    moved = surface.parameters(surface.start() - np.eye(14)[0])
+    knots = (-1.0, -0.7, -0.4, -0.15, 0.15, 0.4, 0.7, 1.0)
+    change = [moved[f"fd{i + 1}"] - surface.values[f"fd{i + 1}"] for i in range(8)]
+    assert change == pytest.approx([-50.0 * at for at in knots], rel=1e-9)
 
 
 @pytest.mark.parametrize("name", LOCAL)

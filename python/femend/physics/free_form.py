@@ -16,7 +16,7 @@ from scipy.optimize import nnls
 from femend import _core
 from femend.physics.entry import Physics
 
-__all__ = ["FreeForm", "fit_free_form", "roughness"]
+__all__ = ["FreeForm", "fit_free_form", "roughness", "smooth_coordinates"]
 
 Array = NDArray[np.float64]
 
@@ -36,8 +36,8 @@ _BLOCKS = 4
 def roughness(physics: Physics) -> Array:
     """Matrix R (n, n) over a law's parameters: p' R p is the bend of its curves, 0 for straight lines.
 
-    The sum of squared changes of slope at the knots times their mean distance, with the force zero at rest; zero rows for
-    parameters that are no forces. For a fit that minimises squares plus p' R p times a weight.
+    The sum of squared changes of slope at the knots times their mean distance, with the force zero at rest; zero rows
+    for parameters that are no forces. For a fit that minimises squares plus p' R p times a weight.
 
     >>> from femend.physics import physics
     >>> line = np.array([-20, -14, -8, -3, 3, 8, 14, 20, 0, 0, 0, 0, 0, 0, 1, 1.0])
@@ -59,6 +59,19 @@ def _bend(at: Array) -> Array:
     """Changes of slope (n - 2, n - 1) at the inner of n knots from the forces beside rest, times the mean distance."""
     slopes = np.diff(np.eye(len(at)), axis=0) / np.diff(at)[:, None]
     return np.asarray(np.delete(np.diff(slopes, axis=0), len(at) // 2, axis=1) * np.diff(at).mean())
+
+
+def smooth_coordinates(stiff: float) -> Array:
+    """Matrix (14, 14) from the forces at the knots to, for each curve, its mean slope and its bends times `stiff`.
+
+    A prior of one size on all coordinates then holds the curves smooth and leaves straight lines alone.
+    """
+    mix = np.zeros((_N, _N))
+    for first, knots in ((0, _D_AT), (_N_D, _V_AT)):
+        n = len(knots) - 1
+        mix[first, [first, first + n - 1]] = -0.5, 0.5
+        mix[first + 1 : first + n, first : first + n] = stiff * _bend(knots)
+    return mix
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femend.errors import LawParameterError
 from femend.physics.entry import Physics
+from femend.physics.free_form import smooth_coordinates
 
 __all__ = ["FitCoordinates"]
 
@@ -16,17 +17,20 @@ Array = NDArray[np.float64]
 
 # gamma/beta of Bouc and Wen in the open interval (-LOW, 1): at -1 nothing limits the force any more
 _LOW = 0.95
+# a bend of the free-form curves counts so many times as much as their slope
+_STIFF = 10.0
 
 
 class FitCoordinates:
     """Maps the parameters of one law to coordinates without bounds and back.
 
     Positive parameters go by their logarithm; a "real" one by the logarithm of its size with the sign it starts with (a
-    change of sign is another start), a "signed" one as it is, in units of the largest of them at the start; fractions
-    by the logit, numbers above one by the logarithm of what is above. Bouc and Wen's beta and gamma go as the
-    logarithm of the yield displacement (beta + gamma)^(-1/n) and an unbounded image of gamma/beta in (-0.95, 1), so
-    that every coordinate gives a law that dissipates, and a change of n leaves the yield displacement alone.
-    Parameters named in `fixed`, choices, and those that start on a bound stay where they are.
+    change of sign is another start); a "signed" one as it is, in units of the largest of them at the start, those of
+    the free-form law as slopes and bends of its curves with the bends stiffer; fractions by the logit, numbers above
+    one by the logarithm of what is above. Bouc and Wen's beta and gamma go as the logarithm of the yield displacement
+    (beta + gamma)^(-1/n) and an unbounded image of gamma/beta in (-0.95, 1), so that every coordinate gives a law that
+    dissipates, and a change of n leaves the yield displacement alone. Parameters named in `fixed`, choices, and those
+    that start on a bound stay where they are.
     """
 
     def __init__(self, physics: Physics, values: Mapping[str, float], fixed: Sequence[str] = ()) -> None:
@@ -45,6 +49,10 @@ class FitCoordinates:
         self._domain = {p.name: p.domain for p in physics.parameters}
         signed = [abs(self.values[p.name]) for p in physics.parameters if p.domain == "signed"]
         self._unit = max(signed, default=0.0) or 1.0
+        self._signed = [p.name for p in physics.parameters if p.domain == "signed" and p.name not in fixed]
+        whole = physics.law == "free_form" and len(self._signed) == len(signed)
+        mix = smooth_coordinates(_STIFF) if whole else np.eye(len(self._signed))
+        self._mix, self._back = mix / self._unit, np.linalg.inv(mix) * self._unit
         self.free = tuple(p.name for p in physics.parameters if p.name not in fixed and self._moves(p.name, p.domain))
 
     def _moves(self, name: str, domain: str) -> bool:
@@ -75,6 +83,7 @@ class FitCoordinates:
     def coordinates(self, values: Mapping[str, float]) -> Array:
         """Coordinates (n_free,) of parameter values; the others are expected at their fixed values."""
         x = []
+        signed = iter(self._mix @ np.array([float(values[name]) for name in self._signed]))
         for name in self.free:
             value, domain = float(values[name]), self._domain[name]
             if domain == "fraction":
@@ -82,7 +91,7 @@ class FitCoordinates:
             elif domain == "above_one":
                 x.append(np.log(value - 1))
             elif domain == "signed":
-                x.append(value / self._unit)
+                x.append(next(signed))
             elif self._bouc_wen and name == "beta":
                 x.append(-np.log(values["beta"] + values["gamma"]) / values["n"])
             elif self._bouc_wen and name == "gamma":
@@ -120,11 +129,14 @@ class FitCoordinates:
                 p[name] = float(1 + np.exp(x[column]))
                 jacobian[row, column] = p[name] - 1
             elif domain == "signed":
-                p[name] = float(x[column] * self._unit)
-                jacobian[row, column] = self._unit
+                continue
             else:
                 p[name] = float(np.copysign(np.exp(x[column]), self.values[name]))
                 jacobian[row, column] = p[name]
+        if self._signed:
+            rows, columns = ([of.index(name) for name in self._signed] for of in (names, self.free))
+            p.update(zip(self._signed, (self._back @ x[columns]).tolist(), strict=True))
+            jacobian[np.ix_(rows, columns)] = self._back
         if self._bouc_wen and {"beta", "gamma", "n"} & set(self.free):
             self._map_bouc_wen(x, p, jacobian)
         return p, jacobian
