@@ -47,6 +47,7 @@ impl Definition for Absorber {
         c
     }
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         if c[11].value() > 0.0 {
             return (c[0] * x.a, state([x.d, x.v, x.d, x.v]));

@@ -10,6 +10,7 @@ impl Definition for CubicDamping {
     const NAME: &'static str = "cubic_damping";
     const PARAMETERS: &'static [Parameter] = &[parameter("c", "N s^3/m^3", Domain::NonNegative)];
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         (c[0] * x.v * x.v * x.v, *s)
     }

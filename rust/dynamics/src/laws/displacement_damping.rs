@@ -11,6 +11,7 @@ impl Definition for DisplacementDamping {
     const PARAMETERS: &'static [Parameter] =
         &[parameter("c", "N s/m", Domain::NonNegative), parameter("beta", "1/m^2", Domain::NonNegative)];
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         (c[0] * (c[1] * x.d * x.d + 1.0) * x.v, *s)
     }

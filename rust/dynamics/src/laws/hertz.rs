@@ -15,6 +15,7 @@ impl Definition for Hertz {
         parameter("sides", "-", Domain::Sides),
     ];
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         let sides = c[2].value();
         let turn = x.d.value().signum();

@@ -60,8 +60,7 @@ impl Joint {
     pub fn tangent(&self, x: Motion<f64>, state: &[State<f64>], new: &mut [State<f64>]) -> (f64, [f64; 3]) {
         let (mut f, mut df) = (0.0, [0.0; 3]);
         for ((law, s), s_new) in self.laws.iter().zip(state).zip(new) {
-            let (force, slope, next) = law.tangent(x, s);
-            *s_new = next;
+            let (force, slope) = law.tangent(x, s, s_new);
             f += force;
             for (sum, part) in df.iter_mut().zip(slope) {
                 *sum += part;

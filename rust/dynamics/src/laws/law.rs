@@ -147,6 +147,31 @@ pub struct PreparedLaw {
     seeded: Seeded,
 }
 
+fn seeded(x: Motion<f64>) -> Motion<Dual<3>> {
+    Motion { d: Dual::variable(x.d, 0), v: Dual::variable(x.v, 1), a: Dual::variable(x.a, 2) }
+}
+
+/// The tangent of one law: a function of its own, so that small laws do not pay for the frame of large ones, and only
+/// the states in use are copied.
+#[inline]
+fn tangent<D: Definition>(
+    c: &Constants<Dual<3>>,
+    dt: f64,
+    x: Motion<f64>,
+    s: &State<f64>,
+    new: &mut State<f64>,
+) -> (f64, [f64; 3]) {
+    let mut state = [Dual::constant(0.0); MAX_STATE];
+    for i in 0..D::N_STATE {
+        state[i] = Dual::constant(s[i]);
+    }
+    let (f, after) = D::step(c, dt, seeded(x), &state);
+    for i in 0..D::N_STATE {
+        new[i] = after[i].re;
+    }
+    (f.re, f.eps)
+}
+
 /// Derivatives of a force or of a state variable with respect to (d, v, a), the old state, the parameters.
 pub(super) type Slopes = [f64; MANY];
 
@@ -166,13 +191,14 @@ impl PreparedLaw {
         self.step(&self.plain, x, s)
     }
 
-    /// Force, its derivatives with respect to d, v, a at the end of the step, and the state there.
-    pub fn tangent(&self, x: Motion<f64>, s: &State<f64>) -> (f64, [f64; 3], State<f64>) {
-        let motion =
-            Motion { d: Dual::variable(x.d, 0), v: Dual::variable(x.v, 1), a: Dual::variable(x.a, 2) };
-        let state: State<Dual<3>> = s.map(Dual::constant);
-        let (f, new) = self.step(&self.lifted, motion, &state);
-        (f.re, f.eps, new.map(|z| z.re))
+    /// Force and its derivatives with respect to d, v, a at the end of the step; the state there is written to `new`,
+    /// as far as the law uses it.
+    pub fn tangent(&self, x: Motion<f64>, s: &State<f64>, new: &mut State<f64>) -> (f64, [f64; 3]) {
+        with_definition!(self.kind, D => tangent::<D>(&self.lifted, self.dt, x, s, new), own => {
+            let (f, after) = own.step(&self.lifted, self.dt, seeded(x), &s.map(Dual::constant));
+            *new = after.map(|z| z.re);
+            (f.re, f.eps)
+        })
     }
 
     fn step<T: Scalar>(&self, c: &Constants<T>, x: Motion<T>, s: &State<T>) -> (T, State<T>) {

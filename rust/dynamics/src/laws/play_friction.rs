@@ -29,6 +29,7 @@ impl Definition for PlayFriction {
     ];
     const N_STATE: usize = 1;
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         let (slip, kt, gap) = (c[0], c[1], c[2]);
         let trial = kt * stretch(gap, x.d - s[0]);

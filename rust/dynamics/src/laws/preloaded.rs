@@ -17,6 +17,7 @@ impl Definition for Preloaded {
         parameter("side", "-", Domain::Side),
     ];
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         let (closed, side) = (c[0] * x.d, c[2].value());
         let open = closed.value() * side < -c[1].value();

@@ -11,6 +11,7 @@ impl Definition for Saturating {
     const PARAMETERS: &'static [Parameter] =
         &[parameter("k", "N/m", Domain::Real), parameter("d0", "m", Domain::Positive)];
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         (c[0] * x.d / (x.d.abs() / c[1] + 1.0), *s)
     }

@@ -94,7 +94,8 @@ fn every_derivative_is_its_difference() {
         for i in [3, 17, 29, 44, 61, 83] {
             let (state, x) = (path[i].1, path[i + 1].0);
             let (f, slopes_of_f, _) = prepared.full(x, &state);
-            let (tangent_force, slopes, tangent_state) = prepared.tangent(x, &state);
+            let mut tangent_state = [0.0; MAX_STATE];
+            let (tangent_force, slopes) = prepared.tangent(x, &state, &mut tangent_state);
             let (plain, new) = prepared.force(x, &state);
             // Rust may contract products in one of the three and not in the others
             assert!((f - tangent_force).abs() <= 1e-12 * f.abs() && (f - plain).abs() <= 1e-12 * f.abs());

@@ -30,6 +30,7 @@ impl Definition for Viscoelastic {
         c
     }
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         let q = c[2] * s[0] + c[3] * (x.d - s[1]);
         let mut new = *s;
