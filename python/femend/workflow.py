@@ -28,6 +28,7 @@ from femend.estimate import Fit, FitRecord, Problem, fit_records, pair_test
 from femend.io.atomic import write_atomic
 from femend.model import Model, Pairing, Parameter, Place, ReducedModel, find_places
 from femend.model import read_model as read_deck
+from femend.physics import Physics, selected
 from femend.report.numbers import ratio
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
@@ -255,12 +256,15 @@ def locate(start: Updated, settings: Settings | None = None) -> Places:
     return Places(tuple(found), settings or Settings(), tuple(every))
 
 
-def name(start: Updated, where: Places) -> Named:
+def name(start: Updated, where: Places, laws: Sequence[str | Physics] | None = None) -> Named:
     """Fits the catalogue's laws at the best places of `where` and judges them on data the fit has not seen.
 
-    The verdict says whether one of them is missing in the updated model `start`.
+    The verdict says whether one of them is missing in the updated model `start`. `laws` (names or entries of
+    `femend.physics`, those of one's own too) are tried in place of the default ones, beside a plain spring; each costs
+    seconds. Raises LawParameterError for a name that is no law.
     """
-    return Named(start, explain(start.found, where.found, where.every, where.settings))
+    with selected(laws):
+        return Named(start, explain(start.found, where.found, where.every, where.settings))
 
 
 def validate(what: Named, test: Test) -> Check:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import Joint, Recovered, stiffness_scale
 from femend.estimate import Problem
-from femend.physics import Physics, physics
+from femend.physics import Physics, linear_sizes, physics
 
 FloatArray = NDArray[np.float64]
 
@@ -71,7 +71,8 @@ def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: P
             return [{"k0": 0.5 * x, "k1": 0.5 * x, "tau": t} for x in (k, 0.3 * scale) for t in taus]
         case "tuned_absorber":
             return _absorbers(problem, joint, recovered, scale, (low, high))
-    return []
+        case _:
+            return linear_sizes(entry, k_all, (low, high))
 
 
 def fit_mass(problem: Problem, choosing: Problem, joint: Joint, p: FloatArray) -> Candidate | None:
