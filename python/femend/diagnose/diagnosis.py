@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femend import _core
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.joint import Recovered
+from femend.diagnose.collapse import collapsed
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
 from femend.diagnose.locate import Located, locate, shortlist
@@ -23,7 +22,6 @@ from femend.diagnose.unmeasured import find_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import Fit, FitRecord, Problem
 from femend.model import Model, Place, ReducedModel, find_places
-from femend.physics import physics as entry_of
 
 __all__ = ["Diagnosis", "diagnose_records", "explain"]
 
@@ -106,6 +104,7 @@ def explain(
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)
             null_score = score(baseline, split.choosing, settings, effective_values(split.choosing, reduced, sigma))
+    ranked = [replace(r, name=collapsed(r.candidate, r.recovered, settings).name) for r in ranked]
     tell.start("fit the final model")
     undecided = Diagnosis(
         "", problem, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
@@ -147,7 +146,7 @@ def decide(found: Diagnosis, n_values: float) -> Diagnosis:
             advice = "something is missing at the first place listed, but no law of the catalogue explains it"
             return replace(found, verdict="located-not-named", advice=advice)
         return replace(found, verdict=quiet, place=None)
-    candidate = _collapsed(best, found)
+    candidate = collapsed(best.candidate, best.recovered, settings)
     refitted = candidate
     if candidate.joint is not None:
         whole = found.problem
@@ -201,50 +200,6 @@ def _needed_update(found: Diagnosis) -> bool:
     hypothesis = found.null.hypothesis
     (nominal,) = found.problem.fit([hypothesis], [(found.nominal, np.zeros(0))], iterations=0)
     return nominal is None or nominal.score > max(found.settings.consistent, 1.1 * found.null.score)
-
-
-def _collapsed(best: Ranked, found: Diagnosis) -> Candidate:
-    """A linear law that does what a simpler one does over the lines where the joint moves takes the simpler name."""
-    candidate = best.candidate
-    if candidate.physics is None or candidate.joint is None or candidate.nonlinear or best.recovered is None:
-        return candidate
-    kind = candidate.joint.place.kind
-    spring = {"end": "joint_stiffness", "clamp": "compliant_support"}.get(kind, "support_stiffness")
-    law = candidate.physics.law or candidate.physics.name
-    for name, reported in (
-        ("support_stiffness", spring),
-        ("viscous_damper", "viscous_damper"),
-        ("added_mass", "added_mass"),
-    ):
-        if name == law:
-            return candidate
-        value = _same_force(best.recovered, law, dict(candidate.values), name, found)
-        if value is not None and (name != "added_mass" or kind == "ground"):
-            entry = entry_of(name)
-            own = {entry.parameter_names[0]: value}
-            return replace(candidate, physics=entry, name=reported, values=own, x=np.log([value]), n_law=1)
-    return candidate
-
-
-def _same_force(
-    recovered: Recovered, law: str, values: dict[str, float], simple: str, found: Diagnosis
-) -> float | None:
-    """Size of the simple law whose force is most like the law's over all lines; None where it differs too much."""
-    top = bottom = power = 0.0
-    unit = {entry_of(simple).parameter_names[0]: 1.0}
-    for line_index, record, D, weight in zip(
-        recovered.index, recovered.records, recovered.D, recovered.weight, strict=True
-    ):
-        s = np.asarray(2j * np.pi * line_index / (record.n * record.dt), dtype=np.complex128)
-        kappa = _core.law_dynamic_stiffness(law, values, s)[0][:, None]
-        shape = _core.law_dynamic_stiffness(simple, unit, s)[0][:, None]
-        seen = weight * np.abs(D) ** 2
-        top += float((seen * np.real(shape.conj() * kappa)).sum())
-        bottom += float((seen * np.abs(shape) ** 2).sum())
-        power += float((seen * np.abs(kappa) ** 2).sum())
-    value = top / bottom
-    left = 1.0 - value * top / power
-    return value if value > 0 and left < found.settings.same_law**2 else None
 
 
 class _Teller:

@@ -40,12 +40,14 @@ class Split:
 
 @dataclass(frozen=True, eq=False)
 class Ranked:
-    """A candidate with its place and score (tempered log posterior on unseen data, lower is better)."""
+    """A candidate with its place and score (tempered log posterior on unseen data, lower is better); `name` is that of
+    the simplest law that does the same."""
 
     candidate: Candidate
     located: Located
     score: float
     recovered: Recovered | None = None
+    name: str = ""
 
 
 def split_records(problem: Problem) -> Split:
@@ -132,10 +134,19 @@ def name_physics(
         for at in opened[: settings.nonlinear_places]:
             tried += [_Tried(c, at.found, at.recovered) for c in _nonlinear_laws(split, at)]
     tried = [t for t in tried if np.isfinite(t.candidate.chosen)]
-    sigma = min(tried, key=lambda t: t.candidate.chosen).candidate.sigma if tried else 0.0
-    judge = _Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
+    judge = _widest(split, reduced, tried, settings)
     ranked = [judge.ranked(t) for t in tried]
-    return judge.refined([r for r in ranked if np.isfinite(r.score)]), sigma
+    return judge.refined([r for r in ranked if np.isfinite(r.score)]), judge.sigma
+
+
+def _widest(split: Split, reduced: ReducedModel, tried: Sequence[_Tried], settings: Settings) -> _Judge:
+    """The widest window in which some law explains what it has not seen adequately; whole records where none does."""
+    for sigma in sorted({t.candidate.sigma for t in tried} | {0.0}):
+        judge = _Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
+        for one in tried:
+            if one.candidate.sigma <= sigma and judge.adequate(judge.ranked(one).candidate):
+                return judge
+    return _Judge(split, settings, effective_values(split.choosing, reduced), 0.0)
 
 
 def free_reference(split: Split, recovered: Recovered, sigma: float = 0.0) -> float:
@@ -213,6 +224,11 @@ class _Judge:
         value = score(candidate, choosing, self.settings, self.n_values)
         return Ranked(candidate, tried.found, value, tried.recovered)
 
+    def adequate(self, candidate: Candidate) -> bool:
+        """Whether a candidate explains the choosing records about as well as a free force at its place does."""
+        reference = candidate.reference if np.isfinite(candidate.reference) else 1.0
+        return bool(candidate.chosen <= self.settings.adequate * max(reference, 1.0))
+
     def refined(self, ranked: list[Ranked]) -> list[Ranked]:
         """In rising order of score, the best nonlinear candidates fitted once more in fine steps, all unknowns free."""
         nonlinear = sorted((r for r in ranked if r.candidate.nonlinear), key=lambda r: r.candidate.chosen)
@@ -221,4 +237,17 @@ class _Judge:
         for r in best:
             candidate = refit_nonlinear(self.split.fitting, r.candidate)
             out.append(self.ranked(_Tried(candidate, r.located, r.recovered)))
-        return sorted((r for r in out if np.isfinite(r.score)), key=lambda r: r.score)
+        return self.simple_first(sorted((r for r in out if np.isfinite(r.score)), key=lambda r: r.score))
+
+    def simple_first(self, ranked: list[Ranked]) -> list[Ranked]:
+        """Puts the best linear law before nonlinear ones that leave hardly less: what is wrong with the rest of the
+        model gives a law with more freedom that much by itself."""
+        linear = next((r for r in ranked if not r.candidate.nonlinear), None)
+        if linear is None or linear is ranked[0]:
+            return ranked
+        worth = float(np.exp(-self.settings.gain_nonlinear))
+        reach = [r for r in ranked if r.candidate.nonlinear and r.candidate.chosen < worth * linear.candidate.chosen]
+        if any(r.score < linear.score for r in reach):
+            return ranked
+        behind = [replace(r, score=max(r.score, linear.score + self.settings.price)) for r in ranked if r is not linear]
+        return [linear, *sorted(behind, key=lambda r: r.score)]

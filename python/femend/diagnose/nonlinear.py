@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 FEW, FOLLOWED, FIRST, JOINT = 6, 4, 5, 10
 # decays of the windows, in units of `Problem.scale`, before the whole records
 WINDOWS = (10.0, 3.0, 1.0)
-# a start is followed as long as it leaves at most so many times what the best one leaves
+# a start is followed as long as it leaves at most so many times what the best one leaves, or all before it are lost
 BEHIND = 2.0
 # a law whose misfit grows by more than this when the window is widened has motion that cannot be followed any longer
 LOST = 4.0
@@ -60,14 +60,17 @@ def fit_nonlinear(
         reached = descent.run(np.concatenate([recovered.fit.p, x]), FEW)
         if reached is not None:
             runs.append(_Run(name, start, descent, reached))
-    runs = sorted(runs, key=lambda r: r.reached.cost)[:FOLLOWED]
-    lost: list[_Run] = []
+    runs, lost = sorted(runs, key=lambda r: r.reached.cost)[:FOLLOWED], []
     for sigma in wider:
-        widened = [(run, _widened(run, sigma)) for run in runs]
-        lost += [run for run, new in widened if new is None]
-        ahead = [new for _, new in widened if new is not None]
-        best = min((run.reached.cost for run in ahead), default=np.inf)
-        runs = [run for run in ahead if run.reached.cost <= BEHIND * best]
+        ahead: list[_Run] = []
+        best = runs[0].reached.cost if runs else np.inf
+        for run in runs:
+            if ahead and run.reached.cost > BEHIND * best:
+                break  # of laws in order, only these are followed as long as one before them can be
+            new = _widened(run, sigma)
+            ahead += [] if new is None else [new]
+            lost += [run] if new is None else []
+        runs = sorted(ahead, key=lambda r: r.reached.cost)
     kept: dict[str, Candidate] = {}
     for run in (*runs, *lost):
         candidate = judge_nonlinear(choosing, _candidate(run.descent.loop, run.start, run.name, run.reached, None))

@@ -121,7 +121,8 @@ def _load_unit(diagnosis: Diagnosis, quantity: str) -> str:
 def _by_name(diagnosis: Diagnosis) -> dict[str, float]:
     total: dict[str, float] = {}
     for ranked, p in zip(diagnosis.ranked, diagnosis.probabilities, strict=True):
-        total[ranked.candidate.name] = total.get(ranked.candidate.name, 0.0) + p
+        name = ranked.name or ranked.candidate.name
+        total[name] = total.get(name, 0.0) + p
     return total
 
 

@@ -1,6 +1,6 @@
 //! Cost, gradient and Gauss-Newton matrix of one hypothesis over all records.
 
-use super::response::{Response, Split};
+use super::response::{Response, Split, tail};
 use super::system::{Hypothesis, Modal, System, What};
 use super::{IdentifyError, RecordLines, check};
 use femend_linalg::{Dense, gemm_tn};
@@ -156,6 +156,8 @@ struct Step<'a> {
     response: Response,
     projector: Option<Projector>,
     decays: Vec<Split>,
+    /// Forces against the motion of the laws' own decays (n_w, K), after the modes' columns.
+    inner: Vec<Split>,
     amplitudes: Vec<f64>,
     columns: Columns,
     gram: Dense,
@@ -173,7 +175,16 @@ impl<'a> Step<'a> {
         x: &[f64],
     ) -> Result<Self, IdentifyError> {
         let response = Response::new(record, modal, hypothesis, x, system.n_tuned)?;
-        let decays = decay_columns(record, &response);
+        let mut decays = decay_columns(record, &response);
+        let mut ridge = decay_ridge(record, &response);
+        let inner = inner_forces(record, &response, hypothesis, x)?;
+        for (force, weight) in &inner {
+            let mut y = Split::zeros(record.n_out(), record.n_lines());
+            response.push(force, &mut y);
+            decays.push(y);
+            ridge.push(*weight);
+        }
+        let inner = inner.into_iter().map(|(force, _)| force).collect();
         let n_t = decays.len();
         let mut columns = Columns::new(record.n_lines(), record.n_out(), n_t + 1);
         for (t, column) in decays.iter().enumerate() {
@@ -186,11 +197,10 @@ impl<'a> Step<'a> {
             columns.project(&p.basis);
         }
         let gram = gemm_tn(&columns.data, &columns.data);
-        let ridge = decay_ridge(record, &response);
         let (amplitudes, sum) = eliminate(&gram, &ridge);
         let lost = if projector.is_some() { response.h.len().min(n_out) } else { 0 };
         let free = (record.n_lines() * (n_out - lost)) as f64;
-        Ok(Self { record, response, projector, decays, amplitudes, columns, gram, ridge, sum, free })
+        Ok(Self { record, response, projector, decays, inner, amplitudes, columns, gram, ridge, sum, free })
     }
 
     /// Weighted residual after the free decays, before any projection.
@@ -226,15 +236,26 @@ impl<'a> Step<'a> {
         let shapes = self.response.decays(self.record);
         let (n_modes, n_w) = (self.response.poles.len(), self.response.w.nrows());
         for k in 0..self.record.n_lines() {
+            let at = |i: usize, what: &dyn Fn([Complex64; 3]) -> Complex64| -> Complex64 {
+                (0..2 * n_modes)
+                    .map(|t| {
+                        let shape = shapes[k * n_modes + t / 2][t % 2];
+                        what(shape) * self.response.w[(i, t / 2)] * self.amplitudes[t]
+                    })
+                    .sum()
+            };
+            let inner = self.inner.iter().zip(&self.amplitudes[2 * n_modes..]);
+            let extra: Vec<Complex64> = (0..n_w)
+                .map(|i| {
+                    let own: Complex64 = inner.clone().map(|(force, a)| force.get(i, k) * a).sum();
+                    own + at(i, &|shape| self.response.cut_off(self.record, k, shape))
+                })
+                .collect();
             let open: Vec<Complex64> = (0..n_w)
                 .map(|i| {
-                    (0..2 * n_modes)
-                        .map(|t| {
-                            shapes[k * n_modes + t / 2][t % 2].0
-                                * self.response.w[(i, t / 2)]
-                                * self.amplitudes[t]
-                        })
-                        .sum()
+                    let pushed: Complex64 =
+                        (0..n_w).map(|j| self.response.compliance(k, i, j) * extra[j]).sum();
+                    at(i, &|shape| shape[0]) - pushed
                 })
                 .collect();
             for i in 0..n_w {
@@ -363,20 +384,67 @@ fn decay_columns(record: &RecordLines, response: &Response) -> Vec<Split> {
         for part in 0..2 {
             let mut y = Split::zeros(n_out, record.n_lines());
             let mut d = Split::zeros(n_w, record.n_lines());
+            let mut extra = Split::zeros(n_w, record.n_lines());
             let shape = response.out.col(m);
             for k in 0..record.n_lines() {
-                let (displacement, acceleration) = shapes[k * n_modes + m][part];
-                y.re.col_mut(k).iter_mut().zip(shape).for_each(|(y, o)| *y = acceleration.re * o);
-                y.im.col_mut(k).iter_mut().zip(shape).for_each(|(y, o)| *y = acceleration.im * o);
-                (0..n_w).for_each(|i| d.set(i, k, -displacement * response.w[(i, m)]));
+                let moved = shapes[k * n_modes + m][part];
+                y.re.col_mut(k).iter_mut().zip(shape).for_each(|(y, o)| *y = moved[2].re * o);
+                y.im.col_mut(k).iter_mut().zip(shape).for_each(|(y, o)| *y = moved[2].im * o);
+                let force = response.cut_off(record, k, moved);
+                for i in 0..n_w {
+                    d.set(i, k, -moved[0] * response.w[(i, m)]);
+                    extra.set(i, k, force * response.w[(i, m)]);
+                }
             }
             if let Some(closed) = &response.closed {
                 response.feed_back(closed, &d, &mut y);
+                response.push(&extra, &mut y);
             }
             all.push(y);
         }
     }
     all
+}
+
+/// Forces (n_w, K) of the laws' inner states as they decay beyond a record's end, with their inverse prior variances:
+/// a state is about as strong as the force of the law that moves.
+fn inner_forces(
+    record: &RecordLines,
+    response: &Response,
+    hypothesis: &Hypothesis,
+    x: &[f64],
+) -> Result<Vec<(Split, f64)>, IdentifyError> {
+    let mut all = Vec::new();
+    let Some(closed) = response.closed.as_ref().filter(|_| !response.poles.is_empty()) else {
+        return Ok(all);
+    };
+    let n_w = response.w.nrows();
+    for (pole, pair) in hypothesis.inner_poles(x)? {
+        for i in 0..n_w {
+            let power: f64 = (0..record.n_lines())
+                .map(|k| {
+                    let s = record.s[k];
+                    let moving = s * closed.velocity[k] + s * s * closed.inertia[k];
+                    (moving * response.d.get(i, k)).norm_sqr()
+                })
+                .sum();
+            let variance = 2.0 * power * record.thinning / (record.n_samples * record.n_samples);
+            for part in 0..if pair { 2 } else { 1 } {
+                let mut force = Split::zeros(n_w, record.n_lines());
+                for k in 0..record.n_lines() {
+                    let own = tail(record, pole, k);
+                    let value = match (pair, part) {
+                        (false, _) => own,
+                        (true, 0) => own + tail(record, pole.conj(), k),
+                        (true, _) => Complex64::i() * (own - tail(record, pole.conj(), k)),
+                    };
+                    force.set(i, k, value);
+                }
+                all.push((force, 1.0 / variance.max(f64::MIN_POSITIVE)));
+            }
+        }
+    }
+    Ok(all)
 }
 
 /// Inverse prior variances of the decay amplitudes: a decay is about as strong as the mode's own answer to the measured

@@ -56,6 +56,9 @@ impl Split {
 pub(crate) struct Loop {
     /// kappa on every line.
     pub kappa: Vec<Complex64>,
+    /// Parts of kappa on every line that act on velocity and on acceleration: kappa = elastic + s velocity + s^2 inertia.
+    pub velocity: Vec<Complex64>,
+    pub inertia: Vec<Complex64>,
     /// d kappa / d x_j on every line.
     pub slopes: Vec<Vec<Complex64>>,
     /// B = (I + kappa c)^-1, n_w x n_w a line, row-major.
@@ -109,7 +112,8 @@ impl Response {
         let closed = match hypothesis.what {
             What::Laws(_) => {
                 let (kappa, slopes) = hypothesis.kappa(x, &record.s)?;
-                let closed = close(kappa, slopes, &w, &gw, &hypothesis.compliance, n);
+                let mut closed = close(kappa, slopes, &w, &gw, &hypothesis.compliance, n);
+                (closed.velocity, closed.inertia) = hypothesis.moving_parts(x, &record.s)?;
                 let force = close_loop(&closed, &mut d);
                 for (i, gw) in gw.iter().enumerate() {
                     add_force(&mut q, gw, &force, i);
@@ -132,27 +136,55 @@ impl Response {
         Ok(Self { out, w, g, q, y, h, d, closed, poles })
     }
 
-    /// Columns of the free decays on every line: displacement part of column t at line k, and acceleration part, both
+    /// Columns of the free decays on every line: displacement, velocity and acceleration of column t at line k, all
     /// without the mode's amplitude at the sensor. Two columns a mode.
-    pub fn decays(&self, record: &RecordLines) -> Vec<[(Complex64, Complex64); 2]> {
+    pub fn decays(&self, record: &RecordLines) -> Vec<[[Complex64; 3]; 2]> {
         let mut all = Vec::with_capacity(self.poles.len() * record.n_lines());
-        let lambdas: Vec<Complex64> =
-            self.poles.iter().map(|pole| ((pole - record.sigma) * record.dt).exp()).collect();
-        for s in &record.s {
-            let z = Complex64::new(0.0, -s.im * record.dt).exp();
-            for (pole, &lambda) in self.poles.iter().zip(&lambdas) {
-                let one = Complex64::new(1.0, 0.0);
-                let (a, b) = (one / (one - lambda * z), one / (one - lambda.conj() * z));
-                let turn = (pole / pole.norm()).powi(2);
-                let scale = 1.0 / pole.norm_sqr();
-                let i = Complex64::i();
+        let i = Complex64::i();
+        for k in 0..record.n_lines() {
+            for pole in &self.poles {
+                let (a, b) = (tail(record, *pole, k), tail(record, pole.conj(), k));
+                let turns = [0, 1, 2].map(|n| pole.powi(n) / pole.norm_sqr());
                 all.push([
-                    ((a + b) * scale, turn * a + turn.conj() * b),
-                    (i * (a - b) * scale, i * (turn * a - turn.conj() * b)),
+                    turns.map(|turn| turn * a + turn.conj() * b),
+                    turns.map(|turn| i * (turn * a - turn.conj() * b)),
                 ]);
             }
         }
         all
+    }
+
+    /// Force of the law on line k beyond kappa times the displacement, where the coordinates decay with displacement,
+    /// velocity and acceleration `shape` times `amplitude` each: what is cut off at a record's end makes the transforms
+    /// of velocity and acceleration more than s and s^2 times that of the displacement.
+    pub fn cut_off(&self, record: &RecordLines, k: usize, shape: [Complex64; 3]) -> Complex64 {
+        let Some(closed) = &self.closed else { return Complex64::default() };
+        let (s, [d, v, a]) = (record.s[k], shape);
+        closed.velocity[k] * (v - s * d) + closed.inertia[k] * (a - s * s * d)
+    }
+
+    /// Compliance between coordinates i and j on line k; a closed loop alone has it.
+    pub fn compliance(&self, k: usize, i: usize, j: usize) -> Complex64 {
+        let n_w = self.w.nrows();
+        self.closed.as_ref().map_or(Complex64::default(), |c| c.c[(k * n_w + i) * n_w + j])
+    }
+
+    /// Takes forces against the motion (n_w, K) off the accelerations, with what the closed loop makes of them.
+    pub fn push(&self, force: &Split, y: &mut Split) {
+        let Some(closed) = &self.closed else { return };
+        let n_w = self.w.nrows();
+        let mut d = Split::zeros(n_w, y.re.ncols());
+        for k in 0..y.re.ncols() {
+            for i in 0..n_w {
+                d.set(i, k, (0..n_w).map(|j| self.compliance(k, i, j) * force.get(j, k)).sum());
+            }
+            for s in 0..y.re.nrows() {
+                let pushed: Complex64 = (0..n_w).map(|i| self.h[i].get(s, k) * force.get(i, k)).sum();
+                let v = y.get(s, k) - pushed;
+                y.set(s, k, v);
+            }
+        }
+        self.feed_back(closed, &d, y);
     }
 
     /// Adds a force at coordinate rows to the modal response, for the sensitivities of a free force.
@@ -217,6 +249,13 @@ impl Response {
         }
         y
     }
+}
+
+/// Transform of a decay exp(pole t) that begins where the record ends, on line k.
+pub(crate) fn tail(record: &RecordLines, pole: Complex64, k: usize) -> Complex64 {
+    let lambda = ((pole - record.sigma) * record.dt).exp();
+    let z = Complex64::new(0.0, -record.s[k].im * record.dt).exp();
+    (1.0 - lambda * z).inv()
 }
 
 fn product(a: &Dense, b: &Dense) -> Dense {
@@ -296,7 +335,7 @@ fn close(
         (0..n_w).for_each(|i| a[i * n_w + i] += 1.0);
         invert(&mut a, n_w, &mut b[block]);
     }
-    Loop { kappa, slopes, b, c }
+    Loop { kappa, velocity: Vec::new(), inertia: Vec::new(), slopes, b, c }
 }
 
 /// Inverse of a small complex matrix by elimination with row pivoting; a zero pivot gives non-finite entries, which the

@@ -235,4 +235,71 @@ impl Hypothesis {
         }
         Ok((kappa, slopes))
     }
+
+    /// Parts of kappa(s) that act on the velocity and on the acceleration of a coordinate instead of its displacement.
+    ///
+    /// # Errors
+    /// [`IdentifyError::Law`].
+    pub fn moving_parts(
+        &self,
+        x: &[f64],
+        lines: &[Complex64],
+    ) -> Result<(Vec<Complex64>, Vec<Complex64>), IdentifyError> {
+        let mut velocity = vec![Complex64::default(); lines.len()];
+        let mut inertia = velocity.clone();
+        for (kind, law) in self.laws(x)? {
+            let at_rest = match kind {
+                Kind::Spring | Kind::Structural => continue,
+                Kind::Mass | Kind::Absorber | Kind::Dashpot => Complex64::default(),
+                _ => law.dynamic_stiffness(Complex64::default())?.0,
+            };
+            for (k, s) in lines.iter().enumerate() {
+                let moving = law.dynamic_stiffness(*s)?.0 - at_rest;
+                match kind {
+                    Kind::Mass | Kind::Absorber => inertia[k] += moving / (s * s),
+                    _ => velocity[k] += moving / s,
+                }
+            }
+        }
+        Ok((velocity, inertia))
+    }
+
+    /// Poles of the laws' inner states (1/s), one of each pair, with whether it is one.
+    ///
+    /// # Errors
+    /// [`IdentifyError::Law`].
+    pub fn inner_poles(&self, x: &[f64]) -> Result<Vec<(Complex64, bool)>, IdentifyError> {
+        let mut poles = Vec::new();
+        for (kind, law) in self.laws(x)? {
+            match (kind, law.values()) {
+                (Kind::Absorber, &[m, k, c]) => {
+                    let (half, square) = (0.5 * c / m, k / m - (0.5 * c / m).powi(2));
+                    if square > 0.0 {
+                        poles.push((Complex64::new(-half, square.sqrt()), true));
+                    } else {
+                        let root = (-square).sqrt();
+                        poles.push((Complex64::new(-half - root, 0.0), false));
+                        poles.push((Complex64::new(-half + root, 0.0), false));
+                    }
+                }
+                (Kind::Viscoelastic, &[_, _, tau]) => poles.push((Complex64::new(-1.0 / tau, 0.0), false)),
+                _ => {}
+            }
+        }
+        Ok(poles)
+    }
+
+    fn laws(&self, x: &[f64]) -> Result<Vec<(Kind, Law)>, IdentifyError> {
+        let What::Laws(kinds) = &self.what else { return Ok(Vec::new()) };
+        let mut first = 0;
+        kinds
+            .iter()
+            .map(|&kind| {
+                let n = kind.parameters().len();
+                let values: Vec<f64> = x[first..first + n].iter().map(|v| v.exp()).collect();
+                first += n;
+                Ok((kind, Law::new(kind, &values)?))
+            })
+            .collect()
+    }
 }

@@ -1,0 +1,61 @@
+"""Nested laws: one that does what a simpler law does over the lines where the joint moves takes the simpler name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from femend import _core
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.joint import Recovered
+from femend.diagnose.settings import Settings
+from femend.physics import physics
+
+__all__ = ["collapsed"]
+
+# what a plain spring is called at each kind of place
+_SPRING = {"end": "joint_stiffness", "clamp": "compliant_support"}
+
+
+def collapsed(candidate: Candidate, recovered: Recovered | None, settings: Settings) -> Candidate:
+    """The linear law as the simplest one whose force at the joint is the same but for `settings.same_law`; a nonlinear
+    law or a place without recovered motion stays as it is."""
+    if candidate.physics is None or candidate.joint is None or candidate.nonlinear or recovered is None:
+        return candidate
+    kind = candidate.joint.place.kind
+    law = candidate.physics.law or candidate.physics.name
+    for name, reported in (
+        ("support_stiffness", _SPRING.get(kind, "support_stiffness")),
+        ("viscous_damper", "viscous_damper"),
+        ("added_mass", "added_mass"),
+    ):
+        if name == law:
+            return candidate
+        value = _same_force(recovered, law, dict(candidate.values), name, settings)
+        if value is not None and (name != "added_mass" or kind == "ground"):
+            entry = physics(name)
+            own = {entry.parameter_names[0]: value}
+            return replace(candidate, physics=entry, name=reported, values=own, x=np.log([value]), n_law=1)
+    return candidate
+
+
+def _same_force(
+    recovered: Recovered, law: str, values: dict[str, float], simple: str, settings: Settings
+) -> float | None:
+    """Size of the simple law whose force is most like the law's over all lines; None where it differs too much."""
+    top = bottom = power = 0.0
+    unit = {physics(simple).parameter_names[0]: 1.0}
+    for line_index, record, D, weight in zip(
+        recovered.index, recovered.records, recovered.D, recovered.weight, strict=True
+    ):
+        s = np.asarray(2j * np.pi * line_index / (record.n * record.dt), dtype=np.complex128)
+        kappa = _core.law_dynamic_stiffness(law, values, s)[0][:, None]
+        shape = _core.law_dynamic_stiffness(simple, unit, s)[0][:, None]
+        seen = weight * np.abs(D) ** 2
+        top += float((seen * np.real(shape.conj() * kappa)).sum())
+        bottom += float((seen * np.abs(shape) ** 2).sum())
+        power += float((seen * np.abs(kappa) ** 2).sum())
+    value = top / bottom
+    left = 1.0 - value * top / power
+    return value if value > 0 and left < settings.same_law**2 else None
