@@ -15,6 +15,7 @@ __all__ = [
     "ModelError",
     "PairingError",
     "RecordingError",
+    "SignalError",
     "SingularModelError",
     "StudyError",
     "UnitError",
@@ -71,6 +72,19 @@ class RecordingError(FemendError, ValueError):
         super().__init__(message)
         self.recording = recording
         self.channel = channel
+
+
+class SignalError(RecordingError):
+    """A record whose samples do not carry what is asked of them: no tacho pulses, clipped channel, record too short.
+
+    Attributes: `recording`, `channel`, `time` (s) of the first bad sample — None where they do not apply.
+    """
+
+    def __init__(
+        self, message: str, *, recording: str | None = None, channel: str | None = None, time: float | None = None
+    ) -> None:
+        super().__init__(message, recording=recording, channel=channel)
+        self.time = time
 
 
 class FormatError(FemendError, ValueError):

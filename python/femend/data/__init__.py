@@ -1,4 +1,4 @@
-"""Recordings, spectra, FRFs and modes: immutable, labelled by DOF and unit."""
+"""Recordings, spectra, FRFs, modes, order tracks and operating shapes: immutable, labelled by DOF and unit."""
 
 from __future__ import annotations
 
@@ -7,19 +7,25 @@ from femend.data.frf import FRF
 from femend.data.geometry import Geometry
 from femend.data.identified import IdentifiedModes
 from femend.data.mode_set import ModeSet
+from femend.data.ods import ODS
+from femend.data.order_track import OrderTrack
 from femend.data.recording import Recording, Rotating, Test
 from femend.data.spectra import Spectra
+from femend.data.speed import Speed
 from femend.data.time_data import TimeData
 
 __all__ = [
     "FRF",
+    "ODS",
     "Channel",
     "Geometry",
     "IdentifiedModes",
     "ModeSet",
+    "OrderTrack",
     "Recording",
     "Rotating",
     "Spectra",
+    "Speed",
     "Test",
     "TimeData",
 ]

@@ -1,0 +1,131 @@
+"""Angle of a shaft from the whole waveform of its tacho, for pulses that are short against a sample.
+
+Edges of such pulses cannot be interpolated: on a flank that falls between two samples the crossing is anywhere. The
+pulse has one shape over the angle, though, which all revolutions together sample finely; every revolution is shifted
+to fit it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline, make_smoothing_spline
+from scipy.linalg import solveh_banded
+
+__all__ = ["align_waveform", "samples_per_pulse"]
+
+FloatArray = NDArray[np.float64]
+
+# bins of the waveform per pulse; shifts tried, in pulses; pulses whose misfit is added up for a coarse shift
+BINS, REACH, TRIED, WINDOW = 120, 0.1, 61, 9
+# share of the pulses, those with most samples, that make the waveform; coarse and fine rounds
+BEST, COARSE, FINE = 0.35, 3, 5
+
+
+def samples_per_pulse(x: FloatArray, n_pulses: int) -> float:
+    """Samples on flanks and top, above a tenth of the range of `x` (n_samples,), for each of the `n_pulses`."""
+    low, high = float(np.median(x)), float(x.max())
+    return float((x > low + 0.1 * (high - low)).sum()) / max(n_pulses, 1)
+
+
+def align_waveform(x: FloatArray, t: FloatArray, curve: BSpline, interval: float, ppr: int) -> tuple[BSpline, bool]:
+    """The pulse number over t / `interval` that makes `x` (n,) at `t` (n,) s one waveform of the shaft's angle.
+
+    `curve` is the number found from edges, smoothed; it is returned, with False, where nothing becomes better. One
+    revolution has `ppr` pulses. Number 0 is where the waveform rises through the middle of its range.
+    """
+    u = t / interval
+    low, high = float(np.median(x)), float(x.max())
+    z = (x - low) / (high - low)
+    number = curve(u)
+    before, n_bins = _misfit(z, number, ppr, BINS * ppr), BINS * ppr
+    edges = np.arange(np.ceil(number[0]), np.floor(number[-1]) + 1)  # one shift per pulse, about whole numbers
+    for step in range(COARSE + FINE):
+        at = np.interp(edges, number, u)
+        wave = _waveform(z, number, ppr, n_bins)
+        pulse = np.clip(np.rint(number - edges[0]).astype(np.int64), 0, edges.size - 1)
+        shift, weight = (_coarse if step < COARSE else _fine)(z, number, pulse, edges.size, wave, ppr)
+        wanted = curve(at) + shift
+        lam = None if step == COARSE + FINE - 1 else 10.0
+        curve_new = make_smoothing_spline(at, wanted, w=weight, lam=lam)
+        if not (np.diff(curve_new(u)) > 0).all():
+            return curve, False
+        curve, number = curve_new, curve_new(u)
+    if not _misfit(z, number, ppr, n_bins) < before:
+        return curve, False
+    wave = _waveform(z, number, ppr, n_bins)
+    return BSpline(curve.t, curve.c - _rise(wave, ppr), curve.k), True
+
+
+def _hats(number: FloatArray, ppr: int, n_bins: int) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
+    """Bins on both sides of the samples within the revolution, and the share of the upper one."""
+    place = np.mod(number, ppr) * (n_bins / ppr)
+    lower = np.minimum(place.astype(np.int64), n_bins - 1)
+    return lower, (lower + 1) % n_bins, place - lower
+
+
+def _waveform(z: FloatArray, number: FloatArray, ppr: int, n_bins: int, slow_only: bool = True) -> FloatArray:
+    """Piecewise linear waveform (n_bins,) over one revolution by least squares, from the pulses with most samples."""
+    if slow_only:
+        u_step = np.gradient(number)  # pulses per sample
+        slow = u_step <= np.quantile(u_step, BEST)
+        z, number = z[slow], number[slow]
+    lower, upper, share = _hats(number, ppr, n_bins)
+    diagonal = np.bincount(lower, (1 - share) ** 2, n_bins) + np.bincount(upper, share**2, n_bins)
+    right = np.bincount(lower, (1 - share) * z, n_bins) + np.bincount(upper, share * z, n_bins)
+    coupled = np.bincount(lower, share * (1 - share), n_bins)
+    ridge = 1e-3 * len(z) / n_bins  # bins without a sample take their neighbours' mean
+    band = np.zeros((2, n_bins))
+    band[0] = diagonal + 2 * ridge
+    band[1, :-1] = coupled[:-1] - ridge
+    # the revolution closes at a bin that lies between pulses: its coupling to the first one may be left out
+    band[0, [0, -1]] -= ridge
+    return np.asarray(solveh_banded(band, right, lower=True))
+
+
+def _value(wave: FloatArray, number: FloatArray, ppr: int) -> FloatArray:
+    lower, upper, share = _hats(number, ppr, wave.size)
+    return np.asarray(wave[lower] * (1 - share) + wave[upper] * share)
+
+
+def _misfit(z: FloatArray, number: FloatArray, ppr: int, n_bins: int) -> float:
+    return float(((z - _value(_waveform(z, number, ppr, n_bins, False), number, ppr)) ** 2).sum())
+
+
+def _coarse(
+    z: FloatArray, number: FloatArray, pulse: NDArray[np.int64], count: int, wave: FloatArray, ppr: int
+) -> tuple[FloatArray, FloatArray]:
+    """Shift (count,) of every pulse by the least misfit of the WINDOW pulses around it, among those tried."""
+    tried = np.linspace(-REACH, REACH, TRIED)
+    cost = np.array([np.bincount(pulse, (z - _value(wave, number + s, ppr)) ** 2, count) for s in tried])
+    kernel = np.ones(min(WINDOW, count))
+    cost = np.array([np.convolve(row, kernel, "same") for row in cost])
+    at = np.clip(np.argmin(cost, axis=0), 1, TRIED - 2)
+    rows = np.arange(count)
+    left, middle, right = cost[at - 1, rows], cost[at, rows], cost[at + 1, rows]
+    bend = np.maximum(left - 2 * middle + right, 1e-12)
+    return tried[at] + np.clip(0.5 * (left - right) / bend, -1, 1) * (tried[1] - tried[0]), np.ones(count)
+
+
+def _fine(
+    z: FloatArray, number: FloatArray, pulse: NDArray[np.int64], count: int, wave: FloatArray, ppr: int
+) -> tuple[FloatArray, FloatArray]:
+    """Shift (count,) of every pulse by one Gauss-Newton step, and the weight (count,) that its samples give it."""
+    h = 0.25 * ppr / wave.size
+    slope = (_value(wave, number + h, ppr) - _value(wave, number - h, ppr)) / (2 * h)
+    known = np.bincount(pulse, slope**2, count)
+    gain = np.bincount(pulse, slope * (z - _value(wave, number, ppr)), count)
+    typical = float(known.mean())
+    shift = np.clip(gain / (known + 0.05 * typical), -0.05, 0.05)
+    return shift, np.maximum(known / typical, 1e-3)
+
+
+def _rise(wave: FloatArray, ppr: int) -> float:
+    """Number, nearest 0, at which the waveform rises through a half."""
+    finer = np.arange(-wave.size // (2 * ppr), wave.size // (2 * ppr) + 1)
+    values = wave[finer % wave.size] / wave.max()
+    rises = np.flatnonzero((values[:-1] < 0.5) & (values[1:] >= 0.5))
+    if not rises.size:
+        return 0.0
+    at = finer[rises] + (0.5 - values[rises]) / (values[rises + 1] - values[rises])
+    return float(at[np.argmin(np.abs(at))] * ppr / wave.size)
