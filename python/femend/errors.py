@@ -15,6 +15,7 @@ __all__ = [
     "ModelError",
     "PairingError",
     "RecordingError",
+    "RecordingTooShortError",
     "SignalError",
     "SingularModelError",
     "StudyError",
@@ -85,6 +86,16 @@ class SignalError(RecordingError):
     ) -> None:
         super().__init__(message, recording=recording, channel=channel)
         self.time = time
+
+
+class RecordingTooShortError(RecordingError):
+    """A recording too short for its lowest mode. Attributes: `duration` and `needed` in s, `freq` of the mode in Hz."""
+
+    def __init__(self, message: str, *, recording: str, duration: float, needed: float, freq: float) -> None:
+        super().__init__(message, recording=recording)
+        self.duration = duration
+        self.needed = needed
+        self.freq = freq
 
 
 class FormatError(FemendError, ValueError):
