@@ -8,6 +8,7 @@ from __future__ import annotations
 
 __all__ = [
     "ConvergenceError",
+    "CorrelationError",
     "DeckError",
     "FemendError",
     "FormatError",
@@ -109,6 +110,10 @@ class FormatError(FemendError, ValueError):
 
 class PairingError(FemendError, ValueError):
     """A sensor that cannot be paired with a DOF of the model."""
+
+
+class CorrelationError(FemendError, ValueError):
+    """Shapes, mass matrices or FRFs that cannot be compared: sizes that do not fit, values that are not finite."""
 
 
 class UnitError(FemendError, ValueError):

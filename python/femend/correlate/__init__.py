@@ -1,0 +1,60 @@
+"""Correlation: how far two sets of modes, FRFs or operating shapes agree, and where they do not."""
+
+from __future__ import annotations
+
+from femend.correlate.assurance import automac, dac, mac, macx, msf, principal_cosines, subspace_mac
+from femend.correlate.by_dof import DofElimination, comac, ecomac, eliminate_dofs, macco
+from femend.correlate.clusters import align_cluster, close_groups
+from femend.correlate.complexity import mcf, mcf_area, mean_phase, mpc, mpd
+from femend.correlate.labelled import DofMatch, ModeComparison, compare_modes, mac_of_modes, match_dofs
+from femend.correlate.labelled_frf import FrfComparison, MatchedFrf, compare_frfs, match_frfs
+from femend.correlate.orthogonality import cross_orthogonality, orthogonality
+from femend.correlate.pairing import ModePair, ModePairing, pair_modes
+from femend.correlate.responses import coherence_criterion, csac, csf, faac, fdac, frac, rvac
+from femend.correlate.tables import ModeRow, ModeTable, mode_table
+
+__all__ = [
+    "DofElimination",
+    "DofMatch",
+    "FrfComparison",
+    "MatchedFrf",
+    "ModeComparison",
+    "ModePair",
+    "ModePairing",
+    "ModeRow",
+    "ModeTable",
+    "align_cluster",
+    "automac",
+    "close_groups",
+    "coherence_criterion",
+    "comac",
+    "compare_frfs",
+    "compare_modes",
+    "cross_orthogonality",
+    "csac",
+    "csf",
+    "dac",
+    "ecomac",
+    "eliminate_dofs",
+    "faac",
+    "fdac",
+    "frac",
+    "mac",
+    "mac_of_modes",
+    "macco",
+    "macx",
+    "match_dofs",
+    "match_frfs",
+    "mcf",
+    "mcf_area",
+    "mean_phase",
+    "mode_table",
+    "mpc",
+    "mpd",
+    "msf",
+    "orthogonality",
+    "pair_modes",
+    "principal_cosines",
+    "rvac",
+    "subspace_mac",
+]

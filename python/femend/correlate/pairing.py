@@ -1,0 +1,241 @@
+"""Which mode of one set is which of another: one-to-one assignment that survives close, repeated and crossing modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+from numpy.typing import ArrayLike, NDArray
+
+from femend.correlate._arrays import finite, shape_pair
+from femend.correlate.assurance import mac, subspace_mac
+from femend.correlate.clusters import close_groups
+from femend.errors import CorrelationError
+
+__all__ = ["ModePair", "ModePairing", "pair_modes"]
+
+# Of the longest shape: what is shorter is rounding, and the mode does not move at the DOFs compared. Far below any
+# difference in scale, since shapes may be scaled one by one; who knows the whole mode gives `seen_a`, `seen_b`.
+_UNSEEN = 1e-14
+# Share of a mode's own MAC in what is assigned, so that inside a cluster the likeliest modes meet.
+_OWN_SHARE = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class ModePair:
+    """Mode `a` of the first set and `b` of the second, by number from 0.
+
+    `mac` is that of the two shapes, `agreement` that with the close modes of either taken as one space (equal to
+    `mac` outside clusters), `rival` the best agreement of `a` with a mode of the second set outside the pair's
+    cluster: a rival near `agreement` means that the DOFs compared cannot tell. `cluster` numbers pairs of one
+    cluster, None outside.
+    """
+
+    a: int
+    b: int
+    mac: float
+    agreement: float
+    rival: float
+    cluster: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ModePairing:
+    """Pairs by `a`, what is left of both sets, modes that do not move at the DOFs compared, and notes in words."""
+
+    pairs: tuple[ModePair, ...]
+    unpaired_a: tuple[int, ...]
+    unpaired_b: tuple[int, ...]
+    unseen_a: tuple[int, ...]
+    unseen_b: tuple[int, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def a(self) -> NDArray[np.int64]:
+        """Modes of the first set in the order of the pairs, (n_pairs,)."""
+        return np.array([p.a for p in self.pairs], dtype=np.int64)
+
+    @property
+    def b(self) -> NDArray[np.int64]:
+        """Modes of the second set in the order of the pairs, (n_pairs,)."""
+        return np.array([p.b for p in self.pairs], dtype=np.int64)
+
+
+def pair_modes(
+    phi_a: ArrayLike,
+    phi_b: ArrayLike,
+    freq_a: ArrayLike | None = None,
+    freq_b: ArrayLike | None = None,
+    *,
+    mac_min: float = 0.5,
+    closeness: float = 0.02,
+    frequency_weight: float = 0.1,
+    weight: Any = None,
+    seen_a: ArrayLike | None = None,
+    seen_b: ArrayLike | None = None,
+) -> ModePairing:
+    """Pairs modes of `phi_a` (n_dof, n_a) with modes of `phi_b` (n_dof, n_b), each at most once.
+
+    The pairing maximises the sum of agreement - `frequency_weight` |ln(f_b / f_a)| - `mac_min` (Kuhn and Munkres'
+    assignment, so no early pair takes a mode that a later one needs); a pair below `mac_min` is not made. Agreement
+    is the MAC, with `weight` as in `mac`. With frequencies `freq_a` (n_a,), `freq_b` (n_b,) in Hz, modes closer than
+    `closeness` are a cluster (repeated modes, symmetric structures: their shapes are any mixture), and agreement is
+    with its whole space (`subspace_mac`); and the distance in frequency decides where too few DOFs make several
+    shapes look alike. At the default, a factor of two in frequency weighs as 0.07 of MAC: modes that changed places
+    are still found by shape. `seen_a`, `seen_b` are False for modes that hardly move at the DOFs compared (by default
+    those that are zero but for rounding): they are not paired.
+
+    Raises CorrelationError for sizes that do not fit, values that are not finite, or `mac_min` outside [0, 1).
+
+    >>> pairing = pair_modes([[1.0, 0.0], [0.0, 1.0]], [[0.1, 1.0], [1.0, 0.0]])
+    >>> [(p.a, p.b, round(p.mac, 3)) for p in pairing.pairs]
+    [(0, 1, 1.0), (1, 0, 0.99)]
+    """
+    a, b = shape_pair(phi_a, phi_b)
+    if a.ndim != 2 or b.ndim != 2:
+        raise CorrelationError(f"shapes of {a.shape} and {b.shape}: one pairing takes (n_dof, n_modes) of each")
+    if not 0 <= mac_min < 1:
+        raise CorrelationError(f"mac_min is {mac_min}; a MAC to ask of a pair is in [0, 1)")
+    unseen_a, unseen_b = _unseen(a, seen_a), _unseen(b, seen_b)
+    own = np.nan_to_num(mac(a, b, weight))
+    own[list(unseen_a), :] = 0.0
+    own[:, list(unseen_b)] = 0.0
+    agreement, cluster_a, cluster_b = own, np.full(a.shape[1], -1), np.full(b.shape[1], -1)
+    distance = np.zeros_like(own)
+    if freq_a is not None and freq_b is not None:
+        fa, fb = _frequencies(freq_a, a), _frequencies(freq_b, b)
+        cluster_a, cluster_b = _clusters(fa, closeness, unseen_a), _clusters(fb, closeness, unseen_b)
+        agreement = _with_clusters(own, _root(weight, a), _root(weight, b), cluster_a, cluster_b)
+        agreement[list(unseen_a), :] = 0.0
+        agreement[:, list(unseen_b)] = 0.0
+        distance = _log_distance(fa, fb)
+    chosen = _assign(agreement, own, distance, mac_min, frequency_weight)
+    pairs = _pairs(chosen, own, agreement, cluster_a, cluster_b)
+    rest_a = tuple(i for i in range(a.shape[1]) if i not in {p.a for p in pairs} and i not in unseen_a)
+    rest_b = tuple(j for j in range(b.shape[1]) if j not in {p.b for p in pairs} and j not in unseen_b)
+    return ModePairing(pairs, rest_a, rest_b, unseen_a, unseen_b, _notes(pairs, a, unseen_a, unseen_b))
+
+
+def _assign(
+    agreement: NDArray[np.float64],
+    own: NDArray[np.float64],
+    distance: NDArray[np.float64],
+    mac_min: float,
+    frequency_weight: float,
+) -> list[tuple[int, int]]:
+    """The one-to-one pairs of the largest total worth; a pair below `mac_min` is worth nothing and is dropped."""
+    # The offset keeps every allowed pair above an unmade one, however far apart in frequency.
+    worth = agreement + _OWN_SHARE * own - frequency_weight * np.minimum(distance, 2.0)
+    floor = mac_min - 2.0 * frequency_weight - 1e-9
+    value = np.where(agreement >= mac_min, worth - floor, 0.0)
+    rows, columns = scipy.optimize.linear_sum_assignment(value, maximize=True)
+    return [
+        (int(i), int(j)) for i, j in zip(rows, columns, strict=True) if agreement[i, j] >= mac_min and value[i, j] > 0
+    ]
+
+
+def _with_clusters(
+    own: NDArray[np.float64],
+    a: NDArray[Any],
+    b: NDArray[Any],
+    cluster_a: NDArray[np.int64],
+    cluster_b: NDArray[np.int64],
+) -> NDArray[np.float64]:
+    """MAC, or where it is larger the share of a mode in the space of the other's cluster."""
+    best = own.copy()
+    for k in range(int(cluster_b.max(initial=-1)) + 1):
+        members = np.nonzero(cluster_b == k)[0]
+        share = np.nan_to_num(subspace_mac(a, b[:, members]))
+        best[:, members] = np.maximum(best[:, members], share[:, None])
+    for k in range(int(cluster_a.max(initial=-1)) + 1):
+        members = np.nonzero(cluster_a == k)[0]
+        share = np.nan_to_num(subspace_mac(b, a[:, members]))
+        best[members, :] = np.maximum(best[members, :], share[None, :])
+    return best
+
+
+def _pairs(
+    chosen: list[tuple[int, int]],
+    own: NDArray[np.float64],
+    agreement: NDArray[np.float64],
+    cluster_a: NDArray[np.int64],
+    cluster_b: NDArray[np.int64],
+) -> tuple[ModePair, ...]:
+    numbers: dict[tuple[str, int], int] = {}
+    found = []
+    for i, j in sorted(chosen):
+        mates = (np.arange(own.shape[1]) == j) | ((cluster_b == cluster_b[j]) & (cluster_b[j] >= 0))
+        if cluster_a[i] >= 0:  # what the close modes of the first set are paired with belongs to them
+            mates[[q for p, q in chosen if cluster_a[p] == cluster_a[i]]] = True
+        rival = float(agreement[i, ~mates].max(initial=0.0))
+        key = ("b", int(cluster_b[j])) if cluster_b[j] >= 0 else ("a", int(cluster_a[i]))
+        cluster = numbers.setdefault(key, len(numbers)) if key[1] >= 0 else None
+        found.append(ModePair(i, j, float(own[i, j]), float(agreement[i, j]), rival, cluster))
+    return tuple(found)
+
+
+def _notes(
+    pairs: tuple[ModePair, ...], a: NDArray[Any], unseen_a: tuple[int, ...], unseen_b: tuple[int, ...]
+) -> tuple[str, ...]:
+    notes = [
+        f"mode {i + 1} of the {which} set does not move at the DOFs compared: it cannot be paired"
+        for which, unseen in (("first", unseen_a), ("second", unseen_b))
+        for i in unseen
+    ]
+    for p in pairs:
+        if p.rival > p.agreement - 0.1:
+            notes.append(
+                f"mode {p.a + 1} agrees with its mate {p.b + 1} by {p.agreement:.2f} and with another mode by "
+                f"{p.rival:.2f}: the DOFs compared hardly tell them apart"
+            )
+    for k in sorted({p.cluster for p in pairs if p.cluster is not None}):
+        mates = [p.a for p in pairs if p.cluster == k]
+        alike = mac(a[:, mates], a[:, mates]) - np.eye(len(mates))
+        if alike.max(initial=0.0) > 0.9:
+            listed = ", ".join(str(i + 1) for i in mates)
+            notes.append(f"modes {listed} are alike at the DOFs compared (MAC {alike.max():.2f}): one mode seen twice?")
+    return tuple(notes)
+
+
+def _unseen(x: NDArray[Any], seen: ArrayLike | None) -> tuple[int, ...]:
+    length = np.max(np.abs(x), axis=0)
+    given = np.ones(x.shape[1], dtype=np.bool_) if seen is None else np.asarray(seen, dtype=np.bool_)
+    if given.shape != length.shape:
+        raise CorrelationError(f"{given.size} marks of modes that are seen for {length.size} modes; one per mode")
+    return tuple(int(i) for i in np.nonzero(~given | (length <= _UNSEEN * length.max()))[0])
+
+
+def _frequencies(freq: ArrayLike, x: NDArray[Any]) -> NDArray[np.float64]:
+    f = np.asarray(finite(freq, "the frequencies"), dtype=np.float64)
+    if f.shape != (x.shape[1],):
+        raise CorrelationError(f"frequencies of shape {f.shape} for {x.shape[1]} modes; one per mode, in Hz")
+    return f
+
+
+def _clusters(freq: NDArray[np.float64], closeness: float, unseen: tuple[int, ...]) -> NDArray[np.int64]:
+    """Number of the cluster of each mode, -1 outside; modes that do not move here join none."""
+    number = np.full(freq.size, -1)
+    seen = np.array([i for i in range(freq.size) if i not in unseen], dtype=np.int64)
+    if seen.size:
+        for k, group in enumerate(close_groups(freq[seen], closeness)):
+            number[seen[list(group)]] = k
+    return number
+
+
+def _log_distance(fa: NDArray[np.float64], fb: NDArray[np.float64]) -> NDArray[np.float64]:
+    """|ln(f_b / f_a)|; between rigid-body modes, at 0 Hz or nearly, there is none."""
+    least = 1e-3 * max(float(fa.max()), float(fb.max()), 1e-300)
+    return np.abs(np.log(np.maximum(fb, least))[None, :] - np.log(np.maximum(fa, least))[:, None])
+
+
+def _root(weight: Any, x: NDArray[Any]) -> NDArray[Any]:
+    """Shapes whose plain products are those over the weight: W = L L^T, and L^T x takes the place of x."""
+    if weight is None:
+        return x
+    dense = np.asarray(weight.toarray() if hasattr(weight, "toarray") else weight, dtype=np.float64)
+    if dense.ndim == 1:
+        return np.sqrt(dense)[:, None] * x
+    values, vectors = np.linalg.eigh(dense)
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * (vectors.T @ x)
