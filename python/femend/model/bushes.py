@@ -106,5 +106,3 @@ def _translational(B: FloatArray, K: FloatArray) -> FloatArray | None:
 
 def _columns(B: FloatArray) -> FloatArray:
     return np.column_stack([np.outer(B[i], B[i]).ravel() for i in range(6)])
-
-

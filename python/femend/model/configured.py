@@ -243,9 +243,7 @@ def _independent(vectors: FloatArray, M: Any) -> FloatArray:
     return V
 
 
-def _parts(
-    model: Model, T: Any, V_a: FloatArray, unknowns: Unknowns, terms: Sequence[LinearTerm]
-) -> tuple[Part, ...]:
+def _parts(model: Model, T: Any, V_a: FloatArray, unknowns: Unknowns, terms: Sequence[LinearTerm]) -> tuple[Part, ...]:
     ones = np.ones(len(model.parameters))
     K, M, C = (np.asarray(A) for A in model.fe.project(ones, np.ascontiguousarray(V_a))[0][:3])
     K_fixed, M_fixed = K.copy(), M.copy()

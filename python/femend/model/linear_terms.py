@@ -143,9 +143,7 @@ def spring_bending(model: Model, group: BushGroup) -> LinearTerm:
     lateral = [i for i in range(3) if i != axis]
     L, k_lat = group.length, float(np.mean(group.k[lateral]))
     name = f"bending of springs {group.property_id}"
-    unknowns = [
-        Unknown(f"{name}: k_rot_{a}", k_lat * L**2 * BEAM, sd=DECADE, unit="k_rot", owner=name) for a in AXES
-    ]
+    unknowns = [Unknown(f"{name}: k_rot_{a}", k_lat * L**2 * BEAM, sd=DECADE, unit="k_rot", owner=name) for a in AXES]
     unknowns.append(
         Unknown(f"{name}: coupling", k_lat * L, positive=False, sd=OFF_CENTRE * 0.5, unit="coupling", owner=name)
     )
