@@ -38,7 +38,8 @@ class Block(Protocol):
 class Posterior:
     """Maximum a posteriori estimate with its Laplace approximation.
 
-    `p` (n,) and its `precision` (n, n); `squares` of every block by name, `prior` the prior's part of the `cost`;
+    `p` (n,) and its `precision` (n, n); `squares` of every block by name, over `n_values` independent values together;
+    `prior` the prior's part of the `cost`;
     `log_evidence` up to a constant that is the same for all models of the same data:
 
         ln Z = -cost / 2 - (ln det precision - ln det prior precision) / 2
@@ -53,6 +54,7 @@ class Posterior:
     prior: float
     converged: bool
     n_steps: int
+    n_values: float = 0.0
 
     @property
     def cost(self) -> float:
@@ -123,7 +125,7 @@ def maximise(
             converged = True
             break
     prior = float((p - unknowns.mean) @ unknowns.precision @ (p - unknowns.mean))
-    return Posterior(unknowns, p, H, squares, prior, converged, step_count)
+    return Posterior(unknowns, p, H, squares, prior, converged, step_count, sum(b.n_values for b in blocks))
 
 
 def _expand(

@@ -1,0 +1,270 @@
+"""The stages in the order of growing uncertainty, each with what it settles and what it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.data import FRF, IdentifiedModes, Recording, Test
+from femend.diagnose.staged.candidates import rivals
+from femend.diagnose.staged.loads import RunResult, fit_run
+from femend.diagnose.staged.prepare import FrfData, ModesData, RunData, frf_data, run_data
+from femend.diagnose.staged.select import Round, fit_terms, select_terms
+from femend.diagnose.staged.setup import Setup
+from femend.diagnose.staged.words import remark_on_frfs, remark_on_modes, remark_on_run, unseen_modes
+from femend.dof import Dof
+from femend.estimate.joint import FrfBlock, ModesBlock, Posterior
+from femend.modal import identify_modes
+from femend.modal.output_only import identify_output_only
+from femend.model.linear_terms import LinearTerm
+
+__all__ = ["Flow", "Stage", "StagedData", "run_stages", "staged_data"]
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class StagedData:
+    """Recordings as data, by configuration in the order in which they are used."""
+
+    frfs: dict[str, list[FrfData]]
+    test_modes: dict[str, list[ModesData]]
+    output_only: dict[str, list[ModesData]]
+    runs: dict[str, list[RunData]]
+
+    @property
+    def configurations(self) -> tuple[str, ...]:
+        """Those with measured forces first: what is known best comes first."""
+        return tuple(dict.fromkeys([*self.frfs, *self.output_only, *self.runs]))
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """One stage: which recordings, in which configuration, its posterior, decisions and words.
+
+    `unexplained` is the share (0 to 1) of the data, or for modes the mean relative error of their frequencies, that the
+    model leaves after the stage, `noise` what noise alone would leave.
+    """
+
+    name: str
+    configuration: str
+    recordings: tuple[str, ...]
+    posterior: Posterior
+    unexplained: float
+    noise: float
+    remarks: tuple[str, ...]
+    rounds: tuple[Round, ...] = ()
+    identified: IdentifiedModes | None = None
+    run: RunResult | None = None
+    table: tuple[tuple[float, ...], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Flow:
+    """All stages with a set of terms: what was settled in the end."""
+
+    terms: tuple[LinearTerm, ...]
+    posterior: Posterior
+    stages: tuple[Stage, ...]
+    named: tuple[tuple[LinearTerm, Round], ...] = field(default=())
+
+    @property
+    def runs(self) -> tuple[tuple[str, RunResult], ...]:
+        """(configuration, result) of every run."""
+        return tuple((s.configuration, s.run) for s in self.stages if s.run is not None)
+
+
+def staged_data(test: Test) -> StagedData:
+    """Fit recordings by what they are; raises what their preparation raises."""
+    data = StagedData({}, {}, {}, {})
+    for r in test:
+        if r.role != "fit":
+            continue
+        if r.excitation == "measured":
+            own = frf_data(r)
+            data.frfs.setdefault(r.configuration, []).append(own)
+            modes = _test_modes(r, own)
+            if modes is not None:
+                data.test_modes.setdefault(r.configuration, []).append(modes)
+        elif r.excitation == "rotating":
+            data.runs.setdefault(r.configuration, []).append(run_data(r))
+        else:
+            found = identify_output_only(r.time)
+            if found.modes.n_modes:
+                own_modes = ModesData(r.name, found.modes, found.shape_sd)
+                data.output_only.setdefault(r.configuration, []).append(own_modes)
+    return data
+
+
+def _test_modes(recording: Recording, own: FrfData) -> ModesData | None:
+    frf = recording.data
+    if not isinstance(frf, FRF):
+        from femend.signal import estimate_frf
+
+        frf = estimate_frf(recording.time).frf
+    found = identify_modes(frf, (float(own.freq[0]), float(own.freq[-1])))
+    return ModesData(recording.name, found.modes) if found.modes.n_modes else None
+
+
+def run_stages(
+    setup: Setup,
+    data: StagedData,
+    *,
+    naming: bool,
+    iterations: int = 12,
+    tell: Callable[[str], None] = lambda text: None,
+) -> Flow:
+    """Goes through the stages; with `naming` terms are added where a stage's recordings ask for them."""
+    terms: list[LinearTerm] = list(setup.idealised)
+    stages: list[Stage] = []
+    named: list[tuple[LinearTerm, Round]] = []
+    posterior: Posterior | None = None
+    for configuration in data.configurations:
+        for step in (_measured, _output_only, _runs):
+            tell(f"{configuration}: {_TITLES[step.__name__]}")
+            made = step(setup, configuration, data, terms, posterior, naming, iterations)
+            for stage in made:
+                stages.append(stage)
+                posterior = stage.posterior
+                for decision in stage.rounds:
+                    if decision.taken is not None and decision.taken.term is not None:
+                        named.append((decision.taken.term, decision))
+                        terms.append(decision.taken.term)
+    if posterior is None:
+        posterior = fit_terms(setup, next(iter(setup.configurations)), terms, None, lambda model: ())
+    return Flow(tuple(terms), posterior, tuple(stages), tuple(named))
+
+
+_TITLES = {"_measured": "modal test and FRFs", "_output_only": "output-only modes", "_runs": "operating shapes and loads"}
+
+
+def _measured(
+    setup: Setup,
+    configuration: str,
+    data: StagedData,
+    terms: Sequence[LinearTerm],
+    before: Posterior | None,
+    naming: bool,
+    iterations: int,
+) -> list[Stage]:
+    """Modal test, then the FRFs it came from: the second starts from the first and replaces it, being the same data."""
+    frfs = data.frfs.get(configuration, [])
+    if not frfs:
+        return []
+    stages, start = [], before
+    modes = data.test_modes.get(configuration, [])
+    sensors = tuple(dict.fromkeys(d for f in frfs for d in (*f.inputs, *f.outputs)))
+    if modes:
+        start = fit_terms(setup, configuration, terms, before, lambda m: [d.block(setup, m) for d in modes])
+        stages.append(_modes_stage("modal test", setup, configuration, modes, terms, start, ()))
+        stages[-1] = _with(stages[-1], unseen_modes(setup, configuration, terms, start, frfs))
+    blocks = lambda m: [f.block(setup, m) for f in frfs]  # noqa: E731
+    rounds: list[Round] = []
+    chosen = list(terms)
+    if naming:
+        chosen, start, rounds = select_terms(
+            setup, configuration, terms, before,
+            lambda m: [f.block(setup, m, max(1, int(1 / setup.settings.weight_frf))) for f in frfs],
+            lambda taken: rivals(setup, configuration, sensors, taken, only_here=before is not None),
+        )  # fmt: skip
+    posterior = fit_terms(setup, configuration, chosen, before, blocks, from_p=start)
+    model = setup.model(configuration, posterior.unknowns, chosen)
+    made = [b for b in blocks(model) if isinstance(b, FrfBlock)]
+    left, noise = _frf_error(made, frfs, posterior.p)
+    remarks = (*remark_on_frfs(left, noise, rounds), *unseen_modes(setup, configuration, chosen, posterior, frfs))
+    names = tuple(f.name for f in frfs)
+    stages.append(Stage("FRFs", configuration, names, posterior, left, noise, remarks, tuple(rounds)))
+    return stages
+
+
+def _frf_error(blocks: list[FrfBlock], frfs: list[FrfData], p: FloatArray) -> tuple[float, float]:
+    top = sum(float((np.abs(b.predicted(p) - b.H) ** 2).sum()) for b in blocks)
+    noise = sum(float((f.noise**2).sum()) for f in frfs)
+    size = sum(float((np.abs(b.H) ** 2).sum()) for b in blocks)
+    return float(np.sqrt(top / size)), float(np.sqrt(noise / size))
+
+
+def _output_only(
+    setup: Setup,
+    configuration: str,
+    data: StagedData,
+    terms: Sequence[LinearTerm],
+    before: Posterior | None,
+    naming: bool,
+    iterations: int,
+) -> list[Stage]:
+    modes = data.output_only.get(configuration, [])
+    if not modes:
+        return []
+    sensors: tuple[Dof, ...] = tuple(dict.fromkeys(d for m in modes for d in m.modes.dofs))
+    blocks = lambda m: [d.block(setup, m) for d in modes]  # noqa: E731
+    rounds: list[Round] = []
+    chosen = list(terms)
+    if naming:
+        elsewhere = before is not None and configuration not in data.frfs
+        chosen, posterior, rounds = select_terms(
+            setup, configuration, terms, before, blocks,
+            lambda taken: rivals(setup, configuration, sensors, taken, only_here=elsewhere),
+        )  # fmt: skip
+    else:
+        posterior = fit_terms(setup, configuration, terms, before, blocks)
+    return [_modes_stage("output-only modes", setup, configuration, modes, chosen, posterior, tuple(rounds))]
+
+
+def _modes_stage(
+    name: str,
+    setup: Setup,
+    configuration: str,
+    modes: Sequence[ModesData],
+    terms: Sequence[LinearTerm],
+    posterior: Posterior,
+    rounds: tuple[Round, ...],
+) -> Stage:
+    model = setup.model(configuration, posterior.unknowns, terms)
+    rows, apart, noise = [], [], []
+    for d in modes:
+        block: ModesBlock = d.block(setup, model)
+        lam, _, mac = block.pairs(posterior.p)
+        freq = np.abs(lam) / (2 * np.pi)
+        for i in range(d.modes.n_modes):
+            own = d.modes
+            rows.append((own.freq[i], own.zeta[i], freq[i], -lam[i].real / abs(lam[i]), mac[i]))
+            apart.append(freq[i] / own.freq[i] - 1)
+            noise.append(float(np.nan_to_num(own.freq_sd[i])) / own.freq[i] if own.freq_sd is not None else 0.0)
+    left, level = float(np.sqrt(np.mean(np.square(apart)))), float(np.sqrt(np.mean(np.square(noise))))
+    remarks = remark_on_modes(rows, left, rounds)
+    return Stage(
+        name, configuration, tuple(d.name for d in modes), posterior, left, level, remarks, rounds,
+        modes[0].modes, table=tuple(rows),
+    )  # fmt: skip
+
+
+def _runs(
+    setup: Setup,
+    configuration: str,
+    data: StagedData,
+    terms: Sequence[LinearTerm],
+    before: Posterior | None,
+    naming: bool,
+    iterations: int,
+) -> list[Stage]:
+    stages = []
+    for run in data.runs.get(configuration, []):
+        result = fit_run(setup, configuration, run, list(terms), before, iterations=iterations)
+        before = result.posterior
+        noise = float(np.sqrt((run.noise**2).sum() / (run.y**2).mean(axis=1).sum()))
+        stages.append(
+            Stage(
+                "operating shapes and loads", configuration, (run.name,), before, result.error, noise,
+                remark_on_run(result), run=result,
+            )  # fmt: skip
+        )
+    return stages
+
+
+def _with(stage: Stage, remarks: tuple[str, ...]) -> Stage:
+    fields = {f: getattr(stage, f) for f in stage.__dataclass_fields__}
+    return Stage(**{**fields, "remarks": (*stage.remarks, *remarks)})

@@ -1,0 +1,179 @@
+"""result.json of a staged study."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from femend.diagnose.staged import Flow, Setup, StagedData
+from femend.diagnose.staged.select import Round
+from femend.model.linear_terms import LinearTerm
+from femend.study.predictions import STAGES, Prediction
+from femend.units import UnitSystem, unit_system
+
+__all__ = ["staged_result"]
+
+FORMAT = "femend-diagnosis/1"
+ALTERNATIVES = 5
+# a parameter this many prior deviations away is no update any more
+FAR = 5.0
+
+
+def staged_result(
+    setup: Setup, data: StagedData, final: Flow, plain: Flow, predictions: list[Prediction]
+) -> dict[str, Any]:
+    """The content of result.json, with the stages and the loads beside what the contract asks for."""
+    findings = [_finding(setup, final, term, decision) for term, decision in _by_evidence(final)]
+    converged = all(s.posterior.converged for s in final.stages)
+    verdict, advice = _verdict(setup, final, findings)
+    noise = {s.recordings[0]: s.noise for s in final.stages if len(s.recordings) == 1 and not s.table}
+    return {
+        "format": FORMAT,
+        "verdict": verdict,
+        "findings": findings,
+        "parameters": _parameters(setup, final),
+        "fit": [_fit(p, noise) for p in predictions if p.recorded is not None],
+        "status": "converged" if converged else "stalled",
+        "advice": advice,
+        "stages": [_stage(s) for s in final.stages],
+        "loads": [_loads(setup, c, r) for c, r in final.runs],
+    }
+
+
+def _by_evidence(flow: Flow) -> list[tuple[LinearTerm, Round]]:
+    """What explains most comes first."""
+
+    def gain(item: tuple[LinearTerm, Round]) -> float:
+        decision = item[1]
+        without = [r.score for r in decision.rivals if r.term is None]
+        assert decision.taken is not None
+        return decision.taken.score - max(without, default=decision.rivals[-1].score)
+
+    return sorted(flow.named, key=gain, reverse=True)
+
+
+def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[str, str]:
+    unseen = [r for s in flow.stages for r in s.remarks if "cannot see" in r]
+    advice = "; ".join(dict.fromkeys(unseen[-1:]))
+    if findings:
+        return "missing-physics", advice
+    posterior = flow.posterior
+    moved = []
+    for parameter in setup.free.parameters:
+        i = posterior.unknowns.index(parameter.name)
+        moved.append(abs(posterior.p[i]) / parameter.prior_sd)
+    if max(moved, default=0.0) > FAR:
+        return "located-not-named", advice
+    return ("parameters-only" if max(moved, default=0.0) > 0.3 else "consistent"), advice
+
+
+def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dict[str, Any]:
+    system = unit_system(setup.free.units)
+    others: dict[str, float] = {}
+    for rival in decision.rivals:
+        if decision.taken is not None and rival is not decision.taken and rival.probability >= 0.001:
+            name = rival.physics or "nothing"
+            others[name] = others.get(name, 0.0) + rival.probability
+    probability = decision.taken.probability if decision.taken is not None else 0.0
+    return {
+        "physics": term.physics,
+        "probability": round(min(probability, 0.999), 3),
+        "location": {"nodes": list(term.nodes), "to": term.to, "direction": term.direction, "also_possible": []},
+        "parameters": _values(setup, flow, term, system),
+        "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in sorted(others.items())][:ALTERNATIVES],
+        "configurations": list(term.configurations) or list(setup.configurations),
+    }
+
+
+def _values(setup: Setup, flow: Flow, term: LinearTerm, system: UnitSystem) -> dict[str, Any]:
+    """Values with deviations: estimated ones and that for the form of the model; totals beside those per area."""
+    posterior, form = flow.posterior, setup.settings.form
+    values, deviations = posterior.values, posterior.sd
+    found: dict[str, Any] = {}
+    for u in term.unknowns:
+        if u.name not in posterior.unknowns.names:
+            continue
+        i = posterior.unknowns.index(u.name)
+        name = u.name.split(": ")[-1].split(" [")[0]
+        sd = float(np.hypot(deviations[i], form * values[i]))
+        found[name] = {"value": _round(values[i]), "sd": _round(sd), "unit": unit_text(u.unit, system)}
+        if u.unit.endswith("/area"):
+            total = u.unit.removesuffix("/area")
+            found[f"{name}_total"] = {
+                "value": _round(values[i] * term.area),
+                "sd": _round(sd * term.area),
+                "unit": unit_text(total, system),
+            }
+    return found
+
+
+def unit_text(unit: str, system: UnitSystem) -> str:
+    """How the unit of an unknown is written in a unit system."""
+    F, L, m = system.force_text, system.length_text, system.mass_text
+    return {
+        "k": f"{F}/{L}", "k/area": f"{F}/{L}^3", "k_rot": f"{F}*{L}/rad", "c": f"{F}*s/{L}", "c/area": f"{F}*s/{L}^3",
+        "c_rot": f"{F}*{L}*s/rad", "coupling": f"{F}/rad", "m": m, "m_r": f"{m}*{L}",
+    }.get(unit, unit)  # fmt: skip
+
+
+def _parameters(setup: Setup, flow: Flow) -> dict[str, Any]:
+    posterior = flow.posterior
+    found = {}
+    for parameter in setup.free.parameters:
+        i = posterior.unknowns.index(parameter.name)
+        sd = float(np.hypot(posterior.sd[i], setup.settings.form * posterior.values[i]))
+        found[parameter.name] = {"factor": _round(posterior.values[i]), "sd": _round(sd)}
+    return found
+
+
+def _fit(prediction: Prediction, noise: dict[str, float]) -> dict[str, Any]:
+    row: dict[str, Any] = {
+        "recording": prediction.name, "role": prediction.role, "noise_floor": _round(noise.get(prediction.name)),
+    }  # fmt: skip
+    row.update({stage: _round(prediction.error(stage)) for stage in STAGES})
+    return row
+
+
+def _stage(stage: Any) -> dict[str, Any]:
+    own = {
+        "stage": stage.name,
+        "configuration": stage.configuration,
+        "recordings": list(stage.recordings),
+        "unexplained": _round(stage.unexplained),
+        "noise": _round(stage.noise),
+        "remarks": list(stage.remarks),
+    }
+    if stage.table:
+        own["modes"] = [
+            dict(zip(("freq", "zeta", "model_freq", "model_zeta", "mac"), map(_round, row), strict=True))
+            for row in stage.table
+        ]
+    return own
+
+
+def _loads(setup: Setup, configuration: str, result: Any) -> dict[str, Any]:
+    system = unit_system(setup.free.units)
+    U, phase = result.unbalances()
+    return {
+        "recording": result.data.name,
+        "configuration": configuration,
+        "nodes": list(result.unbalance.nodes),
+        "axis": "XYZ"[result.unbalance.axis],
+        "sense": result.unbalance.sense,
+        "unbalance": [_round(float(u)) for u in U],
+        "unit": unit_text("m_r", system),
+        "phase_deg": [round(float(np.degrees(a)), 2) for a in phase],
+        "exponent": _round(result.exponent[0]),
+        "exponent_sd": _round(result.exponent[1]),
+        "reliable_hz": [_round(float(f)) for f in _ends(result.after.freq[result.after.reliable])],
+        "correlation": {"value": _round(result.correlation[0]), "with": result.correlation[1]},
+    }
+
+
+def _ends(freq: Any) -> list[float]:
+    return [float(freq.min()), float(freq.max())] if len(freq) else []
+
+
+def _round(value: float | None) -> float | None:
+    return None if value is None or not np.isfinite(value) else float(f"{value:.5g}")
