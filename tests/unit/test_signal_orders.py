@@ -7,7 +7,7 @@ import pytest
 
 from femend.data import Channel, Speed, TimeData
 from femend.dof import Dof
-from femend.errors import SignalError
+from femend.errors import RecordingError, SignalError
 from femend.signal import speed_from_profile, vold_kalman
 
 DT, N = 1 / 256, 25600
@@ -118,3 +118,25 @@ def test_a_speed_of_another_time_and_a_short_record_are_refused() -> None:
         vold_kalman(data, late, [1.0])
     with pytest.raises(SignalError, match="too short for a bandwidth of 0.01"):
         vold_kalman(data, run_up(), [1.0], bandwidth=0.01)
+
+
+def test_a_track_is_cut_chosen_and_asked_by_order() -> None:
+    speed = run_up()
+    track = vold_kalman(record(order_of(speed, 1.0, 1 + 1j)), speed, [1.0, 2.0])
+    part = track.between(20.0, 30.0)
+    assert part.t.min() >= 20
+    assert part.t.max() <= 30
+    assert np.array_equal(part.order(2.0), track.order(2.0)[:, (track.t >= 20) & (track.t <= 30)])
+    assert track.select([0]).channels == track.channels
+    assert track.freq[1] == pytest.approx(2 * track.speed)
+    with pytest.raises(KeyError, match=r"order 3 of shaft 0 was not tracked in 'sweep'; there are 1, 2"):
+        track.order(3.0)
+    with pytest.raises(RecordingError, match="nothing lies between 200 and 300"):
+        track.between(200.0, 300.0)
+
+
+def test_what_the_orders_leave_is_told_for_every_channel() -> None:
+    speed = run_up()
+    track = vold_kalman(record(order_of(speed, 1.0, 1 + 1j), noise=0.1), speed, [1.0])
+    assert track.residual is not None
+    assert track.residual[0] == pytest.approx(0.1, rel=0.03)  # of 25600 samples, less some per cent in the band

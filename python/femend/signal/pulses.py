@@ -19,7 +19,7 @@ BOUNCE, WHOLE = 0.45, 0.25
 # intervals over which the local interval is taken, and the quantile: bounces make many short ones, losses few long ones
 REACH, QUANTILE = 15, 75
 # shares of the tacho's range tried as level: pulses that are narrow against a sample do not reach its middle each time
-LEVELS = (0.5, 0.3, 0.15, 0.07)
+LEVELS = (0.5, 0.3, 0.15, 0.07, 0.7, 0.85, 0.93)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,10 +46,10 @@ def find_edges(
     """Times (n_edges,) in s at which `values` (n_samples,), sampled every `dt` s from `t0` on, rise through `level`.
 
     Linear interpolation between the samples on both sides. An edge counts once the signal has been below level minus
-    half of `hysteresis` before. By default the hysteresis is a quarter of the signal's range (a fifth of the level
-    where that is less), and the level the share 0.5, 0.3, 0.15 or 0.07 of the range whose edges come most evenly:
-    pulses shorter than two samples do not reach the middle each time. `falling` takes the falling edges. Raises
-    SignalError where the signal does not move.
+    half of `hysteresis` before. By default the hysteresis is a quarter of the signal's range (less near its ends), and
+    the level the share of 0.5, or one of 0.07 to 0.93, of the range whose edges come most evenly: pulses shorter than
+    two samples do not reach the middle each time. `falling` takes the falling edges. Raises SignalError where the
+    signal does not move.
 
     >>> find_edges(np.array([0.0, 0, 5, 5, 0, 0, 5, 5]), 0.1)
     array([0.15, 0.55])
@@ -65,7 +65,7 @@ def find_edges(
         return t0 + dt * _crossings(x, -level if falling else level, 0.25 * span if hysteresis is None else hysteresis)
     found = []
     for share in LEVELS:
-        band = min(0.25, 0.4 * share) * span if hysteresis is None else hysteresis
+        band = min(0.25, 0.4 * share, 0.4 * (1 - share)) * span if hysteresis is None else hysteresis
         found.append(_crossings(x, low + share * span, band))
     return t0 + dt * min(found, key=_uneven)
 
@@ -153,7 +153,7 @@ def _steps(kept: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         steps = np.maximum(1, np.rint(intervals / local)).astype(np.int64)
     local = _median(intervals / steps)
     off = np.abs(intervals / local - steps)
-    doubtful = np.flatnonzero((steps > 1) & (off > WHOLE + 0.02 * steps))
+    doubtful = np.flatnonzero((steps > 1) & (off > WHOLE + 0.01 * steps))
     if doubtful.size:
         at = int(doubtful[0])
         raise SignalError(

@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline, CubicSpline, make_smoothing_spline
+from scipy.interpolate import BSpline, CubicSpline
 
 from femend.data import Speed, TimeData
 from femend.errors import SignalError
+from femend.signal.curve import smooth_curve
 from femend.signal.pulses import PulseTrain, find_edges, repair_pulses
 from femend.signal.waveform import align_waveform, samples_per_pulse
 
@@ -18,10 +19,12 @@ __all__ = ["speed_from_edges", "speed_from_profile", "tacho_speed"]
 FloatArray = NDArray[np.float64]
 
 # samples of the speed per pulse, and pulses beyond which the spline is fitted on every k-th
-PER_PULSE, MOST_KNOTS = 4, 4000
-# samples per pulse below which edges are not interpolated but the waveform is fitted
-FEW_SAMPLES = 8.0
-# smoothing from which the waveform is fitted, in pulses: what is wrong with single edges is averaged over some ten
+PER_PULSE, MOST_KNOTS = 4, 2000
+# samples per pulse below which edges are not interpolated but the waveform is fitted, and pulses per revolution up to
+# which: many average out by themselves
+FEW_SAMPLES, FEW_PULSES = 40.0, 8
+# smoothing with which the waveform is fitted: over some ten pulses. Cross validation would follow what single pulses
+# are wrong by, which is alike in neighbours
 START = 10.0
 
 
@@ -39,20 +42,21 @@ def tacho_speed(
 
     Edges through `level` are interpolated between samples, bounces thrown out and lost pulses put in (`repair_pulses`),
     both counted. With several `pulses_per_revolution` the teeth's uneven spacing is estimated and taken out, and angle
-    0 is at the first pulse's tooth. Pulses with fewer than eight samples on average are fitted as a whole waveform
-    (`femend.signal.waveform`), since their edges cannot be interpolated; angle 0 is then where that rises through its
-    middle. `smoothing` is that of `speed_from_edges`; `hysteresis` and `falling` are those of `find_edges`. Raises
-    SignalError, naming channel and time, for a tacho that is missing, stands still, bounces too often or pauses.
+    0 is at the first pulse's tooth. Pulses with fewer than forty samples on average (up to eight a revolution) are
+    fitted as a whole waveform (`femend.signal.waveform`), since their edges cannot be interpolated, with a smoothing
+    over some ten pulses; angle 0 is then where that rises through its middle. `smoothing` is that of
+    `speed_from_edges`; `hysteresis` and `falling` are those of `find_edges`. Raises SignalError, naming channel and
+    time, for a tacho that is missing, stands still, bounces too often or pauses.
     """
     row = _tacho_row(data, channel)
     name = data.channels[row].text
     x = data.values[row]
     try:
         edges = find_edges(x, data.dt, data.t0, level=level, hysteresis=hysteresis, falling=falling)
-        few = level is None and samples_per_pulse(-x if falling else x, edges.size) < FEW_SAMPLES
+        few = level is None and pulses_per_revolution <= FEW_PULSES and samples_per_pulse(x, edges.size) < FEW_SAMPLES
         fit = _fit_edges(edges, pulses_per_revolution, START if few and smoothing is None else smoothing)
         if few:
-            fit = fit.aligned(-x if falling else x, data.t)
+            fit = fit.aligned(-x if falling else x, data.t, START if smoothing is None else smoothing)
         return fit.speed(name)
     except SignalError as error:
         message = f"recording {data.name!r}, channel {name}: {error}"
@@ -80,8 +84,9 @@ def speed_from_edges(
 ) -> Speed:
     """Speed from the times `edges` (n,) s of a tacho's pulses, `pulses_per_revolution` of them each turn.
 
-    The angle is a smoothing spline through the pulses: the cubic that minimises the squared deviations at the pulses,
-    in pulses, plus `smoothing` times the integral of its squared second derivative, over t counted in mean intervals.
+    The angle is a cubic smoothing spline through the pulses: it minimises the squared deviations at the pulses, in
+    pulses, plus `smoothing` times the integral of its squared second derivative beside that of a cubic polynomial,
+    over t counted in mean intervals.
     None lets generalised cross validation choose (Wahba, Spline Models for Observational Data, SIAM 1990, eq. 4.3.1);
     0 passes through every pulse. `source` names it in messages. Raises SignalError as `repair_pulses` does.
     """
@@ -98,10 +103,12 @@ class _Fit:
     curve: BSpline | CubicSpline
     waveform: bool = False
 
-    def aligned(self, x: FloatArray, t: FloatArray) -> _Fit:
+    def aligned(self, x: FloatArray, t: FloatArray, smoothing: float) -> _Fit:
         """The fit to the whole waveform `x` (n,) at `t` (n,) s between the first and the last pulse."""
         inside = (t >= self.train.t[0]) & (t <= self.train.t[-1])
-        curve, better = align_waveform(x[inside], t[inside], self.curve, self.interval, self.ppr)
+        if not isinstance(self.curve, BSpline):  # asked to pass through every pulse
+            return self
+        curve, better = align_waveform(x[inside], t[inside], self.curve, self.interval, self.ppr, smoothing)
         return replace(self, curve=curve, waveform=True) if better else self
 
     def speed(self, source: str) -> Speed:
@@ -147,7 +154,7 @@ def _smooth(x: FloatArray, y: FloatArray, smoothing: float | None) -> BSpline | 
         whole = x.size // step * step
         inner_x, inner_y = x[:whole].reshape(-1, step).mean(axis=1), y[:whole].reshape(-1, step).mean(axis=1)
         x, y = np.concatenate([[x[0]], inner_x, [x[-1]]]), np.concatenate([[y[0]], inner_y, [y[-1]]])
-    return make_smoothing_spline(x, y, lam=smoothing)
+    return smooth_curve(x, y, lam=smoothing)
 
 
 def _tooth_offsets(train: PulseTrain, ppr: int) -> FloatArray:

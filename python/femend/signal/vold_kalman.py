@@ -63,14 +63,7 @@ def vold_kalman(
     freq, phase = _phases(speeds, flat, shafts, times)
     width = _width(speeds[0], bandwidth, relative, times)
     _refuse_short(data, times, width)
-    usable = freq < USABLE * data.rate
-    if not usable.any(axis=1).all():
-        worst = int(np.flatnonzero(~usable.any(axis=1))[0])
-        raise SignalError(
-            f"recording {data.name!r}: order {flat[worst]:.4g} lies from {freq[worst].min():.6g} Hz on, above "
-            f"{USABLE} of the sampling rate {data.rate:.6g} Hz; leave the order out or sample faster",
-            recording=data.name,
-        )
+    usable = _usable(data, flat, freq)
     knots = _knots(times, width)
     x = data.values[rows][:, span]
     lam = (np.sqrt(2) - 1) / (2 * data.dt * (np.pi * width) ** (2 * poles))
@@ -79,14 +72,13 @@ def vold_kalman(
     out_freq, _ = _phases(speeds, flat, shafts, out)
     good = out_freq < USABLE * data.rate
     values = np.moveaxis(_design(knots, out) @ coefs.reshape(len(coefs), -1), 0, -1)
-    values = values.reshape(len(flat), len(rows), out.size) * good[:, None, :]
     return OrderTrack(
         data.name,
         flat,
         out,
         speeds[0].at(out)[0],
         out_freq,
-        values,
+        values.reshape(len(flat), len(rows), out.size) * good[:, None, :],
         tuple(data.channels[i] for i in rows),
         good,
         shafts,
@@ -94,6 +86,20 @@ def vold_kalman(
         f"Vold-Kalman, {poles} poles, bandwidth {width.min():.4g} to {width.max():.4g} Hz",
         tuple(dict.fromkeys(note for s in speeds for note in s.notes)),
     )
+
+
+def _usable(data: TimeData, orders: FloatArray, freq: FloatArray) -> NDArray[np.bool_]:
+    """Where the orders' frequencies (n_order, n) can be sampled; refuses an order that is so nowhere."""
+    usable = freq < USABLE * data.rate
+    nowhere = np.flatnonzero(~usable.any(axis=1))
+    if nowhere.size:
+        worst = int(nowhere[0])
+        raise SignalError(
+            f"recording {data.name!r}: order {orders[worst]:.4g} lies from {freq[worst].min():.6g} Hz on, above "
+            f"{USABLE} of the sampling rate {data.rate:.6g} Hz; leave the order out or sample faster",
+            recording=data.name,
+        )
+    return usable
 
 
 def _rows(data: TimeData) -> list[int]:

@@ -9,8 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline, make_smoothing_spline
-from scipy.linalg import solveh_banded
+from scipy.interpolate import BSpline
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import spsolve
+
+from femend.signal.curve import smooth_curve
 
 __all__ = ["align_waveform", "samples_per_pulse"]
 
@@ -18,25 +21,33 @@ FloatArray = NDArray[np.float64]
 
 # bins of the waveform per pulse; shifts tried, in pulses; pulses whose misfit is added up for a coarse shift
 BINS, REACH, TRIED, WINDOW = 120, 0.1, 61, 9
+# steps of the shift over which the misfit must rise
+SEEN = 6
 # share of the pulses, those with most samples, that make the waveform; coarse and fine rounds
 BEST, COARSE, FINE = 0.35, 3, 5
+# smoothing of the first rounds, in pulses: where the shaft turns in whole samples, pulses that show a plateau only
+# would hold the speed at that
+STIFF = (1e4, 1e4, 1e3, 1e3, 1e2, 0.0)
 
 
 def samples_per_pulse(x: FloatArray, n_pulses: int) -> float:
-    """Samples on flanks and top, above a tenth of the range of `x` (n_samples,), for each of the `n_pulses`."""
-    low, high = float(np.median(x)), float(x.max())
-    return float((x > low + 0.1 * (high - low)).sum()) / max(n_pulses, 1)
+    """Twice the samples on the rarer side of the middle of the range of `x` (n_samples,), for each of `n_pulses`: with
+    the flanks, what a pulse shows of itself."""
+    above = int((x > 0.5 * (float(x.max()) + float(x.min()))).sum())
+    return 2 * min(above, x.size - above) / max(n_pulses, 1)
 
 
-def align_waveform(x: FloatArray, t: FloatArray, curve: BSpline, interval: float, ppr: int) -> tuple[BSpline, bool]:
+def align_waveform(
+    x: FloatArray, t: FloatArray, curve: BSpline, interval: float, ppr: int, smoothing: float
+) -> tuple[BSpline, bool]:
     """The pulse number over t / `interval` that makes `x` (n,) at `t` (n,) s one waveform of the shaft's angle.
 
     `curve` is the number found from edges, smoothed; it is returned, with False, where nothing becomes better. One
-    revolution has `ppr` pulses. Number 0 is where the waveform rises through the middle of its range.
+    revolution has `ppr` pulses; `smoothing` is that of `speed_from_edges`. Number 0 is where the waveform rises
+    through the middle of its range.
     """
     u = t / interval
-    low, high = float(np.median(x)), float(x.max())
-    z = (x - low) / (high - low)
+    z = (x - x.min()) / np.ptp(x)
     number = curve(u)
     before, n_bins = _misfit(z, number, ppr, BINS * ppr), BINS * ppr
     edges = np.arange(np.ceil(number[0]), np.floor(number[-1]) + 1)  # one shift per pulse, about whole numbers
@@ -46,8 +57,7 @@ def align_waveform(x: FloatArray, t: FloatArray, curve: BSpline, interval: float
         pulse = np.clip(np.rint(number - edges[0]).astype(np.int64), 0, edges.size - 1)
         shift, weight = (_coarse if step < COARSE else _fine)(z, number, pulse, edges.size, wave, ppr)
         wanted = curve(at) + shift
-        lam = None if step == COARSE + FINE - 1 else 10.0
-        curve_new = make_smoothing_spline(at, wanted, w=weight, lam=lam)
+        curve_new = smooth_curve(at, wanted, weight, max(smoothing, STIFF[min(step, len(STIFF) - 1)]))
         if not (np.diff(curve_new(u)) > 0).all():
             return curve, False
         curve, number = curve_new, curve_new(u)
@@ -75,12 +85,12 @@ def _waveform(z: FloatArray, number: FloatArray, ppr: int, n_bins: int, slow_onl
     right = np.bincount(lower, (1 - share) * z, n_bins) + np.bincount(upper, share * z, n_bins)
     coupled = np.bincount(lower, share * (1 - share), n_bins)
     ridge = 1e-3 * len(z) / n_bins  # bins without a sample take their neighbours' mean
-    band = np.zeros((2, n_bins))
-    band[0] = diagonal + 2 * ridge
-    band[1, :-1] = coupled[:-1] - ridge
-    # the revolution closes at a bin that lies between pulses: its coupling to the first one may be left out
-    band[0, [0, -1]] -= ridge
-    return np.asarray(solveh_banded(band, right, lower=True))
+    bins = np.arange(n_bins)
+    after = (bins + 1) % n_bins
+    rows, columns = np.concatenate([bins, bins, after]), np.concatenate([bins, after, bins])
+    entries = np.concatenate([diagonal + 2 * ridge, coupled - ridge, coupled - ridge])
+    matrix = csc_array((entries, (rows, columns)), shape=(n_bins, n_bins))
+    return np.asarray(spsolve(matrix, right))
 
 
 def _value(wave: FloatArray, number: FloatArray, ppr: int) -> FloatArray:
@@ -104,7 +114,11 @@ def _coarse(
     rows = np.arange(count)
     left, middle, right = cost[at - 1, rows], cost[at, rows], cost[at + 1, rows]
     bend = np.maximum(left - 2 * middle + right, 1e-12)
-    return tried[at] + np.clip(0.5 * (left - right) / bend, -1, 1) * (tried[1] - tried[0]), np.ones(count)
+    shift = tried[at] + np.clip(0.5 * (left - right) / bend, -1, 1) * (tried[1] - tried[0])
+    # a shift is known as well as the misfit rises around it
+    below, above = np.maximum(at - SEEN, 0), np.minimum(at + SEEN, TRIED - 1)
+    wide = np.minimum(cost[below, rows], cost[above, rows]) - middle
+    return shift, np.maximum(wide / max(float(wide.mean()), 1e-300), 1e-3)
 
 
 def _fine(
@@ -123,7 +137,7 @@ def _fine(
 def _rise(wave: FloatArray, ppr: int) -> float:
     """Number, nearest 0, at which the waveform rises through a half."""
     finer = np.arange(-wave.size // (2 * ppr), wave.size // (2 * ppr) + 1)
-    values = wave[finer % wave.size] / wave.max()
+    values = (wave[finer % wave.size] - wave.min()) / np.ptp(wave)
     rises = np.flatnonzero((values[:-1] < 0.5) & (values[1:] >= 0.5))
     if not rises.size:
         return 0.0

@@ -1,0 +1,160 @@
+"""Tachos: edges, repairs, speed and angle against shafts that are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from femend.data import Channel, Speed, TimeData
+from femend.errors import SignalError
+from femend.signal import find_edges, repair_pulses, speed_from_edges, speed_from_profile, tacho_speed
+
+DT = 1 / 2048
+T = DT * np.arange(2048 * 20)
+
+
+def angle_of(t: np.ndarray) -> np.ndarray:
+    """A shaft that runs up from 5 to 20 rev/s in 20 s with a slow swing."""
+    return 2 * np.pi * (5 * t + 0.375 * t**2) + 0.2 * np.sin(2 * np.pi * t / 5)
+
+
+def speed_of(t: np.ndarray) -> np.ndarray:
+    return 5 + 0.75 * t + 0.04 * np.cos(2 * np.pi * t / 5)
+
+
+def pulses(angle: np.ndarray, ppr: int = 1, width: float = 0.2, uneven: float = 0.0) -> np.ndarray:
+    """Trapezoids of 5 V that rise through their middle at every 1/ppr of a turn, teeth out of place by `uneven`."""
+    tooth = np.floor(angle / (2 * np.pi) * ppr + 0.5 * (1 - width))
+    shift = uneven * np.sin(2.1 * np.mod(tooth, ppr)) * (np.mod(tooth, ppr) > 0)
+    u = np.mod(angle / (2 * np.pi) * ppr - shift + 0.5 * (1 - width), 1) - 0.5 * (1 - width)
+    flank = 0.02
+    return 5 * np.clip((u + flank / 2) / flank, 0, 1) * np.clip((width + flank / 2 - u) / flank, 0, 1)
+
+
+def tacho(values: np.ndarray, dt: float = DT) -> TimeData:
+    return TimeData("run", dt, [values], [Channel(None, "tacho", "V", "tacho")])
+
+
+def apart(speed: Speed, angle: np.ndarray, t: np.ndarray, turns: float = 1.0) -> np.ndarray:
+    """Error of the angle in degrees between the first and the last pulse, whole turns (or teeth) left out."""
+    inside = (t >= speed.start) & (t <= speed.stop)
+    error = np.degrees(speed.at(t[inside])[1] - angle[inside])
+    whole = 360 * turns
+    return np.asarray((error + whole / 2) % whole - whole / 2)
+
+
+def test_speed_and_angle_of_a_clean_tacho() -> None:
+    speed = tacho_speed(tacho(pulses(angle_of(T))))
+    assert (speed.missed, speed.doubled) == (0, 0)
+    assert np.abs(apart(speed, angle_of(T), T)).max() < 0.2  # edges between samples of at most 3.5 degrees
+    inner = T[(T > 1) & (T < 19)]
+    assert np.abs(speed.at(inner)[0] / speed_of(inner) - 1).max() < 1e-3
+
+
+def test_noise_moves_the_edges_and_the_spline_evens_them_out() -> None:
+    rng = np.random.default_rng(0)
+    speed = tacho_speed(tacho(pulses(angle_of(T)) + 0.3 * rng.standard_normal(T.size)))
+    inner = T[(T > 1) & (T < 19)]
+    assert np.abs(speed.at(inner)[0] / speed_of(inner) - 1).max() < 5e-3
+
+
+def test_lost_pulses_are_put_in_and_bounces_thrown_out_and_both_counted() -> None:
+    clean = find_edges(pulses(angle_of(T)), DT)
+    lost = [20, 21, 90, 150]
+    bounced = [40, 60, 61, 120]
+    kept = np.delete(clean, lost)
+    edges = np.sort(np.concatenate([kept, clean[bounced] + 0.006, clean[bounced[:1]] + 0.011]))
+    train = repair_pulses(edges)
+    assert (train.missed, train.doubled) == (4, 5)
+    assert np.array_equal(train.t, kept)
+    speed = speed_from_edges(edges)
+    assert (speed.missed, speed.doubled) == (4, 5)
+    assert np.abs(apart(speed, angle_of(T), T)).max() < 0.5
+    assert any("2 lost pulses put in" in note for note in speed.notes)
+    assert any("bounce" in note for note in speed.notes)
+
+
+def test_a_tacho_that_bounces_at_every_pulse_is_repaired_or_refused_never_doubled() -> None:
+    clean = find_edges(pulses(angle_of(T)), DT)
+    edges = np.sort(np.concatenate([clean, clean + 0.004]))
+    with pytest.raises(SignalError, match=r"edges are bounces \(\d+%, first at"):
+        repair_pulses(edges)
+    assert np.array_equal(repair_pulses(edges, most=1.1).t, clean)
+
+
+def test_uneven_teeth_give_an_even_angle() -> None:
+    values = pulses(angle_of(T), ppr=4, uneven=0.04)
+    speed = tacho_speed(tacho(values), pulses_per_revolution=4, level=2.5)
+    assert np.abs(speed.at(T[4000:-4000])[0] / speed_of(T[4000:-4000]) - 1).max() < 2e-3
+    error = apart(speed, angle_of(T), T, 0.25)
+    assert np.ptp(error) < 0.6  # its first pulse may be any tooth, out of place by up to 3.6 degrees
+    assert np.abs(error).max() < 3.6 + 0.6
+    as_they_are = speed_from_edges(find_edges(values, DT, level=2.5), smoothing=0.0)  # every tooth a turn of its own
+    assert np.std(as_they_are.at(T[4000:-4000])[0] / 4 / speed_of(T[4000:-4000])) > 0.02
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_pulses_of_one_sample_still_give_the_angle(noise: float) -> None:
+    dt = 1 / 256
+    t = dt * np.arange(256 * 60)
+    angle = 2 * np.pi * (2.5 * t + 23.5 * t**2 / 120) + 0.3 * np.sin(2 * np.pi * t / 7)
+    away = np.abs(np.mod(angle - 0.4 + np.pi, 2 * np.pi) - np.pi)
+    values = 5 * np.clip((0.3 - away) / 0.2, 0, 1) + noise * np.random.default_rng(1).standard_normal(t.size)
+    speed = tacho_speed(tacho(values, dt))
+    error = apart(speed, angle - 0.2, t)  # the trapezoid rises through its middle at 0.2 rad
+    # 36 degrees to a sample at the top speed, edges are off by up to 10; the waveform's angle by a fraction of one
+    assert np.abs(error[256:-256]).max() < 1.0
+    assert abs(error.mean()) < 0.3
+    assert any("whole waveform" in note for note in speed.notes)
+
+
+def test_a_tacho_without_pulses_is_refused_by_name() -> None:
+    with pytest.raises(SignalError, match=r"recording 'run', channel tacho \(tacho\): the tacho stays at 3") as caught:
+        tacho_speed(tacho(np.full(1000, 3.0)))
+    assert caught.value.channel == "tacho (tacho)"
+    with pytest.raises(SignalError, match="has 0 tacho channels"):
+        tacho_speed(TimeData("run", DT, [T], [Channel(None, "voltage", "V", "u")]))
+    one = np.zeros(1000)
+    one[500:510] = 5.0
+    with pytest.raises(SignalError, match="has 1 pulses; at least 4"):
+        tacho_speed(tacho(one))
+
+
+def test_a_shaft_that_stops_is_refused_with_the_time() -> None:
+    values = pulses(angle_of(T))
+    edges = find_edges(values, DT)
+    start = float(edges[100])
+    edges = np.concatenate([edges[:101], start + 10.45 * (edges[101] - edges[100]) + (edges[101:] - edges[101])])
+    with pytest.raises(SignalError, match="pauses for") as caught:
+        speed_from_edges(edges)
+    assert caught.value.time == pytest.approx(start, abs=1e-6)
+
+
+def test_a_profile_of_standstill_is_refused() -> None:
+    with pytest.raises(SignalError, match="speed is 0 rev/s at 1 s"):
+        speed_from_profile(np.array([0.0, 1.0, 2.0]), np.array([1.0, 0.0, 1.0]))
+
+
+def test_a_speed_is_not_told_outside_its_pulses() -> None:
+    speed = speed_from_profile(np.array([0.0, 2.0]), np.array([5.0, 5.0]))
+    with pytest.raises(SignalError, match="known from 0 to 2 s, asked for"):
+        speed.at(np.array([2.5]))
+    with pytest.raises(SignalError, match="does not increase|falls by"):
+        Speed([0.0, 2.0, 1.0], [1.0, 1, 1], [0.0, 1, 2])
+
+
+@pytest.mark.parametrize(
+    ("shape", "falling", "zero"), [("dips", False, 0.6), ("dips", True, 0.2), ("square", False, 0.0)]
+)
+def test_tachos_of_either_sense_at_few_samples(shape: str, falling: bool, zero: float) -> None:
+    dt = 1 / 256
+    t = dt * np.arange(256 * 60)
+    angle = 2 * np.pi * (26 * t - 23.5 * t**2 / 120) + 0.3 * np.sin(2 * np.pi * t / 7)  # a run-down
+    away = np.abs(np.mod(angle - 0.4 + np.pi, 2 * np.pi) - np.pi)
+    values = 5.0 * (np.sin(angle) > 0) if shape == "square" else 5 - 5 * np.clip((0.3 - away) / 0.2, 0, 1)
+    data = TimeData("run", dt, [values], [Channel(None, "tacho", "V", "tacho")], 7.0)  # the record need not begin at 0
+    speed = tacho_speed(data, falling=falling)
+    error = apart(speed, angle - zero, t + 7.0)[128:-128]
+    # a square wave has no flank between samples: each edge is known to a twelfth root of 36 degrees, ten are averaged
+    assert np.abs(error).max() < (4.0 if shape == "square" else 1.5)
+    assert error.std() < (1.5 if shape == "square" else 0.3)
