@@ -15,6 +15,7 @@ __all__ = [
     "ModelError",
     "PairingError",
     "RecordingError",
+    "RecordingTooShortError",
     "SingularModelError",
     "StudyError",
     "UnitError",
@@ -71,6 +72,16 @@ class RecordingError(FemendError, ValueError):
         super().__init__(message)
         self.recording = recording
         self.channel = channel
+
+
+class RecordingTooShortError(RecordingError):
+    """A recording too short for its lowest mode. Attributes: `duration` and `needed` in s, `freq` of the mode in Hz."""
+
+    def __init__(self, message: str, *, recording: str, duration: float, needed: float, freq: float) -> None:
+        super().__init__(message, recording=recording)
+        self.duration = duration
+        self.needed = needed
+        self.freq = freq
 
 
 class FormatError(FemendError, ValueError):

@@ -1,0 +1,83 @@
+"""From the poles of all orders to modes, without a person and without thresholds of one case.
+
+1. A pole takes part when it is determined: its standard deviations are below its own half bandwidth
+   (`Stabilisation.determined`), it lies in the band and its damping is in (0, max_zeta).
+2. Two poles may be the same mode when their difference is within what their own uncertainties allow: in frequency and
+   damping 1.96 standard deviations of a difference of independent estimates, in shape 1 - MAC up to three times the
+   sum of their relative shape variances (its expectation for independent estimates is that sum). Where the
+   uncertainties are smaller than what the model order shifts the pole (long records), a tenth of the half bandwidth
+   and MAC 0.98 stand in.
+3. Poles are joined by average linkage of these distances; two poles of one order are never joined, so two close
+   modes stay two.
+4. A cluster is a mode when it lives in at least half the orders from its first on, and in a third of all orders.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.cluster import hierarchy
+from scipy.spatial.distance import squareform
+
+from femend.modal.output_only.stabilisation import Stabilisation, mac
+
+__all__ = ["cluster_poles", "representatives"]
+
+QUANTILE = 1.96
+BANDWIDTH_SHARE = 0.1
+MAC_FLOOR = 0.02
+MAC_CEILING = 0.5
+FAR = 1e6
+
+
+def cluster_poles(poles: Stabilisation, band: tuple[float, float], max_zeta: float) -> Stabilisation:
+    """`poles` with their modes numbered by frequency; `band` in Hz, `max_zeta` the largest damping ratio."""
+    inside = (poles.freq >= band[0]) & (poles.freq <= band[1]) & (poles.zeta > 0) & (poles.zeta < max_zeta)
+    taking_part = np.flatnonzero(inside & poles.determined)
+    labels = np.full(poles.order.size, -1)
+    if taking_part.size < 2:
+        return poles.with_clusters(labels)
+    D = _distances(poles, taking_part)
+    tree = hierarchy.linkage(squareform(D, checks=False), method="average")
+    raw = hierarchy.fcluster(tree, 1.0, criterion="distance")
+    kept = [taking_part[raw == c] for c in np.unique(raw)]
+    kept = [members for members in kept if _is_mode(poles, members)]
+    kept.sort(key=lambda members: float(np.median(poles.freq[members])))
+    for number, members in enumerate(kept):
+        labels[members] = number
+    return poles.with_clusters(labels)
+
+
+def _distances(poles: Stabilisation, which: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Largest of the differences in frequency, damping and shape, each over what it may be, (n, n)."""
+    f, z = poles.freq[which], poles.zeta[which]
+    width = BANDWIDTH_SHARE * np.minimum.outer(z * f, z * f)
+    f_tol = np.maximum(QUANTILE * np.hypot.outer(poles.freq_sd[which], poles.freq_sd[which]), width)
+    share = BANDWIDTH_SHARE * np.minimum.outer(z, z)
+    z_tol = np.maximum(QUANTILE * np.hypot.outer(poles.zeta_sd[which], poles.zeta_sd[which]), share)
+    v = poles.shape_var[which]
+    m_tol = np.clip(3 * np.add.outer(v, v), MAC_FLOOR, MAC_CEILING)
+    shapes = poles.shapes[:, which]
+    D = np.maximum(np.abs(np.subtract.outer(f, f)) / f_tol, np.abs(np.subtract.outer(z, z)) / z_tol)
+    D = np.maximum(D, (1 - mac(shapes, shapes)) / m_tol)
+    D[np.equal.outer(poles.order[which], poles.order[which])] = FAR
+    np.fill_diagonal(D, 0.0)
+    return np.minimum(D, FAR)
+
+
+def _is_mode(poles: Stabilisation, members: NDArray[np.int64]) -> bool:
+    later = np.count_nonzero(poles.orders >= poles.order[members].min())
+    return bool(2 * members.size >= later and 3 * members.size >= poles.orders.size)
+
+
+def representatives(poles: Stabilisation) -> NDArray[np.int64]:
+    """The pole of each mode (n_modes,) nearest to the median frequency and damping of its cluster, each over its own
+    standard deviation: none is preferred for looking certain."""
+    chosen = []
+    for number in range(int(poles.cluster.max(initial=-1)) + 1):
+        members = np.flatnonzero(poles.cluster == number)
+        f, z = poles.freq[members], poles.zeta[members]
+        off_f = (f - np.median(f)) / np.median(poles.freq_sd[members])
+        off_z = (z - np.median(z)) / np.median(poles.zeta_sd[members])
+        chosen.append(int(members[np.argmin(off_f**2 + off_z**2)]))
+    return np.array(chosen, dtype=np.int64)
