@@ -114,7 +114,7 @@ def long_run_variance(series: NDArray[np.float64]) -> NDArray[np.float64]:
     small-sample factor n_b / (n_b - 1).
 
     >>> float(long_run_variance(np.array([1.0, -1.0])))
-    0.5
+    1.0
     """
     n_b = series.shape[0]
     total = np.sum(series**2, axis=0)

@@ -28,7 +28,8 @@ def segment_spectra(
     for channel, row in enumerate(y):
         part = row[at]
         Y[:, :, channel] = np.fft.rfft((part - part.mean(axis=1, keepdims=True)) * window, axis=1)
-    return np.arange(length // 2 + 1) / (length * dt), Y * scale
+    Y *= scale
+    return np.arange(length // 2 + 1) / (length * dt), Y
 
 
 def spectral_matrices(Y: NDArray[np.complex128]) -> NDArray[np.complex128]:
