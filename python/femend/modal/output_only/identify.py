@@ -7,6 +7,8 @@ import numpy as np
 from femend.data import IdentifiedModes, TimeData
 from femend.errors import RecordingError
 from femend.modal.output_only.duration import MIN_PERIODS, needed_duration, refuse_short
+from femend.modal.output_only.efdd import efdd_modes
+from femend.modal.output_only.plscf_modes import plscf_modes
 from femend.modal.output_only.prepare import Signals, prepare_signals
 from femend.modal.output_only.result import OutputOnlyModes
 from femend.modal.output_only.spectra import spectral_peaks
@@ -14,7 +16,7 @@ from femend.modal.output_only.ssi_modes import ModeEstimates, ssi_modes, ssi_set
 
 __all__ = ["identify_output_only"]
 
-METHODS = ("ssi",)
+METHODS = ("ssi", "plscf", "efdd")
 
 
 def identify_output_only(
@@ -40,7 +42,12 @@ def identify_output_only(
         )
     signals = prepare_signals(time_data, band)
     lowest = _lowest(signals)
-    found = ssi_modes(signals, ssi_settings(signals, lowest, max_order, max_zeta))
+    if method == "ssi":
+        found = ssi_modes(signals, ssi_settings(signals, lowest, max_order, max_zeta))
+    elif method == "plscf":
+        found = plscf_modes(signals, lowest, max_order, max_zeta)
+    else:
+        found = efdd_modes(signals, max_zeta)
     return _result(signals, method, found)
 
 

@@ -14,7 +14,7 @@ from femend.modal.output_only.prepare import Signals
 from femend.modal.output_only.ssi import Subspace, order_poles, subspace
 from femend.modal.output_only.stabilisation import Stabilisation
 
-__all__ = ["ModeEstimates", "SsiSettings", "ssi_modes", "ssi_settings"]
+__all__ = ["ModeEstimates", "SsiSettings", "estimates_of", "ssi_modes", "ssi_settings"]
 
 # One period of the lowest mode on either side of the Hankel matrix; longer windows were tried and scatter more.
 MIN_ROWS = 12
@@ -70,7 +70,7 @@ def ssi_modes(signals: Signals, settings: SsiSettings, references: NDArray[np.fl
     space = subspace(R.mean, settings.n_rows, settings.max_order, signals.dt)
     poles = _all_poles(signals, settings, space, R.blocks)
     poles = cluster_poles(poles, signals.band, settings.max_zeta)
-    return estimates_of(poles, signals)
+    return estimates_of(poles)
 
 
 def _all_poles(signals: Signals, settings: SsiSettings, space: Subspace, blocks: NDArray[np.float64]) -> Stabilisation:
@@ -123,7 +123,7 @@ def _normalised(
     return unit, np.sqrt(long_run_variance(change.real) + long_run_variance(change.imag))
 
 
-def estimates_of(poles: Stabilisation, signals: Signals) -> ModeEstimates:
+def estimates_of(poles: Stabilisation) -> ModeEstimates:
     """The modes of clustered `poles`: the representative pole of each; to its own variance comes the scatter over the
     orders of its cluster, since the order is a choice."""
     chosen = representatives(poles)

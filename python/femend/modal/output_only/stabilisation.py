@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femend.data._arrays import frozen
 
-__all__ = ["Stabilisation", "mac", "modal_phase_collinearity"]
+__all__ = ["Stabilisation", "mac", "modal_phase_collinearity", "unit_shapes"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,3 +98,13 @@ def modal_phase_collinearity(shapes: NDArray[np.complex128]) -> NDArray[np.float
     xx, yy, xy = (x * x).sum(axis=0), (y * y).sum(axis=0), (x * y).sum(axis=0)
     size = (xx + yy) ** 2
     return ((xx - yy) ** 2 + 4 * xy**2) / np.where(size > 0, size, 1.0)
+
+
+def unit_shapes(shapes: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """`shapes` (n_dof, n_modes) turned and scaled so that the largest component of each is 1.
+
+    >>> unit_shapes(np.array([[1j], [-2j]])).ravel().real
+    array([-0.5,  1. ])
+    """
+    pivot = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(shapes.shape[1])]
+    return shapes / np.where(pivot == 0, 1.0, pivot)

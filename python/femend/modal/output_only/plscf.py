@@ -1,0 +1,135 @@
+"""Poly-reference least-squares complex frequency estimation on half spectra.
+
+Sources: Peeters and Van der Auweraer, PolyMAX: a revolution in operational modal analysis, IOMAC (2005), eqs. 5-17
+(half spectra, right matrix fraction, reduced normal equations); Peeters et al., The PolyMAX frequency-domain method,
+Shock and Vibration 11 (2004) 395-409; Cauberghe, Guillaume, Verboven, Parloo and Vanlanduit, A poly-reference
+implementation of the maximum likelihood complex frequency-domain estimator, IMAC (2004) (which coefficient is fixed).
+
+The half spectrum of references is S+(w) = sum_k R(k) e^(-beta k dt) e^(-i w k dt), k = 1, 2, ...; with R(k) =
+sum_r phi_r g_r^T e^(mu_r k dt) + conjugate it is a sum of phi_r g_r^T z_r / (e^(i w dt) - z_r), z_r = e^((mu_r - beta)
+dt): exactly rational, and the exponential window is a known shift of every pole.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["FractionPoles", "HalfSpectrum", "fraction_poles", "half_spectrum", "mode_shapes"]
+
+# The exponential window ends at this value: what is cut off the correlations is below the noise of the estimate.
+WINDOW_END = 0.01
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HalfSpectrum:
+    """`S` (n_freq, n_ch, n_ref) at `freq` (n_freq,) in Hz from correlations at steps of `dt` s windowed by
+    e^(-`beta` t), beta in 1/s."""
+
+    freq: NDArray[np.float64]
+    S: NDArray[np.complex128]
+    dt: float
+    beta: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FractionPoles:
+    """Poles `mu` (p,) in rad/s of a matrix fraction with `order` poles, the window taken out, with the shapes
+    `shapes` (n_ch, p) and participation `g` (p, n_ref) of each."""
+
+    order: int
+    mu: NDArray[np.complex128]
+    shapes: NDArray[np.complex128]
+    g: NDArray[np.complex128]
+
+
+def half_spectrum(R: NDArray[np.float64], band: tuple[float, float], dt: float) -> HalfSpectrum:
+    """Half spectrum inside `band` (Hz) of correlations `R` (n_lags, n_ch, n_ref) at lags 1, 2, ... of `dt` s."""
+    n_lags = R.shape[0]
+    beta = -np.log(WINDOW_END) / (n_lags * dt)
+    lags = dt * np.arange(1, n_lags + 1)
+    # Lines closer than the window's own width carry nothing new.
+    step = 0.5 / (n_lags * dt)
+    freq = np.arange(max(1, np.ceil(band[0] / step)), np.floor(band[1] / step) + 1) * step
+    kernel = np.exp(-np.outer(2j * np.pi * freq + beta, lags))
+    S = (kernel @ R.reshape(n_lags, -1)).reshape(freq.size, *R.shape[1:])
+    return HalfSpectrum(freq, S, dt, beta)
+
+
+def fraction_poles(half: HalfSpectrum, degrees: list[int], n_rows: int) -> list[FractionPoles]:
+    """Poles of right matrix fractions S+ = B A^-1 of polynomial `degrees` in z = e^(s tau), tau = 1 / (2 bandwidth).
+
+    The coefficients are complex and the frequencies count from the lower edge, so that only modes of the band are
+    modelled. The denominator is estimated from the `n_rows` strongest combinations of the outputs; the coefficient of
+    z^0 is the identity, which leaves noise poles with growing motion.
+    """
+    n_freq, n_ch, n_ref = half.S.shape
+    weights = np.linalg.svd(half.S.transpose(1, 0, 2).reshape(n_ch, -1), full_matrices=False)[0][:, :n_rows]
+    rows = np.einsum("co,fcr->ofr", weights.conj(), half.S)
+    span = half.freq[-1] - half.freq[0]
+    top = max(degrees)
+    X = np.exp(1j * np.pi * np.outer((half.freq - half.freq[0]) / span, np.arange(top + 1)))
+    Y = (X[:, :, None] * rows[:, :, None, :]).reshape(rows.shape[0], n_freq, -1)
+    XX, XY = X.conj().T @ X, np.matmul(X.conj().T, Y)
+    flat = Y.reshape(-1, Y.shape[2])
+    YY = flat.conj().T @ flat
+    all_XY = np.matmul(X.conj().T, (X[:, :, None] * half.S.transpose(1, 0, 2)[:, :, None, :]).reshape(n_ch, n_freq, -1))
+    return [_of_degree(half, n, XX, XY, YY, all_XY) for n in degrees]
+
+
+def _of_degree(
+    half: HalfSpectrum,
+    degree: int,
+    XX: NDArray[np.complex128],
+    XY: NDArray[np.complex128],
+    YY: NDArray[np.complex128],
+    all_XY: NDArray[np.complex128],
+) -> FractionPoles:
+    """Poles of one degree from the normal equations of the largest: blocks of them are those of a smaller degree."""
+    n_ref = half.S.shape[2]
+    k, m = degree + 1, (degree + 1) * n_ref
+    solved = np.linalg.solve(XX[:k, :k], np.concatenate([XY[:, :k, :m], all_XY[:, :k, :m]]))
+    n_rows = XY.shape[0]
+    M = YY[:m, :m] - np.tensordot(XY[:, :k, :m].conj(), solved[:n_rows], axes=([0, 1], [0, 1]))
+    alpha = np.concatenate([np.eye(n_ref), np.linalg.solve(M[n_ref:, n_ref:], -M[n_ref:, :n_ref])])
+    # A(z) = sum_j alpha_j z^j with alpha_0 = I: eigenvalues of the reversed companion matrix are 1 / z.
+    companion = np.zeros((degree * n_ref, degree * n_ref), dtype=np.complex128)
+    blocks = alpha.reshape(k, n_ref, n_ref)
+    companion[:n_ref] = -blocks[1:].transpose(1, 0, 2).reshape(n_ref, -1)
+    companion[n_ref:, :-n_ref] = np.eye((degree - 1) * n_ref)
+    inverse_z, vectors = np.linalg.eig(companion)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        log_z = -np.log(inverse_z)
+        tau = 0.5 / (half.freq[-1] - half.freq[0])
+        mu = log_z / tau + 2j * np.pi * half.freq[0]
+    stable = np.isfinite(mu) & (mu.real < 0) & (log_z.imag >= 0)
+    mu, vectors, z = mu[stable], vectors[:, stable], np.exp(log_z[stable])
+    # The lowest block of a companion vector is the null vector v of A(z); the shape is B(z) v, B = XX^-1 XY alpha.
+    v = vectors[-n_ref:]
+    B = np.matmul(solved[n_rows:], alpha)
+    powers = z[None, :] ** np.arange(k)[:, None]
+    shapes = np.einsum("okr,kp,rp->op", B, powers, v, optimize=True)
+    A = np.einsum("kab,kp->pab", blocks, powers)
+    g = np.linalg.svd(A)[0][:, :, -1].conj() if mu.size else np.empty((0, n_ref), dtype=np.complex128)
+    return FractionPoles(degree * n_ref, mu + half.beta, shapes, g)
+
+
+def mode_shapes(half: HalfSpectrum, mu: NDArray[np.complex128], g: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Shapes (n_ch, n) by linear least squares of the half spectrum with poles `mu` (n,) and participation `g`
+    (n, n_ref) known (LSFD; Peeters and Van der Auweraer 2005, eq. 18), with a constant and a slope per output and
+    reference for the modes outside the band."""
+    n_freq, n_ch, n_ref = half.S.shape
+    z = np.exp((mu - half.beta) * half.dt)
+    e = np.exp(2j * np.pi * half.freq * half.dt)[:, None]
+    own = (z / (e - z))[:, None, :] * g.T[None]  # (n_freq, n_ref, n)
+    other = (z.conj() / (e - z.conj()))[:, None, :] * g.conj().T[None]
+    x = (half.freq - half.freq.mean()) / max(np.ptp(half.freq), 1e-300)
+    smooth = np.einsum("fk,ab->fakb", np.stack([np.ones(n_freq), x], axis=1), np.eye(n_ref)).reshape(n_freq, n_ref, -1)
+    basis = np.concatenate([own + other, 1j * (own - other), smooth, 1j * smooth], axis=2).reshape(n_freq * n_ref, -1)
+    right = half.S.transpose(0, 2, 1).reshape(n_freq * n_ref, n_ch)
+    stacked = np.concatenate([basis.real, basis.imag]), np.concatenate([right.real, right.imag])
+    x_fit = np.linalg.lstsq(stacked[0], stacked[1], rcond=None)[0]
+    n = mu.size
+    return (x_fit[:n] + 1j * x_fit[n : 2 * n]).T
