@@ -23,7 +23,7 @@ from femend.modal.output_only.stabilisation import mac, unit_shapes
 
 __all__ = ["efdd_modes"]
 
-N_AVERAGES = 40
+N_AVERAGES = 30
 BELL_MAC = 0.8  # Brincker et al. (2001)
 # The part of the free decay that is fitted: from the first lags, which hold the neighbours, down to the noise.
 DECAY_FROM, DECAY_TO = 0.95, 0.2
@@ -90,15 +90,15 @@ def _decomposed(Y: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDAr
 
 
 def _peaks(vectors: NDArray[np.complex128], values: NDArray[np.float64], n_segments: int) -> list[_Peak]:
-    """Bells of the peaks of the first and second singular value that stand out of their scatter; a peak of the second
-    counts only where its shape is not that of a neighbour on the first."""
+    """Bells of the peaks of the first and second singular value that stand out of their scatter; where two
+    bells cross, the second has a peak too, with the shape of one of them, so it counts only with a shape of its own."""
     prominence = PEAK_SIGMAS * np.sqrt(2.0 / n_segments)
     found: list[_Peak] = []
     for rank in range(min(2, values.shape[1])):
         lines, _ = signal.find_peaks(np.log(values[:, rank]), prominence=prominence)
         for line in lines:
             peak = _bell(int(line), rank, vectors)
-            known = [p for p in found if line in p.rows]
+            known = [p for p in found if rank or line in p.rows]
             if any(mac(p.shape[:, None], peak.shape[:, None])[0, 0] >= BELL_MAC for p in known):
                 continue
             found.append(peak)

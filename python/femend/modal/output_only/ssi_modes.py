@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.data.time_data import pick_channel
 from femend.modal.output_only.clustering import cluster_poles, representatives
 from femend.modal.output_only.correlations import block_correlations, principal_references
 from femend.modal.output_only.perturbation import block_effects, influences, long_run_variance
@@ -14,7 +15,7 @@ from femend.modal.output_only.prepare import Signals
 from femend.modal.output_only.ssi import Subspace, order_poles, subspace
 from femend.modal.output_only.stabilisation import Stabilisation
 
-__all__ = ["ModeEstimates", "SsiSettings", "estimates_of", "ssi_modes", "ssi_settings"]
+__all__ = ["ModeEstimates", "SsiSettings", "estimates_of", "reference_weights", "ssi_modes", "ssi_settings"]
 
 # One period of the lowest mode on either side of the Hankel matrix; longer windows were tried and scatter more.
 MIN_ROWS = 12
@@ -62,10 +63,24 @@ def ssi_settings(signals: Signals, lowest: float, max_order: int = 60, max_zeta:
     return SsiSettings(n_rows, n_ref, min(max_order, n_rows * n_ref - 1), n_blocks, max_zeta)
 
 
+def reference_weights(signals: Signals, names: tuple[str, ...] | None) -> NDArray[np.float64] | None:
+    """Weights (n_ref, n_ch) that pick the channels called `names` as references; None without names. Raises
+    RecordingError for a name that no channel or several answer to."""
+    if names is None:
+        return None
+    weights = np.zeros((len(names), signals.n_ch))
+    for row, name in enumerate(names):
+        weights[row, pick_channel(signals.channels, name, signals.name)] = 1.0
+    return weights
+
+
 def ssi_modes(signals: Signals, settings: SsiSettings, references: NDArray[np.float64] | None = None) -> ModeEstimates:
     """Modes of `signals` by SSI-cov with `settings`; `references` (n_ref, n_ch) weights of the reference signals, the
     principal ones without."""
     weights = principal_references(signals, settings.n_ref) if references is None else references
+    if weights.shape[0] != settings.n_ref:
+        most = settings.n_rows * weights.shape[0] - 1
+        settings = replace(settings, n_ref=weights.shape[0], max_order=min(settings.max_order, most))
     R = block_correlations(signals.y, weights @ signals.y, 2 * settings.n_rows, settings.n_blocks, signals.dt)
     space = subspace(R.mean, settings.n_rows, settings.max_order, signals.dt)
     poles = _all_poles(signals, settings, space, R.blocks)
