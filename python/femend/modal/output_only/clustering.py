@@ -52,10 +52,11 @@ def _distances(poles: Stabilisation, which: NDArray[np.int64]) -> NDArray[np.flo
     """Largest of the differences in frequency, damping and shape, each over what it may be, (n, n)."""
     f, z = poles.freq[which], poles.zeta[which]
     width = BANDWIDTH_SHARE * np.minimum.outer(z * f, z * f)
-    f_tol = np.maximum(QUANTILE * np.hypot.outer(poles.freq_sd[which], poles.freq_sd[which]), width)
+    f_sd, z_sd = np.nan_to_num(poles.freq_sd[which]), np.nan_to_num(poles.zeta_sd[which])
+    f_tol = np.maximum(QUANTILE * np.hypot.outer(f_sd, f_sd), width)
     share = BANDWIDTH_SHARE * np.minimum.outer(z, z)
-    z_tol = np.maximum(QUANTILE * np.hypot.outer(poles.zeta_sd[which], poles.zeta_sd[which]), share)
-    v = poles.shape_var[which]
+    z_tol = np.maximum(QUANTILE * np.hypot.outer(z_sd, z_sd), share)
+    v = np.nan_to_num(poles.shape_var[which])
     m_tol = np.clip(3 * np.add.outer(v, v), MAC_FLOOR, MAC_CEILING)
     shapes = poles.shapes[:, which]
     D = np.maximum(np.abs(np.subtract.outer(f, f)) / f_tol, np.abs(np.subtract.outer(z, z)) / z_tol)
@@ -77,7 +78,9 @@ def representatives(poles: Stabilisation) -> NDArray[np.int64]:
     for number in range(int(poles.cluster.max(initial=-1)) + 1):
         members = np.flatnonzero(poles.cluster == number)
         f, z = poles.freq[members], poles.zeta[members]
-        off_f = (f - np.median(f)) / np.median(poles.freq_sd[members])
-        off_z = (z - np.median(z)) / np.median(poles.zeta_sd[members])
-        chosen.append(int(members[np.argmin(off_f**2 + off_z**2)]))
+        f_unit, z_unit = np.median(poles.freq_sd[members]), np.median(poles.zeta_sd[members])
+        if np.isnan(f_unit):
+            f_unit, z_unit = np.median(z * f), np.median(z)
+        off = ((f - np.median(f)) / f_unit) ** 2 + ((z - np.median(z)) / z_unit) ** 2
+        chosen.append(int(members[np.argmin(off)]))
     return np.array(chosen, dtype=np.int64)

@@ -26,7 +26,7 @@ from scipy import ndimage
 from femend.data import TimeData
 from femend.errors import RecordingError
 
-__all__ = ["Harmonic", "find_harmonics", "remove_harmonics"]
+__all__ = ["Harmonic", "find_harmonics", "remove_harmonics", "sweeps"]
 
 FALSE_ALARM = 1e-4
 MIDWAY_KURTOSIS = 2.25
@@ -79,7 +79,7 @@ def find_harmonics(
     harmonics = []
     for cycles, ratio, kurtosis in found:
         freq = cycles / data.duration
-        level = np.sqrt(sum((abs(_amplitude(row, cycles)) ** 2 / 2 for row in y)))
+        level = np.sqrt(sum(abs(_amplitude(row, cycles)) ** 2 / 2 for row in y))
         order = freq / mean_speed if mean_speed is not None else np.nan
         harmonics.append(Harmonic(freq, order, float(level), ratio, kurtosis, 2.0 / data.duration))
     return harmonics
@@ -105,6 +105,20 @@ def remove_harmonics(
     return part
 
 
+def sweeps(speed: float | NDArray[np.float64] | None, band: tuple[float, float]) -> bool:
+    """True where the rotation `speed` (Hz, a number or (n_samples,)) runs through half the `band` (Hz) or more: its
+    first order is then the excitation, and the recording is not stationary.
+
+    >>> sweeps(np.array([2.0, 12.0]), (3.0, 15.0)), sweeps(10.0, (3.0, 15.0))
+    (True, False)
+    """
+    if speed is None:
+        return False
+    values = np.asarray(speed, dtype=np.float64)
+    covered = min(float(values.max()), band[1]) - max(float(values.min()), band[0])
+    return bool(covered >= 0.5 * (band[1] - band[0]))
+
+
 def _angle_steps(
     data: TimeData, speed: float | NDArray[np.float64] | None
 ) -> tuple[NDArray[np.float64] | None, float | None]:
@@ -118,7 +132,7 @@ def _angle_steps(
     if values.shape != (data.n_samples,) or not np.isfinite(values).all() or values.min() <= 0:
         raise RecordingError(
             f"recording {data.name!r}: the rotation speed has shape {values.shape} and a least value of "
-            f"{values.min(initial=np.inf):.4g} Hz; give one positive value in Hz for each of the {data.n_samples} samples",
+            f"{values.min(initial=np.inf):.4g} Hz; give a positive value in Hz for each of the {data.n_samples} samples",
             recording=data.name,
         )
     mean = float(values.mean())

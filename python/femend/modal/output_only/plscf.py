@@ -65,7 +65,7 @@ def fraction_poles(half: HalfSpectrum, degrees: list[int], n_rows: int) -> list[
     modelled. The denominator is estimated from the `n_rows` strongest combinations of the outputs; the coefficient of
     z^0 is the identity, which leaves noise poles with growing motion.
     """
-    n_freq, n_ch, n_ref = half.S.shape
+    n_freq, n_ch = half.S.shape[:2]
     weights = np.linalg.svd(half.S.transpose(1, 0, 2).reshape(n_ch, -1), full_matrices=False)[0][:, :n_rows]
     rows = np.einsum("co,fcr->ofr", weights.conj(), half.S)
     span = half.freq[-1] - half.freq[0]

@@ -23,9 +23,11 @@ N_ROWS = 10
 N_BLOCKS = 40
 
 
-def plscf_modes(signals: Signals, lowest: float, max_order: int, max_zeta: float) -> ModeEstimates:
+def plscf_modes(
+    signals: Signals, lowest: float, max_order: int, max_zeta: float, *, stationary: bool = True
+) -> ModeEstimates:
     """Modes of `signals`, whose `lowest` mode is at that many Hz, by pLSCF with up to `max_order` poles of damping
-    below `max_zeta`."""
+    below `max_zeta`. Without `stationary` deviations are nan (see `ssi_modes`)."""
     n_samples = signals.y.shape[1]
     n_lags = int(min(PERIODS / lowest * signals.rate, n_samples / 5))
     n_ref = min(signals.n_ch, N_REF)
@@ -36,8 +38,11 @@ def plscf_modes(signals: Signals, lowest: float, max_order: int, max_zeta: float
     parts = [half_spectrum(mean, signals.band, signals.dt) for mean in leave_out_means(R.blocks)]
     degrees = list(range(2, max(3, max_order // n_ref + 1)))
     poles, g = _all_poles(signals, whole, parts, degrees, max_zeta)
+    if not stationary:
+        poles = poles.without_deviations()
     poles = cluster_poles(poles, signals.band, max_zeta)
-    return _with_fitted_shapes(signals, estimates_of(poles), representatives(poles), g, whole, parts)
+    fitted = _with_fitted_shapes(signals, estimates_of(poles), representatives(poles), g, whole, parts)
+    return fitted if stationary else fitted.without_deviations()
 
 
 def _all_poles(

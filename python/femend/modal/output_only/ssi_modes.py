@@ -28,13 +28,15 @@ N_BLOCKS = 50
 @dataclass(frozen=True, slots=True)
 class SsiSettings:
     """`n_rows` block columns of the Hankel matrix (lags up to 2 n_rows), `n_ref` references, model orders 2, 4, ...,
-    `max_order`, `n_blocks` blocks of the recording for the uncertainties, `max_zeta` the largest damping of a mode."""
+    `max_order`, `n_blocks` blocks of the recording for the uncertainties, `max_zeta` the largest damping of a mode,
+    `stationary` whether blocks are repetitions of each other."""
 
     n_rows: int
     n_ref: int
     max_order: int
     n_blocks: int = N_BLOCKS
     max_zeta: float = 0.2
+    stationary: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,16 +53,25 @@ class ModeEstimates:
     support: NDArray[np.float64]
     stabilisation: Stabilisation | None
 
+    def without_deviations(self) -> ModeEstimates:
+        """The same modes, their deviations not known (nan)."""
+        nan = np.full(self.poles.size, np.nan)
+        return replace(self, freq_sd=nan, zeta_sd=nan, shape_sd=np.full(self.shapes.shape, np.nan))
 
-def ssi_settings(signals: Signals, lowest: float, max_order: int = 60, max_zeta: float = 0.2) -> SsiSettings:
+
+def ssi_settings(
+    signals: Signals, lowest: float, max_order: int = 60, max_zeta: float = 0.2, *, stationary: bool = True
+) -> SsiSettings:
     """Window, references and blocks for `signals` whose `lowest` mode is at that many Hz, orders to `max_order` and
     damping to `max_zeta`: half the window is a period of the lowest mode, references as many as the channels but for
-    the cost."""
-    n_rows = int(np.clip(np.ceil(signals.rate / lowest), MIN_ROWS, MAX_BLOCK_ROWS))
+    the cost. Correlations of a sweep do not scatter with their lag as those of noise do: without `stationary` the
+    window is twice as long."""
+    periods = 1.0 if stationary else 2.0
+    n_rows = int(np.clip(np.ceil(periods * signals.rate / lowest), MIN_ROWS, MAX_BLOCK_ROWS))
     n_ref = min(signals.n_ch, max(2, MAX_COLUMNS // n_rows))
     n_rows = max(n_rows, int(np.ceil((max_order + 1) / n_ref))) if n_ref < 4 else n_rows
     n_blocks = int(np.clip((signals.y.shape[1] - 2 * n_rows) // (2 * n_rows), 2, N_BLOCKS))
-    return SsiSettings(n_rows, n_ref, min(max_order, n_rows * n_ref - 1), n_blocks, max_zeta)
+    return SsiSettings(n_rows, n_ref, min(max_order, n_rows * n_ref - 1), n_blocks, max_zeta, stationary)
 
 
 def reference_weights(signals: Signals, names: tuple[str, ...] | None) -> NDArray[np.float64] | None:
@@ -76,7 +87,8 @@ def reference_weights(signals: Signals, names: tuple[str, ...] | None) -> NDArra
 
 def ssi_modes(signals: Signals, settings: SsiSettings, references: NDArray[np.float64] | None = None) -> ModeEstimates:
     """Modes of `signals` by SSI-cov with `settings`; `references` (n_ref, n_ch) weights of the reference signals, the
-    principal ones without."""
+    principal ones without. Blocks of a recording that is not stationary are no repetitions of each other: its
+    deviations are nan, and poles of different orders are compared by their bandwidth alone."""
     weights = principal_references(signals, settings.n_ref) if references is None else references
     if weights.shape[0] != settings.n_ref:
         most = settings.n_rows * weights.shape[0] - 1
@@ -84,6 +96,8 @@ def ssi_modes(signals: Signals, settings: SsiSettings, references: NDArray[np.fl
     R = block_correlations(signals.y, weights @ signals.y, 2 * settings.n_rows, settings.n_blocks, signals.dt)
     space = subspace(R.mean, settings.n_rows, settings.max_order, signals.dt)
     poles = _all_poles(signals, settings, space, R.blocks)
+    if not settings.stationary:
+        poles = poles.without_deviations()
     poles = cluster_poles(poles, signals.band, settings.max_zeta)
     return estimates_of(poles)
 

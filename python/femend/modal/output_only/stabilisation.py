@@ -53,13 +53,20 @@ class Stabilisation:
         """Poles (n,) known to better than their own half bandwidth: freq_sd <= zeta freq and zeta_sd <= zeta.
 
         A structural mode observed for 2 pi zeta f T > 4 is (its freq_sd is below 0.4 zeta freq by Au's law, see
-        `needed_duration`); a pole that fits noise is not.
+        `needed_duration`); a pole that fits noise is not. Where deviations are not known (nan) nothing is excluded.
         """
-        return (self.freq_sd <= self.zeta * self.freq) & (self.zeta_sd <= self.zeta)
+        known = ~np.isnan(self.freq_sd)
+        with np.errstate(invalid="ignore"):
+            return ~known | ((self.freq_sd <= self.zeta * self.freq) & (self.zeta_sd <= self.zeta))
 
     def with_clusters(self, cluster: NDArray[np.int64]) -> Stabilisation:
         """The same poles with the modes `cluster` (n,) they belong to."""
         return replace(self, cluster=cluster)
+
+    def without_deviations(self) -> Stabilisation:
+        """The same poles, their deviations not known (nan)."""
+        unknown = np.full(self.order.size, np.nan)
+        return replace(self, freq_sd=unknown, zeta_sd=unknown, shape_sd=np.full(self.shapes.shape, np.nan))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON and drawing, without the shapes; deviations that are not known are None."""
