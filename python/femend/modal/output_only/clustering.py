@@ -6,7 +6,7 @@
    damping 1.96 standard deviations of a difference of independent estimates, in shape 1 - MAC up to three times the
    sum of their relative shape variances (its expectation for independent estimates is that sum). Where the
    uncertainties are smaller than what the model order shifts the pole (long records), a tenth of the half bandwidth
-   and MAC 0.98 stand in.
+   and MAC 0.98 stand in; where they are not known (a recording that is not stationary), a quarter of it and MAC 0.95.
 3. Poles are joined by average linkage of these distances; two poles of one order are never joined, so two close
    modes stay two.
 4. A cluster is a mode when it lives in at least half the orders from its first on, and in a third of all orders.
@@ -24,8 +24,8 @@ from femend.modal.output_only.stabilisation import Stabilisation, mac
 __all__ = ["cluster_poles", "representatives"]
 
 QUANTILE = 1.96
-BANDWIDTH_SHARE = 0.1
-MAC_FLOOR = 0.02
+BANDWIDTH_SHARE, MAC_FLOOR = 0.1, 0.02
+BANDWIDTH_SHARE_UNKNOWN, MAC_FLOOR_UNKNOWN = 0.25, 0.05
 MAC_CEILING = 0.5
 FAR = 1e6
 
@@ -51,13 +51,16 @@ def cluster_poles(poles: Stabilisation, band: tuple[float, float], max_zeta: flo
 def _distances(poles: Stabilisation, which: NDArray[np.int64]) -> NDArray[np.float64]:
     """Largest of the differences in frequency, damping and shape, each over what it may be, (n, n)."""
     f, z = poles.freq[which], poles.zeta[which]
-    width = BANDWIDTH_SHARE * np.minimum.outer(z * f, z * f)
+    unknown = bool(np.isnan(poles.freq_sd[which]).any())
+    bandwidth_share = BANDWIDTH_SHARE_UNKNOWN if unknown else BANDWIDTH_SHARE
+    mac_floor = MAC_FLOOR_UNKNOWN if unknown else MAC_FLOOR
+    width = bandwidth_share * np.minimum.outer(z * f, z * f)
     f_sd, z_sd = np.nan_to_num(poles.freq_sd[which]), np.nan_to_num(poles.zeta_sd[which])
     f_tol = np.maximum(QUANTILE * np.hypot.outer(f_sd, f_sd), width)
-    share = BANDWIDTH_SHARE * np.minimum.outer(z, z)
+    share = bandwidth_share * np.minimum.outer(z, z)
     z_tol = np.maximum(QUANTILE * np.hypot.outer(z_sd, z_sd), share)
     v = np.nan_to_num(poles.shape_var[which])
-    m_tol = np.clip(3 * np.add.outer(v, v), MAC_FLOOR, MAC_CEILING)
+    m_tol = np.clip(3 * np.add.outer(v, v), mac_floor, MAC_CEILING)
     shapes = poles.shapes[:, which]
     D = np.maximum(np.abs(np.subtract.outer(f, f)) / f_tol, np.abs(np.subtract.outer(z, z)) / z_tol)
     D = np.maximum(D, (1 - mac(shapes, shapes)) / m_tol)

@@ -132,7 +132,7 @@ def _angle_steps(
     if values.shape != (data.n_samples,) or not np.isfinite(values).all() or values.min() <= 0:
         raise RecordingError(
             f"recording {data.name!r}: the rotation speed has shape {values.shape} and a least value of "
-            f"{values.min(initial=np.inf):.4g} Hz; give a positive value in Hz for each of the {data.n_samples} samples",
+            f"{values.min(initial=np.inf):.4g} Hz; give a positive value (Hz) for each of {data.n_samples} samples",
             recording=data.name,
         )
     mean = float(values.mean())

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FractionPoles", "HalfSpectrum", "fraction_poles", "half_spectrum", "mode_shapes"]
+__all__ = ["FractionPoles", "HalfSpectrum", "fraction_poles", "half_spectrum"]
 
 # The exponential window ends at this value: what is cut off the correlations is below the noise of the estimate.
 WINDOW_END = 0.01
@@ -36,13 +36,12 @@ class HalfSpectrum:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FractionPoles:
-    """Poles `mu` (p,) in rad/s of a matrix fraction with `order` poles, the window taken out, with the shapes
-    `shapes` (n_ch, p) and participation `g` (p, n_ref) of each."""
+    """Poles `mu` (p,) in rad/s of a matrix fraction with `order` poles, the window taken out, with the `shapes`
+    (n_ch, p) of each."""
 
     order: int
     mu: NDArray[np.complex128]
     shapes: NDArray[np.complex128]
-    g: NDArray[np.complex128]
 
 
 def half_spectrum(R: NDArray[np.float64], band: tuple[float, float], dt: float) -> HalfSpectrum:
@@ -111,25 +110,4 @@ def _of_degree(
     B = np.matmul(solved[n_rows:], alpha)
     powers = z[None, :] ** np.arange(k)[:, None]
     shapes = np.einsum("okr,kp,rp->op", B, powers, v, optimize=True)
-    A = np.einsum("kab,kp->pab", blocks, powers)
-    g = np.linalg.svd(A)[0][:, :, -1].conj() if mu.size else np.empty((0, n_ref), dtype=np.complex128)
-    return FractionPoles(degree * n_ref, mu + half.beta, shapes, g)
-
-
-def mode_shapes(half: HalfSpectrum, mu: NDArray[np.complex128], g: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Shapes (n_ch, n) by linear least squares of the half spectrum with poles `mu` (n,) and participation `g`
-    (n, n_ref) known (LSFD; Peeters and Van der Auweraer 2005, eq. 18), with a constant and a slope per output and
-    reference for the modes outside the band."""
-    n_freq, n_ch, n_ref = half.S.shape
-    z = np.exp((mu - half.beta) * half.dt)
-    e = np.exp(2j * np.pi * half.freq * half.dt)[:, None]
-    own = (z / (e - z))[:, None, :] * g.T[None]  # (n_freq, n_ref, n)
-    other = (z.conj() / (e - z.conj()))[:, None, :] * g.conj().T[None]
-    x = (half.freq - half.freq.mean()) / max(np.ptp(half.freq), 1e-300)
-    smooth = np.einsum("fk,ab->fakb", np.stack([np.ones(n_freq), x], axis=1), np.eye(n_ref)).reshape(n_freq, n_ref, -1)
-    basis = np.concatenate([own + other, 1j * (own - other), smooth, 1j * smooth], axis=2).reshape(n_freq * n_ref, -1)
-    right = half.S.transpose(0, 2, 1).reshape(n_freq * n_ref, n_ch)
-    stacked = np.concatenate([basis.real, basis.imag]), np.concatenate([right.real, right.imag])
-    x_fit = np.linalg.lstsq(stacked[0], stacked[1], rcond=None)[0]
-    n = mu.size
-    return (x_fit[:n] + 1j * x_fit[n : 2 * n]).T
+    return FractionPoles(degree * n_ref, mu + half.beta, shapes)

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from femend.modal.output_only.clustering import cluster_poles, representatives
+from femend.modal.output_only.clustering import cluster_poles
 from femend.modal.output_only.correlations import block_correlations, principal_references
 from femend.modal.output_only.jackknife import leave_out_means, pole_sd, shape_sd
-from femend.modal.output_only.plscf import FractionPoles, HalfSpectrum, fraction_poles, half_spectrum, mode_shapes
+from femend.modal.output_only.plscf import FractionPoles, HalfSpectrum, fraction_poles, half_spectrum
 from femend.modal.output_only.prepare import Signals
 from femend.modal.output_only.ssi_modes import ModeEstimates, estimates_of
 from femend.modal.output_only.stabilisation import Stabilisation, unit_shapes
@@ -37,18 +37,17 @@ def plscf_modes(
     whole = half_spectrum(R.mean, signals.band, signals.dt)
     parts = [half_spectrum(mean, signals.band, signals.dt) for mean in leave_out_means(R.blocks)]
     degrees = list(range(2, max(3, max_order // n_ref + 1)))
-    poles, g = _all_poles(signals, whole, parts, degrees, max_zeta)
+    poles = _all_poles(signals, whole, parts, degrees, max_zeta)
     if not stationary:
         poles = poles.without_deviations()
     poles = cluster_poles(poles, signals.band, max_zeta)
-    fitted = _with_fitted_shapes(signals, estimates_of(poles), representatives(poles), g, whole, parts)
-    return fitted if stationary else fitted.without_deviations()
+    return estimates_of(poles)
 
 
 def _all_poles(
     signals: Signals, whole: HalfSpectrum, parts: list[HalfSpectrum], degrees: list[int], max_zeta: float
-) -> tuple[Stabilisation, NDArray[np.complex128]]:
-    """Poles of all degrees in the band, their deviations from the parts, and the participation (n, n_ref) of each."""
+) -> Stabilisation:
+    """Poles of all degrees in the band, their deviations from the parts."""
     found = fraction_poles(whole, degrees, N_ROWS)
     replicas = [fraction_poles(part, degrees, N_ROWS) for part in parts]
     columns = []
@@ -60,10 +59,10 @@ def _all_poles(
         again = np.array([m for m, _ in matched]).reshape(len(matched), mu.size)
         again_shapes = np.stack([_aligned(signals.to_shapes(s, m), shapes) for m, s in matched])
         order = np.full(mu.size, one.order)
-        columns.append((order, mu, shapes, *pole_sd(again), shape_sd(again_shapes), one.g[keep].T))
-    order, mu, shapes, freq_sd, zeta_sd, sd, g = (np.concatenate(part, axis=-1) for part in zip(*columns))
+        columns.append((order, mu, shapes, *pole_sd(again), shape_sd(again_shapes)))
+    order, mu, shapes, freq_sd, zeta_sd, sd = (np.concatenate(part, axis=-1) for part in zip(*columns))
     orders = np.array([one.order for one in found])
-    return Stabilisation(order, mu, shapes, freq_sd, zeta_sd, sd, np.full(order.size, -1), orders), g.T
+    return Stabilisation(order, mu, shapes, freq_sd, zeta_sd, sd, np.full(order.size, -1), orders)
 
 
 def _matched(mu: NDArray[np.complex128], other: FractionPoles) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
@@ -83,21 +82,3 @@ def _aligned(shapes: NDArray[np.complex128], pattern: NDArray[np.complex128]) ->
     """`shapes` (n_ch, p) scaled to 1 where `pattern` (n_ch, p) has its largest component."""
     pivot = shapes[np.argmax(np.abs(pattern), axis=0), np.arange(shapes.shape[1])]
     return shapes / np.where(pivot == 0, 1.0, pivot)
-
-
-def _with_fitted_shapes(
-    signals: Signals,
-    found: ModeEstimates,
-    chosen: NDArray[np.int64],
-    g: NDArray[np.complex128],
-    whole: HalfSpectrum,
-    parts: list[HalfSpectrum],
-) -> ModeEstimates:
-    """The modes with shapes of the joint fit; the parts are fitted with the same poles, whose own uncertainty moves
-    the shapes little."""
-    if not chosen.size:
-        return found
-    shapes = unit_shapes(signals.to_shapes(mode_shapes(whole, found.poles, g[chosen]), found.poles))
-    again = [signals.to_shapes(mode_shapes(part, found.poles, g[chosen]), found.poles) for part in parts]
-    sd = shape_sd(np.stack([_aligned(one, shapes) for one in again]))
-    return ModeEstimates(found.poles, shapes, found.freq_sd, found.zeta_sd, sd, found.support, found.stabilisation)
