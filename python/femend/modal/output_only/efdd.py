@@ -17,7 +17,7 @@ from scipy import signal
 
 from femend.modal.output_only.jackknife import N_GROUPS, pole_sd, shape_sd
 from femend.modal.output_only.prepare import Signals
-from femend.modal.output_only.spectra import PEAK_SIGMAS, segment_spectra, spectral_matrices
+from femend.modal.output_only.spectra import PEAK_SIGMAS, segment_spectra
 from femend.modal.output_only.ssi_modes import ModeEstimates
 from femend.modal.output_only.stabilisation import mac, unit_shapes
 
@@ -49,7 +49,7 @@ def efdd_modes(signals: Signals, max_zeta: float) -> ModeEstimates:
     vectors, values = _decomposed(Y)
     peaks = _peaks(vectors, values, Y.shape[0])
     groups = np.array_split(np.arange(Y.shape[0]), min(N_GROUPS, Y.shape[0]))
-    parts = [_decomposed(np.delete(Y, group, axis=0)) for group in groups]
+    parts = [_updated(np.delete(Y, group, axis=0), vectors) for group in groups]
     decay = _Decay(freq[inside], length, signals.dt)
     poles, shapes, deviations = [], [], []
     for peak in peaks:
@@ -80,13 +80,23 @@ def efdd_modes(signals: Signals, max_zeta: float) -> ModeEstimates:
 
 
 def _decomposed(Y: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
-    """Singular vectors (n_freq, n_ch, k) and values (n_freq, k) of the spectral matrices of segments `Y`."""
-    if Y.shape[2] <= Y.shape[0]:
-        values, vectors = np.linalg.eigh(spectral_matrices(Y))
-        return vectors[:, :, ::-1], np.maximum(values[:, ::-1], np.finfo(float).tiny)
-    # Fewer segments than channels: the matrices have no higher rank than there are segments.
+    """The two leading singular vectors (n_freq, n_ch, 2) and values (n_freq, 2) of the spectral matrices of segments
+    `Y` (n_seg, n_freq, n_ch)."""
     vectors, singular, _ = np.linalg.svd(Y.transpose(1, 2, 0), full_matrices=False)
-    return vectors, np.maximum(singular**2 / Y.shape[0], np.finfo(float).tiny)
+    return vectors[:, :, :2], np.maximum(singular[:, :2] ** 2 / Y.shape[0], np.finfo(float).tiny)
+
+
+def _updated(
+    Y: NDArray[np.complex128], vectors: NDArray[np.complex128]
+) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+    """As `_decomposed` for slightly fewer segments, by three subspace iterations from the `vectors` of all."""
+    X = Y.transpose(1, 2, 0)
+    X_h = np.ascontiguousarray(X.conj().transpose(0, 2, 1))
+    for _ in range(3):
+        vectors = np.linalg.qr(X @ (X_h @ vectors))[0]
+    Z = X_h @ vectors
+    values, turn = np.linalg.eigh(Z.conj().transpose(0, 2, 1) @ Z / Y.shape[0])
+    return vectors @ turn[:, :, ::-1], np.maximum(values[:, ::-1], np.finfo(float).tiny)
 
 
 def _peaks(vectors: NDArray[np.complex128], values: NDArray[np.float64], n_segments: int) -> list[_Peak]:

@@ -79,7 +79,7 @@ def find_harmonics(
     harmonics = []
     for cycles, ratio, kurtosis in found:
         freq = cycles / data.duration
-        level = np.sqrt(sum(abs(_amplitude(row, cycles)) ** 2 / 2 for row in y))
+        level = np.sqrt((np.abs(_amplitudes(y, cycles)) ** 2).sum() / 2)
         order = freq / mean_speed if mean_speed is not None else np.nan
         harmonics.append(Harmonic(freq, order, float(level), ratio, kurtosis, 2.0 / data.duration))
     return harmonics
@@ -164,16 +164,18 @@ def _lines(
         line = int(np.argmax(ratio))
         if ratio[line] < needed:
             break
-        cycles = _refined(left, line)
         kurtosis = _kurtosis(left, line)
+        use[max(line - 3, 0) : line + 4] = False
+        if kurtosis >= MIDWAY_KURTOSIS:
+            continue
+        cycles = _refined(left, line)
         phase = np.exp(2j * np.pi * cycles * step * np.arange(n))
         basis = np.stack([phase.real, phase.imag], axis=1)
         cleaned = left - (basis @ np.linalg.lstsq(basis, left.T, rcond=None)[0]).T
         after = (np.abs(np.fft.rfft(cleaned * window, axis=1)) ** 2).sum(axis=0)
         near = slice(max(line - 3, 0), line + 4)
         explained = (after[near] / _background(power)[near]).max() < needed
-        use[max(line - 3, 0) : line + 4] = False
-        if explained and kurtosis < MIDWAY_KURTOSIS:
+        if explained:
             found.append((cycles, float(ratio[line]), kurtosis))
             left = cleaned
     return sorted(found)
@@ -184,11 +186,12 @@ def _background(power: NDArray[np.float64]) -> NDArray[np.float64]:
     return ndimage.median_filter(power, 2 * NEIGHBOURS + 1, mode="nearest") / np.log(2) + 1e-300
 
 
-def _amplitude(row: NDArray[np.float64], cycles: float) -> complex:
-    """Complex amplitude of the sine of `cycles` per recording in `row` (n_samples,)."""
-    n = row.size
-    window = np.hanning(n + 1)[:n]
-    return complex((row * window) @ np.exp(-2j * np.pi * cycles * np.arange(n) / n) * 2 / window.sum())
+def _amplitudes(y: NDArray[np.float64], cycles: float) -> NDArray[np.complex128]:
+    """Complex amplitudes (n_ch,) of the sine of `cycles` per recording in `y` (n_ch, n_samples), Hann-windowed."""
+    n = y.shape[1]
+    window = np.hanning(n + 1)[:n] * (2 / (0.5 * n))
+    angle = 2 * np.pi * cycles / n * np.arange(n)
+    return y @ (window * np.cos(angle)) - 1j * (y @ (window * np.sin(angle)))
 
 
 def _refined(y: NDArray[np.float64], line: int) -> float:
@@ -196,7 +199,7 @@ def _refined(y: NDArray[np.float64], line: int) -> float:
     parabolas through the windowed power."""
     at, width = float(line), 0.5
     for _ in range(6):
-        power = [float(sum(abs(_amplitude(row, at + d)) ** 2 for row in y)) for d in (-width, 0.0, width)]
+        power = [float((np.abs(_amplitudes(y, at + d)) ** 2).sum()) for d in (-width, 0.0, width)]
         bend = power[0] - 2 * power[1] + power[2]
         shift = 0.5 * width * (power[0] - power[2]) / bend if bend < 0 else 0.0
         at += float(np.clip(shift, -width, width))

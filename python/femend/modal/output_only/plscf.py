@@ -49,12 +49,12 @@ def half_spectrum(R: NDArray[np.float64], band: tuple[float, float], dt: float) 
     n_lags = R.shape[0]
     beta = -np.log(WINDOW_END) / (n_lags * dt)
     lags = dt * np.arange(1, n_lags + 1)
-    # Lines closer than the window's own width carry nothing new.
-    step = 0.5 / (n_lags * dt)
-    freq = np.arange(max(1, np.ceil(band[0] / step)), np.floor(band[1] / step) + 1) * step
-    kernel = np.exp(-np.outer(2j * np.pi * freq + beta, lags))
-    S = (kernel @ R.reshape(n_lags, -1)).reshape(freq.size, *R.shape[1:])
-    return HalfSpectrum(freq, S, dt, beta)
+    # Padded to twice the lags: lines closer than that carry nothing new.
+    windowed = np.concatenate([np.zeros((1, *R.shape[1:])), R * np.exp(-beta * lags)[:, None, None]])
+    S = np.fft.rfft(windowed, 2 * n_lags, axis=0)
+    freq = np.arange(S.shape[0]) / (2 * n_lags * dt)
+    inside = (freq >= band[0]) & (freq <= band[1]) & (freq > 0)
+    return HalfSpectrum(freq[inside], S[inside], dt, beta)
 
 
 def fraction_poles(half: HalfSpectrum, degrees: list[int], n_rows: int) -> list[FractionPoles]:
@@ -64,18 +64,26 @@ def fraction_poles(half: HalfSpectrum, degrees: list[int], n_rows: int) -> list[
     modelled. The denominator is estimated from the `n_rows` strongest combinations of the outputs; the coefficient of
     z^0 is the identity, which leaves noise poles with growing motion.
     """
-    n_freq, n_ch = half.S.shape[:2]
-    weights = np.linalg.svd(half.S.transpose(1, 0, 2).reshape(n_ch, -1), full_matrices=False)[0][:, :n_rows]
-    rows = np.einsum("co,fcr->ofr", weights.conj(), half.S)
-    span = half.freq[-1] - half.freq[0]
-    top = max(degrees)
-    X = np.exp(1j * np.pi * np.outer((half.freq - half.freq[0]) / span, np.arange(top + 1)))
-    Y = (X[:, :, None] * rows[:, :, None, :]).reshape(rows.shape[0], n_freq, -1)
-    XX, XY = X.conj().T @ X, np.matmul(X.conj().T, Y)
-    flat = Y.reshape(-1, Y.shape[2])
-    YY = flat.conj().T @ flat
-    all_XY = np.matmul(X.conj().T, (X[:, :, None] * half.S.transpose(1, 0, 2)[:, :, None, :]).reshape(n_ch, n_freq, -1))
-    return [_of_degree(half, n, XX, XY, YY, all_XY) for n in degrees]
+    n_freq, n_ch, n_ref = half.S.shape
+    flat = half.S.transpose(1, 0, 2).reshape(n_ch, -1)
+    weights = np.linalg.eigh(flat @ flat.conj().T)[1][:, ::-1][:, :n_rows]
+    rows = np.matmul(weights.conj().T, half.S)
+    top, span = max(degrees), half.freq[-1] - half.freq[0]
+    # On even lines X^H diag(h) X is Toeplitz in the powers: 2 top + 1 sums hold each product of the normal equations.
+    sums = np.exp(1j * np.pi * np.outer(np.arange(-top, top + 1), (half.freq - half.freq[0]) / span))
+    at = np.arange(top + 1)[None, :] - np.arange(top + 1)[:, None] + top
+    XX = sums.sum(axis=1)[at]
+    XY = _blocks((sums @ half.S.reshape(n_freq, -1)).reshape(-1, n_ch, n_ref), at)
+    square = np.matmul(rows.conj().transpose(0, 2, 1), rows)
+    YY = (sums @ square.reshape(n_freq, -1)).reshape(-1, n_ref, n_ref)[at].transpose(0, 2, 1, 3)
+    YY = YY.reshape((top + 1) * n_ref, -1)
+    return [_of_degree(half, n, XX, np.tensordot(weights.conj().T, XY, axes=1), YY, XY) for n in degrees]
+
+
+def _blocks(values: NDArray[np.complex128], at: NDArray[np.int64]) -> NDArray[np.complex128]:
+    """X^H Y of each output (n_ch, top + 1, (top + 1) n_ref) from `values` (2 top + 1, n_ch, n_ref)."""
+    k = at.shape[0]
+    return values[at].transpose(2, 0, 1, 3).reshape(values.shape[1], k, -1)
 
 
 def _of_degree(
