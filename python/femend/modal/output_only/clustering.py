@@ -9,7 +9,9 @@
    and MAC 0.98 stand in; where they are not known (a recording that is not stationary), a quarter of it and MAC 0.95.
 3. Poles are joined by average linkage of these distances; two poles of one order are never joined, so two close
    modes stay two.
-4. A cluster is a mode when it lives in at least half the orders from its first on, and in a third of all orders.
+4. A cluster is a mode when it holds poles of five orders one after the other (what a person asks of a column of the
+   stabilisation diagram), or of a third of all orders: at orders far above the true one a strong mode splits in two
+   uncertain poles, a weak one only shows there.
 """
 
 from __future__ import annotations
@@ -21,13 +23,14 @@ from scipy.spatial.distance import squareform
 
 from femend.modal.output_only.stabilisation import Stabilisation, mac
 
-__all__ = ["cluster_poles", "representatives"]
+__all__ = ["cluster_poles", "consensus", "representatives"]
 
 QUANTILE = 1.96
 BANDWIDTH_SHARE, MAC_FLOOR = 0.1, 0.02
 BANDWIDTH_SHARE_UNKNOWN, MAC_FLOOR_UNKNOWN = 0.25, 0.05
 MAC_CEILING = 0.5
 FAR = 1e6
+RUN = 5
 
 
 def cluster_poles(poles: Stabilisation, band: tuple[float, float], max_zeta: float) -> Stabilisation:
@@ -70,20 +73,33 @@ def _distances(poles: Stabilisation, which: NDArray[np.int64]) -> NDArray[np.flo
 
 
 def _is_mode(poles: Stabilisation, members: NDArray[np.int64]) -> bool:
-    later = np.count_nonzero(poles.orders >= poles.order[members].min())
-    return bool(2 * members.size >= later and 3 * members.size >= poles.orders.size)
+    """True for a cluster in a third of all orders, or in RUN orders one after the other."""
+    at = np.isin(poles.orders, poles.order[members])
+    run = longest = 0
+    for present in at:
+        run = run + 1 if present else 0
+        longest = max(longest, run)
+    return bool(longest >= RUN or 3 * members.size >= poles.orders.size)
+
+
+def consensus(poles: Stabilisation, members: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Weights (n_members,) of the poles of one cluster, their inverse variances in frequency; equal ones where these
+    are not known. They add up to 1."""
+    sd = poles.freq_sd[members]
+    weights = np.ones(members.size) if np.isnan(sd).any() else 1.0 / sd**2
+    return weights / weights.sum()
 
 
 def representatives(poles: Stabilisation) -> NDArray[np.int64]:
-    """The pole of each mode (n_modes,) nearest to the median frequency and damping of its cluster, each over its own
-    standard deviation: none is preferred for looking certain."""
+    """The pole of each mode (n_modes,) with the least mean square error in frequency and damping, over those of the
+    cluster: its own variance and its squared distance from the cluster's mean by inverse variance."""
     chosen = []
     for number in range(int(poles.cluster.max(initial=-1)) + 1):
         members = np.flatnonzero(poles.cluster == number)
-        f, z = poles.freq[members], poles.zeta[members]
-        f_unit, z_unit = np.median(poles.freq_sd[members]), np.median(poles.zeta_sd[members])
-        if np.isnan(f_unit):
-            f_unit, z_unit = np.median(z * f), np.median(z)
-        off = ((f - np.median(f)) / f_unit) ** 2 + ((z - np.median(z)) / z_unit) ** 2
-        chosen.append(int(members[np.argmin(off)]))
+        w = consensus(poles, members)
+        error = np.zeros(members.size)
+        for value, sd in ((poles.freq[members], poles.freq_sd[members]), (poles.zeta[members], poles.zeta_sd[members])):
+            square = np.nan_to_num(sd) ** 2 + (value - w @ value) ** 2
+            error += square / max(float(np.median(square)), np.finfo(float).tiny)
+        chosen.append(int(members[np.argmin(error)]))
     return np.array(chosen, dtype=np.int64)

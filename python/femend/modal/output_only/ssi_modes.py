@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data.time_data import pick_channel
-from femend.modal.output_only.clustering import cluster_poles, representatives
+from femend.modal.output_only.clustering import cluster_poles, consensus, representatives
 from femend.modal.output_only.correlations import block_correlations, principal_references
 from femend.modal.output_only.perturbation import block_effects, influences, long_run_variance
 from femend.modal.output_only.prepare import Signals
@@ -157,10 +157,10 @@ def estimates_of(poles: Stabilisation) -> ModeEstimates:
     orders of its cluster, since the order is a choice."""
     chosen = representatives(poles)
     freq_sd, zeta_sd = poles.freq_sd[chosen], poles.zeta_sd[chosen]
-    f, z, members = poles.freq, poles.zeta, [poles.cluster == i for i in range(chosen.size)]
-    f_scatter = np.array([f[m].std() for m in members])
-    z_scatter = np.array([z[m].std() for m in members])
-    support = np.array([m.sum() / poles.orders.size for m in members])
+    members = [np.flatnonzero(poles.cluster == i) for i in range(chosen.size)]
+    f_scatter = np.array([_scatter(poles.freq[m], consensus(poles, m)) for m in members])
+    z_scatter = np.array([_scatter(poles.zeta[m], consensus(poles, m)) for m in members])
+    support = np.array([m.size / poles.orders.size for m in members])
     return ModeEstimates(
         poles.poles[chosen],
         poles.shapes[:, chosen],
@@ -170,3 +170,8 @@ def estimates_of(poles: Stabilisation) -> ModeEstimates:
         support,
         poles,
     )
+
+
+def _scatter(values: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
+    """Weighted standard deviation of `values` (n,) with `weights` (n,) that add up to 1."""
+    return float(np.sqrt(weights @ (values - weights @ values) ** 2))
