@@ -33,7 +33,7 @@ def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str
     said += _poor_frfs(test) + _poor_modes(test)
     if not test.driving_points:
         said.append("no driving point was measured: shapes have no scale and modal masses are unknown")
-    if correlation > 10:
+    if correlation > 10 and test.error > 1e-3:
         said.append(
             f"residuals go together over {correlation:.0f} lines: the misfit is not noise, and the deviations of the "
             "modes are those of that many fewer lines"

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.modal.lsfd import fit_residues, synthesise
+from femend.modal.indicators import lines_near
+from femend.modal.lsfd import columns, fit_residues, stacked, synthesise
 from femend.modal.refine import RefinedModes, refine_modes
 
 __all__ = ["DroppedMode", "choose_modes", "pole_deviations"]
+
+# Ten times the squares is three times the amplitude; see `choose_modes`.
+MIN_SHARPNESS = 10.0
+RIM = 0.99  # of a disc's radius: here a pole counts as stopped
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -48,87 +53,211 @@ def choose_modes(
     noise: Real,
     max_zeta: float,
 ) -> tuple[RefinedModes, tuple[DroppedMode, ...]]:
-    """Fits the modes (n_modes,) of `poles` with `participation` (n_modes, n_ref) to H (n_freq, n_out, n_ref), and
-    drops, one at a time and fitting again, a mode that
+    """Fits the modes among the candidates `poles` (n,) with `participation` (n, n_ref) that H (n_freq, n_out, n_ref)
+    asks for.
 
-    - left the band `freq` or has damping below 0 or above `max_zeta`,
+    Forward: the candidates that lower the squares most, one per neighbourhood (poles nearer than twice the sum of their
+    distances from the imaginary axis), join while they earn their unknowns by the Bayesian information criterion; all
+    poles are fitted again after each round, each inside a disc around the pole of pLSCF. Backward, one at a time, that
+    with the least `sharpness` first and fitting again, a mode goes that
+
+    - left the band `freq` or has damping above `max_zeta`,
     - has a frequency less certain than its half-power bandwidth, or a damping less certain than itself,
     - runs into its neighbour: poles nearer than three standard deviations, with the same participation,
-    - lowers the squares by less than its unknowns cost by the Bayesian information criterion, counting as many
-      independent lines as the residual's correlation leaves.
+    - does not earn its unknowns on the lines around it, by the same criterion,
+    - has a `sharpness` below 10: within its half-power band no output needs it by ten times the squares that are left
+      with it, so that noise, a neighbour's tail or a structure that is not quite linear could stand for it;
+
+    and when all others pass, one that stopped at the rim of its disc: the two estimators do not agree that it is there.
 
     `d`, `residuals` and `noise` (n_out,) as in `refine_modes`. Raises nothing.
     """
+    joined, fitted = _forward(freq, H, d, poles, participation, residuals, noise)
+    fit, used = fitted.fit, np.array(joined, dtype=np.int64)
+    left: set[int] = set()  # candidates a pole went away from since the last mode was dropped
     dropped: list[DroppedMode] = []
     while True:
-        fitted = refine_modes(freq, H, d, poles, participation, residuals, noise=noise)
-        worst = _worst(freq, H, d, fitted, residuals, max_zeta)
+        at = poles[used]
+        fitted = refine_modes(
+            freq, H, d, fit.poles, fit.participation, residuals, noise=noise, centre=at, reach=_reach(at)
+        )
+        fit = fitted.fit
+        if _recentred(fit.poles, used, poles, left):
+            continue
+        worst = _worst(freq, H, d, fitted, at, residuals, max_zeta)
         if worst is None:
-            return fitted, tuple(dropped)
+            break
         row, reason = worst
-        at = fitted.fit.poles[row]
-        dropped.append(DroppedMode(abs(at) / (2 * np.pi), -at.real / abs(at), reason))
-        keep = np.arange(fitted.fit.poles.size) != row
-        poles, participation = fitted.fit.poles[keep], fitted.fit.participation[keep]
+        dropped.append(_dropped(fit.poles[row], reason))
+        used, left = np.delete(used, row), set()
+        fit = replace(fit, poles=np.delete(fit.poles, row), participation=np.delete(fit.participation, row, axis=0))
+    never = np.setdiff1d(np.arange(poles.size), joined)
+    dropped += [_dropped(poles[c], "lowers the squares too little for its unknowns") for c in never]
+    return fitted, tuple(dropped)
+
+
+def _recentred(fitted: Complex, used: NDArray[np.int64], candidates: Complex, left: set[int]) -> bool:
+    """Gives a pole stopped at the rim of its candidate's disc, but within that of another that is not in use, the other
+    one in `used`: pLSCF does have a pole where the fit wants it. The first one is `left`, so that this ends."""
+    reach = _reach(candidates)
+    for r in np.nonzero(np.abs(fitted - candidates[used]) > RIM * reach[used])[0]:
+        apart = np.abs(candidates - fitted[r]) / reach
+        apart[used] = apart[sorted(left)] = np.inf
+        if apart.min() < RIM:
+            left.add(int(used[r]))
+            used[r] = int(np.argmin(apart))
+            return True
+    return False
+
+
+def _dropped(pole: complex, reason: str) -> DroppedMode:
+    return DroppedMode(float(abs(pole) / (2 * np.pi)), float(-pole.real / abs(pole)), reason)
+
+
+def _reach(centre: Complex) -> Real:
+    """How far the fit may take a pole from where pLSCF has it, rad/s: the half-power bandwidth, for pLSCF finds poles
+    that noise nearly hides with too little damping. At least a tenth of a percent of the frequency, as it scatters."""
+    return np.asarray(np.maximum(2.0 * np.abs(centre.real), 1e-3 * np.abs(centre)))
+
+
+def _forward(
+    freq: Real, H: Complex, d: int, poles: Complex, participation: Complex, residuals: str, noise: Real
+) -> tuple[list[int], RefinedModes]:
+    """Candidates in the order in which they joined, and the modes fitted to them."""
+    n_out, n_ref = H.shape[1:]
+    y = stacked(H / noise[:, None])
+    cost = 2 * (n_out + n_ref) * np.log(2 * H.size)
+    joined: list[int] = []
+    fitted = refine_modes(freq, H, d, poles[:0], participation[:0], residuals, noise=noise)
+    while True:
+        Q = np.linalg.qr(_unit(columns(freq, d, fitted.fit.poles, fitted.fit.participation, residuals)))[0]
+        left = y - Q @ (Q.T @ y)
+        base = max(float(np.sum(left**2)), 1e-300)
+        gains = np.array([_gain(freq, d, poles[c], participation[c], Q, left) for c in range(poles.size)])
+        gains[joined] = 0.0
+        share = np.minimum(gains / base, 1.0 - 1e-15)
+        new: list[int] = []
+        for c in np.argsort(-share):
+            if -2 * H.size * np.log1p(-share[c]) < cost:
+                break
+            reach = 2.0 * (abs(poles[c].real) + np.abs(poles[new].real))
+            if np.all(np.abs(poles[new] - poles[c]) > reach):
+                new.append(int(c))
+        if not new:
+            return joined, fitted
+        joined += new
+        fitted = refine_modes(
+            freq,
+            H,
+            d,
+            np.concatenate([fitted.fit.poles, poles[new]]),
+            np.concatenate([fitted.fit.participation, participation[new]]),
+            residuals,
+            noise=noise,
+            centre=poles[joined],
+            reach=_reach(poles[joined]),
+            max_iter=4,
+            rounds=1,
+        )
+
+
+def _unit(Phi: Real) -> Real:
+    return np.asarray(Phi / np.linalg.norm(Phi, axis=0))
+
+
+def _gain(freq: Real, d: int, pole: complex, participation: Complex, Q: Real, left: Real) -> float:
+    """Squares of `left` that a mode takes away which is not in the span of Q yet."""
+    Phi = _unit(columns(freq, d, np.array([pole]), participation[None], "none"))
+    Phi = Phi - Q @ (Q.T @ Phi)
+    q, r = np.linalg.qr(Phi)
+    # what is left of the columns after the projection must be more than rounding
+    keep = np.abs(np.diag(r)) > 1e-6
+    return float(np.sum((q[:, keep].T @ left) ** 2))
+
+
+def _dropped(pole: complex, reason: str) -> DroppedMode:
+    return DroppedMode(float(abs(pole) / (2 * np.pi)), float(-pole.real / abs(pole)), reason)
 
 
 def _worst(
-    freq: Real, H: Complex, d: int, fitted: RefinedModes, residuals: str, max_zeta: float
+    freq: Real, H: Complex, d: int, fitted: RefinedModes, at: Complex, residuals: str, max_zeta: float
 ) -> tuple[int, str] | None:
-    poles, part = fitted.fit.poles, fitted.fit.participation
+    """The mode that fails a criterion and is needed least."""
+    poles = fitted.fit.poles
     if not poles.size:
         return None
-    f, zeta = np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles)
-    outside = np.maximum(np.maximum(zeta - max_zeta, -zeta), np.maximum(freq[0] / f - 1, f / freq[-1] - 1))
-    row = int(np.argmax(outside))
-    if outside[row] > 0:
-        return row, f"the fit moves it to {f[row]:.4g} Hz with damping {zeta[row]:.3g}"
-    f_sd, z_sd = pole_deviations(poles, fitted.pole_cov)
-    vague = np.maximum(f_sd / (2 * zeta * f), z_sd / zeta)
-    row = int(np.argmax(vague))
-    if vague[row] > 1.0:
-        return row, f"not certain: {f[row]:.4g} ± {f_sd[row]:.2g} Hz, damping {zeta[row]:.2g} ± {z_sd[row]:.2g}"
-    row, close = _twin(poles, part, fitted.pole_cov)
-    if close:
-        return row, f"not told apart from its neighbour at {close:.4g} Hz"
-    return _least_worth(freq, H, d, fitted, residuals)
+    gain, cost, sharpness = _worth(freq, H, d, fitted, residuals)
+    order = np.argsort(sharpness)
+    for r in order:
+        reason = _reason(int(r), freq, fitted, max_zeta)
+        if not reason and gain[r] < cost[r]:
+            reason = f"lowers the squares too little for its unknowns (gain {gain[r]:.0f}, cost {cost[r]:.0f})"
+        if not reason and sharpness[r] < MIN_SHARPNESS:
+            reason = f"explains only {sharpness[r]:.1f} times what the fit leaves in its half-power band"
+        if reason:
+            return int(r), reason
+    for r in order:
+        if abs(poles[r] - at[r]) > RIM * _reach(at)[r]:
+            f, zeta = abs(at[r]) / (2 * np.pi), -at[r].real / abs(at[r])
+            return int(r), (
+                f"not found twice: pLSCF has it at {f:.4g} Hz with damping {zeta:.2g}, the fit moves it away to "
+                f"{abs(poles[r]) / (2 * np.pi):.4g} Hz and {-poles[r].real / abs(poles[r]):.2g}, or further"
+            )
+    return None
 
 
-def _twin(poles: Complex, part: Complex, cov: Real) -> tuple[int, float]:
-    unit = part / np.linalg.norm(part, axis=1, keepdims=True)
-    for r in np.argsort(np.abs(poles)):
-        for q in range(poles.size):
-            if q == r or abs(np.vdot(unit[r], unit[q])) ** 2 < 0.95:
-                continue
-            apart = np.array([(poles[r] - poles[q]).real, (poles[r] - poles[q]).imag])
-            if apart @ np.linalg.solve(cov[r] + cov[q] + 1e-30 * np.eye(2), apart) < 9.0:
-                less = r if np.trace(cov[r]) >= np.trace(cov[q]) else q
-                other = q if less == r else r
-                return int(less), float(abs(poles[other]) / (2 * np.pi))
-    return 0, 0.0
+def _reason(r: int, freq: Real, fitted: RefinedModes, max_zeta: float) -> str:
+    """Why mode r cannot stay, or nothing."""
+    poles = fitted.fit.poles
+    f, zeta = float(abs(poles[r]) / (2 * np.pi)), float(-poles[r].real / abs(poles[r]))
+    if zeta > max_zeta or not freq[0] <= f <= freq[-1]:
+        return f"the fit moves it to {f:.4g} Hz with damping {zeta:.3g}"
+    f_sd, z_sd = (float(v[0]) for v in pole_deviations(poles[[r]], fitted.pole_cov[[r]]))
+    if f_sd > 2 * zeta * f or z_sd > zeta:
+        return f"not certain: {f:.4g} ± {f_sd:.2g} Hz, damping {zeta:.2g} ± {z_sd:.2g}"
+    other = _twin(r, fitted)
+    return f"not told apart from its neighbour at {other:.4g} Hz" if other else ""
 
 
-def _least_worth(freq: Real, H: Complex, d: int, fitted: RefinedModes, residuals: str) -> tuple[int, str] | None:
-    fit = fitted.fit
+def _twin(r: int, fitted: RefinedModes) -> float:
+    """Frequency of a better known mode with the same participation within three standard deviations of mode r, or 0."""
+    poles, cov = fitted.fit.poles, fitted.pole_cov
+    unit = fitted.fit.participation / np.linalg.norm(fitted.fit.participation, axis=1, keepdims=True)
+    for q in range(poles.size):
+        if q == r or np.trace(cov[q]) > np.trace(cov[r]) or abs(np.vdot(unit[r], unit[q])) ** 2 < 0.95:
+            continue
+        apart = np.array([(poles[r] - poles[q]).real, (poles[r] - poles[q]).imag])
+        if apart @ np.linalg.solve(cov[r] + cov[q] + 1e-30 * np.eye(2), apart) < 9.0:
+            return float(abs(poles[q]) / (2 * np.pi))
+    return 0.0
+
+
+def _worth(freq: Real, H: Complex, d: int, fitted: RefinedModes, residuals: str) -> tuple[Real, Real, Real]:
+    """What each mode (n_modes,) lowers -2 ln L by; what its unknowns cost by the Bayesian information criterion; and
+    its sharpness: the most that any output's squares in the half-power band rise without it, over those with it.
+
+    Likelihood and count of data are those of the lines within f (1 ± 3 zeta), at least nine: elsewhere the misfit of
+    stronger modes is larger than the whole of a weak one.
+    """
+    poles, participation = fitted.fit.poles, fitted.fit.participation
+    every = np.arange(poles.size)
     weight = np.where(fitted.noise > 0, fitted.noise, np.inf)[None, :, None]
 
-    def squares(keep: NDArray[np.bool_]) -> float:
-        part = fit_residues(freq, H, d, fit.poles[keep], fit.participation[keep], residuals)
-        return float(np.sum(np.abs((H - synthesise(freq, d, part)) / weight) ** 2))
+    def squares(keep: NDArray[np.int64]) -> Real:
+        fit = fit_residues(freq, H, d, poles[keep], participation[keep], residuals)
+        return np.asarray(np.sum(np.abs((H - synthesise(freq, d, fit)) / weight) ** 2, axis=2))
 
-    everything = np.ones(fit.poles.size, dtype=bool)
-    base = squares(everything)
-    gains = np.empty(fit.poles.size)
-    for r in range(fit.poles.size):
-        keep = everything.copy()
-        keep[r] = False
-        gains[r] = squares(keep) - base
-    n_out, n_ref = H.shape[1:]
-    independent = 2 * H.size / fitted.correlation
-    # -2 ln L = N ln(squares) at unknown noise; a mode brings its pole, its participation and its shape
-    gain = independent * np.log1p(gains / max(base, 1e-300))
-    cost = (2 * n_out + 2 * n_ref) * np.log(independent)
-    row = int(np.argmin(gain))
-    if gain[row] < cost:
-        return row, f"lowers the squares too little for its unknowns (gain {gain[row]:.0f}, cost {cost:.0f})"
-    return None
+    base = squares(every)
+    gain, cost, sharpness = np.zeros(poles.size), np.zeros(poles.size), np.zeros(poles.size)
+    for r in every:
+        without = squares(np.delete(every, r))
+        around = lines_near(freq, poles[r], 3.0, 9)
+        n_data = 2 * around.size * H.shape[1] * H.shape[2]
+        # -2 ln L = N ln(squares) at unknown noise; a mode brings its pole, its participation and its shape
+        rise = float(without[around].sum()) / max(float(base[around].sum()), 1e-300)
+        gain[r] = n_data * np.log(max(1.0, rise))
+        cost[r] = 2 * (H.shape[1] + H.shape[2]) * np.log(n_data)
+        lines = lines_near(freq, poles[r], 1.0, 3)
+        left = np.maximum(base[lines].sum(axis=0), 1e-300)
+        sharpness[r] = max(0.0, float(np.max(without[lines].sum(axis=0) / left - 1.0)))
+    return gain, cost, sharpness

@@ -71,12 +71,13 @@ def identify_modes(
     H = used.H if roved == "outputs" else used.H.transpose(0, 2, 1)
     noise = line_noise(H)
     diagram = stabilise(_poles(used.freq, H / noise[:, None], max_order), max_zeta=max_zeta)
+    chosen = diagram.chosen
     fitted, dropped = choose_modes(
         used.freq,
         H,
         derivative_power(used.kind),
-        np.array([c.pole for c in diagram.chosen], dtype=np.complex128),
-        np.array([c.participation for c in diagram.chosen], dtype=np.complex128).reshape(-1, H.shape[2]),
+        np.array([c.pole for c in chosen], dtype=np.complex128),
+        np.array([c.participation for c in chosen], dtype=np.complex128).reshape(len(chosen), H.shape[2]),
         residuals,
         noise,
         max_zeta,
@@ -145,7 +146,7 @@ def _dofs(frf: FRF, roved: str) -> tuple[tuple[Dof, ...], tuple[Dof, ...]]:
 
 
 def _poles(freq: Real, H: Complex, max_order: int | None) -> PoleTable:
-    order = min(60, freq.size // 3) if max_order is None else max_order
+    order = min(60, freq.size // 4) if max_order is None else max_order
     return plscf_poles(freq, H, max(2, order))
 
 

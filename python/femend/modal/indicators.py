@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 from femend.data import FRF
 from femend.modal.lsfd import ModalFit
 
-__all__ = ["cmif", "contributions", "mif", "mpc", "mpd"]
+__all__ = ["cmif", "contributions", "lines_near", "mif", "mpc", "mpd"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -75,6 +75,20 @@ def mpd(shapes: Complex) -> Real:
     return np.degrees(np.sum(weight * angle, axis=0) / np.where(total > 0, total, 1.0))
 
 
+def lines_near(freq: Real, pole: complex, widths: float = 1.0, at_least: int = 3) -> NDArray[np.int64]:
+    """Positions of the lines `freq` (n_freq,) in Hz within f (1 ± `widths` zeta) of a `pole` in rad/s: 1 is the
+    half-power band; the nearest `at_least` of them where fewer lie there. Raises nothing.
+
+    >>> lines_near(np.arange(10.0), -0.5 + 2j * np.pi * 4).tolist()
+    [3, 4, 5]
+    """
+    f, zeta = abs(pole) / (2 * np.pi), -pole.real / abs(pole)
+    lines = np.nonzero(np.abs(freq - f) <= widths * zeta * f)[0]
+    if lines.size >= at_least:
+        return lines
+    return np.sort(np.argsort(np.abs(freq - f), kind="stable")[:at_least])
+
+
 def contributions(freq: Real, d: int, fit: ModalFit, H: Complex) -> Real:
     """Share (n_modes,) of each mode of `fit` in the squares of H (n_freq, n_out, n_ref) within its half-power band.
 
@@ -84,10 +98,7 @@ def contributions(freq: Real, d: int, fit: ModalFit, H: Complex) -> Real:
     s = 2j * np.pi * freq
     found = np.zeros(fit.poles.size)
     for r, p in enumerate(fit.poles):
-        f, zeta = abs(p) / (2 * np.pi), -p.real / abs(p)
-        lines = np.nonzero(np.abs(freq - f) <= zeta * f)[0]
-        if lines.size < 3:
-            lines = np.argsort(np.abs(freq - f))[:3]
+        lines = lines_near(freq, p)
         at = s[lines][:, None, None]
         A = np.outer(fit.shapes[:, r], fit.participation[r])
         part = at**d * (A / (at - p) + A.conj() / (at - p.conjugate()))

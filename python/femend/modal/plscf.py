@@ -48,7 +48,7 @@ def plscf_poles(freq: Real, H: Complex, max_order: int, *, min_order: int = 2, s
     `freq` (n_freq,) in Hz increases, `H` (n_freq, n_out, n_ref) is of any kind: a factor s^k changes residues, not
     poles. Rows of H should have comparable noise; n_ref, the size of the denominator, should be the smaller side.
     `shift` in Hz is where the unit circle begins (0 keeps the conjugate poles exact, the band's lower end spreads a
-    narrow band over the whole half circle); None chooses: 0 unless the band starts above half its upper end.
+    narrow band over the whole half circle); None chooses: 0 unless the band starts above a tenth of its upper end.
 
     The right matrix fraction H = B A^-1 (1) in z = exp(i omega dt) (2) is fitted with real coefficients by linear least
     squares (3); the numerators are eliminated with Toeplitz blocks (4), which one FFT gives for evenly spaced lines,
@@ -72,7 +72,7 @@ def plscf_poles(freq: Real, H: Complex, max_order: int, *, min_order: int = 2, s
             f"{freq.size}; widen the band or lower max_order"
         )
     if shift is None:
-        shift = 0.0 if freq[0] < 0.5 * freq[-1] else float(freq[0])
+        shift = 0.0 if freq[0] < 0.1 * freq[-1] else float(freq[0])
     theta = np.pi * (freq - shift) / (freq[-1] - shift)
     dt = 1.0 / (2.0 * (freq[-1] - shift))
     T, V = _reduced_blocks(theta, H, max_order)
@@ -128,7 +128,8 @@ def _reduced_blocks(theta: Real, H: Complex, n: int) -> tuple[Real, Real]:
     T = _lags(theta, power, n).real[lag].transpose(0, 2, 1, 3).reshape((n + 1) * n_ref, (n + 1) * n_ref)
     S = -_lags(theta, H, n).real[lag]  # (n+1, n+1, n_out, n_ref)
     flat = np.ascontiguousarray(S.transpose(0, 2, 1, 3)).reshape(n + 1, -1)
-    L = cholesky(R, lower=True)
+    # a part of the circle without lines leaves R singular to rounding at high order
+    L = cholesky(R + 1e-12 * R[0, 0] * np.eye(n + 1), lower=True)
     V = solve_triangular(L, flat, lower=True).reshape(n + 1, n_out, (n + 1) * n_ref)
     return T, np.ascontiguousarray(V.transpose(1, 0, 2))
 

@@ -46,21 +46,27 @@ def refine_modes(
     residuals: str = "both",
     *,
     noise: Real | None = None,
+    centre: Complex | None = None,
+    reach: Real | None = None,
     max_iter: int = 40,
+    rounds: int = 3,
 ) -> RefinedModes:
     """Least-squares fit of the modal model to H, from `poles` (n_modes,) and `participation` (n_modes, n_ref).
 
     `freq` (n_freq,) in Hz without 0, `H` (n_freq, n_out, n_ref) of kind s^d times receptance, `residuals` as in
     `fit_residues`, `noise` (n_out,) standard deviations of the outputs (None: all alike at first). Outputs are
-    weighted by their residual, in three rounds. Levenberg-Marquardt with at most `max_iter` steps a round.
+    weighted by `noise`, then by their residual, in `rounds`. Levenberg-Marquardt, at most `max_iter` steps a round.
+    A pole stays within `reach` (n_modes,) in rad/s of its `centre` (n_modes,), None for no limit: a pole that runs off
+    takes the place of another, or leaves for good.
     Raises nothing; a fit that did not settle says so in `converged`.
     """
+    limit = _Limit(poles if centre is None else centre, np.full(poles.size, np.inf) if reach is None else reach)
     y = stacked(H)
     weight = 1.0 / (np.full(H.shape[1], float(np.sqrt(np.mean(y**2))) or 1.0) if noise is None else noise)
     state = _State(freq, d, residuals, y, poles, _normalised(participation))
     converged = True
-    for _ in range(3):
-        state, converged = _descend(state, weight, max_iter)
+    for _ in range(rounds):
+        state, converged = _descend(state, weight, max_iter, limit)
         rms = np.sqrt(np.mean(state.residual() ** 2, axis=0))
         weight = 1.0 / np.maximum(rms, 1e-12 * np.sqrt(np.mean(y**2, axis=0)) + 1e-300)
     J2, _ = state.normal_equations(weight)
@@ -143,6 +149,8 @@ class _State:
         n_modes = self.poles.size
         modes = np.concatenate([np.arange(n_modes), [r for r, _ in self.free()]]).astype(int)
         n_q = modes.size
+        if not n_q:
+            return np.zeros((0, 0)), np.zeros(0)
         a, b = self.x[2 * modes] * weight, self.x[2 * modes + 1] * weight  # (n_q, n_out)
         # c = a + i b multiplies the first column of a pair by a and the second by b; a step along i turns c into i c
         K = np.stack([np.stack([a, b]), np.stack([-b, a])])  # (part, column of the pair, q, n_out)
@@ -168,9 +176,37 @@ class _State:
         return _State(self.freq, self.d, self.residuals, self.y, poles, participation)
 
 
-def _descend(state: _State, weight: Real, max_iter: int) -> tuple[_State, bool]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Limit:
+    """Discs in which the poles stay."""
+
+    centre: Complex
+    reach: Real
+
+    def held(self, poles: Complex, step: Real) -> NDArray[np.bool_]:
+        """Poles at their rim that the step would take further out."""
+        n = poles.size
+        out = poles - self.centre
+        outwards = (out.conj() * (step[:n] + 1j * step[n : 2 * n])).real > 0
+        return np.asarray((np.abs(out) > 0.999 * self.reach) & outwards)
+
+    def inside(self, poles: Complex, step: Real) -> Real:
+        """The step with each pole stopped at its rim, and shortened so that none moves by more than half its distance
+        from the imaginary axis: beyond it the FRFs around the pole no longer depend on it linearly."""
+        n = poles.size
+        moved = np.abs(step[:n] + 1j * step[n : 2 * n])
+        step = step * min(1.0, float(np.min(0.5 * np.abs(poles.real) / np.maximum(moved, 1e-300))))
+        out = poles + step[:n] + 1j * step[n : 2 * n] - self.centre
+        far = np.abs(out)
+        back = np.where(far > self.reach, self.reach / np.maximum(far, 1e-300), 1.0)
+        stopped = self.centre + out * np.where(np.isfinite(back), back, 1.0) - poles
+        return np.concatenate([stopped.real, stopped.imag, step[2 * n :]])
+
+
+def _descend(state: _State, weight: Real, max_iter: int, limit: _Limit) -> tuple[_State, bool]:
     """Levenberg-Marquardt from `state`; the second value tells whether it settled."""
-    if not state.poles.size:
+    n = state.poles.size
+    if not n:
         return state, True
     mu, cost = 1e-4, state.cost(weight)
     for _ in range(max_iter):
@@ -179,18 +215,31 @@ def _descend(state: _State, weight: Real, max_iter: int) -> tuple[_State, bool]:
         diagonal[diagonal <= 0] = 1.0
         improved = False
         for _ in range(8):
-            step = np.linalg.solve(J2 + mu * np.diag(diagonal), gradient)
-            trial = state.moved(step)
-            if np.all(trial.poles.imag > 0) and (new := trial.cost(weight)) < cost:
+            step = _damped_step(J2, gradient, mu * diagonal, np.zeros(n, dtype=bool))
+            held = limit.held(state.poles, step)
+            if held.any():
+                step = _damped_step(J2, gradient, mu * diagonal, held)
+            trial = state.moved(limit.inside(state.poles, step))
+            if np.all(trial.poles.real < 0) and (new := trial.cost(weight)) < cost:
                 improved = True
                 break
             mu *= 10.0
         if not improved:  # at the floor of rounding, or stuck: the gradient tells
-            return state, bool(gradient @ np.linalg.solve(J2 + 1e-9 * np.diag(diagonal), gradient) < 1e-3 * cost)
+            return state, bool(gradient @ step < 1e-3 * cost)
         gain, cost, state, mu = cost - new, new, trial, max(mu / 10.0, 1e-12)
         if gain <= 1e-8 * cost:
             return state, True
     return state, False
+
+
+def _damped_step(J2: Real, gradient: Real, damping: Real, held: NDArray[np.bool_]) -> Real:
+    """(J^T J + damping)^-1 J^T r with the poles `held` where they are."""
+    free = np.ones(gradient.size, dtype=bool)
+    free[: held.size] = free[held.size : 2 * held.size] = ~held
+    step = np.zeros(gradient.size)
+    A = (J2 + np.diag(damping))[np.ix_(free, free)]
+    step[free] = np.linalg.solve(A, gradient[free])
+    return step
 
 
 def _correlation(residual: Real, n_lines: int, n_ref: int) -> float:

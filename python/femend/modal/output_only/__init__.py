@@ -2,8 +2,19 @@
 
 from __future__ import annotations
 
+from femend.modal.output_only.harmonics import Harmonic, find_harmonics, remove_harmonics
 from femend.modal.output_only.identify import identify_output_only
 from femend.modal.output_only.result import OutputOnlyModes
+from femend.modal.output_only.setups import MergedModes, merge_setups
 from femend.modal.output_only.stabilisation import Stabilisation
 
-__all__ = ["OutputOnlyModes", "Stabilisation", "identify_output_only"]
+__all__ = [
+    "Harmonic",
+    "MergedModes",
+    "OutputOnlyModes",
+    "Stabilisation",
+    "find_harmonics",
+    "identify_output_only",
+    "merge_setups",
+    "remove_harmonics",
+]

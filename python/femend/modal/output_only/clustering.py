@@ -6,10 +6,12 @@
    damping 1.96 standard deviations of a difference of independent estimates, in shape 1 - MAC up to three times the
    sum of their relative shape variances (its expectation for independent estimates is that sum). Where the
    uncertainties are smaller than what the model order shifts the pole (long records), a tenth of the half bandwidth
-   and MAC 0.98 stand in.
+   and MAC 0.98 stand in; where they are not known (a recording that is not stationary), a quarter of it and MAC 0.95.
 3. Poles are joined by average linkage of these distances; two poles of one order are never joined, so two close
    modes stay two.
-4. A cluster is a mode when it lives in at least half the orders from its first on, and in a third of all orders.
+4. A cluster is a mode when it holds poles of five orders one after the other (what a person asks of a column of the
+   stabilisation diagram), or of a third of all orders: at orders far above the true one a strong mode splits in two
+   uncertain poles, a weak one only shows there.
 """
 
 from __future__ import annotations
@@ -21,13 +23,14 @@ from scipy.spatial.distance import squareform
 
 from femend.modal.output_only.stabilisation import Stabilisation, mac
 
-__all__ = ["cluster_poles", "representatives"]
+__all__ = ["cluster_poles", "consensus", "representatives"]
 
 QUANTILE = 1.96
-BANDWIDTH_SHARE = 0.1
-MAC_FLOOR = 0.02
+BANDWIDTH_SHARE, MAC_FLOOR = 0.1, 0.02
+BANDWIDTH_SHARE_UNKNOWN, MAC_FLOOR_UNKNOWN = 0.25, 0.05
 MAC_CEILING = 0.5
 FAR = 1e6
+RUN = 5
 
 
 def cluster_poles(poles: Stabilisation, band: tuple[float, float], max_zeta: float) -> Stabilisation:
@@ -51,12 +54,16 @@ def cluster_poles(poles: Stabilisation, band: tuple[float, float], max_zeta: flo
 def _distances(poles: Stabilisation, which: NDArray[np.int64]) -> NDArray[np.float64]:
     """Largest of the differences in frequency, damping and shape, each over what it may be, (n, n)."""
     f, z = poles.freq[which], poles.zeta[which]
-    width = BANDWIDTH_SHARE * np.minimum.outer(z * f, z * f)
-    f_tol = np.maximum(QUANTILE * np.hypot.outer(poles.freq_sd[which], poles.freq_sd[which]), width)
-    share = BANDWIDTH_SHARE * np.minimum.outer(z, z)
-    z_tol = np.maximum(QUANTILE * np.hypot.outer(poles.zeta_sd[which], poles.zeta_sd[which]), share)
-    v = poles.shape_var[which]
-    m_tol = np.clip(3 * np.add.outer(v, v), MAC_FLOOR, MAC_CEILING)
+    unknown = bool(np.isnan(poles.freq_sd[which]).any())
+    bandwidth_share = BANDWIDTH_SHARE_UNKNOWN if unknown else BANDWIDTH_SHARE
+    mac_floor = MAC_FLOOR_UNKNOWN if unknown else MAC_FLOOR
+    width = bandwidth_share * np.minimum.outer(z * f, z * f)
+    f_sd, z_sd = np.nan_to_num(poles.freq_sd[which]), np.nan_to_num(poles.zeta_sd[which])
+    f_tol = np.maximum(QUANTILE * np.hypot.outer(f_sd, f_sd), width)
+    share = bandwidth_share * np.minimum.outer(z, z)
+    z_tol = np.maximum(QUANTILE * np.hypot.outer(z_sd, z_sd), share)
+    v = np.nan_to_num(poles.shape_var[which])
+    m_tol = np.clip(3 * np.add.outer(v, v), mac_floor, MAC_CEILING)
     shapes = poles.shapes[:, which]
     D = np.maximum(np.abs(np.subtract.outer(f, f)) / f_tol, np.abs(np.subtract.outer(z, z)) / z_tol)
     D = np.maximum(D, (1 - mac(shapes, shapes)) / m_tol)
@@ -66,18 +73,33 @@ def _distances(poles: Stabilisation, which: NDArray[np.int64]) -> NDArray[np.flo
 
 
 def _is_mode(poles: Stabilisation, members: NDArray[np.int64]) -> bool:
-    later = np.count_nonzero(poles.orders >= poles.order[members].min())
-    return bool(2 * members.size >= later and 3 * members.size >= poles.orders.size)
+    """True for a cluster in a third of all orders, or in RUN orders one after the other."""
+    at = np.isin(poles.orders, poles.order[members])
+    run = longest = 0
+    for present in at:
+        run = run + 1 if present else 0
+        longest = max(longest, run)
+    return bool(longest >= RUN or 3 * members.size >= poles.orders.size)
+
+
+def consensus(poles: Stabilisation, members: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Weights (n_members,) of the poles of one cluster, their inverse variances in frequency; equal ones where these
+    are not known. They add up to 1."""
+    sd = poles.freq_sd[members]
+    weights = np.ones(members.size) if np.isnan(sd).any() else 1.0 / sd**2
+    return weights / weights.sum()
 
 
 def representatives(poles: Stabilisation) -> NDArray[np.int64]:
-    """The pole of each mode (n_modes,) nearest to the median frequency and damping of its cluster, each over its own
-    standard deviation: none is preferred for looking certain."""
+    """The pole of each mode (n_modes,) with the least mean square error in frequency and damping, over those of the
+    cluster: its own variance and its squared distance from the cluster's mean by inverse variance."""
     chosen = []
     for number in range(int(poles.cluster.max(initial=-1)) + 1):
         members = np.flatnonzero(poles.cluster == number)
-        f, z = poles.freq[members], poles.zeta[members]
-        off_f = (f - np.median(f)) / np.median(poles.freq_sd[members])
-        off_z = (z - np.median(z)) / np.median(poles.zeta_sd[members])
-        chosen.append(int(members[np.argmin(off_f**2 + off_z**2)]))
+        w = consensus(poles, members)
+        error = np.zeros(members.size)
+        for value, sd in ((poles.freq[members], poles.freq_sd[members]), (poles.zeta[members], poles.zeta_sd[members])):
+            square = np.nan_to_num(sd) ** 2 + (value - w @ value) ** 2
+            error += square / max(float(np.median(square)), np.finfo(float).tiny)
+        chosen.append(int(members[np.argmin(error)]))
     return np.array(chosen, dtype=np.int64)

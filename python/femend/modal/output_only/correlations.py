@@ -6,10 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft
 
 from femend.modal.output_only.prepare import Signals
 
 __all__ = ["BlockCorrelations", "block_correlations", "principal_references"]
+
+# Beyond so many lags a transform is cheaper than a product per lag.
+FEW_LAGS = 200
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,10 +45,26 @@ def block_correlations(
     used = length * n_blocks
     right = reference[:, :used].reshape(n_ref, n_blocks, length).transpose(1, 2, 0) / length
     blocks = np.empty((n_blocks, n_lags, n_ch, n_ref))
+    if n_lags > FEW_LAGS:
+        return BlockCorrelations(_by_fft(y, right, n_lags, blocks), dt)
     for k in range(1, n_lags + 1):
         left = y[:, k : k + used].reshape(n_ch, n_blocks, length).transpose(1, 0, 2)
         np.matmul(left, right, out=blocks[:, k - 1])
     return BlockCorrelations(blocks, dt)
+
+
+def _by_fft(
+    y: NDArray[np.float64], right: NDArray[np.float64], n_lags: int, blocks: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Fills `blocks` (n_blocks, n_lags, n_ch, n_ref) from `y` (n_ch, n_samples) and the references `right` (n_blocks,
+    length, n_ref), already over the length of a block."""
+    length = right.shape[1]
+    size = int(fft.next_fast_len(length + n_lags, real=True))
+    for b, reference in enumerate(right):
+        left = fft.rfft(y[:, b * length : (b + 1) * length + n_lags], size)
+        cross = left[:, None, :] * fft.rfft(reference.T, size).conj()[None]
+        blocks[b] = fft.irfft(cross, size)[..., 1 : n_lags + 1].transpose(2, 0, 1)
+    return blocks
 
 
 def principal_references(signals: Signals, n_ref: int) -> NDArray[np.float64]:

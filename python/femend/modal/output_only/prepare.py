@@ -13,7 +13,7 @@ from femend.data._arrays import frozen
 from femend.dof import Dof
 from femend.errors import RecordingError
 
-__all__ = ["Signals", "prepare_signals"]
+__all__ = ["Signals", "motion_rows", "prepare_signals"]
 
 MOTIONS = ("displacement", "velocity", "acceleration")
 # Times d/dt from displacement; shapes of mixed sensors are brought to displacement by s**-power.
@@ -65,6 +65,18 @@ class Signals:
         return shapes
 
 
+def motion_rows(data: TimeData) -> list[int]:
+    """Rows of `data` that measure a motion at a DOF; raises RecordingError where there are none."""
+    rows = [i for i in data.rows(*MOTIONS) if data.channels[i].dof is not None]
+    if not rows:
+        raise RecordingError(
+            f"recording {data.name!r}: none of its {len(data.channels)} channels is a displacement, velocity or "
+            "acceleration with a DOF; name the sensors' DOFs (a channel map does it)",
+            recording=data.name,
+        )
+    return rows
+
+
 def prepare_signals(
     data: TimeData, band: tuple[float, float] | None = None, *, remove: NDArray[np.float64] | None = None
 ) -> Signals:
@@ -72,17 +84,11 @@ def prepare_signals(
 
     Without a band it is 0 to 80 % of the Nyquist frequency. `remove` (n_ch, n_samples) is subtracted before (signals
     of rotating harmonics). The trend over the recording is taken out; with a lower band edge above 0 also what lies
-    under half of it. Raises RecordingError for fewer than two motion channels with a DOF, a dead channel, or a band
+    under half of it. Raises RecordingError for no motion channel with a DOF, a dead channel, or a band
     that the sampling does not reach.
     """
-    rows = [i for i in data.rows(*MOTIONS) if data.channels[i].dof is not None]
+    rows = motion_rows(data)
     channels = tuple(data.channels[i] for i in rows)
-    if not rows:
-        raise RecordingError(
-            f"recording {data.name!r}: none of its {len(data.channels)} channels is a displacement, velocity or "
-            "acceleration with a DOF; name the sensors' DOFs (a channel map does it)",
-            recording=data.name,
-        )
     low, high = _checked_band(data, band)
     y = data.values[rows] if remove is None else data.values[rows] - remove[rows]
     y = signal.detrend(y, axis=1)

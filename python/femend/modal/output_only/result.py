@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.data import IdentifiedModes
 from femend.data._arrays import frozen
+from femend.modal.output_only.harmonics import Harmonic
 from femend.modal.output_only.stabilisation import Stabilisation, modal_phase_collinearity
 
 __all__ = ["OutputOnlyModes"]
@@ -19,12 +20,13 @@ __all__ = ["OutputOnlyModes"]
 class OutputOnlyModes:
     """Modes from responses alone.
 
-    `modes` are poles and shapes (n_dof, n_modes), each shape with its largest component 1, unscaled because the force
-    is unknown; `shape_sd` (n_dof, n_modes) the standard deviation of each component (nan where not known); `support`
-    (n_modes,) the share of model orders a mode was found in (1 for EFDD); `flags` one text per mode, empty where
-    nothing is to be said, else what is doubtful about it; `harmonic` (n_modes,) True where the peak is a rotating
-    harmonic or is covered by one. `status` is "ok", "doubtful" (some mode has a flag), or "no modes"; `advice` says
-    what to do, `notes` what was found in the recording. `stabilisation` holds all poles of all orders (None for EFDD).
+    `modes` are poles and shapes (n_dof, n_modes), each shape with its largest component 1, unscaled because the
+    force is unknown; `shape_sd` (n_dof, n_modes) the standard deviation of each component (nan where not known);
+    `support` (n_modes,) the share of model orders a mode was found in (1 for EFDD); `flags` one text per mode,
+    empty where nothing is to be said, else what is doubtful about it; `harmonic` (n_modes,) True where the peak is
+    a rotating harmonic or is covered by one. `status` is "ok", "doubtful" (some mode has a flag, or a spectral peak
+    gave no mode), or "no modes"; `advice` says what to do, `notes` what was found in the recording, `harmonics` the
+    rotating ones among it. `stabilisation` holds all poles of all orders (None for EFDD).
     """
 
     recording: str
@@ -39,6 +41,7 @@ class OutputOnlyModes:
     status: str
     advice: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    harmonics: tuple[Harmonic, ...] = ()
     stabilisation: Stabilisation | None = None
 
     def __post_init__(self) -> None:
@@ -77,6 +80,7 @@ class OutputOnlyModes:
             "support": self.support.tolist(),
             "flags": list(self.flags),
             "harmonic": self.harmonic.tolist(),
+            "harmonics": [h.to_dict() for h in self.harmonics],
             "status": self.status,
             "advice": list(self.advice),
             "notes": list(self.notes),

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-__all__ = ["segment_spectra", "spectral_matrices", "spectral_peaks"]
+__all__ = ["segment_spectra", "spectral_peaks"]
 
 # A peak counts when it stands this many standard deviations of the log spectrum over its saddles: of some hundred
 # maxima of pure noise fewer than one does.
@@ -30,16 +30,6 @@ def segment_spectra(
         Y[:, :, channel] = np.fft.rfft((part - part.mean(axis=1, keepdims=True)) * window, axis=1)
     Y *= scale
     return np.arange(length // 2 + 1) / (length * dt), Y
-
-
-def spectral_matrices(Y: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """Spectral matrices (n_freq, n_ch, n_ref) E[Y Y^H] of segments `Y` (n_seg, n_freq, n_ch), all as references.
-
-    >>> spectral_matrices(np.array([[[1.0 + 0j, 1j]]]))[0, 1, 0]
-    np.complex128(1j)
-    """
-    X = Y.transpose(1, 2, 0)
-    return X @ X.conj().transpose(0, 2, 1) / Y.shape[0]
 
 
 def spectral_peaks(

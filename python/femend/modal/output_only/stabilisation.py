@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femend.data._arrays import frozen
 
-__all__ = ["Stabilisation", "mac", "modal_phase_collinearity"]
+__all__ = ["Stabilisation", "mac", "modal_phase_collinearity", "unit_shapes"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,13 +53,20 @@ class Stabilisation:
         """Poles (n,) known to better than their own half bandwidth: freq_sd <= zeta freq and zeta_sd <= zeta.
 
         A structural mode observed for 2 pi zeta f T > 4 is (its freq_sd is below 0.4 zeta freq by Au's law, see
-        `needed_duration`); a pole that fits noise is not.
+        `needed_duration`); a pole that fits noise is not. Where deviations are not known (nan) nothing is excluded.
         """
-        return (self.freq_sd <= self.zeta * self.freq) & (self.zeta_sd <= self.zeta)
+        known = ~np.isnan(self.freq_sd)
+        with np.errstate(invalid="ignore"):
+            return ~known | ((self.freq_sd <= self.zeta * self.freq) & (self.zeta_sd <= self.zeta))
 
     def with_clusters(self, cluster: NDArray[np.int64]) -> Stabilisation:
         """The same poles with the modes `cluster` (n,) they belong to."""
         return replace(self, cluster=cluster)
+
+    def without_deviations(self) -> Stabilisation:
+        """The same poles, their deviations not known (nan)."""
+        unknown = np.full(self.order.size, np.nan)
+        return replace(self, freq_sd=unknown, zeta_sd=unknown, shape_sd=np.full(self.shapes.shape, np.nan))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON and drawing, without the shapes; deviations that are not known are None."""
@@ -98,3 +105,13 @@ def modal_phase_collinearity(shapes: NDArray[np.complex128]) -> NDArray[np.float
     xx, yy, xy = (x * x).sum(axis=0), (y * y).sum(axis=0), (x * y).sum(axis=0)
     size = (xx + yy) ** 2
     return ((xx - yy) ** 2 + 4 * xy**2) / np.where(size > 0, size, 1.0)
+
+
+def unit_shapes(shapes: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """`shapes` (n_dof, n_modes) turned and scaled so that the largest component of each is 1.
+
+    >>> unit_shapes(np.array([[1j], [-2j]])).ravel().real
+    array([-0.5,  1. ])
+    """
+    pivot = shapes[np.argmax(np.abs(shapes), axis=0), np.arange(shapes.shape[1])]
+    return shapes / np.where(pivot == 0, 1.0, pivot)
