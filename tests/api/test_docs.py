@@ -7,7 +7,14 @@ from pathlib import Path
 
 import pytest
 
-PAGES = ("README.md", "CONTRIBUTING.md", "benches/README.md", "python/docs/architecture.md", "python/docs/naming.md")
+PAGES = (
+    "README.md",
+    "CONTRIBUTING.md",
+    "benches/README.md",
+    "python/docs/architecture.md",
+    "python/docs/modal.md",
+    "python/docs/naming.md",
+)
 
 
 @pytest.mark.parametrize("page", PAGES)

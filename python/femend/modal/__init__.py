@@ -12,6 +12,7 @@ from femend.modal.refine import RefinedModes, refine_modes
 from femend.modal.result import ModalTest
 from femend.modal.scaling import DrivingPoint, driving_points, scale_by_driving_points
 from femend.modal.stabilisation import PoleCluster, Stabilisation, stabilise
+from femend.modal.visibility import UnseenMode, unseen_modes
 
 __all__ = [
     "DrivingPoint",
@@ -23,6 +24,7 @@ __all__ = [
     "RefinedModes",
     "SensorCheck",
     "Stabilisation",
+    "UnseenMode",
     "cmif",
     "driving_point_checks",
     "driving_points",
@@ -39,4 +41,5 @@ __all__ = [
     "stabilise",
     "swap_check",
     "synthesise",
+    "unseen_modes",
 ]

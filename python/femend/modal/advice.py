@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from femend.modal.indicators import lines_near
 from femend.modal.result import ModalTest
 
 __all__ = ["advice_on"]
@@ -30,7 +31,9 @@ def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str
             f"the resynthesis misses {100 * test.error:.0f} % of the FRFs, where scatter from line to line explains "
             f"{100 * test.noise_share:.0f} %: modes are missing in {band}, or the structure is not linear"
         )
-    said += _poor_frfs(test) + _poor_modes(test)
+    poor = _poor_frfs(test)
+    doubtful = doubtful or bool(poor)
+    said += poor + _poor_modes(test)
     if not test.driving_points:
         said.append("no driving point was measured: shapes have no scale and modal masses are unknown")
     if correlation > 10 and test.error > 1e-3:
@@ -43,13 +46,16 @@ def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str
 
 def _poor_frfs(test: ModalTest) -> list[str]:
     size = np.sqrt(np.mean(np.abs(test.measured.H) ** 2, axis=0))
-    typical = float(np.median(size))
-    said = []
-    for o, i in np.argwhere((test.frf_error > 0.5) & (test.frf_error > 3 * test.error) & (size > 0.1 * typical)):
+    said = [
+        f"the FRF {test.measured.outputs[o].dof} / {test.measured.inputs[i].dof} is 0 on all lines: a dead channel"
+        for o, i in np.argwhere(size == 0)
+    ]
+    poor = (test.frf_error > 0.5) & (test.frf_error > 3 * np.median(test.frf_error)) & (size > 0.1 * np.median(size))
+    for o, i in np.argwhere(poor):
         pair = f"{test.measured.outputs[o].dof} / {test.measured.inputs[i].dof}"
         said.append(
-            f"the modes explain the FRF {pair} to {100 * (1 - test.frf_error[o, i]):.0f} % only, the others better: "
-            "check its sensor and its label"
+            f"the modes miss {100 * test.frf_error[o, i]:.0f} % of the FRF {pair}, and "
+            f"{100 * np.median(test.frf_error):.0f} % of the others: check its sensor, its label and its coherence"
         )
     return said
 
@@ -63,6 +69,17 @@ def _poor_modes(test: ModalTest) -> list[str]:
                 f"{name}: shape is complex (MPC {test.mpc[r]:.2f}, mean phase deviation {test.mpd[r]:.0f} degrees); "
                 "it is local damping, a neighbour not separated, or noise"
             )
+        size = np.abs(test.modes.shapes[:, r])
+        if size.size >= 4 and np.sort(size)[-2] < 0.05 * size.max():
+            said.append(
+                f"{name}: only {test.modes.dofs[int(np.argmax(size))]} moves; it is local, or that channel is from "
+                "another place or test"
+            )
+        if test.measured.coherence is not None:
+            lines = lines_near(test.measured.freq, test.modes.poles[r])
+            typical = float(np.median(test.measured.coherence[lines]))
+            if typical < 0.7:
+                said.append(f"{name}: the coherence around it is {typical:.2f}; average more, or look for nonlinearity")
         if test.mass_sd_share[r] > 0.2:
             said.append(
                 f"{name}: the driving point hardly moves, its modal mass is known to "

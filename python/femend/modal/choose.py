@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.modal.indicators import lines_near
-from femend.modal.lsfd import columns, fit_residues, stacked, synthesise
+from femend.modal.lsfd import columns, stacked
 from femend.modal.refine import RefinedModes, refine_modes
 
 __all__ = ["DroppedMode", "choose_modes", "pole_deviations"]
@@ -175,10 +175,6 @@ def _gain(freq: Real, d: int, pole: complex, participation: Complex, Q: Real, le
     return float(np.sum((q[:, keep].T @ left) ** 2))
 
 
-def _dropped(pole: complex, reason: str) -> DroppedMode:
-    return DroppedMode(float(abs(pole) / (2 * np.pi)), float(-pole.real / abs(pole)), reason)
-
-
 def _worst(
     freq: Real, H: Complex, d: int, fitted: RefinedModes, at: Complex, residuals: str, max_zeta: float
 ) -> tuple[int, str] | None:
@@ -240,24 +236,28 @@ def _worth(freq: Real, H: Complex, d: int, fitted: RefinedModes, residuals: str)
     stronger modes is larger than the whole of a weak one.
     """
     poles, participation = fitted.fit.poles, fitted.fit.participation
-    every = np.arange(poles.size)
-    weight = np.where(fitted.noise > 0, fitted.noise, np.inf)[None, :, None]
-
-    def squares(keep: NDArray[np.int64]) -> Real:
-        fit = fit_residues(freq, H, d, poles[keep], participation[keep], residuals)
-        return np.asarray(np.sum(np.abs((H - synthesise(freq, d, fit)) / weight) ** 2, axis=2))
-
-    base = squares(every)
+    n_out, n_ref = H.shape[1:]
+    y = stacked(H / np.where(fitted.noise > 0, fitted.noise, np.inf)[:, None])
+    Q, R = np.linalg.qr(_unit(columns(freq, d, poles, participation, residuals)))
+    left = (y - Q @ (Q.T @ y)).reshape(2, freq.size, n_ref, n_out)
+    # Q R^-T is dual to the columns: its pair of a mode is what that mode has and all the others have not.
+    dual = np.linalg.lstsq(R, Q.T, rcond=1e-12)[0].T
     gain, cost, sharpness = np.zeros(poles.size), np.zeros(poles.size), np.zeros(poles.size)
-    for r in every:
-        without = squares(np.delete(every, r))
+    for r in range(poles.size):
+        own = np.linalg.qr(dual[:, 2 * r : 2 * r + 2])[0]
+        amplitude = own.T @ y
+
+        def squares(lines: NDArray[np.int64], own: Real = own, amplitude: Real = amplitude) -> tuple[Real, Real]:
+            """Of the outputs (n_out,) on some lines, with the mode and without it."""
+            more = own.reshape(2, freq.size, n_ref, 2)[:, lines] @ amplitude
+            return np.sum(left[:, lines] ** 2, axis=(0, 1, 2)), np.sum((left[:, lines] + more) ** 2, axis=(0, 1, 2))
+
         around = lines_near(freq, poles[r], 3.0, 9)
-        n_data = 2 * around.size * H.shape[1] * H.shape[2]
+        base, without = squares(around)
+        n_data = 2 * around.size * n_out * n_ref
         # -2 ln L = N ln(squares) at unknown noise; a mode brings its pole, its participation and its shape
-        rise = float(without[around].sum()) / max(float(base[around].sum()), 1e-300)
-        gain[r] = n_data * np.log(max(1.0, rise))
-        cost[r] = 2 * (H.shape[1] + H.shape[2]) * np.log(n_data)
-        lines = lines_near(freq, poles[r], 1.0, 3)
-        left = np.maximum(base[lines].sum(axis=0), 1e-300)
-        sharpness[r] = max(0.0, float(np.max(without[lines].sum(axis=0) / left - 1.0)))
+        gain[r] = n_data * np.log(max(1.0, float(without.sum()) / max(float(base.sum()), 1e-300)))
+        cost[r] = 2 * (n_out + n_ref) * np.log(n_data)
+        base, without = squares(lines_near(freq, poles[r], 1.0, 3))
+        sharpness[r] = max(0.0, float(np.max(without / np.maximum(base, 1e-300) - 1.0)))
     return gain, cost, sharpness

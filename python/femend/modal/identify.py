@@ -12,7 +12,7 @@ from femend.dof import Dof
 from femend.errors import RecordingError
 from femend.modal.advice import advice_on
 from femend.modal.checks import SensorCheck, driving_point_checks, reciprocity_checks, rigid_body_check, swap_check
-from femend.modal.choose import choose_modes, pole_deviations
+from femend.modal.choose import DroppedMode, choose_modes, pole_deviations
 from femend.modal.indicators import contributions, mpc, mpd
 from femend.modal.lsfd import RESIDUALS, ModalFit, derivative_power, synthesise
 from femend.modal.plscf import PoleTable, plscf_poles
@@ -71,27 +71,28 @@ def identify_modes(
     H = used.H if roved == "outputs" else used.H.transpose(0, 2, 1)
     noise = line_noise(H)
     diagram = stabilise(_poles(used.freq, H / noise[:, None], max_order), max_zeta=max_zeta)
-    chosen = diagram.chosen
-    fitted, dropped = choose_modes(
-        used.freq,
-        H,
-        derivative_power(used.kind),
-        np.array([c.pole for c in chosen], dtype=np.complex128),
-        np.array([c.participation for c in chosen], dtype=np.complex128).reshape(len(chosen), H.shape[2]),
-        residuals,
-        noise,
-        max_zeta,
-    )
+    fitted, dropped = _chosen(used, H, noise, diagram, residuals, max_zeta)
     points = driving_points(responses, references)
-    order = np.argsort(np.abs(fitted.fit.poles), kind="stable")
-    fit = _scaled(_ordered(fitted.fit, order), points)
-    fitted = replace(fitted, fit=fit, pole_cov=fitted.pole_cov[order])
-    modes = _modes(fitted, diagram, responses, references, bool(points))
+    fit = _scaled(fitted.fit, points)
+    modes = _modes(replace(fitted, fit=fit), diagram, responses, references, bool(points))
     test = _assembled(used, H, noise, modes, fit, roved, diagram, points)
-    checks = _checks(used, modes, geometry)
-    test = replace(test, dropped=dropped, checks=checks)
+    test = replace(test, dropped=dropped, checks=_checks(used, modes, geometry))
     status, advice = advice_on(test, fitted.converged, fitted.correlation)
     return replace(test, status=status, advice=advice)
+
+
+def _chosen(
+    frf: FRF, H: Complex, noise: Real, diagram: Stabilisation, residuals: str, max_zeta: float
+) -> tuple[RefinedModes, tuple[DroppedMode, ...]]:
+    """The fitted modes by frequency, and the candidates that were dropped."""
+    candidates = diagram.chosen
+    poles = np.array([c.pole for c in candidates], dtype=np.complex128)
+    participation = np.array([c.participation for c in candidates], dtype=np.complex128)
+    participation = participation.reshape(len(candidates), H.shape[2])
+    d = derivative_power(frf.kind)
+    fitted, dropped = choose_modes(frf.freq, H, d, poles, participation, residuals, noise, max_zeta)
+    order = np.argsort(np.abs(fitted.fit.poles), kind="stable")
+    return replace(fitted, fit=_ordered(fitted.fit, order), pole_cov=fitted.pole_cov[order]), dropped
 
 
 def line_noise(H: Complex) -> Real:
@@ -146,8 +147,10 @@ def _dofs(frf: FRF, roved: str) -> tuple[tuple[Dof, ...], tuple[Dof, ...]]:
 
 
 def _poles(freq: Real, H: Complex, max_order: int | None) -> PoleTable:
-    order = min(60, freq.size // 4) if max_order is None else max_order
-    return plscf_poles(freq, H, max(2, order))
+    """Four lines per order leave room for noise; short bands get what orders the count of lines allows, up to 16."""
+    if max_order is None:
+        max_order = max(min(60, freq.size // 4), min(16, freq.size // 2 - 1))
+    return plscf_poles(freq, H, max(2, max_order))
 
 
 def _ordered(fit: ModalFit, order: NDArray) -> ModalFit:
