@@ -29,6 +29,7 @@ def test_mac_stays_in_its_bounds_for_100_000_complex_pairs() -> None:
         b[same] = a[same] * (rng.standard_normal((same.sum(), 1, 1)) + 1j)
         # and sizes over 300 decades, where squares leave the range of the numbers
         a *= 10.0 ** rng.integers(-150, 150, (count, 1, 1))
+        b *= 10.0 ** rng.integers(-150, 150, (count, 1, 1))
         value = co.mac(a, b)[:, 0, 0]
         assert np.isfinite(value).all()
         assert value.min() >= 0.0

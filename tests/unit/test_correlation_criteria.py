@@ -281,3 +281,18 @@ def test_mac_of_large_sets_is_quick() -> None:
         co.mac(a, b)
         seconds.append(time.perf_counter() - start)
     assert min(seconds) < 0.3
+
+
+@pytest.mark.parametrize("size", [1e-180, 1e-90, 1e90, 1e180])
+def test_numbers_of_any_size_give_the_same(size: float) -> None:
+    # Squares of 1e180 overflow and those of 1e-180 are lost;
+    for criterion in (co.mac, co.macx, co.comac, co.ecomac, co.macco, co.subspace_mac):
+        assert criterion(size * A, size * B) == pytest.approx(criterion(A, B), abs=1e-12), criterion.__name__
+    for criterion in (co.frac, co.faac, co.csac, co.csf, co.rvac, co.fdac, co.coherence_criterion):
+        assert criterion(size * H_A, size * H_B) == pytest.approx(criterion(H_A, H_B), abs=1e-12), criterion.__name__
+    for criterion in (co.mpc, co.mpd, co.mcf_area, co.mean_phase):
+        assert criterion(size * A) == pytest.approx(criterion(A), abs=1e-10), criterion.__name__
+    assert co.msf(size * A, size * B) == pytest.approx(co.msf(A, B), rel=1e-12)
+    M = np.diag(RNG.uniform(1, 2, 7))
+    for use in (lambda a, b: co.mac(a, b, M), lambda a, b: co.cross_orthogonality(a, b, M)):
+        assert use(size * A, size * B) == pytest.approx(use(A, B), abs=1e-12)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.sparse
 from numpy.typing import NDArray
 
 from femend.correlate import align_cluster, close_groups, mac, pair_modes, principal_cosines, subspace_mac
@@ -91,6 +92,21 @@ def test_a_cluster_does_not_swallow_a_mode_that_is_not_in_it() -> None:
     assert pairing.unpaired_b == (1, 4)
 
 
+def test_a_crowd_of_close_modes_does_not_explain_any_shape() -> None:
+    # 30 modes within 0.5 % of each other span all that 20 sensors see: everything has its share 1 there.
+    rng = np.random.default_rng(3)
+    crowd, freq = rng.standard_normal((20, 30)), 100.0 * 1.005 ** np.arange(30)
+    strangers = rng.standard_normal((20, 4))
+    assert subspace_mac(strangers, crowd) == pytest.approx(np.ones(4), abs=1e-12)
+    apart = freq[[0, 8, 16, 24]]
+    assert [p for p in pair_modes(strangers, crowd, apart, freq, mac_min=0.0).pairs if p.agreement > p.mac] == []
+    known = pair_modes(crowd[:, 3:5] + 0.1 * strangers[:, :2], crowd, freq[3:5], freq)
+    assert mated(known) == {0: 3, 1: 4}
+    # A smaller crowd holds 9/20 of a stranger on average; that is taken off. (The best single mode of nine has 0.18.)
+    values = [pair_modes(x, crowd[:, :9], [100.0], freq[:9], mac_min=0.0).pairs for x in rng.standard_normal((300, 20))]
+    assert np.mean([p[0].agreement if p else 0.0 for p in values]) < 0.3 < 9 / 20
+
+
 def test_what_has_no_mate_stays_alone() -> None:
     phi = np.linalg.qr(RNG.standard_normal((20, 6)))[0]
     pairing = pair_modes(phi[:, :4], phi[:, 2:])
@@ -144,8 +160,13 @@ def test_mass_weight_is_used_for_pairs_and_clusters() -> None:
     pairing = pair_modes(phi, phi[:, ::-1], weight=mass)
     assert mated(pairing) == {0: 1, 1: 0}
     assert pairing.pairs[0].rival == pytest.approx(1 / 9, rel=1e-12)  # (0.01 - 0.02)^2 / (0.01 + 0.02)^2
-    clustered = pair_modes(phi, phi, [1.0, 1.001], [1.0, 1.001], weight=np.diag(mass))
-    assert [round(p.agreement, 12) for p in clustered.pairs] == [1.0, 1.0]
+    pair = RNG.standard_normal((9, 2))
+    heavy = RNG.uniform(0.1, 5.0, 9)
+    mixed = pair @ np.array([[0.7, -0.7], [0.8, 0.6]])
+    for weight in (heavy, np.diag(heavy), scipy.sparse.diags_array(heavy)):
+        clustered = pair_modes(pair, mixed, [1.0, 1.001], [1.0, 1.001], weight=weight)
+        assert [round(p.agreement, 9) for p in clustered.pairs] == [1.0, 1.0]
+        assert min(p.mac for p in clustered.pairs) < 0.9
 
 
 def test_groups_of_close_modes() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
 from femend.errors import CorrelationError
@@ -95,6 +94,8 @@ def fraction(numerator: NDArray[Any], denominator: NDArray[Any]) -> NDArray[np.f
 
 def mass_times(M: Any, b: NDArray[Any]) -> NDArray[Any]:
     """M b for a vector of diagonal masses (n_dof,), a dense or a sparse matrix (n_dof, n_dof)."""
+    import scipy.sparse
+
     n_dof = b.shape[-2]
     if scipy.sparse.issparse(M):
         sparse: Any = M

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import scipy.spatial
 from numpy.typing import ArrayLike, NDArray
 
 from femend.correlate._arrays import fraction, modulus2, ratio, scaled, shapes, square
@@ -97,6 +96,8 @@ def mpd(psi: ArrayLike) -> NDArray[np.float64]:
 
 def _hull_area(points: NDArray[Any]) -> float:
     """Area of the convex hull of complex numbers, 0 where they lie on a line."""
+    import scipy.spatial
+
     xy = np.column_stack([points.real, points.imag])
     try:
         return float(scipy.spatial.ConvexHull(xy).volume)  # in the plane the "volume" is the area

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.optimize
 from numpy.typing import ArrayLike, NDArray
 
 from femend.correlate._arrays import finite, shape_pair
@@ -28,9 +27,9 @@ class ModePair:
     """Mode `a` of the first set and `b` of the second, by number from 0.
 
     `mac` is that of the two shapes, `agreement` that with the close modes of either taken as one space (equal to
-    `mac` outside clusters), `rival` the best agreement of `a` with a mode of the second set outside the pair's
-    cluster: a rival near `agreement` means that the DOFs compared cannot tell. `cluster` numbers pairs of one
-    cluster, None outside.
+    `mac` outside clusters, never below it), `rival` the best agreement of `a` with a mode of the second set outside
+    the pair's cluster: a rival near `agreement` means that the DOFs compared cannot tell. `cluster` numbers pairs of
+    one cluster, None outside.
     """
 
     a: int
@@ -78,14 +77,17 @@ def pair_modes(
 ) -> ModePairing:
     """Pairs modes of `phi_a` (n_dof, n_a) with modes of `phi_b` (n_dof, n_b), each at most once.
 
-    The pairing maximises the sum of agreement - `frequency_weight` |ln(f_b / f_a)| - `mac_min` (Kuhn and Munkres'
-    assignment, so no early pair takes a mode that a later one needs); a pair below `mac_min` is not made. Agreement
-    is the MAC, with `weight` as in `mac`. With frequencies `freq_a` (n_a,), `freq_b` (n_b,) in Hz, modes closer than
-    `closeness` are a cluster (repeated modes, symmetric structures: their shapes are any mixture), and agreement is
-    with its whole space (`subspace_mac`); and the distance in frequency decides where too few DOFs make several
-    shapes look alike. At the default, a factor of two in frequency weighs as 0.07 of MAC: modes that changed places
-    are still found by shape. `seen_a`, `seen_b` are False for modes that hardly move at the DOFs compared (by default
-    those that are zero but for rounding): they are not paired.
+    Of all one-to-one pairings with an agreement of at least `mac_min` it is the one with the largest sum of
+    agreement - `mac_min` + `frequency_weight` (2 - |ln(f_b / f_a)|), the logarithm counted up to 2 (Kuhn and Munkres'
+    assignment, so no early pair takes a mode that a later one needs). Agreement is the MAC, with `weight` as in
+    `mac`. With frequencies `freq_a` (n_a,), `freq_b` (n_b,) in Hz, modes closer than `closeness` are a cluster
+    (repeated modes, symmetric structures: their shapes are any mixture), and agreement is with its whole space:
+    1 - (1 - s)(n - 1)/(n - k), the share s of `subspace_mac` less what chance gives a space of k among n dimensions
+    (as an adjusted R^2 does); a crowd of more than n / 2 close modes explains nothing and is not a cluster. The
+    distance in frequency decides where too few DOFs make several shapes look alike. At the default, a factor of two
+    in frequency weighs as 0.07 of MAC: modes that changed places are still found by shape. `seen_a`, `seen_b` are
+    False for modes that hardly move at the DOFs compared (by default those that are zero but for rounding): they are
+    not paired.
 
     Raises CorrelationError for sizes that do not fit, values that are not finite, or `mac_min` outside [0, 1).
 
@@ -102,11 +104,15 @@ def pair_modes(
     own = np.nan_to_num(mac(a, b, weight))
     own[list(unseen_a), :] = 0.0
     own[:, list(unseen_b)] = 0.0
+    if freq_a is None or freq_b is None:
+        frequency_weight = 0.0
     agreement, cluster_a, cluster_b = own, np.full(a.shape[1], -1), np.full(b.shape[1], -1)
     distance = np.zeros_like(own)
     if freq_a is not None and freq_b is not None:
         fa, fb = _frequencies(freq_a, a), _frequencies(freq_b, b)
-        cluster_a, cluster_b = _clusters(fa, closeness, unseen_a), _clusters(fb, closeness, unseen_b)
+        cluster_a, cluster_b = (
+            _clusters(f, closeness, unseen, a.shape[0]) for f, unseen in ((fa, unseen_a), (fb, unseen_b))
+        )
         agreement = _with_clusters(own, _root(weight, a), _root(weight, b), cluster_a, cluster_b)
         agreement[list(unseen_a), :] = 0.0
         agreement[:, list(unseen_b)] = 0.0
@@ -126,6 +132,8 @@ def _assign(
     frequency_weight: float,
 ) -> list[tuple[int, int]]:
     """The one-to-one pairs of the largest total worth; a pair below `mac_min` is worth nothing and is dropped."""
+    import scipy.optimize
+
     # The offset keeps every allowed pair above an unmade one, however far apart in frequency.
     worth = agreement + _OWN_SHARE * own - frequency_weight * np.minimum(distance, 2.0)
     floor = mac_min - 2.0 * frequency_weight - 1e-9
@@ -143,17 +151,25 @@ def _with_clusters(
     cluster_a: NDArray[np.int64],
     cluster_b: NDArray[np.int64],
 ) -> NDArray[np.float64]:
-    """MAC, or where it is larger the share of a mode in the space of the other's cluster."""
+    """MAC, or where it is larger the adjusted share of a mode in the space of the other's cluster."""
     best = own.copy()
+    n_dof = a.shape[0]
     for k in range(int(cluster_b.max(initial=-1)) + 1):
         members = np.nonzero(cluster_b == k)[0]
-        share = np.nan_to_num(subspace_mac(a, b[:, members]))
+        share = _adjusted(subspace_mac(a, b[:, members]), members.size, n_dof)
         best[:, members] = np.maximum(best[:, members], share[:, None])
     for k in range(int(cluster_a.max(initial=-1)) + 1):
         members = np.nonzero(cluster_a == k)[0]
-        share = np.nan_to_num(subspace_mac(b, a[:, members]))
+        share = _adjusted(subspace_mac(b, a[:, members]), members.size, n_dof)
         best[members, :] = np.maximum(best[members, :], share[None, :])
     return best
+
+
+def _adjusted(share: NDArray[np.float64], n_members: int, n_dof: int) -> NDArray[np.float64]:
+    """The share in a space of `n_members` dimensions less what any shape has there on average; 0 for all dimensions."""
+    if n_members >= n_dof:
+        return np.zeros_like(share)
+    return np.clip(1.0 - (1.0 - np.nan_to_num(share)) * (n_dof - 1) / (n_dof - n_members), 0.0, 1.0)
 
 
 def _pairs(
@@ -214,12 +230,16 @@ def _frequencies(freq: ArrayLike, x: NDArray[Any]) -> NDArray[np.float64]:
     return f
 
 
-def _clusters(freq: NDArray[np.float64], closeness: float, unseen: tuple[int, ...]) -> NDArray[np.int64]:
-    """Number of the cluster of each mode, -1 outside; modes that do not move here join none."""
+def _clusters(freq: NDArray[np.float64], closeness: float, unseen: tuple[int, ...], n_dof: int) -> NDArray[np.int64]:
+    """Number of the cluster of each mode, -1 outside; modes that do not move here join none.
+
+    More modes than half the DOFs (but for a pair) are no cluster: their space holds much of any shape.
+    """
     number = np.full(freq.size, -1)
     seen = np.array([i for i in range(freq.size) if i not in unseen], dtype=np.int64)
     if seen.size:
-        for k, group in enumerate(close_groups(freq[seen], closeness)):
+        groups = [g for g in close_groups(freq[seen], closeness) if len(g) <= max(2, n_dof // 2)]
+        for k, group in enumerate(groups):
             number[seen[list(group)]] = k
     return number
 

@@ -21,8 +21,8 @@ class ModeRow:
     """One pair of modes, numbered from 0, the first set being the reference.
 
     `freq_difference` is (f_b - f_a) / f_a and `zeta_difference` (zeta_b - zeta_a) / zeta_a, fractions, NaN where the
-    reference is 0; `shape_difference` is |a - MSF b| / |a| = sqrt(1 - MAC), for a mode of a cluster after the best
-    mixture. `scale` is the modal scale factor that brings `b` to `a`; its modulus compares the scaling of the sets.
+    reference is 0; `shape_difference` is |a - MSF b| / |a| = sqrt(1 - MAC), in a cluster sqrt(1 - agreement) of the
+    pair. `scale` is the modal scale factor that brings `b` to `a`; its modulus compares the scaling of the sets.
     """
 
     a: int

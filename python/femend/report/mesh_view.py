@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from femend.report.content import Marker, MeshPicture, ReportContent
 from femend.report.svg import svg
 
-__all__ = ["start_view", "static_picture", "viewer_data"]
+__all__ = ["start_view", "static_picture", "view_basis", "viewer_data"]
 
 FloatArray = NDArray[np.float64]
 
@@ -119,7 +119,7 @@ def _markers(markers: tuple[Marker, ...], index: dict[int, int]) -> list[dict[st
     return found
 
 
-def _basis(view: dict[str, Any]) -> FloatArray:
+def view_basis(view: dict[str, Any]) -> FloatArray:
     """Rows: right, up and towards the viewer, in model coordinates."""
     a, e = math.radians(view["azimuth"]), math.radians(view["elevation"])
     right = [math.cos(a), -math.sin(a), 0.0]
@@ -132,7 +132,7 @@ def _basis(view: dict[str, Any]) -> FloatArray:
 
 def _frame(xyz: FloatArray, view: dict[str, Any], width: float, height: float) -> tuple[FloatArray, FloatArray, float]:
     """Basis, middle and scale that fit the mesh into the picture with room for arrows."""
-    basis = _basis(view)
+    basis = view_basis(view)
     flat = xyz @ basis.T
     low, high = flat.min(axis=0), flat.max(axis=0)
     size = np.maximum(high - low, 1e-30)

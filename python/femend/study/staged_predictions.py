@@ -26,15 +26,17 @@ Values = NDArray[Any]
 
 @dataclass(frozen=True, eq=False)
 class _Version:
-    """A model at one of the stages: its terms, where its unknowns are, and the last run's loads by configuration."""
+    """A model at one of the stages: its terms, what was settled (None: the deck as it is), the runs' loads by
+    configuration."""
 
     terms: tuple[LinearTerm, ...]
-    p: dict[str, float]
+    flow: Flow | None
     runs: dict[str, RunResult]
 
     def model(self, setup: Setup, configuration: str) -> tuple[ConfiguredModel, FloatArray]:
         unknowns = setup.unknowns(self.terms)
-        at = np.array([self.p.get(n, u.mean) for n, u in zip(unknowns.names, unknowns.items, strict=True)])
+        p = {} if self.flow is None else self.flow.settled(setup, configuration)
+        at = np.array([p.get(n, u.mean) for n, u in zip(unknowns.names, unknowns.items, strict=True)])
         return setup.model(configuration, unknowns, self.terms), at
 
 
@@ -56,12 +58,11 @@ def _nominal(setup: Setup, data: StagedData) -> _Version:
     runs = {}
     for configuration, recorded in data.runs.items():
         runs[configuration] = fit_run(setup, configuration, recorded[-1], [], None, structure=False)
-    return _Version((), {}, runs)
+    return _Version((), None, runs)
 
 
 def _of(flow: Flow) -> _Version:
-    p = dict(zip(flow.posterior.unknowns.names, flow.posterior.p.tolist(), strict=True))
-    return _Version(flow.terms, p, dict(flow.runs))
+    return _Version(flow.terms, flow, dict(flow.runs))
 
 
 def _sensors(test: Test) -> tuple[Channel, ...]:

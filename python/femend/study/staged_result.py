@@ -16,6 +16,8 @@ __all__ = ["staged_result"]
 
 FORMAT = "femend-diagnosis/1"
 ALTERNATIVES = 5
+# directions in which the nodes that span an area lie farthest out
+_DIAGONALS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 # a parameter this many prior deviations away is no update any more
 FAR = 5.0
 
@@ -79,11 +81,30 @@ def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dic
     return {
         "physics": term.physics,
         "probability": round(min(probability, 0.999), 3),
-        "location": {"nodes": list(term.nodes), "to": term.to, "direction": term.direction, "also_possible": []},
+        "location": _location(setup, term),
         "parameters": _values(setup, flow, term, system),
         "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in sorted(others.items())][:ALTERNATIVES],
         "configurations": list(term.configurations) or list(setup.configurations),
     }
+
+
+def _location(setup: Setup, term: LinearTerm) -> dict[str, Any]:
+    """The place. Of an area: the nodes at its centre, where one spring in place of the layer would stand; beside them
+    those that span it, and all of it as `region`."""
+    where: dict[str, Any] = {"nodes": list(term.nodes), "to": term.to, "direction": term.direction, "also_possible": []}
+    region = next((r for rs in setup.regions.values() for r in rs if r.nodes == term.nodes), None)
+    if term.area <= 0.0 or region is None:
+        return where
+    at = dict(zip(setup.free.node_ids.tolist(), setup.free.xyz))
+    xyz = np.array([at[n] for n in region.nodes])
+    centre = region.areas @ xyz / region.area
+    apart = np.linalg.norm(xyz - centre, axis=1)
+    nearest = np.flatnonzero(apart <= apart.min() * (1 + 1e-6) + 1e-12)[:2]
+    corners = sorted({int(np.argmax(xyz @ d)) for d in _DIAGONALS})
+    where["nodes"] = [region.nodes[i] for i in nearest]
+    where["also_possible"] = [[region.nodes[i] for i in corners]]
+    where["region"] = list(region.nodes)
+    return where
 
 
 def _values(setup: Setup, flow: Flow, term: LinearTerm, system: UnitSystem) -> dict[str, Any]:

@@ -71,6 +71,27 @@ class Flow:
     stages: tuple[Stage, ...]
     named: tuple[tuple[LinearTerm, Round], ...] = field(default=())
 
+    def settled(self, setup: Setup, configuration: str) -> dict[str, float]:
+        """p of every unknown by name, as the recordings of a configuration say it.
+
+        What the last stage in that configuration settled, and the final posterior where that one knew less: their
+        product, the final one widened by the drift between stages.
+        """
+        found = dict(zip(self.posterior.unknowns.names, self.posterior.p.tolist(), strict=True))
+        own = [s.posterior for s in self.stages if s.configuration == configuration]
+        if not own or own[-1] is self.posterior:
+            return found
+        last = own[-1]
+        names = [n for n in last.unknowns.names if n in found]
+        at = [last.unknowns.index(n) for n in names]
+        there = [self.posterior.unknowns.index(n) for n in names]
+        P = np.linalg.inv(last.covariance[np.ix_(at, at)])
+        wide = self.posterior.covariance[np.ix_(there, there)] + np.diag(setup.drift(names) ** 2)
+        Q = np.linalg.inv(wide)
+        p = np.linalg.solve(P + Q, P @ last.p[at] + Q @ self.posterior.p[there])
+        found.update(zip(names, p.tolist(), strict=True))
+        return found
+
     @property
     def runs(self) -> tuple[tuple[str, RunResult], ...]:
         """(configuration, result) of every run."""
