@@ -88,7 +88,7 @@ class ConfiguredModel:
                 if part.kind == "K" and part.structural:
                     dS[i] += slope * part.matrix
                 touched.add(i)
-        K, M, C, S = self._sum(p)
+        _, M, _, S = self._sum(p)
         a, b = u.index(ALPHA), u.index(BETA)
         dC += v[a] * dM + v[b] * dS
         dC[a] += v[a] * M
@@ -169,7 +169,6 @@ def configure(
     fixed = set(held_rows(own, held).tolist()) - {int(i) for t in active for i in t.releases}
     loose = np.array([i for i in range(own.fe.n_a) if i not in fixed], dtype=np.int64)
     T = own.transformation()
-    V_a = np.zeros((own.fe.n_a, 0))
     V_a = _basis(own, T, loose, active, f_max, g_rows)
     return ConfiguredModel(name, own, np.asarray(T @ V_a), _parts(own, T, V_a, unknowns, active), unknowns)
 
@@ -260,9 +259,9 @@ def _parts(model: Model, T: Any, V_a: FloatArray, unknowns: Unknowns, terms: Seq
         parts.append(Part("C", C, (), True))
     V = T @ V_a
     for term in terms:
-        at = [unknowns.index(u.name) for u in term.unknowns]
+        own = [unknowns.index(u.name) for u in term.unknowns]
         for part in term.parts:
             matrix = np.asarray(V.T @ (part.matrix @ V))
-            powers = tuple((at[i], float(e)) for i, e in part.powers)
+            powers = tuple((own[i], float(e)) for i, e in part.powers)
             parts.append(Part(part.kind, matrix, powers, term.structural))
     return tuple(parts)

@@ -45,7 +45,8 @@ def _inertia(model: Model, eid: int, sd: float) -> LinearTerm | None:
     except (DeckError, ValueError):
         return None
     n = int(model.fe.n_g)
-    unknowns, parts = [], []
+    unknowns: list[Unknown] = []
+    parts: list[TermPart] = []
     name = f"inertia of mass {eid}"
     for i, (axis, value) in enumerate(values.items()):
         if value <= 0.0:

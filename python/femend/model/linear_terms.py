@@ -115,7 +115,7 @@ def compliant_support(model: Model, region: SupportRegion, omega: float, zeta: f
     for i, quantity in enumerate(names):
         turning = i >= 3
         rows = [6 * model.index(n) + i for n in region.nodes]
-        matrix = _diagonal(model, rows, share)
+        matrix = _diagonal(model, rows, share.tolist())
         scale = k * (0.05 * size) ** 2 if turning else k
         unit = f"k{'_rot' if turning else ''}{per}"
         unknowns.append(Unknown(f"{name}: {quantity}", scale, sd=1.5 * DECADE, unit=unit, owner=name))

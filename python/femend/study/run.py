@@ -43,7 +43,9 @@ class StudyRun:
     result: dict[str, Any]
 
 
-def diagnose(study_path: str | Path, out: str | Path | None = None, progress: Any = None, seed: int = 0) -> StudyRun | StagedRun:
+def diagnose(
+    study_path: str | Path, out: str | Path | None = None, progress: Any = None, seed: int = 0
+) -> StudyRun | StagedRun:
     """Runs a study from its file and, where `out` is given, writes everything the contract asks for to that folder.
 
     Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError, PairingError, ModelError).

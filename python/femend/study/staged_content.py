@@ -76,7 +76,8 @@ def _frfs(run: StagedRun) -> list[FrfOverlay]:
             continue
         inside = (p.frf.freq >= p.band[0]) & (p.frf.freq <= p.band[1])
         pairs = [(i, j) for i in range(len(p.frf.outputs)) for j in range(len(p.frf.inputs))]
-        strongest = sorted(pairs, key=lambda ij: -float((np.abs(p.frf.H[inside, ij[0], ij[1]]) ** 2).sum()))
+        power = (np.abs(p.frf.H[inside]) ** 2).sum(axis=0)
+        strongest = sorted(pairs, key=lambda ij, power=power: -float(power[ij]))  # type: ignore[misc]
         for i, j in strongest[:FRFS]:
             found.append(
                 FrfOverlay(

@@ -97,9 +97,7 @@ def _cards(setup: Setup, term: LinearTerm, values: dict[str, float], element: in
 
 def _support(setup: Setup, term: LinearTerm, values: dict[str, float], element: int) -> tuple[list[str], int]:
     """Springs and dashpots to ground under every node; they work where the SPC set leaves the region free."""
-    region = next(
-        (r for rs in setup.regions.values() for r in rs if r.nodes == term.nodes), None
-    )
+    region = next((r for rs in setup.regions.values() for r in rs if r.nodes == term.nodes), None)
     if region is None:
         return [], element
     share = region.areas if region.area > 0 else np.ones(len(region.nodes))

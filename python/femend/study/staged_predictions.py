@@ -35,7 +35,10 @@ class _Version:
 
     def model(self, setup: Setup, configuration: str) -> tuple[ConfiguredModel, FloatArray]:
         unknowns = setup.unknowns(self.terms)
-        p = {} if self.flow is None else self.flow.settled(setup, configuration)
+        p: dict[str, float] = {}
+        if self.flow is not None:
+            found = self.flow.in_configuration(configuration)
+            p = dict(zip(found.unknowns.names, found.p.tolist(), strict=True))
         at = np.array([p.get(n, u.mean) for n, u in zip(unknowns.names, unknowns.items, strict=True)])
         return setup.model(configuration, unknowns, self.terms), at
 
@@ -90,9 +93,7 @@ def _frf(setup: Setup, recording: Recording, versions: dict[str, _Version], data
     return Prediction(recording.name, recording.role, 0.0, frf.outputs, stages, frf.H, frf, band)
 
 
-def _run(
-    setup: Setup, recording: Recording, versions: dict[str, _Version], sensors: tuple[Channel, ...]
-) -> Prediction:
+def _run(setup: Setup, recording: Recording, versions: dict[str, _Version], sensors: tuple[Channel, ...]) -> Prediction:
     """A run at the recording's own samples, in the state before it that the fitted run showed."""
     stages: dict[str, Values] = {}
     time = recording.time

@@ -59,6 +59,10 @@ def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[
     unseen = [r for s in flow.stages for r in s.remarks if "cannot see" in r]
     advice = "; ".join(dict.fromkeys(unseen[-1:]))
     if findings:
+        worst = max((d.inflation for s in flow.stages for d in s.rounds), default=1.0)
+        if worst > setup.settings.adequate:
+            left = f"the best terms leave {worst:.2g} times what noise and the form of the model explain"
+            return "located-not-named", f"{left}; {advice}" if advice else left
         return "missing-physics", advice
     posterior = flow.posterior
     moved = []

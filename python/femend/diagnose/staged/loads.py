@@ -140,7 +140,8 @@ def fit_run(
     return RunResult(
         data, posterior, model, unbalance, shapes, lines, after,
         after.exponent(unbalance.sense, (LAW[0] * high, LAW[1] * high)),
-        _correlation(posterior, unbalance), predicted, error, _from_rest(data, model, posterior, unbalance, out, bearings),
+        _correlation(posterior, unbalance), predicted, error,
+        _from_rest(data, model, posterior, unbalance, out, bearings),
     )  # fmt: skip
 
 

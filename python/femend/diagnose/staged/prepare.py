@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +66,11 @@ def _dofs(channels: tuple[Channel, ...]) -> tuple[Dof, ...]:
     return tuple(c.dof for c in channels if c.dof is not None)
 
 
+def _known(deviation: FloatArray | None) -> FloatArray:
+    """Deviations with 0 where they are not known."""
+    return np.zeros(1) if deviation is None else np.nan_to_num(deviation)
+
+
 @dataclass(frozen=True, eq=False)
 class ModesData:
     """Identified modes of a recording; `shape_sd` (n_dof, n_modes) or None where it is not known."""
@@ -84,8 +89,8 @@ class ModesData:
             model,
             m.poles,
             m.shapes,
-            np.hypot(np.nan_to_num(m.freq_sd) / m.freq, s.model_freq),
-            np.hypot(np.nan_to_num(m.zeta_sd) / m.zeta, s.model_zeta),
+            np.hypot(_known(m.freq_sd) / m.freq, s.model_freq),
+            np.hypot(_known(m.zeta_sd) / m.zeta, s.model_zeta),
             np.hypot(np.nan_to_num(shape), s.model_shape),
             setup.rows(model, m.dofs),
             s.weight_modes,
@@ -141,7 +146,7 @@ class RunData:
         around = signal.medfilt(local, 2 * int(round(3.0 / self.dt)) + 1)
         excess = local / np.maximum(around, np.median(local))
         slips = self.slips * np.where(excess > SLIP, excess**2, 1.0)
-        return RunData(**{f: (slips if f == "slips" else getattr(self, f)) for f in self.__dataclass_fields__})
+        return replace(self, slips=slips)
 
 
 def unbalance_of(data: RunData, sense: int) -> Unbalance:

@@ -12,14 +12,19 @@ from femend.diagnose.staged.setup import Setup, carried
 from femend.estimate.joint import Block, Posterior, maximise
 from femend.model.configured import ConfiguredModel
 from femend.model.linear_terms import LinearTerm
+from femend.model.unknowns import Unknowns
 
 __all__ = ["Rival", "Round", "fit_terms", "select_terms"]
 
 FloatArray = NDArray[np.float64]
 Blocks = Callable[[ConfiguredModel], Sequence[Block]]
 
-# starts of a positive term's unknowns, in prior deviations from the guessed scale
-STARTS = (0.0, -0.7, 0.7)
+# starts of one unknown of a term, as ln of the factor on its guessed size; those of a support also with a direction
+# that is so much stiffer than the others, since which modes are its own is open before it is found
+SIZES = (0.0, -2.4, 2.4)
+SUPPORT_SIZES, STIFFER = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0), 1.5
+# steps from every start, and starts that are followed to their end
+FIRST_STEPS, FOLLOWED = 6, 3
 # rivals that are listed with a decision
 LISTED = 8
 
@@ -53,7 +58,6 @@ def fit_terms(
     blocks: Blocks,
     *,
     loose: bool = False,
-    starts: Sequence[float] = (0.0,),
     new: LinearTerm | None = None,
     from_p: Posterior | None = None,
     iterations: int = 40,
@@ -68,18 +72,30 @@ def fit_terms(
         for name in from_p.unknowns.names:
             if name in unknowns.names:
                 base[unknowns.index(name)] = from_p.p[from_p.unknowns.index(name)]
-    best: Posterior | None = None
-    added = set() if new is None else {u.name for u in new.unknowns}
-    for start in starts:
+    if new is None:
+        return maximise(unknowns, own, base, iterations=iterations)
+    tried = [maximise(unknowns, own, p, iterations=FIRST_STEPS) for p in _starts(unknowns, base, new)]
+    tried.sort(key=lambda found: found.cost)
+    followed = [maximise(unknowns, own, found.p, iterations=iterations) for found in tried[:FOLLOWED]]
+    return min(followed, key=lambda found: found.cost)
+
+
+def _starts(unknowns: Unknowns, base: FloatArray, new: LinearTerm) -> list[FloatArray]:
+    """Points to start from: the term at several sizes, a support also stiffer in one direction."""
+    at = {u.name: unknowns.index(u.name) for u in new.unknowns if u.positive}
+    if len(new.releases):
+        sizes = [(size, axis) for size in SUPPORT_SIZES for axis in ("", "_z", "_y", "_x")]
+    elif len(new.unknowns) == 1:
+        sizes = [(size, "") for size in SIZES]
+    else:
+        sizes = [(0.0, "")]
+    found = []
+    for size, axis in sizes:
         p = base.copy()
-        for i, u in enumerate(unknowns.items):
-            if u.name in added and u.positive:
-                p[i] = u.mean + start * u.sd
-        found = maximise(unknowns, own, p, iterations=iterations)
-        if best is None or found.cost < best.cost:
-            best = found
-    assert best is not None
-    return best
+        for name, i in at.items():
+            p[i] = unknowns.mean[i] + size + (STIFFER if axis and axis in name.split(": ")[-1] else 0.0)
+        found.append(p)
+    return found
 
 
 def select_terms(
@@ -99,16 +115,13 @@ def select_terms(
     chosen, rounds = list(terms), []
     base = fit_terms(setup, configuration, chosen, before, blocks)
     for _ in range(setup.settings.rounds):
-        rows = [("nothing", "", None, base)]
+        rows: list[tuple[str, str, LinearTerm | None, Posterior]] = [("nothing", "", None, base)]
         if before is not None:
             # the rival that blames what the parameters are in this configuration
             wide = fit_terms(setup, configuration, chosen, before, blocks, loose=True)
             rows.append(("parameters of this configuration", "", None, wide))
         for term in candidates(chosen):
-            starts = STARTS if len(term.releases) or len(term.unknowns) == 1 else (0.0,)
-            fitted = fit_terms(
-                setup, configuration, chosen, before, blocks, starts=starts, new=term, from_p=base, iterations=15
-            )
+            fitted = fit_terms(setup, configuration, chosen, before, blocks, new=term, from_p=base, iterations=15)
             rows.append((term.label or term.name, term.physics, term, fitted))
             advance()
         decision = _decide(setup, rows)
@@ -125,9 +138,7 @@ def _decide(setup: Setup, rows: list[tuple[str, str, LinearTerm | None, Posterio
     finite = [row for row in rows if np.isfinite(row[3].cost)]
     squares = [sum(row[3].squares.values()) for row in finite]
     inflation = max(1.0, min(squares) / max(finite[0][3].n_values, 1.0))
-    rivals = [
-        Rival(label, physics, term, fitted, _score(fitted, inflation)) for label, physics, term, fitted in finite
-    ]
+    rivals = [Rival(label, physics, term, fitted, _score(fitted, inflation)) for label, physics, term, fitted in finite]
     scores = np.array([r.score for r in rivals])
     weight = np.exp(np.clip(scores - scores.max(), -700, 0))
     rivals = [

@@ -40,5 +40,6 @@ class StagedSettings:
     gain: float = 12.0
     drop: float = 0.05
     form: float = 0.01
+    adequate: float = 6.0
     most_places: int = 40
     rounds: int = 3

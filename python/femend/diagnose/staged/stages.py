@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from femend.dof import Dof
 from femend.estimate.joint import FrfBlock, ModesBlock, Posterior
 from femend.modal import identify_modes
 from femend.modal.output_only import identify_output_only
+from femend.model.configured import ConfiguredModel
 from femend.model.linear_terms import LinearTerm
 
 __all__ = ["Flow", "Stage", "StagedData", "run_stages", "staged_data"]
@@ -64,33 +65,18 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class Flow:
-    """All stages with a set of terms: what was settled in the end."""
+    """All stages with a set of terms: what was settled in the end, and `apart` what holds in a configuration that was
+    tested before: its FRFs again, with the final posterior, widened by the drift, as their prior."""
 
     terms: tuple[LinearTerm, ...]
     posterior: Posterior
     stages: tuple[Stage, ...]
     named: tuple[tuple[LinearTerm, Round], ...] = field(default=())
+    apart: dict[str, Posterior] = field(default_factory=dict)
 
-    def settled(self, setup: Setup, configuration: str) -> dict[str, float]:
-        """p of every unknown by name, as the recordings of a configuration say it.
-
-        What the last stage in that configuration settled, and the final posterior where that one knew less: their
-        product, the final one widened by the drift between stages.
-        """
-        found = dict(zip(self.posterior.unknowns.names, self.posterior.p.tolist(), strict=True))
-        own = [s.posterior for s in self.stages if s.configuration == configuration]
-        if not own or own[-1] is self.posterior:
-            return found
-        last = own[-1]
-        names = [n for n in last.unknowns.names if n in found]
-        at = [last.unknowns.index(n) for n in names]
-        there = [self.posterior.unknowns.index(n) for n in names]
-        P = np.linalg.inv(last.covariance[np.ix_(at, at)])
-        wide = self.posterior.covariance[np.ix_(there, there)] + np.diag(setup.drift(names) ** 2)
-        Q = np.linalg.inv(wide)
-        p = np.linalg.solve(P + Q, P @ last.p[at] + Q @ self.posterior.p[there])
-        found.update(zip(names, p.tolist(), strict=True))
-        return found
+    def in_configuration(self, configuration: str) -> Posterior:
+        """The posterior as the recordings of a configuration say it; the final one where they say nothing apart."""
+        return self.apart.get(configuration, self.posterior)
 
     @property
     def runs(self) -> tuple[tuple[str, RunResult], ...]:
@@ -156,10 +142,20 @@ def run_stages(
                         terms.append(decision.taken.term)
     if posterior is None:
         posterior = fit_terms(setup, next(iter(setup.configurations)), terms, None, lambda model: ())
-    return Flow(tuple(terms), posterior, tuple(stages), tuple(named))
+    # what later stages found out (a mode that the first test could not see) goes back into the first configurations
+    apart = {
+        c: fit_terms(setup, c, terms, posterior, _blocks_of(setup, own))
+        for c, own in data.frfs.items()
+        if c != stages[-1].configuration
+    }
+    return Flow(tuple(terms), posterior, tuple(stages), tuple(named), apart)
 
 
-_TITLES = {"_measured": "modal test and FRFs", "_output_only": "output-only modes", "_runs": "operating shapes and loads"}
+_TITLES = {
+    "_measured": "modal test and FRFs",
+    "_output_only": "output-only modes",
+    "_runs": "operating shapes and loads",
+}
 
 
 def _measured(
@@ -181,24 +177,29 @@ def _measured(
     if modes:
         start = fit_terms(setup, configuration, terms, before, lambda m: [d.block(setup, m) for d in modes])
         stages.append(_modes_stage("modal test", setup, configuration, modes, terms, start, ()))
-        stages[-1] = _with(stages[-1], unseen_modes(setup, configuration, terms, start, frfs))
-    blocks = lambda m: [f.block(setup, m) for f in frfs]  # noqa: E731
+        unseen = unseen_modes(setup, configuration, terms, start, frfs)
+        stages[-1] = replace(stages[-1], remarks=(*stages[-1].remarks, *unseen))
+    blocks = _blocks_of(setup, frfs)
     rounds: list[Round] = []
     chosen = list(terms)
     if naming:
         chosen, start, rounds = select_terms(
             setup, configuration, terms, before,
-            lambda m: [f.block(setup, m, max(1, int(1 / setup.settings.weight_frf))) for f in frfs],
+            _blocks_of(setup, frfs, max(1, int(1 / setup.settings.weight_frf))),
             lambda taken: rivals(setup, configuration, sensors, taken, only_here=before is not None),
         )  # fmt: skip
     posterior = fit_terms(setup, configuration, chosen, before, blocks, from_p=start)
     model = setup.model(configuration, posterior.unknowns, chosen)
-    made = [b for b in blocks(model) if isinstance(b, FrfBlock)]
+    made = [f.block(setup, model) for f in frfs]
     left, noise = _frf_error(made, frfs, posterior.p)
     remarks = (*remark_on_frfs(left, noise, rounds), *unseen_modes(setup, configuration, chosen, posterior, frfs))
     names = tuple(f.name for f in frfs)
     stages.append(Stage("FRFs", configuration, names, posterior, left, noise, remarks, tuple(rounds)))
     return stages
+
+
+def _blocks_of(setup: Setup, frfs: Sequence[FrfData], thinning: int = 1) -> Callable[[ConfiguredModel], list[FrfBlock]]:
+    return lambda model: [f.block(setup, model, thinning) for f in frfs]
 
 
 def _frf_error(blocks: list[FrfBlock], frfs: list[FrfData], p: FloatArray) -> tuple[float, float]:
@@ -279,13 +280,14 @@ def _runs(
         noise = float(np.sqrt((run.noise**2).sum() / (run.y**2).mean(axis=1).sum()))
         stages.append(
             Stage(
-                "operating shapes and loads", configuration, (run.name,), before, result.error, noise,
-                remark_on_run(result), run=result,
-            )  # fmt: skip
+                "operating shapes and loads",
+                configuration,
+                (run.name,),
+                before,
+                result.error,
+                noise,
+                remark_on_run(result),
+                run=result,
+            )
         )
     return stages
-
-
-def _with(stage: Stage, remarks: tuple[str, ...]) -> Stage:
-    fields = {f: getattr(stage, f) for f in stage.__dataclass_fields__}
-    return Stage(**{**fields, "remarks": (*stage.remarks, *remarks)})

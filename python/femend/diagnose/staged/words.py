@@ -47,15 +47,13 @@ def remark_on_frfs(left: float, noise: float, rounds: Sequence[Round]) -> tuple[
     return (*_decisions(rounds), f"{100 * left:.2g} % of the FRFs stay unexplained, {clear} ({100 * noise:.2g} %)")
 
 
-def remark_on_modes(
-    rows: Sequence[tuple[float, ...]], left: float, rounds: Sequence[Round]
-) -> tuple[str, ...]:
+def remark_on_modes(rows: Sequence[tuple[float, ...]], left: float, rounds: Sequence[Round]) -> tuple[str, ...]:
     """Errors of frequencies and shapes, and the decisions."""
     said = [*_decisions(rounds)]
     worst = max(rows, key=lambda r: abs(r[2] / r[0] - 1))
     said.append(
-        f"{len(rows)} modes: frequencies {100 * left:.2g} % off on average, at most {100 * (worst[2] / worst[0] - 1):+.2g} % "
-        f"(at {worst[0]:.4g} Hz), least MAC {min(r[4] for r in rows):.3f}"
+        f"{len(rows)} modes: frequencies {100 * left:.2g} % off on average, at most "
+        f"{100 * (worst[2] / worst[0] - 1):+.2g} % (at {worst[0]:.4g} Hz), least MAC {min(r[4] for r in rows):.3f}"
     )
     return tuple(said)
 
@@ -100,7 +98,7 @@ def unseen_modes(
         largest = int(np.argmax(np.abs(model.V @ phi[:, i])))
         node, component = int(model.model.node_ids[largest // 6]), COMPONENTS[largest % 6]
         said.append(
-            f"the model has a mode at {freq[i]:.4g} Hz (largest in {component} at node {node}) that this test cannot see: "
-            "no measured pair of DOFs takes part in it; its frequency rests on the model alone"
+            f"the model has a mode at {freq[i]:.4g} Hz (largest in {component} at node {node}) that this test cannot "
+            "see: no measured pair of DOFs takes part in it; its frequency rests on the model alone"
         )
     return tuple(said)

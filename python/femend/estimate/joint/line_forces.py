@@ -65,7 +65,7 @@ class LineForces:
 
     `force` (K, n_bearings, 2) complex amplitudes across the shaft along e_u and e_v, against cos(theta), in force
     units; `sd` the same shape; `condition` (K,) of the weighted receptance, `unexplained` (K,) share of the operating
-    shape that the forces leave, `damping` (K,) the chosen regularisation (relative), `reliable` (K,).
+    shape that the forces leave, `regularisation` (K,) as chosen (relative), `reliable` (K,).
     """
 
     freq: FloatArray
@@ -126,9 +126,11 @@ def line_forces(
     floor = 0.01 * np.sqrt((np.abs(shapes.Y) ** 2).mean(axis=1))
     found = [_line(h, y, 1.0 / np.hypot(sd, f)) for h, y, sd, f in zip(H, shapes.Y, shapes.sd, floor, strict=True)]
     course = (2 * np.pi * shapes.freq[:, None]) ** 2
-    force = np.array([f[0] for f in found]) * course
+    force = np.asarray(np.array([f[0] for f in found]) * course, dtype=np.complex128)
     deviation = np.array([f[1] for f in found]) * course
-    condition, unexplained, damping = (np.array([f[i] for f in found]) for i in (2, 3, 4))
+    condition = np.array([f[2] for f in found])
+    unexplained = np.array([f[3] for f in found])
+    damping = np.array([f[4] for f in found])
     size = np.sqrt((np.abs(force) ** 2).sum(axis=1))
     reliable = (
         (shapes.freq >= credible[0])

@@ -75,7 +75,7 @@ class ModesBlock:
         n = len(p)
         lam, psi = self.model.damped_modes(p)
         at = self._pairing(lam, psi)
-        K, M, C = self.model.matrices(p)
+        _, M, C = self.model.matrices(p)
         index, dK, dM, dC = self.model.derivatives(p)
         total, gradient, A = 0.0, np.zeros(n), np.zeros((n, n))
         basis = _normalised(lam, psi, M, C) if derivatives else psi
@@ -136,7 +136,7 @@ def _mode_changes(
     own, v = lam[j], psi[:, j]
     g = dK @ v + own * (dC @ v) + own**2 * (dM @ v)  # (m, r)
     dlam = -(g @ v)
-    others = np.concatenate([np.arange(len(lam))[np.arange(len(lam)) != j]])
+    others = np.flatnonzero(np.arange(len(lam)) != j)
     all_lam = np.concatenate([lam[others], lam.conj()])
     all_psi = np.hstack([psi[:, others], psi.conj()])
     gap = own - all_lam

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +43,10 @@ class Receptance:
         return np.array(done)
 
 
-def receptance(model: ConfiguredModel, p: FloatArray, s: ComplexArray) -> Receptance:
+def receptance(model: ConfiguredModel, p: FloatArray, s: NDArray[Any]) -> Receptance:
     """The receptance matrix of `model` at unknowns p (n,) on complex lines `s` (n_lines,) in rad/s."""
     K, M, C = model.matrices(p)
-    line = np.asarray(s, dtype=np.complex128)[:, None, None]
-    return Receptance(np.asarray(s, dtype=np.complex128), np.linalg.inv(K + line * C + line**2 * M))
+    lines = np.asarray(s, dtype=np.complex128)
+    at = lines[:, None, None]
+    X = np.asarray(np.linalg.inv(K + at * C + at**2 * M), dtype=np.complex128)
+    return Receptance(lines, X)

@@ -59,8 +59,11 @@ class Unbalance:
 
 
 def unbalance_unknowns(unbalance: Unbalance, size: float, step: float) -> list[Unknown]:
-    """Unknowns of an unbalance of the order `size` (mass times length), and of a delay of the tacho of the order of half
-    a sampling step `step` (s): pulses are seen when a sample is taken, accelerations behind their filters."""
+    """Unknowns of an unbalance of the order `size` (mass times length), and of a delay of the tacho.
+
+    The delay is of the order of half a sampling step `step` (s): pulses are seen when a sample is taken, accelerations
+    behind their filters.
+    """
     found = [Unknown(n, size, positive=False, sd=10.0, unit="m_r", owner="unbalance") for n in unbalance.names]
     return [*found, Unknown(DELAY, step, positive=False, sd=0.5, unit="s", owner="tacho")]
 
@@ -91,10 +94,10 @@ class Run:
 
 
 def run_of(speed: Speed, n: int, dt: float, steady: float = 0.0, tail: float = 20.0) -> Run:
-    """The run of a record of `n` samples at `dt` s from the tacho's `speed`; times count from the record's first sample.
+    """The run of a record of `n` samples at `dt` s from the tacho's `speed`, whose time counts from its first sample.
 
-    For `steady` seconds before the record the shaft turns at the speed it begins with. `tail` seconds of silence follow,
-    in which the motion dies away before the transform repeats itself.
+    For `steady` seconds before the record the shaft turns at the speed it begins with. `tail` seconds of silence
+    follow, in which the motion dies away before the transform repeats itself.
     """
     lead, fade = int(round(steady / dt)), int(round(FADE / dt))
     t = dt * np.arange(n)
@@ -113,4 +116,5 @@ def run_of(speed: Speed, n: int, dt: float, steady: float = 0.0, tail: float = 2
     full = len(theta) + int(round(tail / dt))
     full += full % 2
     F = np.fft.rfft(courses, full, axis=1).T
-    return Run(np.fft.rfftfreq(full, dt), np.asarray(F), n, dt, lead)
+    freq = np.asarray(np.fft.rfftfreq(full, dt), dtype=np.float64)
+    return Run(freq, np.asarray(F), n, dt, lead)

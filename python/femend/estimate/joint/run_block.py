@@ -103,6 +103,6 @@ def simulate_run(
     m_r = np.array([values[u.index(name)] for name in unbalance.names])
     s = 2j * np.pi * run.freq
     F = run.F * np.exp(-s * values[u.index(DELAY)])[:, None]
-    loads = np.einsum("kc,ucr,u->kr", F, unbalance.pattern(bearings), m_r)
+    loads = F @ np.tensordot(m_r, unbalance.pattern(bearings), 1)
     x = np.einsum("kij,kj->ki", receptance(model, p, s).X, loads)
     return run.back(np.asarray((x * (s**2)[:, None]) @ out.T).T)
