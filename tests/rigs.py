@@ -182,6 +182,16 @@ def write_rig(folder: Path, rig: Rig, *, noise: float = 0.01, seed: int = 1) -> 
     return path
 
 
+def write_hammer(folder: Path, rig: Rig, *, noise: float = 0.01, seed: int = 1) -> Path:
+    """Deck, the clamped modal test and its study.toml."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "model.bdf").write_text(deck(rig))
+    _hammer(folder, rig, np.random.default_rng(seed), noise)
+    path = folder / "study.toml"
+    path.write_text(STUDY[: STUDY.index('[[recording]]\nname = "ambient"')])
+    return path
+
+
 def _hammer(folder: Path, rig: Rig, rng: np.random.Generator, noise: float) -> None:
     truth = Truth(rig, folder, clamped=True)
     freq = np.arange(0.0, 40.0, 0.0625)
@@ -266,4 +276,4 @@ STUDY = (
     + _ROTATING
 )
 
-__all__ = ["Rig", "Truth", "deck", "write_rig"]
+__all__ = ["STUDY", "Rig", "Truth", "deck", "write_hammer", "write_rig"]

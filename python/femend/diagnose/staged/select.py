@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.staged.setup import Setup, carried
-from femend.estimate.joint import Block, Posterior, maximise
+from femend.estimate.joint import Block, ModesBlock, Posterior, maximise
 from femend.model.configured import ConfiguredModel
 from femend.model.linear_terms import LinearTerm
 from femend.model.unknowns import Unknowns
@@ -74,17 +74,21 @@ def fit_terms(
                 base[unknowns.index(name)] = from_p.p[from_p.unknowns.index(name)]
     if new is None:
         return maximise(unknowns, own, base, iterations=iterations)
-    tried = [maximise(unknowns, own, p, iterations=FIRST_STEPS) for p in _starts(unknowns, base, new)]
+    # which identified mode is which of the model's has to be found out; FRFs lead there by themselves
+    pairing = any(isinstance(block, ModesBlock) for block in own)
+    starts = _starts(unknowns, base, new, pairing)
+    tried = [maximise(unknowns, own, p, iterations=FIRST_STEPS) for p in starts]
     tried.sort(key=lambda found: found.cost)
     followed = [maximise(unknowns, own, found.p, iterations=iterations) for found in tried[:FOLLOWED]]
     return min(followed, key=lambda found: found.cost)
 
 
-def _starts(unknowns: Unknowns, base: FloatArray, new: LinearTerm) -> list[FloatArray]:
-    """Points to start from: the term at several sizes, a support also stiffer in one direction."""
+def _starts(unknowns: Unknowns, base: FloatArray, new: LinearTerm, directions: bool) -> list[FloatArray]:
+    """Points to start from: the term at several sizes, with `directions` a support also stiffer in one of them."""
     at = {u.name: unknowns.index(u.name) for u in new.unknowns if u.positive}
     if len(new.releases):
-        sizes = [(size, axis) for size in SUPPORT_SIZES for axis in ("", "_z", "_y", "_x")]
+        axes = ("", "_z", "_y", "_x") if directions else ("",)
+        sizes = [(size, axis) for size in SUPPORT_SIZES for axis in axes]
     elif len(new.unknowns) == 1:
         sizes = [(size, "") for size in SIZES]
     else:

@@ -26,6 +26,9 @@ __all__ = ["Flow", "Stage", "StagedData", "run_stages", "staged_data"]
 
 FloatArray = NDArray[np.float64]
 
+# lines on which rivals are compared; the one taken is fitted on all
+FEW_LINES = 120
+
 
 @dataclass(frozen=True, eq=False)
 class StagedData:
@@ -46,7 +49,7 @@ class StagedData:
 class Stage:
     """One stage: which recordings, in which configuration, its posterior, decisions and words.
 
-    `unexplained` is the share (0 to 1) of the data, or for modes the mean relative error of their frequencies, that the
+    `unexplained` is the share (0 to 1) of the data, or for modes the median relative error of their frequencies, that the
     model leaves after the stage, `noise` what noise alone would leave.
     """
 
@@ -185,7 +188,7 @@ def _measured(
     if naming:
         chosen, start, rounds = select_terms(
             setup, configuration, terms, before,
-            _blocks_of(setup, frfs, max(1, int(1 / setup.settings.weight_frf))),
+            _blocks_of(setup, frfs, max(int(1 / setup.settings.weight_frf), len(frfs[0].freq) // FEW_LINES)),
             lambda taken: rivals(setup, configuration, sensors, taken, only_here=before is not None),
         )  # fmt: skip
     posterior = fit_terms(setup, configuration, chosen, before, blocks, from_p=start)
@@ -256,7 +259,8 @@ def _modes_stage(
             rows.append((own.freq[i], own.zeta[i], freq[i], -lam[i].real / abs(lam[i]), mac[i]))
             apart.append(freq[i] / own.freq[i] - 1)
             noise.append(float(np.nan_to_num(own.freq_sd[i])) / own.freq[i] if own.freq_sd is not None else 0.0)
-    left, level = float(np.sqrt(np.mean(np.square(apart)))), float(np.sqrt(np.mean(np.square(noise))))
+    # the median: a pole that came twice has no counterpart in the model
+    left, level = float(np.median(np.abs(apart))), float(np.sqrt(np.mean(np.square(noise))))
     remarks = remark_on_modes(rows, left, rounds)
     return Stage(
         name, configuration, tuple(d.name for d in modes), posterior, left, level, remarks, rounds,

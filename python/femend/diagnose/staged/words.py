@@ -52,7 +52,7 @@ def remark_on_modes(rows: Sequence[tuple[float, ...]], left: float, rounds: Sequ
     said = [*_decisions(rounds)]
     worst = max(rows, key=lambda r: abs(r[2] / r[0] - 1))
     said.append(
-        f"{len(rows)} modes: frequencies {100 * left:.2g} % off on average, at most "
+        f"{len(rows)} modes: frequencies {100 * left:.2g} % off in the middle, at most "
         f"{100 * (worst[2] / worst[0] - 1):+.2g} % (at {worst[0]:.4g} Hz), least MAC {min(r[4] for r in rows):.3f}"
     )
     return tuple(said)

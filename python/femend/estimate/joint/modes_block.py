@@ -17,6 +17,8 @@ ComplexArray = NDArray[np.complex128]
 
 # modes farther apart than this in ln(frequency) are not the same, however alike their shapes
 REACH = 0.35
+# squares per value beyond which a mode counts less and less: it may be none of the structure's (a pole that came twice)
+SUSPECT = 10.0
 
 
 def modal_assurance(a: ComplexArray, b: ComplexArray) -> FloatArray:
@@ -33,6 +35,9 @@ class ModesBlock:
     `freq_sd` (relative) and `zeta_sd` (relative) (m,), `shape_sd` (n_dof, m) of shapes scaled to a largest component
     of 1; `rows` (n_dof, r) of the basis at the shapes' DOFs. Each identified mode is paired with one of the model's by
     likeness of shape and frequency, anew at every evaluation; the shape's complex factor is projected out.
+
+    The squares q of a mode enter as c q / (c + q), so that a mode that is none cannot decide anything (Geman and
+    McClure, Bull. ISI 52 (1987) 5-21); the derivatives are those of this sum.
     """
 
     name: str
@@ -81,10 +86,12 @@ class ModesBlock:
         basis = _normalised(lam, psi, M, C) if derivatives else psi
         for i, j in enumerate(at):
             r, J = self._mode(i, int(j), lam, basis, (dK, dM, dC) if derivatives else None)
-            total += self.weight * float((np.abs(r) ** 2).sum())
+            squares = float((np.abs(r) ** 2).sum())
+            slope = 1.0 / (1.0 + squares / (SUSPECT * 2.0 * len(r)))
+            total += self.weight * slope * squares
             if derivatives:
-                gradient[index] += self.weight * (J.conj() @ r).real
-                A[np.ix_(index, index)] += self.weight * (J.conj() @ J.T).real
+                gradient[index] += self.weight * slope**2 * (J.conj() @ r).real
+                A[np.ix_(index, index)] += self.weight * slope**2 * (J.conj() @ J.T).real
         return total, gradient, A
 
     def _mode(
