@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +32,9 @@ from femend.model.linear_terms import compliant_support, point_mass, spring_bend
 from femend.model.model import model_of, read_model
 from femend.model.supports import held_rows, support_regions
 from femend.model.unknowns import Unknown, Unknowns
-from tests.rigs import Rig, deck
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from rigs import Rig, deck
 
 Array = NDArray[np.float64]
 PARAMETERS = [Parameter("kz", "k3", "property_id", (11,), 0.2), Parameter("kx", "k1", "property_id", (11,), 0.2)]

@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from femend import load_study
-from femend.diagnose.staged import ConfigurationSpec, Setup, StagedData, StagedSettings, run_stages, setup_of, staged_data
+from femend.diagnose.staged import (
+    ConfigurationSpec,
+    Setup,
+    StagedData,
+    StagedSettings,
+    run_stages,
+    setup_of,
+    staged_data,
+)
 from femend.diagnose.staged.setup import carried
 from femend.estimate import pair_test
 from femend.model import Parameter
 from femend.model.configured import ALPHA, free_model
 from femend.model.model import read_model
 from femend.study.staged_run import is_staged
-from tests.rigs import Rig, write_hammer
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from rigs import Rig, write_hammer
+
 
 def clamped(folder: Path, rig: Rig) -> tuple[Setup, StagedData]:
     """The clamped modal test of a rig, with few places to try."""
@@ -29,7 +41,9 @@ def clamped(folder: Path, rig: Rig) -> tuple[Setup, StagedData]:
     settings = StagedSettings(most_places=2)
     rows = [free.row(pairing[c.dof].dof) for r in test for c in r.inputs if c.dof is not None]
     specs = [ConfigurationSpec("clamped", 1)]
-    return setup_of(free, specs, pairing, band=(3.0, 40.0), zeta=0.01, g_rows=rows, settings=settings), staged_data(test)
+    return setup_of(free, specs, pairing, band=(3.0, 40.0), zeta=0.01, g_rows=rows, settings=settings), staged_data(
+        test
+    )
 
 
 def test_springs_that_bend_are_named_and_the_unseen_mode_is_told(tmp_path: Path) -> None:

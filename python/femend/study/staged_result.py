@@ -26,7 +26,7 @@ def staged_result(
     setup: Setup, data: StagedData, final: Flow, plain: Flow, predictions: list[Prediction]
 ) -> dict[str, Any]:
     """The content of result.json, with the stages and the loads beside what the contract asks for."""
-    findings = [_finding(setup, final, term, decision) for term, decision in _by_evidence(final)]
+    findings = [_finding(setup, final, term, decision) for term, decision in _by_weight(final)]
     converged = all(s.posterior.converged for s in final.stages)
     verdict, advice = _verdict(setup, final, findings)
     noise = {s.recordings[0]: s.noise for s in final.stages if len(s.recordings) == 1 and not s.table}
@@ -43,16 +43,17 @@ def staged_result(
     }
 
 
-def _by_evidence(flow: Flow) -> list[tuple[LinearTerm, Round]]:
-    """What explains most comes first."""
+def _by_weight(flow: Flow) -> list[tuple[LinearTerm, Round]]:
+    """What explains most comes first: by the factor by which the squares of its stage fall with it."""
 
-    def gain(item: tuple[LinearTerm, Round]) -> float:
+    def fall(item: tuple[LinearTerm, Round]) -> float:
         decision = item[1]
-        without = [r.score for r in decision.rivals if r.term is None]
         assert decision.taken is not None
-        return decision.taken.score - max(without, default=decision.rivals[-1].score)
+        own = sum(decision.taken.posterior.squares.values())
+        without = [sum(r.posterior.squares.values()) for r in decision.rivals if r.term is None]
+        return min([*without, decision.without]) / own
 
-    return sorted(flow.named, key=gain, reverse=True)
+    return sorted(flow.named, key=fall, reverse=True)
 
 
 def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[str, str]:

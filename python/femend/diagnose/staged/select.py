@@ -43,11 +43,16 @@ class Rival:
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """One decision: the rivals by falling score, and the one taken (None: nothing was gained)."""
+    """One decision: the rivals by falling score, and the one taken (None: nothing was gained).
+
+    `inflation` is what the best rival leaves, in units of what noise and the form of the model explain; `without` are
+    the least squares that parameters alone leave.
+    """
 
     rivals: tuple[Rival, ...]
     taken: Rival | None
     inflation: float
+    without: float
 
 
 def fit_terms(
@@ -155,7 +160,7 @@ def _decide(setup: Setup, rows: list[tuple[str, str, LinearTerm | None, Posterio
     ranked = sorted(zip(rivals, squares, strict=True), key=lambda row: -row[0].score)
     best, own = ranked[0]
     taken = best if best.term is not None and best.score - level > s.gain and own < (1 - s.drop) * least else None
-    return Round(tuple(r for r, _ in ranked[:LISTED]), taken, inflation)
+    return Round(tuple(r for r, _ in ranked[:LISTED]), taken, inflation, least)
 
 
 def _score(fitted: Posterior, inflation: float) -> float:

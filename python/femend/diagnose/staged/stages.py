@@ -49,8 +49,8 @@ class StagedData:
 class Stage:
     """One stage: which recordings, in which configuration, its posterior, decisions and words.
 
-    `unexplained` is the share (0 to 1) of the data, or for modes the median relative error of their frequencies, that the
-    model leaves after the stage, `noise` what noise alone would leave.
+    `unexplained` is the share (0 to 1) of the data, or for modes the median relative error of their frequencies, that
+    the model leaves after the stage, `noise` what noise alone would leave.
     """
 
     name: str

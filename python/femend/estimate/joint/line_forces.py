@@ -163,5 +163,5 @@ def _line(H: ComplexArray, y: ComplexArray, w: FloatArray) -> tuple[ComplexArray
     r = (y - H @ f) * w
     scale = max(float((np.abs(r) ** 2).sum()) / max(n - len(s), 1), 1.0)
     spread = np.abs(Vh.conj().T) ** 2 @ (s / (s**2 + lam)) ** 2
-    unexplained = float(np.linalg.norm(y - H @ f) / max(np.linalg.norm(y), 1e-300))
+    unexplained = float(np.linalg.norm(y - H @ f)) / max(float(np.linalg.norm(y)), 1e-300)
     return f, np.sqrt(scale * spread), float(s[0] / s[-1]), unexplained, float(chosen)
