@@ -41,6 +41,7 @@ class Rig:
     sense: int = 1
     seconds: float = 50.0
     top_speed: float = 26.0
+    onset: float | None = None
 
 
 def deck(rig: Rig, *, truth: bool = False, clamped: bool = True) -> str:
@@ -239,7 +240,8 @@ def _run(
     for node, u, phase in zip(BEARINGS, rig.unbalance, rig.phase):
         forces += [u * omega**2 * np.cos(angle + phase), rig.sense * u * omega**2 * np.sin(angle + phase)]
         patterns += [truth.row(node, 2), truth.row(node, 3)]
-    soft = np.minimum(1.0, np.arange(lead + n) / (2 * RATE))
+    # running before the record begins, or at rest until the force sets in with it
+    soft = np.minimum(1.0, np.arange(lead + n) / (2 * RATE)) if rig.onset is None else np.clip(t / rig.onset, 0.0, 1.0)
     y = truth.respond(soft * np.array(forces), np.array(patterns), outputs, lead)
     if name == "rundown":
         np.save(folder / "rundown.true.npy", y)

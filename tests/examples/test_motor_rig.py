@@ -28,7 +28,7 @@ RIGS = {
     "bending springs on a layer": (OTHER, ["compliant_support", "spring_bending"]),
     "bending springs, no layer": (Rig(layer=None, factors=(1.1, 0.95, 1.05)), ["spring_bending"]),
     "plain springs on a layer": (
-        Rig(bends=False, factors=(1.05, 0.92, 1.1), mass_factor=1.02, layer=(1.2e6, 9e5, 5e6)),
+        Rig(bends=False, factors=(1.05, 0.92, 1.1), mass_factor=1.02, layer=(1.2e6, 9e5, 5e6), onset=2.0),
         ["compliant_support"],
     ),
     "nothing missing": (Rig(bends=False, layer=None, factors=(0.95, 1.03, 0.9), mass_factor=0.98), []),
@@ -54,6 +54,7 @@ def test_a_synthetic_rig_is_told_for_what_it_is(name: str, tmp_path: Path) -> No
     assert load["exponent"] == pytest.approx(2.0, abs=0.1)
     assert load["unbalance"] == pytest.approx(rig.unbalance, rel=0.1)
     assert np.angle(np.exp(1j * (np.radians(load["phase_deg"]) - rig.phase))) == pytest.approx(0.0, abs=np.radians(10))
+    assert [result.onset for _, result in run.final.runs] == [rig.onset]
     true = np.load(tmp_path / "rundown.true.npy")
     (rundown,) = [p for p in run.predictions if p.name == "rundown"]
     assert np.linalg.norm(rundown.stages["final"] - true) < 0.15 * np.linalg.norm(true)

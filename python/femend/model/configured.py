@@ -112,7 +112,7 @@ class ConfiguredModel:
         return K, M, C + a * M + b * S, S
 
     def modes(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """omega (r,) rad/s of the undamped modes and mass-normalised shapes (r, r) in the basis."""
+        """omega (r,) rad/s of the undamped modes and mass-normalised shapes (r, r) in the basis, at `p` (n,)."""
         from scipy.linalg import eigh
 
         K, M, _ = self.matrices(p)
@@ -120,7 +120,8 @@ class ConfiguredModel:
         return np.sqrt(np.maximum(lam, 0.0)), phi
 
     def damped_modes(self, p: FloatArray) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """Poles (m,) rad/s with positive imaginary part, by size, and complex shapes (r, m) in the basis."""
+        """Poles (m,) rad/s with positive imaginary part, by size, and complex shapes (r, m) in the basis, at
+        `p` (n,)."""
         K, M, C = self.matrices(p)
         lam, psi = np.linalg.eig(
             np.block([[np.zeros_like(K), np.eye(self.r)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])

@@ -91,5 +91,6 @@ class Unknowns:
         return replace(new, mean=mean, precision=precision)
 
     def with_posterior(self, p: FloatArray, precision: FloatArray) -> Unknowns:
-        """The same unknowns with a new Gaussian (Laplace) distribution: what one stage settled, for the next."""
+        """The same unknowns with a Gaussian of mean `p` (n,) and `precision` (n, n): what one stage settled, for the
+        next."""
         return replace(self, mean=np.asarray(p, dtype=np.float64).copy(), precision=0.5 * (precision + precision.T))

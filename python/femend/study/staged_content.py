@@ -172,7 +172,7 @@ def _checks(run: StagedRun) -> tuple[Check, ...]:
     """After every stage: what is still unexplained."""
     found = []
     for stage in run.final.stages:
-        what = "frequencies off by" if stage.table else "unexplained"
+        what = "frequencies off by" if stage.table and stage.run is None else "unexplained"
         figure = f"{what} {100 * stage.unexplained:.3g} %; noise {100 * stage.noise:.2g} %"
         found.append(Check(f"{stage.name} ({stage.configuration})", "; ".join(stage.remarks), figure))
     for configuration, result in run.final.runs:

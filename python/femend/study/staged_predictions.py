@@ -103,7 +103,8 @@ def _run(setup: Setup, recording: Recording, versions: dict[str, _Version], sens
         model = result.model
         if model.name != recording.configuration:
             model = setup.model(recording.configuration, result.posterior.unknowns, version.terms)
-        run = run_data(recording, steady=0.0 if result.from_rest else LEAD, f_max=0.4 / time.dt)
+        steady, onset = (LEAD, 0.0) if result.onset is None else (0.0, result.onset)
+        run = run_data(recording, steady=steady, onset=onset, f_max=0.4 / time.dt)
         out = setup.rows(model, dofs)
         y = simulate_run(model, result.posterior.p, run.run, result.unbalance, out, run.bearings(setup, model))
         stages[stage] = _at_all_samples(y, run.dt, time.dt, time.n_samples)

@@ -29,7 +29,7 @@ def staged_result(
     findings = [_finding(setup, final, term, decision) for term, decision in _by_weight(final)]
     converged = all(s.posterior.converged for s in final.stages)
     verdict, advice = _verdict(setup, final, findings)
-    noise = {s.recordings[0]: s.noise for s in final.stages if len(s.recordings) == 1 and not s.table}
+    noise = {s.recordings[0]: s.noise for s in final.stages if s.name == "FRFs" or s.run is not None}
     return {
         "format": FORMAT,
         "verdict": verdict,

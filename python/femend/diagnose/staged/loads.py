@@ -36,7 +36,9 @@ ComplexArray = NDArray[np.complex128]
 # the share of the speed range that is used (at its ends the record is cut)
 SPACING, WINDOW, FROM, TO = 0.01, 0.004, 1.25, 0.97
 # a shaft that was running already did so for this long (s), and what the record's first seconds look like then
-LEAD, FIRST = 10.0, 2.0
+LEAD, FIRST = 10.0, 5.0
+# else its force set in with the record over one of these times (s); squares by which that must be better
+ONSETS, CLEARLY = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0), 20.0
 # band of the force law, relative to the highest speed
 LAW = (0.2, 0.97)
 
@@ -61,7 +63,7 @@ class RunResult:
     correlation: tuple[float, str]
     predicted: FloatArray
     error: float
-    from_rest: bool
+    onset: float | None
 
     def unbalances(self) -> tuple[FloatArray, FloatArray]:
         """U (n_bearings,) and phase (n_bearings,) in rad against the tacho."""
@@ -80,7 +82,8 @@ def ods_lines(data: RunData) -> OdsFrf:
 def predicted_ods(
     setup: Setup, data: RunData, model: ConfiguredModel, p: FloatArray, unbalance: Unbalance, freq: FloatArray
 ) -> ComplexArray:
-    """Operating shapes (K, n_out) per unit course that the model says at p, the tacho's delay included."""
+    """Operating shapes (K, n_out) per unit course at `freq` (K,) Hz that the model says at `p` (n,), with the tacho's
+    delay."""
     from femend.estimate.joint import receptance
 
     u = model.unknowns
@@ -141,7 +144,7 @@ def fit_run(
         data, posterior, model, unbalance, shapes, lines, after,
         after.exponent(unbalance.sense, (LAW[0] * high, LAW[1] * high)),
         _correlation(posterior, unbalance), predicted, error,
-        _from_rest(data, model, posterior, unbalance, out, bearings),
+        _onset(data, model, posterior, unbalance, out, bearings),
     )  # fmt: skip
 
 
@@ -177,19 +180,27 @@ def _correlation(posterior: Posterior, unbalance: Unbalance) -> tuple[float, str
     return float(R[at]), posterior.unknowns.names[others[int(at[1])]]
 
 
-def _from_rest(
+def _onset(
     data: RunData,
     model: ConfiguredModel,
     posterior: Posterior,
     unbalance: Unbalance,
     out: FloatArray,
     bearings: FloatArray,
-) -> bool:
-    """Do the first seconds fit a start from rest better than a steady state before them?"""
+) -> float | None:
+    """What the first seconds show: None for a machine that was running, else how long the force took to set in (s).
+
+    Running is what a machine at speed is taken to be unless another beginning explains the samples clearly better.
+    """
     first = slice(0, int(round(FIRST / data.dt)))
-    squares = []
-    for lead in (0.0, LEAD):
-        run = run_of(data.speed, data.y.shape[1], data.dt, steady=lead)
+
+    def left(steady: float, onset: float) -> float:
+        run = run_of(data.speed, data.y.shape[1], data.dt, steady=steady, onset=onset)
         y = simulate_run(model, posterior.p, run, unbalance, out, bearings)
-        squares.append(float((((y - data.y)[:, first] / data.noise[:, None]) ** 2).sum()))
-    return squares[0] < squares[1]
+        return float((((y - data.y)[:, first] / data.noise[:, None]) ** 2).sum())
+
+    running = left(LEAD, 0.0)
+    squares = {onset: left(0.0, onset) for onset in ONSETS}
+    best = min(squares, key=lambda onset: squares[onset])
+    inflation = max(1.0, min(running, squares[best]) / (data.y[:, first].size))
+    return best if (running - squares[best]) / inflation > CLEARLY else None

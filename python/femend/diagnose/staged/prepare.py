@@ -13,11 +13,12 @@ from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
 from femend.errors import RecordingError
 from femend.estimate.frf import frf_lines_of, useful_band
-from femend.estimate.joint import FrfBlock, ModesBlock, Run, RunBlock, Unbalance, run_of
+from femend.estimate.joint import FrfBlock, ModesBlock, Run, RunBlock, Unbalance, ods_frf, run_of
+from femend.modal import identify_modes
 from femend.model.configured import ConfiguredModel
 from femend.signal import estimate_frf, tacho_speed
 
-__all__ = ["FrfData", "ModesData", "RunData", "frf_data", "run_data", "unbalance_of"]
+__all__ = ["FrfData", "ModesData", "RunData", "frf_data", "run_data", "run_modes", "unbalance_of"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -79,6 +80,11 @@ class ModesData:
     modes: IdentifiedModes
     shape_sd: FloatArray | None = None
 
+    @property
+    def freq_sd(self) -> FloatArray:
+        """Relative deviations of the frequencies, 0 where they are not known."""
+        return np.asarray(_known(self.modes.freq_sd) / self.modes.freq)
+
     def block(self, setup: Setup, model: ConfiguredModel) -> ModesBlock:
         """Residuals against a configuration."""
         s, m = setup.settings, self.modes
@@ -89,7 +95,7 @@ class ModesData:
             model,
             m.poles,
             m.shapes,
-            np.hypot(_known(m.freq_sd) / m.freq, s.model_freq),
+            np.hypot(self.freq_sd, s.model_freq),
             np.hypot(_known(m.zeta_sd) / m.zeta, s.model_zeta),
             np.hypot(np.nan_to_num(shape), s.model_shape),
             setup.rows(model, m.dofs),
@@ -134,7 +140,7 @@ class RunData:
         return np.array([model.rows(r) for r in rows])
 
     def without_slips(self, predicted: FloatArray) -> RunData:
-        """The same run with stretches that are far worse explained than the rest counting little.
+        """The same run with stretches that `predicted` (n_out, n) explains far worse than the rest counting little.
 
         A tacho whose pulses fall on the same place between samples for a while loses its angle there.
         """
@@ -154,10 +160,11 @@ def unbalance_of(data: RunData, sense: int) -> Unbalance:
     return Unbalance(data.nodes, data.axis, sense)
 
 
-def run_data(recording: Recording, *, steady: float = 0.0, f_max: float | None = None) -> RunData:
+def run_data(recording: Recording, *, steady: float = 0.0, onset: float = 0.0, f_max: float | None = None) -> RunData:
     """A recording of a rotor's run, compared up to `f_max` Hz (1.3 times its highest speed).
 
-    For `steady` seconds before its first sample the shaft turned at the speed it begins with; from rest without. Raises
+    For `steady` seconds before its first sample the shaft turned at the speed it begins with; without, the force set in
+    with the record over `onset` seconds. Raises
     RecordingError where bearings and shaft are not stated.
     """
     rotating = recording.rotating
@@ -190,13 +197,29 @@ def run_data(recording: Recording, *, steady: float = 0.0, f_max: float | None =
         slips,
         speed,
         speed.at(np.clip(t, speed.t[0], speed.t[-1]))[0],
-        run_of(speed, n, dt, steady=steady),
+        run_of(speed, n, dt, steady=steady, onset=onset),
         () if response is None else _dofs(response.channels),
         tuple(rotating.nodes),
         "XYZ".index(rotating.axis.lstrip("+-").upper()),
         time.dt,
         f_max,
     )
+
+
+def run_modes(data: RunData) -> ModesData | None:
+    """Modes of a run's operating shapes: over frequency, per unit course, they are FRFs to a load that turns.
+
+    Poles by pLSCF as in a modal test; the shapes are those of the responses, of arbitrary size.
+    """
+    low, high = float(data.rev_per_s.min()), float(data.rev_per_s.max())
+    step = 2.0 / (data.y.shape[1] * data.dt)
+    freq = np.arange(1.25 * low, 0.97 * high, max(step, 0.0015 * high))
+    shapes = ods_frf(data.run, data.y, freq, max(2.5 * step, 0.004 * high))
+    outputs = tuple(Channel(d, "acceleration", "m/s^2") for d in data.sensors)
+    load = (Channel(Dof(data.nodes[0], (data.axis + 1) % 3 + 1), "force", "N"),)
+    frf = FRF(data.name, shapes.freq, shapes.Y[:, :, None], outputs, load, "accelerance", "(m/s^2)/N")
+    modes = identify_modes(frf).modes
+    return ModesData(data.name, modes) if modes.n_modes else None
 
 
 def _noise(values: FloatArray, dt: float, f_max: float) -> FloatArray:

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from femend.data import FRF, IdentifiedModes, Recording, Test
 from femend.diagnose.staged.candidates import rivals
 from femend.diagnose.staged.loads import RunResult, fit_run
-from femend.diagnose.staged.prepare import FrfData, ModesData, RunData, frf_data, run_data
+from femend.diagnose.staged.prepare import FrfData, ModesData, RunData, frf_data, run_data, run_modes
 from femend.diagnose.staged.select import Round, fit_terms, select_terms
 from femend.diagnose.staged.setup import Setup
 from femend.diagnose.staged.words import remark_on_frfs, remark_on_modes, remark_on_run, unseen_modes
 from femend.dof import Dof
-from femend.estimate.joint import FrfBlock, ModesBlock, Posterior
+from femend.estimate.joint import FrfBlock, Posterior
 from femend.modal import identify_modes
 from femend.modal.output_only import identify_output_only
 from femend.model.configured import ConfiguredModel
@@ -106,6 +106,11 @@ def staged_data(test: Test) -> StagedData:
             if found.modes.n_modes:
                 own_modes = ModesData(r.name, found.modes, found.shape_sd)
                 data.output_only.setdefault(r.configuration, []).append(own_modes)
+    for configuration, runs in data.runs.items():
+        if configuration not in data.output_only:  # a run-up shows its structure's modes, too
+            shown = [m for m in (run_modes(run) for run in runs) if m is not None]
+            if shown:
+                data.output_only[configuration] = shown
     return data
 
 
@@ -249,23 +254,23 @@ def _modes_stage(
     rounds: tuple[Round, ...],
 ) -> Stage:
     model = setup.model(configuration, posterior.unknowns, terms)
-    rows, apart, noise = [], [], []
-    for d in modes:
-        block: ModesBlock = d.block(setup, model)
-        lam, _, mac = block.pairs(posterior.p)
-        freq = np.abs(lam) / (2 * np.pi)
-        for i in range(d.modes.n_modes):
-            own = d.modes
-            rows.append((own.freq[i], own.zeta[i], freq[i], -lam[i].real / abs(lam[i]), mac[i]))
-            apart.append(freq[i] / own.freq[i] - 1)
-            noise.append(float(np.nan_to_num(own.freq_sd[i])) / own.freq[i] if own.freq_sd is not None else 0.0)
+    rows = [row for d in modes for row in _mode_rows(setup, model, d, posterior.p)]
+    noise = [float(sd) for d in modes for sd in np.broadcast_to(d.freq_sd, d.modes.n_modes)]
     # the median: a pole that came twice has no counterpart in the model
-    left, level = float(np.median(np.abs(apart))), float(np.sqrt(np.mean(np.square(noise))))
-    remarks = remark_on_modes(rows, left, rounds)
+    left, level = float(np.median([abs(r[2] / r[0] - 1) for r in rows])), float(np.sqrt(np.mean(np.square(noise))))
     return Stage(
-        name, configuration, tuple(d.name for d in modes), posterior, left, level, remarks, rounds,
-        modes[0].modes, table=tuple(rows),
+        name, configuration, tuple(d.name for d in modes), posterior, left, level,
+        remark_on_modes(rows, left, rounds), rounds, modes[0].modes, table=tuple(rows),
     )  # fmt: skip
+
+
+def _mode_rows(setup: Setup, model: ConfiguredModel, data: ModesData, p: FloatArray) -> list[tuple[float, ...]]:
+    """Frequency and damping as identified and of the model, and MAC, for every identified mode."""
+    own, block = data.modes, data.block(setup, model)
+    lam, _, mac = block.pairs(p)
+    size = np.abs(lam)
+    columns = (own.freq, own.zeta, size / (2 * np.pi), -lam.real / size, mac)
+    return [tuple(float(v) for v in row) for row in zip(*columns, strict=True)]
 
 
 def _runs(
@@ -282,6 +287,8 @@ def _runs(
         result = fit_run(setup, configuration, run, list(terms), before, iterations=iterations)
         before = result.posterior
         noise = float(np.sqrt((run.noise**2).sum() / (run.y**2).mean(axis=1).sum()))
+        modes = run_modes(run)
+        rows = () if modes is None else tuple(_mode_rows(setup, result.model, modes, before.p))
         stages.append(
             Stage(
                 "operating shapes and loads",
@@ -292,6 +299,8 @@ def _runs(
                 noise,
                 remark_on_run(result),
                 run=result,
+                identified=None if modes is None else modes.modes,
+                table=rows,
             )
         )
     return stages

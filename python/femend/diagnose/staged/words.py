@@ -75,7 +75,11 @@ def remark_on_run(result: RunResult) -> tuple[str, ...]:
     value, name = result.correlation
     apart = "can be told apart" if value < 0.95 else "can hardly be told apart"
     said.append(f"unbalance and structure {apart}: largest correlation {value:.2f}, with {name}")
-    said.append(f"the record begins {'at rest' if result.from_rest else 'with the machine running'}")
+    said.append(
+        "the record begins with the machine running"
+        if result.onset is None
+        else f"the record begins at rest, the force sets in over {result.onset:.2g} s"
+    )
     said.append(f"{100 * result.error:.2g} % of the run stays unexplained")
     return tuple(said)
 

@@ -43,7 +43,7 @@ class FrfBlock:
         return receptance(self.model, p, 2j * np.pi * self.freq).between(self.out, self.into)
 
     def gauss_newton(self, p: FloatArray, derivatives: bool) -> tuple[float, FloatArray, FloatArray]:
-        """Sum of squares, J'r (n,) and J'J (n, n)."""
+        """Sum of squares, J'r (n,) and J'J (n, n) at `p` (n,); zeros in place of the last two without `derivatives`."""
         n = len(p)
         solved = receptance(self.model, p, 2j * np.pi * self.freq)
         factor = np.sqrt(self.weight) / self.sd * np.sqrt(2.0)

@@ -114,7 +114,10 @@ def line_forces(
     bearings: FloatArray,
     credible: tuple[float, float],
 ) -> LineForces:
-    """Solves every line for the forces across the shaft at all bearings, each component free.
+    """Solves every line of `shapes` for the forces across the shaft at all `bearings`, each component free.
+
+    The `model` is taken at the unknowns `p` (n,); `out` (n_out, r) and `bearings` (n_bearings, 3, r) are rows of its
+    basis, of the latter in X, Y, Z.
 
     Tikhonov's regularisation with the parameter of least generalised cross validation (Golub, Heath and Wahba,
     Technometrics 21 (1979) 215-223). A line is reliable inside `credible` (Hz), where the model's modes have been

@@ -61,7 +61,7 @@ class ModesBlock:
         return self.weight * len(self.poles) * (2.0 + 2.0 * (self.shapes.shape[0] - 1))
 
     def pairs(self, p: FloatArray) -> tuple[ComplexArray, ComplexArray, FloatArray]:
-        """Poles (m,) and shapes (n_dof, m) of the model's paired modes, and the MAC (m,) of every pair."""
+        """Poles (m,) and shapes (n_dof, m) of the model's paired modes at `p` (n,), and the MAC (m,) of every pair."""
         lam, psi = self.model.damped_modes(p)
         at = self._pairing(lam, psi)
         found = self.rows @ psi[:, at]
@@ -76,7 +76,7 @@ class ModesBlock:
         return np.asarray(linear_sum_assignment(unlike)[1])
 
     def gauss_newton(self, p: FloatArray, derivatives: bool) -> tuple[float, FloatArray, FloatArray]:
-        """Sum of squares, J'r (n,) and J'J (n, n)."""
+        """Sum of squares, J'r (n,) and J'J (n, n) at `p` (n,); zeros in place of the last two without `derivatives`."""
         n = len(p)
         lam, psi = self.model.damped_modes(p)
         at = self._pairing(lam, psi)

@@ -43,7 +43,7 @@ class RunBlock:
         return self.weight * self.y.size
 
     def gauss_newton(self, p: FloatArray, derivatives: bool) -> tuple[float, FloatArray, FloatArray]:
-        """Sum of squares, J'r (n,) and J'J (n, n)."""
+        """Sum of squares, J'r (n,) and J'J (n, n) at `p` (n,); zeros in place of the last two without `derivatives`."""
         n = len(p)
         u = self.model.unknowns
         at = [u.index(name) for name in self.unbalance.names]
@@ -97,7 +97,10 @@ def simulate_run(
     out: FloatArray,
     bearings: FloatArray,
 ) -> FloatArray:
-    """Accelerations (n_out, n) over a run at the unknowns p (n,), those of the unbalance and the delay among them."""
+    """Accelerations (n_out, n) over a run at the unknowns `p` (n,), those of the unbalance and the delay among them.
+
+    `out` (n_out, r) and `bearings` (n_bearings, 3, r) are rows of the basis.
+    """
     u = model.unknowns
     values = u.values(p)
     m_r = np.array([values[u.index(name)] for name in unbalance.names])
