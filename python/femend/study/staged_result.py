@@ -39,6 +39,7 @@ def staged_result(
         "status": "converged" if converged else "stalled",
         "advice": advice,
         "stages": [_stage(s) for s in final.stages],
+        "modes": {c: _modes(setup, final, c) for c in setup.configurations},
         "loads": [_loads(setup, c, r) for c, r in final.runs],
     }
 
@@ -57,8 +58,7 @@ def _by_weight(flow: Flow) -> list[tuple[LinearTerm, Round]]:
 
 
 def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[str, str]:
-    unseen = [r for s in flow.stages for r in s.remarks if "cannot see" in r]
-    advice = "; ".join(dict.fromkeys(unseen[-1:]))
+    advice = "; ".join(flow.unseen)
     if findings:
         worst = max((d.inflation for s in flow.stages for d in s.rounds), default=1.0)
         if worst > setup.settings.adequate:
@@ -159,6 +159,15 @@ def _fit(prediction: Prediction, noise: dict[str, float]) -> dict[str, Any]:
     }  # fmt: skip
     row.update({stage: _round(prediction.error(stage)) for stage in STAGES})
     return row
+
+
+def _modes(setup: Setup, flow: Flow, configuration: str) -> list[dict[str, Any]]:
+    """Frequencies (Hz) and damping ratios of the final model in a configuration, up to the band's end."""
+    posterior = flow.in_configuration(configuration)
+    model = setup.model(configuration, posterior.unknowns, flow.terms)
+    lam, _ = model.damped_modes(posterior.p)
+    inside = lam[np.abs(lam) < 2 * np.pi * setup.f_max]
+    return [{"freq": _round(float(abs(x)) / (2 * np.pi)), "zeta": _round(float(-x.real / abs(x)))} for x in inside]
 
 
 def _stage(stage: Any) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from femend import _core
 from femend.data import FRF, Test
 from femend.diagnose.staged import ConfigurationSpec, Flow, Setup, StagedData, run_stages, setup_of, staged_data
 from femend.dof import Dof
-from femend.errors import StudyError
+from femend.errors import RecordingError, StudyError
 from femend.estimate import pair_test
 from femend.io import OutputDirectory, functions_of, write_uff
 from femend.io.deck import patch_deck
@@ -85,7 +85,16 @@ def diagnose_staged(study: Study, steps: Any, info: RunInfo, progress: Any, out:
 def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: StagedData) -> Setup:
     names = data.configurations
     if not names:
-        raise StudyError('no recording with role = "fit" holds anything that can be estimated from', key="recording")
+        fit = [r for r in study.recordings if r.role == "fit"]
+        if not fit:
+            raise StudyError(
+                'no recording has role = "fit"; at least one is needed to estimate anything', key="recording"
+            )
+        raise RecordingError(
+            f'recording {fit[0].name!r} has excitation = "{fit[0].excitation}" and no mode could be identified in it, so '
+            "that nothing can be estimated; record longer, or give it another role and add a recording with its force",
+            recording=fit[0].name,
+        )
     used = dict.fromkeys([*names, *(r.configuration for r in test)])
     specs = [ConfigurationSpec(n, study.configuration(n).spc, study.configuration(n).added_mass) for n in used]
     rows = [free.row(pairing[c.dof].dof) for r in test for c in r.inputs if c.dof is not None]

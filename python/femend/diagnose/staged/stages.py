@@ -69,13 +69,15 @@ class Stage:
 @dataclass(frozen=True, eq=False)
 class Flow:
     """All stages with a set of terms: what was settled in the end, and `apart` what holds in a configuration that was
-    tested before: its FRFs again, with the final posterior, widened by the drift, as their prior."""
+    tested before: its FRFs again, with the final posterior, widened by the drift, as their prior. `unseen` tells the modes that
+    no FRF shows, with the frequencies of the final model."""
 
     terms: tuple[LinearTerm, ...]
     posterior: Posterior
     stages: tuple[Stage, ...]
     named: tuple[tuple[LinearTerm, Round], ...] = field(default=())
     apart: dict[str, Posterior] = field(default_factory=dict)
+    unseen: tuple[str, ...] = ()
 
     def in_configuration(self, configuration: str) -> Posterior:
         """The posterior as the recordings of a configuration say it; the final one where they say nothing apart."""
@@ -156,7 +158,10 @@ def run_stages(
         for c, own in data.frfs.items()
         if c != stages[-1].configuration
     }
-    return Flow(tuple(terms), posterior, tuple(stages), tuple(named), apart)
+    unseen = tuple(
+        remark for c, own in data.frfs.items() for remark in unseen_modes(setup, c, terms, apart.get(c, posterior), own)
+    )
+    return Flow(tuple(terms), posterior, tuple(stages), tuple(named), apart, unseen)
 
 
 _TITLES = {
