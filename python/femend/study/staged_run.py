@@ -87,9 +87,8 @@ def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: Staged
     if not names:
         fit = [r for r in study.recordings if r.role == "fit"]
         if not fit:
-            raise StudyError(
-                'no recording has role = "fit"; at least one is needed to estimate anything', key="recording"
-            )
+            fact = 'no recording has role = "fit"; at least one is needed to estimate anything'
+            raise StudyError(fact, key="recording")
         raise RecordingError(
             f'recording {fit[0].name!r} has excitation = "{fit[0].excitation}" and no mode could be identified in it, so '
             "that nothing can be estimated; record longer, or give it another role and add a recording with its force",

@@ -69,8 +69,9 @@ class Stage:
 @dataclass(frozen=True, eq=False)
 class Flow:
     """All stages with a set of terms: what was settled in the end, and `apart` what holds in a configuration that was
-    tested before: its FRFs again, with the final posterior, widened by the drift, as their prior. `unseen` tells the modes that
-    no FRF shows, with the frequencies of the final model."""
+    tested before: its FRFs again, with the final posterior, widened by the drift, as their prior. `unseen` tells the
+    modes that no FRF shows, with the frequencies of the final model.
+    """
 
     terms: tuple[LinearTerm, ...]
     posterior: Posterior
