@@ -1,4 +1,4 @@
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Any, TypeAlias, TypedDict, final
 
@@ -119,6 +119,34 @@ def law_dynamic_stiffness(
 
 def law_library() -> dict[str, list[tuple[str, str]]]:
     """{law: [(parameter, SI unit), ...]}, parameters in the order in which arrays give them."""
+
+def register_law(
+    name: str,
+    parameters: Sequence[tuple[str, str, str]],
+    n_z: int,
+    *,
+    recorded: tuple[list[tuple[str, list[int], float]], list[int]] | None = None,
+    function: Callable[[list[float]], list[float]] | None = None,
+    slopes: Callable[[list[float]], list[float]] | None = None,
+    scales: Sequence[float] = ...,
+) -> None:
+    """Makes a law known as `name`, in place of one registered before, by `femend.physics.register`.
+
+    `parameters` are (name, unit, domain), `n_z` the number of internal variables; inputs are d, v, z.., p.. in this
+    order, outputs the force and the rates of z. Either `recorded`: operations (name, operands, number) and where the
+    outputs stand; or `function` of the inputs, with its `slopes` (outputs, inputs) row by row or else differences at
+    the `scales` (n,) of the inputs. Raises ValueError for more than 16 parameters and internal variables together, and
+    for an operation that is not known.
+    """
+
+def forget_law(name: str) -> None:
+    """Takes a registered law out again."""
+
+def law_slopes(name: str, inputs: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Force and rates of a registered law at `inputs` d, v, z.., p.., each followed by its slopes over the inputs.
+
+    Raises ValueError for a law that is not registered or another number of inputs.
+    """
 
 @final
 class Symbolic:

@@ -19,16 +19,16 @@ from femend.cli.summary import summary
 from femend.cli.table import table
 from femend.data import FRF, Test
 from femend.diagnose import Diagnosis, Settings
-from femend.diagnose.diagnosis import _probabilities, _worth_naming, decide
-from femend.diagnose.loads import try_loads
-from femend.diagnose.locate import Located, shortlist
+from femend.diagnose.diagnosis import explain
+from femend.diagnose.locate import Located
 from femend.diagnose.locate import locate as locate_places
-from femend.diagnose.name import Ranked, effective_values, name_physics, null_candidate, score, split_records
+from femend.diagnose.update import UpdatedModel, update_model
 from femend.errors import ModelError, RecordingError
-from femend.estimate import Fit, FitRecord, Hypothesis, Problem, fit_records, modelled_band, pair_test, used_band
+from femend.estimate import Fit, FitRecord, Problem, fit_records, pair_test
 from femend.io.atomic import write_atomic
-from femend.model import Model, Pairing, Parameter, ReducedModel, find_places, reduce_model
+from femend.model import Model, Pairing, Parameter, Place, ReducedModel, find_places
 from femend.model import read_model as read_deck
+from femend.physics import Physics, selected
 from femend.report.numbers import ratio
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
@@ -63,18 +63,34 @@ SHOWN = 8
 class Updated:
     """A model with its parameters updated within their priors, and all that the next steps need.
 
-    `test` and `pairing` as given, `records` the fit records, `reduced` the model in its Ritz basis, `problem` the
-    records with their band, `fit` the minimum, `nominal` the unknowns of the deck as it is.
+    `test` and `pairing` as given, `records` the fit records, `found` what the update gave.
     """
 
     model: Model
     test: Test
     pairing: Pairing
     records: list[FitRecord]
-    reduced: ReducedModel
-    problem: Problem
-    fit: Fit
-    nominal: FloatArray
+    found: UpdatedModel
+
+    @property
+    def reduced(self) -> ReducedModel:
+        """The model in its Ritz basis."""
+        return self.found.reduced
+
+    @property
+    def problem(self) -> Problem:
+        """The records with their band."""
+        return self.found.problem
+
+    @property
+    def fit(self) -> Fit:
+        """The minimum."""
+        return self.found.null
+
+    @property
+    def nominal(self) -> FloatArray:
+        """The unknowns of the deck as it is."""
+        return self.problem.prior(self.reduced)[0]
 
     @cached_property
     def misfit(self) -> tuple[float, float]:
@@ -99,10 +115,11 @@ class Updated:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Places:
-    """Places ranked by what a free force there explains; `found[0]` explains most."""
+    """Places ranked by what a free force there explains; `found[0]` explains most, `every` are all that were tried."""
 
     found: tuple[Located, ...]
     settings: Settings
+    every: tuple[Place, ...] = ()
 
     def __iter__(self) -> Iterator[Located]:
         return iter(self.found)
@@ -226,18 +243,8 @@ def update(model: Model, test: Test, pairs: Pairing, *, damping: float = 0.01) -
             recording=unmeasured,
         )
     records = fit_records(fit, model, pairs)
-    band = used_band(records)
-    reduced = reduce_model(model, band[1], _g_rows(records))
-    band = modelled_band(band, records, reduced.freq)
-    problem = Problem(records, band, damping, max(1, int((reduced.freq < 1.1 * band[1]).sum())))
-    null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))))
-    if null is None:
-        raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")
-    return Updated(model, test, pairs, records, reduced, problem, null, problem.prior(reduced)[0])
-
-
-def _g_rows(records: Sequence[FitRecord]) -> list[int]:
-    return sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
+    found = update_model(model, records, damping)
+    return Updated(model, test, pairs, records, found)
 
 
 def locate(start: Updated, settings: Settings | None = None) -> Places:
@@ -245,30 +252,20 @@ def locate(start: Updated, settings: Settings | None = None) -> Places:
 
     All unknowns of the updated model `start` stay free meanwhile; `settings` holds the thresholds.
     """
-    found = locate_places(start.problem, start.reduced, find_places(start.model), start.fit)
-    return Places(tuple(found), settings or Settings())
+    every = find_places(start.model)
+    found = locate_places(start.problem, start.reduced, every, start.fit)
+    return Places(tuple(found), settings or Settings(), tuple(every))
 
 
-def name(start: Updated, where: Places) -> Named:
+def name(start: Updated, where: Places, laws: Sequence[str | Physics] | None = None) -> Named:
     """Fits the catalogue's laws at the best places of `where` and judges them on data the fit has not seen.
 
-    The verdict says whether one of them is missing in the updated model `start`.
+    The verdict says whether one of them is missing in the updated model `start`. `laws` (names or entries of
+    `femend.physics`, those of one's own too) are tried in place of the default ones, beside a plain spring; each costs
+    seconds. Raises LawParameterError for a name that is no law.
     """
-    settings, problem, reduced = where.settings, start.problem, start.reduced
-    split = split_records(problem)
-    baseline = null_candidate(split, start.fit)
-    n_values = effective_values(split.choosing, reduced)
-    null_score = score(baseline, split.choosing, settings, n_values)
-    load = try_loads(problem, split, reduced, start.fit, baseline, settings)
-    g_rows = _g_rows(start.records)
-    ranked: list[Ranked] = []
-    if _worth_naming(start.fit, list(where.found), settings):
-        ranked = name_physics(split, reduced, shortlist(where.found, settings.places), g_rows, settings)
-    undecided = Diagnosis(
-        "", problem, reduced, start.nominal, start.fit, baseline, null_score, list(where.found), ranked,
-        _probabilities(ranked, null_score), None, None, load, "", settings, g_rows,
-    )  # fmt: skip
-    return Named(start, decide(undecided, n_values))
+    with selected(laws):
+        return Named(start, explain(start.found, where.found, where.every, where.settings))
 
 
 def validate(what: Named, test: Test) -> Check:

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from femend.data import FRF
-from femend.modal import identify_modes
+from femend.modal import identify_modes, refine_modes
+from femend.modal.choose import _worst, choose_modes
+from femend.modal.identify import line_noise
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from modal_models import known_frf, shapes
@@ -119,6 +121,10 @@ def test_a_reversed_driving_point_sensor_keeps_the_mass_positive() -> None:
     test = identify_modes(FRF("b", frf.freq, H, (*turned, *frf.outputs[1:]), frf.inputs, frf.kind, frf.unit))
     assert test.modal_mass == pytest.approx(1 / np.max(np.abs(PHI), axis=0) ** 2, rel=1e-6)
     assert test.checks[0].verdict == "ok"
+    assert test.modes.participation is not None
+    assert test.modes.participation[:, 0] == pytest.approx(-test.modes.shapes[0], rel=1e-6)
+    phi = test.modes.shapes * np.sqrt(2j * test.modes.poles.imag)
+    assert np.abs(phi.imag).max() < 1e-6  # the phase of proportional damping
 
 
 def test_without_a_driving_point_there_is_no_mass() -> None:
@@ -142,6 +148,58 @@ def test_a_complex_shape_is_called_complex() -> None:
     assert test.mpd[mode] == pytest.approx(25, rel=1e-4)
     assert np.delete(test.mpc, mode) == pytest.approx(1.0, abs=1e-6)
     assert any("complex" in line and "9" in line for line in test.advice)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_frfs_of_different_structures_are_not_passed_off_as_pairs(seed: int) -> None:
+    # each FRF was taken with another mass on the structure: frequencies differ by 0.5 % between FRFs
+    rng = np.random.default_rng(seed)
+    parts = [
+        known_frf(LINES, FREQ * (1 + 0.005 * rng.standard_normal()), ZETA, PHI, [0], outputs=[o], noise=0.003, seed=o).H
+        for o in range(10)
+    ]
+    frf = known_frf(LINES, FREQ, ZETA, PHI, [0])
+    mixed = FRF("b", frf.freq, np.concatenate(parts, axis=1), frf.outputs, frf.inputs, frf.kind, frf.unit)
+    test = identify_modes(mixed)
+    assert test.status == "doubtful"
+    assert any("at different frequencies" in line for line in test.advice)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_true_pairs_are_not_doubted(seed: int) -> None:
+    frf = known_frf(LINES, [6.0, 6.08, 12.0], [0.01, 0.012, 0.01], shapes(8, 3, seed=seed), [0], noise=0.003)
+    test = identify_modes(frf)
+    assert test.modes.freq == pytest.approx([6.0, 6.08, 12.0], rel=2e-3)
+    assert (test.status, test.advice) == ("ok", ())
+
+
+@pytest.mark.parametrize(("size", "kept"), [(0.0, False), (0.02, False), (0.1, True), (0.2, True)])
+def test_a_mode_must_earn_its_unknowns(size: float, kept: bool) -> None:
+    # a fourth mode at 15 Hz whose resonance is 0, 0.6, 3 and 6 times the noise of a line, in thirty FRFs
+    phi = np.c_[shapes(30, 3), size * shapes(30, 1, seed=9)]
+    frf = known_frf(LINES, [4.0, 7.0, 11.0, 15.0], [0.01, 0.02, 0.005, 0.02], phi, [0], noise=0.02)
+    poles = 2 * np.pi * np.array([4.0, 7.0, 11.0, 15.0]) * (-np.array([0.01, 0.02, 0.005, 0.02]) + 1j)
+    noise = line_noise(frf.H)
+    fitted, dropped = choose_modes(LINES, frf.H, 2, poles, np.ones((4, 1)) + 0j, "both", noise, 0.2)
+    assert fitted.fit.poles.size == (4 if kept else 3)
+    assert [round(d.freq) for d in dropped] == ([] if kept else [15])
+    every = refine_modes(LINES, frf.H, 2, poles, np.ones((4, 1)) + 0j, noise=noise, centre=poles, reach=-poles.real)
+    worst = _worst(LINES, frf.H, 2, every, poles, "both", noise, 0.2)
+    assert worst is None if kept else worst is not None and worst[0] == 3 and "too little" in worst[1]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_misfit_that_is_not_noise_is_no_mode(seed: int) -> None:
+    # every FRF carries a random walk over the lines of 2 % of the largest peak, which no common pole makes
+    frf = known_frf(LINES, FREQ, ZETA, PHI, [0], noise=0.001)
+    rng = np.random.default_rng(seed)
+    walk = np.cumsum(rng.standard_normal((400, 10, 1)) + 1j * rng.standard_normal((400, 10, 1)), axis=0)
+    H = frf.H + 0.02 * np.abs(frf.H).max() * walk / np.abs(walk).max()
+    test = identify_modes(FRF("b", frf.freq, H, frf.outputs, frf.inputs, frf.kind, frf.unit))
+    assert test.modes.freq == pytest.approx(FREQ, rel=2e-3)
+    assert test.error > 3 * test.noise_share
+    if seed == 1:  # here a candidate gets as far as the fit
+        assert any("explains only" in d.reason for d in test.dropped)
 
 
 def test_noise_alone_has_no_modes() -> None:

@@ -21,20 +21,20 @@ METHODS = ("ssi", "plscf", "efdd")
 
 
 def test_truth_lies_inside_the_stated_uncertainty_as_often_as_it_should() -> None:
-    """40 recordings, 4 modes each. Of 160 intervals of 95 % fewer than 141 hold the truth once in a thousand times;
-    the scatter over the stated deviation has a standard error of 1 / sqrt(320) = 6 %, and the deviation itself, from
-    50 blocks, 10 %: three times both together is 35 %."""
+    """40 recordings, 4 modes each. The deviations come from 50 neighbouring blocks of which some 12 are independent, so
+    that 1.96 of them hold the truth in 92.5 % of all cases (Student's t) and not in 95 %: of 160 intervals fewer than
+    137 do once in two thousand times. The scatter over the stated deviation is 1.1 then, its standard error 6 %."""
     freq, _ = CHAIN.modes()
     off_f, off_z = [], []
     for seed in range(40):
-        found = identify_output_only(oma.ambient(CHAIN, seed, 150.0), BAND, max_order=30)
+        found = identify_output_only(oma.ambient(CHAIN, seed, 300.0), BAND, max_order=30)
         at = oma.nearest(found.freq, freq)
         assert len(set(at.tolist())) == CHAIN.n
         off_f.append((found.freq[at] - freq) / found.modes.freq_sd[at])
         off_z.append((found.zeta[at] - CHAIN.zeta) / found.modes.zeta_sd[at])
     for off in (np.ravel(off_f), np.ravel(off_z)):
-        assert np.count_nonzero(np.abs(off) < 1.96) >= 141
-        assert 0.65 < np.sqrt(np.mean(off**2)) < 1.35
+        assert np.count_nonzero(np.abs(off) < 1.96) >= 137
+        assert 0.8 < np.sqrt(np.mean(off**2)) < 1.35
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -52,7 +52,7 @@ def test_every_method_finds_the_modes_and_no_others(method: str) -> None:
 
 
 def test_shapes_lie_inside_their_uncertainty() -> None:
-    freq, phi = CHAIN.modes()
+    _, phi = CHAIN.modes()
     found = identify_output_only(oma.ambient(CHAIN, 5, 400.0), BAND)
     true = phi / phi[np.argmax(np.abs(found.modes.shapes), axis=0), np.arange(CHAIN.n)]
     known = found.shape_sd > 1e-6  # the largest component is 1 by definition

@@ -5,13 +5,17 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from femend.physics import CATALOGUE, catalogue
 
 PAGES = (
     "README.md",
     "CONTRIBUTING.md",
     "benches/README.md",
     "python/docs/architecture.md",
+    "python/docs/laws.md",
     "python/docs/modal.md",
     "python/docs/naming.md",
 )
@@ -48,3 +52,26 @@ def test_the_floors_in_the_page_are_the_enforced_ones(project_root: Path) -> Non
     source = (Path(__file__).parent / "test_floors.py").read_text(encoding="utf-8")
     enforced = [set(re.findall(r'"(\w+)"', line)) for line in re.findall(r"frozenset\(\{(.*)\}\),", source)]
     assert [from_page[number] for number in sorted(from_page)] == [names - {"__main__"} for names in enforced]
+
+
+def test_the_page_of_laws_lists_every_law_with_its_parameters(project_root: Path) -> None:
+    page = (project_root / "python" / "docs" / "laws.md").read_text(encoding="utf-8")
+    rows = [line for line in page.splitlines() if line.startswith("| `")]
+    assert rows
+    for entry in catalogue(extended=True):
+        if entry.name in known_own_laws():
+            continue
+        row = next((row for row in rows if f"`{entry.name}`" in row.split("|")[1]), None)
+        assert row is not None, entry.name
+        if entry.extended:
+            told = entry.reported or "surrogate"
+            assert told in row.split("|")[2], entry.name
+            assert ("≈" in row.split("|")[2]) == entry.nearest, entry.name
+        short = "the same with" in row or "to " in row.split("|")[3 if entry.extended else 2]
+        for name in entry.parameter_names:
+            assert short or re.search(rf"\b{name}\b", row), (entry.name, name)
+
+
+def known_own_laws() -> set[str]:
+    """Laws that other tests have registered."""
+    return {entry.name for entry in CATALOGUE.values() if entry.parameters and np.isfinite(entry.parameters[0].typical)}

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from femend import _core
-from femend.diagnose.closed_loop import UPSAMPLING, upsampled
+from femend.diagnose.closed_loop import FINE, upsampled
 from femend.diagnose.predict import predict_model
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import read_model, reduce_model
@@ -36,7 +36,7 @@ def test_prediction_is_simulation(tmp_path: Path, k: float) -> None:
         hypothesis = Hypothesis(reduced, w[:0])
     y = predict_model(problem, hypothesis, p, np.log([k]) if k else np.zeros(0), record)
     omega, zeta, Q = problem.system(reduced).modal(p)
-    fine = 64 * UPSAMPLING  # steps far below the shortest period, so that no mode is left to its static part
+    fine = 64 * FINE  # steps far below the shortest period, so that no mode is left to its static part
     keep = omega * dt / fine < 2.0
     gain = (reduced.rows(rows) @ Q)[:, ~keep]
     assert np.abs(gain).max(initial=0.0) == 0.0

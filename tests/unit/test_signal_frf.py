@@ -95,6 +95,9 @@ def test_inputs_that_are_one_are_refused_by_name() -> None:
     dead = data.with_values(np.vstack([data.values[:1], np.zeros((1, data.n_samples)), data.values[2:]]))
     with pytest.raises(SignalError, match=r"force 2:\+Z \(f2\) does not move"):
         estimate_frf(dead)
+    mute = data.with_values(np.vstack([data.values[:3], np.zeros((1, data.n_samples))]))
+    with pytest.raises(SignalError, match=r"acceleration 2:\+Z \(a2\) is 0 in all"):
+        estimate_frf(mute, inputs=[0])
 
 
 def test_what_makes_no_frf_is_refused() -> None:

@@ -112,7 +112,7 @@ def test_orders_that_are_none_are_refused(orders: list[float]) -> None:
 
 
 def test_a_speed_of_another_time_and_a_short_record_are_refused() -> None:
-    data = record(np.zeros(N))
+    data = record(np.ones(N), noise=0.1)
     late = speed_from_profile(np.array([200.0, 300.0]), np.array([5.0, 6.0]))
     with pytest.raises(SignalError, match="do not overlap"):
         vold_kalman(data, late, [1.0])
@@ -140,3 +140,11 @@ def test_what_the_orders_leave_is_told_for_every_channel() -> None:
     track = vold_kalman(record(order_of(speed, 1.0, 1 + 1j), noise=0.1), speed, [1.0])
     assert track.residual is not None
     assert track.residual[0] == pytest.approx(0.1, rel=0.03)  # of 25600 samples, less some per cent in the band
+
+
+def test_filters_that_are_none_are_refused() -> None:
+    data = record(np.ones(N), noise=0.1)
+    with pytest.raises(SignalError, match="filter of 4 poles"):
+        vold_kalman(data, run_up(), [1.0], poles=4)
+    with pytest.raises(SignalError, match="bandwidth of 0 Hz"):
+        vold_kalman(data, run_up(), [1.0], bandwidth=0.0)

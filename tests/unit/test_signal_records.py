@@ -5,21 +5,24 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from femend.data import Channel, TimeData
+from femend.data import Channel, Speed, TimeData
 from femend.dof import Dof
 from femend.errors import SignalError
 from femend.signal import (
+    angular_orders,
     check_signals,
     correlations,
     cross_spectra,
     find_gaps,
     half_spectra,
     merge,
+    ods_frf,
     require_duration,
     require_sound,
     resample,
     sample_at,
     to_quantity,
+    vold_kalman,
 )
 
 from .signal_models import acceleration
@@ -207,3 +210,21 @@ def test_cross_spectra_hold_the_mean_square_and_the_delay() -> None:
     assert S.S[:, 0, 0].real.sum() * S.freq[1] == pytest.approx(x.var(), rel=0.03)
     lines = (S.freq > 5) & (S.freq < 100)
     assert np.abs(np.angle(S.S[lines, 1, 0] * np.exp(2j * np.pi * S.freq[lines] * 3 * DT))).max() < 0.1
+
+
+def test_results_of_faulty_channels_are_refused_or_say_so() -> None:
+    n = 25600
+    t = DT * np.arange(n)
+    speed = Speed([0.0, 100.0], [10.0, 10.0], [0.0, 2000 * np.pi])
+    wave = np.cos(20 * np.pi * t)
+    clipped = np.minimum(wave, 0.6)
+    dead = data(wave, np.zeros(n))
+    for make in (
+        lambda d: vold_kalman(d, speed, [1.0]),
+        lambda d: angular_orders(d, speed, [1.0]),
+        lambda d: ods_frf(d, 0),
+    ):
+        with pytest.raises(SignalError, match=r"channel acceleration 2:\+Z \(c2\) is 0 in all 25600 samples"):
+            make(dead)
+        found = make(data(wave, clipped))
+        assert any("acceleration 2:+Z (c2) stays at its largest value 0.6" in note for note in found.notes)

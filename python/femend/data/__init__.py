@@ -16,11 +16,11 @@ from femend.data.time_data import TimeData
 
 __all__ = [
     "FRF",
-    "ODS",
     "Channel",
     "Geometry",
     "IdentifiedModes",
     "ModeSet",
+    "ODS",
     "OrderTrack",
     "Recording",
     "Rotating",

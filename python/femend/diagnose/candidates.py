@@ -57,6 +57,7 @@ class Candidate:
         chosen: the same on the record kept for choosing.
         reference: what a free force at the same place leaves on that record.
         covariance: of x, where known.
+        sigma: decay (1/s) of the window in which a nonlinear law could be followed; 0 for whole records.
     """
 
     physics: Physics | None
@@ -75,6 +76,7 @@ class Candidate:
     covariance: FloatArray | None = None
     coordinates: FitCoordinates | None = None
     extra: Mapping[str, float] = field(default_factory=dict)
+    sigma: float = 0.0
 
     @property
     def nonlinear(self) -> bool:

@@ -10,20 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
+from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.closed_loop import refit_nonlinear
 from femend.diagnose.joint import Recovered
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
 from femend.diagnose.locate import Located, locate, shortlist
 from femend.diagnose.name import Ranked, effective_values, name_physics, null_candidate, score, split_records
+from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.settings import Settings
-from femend.errors import RecordingError
-from femend.estimate import Fit, FitRecord, Hypothesis, Problem, check_sampling, modelled_band, used_band
-from femend.model import Model, ReducedModel, find_places, reduce_model
+from femend.diagnose.unmeasured import find_unmeasured
+from femend.diagnose.update import UpdatedModel, update_model
+from femend.estimate import Fit, FitRecord, Problem
+from femend.model import Model, Place, ReducedModel, find_places
 from femend.physics import physics as entry_of
 
-__all__ = ["Diagnosis", "diagnose_records"]
+__all__ = ["Diagnosis", "diagnose_records", "explain"]
 
 FloatArray = NDArray[np.float64]
 
@@ -68,44 +70,48 @@ def diagnose_records(
     `zeta` is the starting damping ratio. Raises RecordingError where there is nothing to fit.
     """
     settings = settings or Settings()
-    if not records:
-        raise RecordingError('no recording with role = "fit" and excitation = "measured"; name at least one')
     tell = _Teller(progress)
-    tell.start("reduce the model")
-    band = used_band(list(records))
-    g_rows = sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
-    reduced = reduce_model(model, band[1], g_rows)
-    check_sampling(records, band, reduced.freq)
-    band = modelled_band(band, records, reduced.freq)
-    n_tuned = max(1, int((reduced.freq < 1.1 * band[1]).sum()))
-    problem = Problem(records, band, zeta, n_tuned)
     tell.start("update the parameters")
-    nothing = Hypothesis(reduced, np.zeros((0, reduced.r)))
-    null = problem.continuation(nothing)
-    if null is None:
-        raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")
+    start = update_model(model, records, zeta)
+    places = find_places(model)
+    tell.start("locate what is missing", len(places))
+    located = locate(start.problem, start.reduced, places, start.null)
+    out = explain(start, located, places, settings, tell)
+    tell.done()
+    return out
+
+
+def explain(
+    start: UpdatedModel,
+    located: Sequence[Located],
+    places: Sequence[Place],
+    settings: Settings,
+    tell: _Teller | None = None,
+) -> Diagnosis:
+    """Names what is missing at the places `located` (of all `places`), or says that nothing is."""
+    tell = tell or _Teller(None)
+    problem, reduced, null = start.problem, start.reduced, start.null
     split = split_records(problem)
     baseline = null_candidate(split, null)
     n_values = effective_values(split.choosing, reduced)
     null_score = score(baseline, split.choosing, settings, n_values)
-    places = find_places(model)
-    tell.start("locate what is missing", len(places))
-    located = locate(problem, reduced, places, null)
     tell.start("try loads")
     load = try_loads(problem, split, reduced, null, baseline, settings)
-    tell.start("name it", settings.places)
+    located = list(located)
+    short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
+    tell.start("name it", len(short))
     ranked: list[Ranked] = []
     if _worth_naming(null, located, settings):
-        ranked = name_physics(split, reduced, shortlist(located, settings.places), g_rows, settings, tell.advance)
-    nominal = problem.prior(reduced)[0]
-    found = Diagnosis(
-        "", problem, reduced, nominal, null, baseline, null_score, located, ranked,
-        _probabilities(ranked, null_score), None, None, load, "", settings, g_rows,
-    )  # fmt: skip
+        ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, tell.advance)
+        if sigma > 0:
+            baseline = null_candidate(split, null, sigma=sigma)
+            null_score = score(baseline, split.choosing, settings, effective_values(split.choosing, reduced, sigma))
     tell.start("fit the final model")
-    out = decide(found, n_values)
-    tell.done()
-    return out
+    undecided = Diagnosis(
+        "", problem, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
+        _probabilities(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
+    )  # fmt: skip
+    return decide(undecided, n_values)
 
 
 def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool:
@@ -129,12 +135,18 @@ def decide(found: Diagnosis, n_values: float) -> Diagnosis:
     outlier = _worst_parameter(found)
     quiet = "parameters-only" if _needed_update(found) else "consistent"
     if found.load is not None and (best is None or found.load.score < best.score):
-        return replace(found, verdict="missing-physics")
-    if best is None or not _accepted(found, best):
+        return replace(found, verdict="missing-physics", place=None)
+    named = best is not None and _accepted(found, best)
+    if not (named and best is not None and _adequate(found, best)) and _clearly_missing(found):
+        split = split_records(found.problem)
+        unmeasured = find_unmeasured(split, found.reduced, found.located, found.g_rows, settings)
+        if unmeasured is not None:
+            return replace(found, verdict="missing-physics", load=unmeasured)
+    if best is None or not named:
         if outlier > settings.parameter_z or _clearly_missing(found):
             advice = "something is missing at the first place listed, but no law of the catalogue explains it"
-            return replace(found, verdict="located-not-named", place=found.located[0], advice=advice)
-        return replace(found, verdict=quiet)
+            return replace(found, verdict="located-not-named", advice=advice)
+        return replace(found, verdict=quiet, place=None)
     candidate = _collapsed(best, found)
     refitted = candidate
     if candidate.joint is not None:
@@ -145,13 +157,18 @@ def decide(found: Diagnosis, n_values: float) -> Diagnosis:
     elif best.located is not None:
         (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
         refitted = candidate if fit is None else replace(candidate, p=fit.p, fitted=fit.score)
-    adequate = best.candidate.chosen <= settings.adequate * max(_reference(found, best), 1.0)
+    adequate = _adequate(found, best)
     verdict = "missing-physics" if adequate else "located-not-named"
     advice = "" if adequate else (
         "the best law explains part of what a free force at the same place does; record two more levels, or the motion "
         "of the place itself"
     )  # fmt: skip
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
+
+
+def _adequate(found: Diagnosis, best: Ranked) -> bool:
+    """Whether a law explains unseen data about as well as a free force at its place does."""
+    return best.candidate.chosen <= found.settings.adequate * max(_reference(found, best), 1.0)
 
 
 def _reference(found: Diagnosis, best: Ranked) -> float:

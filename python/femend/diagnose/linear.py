@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import Joint, Recovered, stiffness_scale
 from femend.estimate import Problem
-from femend.physics import Physics, physics
+from femend.physics import Physics, linear_sizes, physics
 
 FloatArray = NDArray[np.float64]
 
@@ -71,7 +71,8 @@ def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: P
             return [{"k0": 0.5 * x, "k1": 0.5 * x, "tau": t} for x in (k, 0.3 * scale) for t in taus]
         case "tuned_absorber":
             return _absorbers(problem, joint, recovered, scale, (low, high))
-    return []
+        case _:
+            return linear_sizes(entry, k_all, (low, high))
 
 
 def fit_mass(problem: Problem, choosing: Problem, joint: Joint, p: FloatArray) -> Candidate | None:
@@ -118,14 +119,15 @@ def _absorbers(
     return [v for _, v in ranked[:6]] + grid
 
 
-def judge_linear(choosing: Problem, candidate: Candidate) -> Candidate:
-    """The candidate with the misfit it leaves on records it has not seen, nothing estimated there but free decays."""
+def judge_linear(choosing: Problem, candidate: Candidate, sigma: float = 0.0) -> Candidate:
+    """The candidate with the misfit it leaves on records it has not seen (windowed by exp(-sigma t)), nothing estimated
+    there but free decays."""
     assert candidate.joint is not None
     assert candidate.physics is not None
     hypothesis = candidate.joint.hypothesis(
         (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), LAW_SD)
     )
-    (seen,) = choosing.fit([hypothesis], [(candidate.p, candidate.x)], iterations=0)
+    (seen,) = choosing.fit([hypothesis], [(candidate.p, candidate.x)], sigma=sigma, iterations=0)
     return replace(candidate, chosen=np.inf if seen is None else seen.score)
 
 

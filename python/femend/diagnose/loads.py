@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.name import Split, effective_values, null_candidate, score
@@ -13,7 +15,7 @@ from femend.dof import Dof
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel, reduce_model
 
-__all__ = ["LoadFinding", "try_loads"]
+__all__ = ["LoadFinding", "try_loads", "with_force"]
 
 # the load is looked for elsewhere only where the updated model leaves more than this
 WORTH = 2.0
@@ -22,15 +24,28 @@ LINES, KEPT = 120, 3
 
 @dataclass(frozen=True, eq=False)
 class LoadFinding:
-    """A load that explains the records better from another place: the DOF, its fit, its score and misfits."""
+    """What is wrong with the load: nodes and direction, `values` of the contract's parameters with their units, fit,
+    score and misfits. `force` is a row of the g-set with the force (n,) that acts there unrecorded, where every
+    recording has the same."""
 
     physics: str
-    node: int
+    nodes: tuple[int, ...]
     direction: str
+    values: Mapping[str, tuple[float | str | None, str]]
     candidate: Candidate
     fit: Fit
     problem: Problem
     score: float
+    force: tuple[int, NDArray[np.float64]] | None = None
+
+    def record(self, record: FitRecord) -> FitRecord:
+        """A record with the load as it was found to be."""
+        if self.force is not None:
+            return with_force(record, *self.force)
+        if self.physics != "load_misplaced":
+            return record
+        other = self.problem.records[0]
+        return replace(record, in_rows=other.in_rows, in_signs=other.in_signs)
 
 
 def try_loads(
@@ -48,7 +63,7 @@ def try_loads(
     rows = [
         6 * i + c for i in range(len(model.node_ids)) for c in range(3) if moving[6 * i + c] and 6 * i + c not in own
     ]
-    few = problem.thinned(LINES)
+    few = problem.thinned(LINES).untuned()
     tried: list[tuple[float, int, float]] = []
     for row in rows:
         moved = few.on([_moved(r, row, 1.0) for r in few.records])
@@ -91,11 +106,19 @@ def _follow(
     candidate = null_candidate(at, fit, "load_misplaced")
     value = score(candidate, at.choosing, settings, effective_values(at.choosing, own))
     node = int(reduced.model.node_ids[row // 6])
-    dof = Dof(node, row % 6 + 1, int(sign))
-    return LoadFinding("load_misplaced", node, dof.direction, candidate, fit, moved(problem), value)
+    direction = Dof(node, row % 6 + 1, int(sign)).direction
+    values: dict[str, tuple[float | str | None, str]] = {"node": (node, ""), "direction": (direction, "")}
+    return LoadFinding("load_misplaced", (node,), direction, values, candidate, fit, moved(problem), value)
 
 
-def moved_record(record: FitRecord, finding: LoadFinding) -> FitRecord:
-    """A record with its force at the place of a finding."""
-    other = finding.problem.records[0]
-    return replace(record, in_rows=other.in_rows, in_signs=other.in_signs)
+def with_force(record: FitRecord, row: int, force: NDArray[np.float64]) -> FitRecord:
+    """A record with a further input: a known force (n,) at a row of the g-set, silent beyond its end."""
+    n = record.n
+    extra = np.zeros((1, n))
+    extra[0, : min(n, len(force))] = force[:n]
+    return replace(
+        record,
+        u=np.vstack([record.u, extra]),
+        in_rows=np.append(record.in_rows, row),
+        in_signs=np.append(record.in_signs, 1.0),
+    )

@@ -17,6 +17,7 @@ from femend.model import Place, ReducedModel
 __all__ = ["Located", "locate", "shortlist"]
 
 # how many places reach the next stage: those with one unknown force a line, and those with several
+FIRST_STAGE, FIRST_STAGE_SEVERAL = 60, 20
 SECOND_STAGE, SECOND_STAGE_SEVERAL = 24, 8
 LAST_STAGE, LAST_STAGE_SEVERAL = 8, 3
 FULL_LINES, FULL_LINES_SEVERAL = 5, 2
@@ -25,18 +26,22 @@ SEVERAL_WORTH = 1.3
 # lines a record in the stages before the last: places differ by far more than the lines left out could tell
 LINES = 300
 # cost of a place that nothing of the model suggests: it has to explain the records that much better than a joint
-UNLIKELY = 12.0
+UNLIKELY = 4.0
 # prior ln standard deviation of a member's own stiffness factor
 MEMBER_SD = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class Located:
-    """A place with its law-free fit; `cost` is comparable between places whatever number of forces they have."""
+    """A place with its law-free fit; `cost` is comparable between places whatever number of forces they have.
+
+    `alike` are places that the sensors cannot tell from it, the closest first, where they were asked for.
+    """
 
     place: Place
     fit: Fit
     squares: float
+    alike: tuple[Place, ...] = ()
 
     @property
     def cost(self) -> float:
@@ -78,33 +83,27 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
     n_out = min(r.y.shape[0] for r in problem.records)
     todo = [p for p in places if p.n_w < n_out]
     hypotheses = [hypothesis_of(p, reduced) for p in todo]
-    mean, _ = problem.prior(reduced)
-    n_par = len(reduced.names)
-
-    def start(h: Hypothesis, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return (np.insert(p, n_par, 0.0) if len(h.reduced.names) > n_par else p), np.zeros(0)
-
-    scale = problem.scale()
     few = problem.thinned(LINES)
-    starts = [start(h, mean) for h in hypotheses]
-    fits = few.fit(hypotheses, starts, sigma=30 * scale, iterations=6)
-    keep = [(i, f) for i, f in enumerate(fits) if f is not None]
+    plain = few.untuned()
     stages = (
-        (few, 8.0, 5, SECOND_STAGE, SECOND_STAGE_SEVERAL),
+        (plain, 30.0, 6, FIRST_STAGE, FIRST_STAGE_SEVERAL),
+        (plain, 8.0, 5, SECOND_STAGE, SECOND_STAGE_SEVERAL),
         (few, 2.0, 6, LAST_STAGE, LAST_STAGE_SEVERAL),
         (few, 0.0, 15, FULL_LINES, FULL_LINES_SEVERAL),
         (problem, 0.0, 8, FULL_LINES, FULL_LINES_SEVERAL),
     )
+    keep = [(i, plain.prior(h.reduced)[0]) for i, h in enumerate(hypotheses)]
+    ranked: list[tuple[int, Fit]] = []
     for lines, factor, iterations, count, several in stages:
-        sigma = factor * scale
-        again = lines.fit(
-            [hypotheses[i] for i, _ in keep], [(f.p, f.x) for _, f in keep], sigma=sigma, iterations=iterations
-        )
-        keep = [(i, f) for (i, _), f in zip(keep, again, strict=True) if f is not None]
-        keep.sort(key=lambda item: _rank(lines, item[1], sigma))
-        single = [item for item in keep if todo[item[0]].n_w <= 1]
-        keep = single[:count] + [item for item in keep if todo[item[0]].n_w > 1][:several]
-    found = [Located(todo[i], f, squares_of(problem, f, 0.0)) for i, f in keep]
+        sigma = factor * problem.scale()
+        starts = [(lines.tuned_like(p, hypotheses[i].reduced), np.zeros(0)) for i, p in keep]
+        fits = lines.fit([hypotheses[i] for i, _ in keep], starts, sigma=sigma, iterations=iterations)
+        ranked = [(i, f) for (i, _), f in zip(keep, fits, strict=True) if f is not None]
+        ranked.sort(key=lambda item: _rank(lines, item[1], sigma))
+        single = [item for item in ranked if todo[item[0]].n_w <= 1]
+        ranked = single[:count] + [item for item in ranked if todo[item[0]].n_w > 1][:several]
+        keep = [(i, f.p) for i, f in ranked]
+    found = [Located(todo[i], f, squares_of(problem, f, 0.0)) for i, f in ranked]
     return sorted(found, key=lambda found: found.cost)
 
 
@@ -112,11 +111,11 @@ def _rank(problem: Problem, fit: Fit, sigma: float) -> float:
     return fit.prior + squares_of(problem, fit, sigma)
 
 
-def shortlist(located: Sequence[Located], count: int) -> list[Located]:
-    """Places whose laws are worth fitting: the best with one force, and those with several where these leave clearly
-    less; several free forces also explain what no place does."""
+def shortlist(located: Sequence[Located]) -> list[Located]:
+    """Places whose laws are worth fitting, the likeliest first: those with one force, led by the ones with several
+    where these leave clearly less; several free forces also explain what no place does."""
     single = [f for f in located if f.place.n_w <= 1 and f.place.kind != "base"]
     several = [f for f in located if f.place.n_w > 1]
     best = single[0].cost if single else np.inf
     better = [f for f in several if SEVERAL_WORTH * f.cost < best]
-    return [*better[:2], *single[: count if not better else 1]]
+    return [*better[:2], *single]

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femend.diagnose.candidates import Candidate, laws_for, starts
-from femend.diagnose.closed_loop import fit_nonlinear, judge_nonlinear, refit_nonlinear
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
-from femend.diagnose.linear import fit_linear, fit_mass
+from femend.diagnose.linear import fit_linear, fit_mass, judge_linear
 from femend.diagnose.locate import Located
+from femend.diagnose.nonlinear import fit_nonlinear, judge_nonlinear, refit_nonlinear
 from femend.diagnose.settings import Settings
 from femend.estimate import Fit, Problem
-from femend.model import ReducedModel
+from femend.model import Place, ReducedModel
 from femend.model.places import mass_place
 
 __all__ = ["Ranked", "Split", "name_physics", "score", "split_records"]
@@ -23,6 +23,8 @@ __all__ = ["Ranked", "Split", "name_physics", "score", "split_records"]
 NONLINEAR_STARTS = 3
 # starts within this factor of the best regression are followed, at most so many at a place
 START_REACH, MOST_STARTS = 1.6, 9
+# look-alikes of a place at which linear laws are tried too
+ALIKE_TRIED = 3
 # lines a record while laws are compared; the chosen one is fitted on all
 NAMING_LINES = 500
 
@@ -41,7 +43,7 @@ class Ranked:
     """A candidate with its place and score (tempered log posterior on unseen data, lower is better)."""
 
     candidate: Candidate
-    located: Located | None
+    located: Located
     score: float
     recovered: Recovered | None = None
 
@@ -63,16 +65,16 @@ def score(candidate: Candidate, choosing: Problem, settings: Settings, n_values:
     return n_values * float(np.log(max(candidate.chosen, 1e-12))) + candidate.prior + settings.price * candidate.n_law
 
 
-def effective_values(choosing: Problem, reduced: ReducedModel) -> float:
-    """Tempered number of values of the choosing records, as they count in the score."""
-    return float(sum(line.share * line.Y.size for line in choosing.lines(reduced)))
+def effective_values(choosing: Problem, reduced: ReducedModel, sigma: float = 0.0) -> float:
+    """Tempered number of values of the choosing records, windowed by exp(-sigma t), as they count in the score."""
+    return float(sum(line.share * line.Y.size for line in choosing.lines(reduced, sigma)))
 
 
-def null_candidate(split: Split, null: Fit, name: str = "none") -> Candidate:
-    """The model with its parameters alone (or a member's factor) as a candidate."""
+def null_candidate(split: Split, null: Fit, name: str = "none", sigma: float = 0.0) -> Candidate:
+    """The model with its parameters alone (or a member's factor) as a candidate, judged with a window of `sigma`."""
     (fitted,) = split.fitting.fit([null.hypothesis], [(null.p, null.x)])
     fitted = null if fitted is None else fitted
-    (seen,) = split.choosing.fit([fitted.hypothesis], [(fitted.p, fitted.x)], iterations=0)
+    (seen,) = split.choosing.fit([fitted.hypothesis], [(fitted.p, fitted.x)], sigma=sigma, iterations=0)
     n_law = len(null.hypothesis.reduced.names) - len(null.hypothesis.reduced.model.parameters)
     mean, sd = split.fitting.prior(null.hypothesis.reduced)
     deviations = ((fitted.p - mean) / sd) ** 2
@@ -83,6 +85,24 @@ def null_candidate(split: Split, null: Fit, name: str = "none") -> Candidate:
     return Candidate(None, name, None, values, fitted.p, fitted.x, n_law, prior, fitted.score, chosen)
 
 
+@dataclass(frozen=True, eq=False)
+class _Opened:
+    """A place opened for laws, with what it did."""
+
+    found: Located
+    joint: Joint
+    recovered: Recovered
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """A candidate with where it came from."""
+
+    candidate: Candidate
+    found: Located
+    recovered: Recovered | None
+
+
 def name_physics(
     split: Split,
     reduced: ReducedModel,
@@ -90,84 +110,115 @@ def name_physics(
     g_rows: list[int],
     settings: Settings,
     tell: Callable[[int], None] = lambda n: None,
-) -> list[Ranked]:
-    """Candidates of all laws at the best places, in rising order of score, the best fitted with everything free.
+) -> tuple[list[Ranked], float]:
+    """Candidates of all laws at the best places, in rising order of score, and the window they are compared in.
 
-    Linear laws are tried at every place; nonlinear ones at the first places, and only where no linear law explains the
-    choosing records to the noise or as well as a free force does.
+    Linear laws are tried at every place and its nearest look-alikes; nonlinear ones at the first places, and only where
+    no linear law explains the choosing records to the noise or as well as a free force does. All are compared on whole
+    records (sigma = 0), but where the best law's motion could only be followed within a window exp(-sigma t) there.
     """
-    n_values = effective_values(split.choosing, reduced)
-
-    def rank(candidate: Candidate, found: Located, recovered: Recovered | None = None) -> Ranked:
-        return Ranked(candidate, found, score(candidate, split.choosing, settings, n_values), recovered)
-
-    ranked: list[Ranked] = []
-    opened: list[tuple[Located, Joint, Recovered, float]] = []
+    tried: list[_Tried] = []
+    opened: list[_Opened] = []
     for found in located:
         tell(1)
-        if found.place.kind == "member":
-            ranked.append(rank(null_candidate(split, found.fit, "joint_stiffness"), found))
-            continue
-        joint = open_joint(found.place, reduced, split.whole.band[1], g_rows)
-        recovered = recover(split.fitting, joint, found.fit.p)
-        if recovered is None:
-            continue
-        reference = free_reference(split, joint, recovered)
-        opened.append((found, joint, recovered, reference))
-        ranked += [rank(c, found, recovered) for c in _linear_laws(split, joint, recovered, reference)]
-        if found.place.kind == "ground":
-            everywhere = open_joint(
-                mass_place(reduced.model, found.place.nodes[0]), reduced, split.whole.band[1], g_rows
-            )
-            mass = fit_mass(split.fitting, split.choosing, everywhere, found.fit.p)
-            ranked += [] if mass is None else [rank(replace(mass, reference=reference), found)]
-    lowest = min((o[3] for o in opened), default=np.inf)
+        for place in (found.place, *(p for p in found.alike[:ALIKE_TRIED] if found.place.kind == "ground")):
+            one = found if place is found.place else replace(found, place=place, alike=_others(found, place))
+            new, at = _linear_at(split, reduced, one, g_rows)
+            tried += new
+            opened += [at] if at is not None and place is found.place else []
+    lowest = min((free_reference(split, o.recovered) for o in opened), default=np.inf)
     enough = max(settings.linear_enough * lowest, settings.consistent)
-    if not any(r.candidate.chosen < enough for r in ranked):
-        for found, joint, recovered, reference in opened[: settings.nonlinear_places]:
-            ranked += [rank(c, found, recovered) for c in _nonlinear_laws(split, joint, recovered, reference)]
-    ranked = sorted((r for r in ranked if np.isfinite(r.score)), key=lambda r: r.score)
-    return _refine(split, ranked, settings, n_values)
+    if not any(t.candidate.chosen < enough for t in tried):
+        for at in opened[: settings.nonlinear_places]:
+            tried += [_Tried(c, at.found, at.recovered) for c in _nonlinear_laws(split, at)]
+    tried = [t for t in tried if np.isfinite(t.candidate.chosen)]
+    sigma = min(tried, key=lambda t: t.candidate.chosen).candidate.sigma if tried else 0.0
+    judge = _Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
+    ranked = [judge.ranked(t) for t in tried]
+    return judge.refined([r for r in ranked if np.isfinite(r.score)]), sigma
 
 
-def free_reference(split: Split, joint: Joint, recovered: Recovered) -> float:
+def free_reference(split: Split, recovered: Recovered, sigma: float = 0.0) -> float:
     """Misfit a free force at the joint leaves on the choosing records: what the right law can reach at best."""
     fit = recovered.fit
-    (seen,) = split.choosing.fit([fit.hypothesis], [(fit.p, fit.x)], iterations=0)
+    (seen,) = split.choosing.fit([fit.hypothesis], [(fit.p, fit.x)], sigma=sigma, iterations=0)
     return np.inf if seen is None else seen.score
 
 
-def _linear_laws(split: Split, joint: Joint, recovered: Recovered, reference: float) -> list[Candidate]:
-    tried = [
+def _others(found: Located, place: Place) -> tuple[Place, ...]:
+    """Look-alikes of a look-alike: the first place and its other look-alikes."""
+    return (found.place, *(p for p in found.alike if p is not place))
+
+
+def _linear_at(
+    split: Split, reduced: ReducedModel, found: Located, g_rows: list[int]
+) -> tuple[list[_Tried], _Opened | None]:
+    """All linear laws at a place, and the place opened; a member has its stiffness factor alone."""
+    if found.place.kind == "member":
+        return [_Tried(null_candidate(split, found.fit, "joint_stiffness"), found, None)], None
+    joint = open_joint(found.place, reduced, split.whole.band[1], g_rows)
+    recovered = recover(split.fitting, joint, found.fit.p)
+    if recovered is None:
+        return [], None
+    fitted = [
         fit_linear(split.fitting, split.choosing, joint, recovered, name, entry)
         for name, entry in laws_for(joint.place.kind)
         if entry.kind == "linear"
     ]
-    return [replace(c, reference=reference) for c in tried if c is not None]
+    tried = [_Tried(c, found, recovered) for c in fitted if c is not None]
+    if found.place.kind == "ground":
+        whole = open_joint(mass_place(reduced.model, found.place.nodes[0]), reduced, split.whole.band[1], g_rows)
+        mass = fit_mass(split.fitting, split.choosing, whole, found.fit.p)
+        tried += [] if mass is None else [_Tried(mass, found, None)]
+    return tried, _Opened(found, joint, recovered)
 
 
-def _nonlinear_laws(split: Split, joint: Joint, recovered: Recovered, reference: float) -> list[Candidate]:
+def _nonlinear_laws(split: Split, at: _Opened) -> list[Candidate]:
     if any(r.frf is not None for r in split.whole.records):  # they show in time records alone
         return []
-    s = [np.asarray(2j * np.pi * line.freq, dtype=np.complex128) for line in split.fitting.lines(joint.reduced)]
+    lines = split.fitting.lines(at.joint.reduced)
+    s = [np.asarray(2j * np.pi * line.freq, dtype=np.complex128) for line in lines]
     begun = [
         (name, start)
-        for name, entry in laws_for(joint.place.kind)
+        for name, entry in laws_for(at.joint.place.kind)
         if entry.kind == "nonlinear"
-        for start in starts(entry, joint, recovered, s, NONLINEAR_STARTS)
+        for start in starts(entry, at.joint, at.recovered, s, NONLINEAR_STARTS)
     ]
     begun.sort(key=lambda item: item[1].left)
     worth = [b for b in begun if b[1].left < START_REACH * begun[0][1].left][:MOST_STARTS]
-    tried = fit_nonlinear(split.fitting, split.choosing, joint, recovered, worth)
-    return [replace(c, reference=reference) for c in tried]
+    return fit_nonlinear(split.fitting, split.choosing, at.joint, at.recovered, worth)
 
 
-def _refine(split: Split, ranked: list[Ranked], settings: Settings, n_values: float) -> list[Ranked]:
-    """Fits the best nonlinear candidates with all unknowns; laws at the same place share where the model ends up."""
-    nonlinear = [r for r in ranked if r.candidate.nonlinear]
-    best = sorted(nonlinear, key=lambda r: r.candidate.chosen)[: settings.refined]
-    out = [r for r in ranked if not any(r is b for b in best)]
-    for r in best:
-        candidate = judge_nonlinear(split.choosing, refit_nonlinear(split.fitting, r.candidate))
-        out.append(replace(r, candidate=candidate, score=score(candidate, split.choosing, settings, n_values)))
-    return sorted((r for r in out if np.isfinite(r.score)), key=lambda r: r.score)
+@dataclass(frozen=True, eq=False)
+class _Judge:
+    """Scores on the choosing records, all in one window; `n_values` as they count there."""
+
+    split: Split
+    settings: Settings
+    n_values: float
+    sigma: float
+
+    def ranked(self, tried: _Tried) -> Ranked:
+        """A candidate with its score."""
+        candidate, choosing = tried.candidate, self.split.choosing
+        if self.sigma > 0 or candidate.sigma > 0:
+            if candidate.nonlinear:
+                candidate = judge_nonlinear(choosing, candidate, self.sigma)
+            elif candidate.joint is not None:
+                candidate = judge_linear(choosing, candidate, self.sigma)
+            else:
+                candidate = null_candidate(self.split, tried.found.fit, candidate.name, self.sigma)
+        if tried.recovered is not None:
+            candidate = replace(candidate, reference=free_reference(self.split, tried.recovered, self.sigma))
+        value = score(candidate, choosing, self.settings, self.n_values)
+        return Ranked(candidate, tried.found, value, tried.recovered)
+
+    def refined(self, ranked: list[Ranked]) -> list[Ranked]:
+        """In rising order of score, the best nonlinear candidates fitted once more in fine steps, all unknowns free."""
+        nonlinear = sorted((r for r in ranked if r.candidate.nonlinear), key=lambda r: r.candidate.chosen)
+        best = nonlinear[: self.settings.refined]
+        out = [r for r in ranked if not any(r is b for b in best)]
+        for r in best:
+            candidate = refit_nonlinear(self.split.fitting, r.candidate)
+            out.append(self.ranked(_Tried(candidate, r.located, r.recovered)))
+        return sorted((r for r in out if np.isfinite(r.score)), key=lambda r: r.score)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.closed_loop import simulate_candidate
+from femend.diagnose.nonlinear import simulate_candidate
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel
 from femend.physics import physics
@@ -106,7 +106,7 @@ def predict_candidate(
     if candidate.nonlinear and record.frf is not None:
         return np.full(record.frf.H.shape, np.nan, dtype=complex)
     if candidate.nonlinear:
-        y: Any = simulate_candidate(problem, candidate, record)[0]
+        y: Any = simulate_candidate(problem, candidate, record).y
         return np.asarray(y)
     assert candidate.physics is not None
     hypothesis = candidate.joint.hypothesis((candidate.physics.law or candidate.physics.name,))

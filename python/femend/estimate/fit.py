@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -92,14 +92,33 @@ class Problem:
         self.spans = list(spans) if spans is not None else [None] * len(self.records)
         self._systems: dict[tuple[int, float], tuple[ReducedModel, Any]] = {}
         self._lines: dict[tuple[int, float], tuple[ReducedModel, list[Lines]]] = {}
+        self._made: dict[Hashable, Any] = {}
 
     def thinned(self, limit: int) -> Problem:
         """The same problem on at most about `limit` lines a record."""
         return Problem(self.records, self.band, self.zeta, self.n_tuned, self.spans, limit)
 
+    def untuned(self) -> Problem:
+        """The same problem without frequency factors, with one damping ratio for all modes: enough, and much cheaper,
+        where lines are so strongly damped that resonances do not show."""
+        return Problem(self.records, self.band, self.zeta, 0, self.spans, self.limit)
+
+    def tuned_like(self, p: FloatArray, reduced: ReducedModel) -> FloatArray:
+        """Unknowns `p` of the same model in an untuned problem (or in this one) as this problem has them."""
+        n = len(reduced.names)
+        if len(p) == n + 2 * self.n_tuned + 1:
+            return p
+        return np.concatenate([p[:n], np.zeros(self.n_tuned), np.full(self.n_tuned + 1, p[-1])])
+
     def on(self, records: Sequence[FitRecord]) -> Problem:
         """The same band and priors on other records."""
         return Problem(records, self.band, self.zeta, self.n_tuned, None, self.limit)
+
+    def kept(self, key: Hashable, make: Callable[[], Any]) -> Any:
+        """What `make` gives, made once for a key; for what belongs to the records."""
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
 
     def scale(self) -> float:
         """Decay that belongs to one unit of the continuation, 1/s."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femend.modal.indicators import lines_near
 from femend.modal.result import ModalTest
@@ -31,7 +32,7 @@ def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str
             f"the resynthesis misses {100 * test.error:.0f} % of the FRFs, where scatter from line to line explains "
             f"{100 * test.noise_share:.0f} %: modes are missing in {band}, or the structure is not linear"
         )
-    poor = _poor_frfs(test)
+    poor = _poor_frfs(test) + _split_modes(test)
     doubtful = doubtful or bool(poor)
     said += poor + _poor_modes(test)
     if not test.driving_points:
@@ -58,6 +59,42 @@ def _poor_frfs(test: ModalTest) -> list[str]:
             f"{100 * np.median(test.frf_error):.0f} % of the others: check its sensor, its label and its coherence"
         )
     return said
+
+
+def _split_modes(test: ModalTest) -> list[str]:
+    """Modes that may be one mode, which FRFs of slightly different structures have at slightly different frequencies.
+
+    Fitted with common poles such FRFs give two poles within a bandwidth, whose residues nearly cancel at some DOFs:
+    their shapes are complex, and the residue at a driving point is not that of a positive mass (2 i omega_d A > 0).
+    """
+    poles, freq = test.modes.poles, test.modes.freq
+    off = _driving_point_angle(test)
+    said = []
+    for r in range(poles.size - 1):
+        for q in range(r + 1, poles.size):
+            if abs(poles[q] - poles[r]) > 2 * (abs(poles[r].real) + abs(poles[q].real)):
+                continue
+            complex_, mass = min(test.mpc[r], test.mpc[q]), max(off[r], off[q])
+            if complex_ < 0.9 or mass > 45:
+                told = f"MPC {complex_:.2f}" + (f", driving-point residue {mass:.0f} degrees off" if mass > 45 else "")
+                said.append(
+                    f"modes {r + 1} and {q + 1} at {freq[r]:.5g} and {freq[q]:.5g} Hz lie within their bandwidths and "
+                    f"are not modes of one lightly damped structure ({told}): probably one mode, which the FRFs have "
+                    "at different frequencies (roving mass, temperature, level of excitation)"
+                )
+    return said
+
+
+def _driving_point_angle(test: ModalTest) -> NDArray[np.float64]:
+    """Angle in degrees of 2 i omega_d A at the driving points, the largest that noise does not explain (n_modes,)."""
+    modes = test.modes
+    angle = np.zeros(modes.n_modes)
+    if modes.participation is None:
+        return angle
+    for point in test.driving_points:
+        A = point.sign * modes.shapes[point.response] * modes.participation[:, point.reference]
+        angle = np.maximum(angle, np.abs(np.angle(2j * modes.poles.imag * A, deg=True)))
+    return np.where(test.mass_sd_share < 0.2, angle, 0.0)
 
 
 def _poor_modes(test: ModalTest) -> list[str]:

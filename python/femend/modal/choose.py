@@ -65,8 +65,9 @@ def choose_modes(
     - has a frequency less certain than its half-power bandwidth, or a damping less certain than itself,
     - runs into its neighbour: poles nearer than three standard deviations, with the same participation,
     - does not earn its unknowns on the lines around it, by the same criterion,
-    - has a `sharpness` below 10: within its half-power band no output needs it by ten times the squares that are left
-      with it, so that noise, a neighbour's tail or a structure that is not quite linear could stand for it;
+    - has a `sharpness` below 10 where the fit leaves more than twice the squares of `noise`: within its half-power band
+      no output needs it by ten times what is left with it, and what is left is not noise, so that a neighbour's tail or
+      a structure that is not quite linear could stand for it;
 
     and when all others pass, one that stopped at the rim of its disc: the two estimators do not agree that it is there.
 
@@ -84,7 +85,7 @@ def choose_modes(
         fit = fitted.fit
         if _recentred(fit.poles, used, poles, left):
             continue
-        worst = _worst(freq, H, d, fitted, at, residuals, max_zeta)
+        worst = _worst(freq, H, d, fitted, at, residuals, noise, max_zeta)
         if worst is None:
             break
         row, reason = worst
@@ -176,19 +177,26 @@ def _gain(freq: Real, d: int, pole: complex, participation: Complex, Q: Real, le
 
 
 def _worst(
-    freq: Real, H: Complex, d: int, fitted: RefinedModes, at: Complex, residuals: str, max_zeta: float
+    freq: Real,
+    H: Complex,
+    d: int,
+    fitted: RefinedModes,
+    at: Complex,
+    residuals: str,
+    noise: Real,
+    max_zeta: float,
 ) -> tuple[int, str] | None:
     """The mode that fails a criterion and is needed least."""
     poles = fitted.fit.poles
     if not poles.size:
         return None
-    gain, cost, sharpness = _worth(freq, H, d, fitted, residuals)
+    gain, cost, sharpness, excess = _worth(freq, H, d, fitted, residuals, noise)
     order = np.argsort(sharpness)
     for r in order:
         reason = _reason(int(r), freq, fitted, max_zeta)
         if not reason and gain[r] < cost[r]:
             reason = f"lowers the squares too little for its unknowns (gain {gain[r]:.0f}, cost {cost[r]:.0f})"
-        if not reason and sharpness[r] < MIN_SHARPNESS:
+        if not reason and sharpness[r] < MIN_SHARPNESS and excess[r] > 2.0:
             reason = f"explains only {sharpness[r]:.1f} times what the fit leaves in its half-power band"
         if reason:
             return int(r), reason
@@ -228,9 +236,12 @@ def _twin(r: int, fitted: RefinedModes) -> float:
     return 0.0
 
 
-def _worth(freq: Real, H: Complex, d: int, fitted: RefinedModes, residuals: str) -> tuple[Real, Real, Real]:
+def _worth(
+    freq: Real, H: Complex, d: int, fitted: RefinedModes, residuals: str, noise: Real
+) -> tuple[Real, Real, Real, Real]:
     """What each mode (n_modes,) lowers -2 ln L by; what its unknowns cost by the Bayesian information criterion; and
-    its sharpness: the most that any output's squares in the half-power band rise without it, over those with it.
+    its sharpness: the most that any output's squares in the half-power band rise without it, over those with it; and
+    the excess there: the squares that the fit leaves over those of `noise` (n_out,).
 
     Likelihood and count of data are those of the lines within f (1 ± 3 zeta), at least nine: elsewhere the misfit of
     stronger modes is larger than the whole of a weak one.
@@ -242,7 +253,7 @@ def _worth(freq: Real, H: Complex, d: int, fitted: RefinedModes, residuals: str)
     left = (y - Q @ (Q.T @ y)).reshape(2, freq.size, n_ref, n_out)
     # Q R^-T is dual to the columns: its pair of a mode is what that mode has and all the others have not.
     dual = np.linalg.lstsq(R, Q.T, rcond=1e-12)[0].T
-    gain, cost, sharpness = np.zeros(poles.size), np.zeros(poles.size), np.zeros(poles.size)
+    gain, cost, sharpness, excess = (np.zeros(poles.size) for _ in range(4))
     for r in range(poles.size):
         own = np.linalg.qr(dual[:, 2 * r : 2 * r + 2])[0]
         amplitude = own.T @ y
@@ -258,6 +269,8 @@ def _worth(freq: Real, H: Complex, d: int, fitted: RefinedModes, residuals: str)
         # -2 ln L = N ln(squares) at unknown noise; a mode brings its pole, its participation and its shape
         gain[r] = n_data * np.log(max(1.0, float(without.sum()) / max(float(base.sum()), 1e-300)))
         cost[r] = 2 * (n_out + n_ref) * np.log(n_data)
-        base, without = squares(lines_near(freq, poles[r], 1.0, 3))
+        inside = lines_near(freq, poles[r], 1.0, 3)
+        base, without = squares(inside)
+        excess[r] = np.mean(base * (fitted.noise / noise) ** 2) / (inside.size * n_ref)
         sharpness[r] = max(0.0, float(np.max(without / np.maximum(base, 1e-300) - 1.0)))
-    return gain, cost, sharpness
+    return gain, cost, sharpness, excess

@@ -10,6 +10,7 @@ d = S⁻¹ Bᵀ u - S⁻¹ m, so that w = B S⁻¹ with the compliance S⁻¹ in
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from femend.model.model import Model
 
-__all__ = ["Place", "Topology", "find_places", "topology"]
+__all__ = ["Place", "Topology", "find_places", "stretches", "topology"]
 
 FloatArray = NDArray[np.float64]
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
@@ -134,6 +135,26 @@ def _chain_members(top: Topology) -> None:
                 a, b = top.beams[follow]
                 node = b if a == node else a
             top.members.append((start, node, tuple(chain)))
+
+
+def stretches(top: Topology, nodes: Sequence[int]) -> list[tuple[int, ...]]:
+    """Nodes in their order, but for those inside one member: of these only the first and the last along it, together.
+
+    A force may act anywhere on a stretch of a member whose nodes cannot be told apart.
+    """
+    inside: dict[int, tuple[int, int]] = {}
+    for m, (start, _, chain) in enumerate(top.members):
+        node = start
+        for position, eid in enumerate(chain):
+            a, b = top.beams[eid]
+            node = b if a == node else a
+            if position < len(chain) - 1:
+                inside[node] = (m, position)
+    groups: dict[object, list[int]] = {}
+    for node in nodes:
+        groups.setdefault(inside[node][0] if node in inside else (node,), []).append(node)
+    ordered = [sorted(g, key=lambda n: inside[n][1] if n in inside else 0) for g in groups.values()]
+    return [(g[0],) if len(g) == 1 else (g[0], g[-1]) for g in ordered]
 
 
 def _rows(model: Model, node: int) -> NDArray[np.int64]:

@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
-from femend.physics.catalogue import CATALOGUE, FAMILIES, Parameter, Physics, catalogue, physics
+from femend.physics.catalogue import CATALOGUE, FAMILIES, Parameter, Physics, catalogue, physics, selected
+from femend.physics.classify import CLASSES, Classified, classify
+from femend.physics.free_form import FreeForm, fit_free_form, roughness
 from femend.physics.nested import simpler, with_companion
-from femend.physics.starts import Shape, shapes
+from femend.physics.own import register
+from femend.physics.rotor import SpeedStiffness, gyroscopic_matrix, receptance_with_pair
+from femend.physics.shape import Shape
+from femend.physics.starts import linear_sizes, shapes
 from femend.physics.transform import FitCoordinates
 
 __all__ = [
     "CATALOGUE",
+    "CLASSES",
     "FAMILIES",
+    "Classified",
     "FitCoordinates",
+    "FreeForm",
     "Parameter",
     "Physics",
     "Shape",
+    "SpeedStiffness",
     "catalogue",
+    "classify",
+    "fit_free_form",
+    "gyroscopic_matrix",
+    "linear_sizes",
     "physics",
+    "receptance_with_pair",
+    "register",
+    "roughness",
+    "selected",
     "shapes",
     "simpler",
     "with_companion",

@@ -3,89 +3,24 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 from femend.errors import LawParameterError
-from femend.units import UnitSystem
+from femend.physics.entry import FAMILIES, Domain, Kind, Parameter, Physics
+from femend.physics.extended import EXTENDED
 
-__all__ = ["CATALOGUE", "FAMILIES", "Domain", "Parameter", "Physics", "catalogue", "physics"]
-
-Domain = Literal["real", "positive", "fraction", "above_one", "choice"]
-Kind = Literal["linear", "nonlinear", "other"]
-
-FAMILIES = ("stiffness", "inertia", "damping", "nonlinear elastic", "hysteretic", "speed", "load")
-
-
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """A parameter of a law.
-
-    `dims` are exponents of force, displacement and time, so that the unit follows for translations and rotations;
-    `domain` tells how it is fitted: "positive" by its logarithm, "real" as it is (its sign is kept where it starts with
-    one), "fraction" and "above_one" by maps onto their intervals, "choice" not at all. `shape` marks parameters that do
-    not multiply the force.
-    """
-
-    name: str
-    dims: tuple[int, int, int]
-    domain: Domain = "positive"
-    shape: bool = False
-
-    def unit(self, system: UnitSystem, *, rotational: bool = False) -> str:
-        """How the unit is written in a unit system, such as ``N/m``; for a rotation with moments and radians."""
-        force, displacement, time = self.dims
-        if (force, displacement, time) == (1, -1, 2):
-            return system.text("inertia" if rotational else "mass")
-        length = system.length_text
-        base = [(f"{system.force_text}*{length}" if rotational else system.force_text, force)]
-        base += [("s", time), ("rad" if rotational else length, displacement)]
-        above = "*".join(_power(text, n) for text, n in base if n > 0) or "1"
-        below = "*".join(_power(text, -n) for text, n in base if n < 0)
-        text = f"{above}/{below}" if below else above
-        return f"1/{'rad' if rotational else length}^n" if self.name in ("beta", "gamma") else text
-
-    def si_factor(self, system: UnitSystem, *, rotational: bool = False) -> float:
-        """SI value of one unit of the parameter in a system (of `beta` and `gamma`: to be raised to the power n)."""
-        force, displacement, time = self.dims
-        factor = system.factor("moment" if rotational else "force") ** force * system.factor("time") ** time
-        return float(factor if rotational else factor * system.factor("length") ** displacement)
-
-
-def _power(text: str, n: int) -> str:
-    return text if n == 1 else f"{text}^{n}"
-
-
-@dataclass(frozen=True, slots=True)
-class Physics:
-    """A name of missing physics.
-
-    `law` is the core's law, None where the physics is no force of a joint of its own motion; `kind` is "linear" (has a
-    dynamic stiffness), "nonlinear" (needs a simulation) or "other"; `simpler` are the laws it contains as limits.
-    """
-
-    name: str
-    family: str
-    left_out: str
-    law: str | None
-    kind: Kind
-    parameters: tuple[Parameter, ...] = ()
-    simpler: tuple[str, ...] = ()
-    companion: bool = False
-
-    @property
-    def parameter_names(self) -> tuple[str, ...]:
-        """Names in the order in which the core takes them."""
-        return tuple(p.name for p in self.parameters)
-
+__all__ = ["CATALOGUE", "FAMILIES", "Domain", "Kind", "Parameter", "Physics", "add", "catalogue", "physics", "selected"]
 
 K, C, M = (1, -1, 0), (1, -1, 1), (1, -1, 2)
 _ONE = (0, 0, 0)
 
 
-def _p(name: str, dims: tuple[int, int, int], domain: Domain = "positive", *, shape: bool = False) -> Parameter:
-    return Parameter(name, dims, domain, shape)
+def _p(
+    name: str, dims: tuple[float, float, float], domain: Domain = "positive", *, shape: bool = False, exponent: str = ""
+) -> Parameter:
+    return Parameter(name, dims, domain, shape, exponent)
 
 
 _ALL = (
@@ -122,7 +57,8 @@ _ALL = (
             "nonlinear", (_p("f", (1, 0, 0)), _p("kt", K)), ("support_stiffness",), companion=True),
     Physics("bouc_wen", "hysteretic", "smooth hysteresis", "bouc_wen", "nonlinear",
             (_p("k", K), _p("alpha", _ONE, "fraction", shape=True), _p("n", _ONE, "above_one", shape=True),
-             _p("beta", (0, -1, 0), shape=True), _p("gamma", (0, -1, 0), "real", shape=True)),
+             _p("beta", (0, -1, 0), shape=True, exponent="n"),
+             _p("gamma", (0, -1, 0), "real", shape=True, exponent="n")),
             ("support_stiffness",), companion=True),
     Physics("gyroscopic", "speed", "gyroscopic coupling of a rotor", None, "other", (_p("Ip", (1, 1, 2)),)),
     Physics("speed_stiffness", "speed", "stiffness that changes with speed", None, "other", (_p("k", K, "real"),)),
@@ -132,7 +68,8 @@ _ALL = (
     Physics("unbalance_law", "load", "the assumed rotating load is wrong", None, "other"),
 )  # fmt: skip
 
-CATALOGUE: dict[str, Physics] = {entry.name: entry for entry in _ALL}
+CATALOGUE: dict[str, Physics] = {entry.name: entry for entry in (*_ALL, *EXTENDED)}
+_SELECTED: ContextVar[tuple[Physics, ...] | None] = ContextVar("laws of the catalogue that are tried", default=None)
 
 
 def physics(name: str) -> Physics:
@@ -140,6 +77,8 @@ def physics(name: str) -> Physics:
 
     >>> physics("clearance").family
     'nonlinear elastic'
+    >>> physics("generalised_maxwell").reported
+    'viscoelastic'
     """
     try:
         return CATALOGUE[name]
@@ -149,20 +88,58 @@ def physics(name: str) -> Physics:
         raise LawParameterError(f"no physics is called {name!r}{hint}", law=name) from None
 
 
-def catalogue(*, kind: Kind | None = None, families: Iterable[str] | None = None) -> tuple[Physics, ...]:
+def catalogue(
+    *, kind: Kind | None = None, families: Iterable[str] | None = None, extended: bool | None = None
+) -> tuple[Physics, ...]:
     """All entries that are a local law, optionally of one kind or some families only.
 
-    Raises LawParameterError for a family that does not exist.
+    `extended` False gives the laws that a diagnosis tries by itself, True all of them, with those whose name the
+    contract does not have and those of one's own (every further law costs seconds); None those that are selected (see
+    `selected`), else the default ones. Raises LawParameterError for a family that does not exist.
 
     >>> [entry.name for entry in catalogue(kind="nonlinear", families=["hysteretic"])]
     ['coulomb_friction', 'bouc_wen']
+    >>> [entry.name for entry in catalogue(kind="nonlinear", families=["hysteretic"], extended=True)]
+    ['coulomb_friction', 'bouc_wen', 'play_friction', 'iwan']
     """
     wanted = set(FAMILIES if families is None else families)
     if not wanted <= set(FAMILIES):
         unknown = ", ".join(sorted(wanted - set(FAMILIES)))
         raise LawParameterError(f"no family is called {unknown}; families are {', '.join(FAMILIES)}")
+    chosen = _SELECTED.get() if extended is None else None
+    if chosen is None:
+        chosen = tuple(entry for entry in CATALOGUE.values() if extended or not entry.extended)
     return tuple(
         entry
-        for entry in _ALL
+        for entry in chosen
         if entry.law is not None and entry.family in wanted and (kind is None or entry.kind == kind)
     )
+
+
+@contextmanager
+def selected(laws: Iterable[str | Physics] | None) -> Iterator[tuple[Physics, ...]]:
+    """Within the block `catalogue()` gives these `laws` (names or entries) instead of the default ones; None changes
+    nothing. Holds for the thread or task that enters it. Raises LawParameterError for a name that is none.
+
+    >>> with selected(["cubic_stiffness", "play_friction"]):
+    ...     [entry.name for entry in catalogue()]
+    ['cubic_stiffness', 'play_friction']
+    """
+    before = _SELECTED.get()
+    chosen = before if laws is None else tuple(law if isinstance(law, Physics) else physics(law) for law in laws)
+    token = _SELECTED.set(chosen)
+    try:
+        yield catalogue()
+    finally:
+        _SELECTED.reset(token)
+
+
+def add(entry: Physics) -> None:
+    """Puts an `entry` of one's own into the catalogue, in place of an own one of that name.
+
+    Raises LawParameterError for a name that the library has.
+    """
+    known = CATALOGUE.get(entry.name)
+    if known is not None and known in (*_ALL, *EXTENDED):
+        raise LawParameterError(f"{entry.name} is a law of the library; give yours another name", law=entry.name)
+    CATALOGUE[entry.name] = entry

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from femend.physics.catalogue import Physics
+from femend.physics.entry import Physics
+from femend.physics.nested_extended import simpler_extended
 
 __all__ = ["simpler", "with_companion"]
 
@@ -55,6 +56,8 @@ def simpler(
             return "support_stiffness", {"k": p["kt"]}
         case "bouc_wen" if (p["beta"] + p["gamma"]) * (2 * amplitude) ** p["n"] < 1e-2:
             return "support_stiffness", {"k": p["k"]}
+        case _ if physics.extended:
+            return simpler_extended(physics, values, amplitude=amplitude, band=band)
     return None
 
 

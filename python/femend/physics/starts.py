@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
+from functools import partial
 from itertools import product
 
-from femend.errors import LawParameterError
-from femend.physics.catalogue import Physics
+import numpy as np
 
-__all__ = ["Shape", "shapes"]
+from femend import _core
+from femend.errors import LawParameterError
+from femend.physics.entry import Physics
+from femend.physics.own_starts import own_shapes
+from femend.physics.shape import Shape, single
+from femend.physics.starts_extended import EXTENDED_STARTS, extended_shapes
+
+__all__ = ["Shape", "linear_sizes", "shapes"]
 
 _GAP = (0.1, 0.25, 0.45, 0.7)
 _SLIP = (0.03, 0.1, 0.25, 0.5)
@@ -18,39 +24,12 @@ _RATIO = (0.0, 0.6)
 _LOSS = (0.02, 0.1, 0.3)
 
 
-@dataclass(frozen=True, slots=True)
-class Shape:
-    """A law with its force scale left open.
-
-    The force is the sum over `terms` of a factor times the force of the law with that term's values; `values(factors)`
-    puts the fitted factors back. Laws that are linear in several parameters (Zener at a given tau, bilinear) have as
-    many terms.
-    """
-
-    physics: Physics
-    terms: tuple[Mapping[str, float], ...]
-    scaled: tuple[tuple[str, ...], ...]
-
-    def values(self, factors: tuple[float, ...] | list[float]) -> dict[str, float]:
-        """Parameter values for one fitted factor a term; raises LawParameterError for another number of `factors`."""
-        if len(factors) != len(self.terms):
-            raise LawParameterError(
-                f"{self.physics.name} has {len(self.terms)} force scales here, {len(factors)} were given",
-                law=self.physics.name,
-            )
-        out = dict(self.terms[0])
-        for term, names, factor in zip(self.terms, self.scaled, factors, strict=True):
-            for name in names:
-                out[name] = term[name] * factor
-        return out
-
-
-def shapes(physics: Physics, *, amplitude: float, band: tuple[float, float]) -> list[Shape]:
+def shapes(physics: Physics, *, amplitude: float, band: tuple[float, float], speed: float | None = None) -> list[Shape]:
     """Shapes of a law worth a regression.
 
     `amplitude` is the largest displacement of the coordinate in the records (the model's length unit, or rad), `band`
-    the lowest and highest circular frequency of the fit (rad/s). Raises LawParameterError for a physics without a law
-    and ValueError for an amplitude or band that is not positive.
+    the lowest and highest circular frequency of the fit (rad/s), `speed` the largest velocity where it is known. Raises
+    LawParameterError for a physics without a law and ValueError for an amplitude or band that is not positive.
 
     >>> from femend.physics import physics
     >>> grid = shapes(physics("clearance"), amplitude=1.0, band=(10, 100))
@@ -65,7 +44,7 @@ def shapes(physics: Physics, *, amplitude: float, band: tuple[float, float]) -> 
         raise LawParameterError(f"{physics.name} is not the law of a joint and has no start values", law=physics.name)
     low, high = band
     middle = (low * high) ** 0.5
-    one = _single(physics)
+    one = partial(single, physics)
     match physics.law:
         case "clearance":
             grid = product((1.0, -1.0, 2.0), _GAP)
@@ -90,17 +69,36 @@ def shapes(physics: Physics, *, amplitude: float, band: tuple[float, float]) -> 
         case "bilinear_stiffness":
             sides = ({"k_plus": 1.0, "k_minus": 0.0}, {"k_plus": 0.0, "k_minus": 1.0})
             return [Shape(physics, sides, (("k_plus",), ("k_minus",)))]
-        case _:
+        case _ if physics.extended and physics.law in EXTENDED_STARTS:
+            return extended_shapes(physics, amplitude, band, amplitude * middle if speed is None else speed)
+        case _ if len(physics.parameters) == 1:
             (name,) = physics.parameter_names
             return [one({name: 1.0}, name)]
+        case _:
+            return own_shapes(physics, amplitude, band)
 
 
-class _single:
-    def __init__(self, physics: Physics) -> None:
-        self.physics = physics
+def linear_sizes(physics: Physics, stiffness: Sequence[float], band: tuple[float, float]) -> list[dict[str, float]]:
+    """Parameter values of a linear law at which its force in the band is that of springs of these sizes.
 
-    def __call__(self, values: Mapping[str, float], *scaled: str) -> Shape:
-        return Shape(self.physics, (dict(values),), (scaled,))
+    For fits on spectral lines, where no regression on a force is needed: every shape of the law at each of `stiffness`
+    (N/m), its terms sharing it alike; `band` as for `shapes`. Raises LawParameterError for a law that is not linear.
+
+    >>> from femend.physics import physics
+    >>> [round(p["c"]) for p in linear_sizes(physics("fractional"), [1e4], (50.0, 200.0))]
+    [1991, 792, 315, 126]
+    """
+    if physics.kind != "linear":
+        raise LawParameterError(f"{physics.name} is not linear; use shapes", law=physics.name)
+    middle = np.array([1j * (band[0] * band[1]) ** 0.5])
+    out = []
+    for shape in shapes(physics, amplitude=1.0, band=band):
+        sizes = [
+            abs(complex(_core.law_dynamic_stiffness(physics.law or physics.name, dict(term), middle)[0][0]))
+            for term in shape.terms
+        ]
+        out += [shape.values([k / len(sizes) / size for size in sizes]) for k in stiffness]
+    return out
 
 
 def _bouc_wen(slip: float, n: float, ratio: float) -> dict[str, float]:

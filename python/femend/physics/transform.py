@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.errors import LawParameterError
-from femend.physics.catalogue import Physics
+from femend.physics.entry import Physics
+from femend.physics.free_form import smooth_coordinates
 
 __all__ = ["FitCoordinates"]
 
@@ -16,16 +17,20 @@ Array = NDArray[np.float64]
 
 # gamma/beta of Bouc and Wen in the open interval (-LOW, 1): at -1 nothing limits the force any more
 _LOW = 0.95
+# a bend of the free-form curves counts so many times as much as their slope
+_STIFF = 10.0
 
 
 class FitCoordinates:
     """Maps the parameters of one law to coordinates without bounds and back.
 
     Positive parameters go by their logarithm; a "real" one by the logarithm of its size with the sign it starts with (a
-    change of sign is another start); fractions by the logit; n of Bouc and Wen by ln(n - 1). Its beta and gamma go as
-    the logarithm of the yield displacement (beta + gamma)^(-1/n) and an unbounded image of gamma/beta in (-0.95, 1),
-    so that every coordinate gives a law that dissipates, and so that a change of n leaves the yield displacement alone.
-    Parameters named in `fixed`, choices, and those that start on a bound stay where they are.
+    change of sign is another start); a "signed" one as it is, in units of the largest of them at the start, those of
+    the free-form law as slopes and bends of its curves with the bends stiffer; fractions by the logit, numbers above
+    one by the logarithm of what is above. Bouc and Wen's beta and gamma go as the logarithm of the yield displacement
+    (beta + gamma)^(-1/n) and an unbounded image of gamma/beta in (-0.95, 1), so that every coordinate gives a law that
+    dissipates, and a change of n leaves the yield displacement alone. Parameters named in `fixed`, choices, and those
+    that start on a bound stay where they are.
     """
 
     def __init__(self, physics: Physics, values: Mapping[str, float], fixed: Sequence[str] = ()) -> None:
@@ -39,12 +44,22 @@ class FitCoordinates:
                 f"{physics.name} has the parameters {names}; {what}", law=physics.name, parameter=wrong
             )
         self.physics = physics
+        self._bouc_wen = physics.law == "bouc_wen"
         self.values = {name: float(values[name]) for name in physics.parameter_names}
+        self._domain = {p.name: p.domain for p in physics.parameters}
+        signed = [abs(self.values[p.name]) for p in physics.parameters if p.domain == "signed"]
+        self._unit = max(signed, default=0.0) or 1.0
+        self._signed = [p.name for p in physics.parameters if p.domain == "signed" and p.name not in fixed]
+        whole = physics.law == "free_form" and len(self._signed) == len(signed)
+        mix = smooth_coordinates(_STIFF) if whole else np.eye(len(self._signed))
+        self._mix, self._back = mix / self._unit, np.linalg.inv(mix) * self._unit
         self.free = tuple(p.name for p in physics.parameters if p.name not in fixed and self._moves(p.name, p.domain))
 
     def _moves(self, name: str, domain: str) -> bool:
         value = self.values[name]
-        if name == "gamma":
+        if self._bouc_wen and name == "gamma":
+            return True
+        if domain == "signed":
             return True
         if domain == "positive":
             if value < 0:
@@ -61,9 +76,6 @@ class FitCoordinates:
             f"{self.physics.name}: {name} = {value:g}, it must be {need}", law=self.physics.name, parameter=name
         )
 
-    def _is_bouc_wen(self) -> bool:
-        return self.physics.law == "bouc_wen"
-
     def start(self) -> Array:
         """Coordinates (n_free,) of the values this map was made with."""
         return self.coordinates(self.values)
@@ -71,15 +83,18 @@ class FitCoordinates:
     def coordinates(self, values: Mapping[str, float]) -> Array:
         """Coordinates (n_free,) of parameter values; the others are expected at their fixed values."""
         x = []
+        signed = iter(self._mix @ np.array([float(values[name]) for name in self._signed]))
         for name in self.free:
-            value = float(values[name])
-            if name == "alpha":
+            value, domain = float(values[name]), self._domain[name]
+            if domain == "fraction":
                 x.append(np.log(value / (1 - value)))
-            elif name == "n":
+            elif domain == "above_one":
                 x.append(np.log(value - 1))
-            elif self._is_bouc_wen() and name == "beta":
+            elif domain == "signed":
+                x.append(next(signed))
+            elif self._bouc_wen and name == "beta":
                 x.append(-np.log(values["beta"] + values["gamma"]) / values["n"])
-            elif self._is_bouc_wen() and name == "gamma":
+            elif self._bouc_wen and name == "gamma":
                 ratio = 2 * (values["gamma"] / values["beta"] + _LOW) / (1 + _LOW) - 1
                 x.append(np.arctanh(np.clip(ratio, -1 + 1e-6, 1 - 1e-6)))
             else:
@@ -104,19 +119,25 @@ class FitCoordinates:
         p = dict(self.values)
         jacobian = np.zeros((len(names), len(self.free)))
         for column, name in enumerate(self.free):
-            if self._is_bouc_wen() and name in ("beta", "gamma"):
+            if self._bouc_wen and name in ("beta", "gamma"):
                 continue
-            row = names.index(name)
-            if name == "alpha":
+            row, domain = names.index(name), self._domain[name]
+            if domain == "fraction":
                 p[name] = float(1 / (1 + np.exp(-x[column])))
                 jacobian[row, column] = p[name] * (1 - p[name])
-            elif name == "n":
+            elif domain == "above_one":
                 p[name] = float(1 + np.exp(x[column]))
                 jacobian[row, column] = p[name] - 1
+            elif domain == "signed":
+                continue
             else:
                 p[name] = float(np.copysign(np.exp(x[column]), self.values[name]))
                 jacobian[row, column] = p[name]
-        if self._is_bouc_wen() and {"beta", "gamma", "n"} & set(self.free):
+        if self._signed:
+            rows, columns = ([of.index(name) for name in self._signed] for of in (names, self.free))
+            p.update(zip(self._signed, (self._back @ x[columns]).tolist(), strict=True))
+            jacobian[np.ix_(rows, columns)] = self._back
+        if self._bouc_wen and {"beta", "gamma", "n"} & set(self.free):
             self._map_bouc_wen(x, p, jacobian)
         return p, jacobian
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from femend.signal.angular import AngleData, angular_orders, order_spectra, resample_angle
 from femend.signal.calculus import to_quantity
-from femend.signal.check import Fault, check_signals, find_gaps, require_duration, require_sound
+from femend.signal.check import Fault, check_signals, find_gaps, notes_of, require_duration, require_sound
 from femend.signal.frf import FrfEstimate, estimate_frf, h1, h2, hv
 from femend.signal.impact import Hit, ImpactEstimate, find_hits, impact_frf
 from femend.signal.ods import modal_peaks, ods_frf, ods_of_order, one_sided, peak_frequencies
@@ -55,6 +55,7 @@ __all__ = [
     "make_window",
     "merge",
     "modal_peaks",
+    "notes_of",
     "ods_frf",
     "ods_of_order",
     "one_sided",

@@ -12,6 +12,7 @@ from scipy.signal import firwin, get_window, resample_poly
 
 from femend.data import Channel, OrderTrack, Speed, TimeData
 from femend.errors import SignalError
+from femend.signal.check import notes_of
 from femend.signal.resample import sample_at
 
 __all__ = ["AngleData", "angular_orders", "order_spectra", "resample_angle"]
@@ -39,6 +40,7 @@ class AngleData:
     per_rev: int
     rate: float
     channels: tuple[Channel, ...]
+    notes: tuple[str, ...] = ()
 
 
 def resample_angle(
@@ -48,13 +50,15 @@ def resample_angle(
 
     The record is interpolated at steps fine enough for its whole band at the lowest speed, low-passed over the angle
     and thinned: a filter of fixed order, as orders ask for (Fyfe and Munck, Mech. Syst. Signal Process. 11 (1997) 187).
-    `channels` are rows, by default all but tachos and voltages. Raises SignalError where record and speed do not
-    overlap by a revolution, `max_order` is not positive, or the slowest speed asks for more than 3e7 samples.
+    `channels` are rows, by default all but tachos and voltages. Raises SignalError for a dead channel, where record
+    and speed do not overlap by a revolution, `max_order` is not positive, or the slowest speed asks for more than 3e7
+    samples.
     """
     if not (np.isfinite(max_order) and max_order > 0):
         raise SignalError(f"a highest order of {max_order} is none; it must be positive", recording=data.name)
     rows = [i for i, c in enumerate(data.channels) if c.quantity not in ("tacho", "voltage")]
     rows = rows if channels is None else list(channels)
+    notes = notes_of(data, rows)
     start = max(speed.start, data.t0)
     stop = min(speed.stop, data.t0 + (data.n_samples - 1) * data.dt)
     if stop <= start:
@@ -71,19 +75,7 @@ def resample_angle(
     step = 2 * np.pi / (per_rev * finer)
     first, last = int(np.ceil(angle[0] / step)), int(np.floor(angle[-1] / step))
     first = -(-first // finer) * finer
-    if last - first < per_rev * finer:
-        raise SignalError(
-            f"recording {data.name!r} holds {(angle[-1] - angle[0]) / 2 / np.pi:.3g} revolutions; at least 1 is needed",
-            recording=data.name,
-        )
-    if last - first > MOST:
-        raise SignalError(
-            f"recording {data.name!r}: the slowest speed of {rev.min():.4g} rev/s asks for {last - first} samples "
-            f"over the "
-            f"angle, more than {MOST}; cut the slow part away",
-            recording=data.name,
-            time=float(times[int(np.argmin(rev))]),
-        )
+    _refuse_angles(data, last - first, per_rev * finer, float(rev.min()), float(times[int(np.argmin(rev))]))
     fine = np.asarray(step * np.arange(first, last + 1), dtype=np.float64)
     t_fine = _times(speed, fine, times, angle)
     values = sample_at(data.values[rows], data.dt, np.clip(t_fine, start, stop), t0=data.t0)
@@ -101,7 +93,24 @@ def resample_angle(
         per_rev,
         data.rate,
         tuple(data.channels[i] for i in rows),
+        (*speed.notes, *notes),
     )
+
+
+def _refuse_angles(data: TimeData, count: int, turn: int, slowest: float, at: float) -> None:
+    """Refuses `count` samples over the angle, `turn` to a revolution, where they are too few or too many."""
+    if count < turn:
+        raise SignalError(
+            f"recording {data.name!r} holds {count / turn:.3g} revolutions; at least 1 is needed", recording=data.name
+        )
+    if count > MOST:
+        raise SignalError(
+            f"recording {data.name!r}: the slowest speed of {slowest:.4g} rev/s asks for {count} samples over the "
+            f"angle, "
+            f"more than {MOST}; cut the slow part away",
+            recording=data.name,
+            time=at,
+        )
 
 
 def _times(speed: Speed, wanted: FloatArray, times: FloatArray, angle: FloatArray) -> FloatArray:
@@ -212,5 +221,14 @@ def _track(
     top = orders[:, None] * np.maximum.reduce([over.speed[starts], over.speed[middle], over.speed[starts + n - 1]])
     usable = top < USABLE * over.rate
     return OrderTrack(
-        over.name, orders, t, speed, freq, values * usable[:, None, :], over.channels, usable, method=method
+        over.name,
+        orders,
+        t,
+        speed,
+        freq,
+        values * usable[:, None, :],
+        over.channels,
+        usable,
+        method=method,
+        notes=over.notes,
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femend.data import Channel, TimeData
 from femend.errors import SignalError
 
-__all__ = ["FAULTS", "Fault", "check_signals", "find_gaps", "require_duration", "require_sound"]
+__all__ = ["FAULTS", "Fault", "check_signals", "find_gaps", "notes_of", "require_duration", "require_sound"]
 
 FloatArray = NDArray[np.float64]
 
@@ -82,6 +82,25 @@ def require_sound(data: TimeData, allow: Sequence[str] = ("weak", "held")) -> Ti
                 time=fault.start,
             )
     return data
+
+
+def notes_of(data: TimeData, rows: Sequence[int]) -> tuple[str, ...]:
+    """What `check_signals` finds on some `rows` of `data`, as notes of a result; raises SignalError for a dead one.
+
+    A dead channel gives zeros that look like a node of every shape; the others give values that are wrong in part,
+    which the user of the result has to know.
+    """
+    chosen = data.select(rows)
+    faults = check_signals(chosen)
+    for fault in faults:
+        if fault.kind == "dead":
+            raise SignalError(
+                f"{fault.text}; leave the dead channel out",
+                recording=data.name,
+                channel=fault.channel,
+                time=fault.start,
+            )
+    return tuple(fault.text for fault in faults)
 
 
 def require_duration(data: TimeData, lowest: float, periods: float = 5.0) -> TimeData:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from femend.data import FRF, Channel, TimeData
 from femend.errors import SignalError
 from femend.signal.blocks import Blocks, cut_blocks
+from femend.signal.check import notes_of
 from femend.signal.windows import Window
 
 __all__ = ["ESTIMATORS", "FrfEstimate", "estimate_frf", "frf_of_blocks", "h1", "h2", "hv"]
@@ -66,13 +67,14 @@ def estimate_frf(
     `window` are those of `cut_blocks`; `inputs` and `outputs` are rows of `data`, by default all forces and all
     responses with a DOF.
 
-    Raises SignalError for no force or response, outputs of different quantities, inputs that carry no power or are one
-    and the same, fewer averages than inputs, and an unknown estimator.
+    Raises SignalError for no force or response, outputs of different quantities, a dead channel, inputs that carry no
+    power or are one and the same, fewer averages than inputs, and an unknown estimator.
     """
     ins = data.rows("force") if inputs is None else list(inputs)
     outs = _responses(data) if outputs is None else list(outputs)
     blocks = cut_blocks(data, resolution=resolution, overlap=overlap, window=window)
-    return frf_of_blocks(data.name, data.channels, blocks, ins, outs, estimator)
+    found = frf_of_blocks(data.name, data.channels, blocks, ins, outs, estimator)
+    return replace(found, notes=(*found.notes, *notes_of(data, outs), *notes_of(data, ins)))
 
 
 def h1(data: TimeData, **options: object) -> FRF:

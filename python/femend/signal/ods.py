@@ -9,6 +9,7 @@ from scipy.signal import find_peaks
 from femend.data import FRF, ODS, OrderTrack, TimeData
 from femend.errors import SignalError
 from femend.signal.blocks import block_length, cut_blocks
+from femend.signal.check import notes_of
 from femend.signal.windows import Window, make_window
 
 __all__ = ["modal_peaks", "ods_frf", "ods_of_order", "one_sided", "peak_frequencies"]
@@ -32,7 +33,7 @@ def ods_frf(
     holds. Forces need not be measured; the shapes at all frequencies belong together as those of an FRF do. `hold`
     "mean" averages the blocks (`resolution`, `overlap`, `window` as in `cut_blocks`), "peak" takes on every line the
     block in which the reference is largest, as for run-ups. Raises SignalError for another `hold`, a reference that is
-    still, and what `cut_blocks` raises.
+    still, a dead channel, and what `cut_blocks` raises.
     """
     row = data.index(reference) if isinstance(reference, str) else int(reference)
     if hold not in ("mean", "peak"):
@@ -41,6 +42,7 @@ def ods_frf(
         name = data.channels[row].text
         raise SignalError(f"recording {data.name!r}: the reference {name} is still", recording=data.name, channel=name)
     rows = [i for i, c in enumerate(data.channels) if c.quantity not in ("tacho", "voltage", "force")]
+    faults = notes_of(data, rows)
     blocks = cut_blocks(data, resolution=resolution, overlap=overlap, window=window)
     shape = window if isinstance(window, Window) else make_window(window, block_length(data, resolution))
     tiny = np.finfo(float).tiny
@@ -56,7 +58,9 @@ def ods_frf(
         X = blocks.X[best, :, np.arange(blocks.freq.size)].T * (2 / shape.values.sum())
         shapes = X[rows] * np.exp(-1j * np.angle(X[row]))
     channels = tuple(data.channels[i] for i in rows)
-    return ODS(data.name, blocks.freq, shapes, channels, "ods-frf", data.channels[row], coherence=coherence)
+    return ODS(
+        data.name, blocks.freq, shapes, channels, "ods-frf", data.channels[row], coherence=coherence, notes=faults
+    )
 
 
 def ods_of_order(track: OrderTrack, order: float, step: float | None = None, *, shaft: int = 0) -> ODS:

@@ -10,6 +10,7 @@ from scipy.fft import next_fast_len
 
 from femend.data import ODS, Speed, TimeData
 from femend.errors import SignalError
+from femend.signal.check import notes_of
 
 __all__ = ["run_up_shapes"]
 
@@ -44,11 +45,12 @@ def run_up_shapes(
     the lines, by default those the order passes but for 5 % at either end; lines are 1/(4 `memory`) apart. `channels`
     are rows, by default all but tachos and voltages.
 
-    Raises SignalError where the speed does not cover a quarter of the record, `memory` is longer than a quarter of the
-    run, the order's band is empty, or it lies above the Nyquist frequency.
+    Raises SignalError for a dead channel, where the speed does not cover a quarter of the record, `memory` is longer
+    than a quarter of the run, the order's band is empty, or it lies above the Nyquist frequency.
     """
     rows = [i for i, c in enumerate(data.channels) if c.quantity not in ("tacho", "voltage")]
     rows = rows if channels is None else list(channels)
+    faults = notes_of(data, rows)
     t = data.t
     inside = (t >= speed.start) & (t <= speed.stop)
     if inside.mean() < 0.25:
@@ -75,7 +77,7 @@ def run_up_shapes(
         None,
         float(order),
         at,
-        notes=(*speed.notes, f"steady state deconvolved from a run of {span:.4g} s, memory {keep:.4g} s"),
+        notes=(*speed.notes, *faults, f"steady state deconvolved from a run of {span:.4g} s, memory {keep:.4g} s"),
     )
 
 

@@ -12,6 +12,7 @@ from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
 from femend.data import OrderTrack, Speed, TimeData
 from femend.errors import SignalError
+from femend.signal.check import notes_of
 
 __all__ = ["vold_kalman"]
 
@@ -51,26 +52,23 @@ def vold_kalman(
     result, by default 8 per 1/bandwidth; `channels` the rows to track, by default all but tachos and voltages.
 
     Raises SignalError for orders that are equal, not positive or nowhere below 0.48 of the sampling rate, for a speed
-    that does not overlap the record, and for a record shorter than 2/bandwidth.
+    that does not overlap the record, a dead channel, and for a record shorter than 2/bandwidth.
     """
     speeds = [speed] if isinstance(speed, Speed) else list(speed)
-    given: list[Any] = [orders] if isinstance(speed, Speed) else list(orders)
-    lists = [[float(o) for o in some] for some in given]
-    flat, shafts = _checked_orders(data, speeds, lists)
+    flat, shafts = _checked_orders(data, speeds, [orders] if isinstance(speed, Speed) else list(orders))
     rows = _rows(data) if channels is None else list(channels)
+    faults = notes_of(data, rows)
     span = _span(data, speeds)
     times = data.t[span]
     freq, phase = _phases(speeds, flat, shafts, times)
-    width = _width(speeds[0], bandwidth, relative, times)
+    width = _width(speeds[0], bandwidth, relative, poles, times)
     _refuse_short(data, times, width)
     usable = _usable(data, flat, freq)
     knots = _knots(times, width)
-    x = data.values[rows][:, span]
     lam = (np.sqrt(2) - 1) / (2 * data.dt * (np.pi * width) ** (2 * poles))
-    coefs, left = _solve(data.name, times, x, phase, usable, knots, lam, poles)
+    coefs, left = _solve(data.name, times, data.values[rows][:, span], phase, usable, knots, lam, poles)
     out = _output_times(times, width) if t is None else np.asarray(t, float)
-    out_freq, _ = _phases(speeds, flat, shafts, out)
-    good = out_freq < USABLE * data.rate
+    out_freq = _phases(speeds, flat, shafts, out)[0]
     values = np.moveaxis(_design(knots, out) @ coefs.reshape(len(coefs), -1), 0, -1)
     return OrderTrack(
         data.name,
@@ -78,13 +76,13 @@ def vold_kalman(
         out,
         speeds[0].at(out)[0],
         out_freq,
-        values.reshape(len(flat), len(rows), out.size) * good[:, None, :],
+        values.reshape(len(flat), len(rows), out.size) * (out_freq < USABLE * data.rate)[:, None, :],
         tuple(data.channels[i] for i in rows),
-        good,
+        out_freq < USABLE * data.rate,
         shafts,
         left,
         f"Vold-Kalman, {poles} poles, bandwidth {width.min():.4g} to {width.max():.4g} Hz",
-        tuple(dict.fromkeys(note for s in speeds for note in s.notes)),
+        (*dict.fromkeys(note for s in speeds for note in s.notes), *faults),
     )
 
 
@@ -106,9 +104,8 @@ def _rows(data: TimeData) -> list[int]:
     return [i for i, c in enumerate(data.channels) if c.quantity not in ("tacho", "voltage")]
 
 
-def _checked_orders(
-    data: TimeData, speeds: list[Speed], lists: list[list[float]]
-) -> tuple[FloatArray, NDArray[np.int64]]:
+def _checked_orders(data: TimeData, speeds: list[Speed], given: Sequence[Any]) -> tuple[FloatArray, NDArray[np.int64]]:
+    lists = [[float(o) for o in some] for some in given]
     if len(speeds) != len(lists) or not speeds:
         raise SignalError(f"{len(speeds)} speeds and {len(lists)} lists of orders do not fit; give one list per speed")
     flat = np.array([o for some in lists for o in some], dtype=float)
@@ -145,8 +142,10 @@ def _phases(
     return freq, np.array([o * both[i][1] for o, i in zip(orders, shafts, strict=True)])
 
 
-def _width(speed: Speed, bandwidth: float | None, relative: float, times: FloatArray) -> FloatArray:
-    """Bandwidth (n,) Hz at every sample."""
+def _width(speed: Speed, bandwidth: float | None, relative: float, poles: int, times: FloatArray) -> FloatArray:
+    """Bandwidth (n,) Hz at every sample; refuses one that is none, and poles that cubic envelopes cannot have."""
+    if poles not in (1, 2, 3):
+        raise SignalError(f"a filter of {poles} poles is not made here; take 1, 2 or 3")
     if bandwidth is not None:
         width = np.full(times.size, float(bandwidth))
     else:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from femend.data import FRF, Channel, Recording, Test, TimeData
 from femend.diagnose import Diagnosis
-from femend.diagnose.loads import moved_record
 from femend.diagnose.predict import predict_candidate, predict_frf, predict_model
 from femend.estimate import FitRecord
 from femend.estimate.frf import ORDER
@@ -148,5 +147,5 @@ def _stages(diagnosis: Diagnosis, record: FitRecord) -> dict[str, Values]:
             final = updated
     elif diagnosis.load is not None and diagnosis.verdict == "missing-physics":
         load = diagnosis.load
-        final = predict(load.problem, load.fit.hypothesis, load.fit.p, nothing, moved_record(record, load))
+        final = predict(load.problem, load.fit.hypothesis, load.fit.p, nothing, load.record(record))
     return {"nominal": nominal, "parameters": updated, "final": final}

@@ -10,6 +10,7 @@ from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.locate import Located
 from femend.estimate import FitRecord, noise_floor
+from femend.model.places import stretches, topology
 from femend.physics import with_companion
 from femend.study.predictions import STAGES, Prediction
 from femend.units import unit_system
@@ -18,7 +19,7 @@ __all__ = ["result_of"]
 
 FORMAT = "femend-diagnosis/1"
 # places that are said to be possible too
-ALSO = 2
+ALSO = 5
 # laws that are listed beside the named one
 ALTERNATIVES = 5
 
@@ -66,10 +67,16 @@ def _parameters(diagnosis: Diagnosis) -> dict[str, Any]:
 def _findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     load = diagnosis.load
     if diagnosis.verdict == "missing-physics" and diagnosis.best is None and load is not None:
-        location = {"nodes": [load.node], "to": "", "direction": load.direction.lstrip("+-"), "also_possible": []}
+        alike = [] if diagnosis.place is None else _location(diagnosis, diagnosis.place)["also_possible"]
+        location = {
+            "nodes": list(load.nodes),
+            "to": "ground" if load.physics == "base_motion" else "",
+            "direction": load.direction.lstrip("+-"),
+            "also_possible": alike if load.physics == "unmeasured_force" else [],
+        }
         values = {
-            "node": {"value": load.node, "sd": None, "unit": ""},
-            "direction": {"value": load.direction, "sd": None, "unit": ""},
+            name: {"value": _rounded(v), "sd": None, "unit": _load_unit(diagnosis, unit)}
+            for name, (v, unit) in load.values.items()
         }
         return [
             {
@@ -100,6 +107,17 @@ def _findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     ]
 
 
+def _rounded(value: float | str | None) -> float | str | None:
+    return _round(value) if isinstance(value, float) else value
+
+
+def _load_unit(diagnosis: Diagnosis, quantity: str) -> str:
+    """Unit of a load's parameter in the deck's system; frequencies are Hz in all of them."""
+    system = unit_system(diagnosis.reduced.model.units)
+    written = {"force": system.force_text, "acceleration": f"{system.length_text}/s^2"}
+    return written.get(quantity, quantity)
+
+
 def _by_name(diagnosis: Diagnosis) -> dict[str, float]:
     total: dict[str, float] = {}
     for ranked, p in zip(diagnosis.ranked, diagnosis.probabilities, strict=True):
@@ -108,13 +126,21 @@ def _by_name(diagnosis: Diagnosis) -> dict[str, float]:
 
 
 def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
-    """The place and those the law-free fit cannot tell from it."""
-    others: list[list[int]] = []
-    for found in diagnosis.located:
-        close = found.cost - place.cost < diagnosis.settings.margin and found.place.kind != "base"
-        nodes = list(found.place.nodes)
-        if close and nodes != list(place.place.nodes) and nodes not in others:
-            others.append(nodes)
+    """The place and those that the recordings cannot tell from it: look-alikes, then places that fit as well."""
+    alike = [p for p in place.alike if p.direction == place.place.direction and p.kind == place.place.kind]
+    single = [p.nodes[0] for p in alike if len(p.nodes) == 1]
+    others = [list(nodes) for nodes in stretches(topology(diagnosis.reduced.model), single)]
+    rest = [p for p in place.alike if p not in alike or len(p.nodes) > 1]
+    rest += [
+        found.place
+        for found in diagnosis.located
+        if found.cost - place.cost < diagnosis.settings.margin and found.place.kind != "base"
+    ]
+    covered = {*place.place.nodes, *single}
+    for other in rest:
+        if not covered.issuperset(other.nodes):
+            others.append(list(other.nodes))
+            covered.update(other.nodes)
     return {
         "nodes": list(place.place.nodes),
         "to": place.place.to,

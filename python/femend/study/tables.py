@@ -52,8 +52,8 @@ def laws(diagnosis: Diagnosis) -> tuple[LawRow, ...]:
     if diagnosis.load is not None:
         load = diagnosis.load
         named = diagnosis.verdict == "missing-physics" and diagnosis.best is None
-        where = f"node {load.node}, {load.direction}"
-        rows.insert(0, _row(load.candidate.name, where, load.candidate, None, "", named))
+        where = f"node {', '.join(map(str, load.nodes))}, {load.direction}"
+        rows.insert(0, _row(load.physics, where, load.candidate, None, "", named))
     quiet = diagnosis.verdict in ("consistent", "parameters-only")
     rows.append(_row("none", "", diagnosis.null_chosen, max(0.0, 1.0 - sum(probability)), "", quiet))
     return tuple(rows)
@@ -130,12 +130,12 @@ def checks(run: StudyRun) -> tuple[Check, ...]:
             )
         )
     found += _gain_checks(diagnosis)
-    load = diagnosis.load
+    load = diagnosis.load if diagnosis.load is not None and diagnosis.load.physics == "load_misplaced" else None
     found.append(
         Check(
             "Would the recorded force explain more at another place?",
             "no" if load is None else "yes",
-            "" if load is None else f"at node {load.node}, {load.direction}: misfit {significant(load.fit.score)}",
+            "" if load is None else f"at node {load.nodes[0]}, {load.direction}: misfit {significant(load.fit.score)}",
         )
     )
     stopped = "" if diagnosis.null.converged else "the update stopped before it had converged"

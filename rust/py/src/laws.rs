@@ -12,6 +12,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 
+use crate::own_law::raised;
+
 pyo3::import_exception!(femend.errors, LawParameterError);
 
 fn law_error(py: Python<'_>, error: &LawError) -> PyErr {
@@ -254,6 +256,7 @@ fn py_simulate<'py>(
     let (n_out, n_w, output) = (modal.phi_out.shape[0], laws.len(), quantity(output)?);
     let run = record.run(dt, substeps, stride, output, false);
     let out = py.detach(|| simulate(&modal.of(0), &laws, &run));
+    raised()?;
     histories(py, out.map_err(|error| simulation_error(py, &error))?, n_out, n_w)
 }
 
@@ -291,6 +294,7 @@ fn py_simulate_sensitivity<'py>(
     let (n_out, n_w, n_p) = (modal.phi_out.shape[0], laws.len(), n_parameters(&laws));
     let run = record.run(dt, substeps, stride, quantity(output)?, true);
     let out = py.detach(|| simulate(&modal.of(0), &laws, &run));
+    raised()?;
     let mut out = out.map_err(|error| simulation_error(py, &error))?;
     let (dy, df, n) = (std::mem::take(&mut out.dy), std::mem::take(&mut out.df), out.n);
     let (dy, df) = (array(py, dy, &[n_p, n_out, n])?, array(py, df, &[n_p, n_w, n])?);
@@ -351,6 +355,7 @@ fn py_simulate_batch<'py>(
         simulate(&modal.of(*set), &sets[*set], &records[*record].run(dt, substeps, stride, output, false))
     };
     let done: Result<Vec<Response>, SimulationError> = py.detach(|| jobs.par_iter().map(one).collect());
+    raised()?;
     let mut done = done.map_err(|error| simulation_error(py, &error))?.into_iter();
     let n_out = modal.phi_out.shape[0];
     sets.iter()
@@ -387,7 +392,9 @@ fn law_force<'py>(
         )));
     }
     let prepared = law.prepare(dt).map_err(|error| law_error(py, &error))?;
-    Ok(py.detach(|| prepared.history(&d, &v, &a)).into_pyarray(py))
+    let force = py.detach(|| prepared.history(&d, &v, &a));
+    raised()?;
+    Ok(force.into_pyarray(py))
 }
 
 /// kappa(s) (n,) and its parameter derivatives (n_p, n) of a linear law; see `femend._core.pyi`.

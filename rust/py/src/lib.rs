@@ -9,6 +9,7 @@ mod frf;
 mod laws;
 mod model;
 mod modes;
+mod own_law;
 mod sensitivity;
 
 #[pymodule]
@@ -20,5 +21,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     frf::register(module)?;
     sensitivity::register(module)?;
     laws::register(module)?;
+    own_law::register(module)?;
     diagnose::register(module)
 }

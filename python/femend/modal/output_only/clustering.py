@@ -12,6 +12,7 @@
 4. A cluster is a mode when it holds poles of five orders one after the other (what a person asks of a column of the
    stabilisation diagram), or of a third of all orders: at orders far above the true one a strong mode splits in two
    uncertain poles, a weak one only shows there.
+5. Of two clusters of one frequency and shape, again by their uncertainties, the better known one is kept.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def cluster_poles(poles: Stabilisation, band: tuple[float, float], max_zeta: flo
     tree = hierarchy.linkage(squareform(D, checks=False), method="average")
     raw = hierarchy.fcluster(tree, 1.0, criterion="distance")
     kept = [taking_part[raw == c] for c in np.unique(raw)]
-    kept = [members for members in kept if _is_mode(poles, members)]
+    kept = _without_twins(poles, [members for members in kept if _is_mode(poles, members)])
     kept.sort(key=lambda members: float(np.median(poles.freq[members])))
     for number, members in enumerate(kept):
         labels[members] = number
@@ -82,9 +83,30 @@ def _is_mode(poles: Stabilisation, members: NDArray[np.int64]) -> bool:
     return bool(longest >= RUN or 3 * members.size >= poles.orders.size)
 
 
+def _without_twins(poles: Stabilisation, clusters: list[NDArray[np.int64]]) -> list[NDArray[np.int64]]:
+    """The clusters without those that repeat the frequency and shape of a better known one: a mode that the model
+    gives two poles. Distinct modes of one frequency differ in shape, where there are two sensors to see it."""
+    if poles.shapes.shape[0] < 2:
+        return clusters
+    kept: list[NDArray[np.int64]] = []
+    for members in sorted(clusters, key=lambda c: float(np.median(np.nan_to_num(poles.freq_sd[c])))):
+        if not any(_same(poles, members, other) for other in kept):
+            kept.append(members)
+    return kept
+
+
+def _same(poles: Stabilisation, a: NDArray[np.int64], b: NDArray[np.int64]) -> bool:
+    pick = [int(m[np.argmin(np.abs(poles.freq[m] - np.median(poles.freq[m])))]) for m in (a, b)]
+    f, z, sd = poles.freq[pick], poles.zeta[pick], np.nan_to_num(poles.freq_sd[pick])
+    v = float(np.nan_to_num(poles.shape_var[pick]).sum())
+    near = abs(f[0] - f[1]) <= max(QUANTILE * float(np.hypot(*sd)), BANDWIDTH_SHARE * float((z * f).min()))
+    alike = float(mac(poles.shapes[:, pick[:1]], poles.shapes[:, pick[1:]])[0, 0])
+    return bool(near and 1 - alike <= np.clip(3 * v, MAC_FLOOR, MAC_CEILING))
+
+
 def consensus(poles: Stabilisation, members: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Weights (n_members,) of the poles of one cluster, their inverse variances in frequency; equal ones where these
-    are not known. They add up to 1."""
+    """Weights (n,) of the `members` (n,) of one cluster of `poles`, their inverse variances in frequency; equal
+    ones where these are not known. They add up to 1."""
     sd = poles.freq_sd[members]
     weights = np.ones(members.size) if np.isnan(sd).any() else 1.0 / sd**2
     return weights / weights.sum()

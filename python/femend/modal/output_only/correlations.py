@@ -37,7 +37,7 @@ def block_correlations(
     in each of `n_blocks` blocks.
 
     A block holds the products that start in it (they may end in the next), so that the mean over blocks is the
-    estimate from the whole recording; Reynders, Pintelon and De Roeck (2008), eqs. 15 and 17, in this sense. Raises
+    estimate from the whole recording; the blocks of Reynders, Pintelon and De Roeck (2008). Raises
     nothing; the caller sees to it that blocks have samples.
     """
     n_ch, n_ref = y.shape[0], reference.shape[0]

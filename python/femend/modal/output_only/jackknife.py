@@ -1,7 +1,7 @@
 """Standard deviations from leaving groups of the recording out, for methods without cheap derivatives.
 
 Delete-a-group jackknife: var = (G - 1) / G sum_g (theta_g - mean)^2 (Efron and Tibshirani, An Introduction to the
-Bootstrap (1993), eq. 11.5, with groups in place of single observations).
+Bootstrap (1993), chapter 11, with groups in place of single observations).
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ __all__ = ["judged"]
 
 # Damping is what a recording tells least; this is the coefficient of variation that advice on its length aims at.
 GOOD_ZETA_COV = 0.2
-# Assumed of a peak that gave no mode, to say how long a recording it would take.
+# Assumed where a damping ratio is not known, to say how long a recording must be.
 TYPICAL_ZETA = 0.01
 NOT_STATIONARY = (
     "the excitation is not stationary: stretches of the recording are no repetitions of each other, and no standard "
@@ -41,9 +41,9 @@ def judged(
     structural = np.flatnonzero(~covered)
     if structural.size:
         freq, zeta = float(modes.freq[structural[0]]), float(modes.zeta[structural[0]])
-        if signals.duration < needed_duration(freq, zeta):
-            # A damping ratio from so short a record is no more than a guess; the length asked for allows a lower one.
-            needed = max(needed_duration(freq, zeta), needed_duration(freq, TYPICAL_ZETA))
+        # Of a damping ratio from a short record only a high one is believed; the length asked for allows a lower one.
+        if signals.duration < needed_duration(freq, max(zeta, TYPICAL_ZETA)):
+            needed = needed_duration(freq, TYPICAL_ZETA)
             refuse_short(signals.name, signals.duration, freq, needed, "its lowest mode at")
     missed = _missed(signals, modes, harmonics) if stationary else []
     if missed and (not structural.size or missed[0] < modes.freq[structural[0]]):
@@ -61,7 +61,7 @@ def judged(
         flags,
         covered if treatment == "flag" else np.zeros(modes.n_modes, dtype=bool),
         "no modes" if not modes.n_modes else "doubtful" if any(flags) or missed else "ok",
-        _advice(signals, modes, flags, missed),
+        _advice(signals, modes, flags, missed, _max_order(found)),
         (*signals.notes, *_harmonic_notes(harmonics, treatment), *(() if stationary else (NOT_STATIONARY,))),
         tuple(harmonics),
         found.stabilisation,
@@ -94,7 +94,14 @@ def _flags(signals: Signals, modes: IdentifiedModes, i: int, harmonics: list[Har
     return "; ".join(said)
 
 
-def _advice(signals: Signals, modes: IdentifiedModes, flags: tuple[str, ...], missed: list[float]) -> tuple[str, ...]:
+def _max_order(found: ModeEstimates) -> int:
+    """The highest model order, 0 where there are no orders."""
+    return 0 if found.stabilisation is None else int(found.stabilisation.orders.max(initial=0))
+
+
+def _advice(
+    signals: Signals, modes: IdentifiedModes, flags: tuple[str, ...], missed: list[float], max_order: int
+) -> tuple[str, ...]:
     said = []
     if not modes.n_modes:
         said.append(
@@ -107,6 +114,11 @@ def _advice(signals: Signals, modes: IdentifiedModes, flags: tuple[str, ...], mi
         said.append(
             f"the spectra peak at {listed} Hz, where no mode was found: a mode too weak, too short recorded or beyond "
             "max_order, or a narrow-band excitation"
+        )
+    if modes.n_modes * 4 > max_order > 0:
+        said.append(
+            f"{modes.n_modes} modes take at least {2 * modes.n_modes} of the {max_order} poles of the highest order, "
+            "and more to be stable: raise max_order, or identify narrower bands one after the other"
         )
     longest = [needed_duration(float(f), float(z), GOOD_ZETA_COV) for f, z in zip(modes.freq, modes.zeta)]
     worst = int(np.argmax(longest)) if longest else 0

@@ -3,9 +3,10 @@
 Each block's Hankel matrix differs from the mean by Delta H; the derivative of the whole identification in that
 direction is the block's influence on a pole or shape, and the scatter of the influences over the blocks is its
 variance. With T = [vec Delta H_b] this is the first-order propagation J T T^T J^T of Reynders, Pintelon and De Roeck,
-Uncertainty bounds on modal parameters obtained from stochastic subspace identification, MSSP 22 (2008) 948-969
-(eqs. 27-44), in the form of Döhler and Mevel, Efficient multi-order uncertainty computation for stochastic subspace
-identification, MSSP 38 (2013) 346-366 (Lemmas 2-5 and 9: columns of T are propagated, Jacobians never formed).
+Uncertainty bounds on modal parameters obtained from stochastic subspace identification, MSSP 22 (2008) 948-969,
+in the form of Döhler and Mevel, Efficient multi-order uncertainty computation for stochastic subspace
+identification, MSSP 38 (2013) 346-366 (eqs. 28-37 for the subspace, Lemma 5 for poles and shapes; here the columns of T
+are propagated and no Jacobian is formed).
 """
 
 from __future__ import annotations
@@ -110,7 +111,7 @@ def long_run_variance(series: NDArray[np.float64]) -> NDArray[np.float64]:
     """Variance of the mean of a zero-mean `series` (n_b, ...) whose neighbours may be correlated.
 
     Bartlett-weighted autocovariances (Newey and West, A simple, positive semi-definite, heteroskedasticity and
-    autocorrelation consistent covariance matrix, Econometrica 55 (1987) 703-708, eq. 5) up to lag n_b^(1/3), with the
+    autocorrelation consistent covariance matrix, Econometrica 55 (1987) 703-708) up to lag n_b^(1/3), with the
     small-sample factor n_b / (n_b - 1).
 
     >>> float(long_run_variance(np.array([1.0, -1.0])))

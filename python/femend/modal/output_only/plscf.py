@@ -1,6 +1,6 @@
 """Poly-reference least-squares complex frequency estimation on half spectra.
 
-Sources: Peeters and Van der Auweraer, PolyMAX: a revolution in operational modal analysis, IOMAC (2005), eqs. 5-17
+Sources: Peeters and Van der Auweraer, PolyMAX: a revolution in operational modal analysis, IOMAC (2005)
 (half spectra, right matrix fraction, reduced normal equations); Peeters et al., The PolyMAX frequency-domain method,
 Shock and Vibration 11 (2004) 395-409; Cauberghe, Guillaume, Verboven, Parloo and Vanlanduit, A poly-reference
 implementation of the maximum likelihood complex frequency-domain estimator, IMAC (2004) (which coefficient is fixed).

@@ -22,6 +22,8 @@ POWER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 # rate - edge, so that nothing folds back into the band.
 RATE_OVER_EDGE = 2.8
 STOP_DB = 80.0
+# A record touches its extreme value once, a coarsely digitised one a few times; a converter at its end does often.
+CLIPPED = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,14 +144,13 @@ def _look(data: TimeData, channels: tuple[Channel, ...], y: NDArray[np.float64])
                 channel=channel.text,
             )
         raw = data.values[data.channels.index(channel)]
-        # A Gaussian record touches its extreme value once; a converter at its end stays there for runs of samples.
         for end in (raw.max(), raw.min()):
             at = raw == end
-            runs = int((at[1:] & at[:-1]).sum())
-            if runs >= 10 and np.abs(end - raw.mean()) > 2 * spread[i]:
+            count = int(at.sum())
+            if count >= CLIPPED and np.abs(end - raw.mean()) > 2 * spread[i]:
                 first = data.t0 + data.dt * int(np.argmax(at))
                 notes.append(
-                    f"channel {channel.text} stays at {end:.6g} {channel.unit} for {runs} samples, first at "
+                    f"channel {channel.text} stays at {end:.6g} {channel.unit} for {count} samples, first at "
                     f"{first:.6g} s: it looks clipped, which adds false harmonics and lowers its shape"
                 )
     correlation = np.corrcoef(y) if len(channels) > 1 else np.ones((1, 1))

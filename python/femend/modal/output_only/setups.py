@@ -2,7 +2,7 @@
 
 Post-separate-estimation re-scaling: each set-up is identified alone and its shapes are scaled so that the reference
 components agree in the least-squares sense (Reynders, Magalhães, De Roeck and Cunha, Merging strategies for
-multi-setup operational modal analysis, IMAC XXVII (2009), section 2). What does not agree is said: a frequency that
+multi-setup operational modal analysis, IMAC XXVII (2009)). What does not agree is said: a frequency that
 moved between set-ups, reference components that no scale brings together, a mode that a set-up did not see.
 """
 

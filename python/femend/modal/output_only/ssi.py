@@ -1,8 +1,8 @@
 """Covariance-driven stochastic subspace identification with references: poles and shapes at all orders.
 
 Sources: Peeters and De Roeck, Reference-based stochastic subspace identification for output-only modal analysis,
-MSSP 13 (1999) 855-878, eqs. 19-27 (SSI-cov/ref); Döhler and Mevel, Fast multi-order computation of system matrices in
-subspace-based system identification, Control Eng. Pract. 20 (2012) 882-894, eqs. 18-22 (one QR for all orders).
+MSSP 13 (1999) 855-878 (SSI-cov/ref); Döhler and Mevel, Fast multi-order computation of system matrices in
+subspace-based system identification, Control Eng. Pract. 20 (2012) 882-894 (one QR for all orders).
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def subspace(R: NDArray[np.float64], n_rows: int, max_order: int, dt: float) -> 
 
 
 def order_poles(space: Subspace, order: int) -> OrderPoles:
-    """Eigenvalues of the state matrix A = O_up^+ O_down of one `order` (Peeters and De Roeck, eqs. 26-27)."""
+    """Eigenvalues of the state matrix A = O_up^+ O_down of one `order` (Peeters and De Roeck 1999)."""
     A = linalg.solve_triangular(space.T[:order, :order], space.W[:order, :order], check_finite=False)
     z, psi = np.linalg.eig(A)
     z, psi = z.astype(np.complex128), psi.astype(np.complex128)

@@ -5,6 +5,9 @@ use super::{IdentifyError, RecordLines};
 use femend_linalg::{Dense, gemm};
 use num_complex::Complex64;
 
+/// A window exp(-sigma t) has closed at the end T of a record where sigma T is more than this.
+const WINDOW_CLOSED: f64 = 7.0;
+
 /// A complex array over (row, line) as two real ones, so that products with real matrices are real products.
 #[derive(Debug, Clone)]
 pub(crate) struct Split {
@@ -117,7 +120,9 @@ impl Response {
         };
         let mut y = Split::times(&out, &q);
         times_line(&mut y, |k| record.s[k] * record.s[k]);
-        let n_decays = if record.dt > 0.0 { n_tuned } else { 0 };
+        // behind a window that has closed nothing is cut off, and all records begin at rest
+        let closed_window = record.sigma * record.n_samples * record.dt > WINDOW_CLOSED;
+        let n_decays = if record.dt > 0.0 && !closed_window { n_tuned } else { 0 };
         let poles = (0..n_decays)
             .map(|m| {
                 let z = modal.zeta[m].min(0.999);

@@ -2,7 +2,8 @@
 
 use super::dual::Scalar;
 use super::{
-    Constants, Definition, Domain, DynamicStiffness, MAX_CONSTANTS, Motion, Parameter, State, parameter,
+    Constants, Definition, Domain, DynamicStiffness, MAX_CONSTANTS, MAX_STATE, Motion, Parameter, State,
+    parameter,
 };
 use crate::oscillator::exact_step;
 use num_complex::Complex64;
@@ -12,6 +13,12 @@ const RIGID: f64 = 2.5;
 
 /// f = k (d - x) + c (v - x'), m x'' = f. State: (x, x', d, v); exact for a base motion whose pull is linear over the step.
 pub(super) struct Absorber;
+
+fn state<T: Scalar>(own: [T; 4]) -> State<T> {
+    let mut s = [T::constant(0.0); MAX_STATE];
+    s[..4].copy_from_slice(&own);
+    s
+}
 
 impl Definition for Absorber {
     const NAME: &'static str = "tuned_absorber";
@@ -40,16 +47,17 @@ impl Definition for Absorber {
         c
     }
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         if c[11].value() > 0.0 {
-            return (c[0] * x.a, [x.d, x.v, x.d, x.v]);
+            return (c[0] * x.a, state([x.d, x.v, x.d, x.v]));
         }
         let (m, k, damping) = (c[0], c[1], c[2]);
         let pull0 = (k * s[2] + damping * s[3]) / m;
         let pull1 = (k * x.d + damping * x.v) / m;
         let y = c[3] * s[0] + c[4] * s[1] + c[7] * pull0 + c[9] * pull1;
         let dy = c[5] * s[0] + c[6] * s[1] + c[8] * pull0 + c[10] * pull1;
-        (k * (x.d - y) + damping * (x.v - dy), [y, dy, x.d, x.v])
+        (k * (x.d - y) + damping * (x.v - dy), state([y, dy, x.d, x.v]))
     }
 
     fn stored(c: &Constants<f64>, x: Motion<f64>, s: &State<f64>) -> Option<f64> {

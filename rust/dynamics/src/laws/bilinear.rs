@@ -11,6 +11,7 @@ impl Definition for Bilinear {
     const PARAMETERS: &'static [Parameter] =
         &[parameter("k_plus", "N/m", Domain::Real), parameter("k_minus", "N/m", Domain::Real)];
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         (if x.d.value() >= 0.0 { c[0] } else { c[1] } * x.d, *s)
     }

@@ -39,6 +39,7 @@ impl Definition for BoucWen {
         c
     }
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         let (k, alpha) = (c[0], c[1]);
         let z = advance(c, s[0], x.d - s[1]);

@@ -25,6 +25,7 @@ impl Definition for Clearance {
         parameter("sides", "-", Domain::Sides),
     ];
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         (c[0] * depth(c[1], c[2].value(), x.d), *s)
     }

@@ -12,6 +12,7 @@ impl Definition for Coulomb {
         &[parameter("f", "N", Domain::NonNegative), parameter("kt", "N/m", Domain::Positive)];
     const N_STATE: usize = 1;
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         let (slip, kt) = (c[0], c[1]);
         let trial = kt * (x.d - s[0]);

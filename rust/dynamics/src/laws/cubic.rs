@@ -10,6 +10,7 @@ impl Definition for Cubic {
     const NAME: &'static str = "cubic_stiffness";
     const PARAMETERS: &'static [Parameter] = &[parameter("k3", "N/m^3", Domain::Real)];
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         (c[0] * x.d * x.d * x.d, *s)
     }

@@ -17,6 +17,8 @@ pub trait Scalar:
     + Mul<f64, Output = Self>
     + Div<f64, Output = Self>
 {
+    /// Number of derivatives it carries.
+    const CARRIES: usize;
     /// A constant: all derivatives zero.
     fn constant(value: f64) -> Self;
     /// The value without derivatives.
@@ -25,6 +27,8 @@ pub trait Scalar:
     fn exp(self) -> Self;
     /// Natural logarithm of a positive number.
     fn ln(self) -> Self;
+    /// A function of x given by its value and its slope there.
+    fn apply(self, value: f64, slope: f64) -> Self;
 
     /// |x|; the derivative at 0 is taken from the positive side.
     fn abs(self) -> Self {
@@ -38,6 +42,7 @@ pub trait Scalar:
 }
 
 impl Scalar for f64 {
+    const CARRIES: usize = 0;
     fn constant(value: f64) -> Self {
         value
     }
@@ -49,6 +54,9 @@ impl Scalar for f64 {
     }
     fn ln(self) -> Self {
         f64::ln(self)
+    }
+    fn apply(self, value: f64, _slope: f64) -> Self {
+        value
     }
 }
 
@@ -75,6 +83,7 @@ impl<const N: usize> Dual<N> {
 }
 
 impl<const N: usize> Scalar for Dual<N> {
+    const CARRIES: usize = N;
     fn constant(value: f64) -> Self {
         Self { re: value, eps: [0.0; N] }
     }
@@ -87,6 +96,9 @@ impl<const N: usize> Scalar for Dual<N> {
     }
     fn ln(self) -> Self {
         self.chain(self.re.ln(), 1.0 / self.re)
+    }
+    fn apply(self, value: f64, slope: f64) -> Self {
+        self.chain(value, slope)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The sum of several laws on one coordinate.
 
-use super::kind::N_SEEDS;
-use super::{Law, LawError, MAX_PARAMETERS, MAX_STATE, Motion, PreparedLaw, State};
+use super::law::Slopes;
+use super::{Law, LawError, MAX_STATE, Motion, PreparedLaw, State};
 
 /// Laws that act in parallel on the same coordinate, prepared for a step length.
 #[derive(Clone, Debug)]
@@ -18,8 +18,8 @@ pub struct Linearised {
     pub df_ds: Vec<[f64; MAX_STATE]>,
     /// Slopes over the parameters.
     pub df_dp: Vec<f64>,
-    /// Per law and new state variable: slopes over (d, v, a), old state, own parameters.
-    ds: Vec<[[f64; N_SEEDS]; MAX_STATE]>,
+    /// Per law and new state variable in use: slopes over (d, v, a), old state, own parameters.
+    ds: Vec<Slopes>,
 }
 
 impl Joint {
@@ -51,6 +51,11 @@ impl Joint {
         self.laws.iter().any(|law| law.kind().is_inertial())
     }
 
+    /// Whether the force really changes with the acceleration: a linear companion without mass does not.
+    pub fn uses_acceleration(&self) -> bool {
+        self.laws.iter().any(PreparedLaw::uses_acceleration)
+    }
+
     /// A state at rest.
     pub fn rest(&self) -> Vec<State<f64>> {
         vec![[0.0; MAX_STATE]; self.laws.len()]
@@ -60,8 +65,7 @@ impl Joint {
     pub fn tangent(&self, x: Motion<f64>, state: &[State<f64>], new: &mut [State<f64>]) -> (f64, [f64; 3]) {
         let (mut f, mut df) = (0.0, [0.0; 3]);
         for ((law, s), s_new) in self.laws.iter().zip(state).zip(new) {
-            let (force, slope, next) = law.tangent(x, s);
-            *s_new = next;
+            let (force, slope) = law.tangent(x, s, s_new);
             f += force;
             for (sum, part) in df.iter_mut().zip(slope) {
                 *sum += part;
@@ -77,13 +81,16 @@ impl Joint {
         out.df_dp.clear();
         out.ds.clear();
         for (law, s) in self.laws.iter().zip(state) {
-            let (f, new) = law.full(x, s);
-            for (sum, part) in out.df.iter_mut().zip(&f.eps) {
+            let (_, f, new) = law.full(x, s);
+            for (sum, part) in out.df.iter_mut().zip(&f) {
                 *sum += part;
             }
-            out.df_ds.push(std::array::from_fn(|i| f.eps[3 + i]));
-            out.df_dp.extend_from_slice(&f.eps[3 + MAX_STATE..3 + MAX_STATE + law.n_parameters()]);
-            out.ds.push(new.map(|z| z.eps));
+            let n = law.kind().n_state();
+            let mut over_state = [0.0; MAX_STATE];
+            over_state[..n].copy_from_slice(&f[3..3 + n]);
+            out.df_ds.push(over_state);
+            out.df_dp.extend_from_slice(&f[3 + n..3 + n + law.n_parameters()]);
+            out.ds.extend_from_slice(&new[..n]);
         }
     }
 
@@ -92,17 +99,18 @@ impl Joint {
     /// `dx` is the derivative of the motion at the end of the step; `own` the index of the parameter among this joint's,
     /// if it is one of them.
     pub fn advance_state(&self, at: &Linearised, dx: [f64; 3], own: Option<usize>, ds: &mut [State<f64>]) {
-        let mut first = 0;
-        for ((law, slopes), state) in self.laws.iter().zip(&at.ds).zip(ds) {
+        let (mut first, mut row) = (0, 0);
+        for (law, state) in self.laws.iter().zip(ds) {
+            let n = law.kind().n_state();
             let local = own.and_then(|j| j.checked_sub(first)).filter(|j| *j < law.n_parameters());
-            debug_assert!(law.n_parameters() <= MAX_PARAMETERS);
             let old = *state;
-            for (new, slope) in state.iter_mut().zip(slopes) {
+            for (new, slope) in state.iter_mut().zip(&at.ds[row..row + n]) {
                 let motion: f64 = (0..3).map(|i| slope[i] * dx[i]).sum();
-                let history: f64 = (0..MAX_STATE).map(|i| slope[3 + i] * old[i]).sum();
-                *new = motion + history + local.map_or(0.0, |j| slope[3 + MAX_STATE + j]);
+                let history: f64 = (0..n).map(|i| slope[3 + i] * old[i]).sum();
+                *new = motion + history + local.map_or(0.0, |j| slope[3 + n + j]);
             }
             first += law.n_parameters();
+            row += n;
         }
     }
 }

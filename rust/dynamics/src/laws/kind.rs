@@ -1,78 +1,82 @@
-//! A law by name with its parameters, and a law prepared for a step length.
+//! Laws by name.
 
-use super::dual::{Dual, Scalar};
-use super::{
-    Constants, Definition, DynamicStiffness, LawError, MAX_CONSTANTS, MAX_PARAMETERS, MAX_STATE, Motion,
-    Parameter, State, absorber, bilinear, bouc_wen, clearance, coulomb, cubic, dashpot, linear, mass,
-    quadratic_damping, quadratic_stiffness, spring, structural, viscoelastic,
-};
-use num_complex::Complex64;
-
-/// Seeds of a full linearisation: motion, state, parameters.
-pub(super) const N_SEEDS: usize = 3 + MAX_STATE + MAX_PARAMETERS;
+use super::own::{self, OwnKind};
+use super::{Definition, LawError, Parameter};
 
 macro_rules! laws {
     ($($variant:ident => $definition:ty),+ $(,)?) => {
-        /// The laws of the library.
+        /// The laws of the library, and those of one's own.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[allow(missing_docs)]
-        pub enum Kind { $($variant),+ }
+        pub enum Kind { $($variant),+, Own(OwnKind) }
 
         impl Kind {
-            /// Every law, in the order of the documentation.
+            /// Every law of the library, in the order of the documentation.
             pub const ALL: &'static [Kind] = &[$(Kind::$variant),+];
         }
 
-        /// Calls a generic item of the definition that belongs to a kind.
+        /// Calls a generic item of the definition that belongs to a kind, or what an own law does instead.
         macro_rules! with_definition {
-            ($kind:expr, $d:ident => $body:expr) => {
-                match $kind { $(Kind::$variant => { type $d = $definition; $body })+ }
+            ($kind:expr, $d:ident => $body:expr, $own:pat => $instead:expr) => {
+                match $kind { $(Kind::$variant => { type $d = $definition; $body })+ Kind::Own($own) => $instead }
             };
         }
     };
 }
 
 laws! {
-    Spring => spring::Spring,
-    Mass => mass::Mass,
-    Dashpot => dashpot::Dashpot,
-    Viscoelastic => viscoelastic::Viscoelastic,
-    Absorber => absorber::Absorber,
-    Structural => structural::Structural,
-    Linear => linear::Linear,
-    Cubic => cubic::Cubic,
-    QuadraticStiffness => quadratic_stiffness::QuadraticStiffness,
-    Clearance => clearance::Clearance,
-    Bilinear => bilinear::Bilinear,
-    Coulomb => coulomb::Coulomb,
-    BoucWen => bouc_wen::BoucWen,
-    QuadraticDamping => quadratic_damping::QuadraticDamping,
+    Spring => super::spring::Spring,
+    Mass => super::mass::Mass,
+    Dashpot => super::dashpot::Dashpot,
+    Viscoelastic => super::viscoelastic::Viscoelastic,
+    Maxwell2 => super::maxwell::Maxwell2,
+    Maxwell3 => super::maxwell::Maxwell3,
+    Fractional => super::fractional::Fractional,
+    Absorber => super::absorber::Absorber,
+    Structural => super::structural::Structural,
+    Linear => super::linear::Linear,
+    Cubic => super::cubic::Cubic,
+    QuadraticStiffness => super::quadratic_stiffness::QuadraticStiffness,
+    Saturating => super::saturating::Saturating,
+    Clearance => super::clearance::Clearance,
+    Bilinear => super::bilinear::Bilinear,
+    Preloaded => super::preloaded::Preloaded,
+    Hertz => super::hertz::Hertz,
+    Coulomb => super::coulomb::Coulomb,
+    PlayFriction => super::play_friction::PlayFriction,
+    BoucWen => super::bouc_wen::BoucWen,
+    QuadraticDamping => super::quadratic_damping::QuadraticDamping,
+    CubicDamping => super::cubic_damping::CubicDamping,
+    DisplacementDamping => super::displacement_damping::DisplacementDamping,
+    Iwan => super::iwan::Iwan,
+    FreeForm => super::free_form::FreeForm,
 }
+pub(super) use with_definition;
 
 impl Kind {
     /// Name as in study files.
     pub fn name(self) -> &'static str {
-        with_definition!(self, D => <D as Definition>::NAME)
+        with_definition!(self, D => <D as Definition>::NAME, own => own.name())
     }
 
     /// Parameters in their order.
     pub fn parameters(self) -> &'static [Parameter] {
-        with_definition!(self, D => <D as Definition>::PARAMETERS)
+        with_definition!(self, D => <D as Definition>::PARAMETERS, own => own.parameters())
     }
 
     /// Whether the force is a linear functional of the motion.
     pub fn is_linear(self) -> bool {
-        with_definition!(self, D => <D as Definition>::LINEAR)
+        with_definition!(self, D => <D as Definition>::LINEAR, _ => false)
     }
 
     /// Whether the force depends on the acceleration.
     pub fn is_inertial(self) -> bool {
-        with_definition!(self, D => <D as Definition>::INERTIAL)
+        with_definition!(self, D => <D as Definition>::INERTIAL, _ => false)
     }
 
     /// Number of internal state variables.
     pub fn n_state(self) -> usize {
-        with_definition!(self, D => <D as Definition>::N_STATE)
+        with_definition!(self, D => <D as Definition>::N_STATE, own => own.n_state())
     }
 
     /// The law of that name; `joint_stiffness` is the spring between the two sides of a joint.
@@ -86,12 +90,15 @@ impl Kind {
         if let Some(kind) = Self::ALL.iter().find(|kind| kind.name() == name) {
             return Ok(*kind);
         }
-        let names: Vec<_> = Self::ALL.iter().map(|kind| kind.name()).collect();
+        if let Some(own) = own::find(name) {
+            return Ok(Kind::Own(own));
+        }
+        let names: Vec<_> = Self::ALL.iter().map(|kind| kind.name()).chain(own::names()).collect();
         let nearest = names.iter().min_by_key(|known| edits(known, name)).copied().unwrap_or_default();
         Err(LawError::UnknownLaw { name: name.to_owned(), nearest, known: names.join(", ") })
     }
 
-    fn known(self) -> String {
+    pub(super) fn known(self) -> String {
         self.parameters().iter().map(|p| p.name).collect::<Vec<_>>().join(", ")
     }
 }
@@ -112,171 +119,10 @@ fn edits(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
-/// A law with parameter values.
-#[derive(Clone, Debug)]
-pub struct Law {
-    kind: Kind,
-    p: Vec<f64>,
-}
-
-impl Law {
-    /// A law of the library with its parameters in their order.
-    ///
-    /// # Errors
-    /// [`LawError`] for a wrong number of parameters or a value outside its domain.
-    pub fn new(kind: Kind, p: &[f64]) -> Result<Self, LawError> {
-        let (law, parameters) = (kind.name(), kind.parameters());
-        if p.len() != parameters.len() {
-            let (expected, given) = (parameters.len(), p.len());
-            return Err(LawError::WrongCount { law, expected, given, known: kind.known() });
-        }
-        for (parameter, value) in parameters.iter().zip(p) {
-            if !parameter.domain.contains(*value) {
-                let need = parameter.domain.text();
-                return Err(LawError::BadValue { law, parameter: parameter.name, value: *value, need });
-            }
-        }
-        if let Some((index, need)) = with_definition!(kind, D => <D as Definition>::check(p)) {
-            return Err(LawError::BadValue { law, parameter: parameters[index].name, value: p[index], need });
-        }
-        Ok(Self { kind, p: p.to_vec() })
-    }
-
-    /// A law of the library with its parameters by name, in any order.
-    ///
-    /// # Errors
-    /// [`LawError`] for an unknown or missing parameter or a value outside its domain.
-    pub fn from_named(kind: Kind, named: &[(String, f64)]) -> Result<Self, LawError> {
-        let (law, parameters) = (kind.name(), kind.parameters());
-        if let Some((name, _)) = named.iter().find(|(name, _)| !parameters.iter().any(|p| p.name == name)) {
-            return Err(LawError::UnknownParameter { law, parameter: name.clone(), known: kind.known() });
-        }
-        let mut p = Vec::with_capacity(parameters.len());
-        for parameter in parameters {
-            match named.iter().find(|(name, _)| name == parameter.name) {
-                Some((_, value)) => p.push(*value),
-                None => {
-                    let (parameter, known) = (parameter.name, kind.known());
-                    return Err(LawError::MissingParameter { law, parameter, known });
-                }
-            }
-        }
-        Self::new(kind, &p)
-    }
-
-    /// Which law.
-    pub fn kind(&self) -> Kind {
-        self.kind
-    }
-
-    /// Parameter values in their order.
-    pub fn values(&self) -> &[f64] {
-        &self.p
-    }
-
-    /// Largest slope of the force over the displacement (N/m) and its parameter derivatives; infinite where it grows
-    /// with amplitude.
-    pub fn stiffness_bound(&self) -> (f64, [f64; MAX_PARAMETERS]) {
-        let p: Vec<Dual<MAX_PARAMETERS>> =
-            self.p.iter().enumerate().map(|(i, value)| Dual::variable(*value, i)).collect();
-        let bound = with_definition!(self.kind, D => <D as Definition>::stiffness_bound(&p));
-        (bound.re, bound.eps)
-    }
-
-    /// Complex dynamic stiffness kappa(s) = F/D (N/m) at s (rad/s) and its derivative with respect to each parameter.
-    ///
-    /// # Errors
-    /// [`LawError::NotLinear`].
-    pub fn dynamic_stiffness(&self, s: Complex64) -> Result<DynamicStiffness, LawError> {
-        with_definition!(self.kind, D => <D as Definition>::dynamic_stiffness(&self.p, s))
-            .ok_or(LawError::NotLinear { law: self.kind.name() })
-    }
-
-    /// The law with everything that depends on the step length `dt` (s) alone worked out.
-    ///
-    /// # Errors
-    /// [`LawError::FrequencyOnly`].
-    pub fn prepare(&self, dt: f64) -> Result<PreparedLaw, LawError> {
-        if self.kind == Kind::Structural {
-            return Err(LawError::FrequencyOnly { law: self.kind.name() });
-        }
-        let p: Vec<Dual<N_SEEDS>> =
-            self.p.iter().enumerate().map(|(i, value)| Dual::variable(*value, 3 + MAX_STATE + i)).collect();
-        let full: Constants<Dual<N_SEEDS>> =
-            with_definition!(self.kind, D => <D as Definition>::constants(&p, dt));
-        let plain = full.map(|c| c.re);
-        let lifted = plain.map(Dual::constant);
-        Ok(PreparedLaw { kind: self.kind, n_parameters: self.p.len(), dt, plain, lifted, full })
-    }
-}
-
-/// A law ready to be stepped by `dt`.
-#[derive(Clone, Debug)]
-pub struct PreparedLaw {
-    kind: Kind,
-    n_parameters: usize,
-    dt: f64,
-    plain: [f64; MAX_CONSTANTS],
-    lifted: [Dual<3>; MAX_CONSTANTS],
-    full: [Dual<N_SEEDS>; MAX_CONSTANTS],
-}
-
-impl PreparedLaw {
-    /// Which law.
-    pub fn kind(&self) -> Kind {
-        self.kind
-    }
-
-    /// Number of parameters.
-    pub fn n_parameters(&self) -> usize {
-        self.n_parameters
-    }
-
-    /// Force (N) at the end of the step and the state there.
-    pub fn force(&self, x: Motion<f64>, s: &State<f64>) -> (f64, State<f64>) {
-        with_definition!(self.kind, D => <D as Definition>::step(&self.plain, self.dt, x, s))
-    }
-
-    /// Force, its derivatives with respect to d, v, a at the end of the step, and the state there.
-    pub fn tangent(&self, x: Motion<f64>, s: &State<f64>) -> (f64, [f64; 3], State<f64>) {
-        let motion =
-            Motion { d: Dual::variable(x.d, 0), v: Dual::variable(x.v, 1), a: Dual::variable(x.a, 2) };
-        let state: State<Dual<3>> = s.map(Dual::constant);
-        let (f, new) =
-            with_definition!(self.kind, D => <D as Definition>::step(&self.lifted, self.dt, motion, &state));
-        (f.re, f.eps, new.map(|z| z.re))
-    }
-
-    /// Force and new state with derivatives with respect to (d, v, a), the old state and the parameters, in this order.
-    pub(super) fn full(&self, x: Motion<f64>, s: &State<f64>) -> (Dual<N_SEEDS>, State<Dual<N_SEEDS>>) {
-        let motion =
-            Motion { d: Dual::variable(x.d, 0), v: Dual::variable(x.v, 1), a: Dual::variable(x.a, 2) };
-        let state: State<Dual<N_SEEDS>> = std::array::from_fn(|i| Dual::variable(s[i], 3 + i));
-        with_definition!(self.kind, D => <D as Definition>::step(&self.full, self.dt, motion, &state))
-    }
-
-    /// Recoverable energy (J), where the law defines one.
-    pub fn stored(&self, x: Motion<f64>, s: &State<f64>) -> Option<f64> {
-        with_definition!(self.kind, D => <D as Definition>::stored(&self.plain, x, s))
-    }
-
-    /// Force history (N) along a given motion from rest, one value a step.
-    pub fn history(&self, d: &[f64], v: &[f64], a: &[f64]) -> Vec<f64> {
-        let mut state = [0.0; MAX_STATE];
-        let motion = d.iter().zip(v).zip(a).map(|((d, v), a)| Motion { d: *d, v: *v, a: *a });
-        motion
-            .map(|x| {
-                let (f, new) = self.force(x, &state);
-                state = new;
-                f
-            })
-            .collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::laws::Law;
 
     #[test]
     fn unknown_names_tell_the_nearest() {

@@ -20,6 +20,7 @@ impl Definition for Linear {
     const LINEAR: bool = true;
     const INERTIAL: bool = true;
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         (c[0] * x.d + c[1] * x.v + c[2] * x.a, *s)
     }

@@ -13,6 +13,7 @@ impl Definition for Mass {
     const LINEAR: bool = true;
     const INERTIAL: bool = true;
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         (c[0] * x.a, *s)
     }

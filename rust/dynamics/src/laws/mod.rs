@@ -13,31 +13,47 @@ mod bouc_wen;
 mod clearance;
 mod coulomb;
 mod cubic;
+mod cubic_damping;
 mod dashpot;
+mod displacement_damping;
+mod fractional;
+mod free_form;
+mod hertz;
+mod iwan;
 mod joint;
 mod kind;
+mod law;
 mod linear;
 mod mass;
+mod maxwell;
+pub mod own;
+pub mod pair;
+mod play_friction;
+mod preloaded;
 mod quadratic_damping;
 mod quadratic_stiffness;
+mod saturating;
 mod spring;
 mod structural;
+pub mod tape;
 #[cfg(test)]
 mod tests;
 mod viscoelastic;
 
 pub use joint::{Joint, Linearised};
-pub use kind::{Kind, Law, PreparedLaw};
+pub use kind::Kind;
+pub use law::{Law, PreparedLaw};
+pub use own::OwnKind;
 
 use dual::Scalar;
 use num_complex::Complex64;
 
 /// Largest number of parameters of a law.
-pub const MAX_PARAMETERS: usize = 5;
+pub const MAX_PARAMETERS: usize = 16;
 /// Largest number of internal state variables of a law.
-pub const MAX_STATE: usize = 4;
+pub const MAX_STATE: usize = 11;
 /// Room for what a law derives once from its parameters and the step.
-pub const MAX_CONSTANTS: usize = 12;
+pub const MAX_CONSTANTS: usize = 42;
 
 /// What a law derives once from its parameters and the step length.
 pub type Constants<T> = [T; MAX_CONSTANTS];
@@ -70,6 +86,8 @@ pub enum Domain {
     Fraction,
     /// A choice: +1, -1 or 2.
     Sides,
+    /// A choice: +1 or -1.
+    Side,
 }
 
 impl Domain {
@@ -82,6 +100,7 @@ impl Domain {
                 Domain::AtLeastOne => value >= 1.0,
                 Domain::Fraction => (0.0..=1.0).contains(&value),
                 Domain::Sides => [1.0, -1.0, 2.0].contains(&value),
+                Domain::Side => [1.0, -1.0].contains(&value),
             }
     }
 
@@ -93,6 +112,7 @@ impl Domain {
             Domain::AtLeastOne => "a finite number >= 1",
             Domain::Fraction => "a number from 0 to 1",
             Domain::Sides => "+1 (contact at +gap), -1 (contact at -gap) or 2 (both)",
+            Domain::Side => "+1 (contact for positive d) or -1 (for negative d)",
         }
     }
 }
@@ -108,7 +128,7 @@ pub struct Parameter {
     pub domain: Domain,
 }
 
-const fn parameter(name: &'static str, unit: &'static str, domain: Domain) -> Parameter {
+pub(crate) const fn parameter(name: &'static str, unit: &'static str, domain: Domain) -> Parameter {
     Parameter { name, unit, domain }
 }
 

@@ -10,6 +10,7 @@ impl Definition for QuadraticDamping {
     const NAME: &'static str = "quadratic_damping";
     const PARAMETERS: &'static [Parameter] = &[parameter("c", "N s^2/m^2", Domain::Real)];
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         (c[0] * x.v * x.v.abs(), *s)
     }

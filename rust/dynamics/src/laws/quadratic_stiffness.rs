@@ -10,6 +10,7 @@ impl Definition for QuadraticStiffness {
     const NAME: &'static str = "quadratic_stiffness";
     const PARAMETERS: &'static [Parameter] = &[parameter("k2", "N/m^2", Domain::Real)];
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         (c[0] * x.d * x.d, *s)
     }

@@ -12,6 +12,7 @@ impl Definition for Spring {
     const PARAMETERS: &'static [Parameter] = &[parameter("k", "N/m", Domain::Real)];
     const LINEAR: bool = true;
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         (c[0] * x.d, *s)
     }

@@ -23,6 +23,25 @@ fn samples() -> Vec<(Law, f64, f64)> {
         of(Kind::BoucWen, &[3e4, 0.1, 1.4, 1.8e4, 0.7e4], 1e-3, 50.0),
         of(Kind::BoucWen, &[3e4, 0.0, 1.0, 2e3, -1e3], 1e-3, 50.0),
         of(Kind::QuadraticDamping, &[900.0], 1e-3, 50.0),
+        of(Kind::Maxwell2, &[1e4, 3e4, 0.02, 2e4, 0.1], 1e-3, 50.0),
+        of(Kind::Maxwell3, &[1e4, 3e4, 0.02, 2e4, 0.1, 1e4, 0.004], 1e-3, 50.0),
+        of(Kind::Fractional, &[1e4, 900.0, 0.4], 1e-3, 50.0),
+        of(Kind::Saturating, &[3e4, 4e-4], 1e-3, 50.0),
+        of(Kind::Preloaded, &[3e4, 12.0, 1.0], 1e-3, 50.0),
+        of(Kind::Preloaded, &[3e4, 12.0, -1.0], 1e-3, 50.0),
+        of(Kind::Hertz, &[1e6, 3e-4, 1.0], 1e-3, 50.0),
+        of(Kind::Hertz, &[1e6, 0.0, 2.0], 1e-3, 50.0),
+        of(Kind::PlayFriction, &[8.0, 3e4, 2e-4], 1e-3, 50.0),
+        of(Kind::CubicDamping, &[2e4], 1e-3, 50.0),
+        of(Kind::DisplacementDamping, &[20.0, 3e6], 1e-3, 50.0),
+        of(Kind::Iwan, &[4e4, 2e4, 1e4, 9e3, 8e3, 7e3, 8e-4], 1e-3, 50.0),
+        // a hardening curve over d, one that grows over v; both odd, as the tests below ask for
+        of(
+            Kind::FreeForm,
+            &[-50.0, -30.0, -14.0, -5.0, 5.0, 14.0, 30.0, 50.0, -6.0, -3.0, -1.0, 1.0, 3.0, 6.0, 9e-4, 0.04],
+            1e-3,
+            50.0,
+        ),
     ]
 }
 
@@ -74,10 +93,15 @@ fn every_derivative_is_its_difference() {
         let path = drive(&prepared, amplitude, omega, dt, 90);
         for i in [3, 17, 29, 44, 61, 83] {
             let (state, x) = (path[i].1, path[i + 1].0);
-            let (f, new) = prepared.full(x, &state);
-            let (tangent_force, slopes, tangent_state) = prepared.tangent(x, &state);
-            assert!((f.re - tangent_force).abs() <= 1e-12 * f.re.abs());
-            assert_eq!(tangent_state, new.map(|z| z.re));
+            let (f, slopes_of_f, _) = prepared.full(x, &state);
+            let mut tangent_state = [0.0; MAX_STATE];
+            let (tangent_force, slopes) = prepared.tangent(x, &state, &mut tangent_state);
+            let (plain, new) = prepared.force(x, &state);
+            // Rust may contract products in one of the three and not in the others
+            assert!((f - tangent_force).abs() <= 1e-12 * f.abs() && (f - plain).abs() <= 1e-12 * f.abs());
+            for (a, b) in tangent_state.iter().zip(new) {
+                assert!((a - b).abs() <= 1e-12 * b.abs());
+            }
             let scale = path.iter().map(|(_, _, f)| f.abs()).fold(0.0, f64::max);
             let sizes = [amplitude, amplitude * omega, amplitude * omega * omega];
             for (axis, size) in sizes.into_iter().enumerate() {
@@ -87,10 +111,10 @@ fn every_derivative_is_its_difference() {
                     prepared.force(x, &state)
                 };
                 let at = [x.d, x.v, x.a][axis];
-                assert!((slopes[axis] - f.eps[axis]).abs() <= 1e-12 * scale / size);
+                assert!((slopes[axis] - slopes_of_f[axis]).abs() <= 1e-12 * scale / size);
                 assert_derivative!(
                     format!("{name} df/d{}", ["d", "v", "a"][axis]),
-                    f.eps[axis],
+                    slopes_of_f[axis],
                     at,
                     1e-5 * size,
                     scale / size,
@@ -105,7 +129,9 @@ fn every_derivative_is_its_difference() {
                     prepared.force(x, &state)
                 };
                 let what = format!("{name} df/ds{k}");
-                assert_derivative!(what, f.eps[3 + k], state[k], 1e-5 * size, scale / size, |s| shifted(s).0);
+                assert_derivative!(what, slopes_of_f[3 + k], state[k], 1e-5 * size, scale / size, |s| {
+                    shifted(s).0
+                });
             }
             check_parameters(&law, dt, x, &state, scale);
         }
@@ -114,9 +140,12 @@ fn every_derivative_is_its_difference() {
 
 /// Derivatives of the force and of the new state over each continuous parameter.
 fn check_parameters(law: &Law, dt: f64, x: Motion<f64>, state: &State<f64>, scale: f64) {
-    let (f, new) = law.prepare(dt).unwrap().full(x, state);
+    let prepared = law.prepare(dt).unwrap();
+    let (_, f, slopes) = prepared.full(x, state);
+    let (_, new) = prepared.force(x, state);
     for (j, parameter) in law.kind().parameters().iter().enumerate() {
-        if parameter.domain == Domain::Sides
+        if matches!(parameter.domain, Domain::Sides | Domain::Side)
+            || (parameter.domain == Domain::NonNegative && law.values()[j] == 0.0)
             || (parameter.domain == Domain::Fraction && law.values()[j] == 0.0)
             || (parameter.domain == Domain::AtLeastOne && law.values()[j] == 1.0)
         {
@@ -129,11 +158,11 @@ fn check_parameters(law: &Law, dt: f64, x: Motion<f64>, state: &State<f64>, scal
             Law::new(law.kind(), &p).unwrap().prepare(dt).unwrap().force(x, state)
         };
         let what = format!("{} d/d{}", law.kind().name(), parameter.name);
-        let seed = 3 + MAX_STATE + j;
-        assert_derivative!(what, f.eps[seed], value, 1e-5 * value.abs(), scale / value.abs(), |p| at(p).0);
+        let seed = 3 + law.kind().n_state() + j;
+        assert_derivative!(what, f[seed], value, 1e-5 * value.abs(), scale / value.abs(), |p| at(p).0);
         for k in 0..law.kind().n_state() {
-            let size = new[k].re.abs().max(state[k].abs()) / value.abs();
-            assert_derivative!(what, new[k].eps[seed], value, 1e-5 * value.abs(), size, |p| at(p).1[k]);
+            let size = new[k].abs().max(state[k].abs()) / value.abs();
+            assert_derivative!(what, slopes[k][seed], value, 1e-5 * value.abs(), size, |p| at(p).1[k]);
         }
     }
 }
@@ -143,14 +172,16 @@ fn symmetric_laws_are_odd() {
     let dt = 1.3e-3;
     for (law, amplitude, omega) in samples() {
         let even = match law.kind() {
-            Kind::QuadraticStiffness | Kind::Bilinear => true,
-            Kind::Clearance => law.values()[2] != 2.0,
+            Kind::QuadraticStiffness | Kind::Bilinear | Kind::Preloaded => true,
+            Kind::Clearance | Kind::Hertz => law.values()[2] != 2.0,
             _ => false,
         };
         let prepared = law.prepare(dt).unwrap();
         let there = drive(&prepared, amplitude, omega, dt, 200);
         let back = drive(&prepared, -amplitude, omega, dt, 200);
-        let odd = there.iter().zip(&back).all(|(x, y)| x.2 == -y.2);
+        let scale = there.iter().map(|x| x.2.abs()).fold(0.0, f64::max);
+        // a spline is evaluated from the left end of its interval, so the two sides round differently
+        let odd = there.iter().zip(&back).all(|(x, y)| (x.2 + y.2).abs() <= 1e-12 * scale);
         assert_eq!(odd, !even, "{}", law.kind().name());
     }
 }
@@ -173,6 +204,9 @@ fn closed_loops_conserve_or_dissipate() {
             | Kind::Cubic
             | Kind::QuadraticStiffness
             | Kind::Clearance
+            | Kind::Saturating
+            | Kind::Preloaded
+            | Kind::Hertz
             | Kind::Bilinear => {
                 assert!(work.abs() < 1e-6 * scale, "{name} conserves: {work} of {scale}");
             }
@@ -226,8 +260,9 @@ fn dynamic_stiffness_is_the_response_to_a_growing_oscillation() {
         let part = |power: i32| base.iter().map(|e| (e * s.powi(power)).re).collect::<Vec<_>>();
         let f = law.prepare(dt).unwrap().history(&part(0), &part(1), &part(2));
         let (last, exact) = (f[f.len() - 1], kappa.re);
-        // the linear interpolation of the motion errs by (|s| dt)^2 / 12
-        assert!((last - exact).abs() < 1e-6 * kappa.norm(), "{}: {last} {exact}", law.kind().name());
+        // the linear interpolation of the motion errs by (|s| dt)^2 / 12, the springpot's sum by 0.5 %
+        let tolerance = if law.kind() == Kind::Fractional { 5e-3 } else { 1e-6 };
+        assert!((last - exact).abs() < tolerance * kappa.norm(), "{}: {last} {exact}", law.kind().name());
     }
 }
 
@@ -258,7 +293,7 @@ fn hysteresis_does_not_depend_on_rate() {
     let path: Vec<f64> = (0..4000).map(|i| 1e-3 * (f64::from(i) * 0.011).sin()).collect();
     let still = vec![0.0; path.len()];
     for (law, _, _) in samples() {
-        if matches!(law.kind(), Kind::Coulomb | Kind::BoucWen) {
+        if matches!(law.kind(), Kind::Coulomb | Kind::BoucWen | Kind::PlayFriction | Kind::Iwan) {
             let slow = law.prepare(1.0).unwrap().history(&path, &still, &still);
             let fast = law.prepare(1e-4).unwrap().history(&path, &still, &still);
             assert_eq!(slow, fast);
@@ -276,4 +311,92 @@ fn bouc_wen_with_n_one_is_its_exponential() {
         let exact = k * (1.0 - (-(beta + gamma) * d).exp()) / (beta + gamma);
         assert!((f - exact).abs() < 1e-3 * exact, "{d}: {f} {exact}");
     }
+}
+
+#[test]
+fn the_springpot_follows_its_power_law_in_the_band() {
+    // a growing oscillation as above, so that the history before the start does not matter
+    let dt = 1e-4;
+    let nyquist = std::f64::consts::PI / dt;
+    for alpha in [0.1, 0.3, 0.5, 0.7, 0.9] {
+        let law = Law::new(Kind::Fractional, &[0.0, 1.0, alpha]).unwrap();
+        for share in [2e-4, 1e-3, 1e-2, 5e-2, 0.1] {
+            let s = Complex64::new(0.0, share * nyquist);
+            // the stiffness of the exponentials themselves, by the response to a step in each of them
+            let growing = s + 0.05 * s.norm();
+            let n = (200.0 / (growing.re * dt)).min(4e5) as i32;
+            let times = (0..=n).map(|i| f64::from(i - n) * dt);
+            let base: Vec<Complex64> = times.map(|t| (growing * t).exp()).collect();
+            let part = |power: i32, turn: Complex64| {
+                base.iter().map(|e| (turn * e * growing.powi(power)).re).collect::<Vec<_>>()
+            };
+            let prepared = law.prepare(dt).unwrap();
+            let mut found = [0.0; 2];
+            for (turn, out) in [Complex64::new(1.0, 0.0), Complex64::new(0.0, -1.0)].iter().zip(&mut found) {
+                let f = prepared.history(&part(0, *turn), &part(1, *turn), &part(2, *turn));
+                *out = f[f.len() - 1];
+            }
+            let exact = law.dynamic_stiffness(growing).unwrap().0;
+            let error = (Complex64::new(found[0], found[1]) - exact).norm() / exact.norm();
+            // linear interpolation of the motion errs by (omega dt)^2 / 12 of the fast branches
+            let interpolation = (share * std::f64::consts::PI).powi(2) / 12.0;
+            assert!(error < 5e-3 + interpolation, "alpha {alpha}, omega {share} of Nyquist: {error}");
+        }
+    }
+}
+
+#[test]
+fn a_springpot_at_its_ends_is_a_spring_and_a_dashpot() {
+    let x = Motion { d: 2e-3, v: -0.3, a: 7.0 };
+    for (alpha, expected) in [(0.0, 50.0 * 2e-3), (1.0, 50.0 * -0.3)] {
+        let law = Law::new(Kind::Fractional, &[0.0, 50.0, alpha]).unwrap().prepare(1e-4).unwrap();
+        let (f, _) = law.force(x, &[0.0; MAX_STATE]);
+        assert!((f - expected).abs() < 1e-12 * f.abs(), "{alpha}: {f}");
+    }
+}
+
+#[test]
+fn play_without_gap_and_iwan_of_one_element_are_jenkins_elements() {
+    let path: Vec<f64> =
+        (0..3000).map(|i| 1e-3 * (f64::from(i) * 0.013).sin() * f64::from(i) / 3e3).collect();
+    let still = vec![0.0; path.len()];
+    let history =
+        |kind, p: &[f64]| Law::new(kind, p).unwrap().prepare(1e-3).unwrap().history(&path, &still, &still);
+    let jenkins = history(Kind::Coulomb, &[6.0, 3e4]);
+    let iwan = history(Kind::Iwan, &[0.0, 0.0, 0.0, 0.0, 0.0, 3e4, 2e-4]);
+    for other in [history(Kind::PlayFriction, &[6.0, 3e4, 0.0]), iwan] {
+        for (x, y) in jenkins.iter().zip(&other) {
+            assert!((x - y).abs() < 1e-9 * 6.0, "{x} {y}");
+        }
+    }
+}
+
+#[test]
+fn play_is_free_over_twice_its_gap_after_a_reversal() {
+    let law = Law::new(Kind::PlayFriction, &[6.0, 3e4, 2e-4]).unwrap().prepare(1.0).unwrap();
+    // slips to 1 mm, turns: 0.2 mm unload the spring, 0.4 mm of nothing, 0.2 mm load it again
+    let path: Vec<f64> = [0.0, 1.0, 0.9, 0.8, 0.6, 0.4, 0.3, 0.2, 0.0].iter().map(|d| d * 1e-3).collect();
+    let still = vec![0.0; path.len()];
+    let f = law.history(&path, &still, &still);
+    let expected = [0.0, 6.0, 3.0, 0.0, 0.0, 0.0, -3.0, -6.0, -6.0];
+    for (x, y) in f.iter().zip(expected) {
+        assert!((x - y).abs() < 1e-9, "{f:?}");
+    }
+}
+
+#[test]
+fn a_natural_spline_through_a_line_is_the_line_and_straight_beyond_its_ends() {
+    let line = [-3.0, -2.1, -1.2, -0.45, 0.45, 1.2, 2.1, 3.0];
+    let mut p = line.to_vec();
+    p.extend([0.0, 4.0, -1.0, 2.0, 1.0, 5.0, 3e-3, 0.3]);
+    let law = Law::new(Kind::FreeForm, &p).unwrap().prepare(1.0).unwrap();
+    let at = |d: f64, v: f64| law.force(Motion { d, v, a: 0.0 }, &[0.0; MAX_STATE]).0;
+    for d in [-5e-3, -2.2e-3, 0.0, 0.4e-3, 3e-3, 9e-3] {
+        assert!((at(d, 0.0) - 1e3 * d).abs() < 1e-12, "{d}");
+    }
+    for (v, f) in [(-0.3, 0.0), (-0.15, 4.0), (-0.06, -1.0), (0.06, 2.0), (0.15, 1.0), (0.3, 5.0)] {
+        assert!((at(0.0, v) - f).abs() < 1e-12, "{v}");
+    }
+    let (a, b, c) = (at(0.0, 0.31), at(0.0, 0.4), at(0.0, 0.49));
+    assert!((a + c - 2.0 * b).abs() < 1e-12);
 }

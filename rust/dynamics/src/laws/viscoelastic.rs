@@ -30,6 +30,7 @@ impl Definition for Viscoelastic {
         c
     }
 
+    #[inline(always)]
     fn step<T: Scalar>(c: &Constants<T>, _dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>) {
         let q = c[2] * s[0] + c[3] * (x.d - s[1]);
         let mut new = *s;
@@ -55,7 +56,7 @@ impl Definition for Viscoelastic {
 }
 
 /// (1 - exp(-h)) / h, by its series where the difference would cancel.
-fn relaxed<T: Scalar>(h: T) -> T {
+pub(super) fn relaxed<T: Scalar>(h: T) -> T {
     if h.value() < 1e-3 {
         return T::constant(1.0) - h / 2.0 + h * h / 6.0 - h * h * h / 24.0 + h * h * h * h / 120.0;
     }

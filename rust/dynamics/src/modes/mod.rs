@@ -14,3 +14,4 @@ pub use solve::{ModeOptions, Modes, ModesInfo, modes};
 
 pub(crate) use basis::{Basis, norms};
 pub(crate) use shift::static_shift;
+pub(crate) use solve::count_below;

@@ -332,7 +332,7 @@ fn upper_end(lambda: &[f64], wanted: usize, by_number: bool, band: Option<f64>) 
 }
 
 /// Modes below `upper` by inertia. The end is moved off modes on which it falls, and returned as used.
-fn count_below(
+pub(crate) fn count_below(
     symbolic: &Arc<Symbolic>,
     k: &SymmetricCsc,
     m: &SymmetricCsc,

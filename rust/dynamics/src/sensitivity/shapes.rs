@@ -10,7 +10,7 @@ use femend_linalg::{Dense, Factor, Symbolic, SymmetricCsc, gemm, gemm_tn};
 
 use super::eigen::{ParameterDerivatives, check_parameters, clusters};
 use crate::DynamicsError;
-use crate::modes::static_shift;
+use crate::modes::{ModesInfo, count_below, static_shift};
 
 /// Columns iterated together.
 const BLOCK: usize = 16;
@@ -36,6 +36,7 @@ pub fn shape_sensitivities(
     gap: f64,
 ) -> Result<Vec<Dense>, DynamicsError> {
     check_parameters(k.n(), parameters, lambda, phi)?;
+    check_complete(symbolic, k, m, lambda, gap)?;
     let ParameterDerivatives { dk, dm } = parameters;
     let shifted = static_shift(symbolic, k, m, phi)?;
     let space = Complement { k, m, factor: &shifted.factor, phi, m_phi: m.times(phi) };
@@ -75,6 +76,30 @@ pub fn shape_sensitivities(
         result.push(derivative);
     }
     Ok(result)
+}
+
+/// Refuses modes that are not all up to the last one, by the inertia just above it: the systems are singular then, which
+/// rounding may hide.
+fn check_complete(
+    symbolic: &Arc<Symbolic>,
+    k: &SymmetricCsc,
+    m: &SymmetricCsc,
+    lambda: &[f64],
+    gap: f64,
+) -> Result<(), DynamicsError> {
+    let Some(last) = lambda.iter().copied().reduce(f64::max) else { return Ok(()) };
+    // a shift that happens to make a leading minor vanish is no reason to stop; a little further there is another
+    let counted = [1e-7, 1e-6, 1e-5].into_iter().find_map(|off| {
+        let above_last = last + gap.max(off) * last.abs().max(1e-30);
+        count_below(symbolic, k, m, above_last, lambda, &mut ModesInfo::default()).ok()
+    });
+    let Some((below, upper)) = counted.filter(|(below, _)| *below > lambda.len()) else { return Ok(()) };
+    Err(DynamicsError::Argument(format!(
+        "{below} modes lie below eigenvalue {upper:.6e}, but phi has {}: {} of them are not in phi; pass all lowest modes \
+         and leave out the last of a cluster that phi cuts",
+        lambda.len(),
+        below - lambda.len()
+    )))
 }
 
 /// The space M-orthogonal to known modes.

@@ -49,6 +49,7 @@ fn lanes(values: impl Iterator<Item = f64>) -> Lanes {
 }
 
 /// Sum over modes of the products of two rows.
+#[inline(always)]
 pub(super) fn dot(x: &Lanes, y: &Lanes) -> f64 {
     let mut sum = [0.0; LANES];
     for (x, y) in x.iter().zip(y) {
@@ -64,6 +65,7 @@ fn times(x: &Lanes, y: &Lanes) -> Lanes {
 }
 
 /// target += factor * row
+#[inline(always)]
 pub(super) fn add(target: &mut Lanes, factor: f64, row: &Lanes) {
     for (target, row) in target.iter_mut().zip(row) {
         for i in 0..LANES {
@@ -134,6 +136,7 @@ impl Stepper {
     }
 
     /// Modal force of the inputs `u` (one value an input), written to `p`.
+    #[inline(always)]
     pub(super) fn load(&self, u: impl Iterator<Item = f64>, p: &mut Lanes) {
         p.fill([0.0; LANES]);
         for (row, u) in self.phi_in.iter().zip(u) {
@@ -142,6 +145,7 @@ impl Stepper {
     }
 
     /// One substep under the force `x.p` at its start and, for now, only the inputs' force `load` at its end.
+    #[inline(always)]
     pub(super) fn free(&self, x: &mut Modes, load: &Lanes) {
         let [[a00, a01], [a10, a11]] = &self.a;
         let ([b0q, b0v], [b1q, b1v]) = (&self.b0, &self.b1);
@@ -173,13 +177,22 @@ impl Stepper {
     }
 
     /// Adds a law force `f` on coordinate `j` to the end of the substep.
+    #[inline(always)]
     pub(super) fn correct(&self, x: &mut Modes, j: usize, f: f64) {
-        add(&mut x.q, -f, &self.b1_w[j][0]);
-        add(&mut x.dq, -f, &self.b1_w[j][1]);
-        add(&mut x.p, -f, &self.w[j]);
+        let n = x.q.len();
+        let (q, dq, p) = (&mut x.q[..n], &mut x.dq[..n], &mut x.p[..n]);
+        let (bq, bv, w) = (&self.b1_w[j][0][..n], &self.b1_w[j][1][..n], &self.w[j][..n]);
+        for k in 0..n {
+            for i in 0..LANES {
+                q[k][i] -= f * bq[k][i];
+                dq[k][i] -= f * bv[k][i];
+                p[k][i] -= f * w[k][i];
+            }
+        }
     }
 
     /// Adds a law force `f` on coordinate `j` at the start from rest, where nothing has moved yet.
+    #[inline(always)]
     pub(super) fn load_only(&self, x: &mut Modes, j: usize, f: f64) {
         add(&mut x.p, -f, &self.w[j]);
     }
@@ -190,11 +203,22 @@ impl Stepper {
     }
 
     /// Displacement and velocity of coordinate `j`.
+    #[inline(always)]
     pub(super) fn motion(&self, x: &Modes, j: usize) -> (f64, f64) {
-        (dot(&self.w[j], &x.q), dot(&self.w[j], &x.dq))
+        let n = x.q.len();
+        let (w, q, dq) = (&self.w[j][..n], &x.q[..n], &x.dq[..n]);
+        let (mut d, mut v) = ([0.0; LANES], [0.0; LANES]);
+        for k in 0..n {
+            for i in 0..LANES {
+                d[i] += w[k][i] * q[k][i];
+                v[i] += w[k][i] * dq[k][i];
+            }
+        }
+        (d.iter().sum(), v.iter().sum())
     }
 
     /// Acceleration of coordinate `j`.
+    #[inline(always)]
     pub(super) fn acceleration(&self, x: &Modes, j: usize) -> f64 {
         let mut sum = [0.0; LANES];
         for (k, w) in self.w[j].iter().enumerate() {
@@ -227,6 +251,7 @@ impl Stepper {
     }
 
     /// Gives the output of every row to `keep`.
+    #[inline(always)]
     pub(super) fn outputs(&self, x: &Modes, mut keep: impl FnMut(usize, f64)) {
         let acceleration: Lanes;
         let values = match self.quantity {
@@ -242,6 +267,7 @@ impl Stepper {
         }
     }
 
+    #[inline(always)]
     fn accelerations(&self, x: &Modes) -> Lanes {
         let one = |k: usize| -> [f64; LANES] {
             std::array::from_fn(|i| {

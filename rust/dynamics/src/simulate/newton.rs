@@ -44,6 +44,7 @@ fn rounding(slope: &[f64; 3], free: &Motion<f64>) -> f64 {
 }
 
 /// Solves for the forces from the guess `f`; `scale` is the largest force so far, `new` receives the laws' states.
+#[inline(always)]
 pub(super) fn solve(
     joints: &[Joint],
     free: &Motions,
@@ -61,6 +62,7 @@ pub(super) fn solve(
 }
 
 /// One coordinate: Newton, held inside a bracket as soon as one is known.
+#[inline(always)]
 fn solve_one(
     joint: &Joint,
     free: &Motions,

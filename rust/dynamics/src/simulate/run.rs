@@ -26,13 +26,26 @@ pub fn simulate(model: &ModalModel, laws: &[Vec<Law>], run: &Run) -> Result<Resp
     let joints: Vec<Joint> = laws.iter().map(|laws| Joint::new(laws, h)).collect::<Result<_, _>>()?;
     let stepper = Stepper::new(model, h, run.output);
     let plain = Stabiliser::new(model, laws, &stepper);
-    let first = Simulation::new(model, &joints, &stepper, run, &plain).run();
+    let first = dispatched(Simulation::new(model, &joints, &stepper, run, &plain));
     if first.status.failed_at.is_some() && plain.share < 1.0 {
         // a law whose stiffness grows with amplitude went beyond what the plain scheme carries
         let full = Stabiliser { share: 1.0, slopes: vec![0.0; n_parameters(laws)], ..plain };
-        return Ok(Simulation::new(model, &joints, &stepper, run, &full).run());
+        return Ok(dispatched(Simulation::new(model, &joints, &stepper, run, &full)));
     }
     Ok(first)
+}
+
+/// Runs a simulation in the widest vector instructions the machine has.
+fn dispatched(simulation: Simulation<'_>) -> Response {
+    struct Whole<'a>(Simulation<'a>);
+    impl pulp::WithSimd for Whole<'_> {
+        type Output = Response;
+        #[inline(always)]
+        fn with_simd<S: pulp::Simd>(self, _: S) -> Response {
+            self.0.run()
+        }
+    }
+    pulp::Arch::new().dispatch(Whole(simulation))
 }
 
 /// Series compliance at the laws' coordinates that keeps stiff laws stable.
@@ -129,15 +142,18 @@ impl<'a> Simulation<'a> {
                 compliance_at_rest[i][j] = [added, memory[i][j], stepper.mobility_at_rest(i, j)];
             }
         }
-        let inertial = joints.iter().any(Joint::is_inertial);
+        let inertial =
+            joints.iter().any(|j| if run.sensitivities { j.is_inertial() } else { j.uses_acceleration() });
         Self { joints, stepper, run, stabiliser, compliance, compliance_at_rest, memory, inertial }
     }
 
+    #[inline(always)]
     fn load(&self, sample: usize, p: &mut Lanes) {
         let Run { u, n, .. } = *self.run;
         self.stepper.load((0..u.len() / n).map(|row| u[row * n + sample]), p);
     }
 
+    #[inline(always)]
     fn run(&self) -> Response {
         let mut out = self.empty();
         let mut now = self.start();
@@ -193,6 +209,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// Finds the law forces at the end of a substep whose free motion the modes hold, and completes the motion.
+    #[inline(always)]
     fn solve_step(&self, now: &mut Moving, first: bool, status: &mut Status) -> Result<(), &'static str> {
         let n = self.joints.len();
         if n == 0 {
@@ -246,6 +263,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// Whether the laws' slopes exceed what the scheme keeps stable with the compliance in use.
+    #[inline(always)]
     fn too_stiff(&self, stiffness: &Forces) -> bool {
         let Stabiliser { lacking, share, .. } = self.stabiliser;
         let load: f64 = (0..self.joints.len()).map(|i| stiffness[i].max(0.0) * lacking[i][i].max(0.0)).sum();
@@ -274,6 +292,7 @@ impl<'a> Simulation<'a> {
         }
     }
 
+    #[inline(always)]
     fn record(&self, now: &Moving, k: usize, out: &mut Response) {
         let n = out.n;
         self.stepper.outputs(&now.modes, |row, y| out.y[row * n + k] = y);

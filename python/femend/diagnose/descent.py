@@ -1,0 +1,236 @@
+"""Levenberg-Marquardt through a closed loop: law parameters by simulation, the model's unknowns by linearisation.
+
+A change of the model's unknowns hardly changes how the law works; so for their derivatives the law is a spring and a
+dashpot that follow its force best, and what is left of its force stays as it was. That needs no simulation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.closed_loop import ClosedLoop, History
+from femend.estimate.lines import TEMPERING, Lines
+
+__all__ = ["Descent", "Reached"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# prior standard deviations: fit coordinates of the law (ln units), companion in units of the recovered force and motion
+LAW_SD, COMPANION_SD = 3.0, 3.0
+DIFFERENCE = 1e-4
+LARGEST_STEP = 0.7
+
+
+@dataclass(frozen=True, eq=False)
+class Reached:
+    """Where a descent is: unknowns z (p, then x), residual, histories, cost, Gauss-Newton matrix over what is free."""
+
+    z: FloatArray
+    e: FloatArray
+    histories: list[History]
+    cost: float
+    H: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """Minimises tempered squares plus prior over the law's unknowns x and, with `everything`, the model's p."""
+
+    loop: ClosedLoop
+    mean: FloatArray
+    sd: FloatArray
+    n_p: int
+    everything: bool
+
+    @classmethod
+    def around(cls, loop: ClosedLoop, x: FloatArray, everything: bool) -> Descent:
+        """Priors of the model, and of the law around `x`."""
+        mean, sd = loop.problem.prior(loop.joint.reduced)
+        n = len(loop.coordinates.free)
+        law_mean = np.concatenate([x[:n], np.zeros(2)])
+        law_sd = np.concatenate([np.full(n, LAW_SD), np.full(2, COMPANION_SD)])
+        both = np.concatenate([mean, law_mean]), np.concatenate([sd, law_sd])
+        return cls(loop, *both, len(mean), everything)
+
+    def on(self, loop: ClosedLoop, everything: bool | None = None) -> Descent:
+        """The same priors on another window, or with more of the unknowns free."""
+        return replace(self, loop=loop, everything=self.everything if everything is None else everything)
+
+    @property
+    def free(self) -> NDArray[np.int64]:
+        """Positions of the unknowns that move."""
+        return np.arange(0 if self.everything else self.n_p, len(self.mean))
+
+    def split(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Unknowns of the model and of the law in `z` (n_p + n_x,)."""
+        return z[: self.n_p], z[self.n_p :]
+
+    def at(self, *points: FloatArray) -> list[Reached]:
+        """Residuals and costs at points; infinite where a simulation failed."""
+        residuals, histories = self.loop.residuals([self.split(z) for z in points])
+        return [Reached(z, e, h, self.cost(z, e)) for z, e, h in zip(points, residuals, histories, strict=True)]
+
+    def cost(self, z: FloatArray, e: FloatArray) -> float:
+        """Prior of the unknowns `z` plus tempered squares of the residual `e`."""
+        prior = float((((z - self.mean) / self.sd) ** 2).sum())
+        value = prior + TEMPERING * float(e @ e)
+        return value if np.isfinite(value) else np.inf
+
+    def run(self, z: FloatArray, iterations: int) -> Reached | None:
+        """The end of the descent from z; None where the start cannot be simulated."""
+        (now,) = self.at(z)
+        if not np.isfinite(now.cost):
+            return None
+        damping = 1e-3
+        for _ in range(iterations):
+            J = self.jacobian(now)
+            H = TEMPERING * (J.T @ J) + np.diag(1 / self.sd[self.free] ** 2)
+            g = TEMPERING * (J.T @ now.e) + ((now.z - self.mean) / self.sd**2)[self.free]
+            now = replace(now, H=H)
+            trials = []
+            for factor in (1.0, 30.0, 1000.0):
+                step = np.linalg.solve(H + damping * factor * np.diag(np.diag(H)), -g)
+                trial = now.z.copy()
+                trial[self.free] += np.clip(step, -LARGEST_STEP, LARGEST_STEP)
+                trials.append(trial)
+            reached = self.at(*trials)
+            best = int(np.argmin([r.cost for r in reached]))
+            if not reached[best].cost < now.cost:
+                damping *= 1e4
+                if damping > 1e6:
+                    break
+                continue
+            gained, now = now.cost - reached[best].cost, replace(reached[best], H=H)
+            damping = max(damping * (0.1, 10.0, 300.0)[best], 1e-8)
+            if gained < 1e-2 * (1 + 1e-2 * now.cost):
+                break
+        return now
+
+    def jacobian(self, now: Reached) -> FloatArray:
+        """Derivatives (n_residual, n_free) of the residual: by differences over x, by linearisation over p."""
+        points = []
+        for i in range(self.n_p, len(now.z)):
+            moved = now.z.copy()
+            moved[i] += DIFFERENCE
+            points.append(moved)
+        columns = [(r.e - now.e) / DIFFERENCE for r in self.at(*points)]
+        if self.everything:
+            columns = linearised_columns(self.loop, self.split(now.z)[0], now.histories) + columns
+        J = np.array(columns).T
+        return np.where(np.isfinite(J), J, 0.0)
+
+
+def linearised_columns(loop: ClosedLoop, p: FloatArray, histories: list[History]) -> list[FloatArray]:
+    """Derivatives of the residual over every unknown of the model, the law taken as linear around its histories."""
+    problem, reduced = loop.problem, loop.joint.reduced
+    system, n_par = problem.system(reduced), len(reduced.names)
+    here = system.modal(p)
+    moved = []
+    for i in range(n_par):
+        q = p.copy()
+        q[i] += DIFFERENCE
+        moved.append(system.modal(q))
+    columns: list[list[FloatArray]] = [[] for _ in p]
+    for i, line in enumerate(problem.lines(reduced, loop.sigma)):
+        at = _Linearised.of(loop, i, line, histories[i], here)
+        y = at.response(here)
+        changes = [(at.response(m) - y) / DIFFERENCE for m in moved] + at.tuned(problem.n_tuned)
+        for column, dy in zip(columns, changes, strict=True):
+            de = (-dy * line.weight).ravel()
+            column += [de.real, de.imag]
+    return [np.concatenate(parts) for parts in columns]
+
+
+@dataclass(frozen=True, eq=False)
+class _Linearised:
+    """The closed loop on one record's lines with the law as dynamic stiffness `kappa` (K, n_w) beside a force `rest`.
+
+    `g` (K, r) receptances of the modes, `C` (K, n_w, n_w) compliance at the joint, `P` (K, r) modal forces.
+    """
+
+    loop: ClosedLoop
+    line: Lines
+    s: ComplexArray
+    kappa: ComplexArray
+    rest: ComplexArray
+    modal: tuple[FloatArray, FloatArray, FloatArray]
+    g: ComplexArray
+    C: ComplexArray
+    P: ComplexArray
+
+    @classmethod
+    def of(
+        cls, loop: ClosedLoop, i: int, line: Lines, history: History, modal: tuple[FloatArray, FloatArray, FloatArray]
+    ) -> _Linearised:
+        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
+        kappa, rest = _equivalent(loop, i, s, history)
+        empty = np.zeros((0, 0), dtype=np.complex128)
+        bare = cls(loop, line, s, kappa, rest, modal, empty, empty, empty)
+        g, C, P = bare.forces(modal)
+        return replace(bare, g=g, C=C, P=P)
+
+    def rows(self, Q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Modal rows of outputs, inputs and the joint's coordinates."""
+        record, reduced = self.line.record, self.loop.joint.reduced
+        out = reduced.rows(record.out_rows, record.out_signs)
+        return out @ Q, reduced.rows(record.in_rows, record.in_signs) @ Q, self.loop.joint.w @ Q
+
+    def forces(
+        self, modal: tuple[FloatArray, FloatArray, FloatArray]
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """Receptances, compliance at the joint and modal forces of a model."""
+        omega, zeta, Q = modal
+        _, into, w = self.rows(Q)
+        g = 1 / (omega**2 + self.s[:, None] ** 2 + 2 * (zeta * omega) * self.s[:, None])
+        driven = self.line.U @ into
+        pairs = (w[:, None, :] * w[None, :, :]).reshape(-1, w.shape[1])
+        C = (g @ pairs.T).reshape(len(g), len(w), len(w)) + np.diag(self.loop.joint.compliance)
+        free = (g * driven) @ w.T - np.einsum("kvw,kw->kv", C, self.rest)
+        D = self.closed(C, free)
+        return g, C, driven - (self.rest + self.kappa * D) @ w
+
+    def closed(self, C: ComplexArray, free: ComplexArray) -> ComplexArray:
+        """Displacements of the coordinates under the law's stiffness from those without it."""
+        matrix = np.eye(free.shape[1]) + C * self.kappa[:, None, :]
+        return np.asarray(np.linalg.solve(matrix, free[:, :, None])[:, :, 0])
+
+    def response(self, modal: tuple[FloatArray, FloatArray, FloatArray]) -> ComplexArray:
+        """Accelerations (K, n_out) of a model."""
+        g, _, P = self.forces(modal)
+        return np.asarray(self.s[:, None] ** 2 * ((g * P) @ self.rows(modal[2])[0].T))
+
+    def tuned(self, n: int) -> list[ComplexArray]:
+        """Derivatives (K, n_out) over ln frequency factors and ln damping ratios of n modes, and of all others'
+        damping."""
+        omega, zeta, Q = self.modal
+        out, _, w = self.rows(Q)
+        damping = 2 * zeta * omega * self.s[:, None]
+        dq = -(self.g**2) * self.P
+        h = np.stack([(self.g * row) @ out.T for row in w], axis=1)
+
+        def change(modes: slice, slope: ComplexArray) -> ComplexArray:
+            own = dq[:, modes] * slope[:, modes]
+            dD = self.closed(self.C, own @ w[:, modes].T)
+            back = np.einsum("kwo,kw->ko", h, self.kappa * dD)
+            return np.asarray(self.s[:, None] ** 2 * (own @ out[:, modes].T - back))
+
+        stiff = 2 * omega**2 + damping
+        single = [slice(m, m + 1) for m in range(n)]
+        return [change(m, stiff) for m in single] + [change(m, damping) for m in (*single, slice(n, None))]
+
+
+def _equivalent(loop: ClosedLoop, i: int, s: ComplexArray, history: History) -> tuple[ComplexArray, ComplexArray]:
+    """Dynamic stiffness (K, n_w) of the spring and dashpot that follow the law's force best, and the rest of it."""
+    D, F = loop.spectra(history.d, i), loop.spectra(history.f, i)
+    kappa = np.zeros_like(D)
+    for j in range(D.shape[1]):
+        A = np.column_stack([D[:, j], s * D[:, j]])
+        size = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+        both = np.vstack([A.real, A.imag]) / size
+        k, c = np.linalg.lstsq(both, np.concatenate([F[:, j].real, F[:, j].imag]), rcond=None)[0] / size
+        kappa[:, j] = k + s * c
+    return kappa, F - kappa * D

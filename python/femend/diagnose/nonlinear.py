@@ -1,0 +1,161 @@
+"""Nonlinear laws at a joint: many starts sorted out on the beginnings of the records, the best followed on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.candidates import Candidate, Start
+from femend.diagnose.closed_loop import COARSE, ClosedLoop, History, loop_of
+from femend.diagnose.descent import Descent, Reached
+from femend.diagnose.joint import Joint, Recovered
+from femend.estimate import FitRecord, Problem
+
+__all__ = ["fit_nonlinear", "judge_nonlinear", "refit_nonlinear", "simulate_candidate"]
+
+FloatArray = NDArray[np.float64]
+
+# steps of every start, starts that are followed, their further steps, and steps with all unknowns
+FEW, FOLLOWED, FIRST, JOINT = 6, 4, 5, 10
+# decays of the windows, in units of `Problem.scale`, before the whole records
+WINDOWS = (10.0, 3.0, 1.0)
+# a start is followed as long as it leaves at most so many times what the best one leaves
+BEHIND = 2.0
+# a law whose misfit grows by more than this when the window is widened has motion that cannot be followed any longer
+LOST = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """A start on its way: descent with the window it has reached, where it is there."""
+
+    name: str
+    start: Start
+    descent: Descent
+    reached: Reached
+
+    @property
+    def misfit(self) -> float:
+        """Mean weighted square left in the window."""
+        return float(self.reached.e @ self.reached.e) / self.descent.loop.size()
+
+
+def fit_nonlinear(
+    problem: Problem, choosing: Problem, joint: Joint, recovered: Recovered, begun: Sequence[tuple[str, Start]]
+) -> list[Candidate]:
+    """The best fits of several laws and starts at a joint, judged on `choosing`.
+
+    All starts go a few steps on the beginnings of the records (an exponential window), where paths of motion that later
+    part are still together; those that get on best are followed to wider windows and the whole records, as far as their
+    motion can be followed: impacts may make it depend on its past without limit. One candidate a law is kept.
+    """
+    first, *wider = (*(factor * problem.scale() for factor in WINDOWS), 0.0)
+    runs: list[_Run] = []
+    for name, start in begun:
+        loop, x = loop_of(problem, joint, start, recovered)
+        descent = Descent.around(replace(loop, sigma=first, substeps=COARSE), x, False)
+        reached = descent.run(np.concatenate([recovered.fit.p, x]), FEW)
+        if reached is not None:
+            runs.append(_Run(name, start, descent, reached))
+    runs = sorted(runs, key=lambda r: r.reached.cost)[:FOLLOWED]
+    lost: list[_Run] = []
+    for sigma in wider:
+        widened = [(run, _widened(run, sigma)) for run in runs]
+        lost += [run for run, new in widened if new is None]
+        ahead = [new for _, new in widened if new is not None]
+        best = min((run.reached.cost for run in ahead), default=np.inf)
+        runs = [run for run in ahead if run.reached.cost <= BEHIND * best]
+    kept: dict[str, Candidate] = {}
+    for run in (*runs, *lost):
+        candidate = judge_nonlinear(choosing, _candidate(run.descent.loop, run.start, run.name, run.reached, None))
+        before = kept.get(run.name)
+        if np.isfinite(candidate.fitted) and (before is None or _further(candidate, before)):
+            kept[run.name] = candidate
+    return list(kept.values())
+
+
+def _further(one: Candidate, other: Candidate) -> bool:
+    """Whether a fit holds on a wider window than another, or is better on the same."""
+    return (one.sigma, one.fitted) < (other.sigma, other.fitted)
+
+
+def _widened(run: _Run, sigma: float) -> _Run | None:
+    """The run on a wider window with everything free; None where it cannot be followed there."""
+    descent = run.descent.on(run.descent.loop.at(sigma), everything=True)
+    reached = descent.run(run.reached.z, FIRST)
+    if reached is None:
+        return None
+    new = _Run(run.name, run.start, descent, reached)
+    return None if new.misfit > LOST * max(run.misfit, 1.0) else new
+
+
+def _candidate(loop: ClosedLoop, start: Start, name: str, reached: Reached, covariance: FloatArray | None) -> Candidate:
+    n_p = len(loop.problem.prior(loop.joint.reduced)[0])
+    p, x = reached.z[:n_p], reached.z[n_p:]
+    values, k, c = loop.values(x)
+    return Candidate(
+        start.physics,
+        name,
+        loop.joint,
+        values,
+        p,
+        x,
+        loop.n_x,
+        loop.problem.prior_cost(loop.joint.reduced, p),
+        float(reached.e @ reached.e) / loop.size(),
+        np.nan,
+        k,
+        c,
+        np.inf,
+        covariance,
+        loop.coordinates,
+        {"k_scale": loop.scale[0], "c_scale": loop.scale[1]},
+        loop.sigma,
+    )
+
+
+def _loop_again(problem: Problem, candidate: Candidate) -> ClosedLoop:
+    assert candidate.joint is not None
+    assert candidate.physics is not None
+    assert candidate.coordinates is not None
+    return ClosedLoop(
+        problem,
+        candidate.joint,
+        candidate.physics.law or candidate.physics.name,
+        candidate.coordinates,
+        (candidate.extra["k_scale"], candidate.extra["c_scale"]),
+        sigma=candidate.sigma,
+    )
+
+
+def judge_nonlinear(choosing: Problem, candidate: Candidate, sigma: float | None = None) -> Candidate:
+    """The candidate with the misfit it leaves on records it has not seen, in the window it was fitted in or another."""
+    loop = _loop_again(choosing, candidate)
+    loop = loop if sigma is None else loop.at(sigma)
+    (e,), _ = loop.residuals([(candidate.p, candidate.x)])
+    value = float(e @ e) / loop.size()
+    return replace(candidate, chosen=value if np.isfinite(value) else np.inf)
+
+
+def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JOINT) -> Candidate:
+    """The candidate fitted to all records of the problem in its window, all unknowns together."""
+    loop = _loop_again(problem, candidate)
+    reached = Descent.around(loop, candidate.x, True).run(np.concatenate([candidate.p, candidate.x]), iterations)
+    if reached is None or reached.H is None or candidate.physics is None:
+        return candidate
+    n_p = len(candidate.p)
+    start = Start(candidate.physics, candidate.values, candidate.k, candidate.c, 0.0)
+    covariance = np.asarray(np.linalg.pinv(reached.H)[n_p:, n_p:], dtype=np.float64)
+    return replace(
+        _candidate(loop, start, candidate.name, reached, covariance),
+        chosen=candidate.chosen,
+        reference=candidate.reference,
+    )
+
+
+def simulate_candidate(problem: Problem, candidate: Candidate, record: FitRecord) -> History:
+    """Histories of a nonlinear candidate for one record's forces (its responses are not looked at)."""
+    return _loop_again(problem.on([record]), candidate).at(0.0).histories([(candidate.p, candidate.x)])[0][0]

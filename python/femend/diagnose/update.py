@@ -1,0 +1,44 @@
+"""The first step of every diagnosis: the model with its parameters updated inside their priors, nothing added."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from femend.errors import RecordingError
+from femend.estimate import Fit, FitRecord, Hypothesis, Problem, check_sampling, modelled_band, used_band
+from femend.model import Model, ReducedModel, reduce_model
+
+__all__ = ["UpdatedModel", "update_model"]
+
+
+@dataclass(frozen=True, eq=False)
+class UpdatedModel:
+    """The problem of the fit recordings, the reduced model, and its fit without anything added."""
+
+    problem: Problem
+    reduced: ReducedModel
+    null: Fit
+    g_rows: list[int]
+
+
+def update_model(model: Model, records: Sequence[FitRecord], zeta: float) -> UpdatedModel:
+    """Fits parameters, frequency factors and damping ratios (prior median `zeta`) of the model as it is.
+
+    Raises RecordingError where there is nothing to fit, the sampling is too slow for the modes in the band, or the
+    model has no solution at the deck's values.
+    """
+    if not records:
+        raise RecordingError('no recording with role = "fit" and excitation = "measured"; name at least one')
+    band = used_band(list(records))
+    g_rows = sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
+    reduced = reduce_model(model, band[1], g_rows)
+    check_sampling(records, band, reduced.freq)
+    band = modelled_band(band, records, reduced.freq)
+    problem = Problem(records, band, zeta, max(1, int((reduced.freq < 1.1 * band[1]).sum())))
+    null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))))
+    if null is None:
+        raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")
+    return UpdatedModel(problem, reduced, null, g_rows)
