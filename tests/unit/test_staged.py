@@ -87,6 +87,7 @@ def test_studies_that_need_stages(tmp_path: Path) -> None:
     assert is_staged(load_study(path))
 
 
+@pytest.mark.slow
 def test_a_result_is_plain_json(tmp_path: Path) -> None:
     """Two configurations of one clamped test: nothing differs between them, and the study says so from end to end."""
     from femend.study.run import diagnose

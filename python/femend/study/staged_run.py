@@ -89,9 +89,10 @@ def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: Staged
         if not fit:
             fact = 'no recording has role = "fit"; at least one is needed to estimate anything'
             raise StudyError(fact, key="recording")
+        said = f'recording {fit[0].name!r} has excitation = "{fit[0].excitation}"'
         raise RecordingError(
-            f'recording {fit[0].name!r} has excitation = "{fit[0].excitation}" and no mode could be identified in it, so '
-            "that nothing can be estimated; record longer, or give it another role and add a recording with its force",
+            f"{said} and no mode could be identified in it, so that nothing can be estimated; record longer, or give "
+            "it another role and add a recording with its force",
             recording=fit[0].name,
         )
     used = dict.fromkeys([*names, *(r.configuration for r in test)])
