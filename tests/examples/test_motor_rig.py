@@ -98,3 +98,21 @@ def test_the_shared_rig(project_root: Path, shared: Callable[[str], Path], tmp_p
     found = 1 / np.sqrt(squares[:8]) / (2 * np.pi)
     omega, _ = result.model.modes(result.posterior.p)
     assert found == pytest.approx(omega[:8] / (2 * np.pi), rel=0.01)
+
+
+@pytest.mark.slow
+def test_what_a_run_alone_cannot_tell_is_said(tmp_path: Path) -> None:
+    """A run-up on a layer without any other recording: never a sure verdict about a model that does not explain it."""
+    study = write_rig(tmp_path, OTHER)
+    text = study.read_text()
+    head, *recordings = text.split("[[recording]]")
+    kept = [r for r in recordings if '"runup"' in r]
+    study.write_text(head + "".join(f"[[recording]]{r}" for r in kept))
+    run = diagnose(study)
+    assert isinstance(run, StagedRun)
+    (_, result) = run.final.runs[0]
+    if result.error > 0.15:
+        assert run.result["verdict"] in ("undetermined", "located-not-named")
+        assert "ambient" in run.result["advice"]
+    else:
+        assert [f["physics"] for f in run.result["findings"]][:1] == ["compliant_support"]

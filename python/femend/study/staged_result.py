@@ -18,8 +18,9 @@ FORMAT = "femend-diagnosis/1"
 ALTERNATIVES = 5
 # directions in which the nodes that span an area lie farthest out
 _DIAGONALS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-# a parameter this many prior deviations away is no update any more
-FAR = 5.0
+# a parameter this many prior deviations away is no update any more, nor does a stage that leaves this many times the
+# noise and more than this share of its recording explain it
+FAR, POOR = 5.0, 0.15
 
 
 def staged_result(
@@ -59,6 +60,13 @@ def _by_weight(flow: Flow) -> list[tuple[LinearTerm, Round]]:
 
 def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[str, str]:
     advice = "; ".join(flow.unseen)
+    poor = [s for s in flow.stages if s.run is not None and s.unexplained > max(POOR, FAR * s.noise)]
+    if poor:
+        said = f"{100 * poor[0].unexplained:.2g} % of {poor[0].recordings[0]} stays unexplained"
+        verdict = "located-not-named" if findings else "undetermined"
+        return verdict, "; ".join(
+            filter(None, [f"{said}; record some minutes of ambient vibration in the same configuration", advice])
+        )
     if findings:
         worst = max((d.inflation for s in flow.stages for d in s.rounds), default=1.0)
         if worst > setup.settings.adequate:
