@@ -377,7 +377,7 @@ class FeModel:
         parameters: Sequence[tuple[str, str, str, Sequence[int]]] | None = None,
         added_mass: Sequence[tuple[int, float]] | None = None,
     ) -> FeModel:
-        """Model with SPC set `spc` (None: the one case control selects).
+        """Model with SPC set `spc` (None: the one case control selects; 0: no set, all supports free).
 
         `parameters` are (name, property, target, ids): property one of E G nu rho eta A I1 I2 J t k1..k6 c1..c6 m,
         target one of material, property_id, elements, mass. `added_mass` are (node, mass) on top of the deck.

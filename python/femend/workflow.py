@@ -37,6 +37,7 @@ from femend.study.content import report_content
 from femend.study.predictions import STAGES, Prediction, predict_all
 from femend.study.result import result_of
 from femend.study.run import StudyRun, diagnose
+from femend.study.staged_run import StagedRun
 
 __all__ = [
     "Check",
@@ -309,7 +310,7 @@ def write_report(what: Named, check: Check, path: str | os.PathLike[str], title:
 
 def diagnose_study(
     study: str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, seed: int = 0
-) -> StudyRun:
+) -> StudyRun | StagedRun:
     """Runs the study file `study` from end to end; with a folder `out` everything is written there.
 
     `seed` is written down with the run. Raises StudyError, DeckError, FormatError, RecordingError, PairingError and

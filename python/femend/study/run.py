@@ -23,6 +23,7 @@ from femend.study.load import load_study
 from femend.study.patch import deck_cards, deck_changes
 from femend.study.predictions import STAGES, Prediction, predict_all
 from femend.study.result import result_of
+from femend.study.staged_run import StagedRun, diagnose_staged, is_staged
 from femend.study.study import Study
 
 __all__ = ["StudyRun", "diagnose"]
@@ -42,7 +43,9 @@ class StudyRun:
     result: dict[str, Any]
 
 
-def diagnose(study_path: str | Path, out: str | Path | None = None, progress: Any = None, seed: int = 0) -> StudyRun:
+def diagnose(
+    study_path: str | Path, out: str | Path | None = None, progress: Any = None, seed: int = 0
+) -> StudyRun | StagedRun:
     """Runs a study from its file and, where `out` is given, writes everything the contract asks for to that folder.
 
     Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError, PairingError, ModelError).
@@ -50,8 +53,11 @@ def diagnose(study_path: str | Path, out: str | Path | None = None, progress: An
     """
     info = RunInfo(seed=seed, study=str(Path(study_path).name))
     steps = _Steps(info, progress)
-    with steps.step("read the study, the deck and the recordings"):
+    with steps.step("read the study"):
         study = load_study(Path(study_path))
+    if is_staged(study):
+        return diagnose_staged(study, steps, info, progress, None if out is None else Path(out))
+    with steps.step("read the deck and the recordings"):
         parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
         model = read_model(study.model_file, units=study.units, parameters=parameters, spc=_spc(study))
         test = study.read_recordings()

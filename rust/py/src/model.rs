@@ -73,7 +73,12 @@ impl FeModel {
         parameters: Option<Vec<ParameterSpec>>,
         added_mass: Option<Vec<(Id, f64)>>,
     ) -> PyResult<Self> {
-        let spc = spc.map_or(Choice::CaseControl, Choice::Set);
+        // 0 is no set, as SPC = 0 in case control
+        let spc = match spc {
+            None => Choice::CaseControl,
+            Some(0) => Choice::Nothing,
+            Some(id) => Choice::Set(id),
+        };
         let mesh = py
             .detach(|| build(&deck.deck, &Selection { spc, ..Selection::default() }))
             .map_err(|e| deck_error(py, &e))?;

@@ -1,0 +1,20 @@
+"""Diagnosis in stages: modal test, FRFs, output-only modes, operating shapes and loads."""
+
+from femend.diagnose.staged.loads import RunResult
+from femend.diagnose.staged.settings import StagedSettings
+from femend.diagnose.staged.setup import ConfigurationSpec, Setup, carried, setup_of
+from femend.diagnose.staged.stages import Flow, Stage, StagedData, run_stages, staged_data
+
+__all__ = [
+    "ConfigurationSpec",
+    "Flow",
+    "RunResult",
+    "Setup",
+    "Stage",
+    "StagedData",
+    "StagedSettings",
+    "carried",
+    "run_stages",
+    "setup_of",
+    "staged_data",
+]

@@ -1,0 +1,206 @@
+"""Loads of a run: the bearing forces line by line first, then with the structure over the whole run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.staged.prepare import RunData, unbalance_of
+from femend.diagnose.staged.setup import Setup, carried
+from femend.estimate.joint import (
+    DELAY,
+    LineForces,
+    OdsFrf,
+    Posterior,
+    RunBlock,
+    Unbalance,
+    line_forces,
+    maximise,
+    ods_frf,
+    run_of,
+    simulate_run,
+    unbalance_unknowns,
+)
+from femend.model.configured import ConfiguredModel
+from femend.model.linear_terms import LinearTerm
+from femend.model.unknowns import Unknowns
+
+__all__ = ["LEAD", "RunResult", "fit_run", "ods_lines", "predicted_ods"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# lines of the operating shapes: spacing in Hz as a share of the highest speed, the window each is averaged over, and
+# the share of the speed range that is used (at its ends the record is cut)
+SPACING, WINDOW, FROM, TO = 0.01, 0.004, 1.25, 0.97
+# a shaft that was running already did so for this long (s), and what the record's first seconds look like then
+LEAD, FIRST = 10.0, 5.0
+# else its force set in with the record over one of these times (s); squares by which that must be better
+ONSETS, CLEARLY = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0), 20.0
+# band of the force law, relative to the highest speed
+LAW = (0.2, 0.97)
+
+
+@dataclass(frozen=True, eq=False)
+class RunResult:
+    """A run's estimate: posterior over structure and unbalance together, and the forces line by line.
+
+    `before` are the line forces through the model as the stage found it, `after` through the updated one; `exponent`
+    and its deviation of |F| ~ Omega^n; `correlation` the largest of an unbalance with an unknown of the structure, and
+    that unknown's name; `error` the NRMSE over the compared samples.
+    """
+
+    data: RunData
+    posterior: Posterior
+    model: ConfiguredModel
+    unbalance: Unbalance
+    shapes: OdsFrf
+    before: LineForces
+    after: LineForces
+    exponent: tuple[float, float]
+    correlation: tuple[float, str]
+    predicted: FloatArray
+    error: float
+    onset: float | None
+
+    def unbalances(self) -> tuple[FloatArray, FloatArray]:
+        """U (n_bearings,) and phase (n_bearings,) in rad against the tacho."""
+        u, values = self.posterior.unknowns, self.posterior.values
+        parts = np.array([values[u.index(n)] for n in self.unbalance.names]).reshape(-1, 2)
+        return np.hypot(parts[:, 0], parts[:, 1]), np.arctan2(parts[:, 1], parts[:, 0])
+
+
+def ods_lines(data: RunData) -> OdsFrf:
+    """Operating shapes of a run on even lines between its lowest and highest speed."""
+    low, high = data.rev_per_s.min(), data.rev_per_s.max()
+    freq = np.arange(FROM * low, TO * high, SPACING * high)
+    return ods_frf(data.run, data.y, freq, max(WINDOW * high, 8.0 / (data.run.padded * data.dt)))
+
+
+def predicted_ods(
+    setup: Setup, data: RunData, model: ConfiguredModel, p: FloatArray, unbalance: Unbalance, freq: FloatArray
+) -> ComplexArray:
+    """Operating shapes (K, n_out) per unit course at `freq` (K,) Hz that the model says at `p` (n,), with the tacho's
+    delay."""
+    from femend.estimate.joint import receptance
+
+    u = model.unknowns
+    values = u.values(p)
+    m_r = np.array([values[u.index(n)] for n in unbalance.names])
+    s = 2j * np.pi * freq
+    # at positive frequencies the sine course is -j times the cosine course
+    course = np.array([1.0, -1.0j])
+    load = np.einsum("c,ucr,u->r", course, unbalance.pattern(data.bearings(setup, model)), m_r)
+    x = receptance(model, p, s).X @ load
+    late = np.exp(-s * values[u.index(DELAY)])
+    return np.asarray((x * (s**2 * late)[:, None]) @ setup.rows(model, data.sensors).T)
+
+
+def fit_run(
+    setup: Setup,
+    configuration: str,
+    data: RunData,
+    terms: list[LinearTerm],
+    before: Posterior | None,
+    *,
+    iterations: int = 12,
+    structure: bool = True,
+    start: FloatArray | None = None,
+) -> RunResult:
+    """Estimates unbalance and structure together from a run; with `structure` False the unbalance alone.
+
+    The sense of rotation and the start come from the forces line by line. `start` overrules what the stage before says
+    about the unknowns it has.
+    """
+    size = _size(setup, data)
+    more = unbalance_unknowns(unbalance_of(data, 1), size, data.step)
+    unknowns = carried(setup, setup.unknowns(terms, more), before)
+    model = setup.model(configuration, unknowns, terms)
+    p = unknowns.mean.copy()
+    if start is not None:
+        p[: len(start)] = start
+    shapes = ods_lines(data)
+    credible = (float(shapes.freq[0]), float(shapes.freq[-1]))
+    out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
+    lines = line_forces(model, p, shapes, unbalance_of(data, 1), out, bearings, credible)
+    unbalance = unbalance_of(data, lines.sense())
+    block = data.block(setup, model, unbalance)
+    posterior = _unbalance_only(unknowns, block, p, unbalance)
+    if structure:
+        posterior = maximise(unknowns, [block], posterior.p, iterations=iterations)
+        predicted = simulate_run(model, posterior.p, data.run, unbalance, out, bearings)
+        data = data.without_slips(predicted)
+        posterior = maximise(
+            unknowns, [data.block(setup, model, unbalance)], posterior.p, iterations=max(3, iterations // 2)
+        )
+    predicted = simulate_run(model, posterior.p, data.run, unbalance, out, bearings)
+    after = line_forces(model, posterior.p, shapes, unbalance, out, bearings, credible)
+    high = float(data.rev_per_s.max())
+    counted = data.slips < 10
+    error = float(np.linalg.norm((predicted - data.y)[:, counted]) / np.linalg.norm(data.y[:, counted]))
+    return RunResult(
+        data, posterior, model, unbalance, shapes, lines, after,
+        after.exponent(unbalance.sense, (LAW[0] * high, LAW[1] * high)),
+        _correlation(posterior, unbalance), predicted, error,
+        _onset(data, model, posterior, unbalance, out, bearings),
+    )  # fmt: skip
+
+
+def _size(setup: Setup, data: RunData) -> float:
+    """An unbalance that would shake the whole mass as strongly as was recorded, at the highest speed."""
+    mass = setup.free.fe.total_mass()
+    omega = 2 * np.pi * float(data.rev_per_s.max())
+    return float(np.sqrt((data.y**2).mean()) * mass / omega**2)
+
+
+def _unbalance_only(unknowns: Unknowns, block: RunBlock, p: FloatArray, unbalance: Unbalance) -> Posterior:
+    """The unbalances for a structure as it is at p: two steps, since the problem is linear but for the delay."""
+    at = np.array([unknowns.index(n) for n in (*unbalance.names, DELAY)])
+    p = p.copy()
+    cost, H = np.inf, unknowns.precision
+    for _ in range(3):
+        cost, gradient, A = block.gauss_newton(p, True)
+        d = p - unknowns.mean
+        H = unknowns.precision + A
+        p[at] -= np.linalg.solve(H[np.ix_(at, at)], (gradient + unknowns.precision @ d)[at])
+        p[at[-1]] = np.clip(p[at[-1]], -2.0, 2.0)
+    return Posterior(unknowns, p, H, {block.name: cost}, 0.0, True, 3, block.n_values)
+
+
+def _correlation(posterior: Posterior, unbalance: Unbalance) -> tuple[float, str]:
+    C = posterior.covariance
+    sd = np.sqrt(np.diag(C))
+    own = [posterior.unknowns.index(n) for n in unbalance.names]
+    skip = {*own, posterior.unknowns.index(DELAY)}
+    others = [i for i in range(len(sd)) if i not in skip]
+    R = np.abs(C[np.ix_(own, others)] / np.outer(sd[own], sd[others]))
+    at = np.unravel_index(int(np.argmax(R)), R.shape)
+    return float(R[at]), posterior.unknowns.names[others[int(at[1])]]
+
+
+def _onset(
+    data: RunData,
+    model: ConfiguredModel,
+    posterior: Posterior,
+    unbalance: Unbalance,
+    out: FloatArray,
+    bearings: FloatArray,
+) -> float | None:
+    """What the first seconds show: None for a machine that was running, else how long the force took to set in (s).
+
+    Running is what a machine at speed is taken to be unless another beginning explains the samples clearly better.
+    """
+    first = slice(0, int(round(FIRST / data.dt)))
+
+    def left(steady: float, onset: float) -> float:
+        run = run_of(data.speed, data.y.shape[1], data.dt, steady=steady, onset=onset)
+        y = simulate_run(model, posterior.p, run, unbalance, out, bearings)
+        return float((((y - data.y)[:, first] / data.noise[:, None]) ** 2).sum())
+
+    running = left(LEAD, 0.0)
+    squares = {onset: left(0.0, onset) for onset in ONSETS}
+    best = min(squares, key=lambda onset: squares[onset])
+    inflation = max(1.0, min(running, squares[best]) / (data.y[:, first].size))
+    return best if (running - squares[best]) / inflation > CLEARLY else None

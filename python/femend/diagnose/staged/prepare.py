@@ -1,0 +1,233 @@
+"""Recordings as data of the stages: FRFs with their noise, modes with their deviations, runs with their tacho."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal
+
+from femend.data import FRF, Channel, IdentifiedModes, Recording, Speed
+from femend.diagnose.staged.setup import Setup
+from femend.dof import Dof
+from femend.errors import RecordingError
+from femend.estimate.frf import frf_lines_of, useful_band
+from femend.estimate.joint import FrfBlock, ModesBlock, Run, RunBlock, Unbalance, ods_frf, run_of
+from femend.modal import identify_modes
+from femend.model.configured import ConfiguredModel
+from femend.signal import estimate_frf, tacho_speed
+
+__all__ = ["FrfData", "ModesData", "RunData", "frf_data", "run_data", "run_modes", "unbalance_of"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# a run is compared up to this multiple of its highest speed, and sampled this often per cycle of that
+ABOVE, PER_CYCLE = 1.3, 2.4
+# seconds at both ends of a run that do not count: filters and the state it started from
+START, END = 1.0, 0.8
+# a stretch of a run that is this much worse explained than the median one holds a disturbance: the tacho slipped
+SLIP, STRETCH = 3.0, 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class FrfData:
+    """Accelerances (K, n_out, n_in) with the deviation `noise` of every value."""
+
+    name: str
+    freq: FloatArray
+    H: ComplexArray
+    noise: FloatArray
+    outputs: tuple[Dof, ...]
+    inputs: tuple[Dof, ...]
+
+    def block(self, setup: Setup, model: ConfiguredModel, thinning: int = 1) -> FrfBlock:
+        """Residuals against a configuration, on every `thinning`-th line, which counts for those left out as far as
+        lines count at all."""
+        s, few = setup.settings, slice(None, None, thinning)
+        sd = np.sqrt(self.noise**2 + (s.model_frf * np.abs(self.H)) ** 2)
+        out, into = setup.rows(model, self.outputs), setup.rows(model, self.inputs)
+        weight = min(1.0, s.weight_frf * thinning)
+        return FrfBlock(self.name, model, self.freq[few], self.H[few], sd[few], out, into, weight)
+
+
+def frf_data(recording: Recording) -> FrfData:
+    """FRFs of a recording, or those estimated from its forces and responses (H1), in the band clear of noise."""
+    frf = recording.data if isinstance(recording.data, FRF) else estimate_frf(recording.time).frf
+    lines = [frf_lines_of(frf, j) for j in range(len(frf.inputs))]
+    bands = np.array([useful_band(line) for line in lines])
+    freq = lines[0].freq
+    inside = (freq >= bands[:, 0].min()) & (freq <= bands[:, 1].max())
+    H, noise = (np.stack([getattr(line, key) for line in lines], axis=2)[inside] for key in ("H", "noise"))
+    return FrfData(recording.name, freq[inside], H, noise, _dofs(frf.outputs), _dofs(frf.inputs))
+
+
+def _dofs(channels: tuple[Channel, ...]) -> tuple[Dof, ...]:
+    return tuple(c.dof for c in channels if c.dof is not None)
+
+
+def _known(deviation: FloatArray | None) -> FloatArray:
+    """Deviations with 0 where they are not known."""
+    return np.zeros(1) if deviation is None else np.nan_to_num(deviation)
+
+
+@dataclass(frozen=True, eq=False)
+class ModesData:
+    """Identified modes of a recording; `shape_sd` (n_dof, n_modes) or None where it is not known."""
+
+    name: str
+    modes: IdentifiedModes
+    shape_sd: FloatArray | None = None
+
+    @property
+    def freq_sd(self) -> FloatArray:
+        """Relative deviations of the frequencies, 0 where they are not known."""
+        return np.asarray(_known(self.modes.freq_sd) / self.modes.freq)
+
+    def block(self, setup: Setup, model: ConfiguredModel) -> ModesBlock:
+        """Residuals against a configuration."""
+        s, m = setup.settings, self.modes
+        largest = np.abs(m.shapes).max(axis=0)
+        shape = np.zeros(m.shapes.shape) if self.shape_sd is None else self.shape_sd / largest
+        return ModesBlock(
+            self.name,
+            model,
+            m.poles,
+            m.shapes,
+            np.hypot(self.freq_sd, s.model_freq),
+            np.hypot(_known(m.zeta_sd) / m.zeta, s.model_zeta),
+            np.hypot(np.nan_to_num(shape), s.model_shape),
+            setup.rows(model, m.dofs),
+            s.weight_modes,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class RunData:
+    """A run: low-passed accelerations `y` (n_out, n) at `dt` s with their `noise` (n_out,) and `envelope` (n_out, n).
+
+    `slips` (n,) multiplies the deviation: large at the ends and where the tacho is not to be trusted.
+    """
+
+    name: str
+    y: FloatArray
+    dt: float
+    noise: FloatArray
+    envelope: FloatArray
+    slips: FloatArray
+    speed: Speed
+    rev_per_s: FloatArray
+    run: Run
+    sensors: tuple[Dof, ...]
+    nodes: tuple[int, ...]
+    axis: int
+    step: float
+    f_max: float
+
+    def block(self, setup: Setup, model: ConfiguredModel, unbalance: Unbalance) -> RunBlock:
+        """Residuals against a configuration."""
+        s = setup.settings
+        sd = np.sqrt(self.noise[:, None] ** 2 + (s.model_run * self.envelope) ** 2) * self.slips
+        out, bearings = setup.rows(model, self.sensors), self.bearings(setup, model)
+        return RunBlock(
+            self.name, model, self.run, self.y, sd, out, bearings, unbalance, 1.05 * self.f_max, s.weight_run
+        )
+
+    def bearings(self, setup: Setup, model: ConfiguredModel) -> FloatArray:
+        """Rows (n_bearings, 3, r) of the basis at the bearings."""
+        rows = [[setup.free.row(Dof(n, c)) for c in (1, 2, 3)] for n in self.nodes]
+        return np.array([model.rows(r) for r in rows])
+
+    def without_slips(self, predicted: FloatArray) -> RunData:
+        """The same run with stretches that `predicted` (n_out, n) explains far worse than the rest counting little.
+
+        A tacho whose pulses fall on the same place between samples for a while loses its angle there.
+        """
+        sd = np.sqrt(self.noise[:, None] ** 2 + (0.02 * self.envelope) ** 2)
+        z = np.sqrt((((predicted - self.y) / sd) ** 2).mean(axis=0))
+        width = max(3, int(round(STRETCH / self.dt)))
+        local = np.sqrt(np.convolve(np.pad(z**2, width // 2, "edge"), np.ones(width) / width, "same"))
+        local = local[width // 2 : width // 2 + len(z)]
+        around = signal.medfilt(local, 2 * int(round(3.0 / self.dt)) + 1)
+        excess = local / np.maximum(around, np.median(local))
+        slips = self.slips * np.where(excess > SLIP, excess**2, 1.0)
+        return replace(self, slips=slips)
+
+
+def unbalance_of(data: RunData, sense: int) -> Unbalance:
+    """The unbalance of a run's shaft, turning in a sense."""
+    return Unbalance(data.nodes, data.axis, sense)
+
+
+def run_data(recording: Recording, *, steady: float = 0.0, onset: float = 0.0, f_max: float | None = None) -> RunData:
+    """A recording of a rotor's run, compared up to `f_max` Hz (1.3 times its highest speed).
+
+    For `steady` seconds before its first sample the shaft turned at the speed it begins with; without, the force set in
+    with the record over `onset` seconds. Raises
+    RecordingError where bearings and shaft are not stated.
+    """
+    rotating = recording.rotating
+    response = recording.response
+    if rotating is None:
+        raise RecordingError(
+            f'recording {recording.name!r} has excitation = "rotating" but no [recording.rotating] table; state tacho, '
+            "bearing nodes and shaft axis",
+            recording=recording.name,
+        )
+    time = recording.time
+    speed = tacho_speed(time, rotating.tacho, pulses_per_revolution=int(rotating.pulses_per_revolution))
+    f_max = f_max or ABOVE * float(speed.rev_per_s.max())
+    keep = max(1, int(time.rate / (PER_CYCLE * f_max)))
+    dt, n = keep * time.dt, -(-time.n_samples // keep)
+    values = np.zeros((0, time.n_samples)) if response is None else response.values
+    taps = 2 * int(4.0 * time.rate / f_max) + 1
+    low = signal.firwin(taps, min(f_max, 0.45 * time.rate), fs=time.rate)
+    y = signal.fftconvolve(values, low[None], axes=1, mode="same")[:, ::keep] if len(values) else np.zeros((0, n))
+    width = max(3, int(round(1.0 / dt)))
+    envelope = np.sqrt(np.maximum(signal.fftconvolve(y**2, np.full((1, width), 1 / width), mode="same", axes=1), 0.0))
+    t = dt * np.arange(n)
+    slips = 1 + 1e3 * ((t < START) | (t > t[-1] - END))
+    return RunData(
+        recording.name,
+        np.asarray(y),
+        dt,
+        _noise(values, time.dt, f_max),
+        envelope,
+        slips,
+        speed,
+        speed.at(np.clip(t, speed.t[0], speed.t[-1]))[0],
+        run_of(speed, n, dt, steady=steady, onset=onset),
+        () if response is None else _dofs(response.channels),
+        tuple(rotating.nodes),
+        "XYZ".index(rotating.axis.lstrip("+-").upper()),
+        time.dt,
+        f_max,
+    )
+
+
+def run_modes(data: RunData) -> ModesData | None:
+    """Modes of a run's operating shapes: over frequency, per unit course, they are FRFs to a load that turns.
+
+    Poles by pLSCF as in a modal test; the shapes are those of the responses, of arbitrary size.
+    """
+    low, high = float(data.rev_per_s.min()), float(data.rev_per_s.max())
+    step = 2.0 / (data.y.shape[1] * data.dt)
+    freq = np.arange(1.25 * low, 0.97 * high, max(step, 0.0015 * high))
+    shapes = ods_frf(data.run, data.y, freq, max(2.5 * step, 0.004 * high))
+    outputs = tuple(Channel(d, "acceleration", "m/s^2") for d in data.sensors)
+    load = (Channel(Dof(data.nodes[0], (data.axis + 1) % 3 + 1), "force", "N"),)
+    frf = FRF(data.name, shapes.freq, shapes.Y[:, :, None], outputs, load, "accelerance", "(m/s^2)/N")
+    modes = identify_modes(frf).modes
+    return ModesData(data.name, modes) if modes.n_modes else None
+
+
+def _noise(values: FloatArray, dt: float, f_max: float) -> FloatArray:
+    """Deviation (n_ch,) of white noise below `f_max`, read off the spectrum well above it."""
+    if not len(values):
+        return np.zeros(0)
+    freq = np.fft.rfftfreq(values.shape[1], dt)
+    above = (freq > min(1.6 * f_max, 0.7 / (2 * dt))) & (freq < 0.95 / (2 * dt))
+    power = np.median(np.abs(np.fft.rfft(values, axis=1)[:, above]) ** 2, axis=1) / np.log(2.0)
+    level = np.sqrt(power / values.shape[1] * min(1.0, f_max * 2 * dt))
+    return np.asarray(np.maximum(level, 1e-4 * values.std(axis=1)))

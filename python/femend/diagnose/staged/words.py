@@ -1,0 +1,108 @@
+"""What a stage says in words: what it explains, what it leaves, what its recordings cannot see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from femend.diagnose.staged.prepare import FrfData
+from femend.diagnose.staged.select import Round
+from femend.diagnose.staged.setup import Setup
+from femend.dof import COMPONENTS
+from femend.estimate.joint import Posterior
+from femend.model.linear_terms import LinearTerm
+
+if TYPE_CHECKING:
+    from femend.diagnose.staged.loads import RunResult
+
+__all__ = ["remark_on_frfs", "remark_on_modes", "remark_on_run", "unseen_modes"]
+
+# a mode that contributes less than this share of the strongest one to every FRF is not seen by the test
+UNSEEN = 0.01
+
+
+def _decisions(rounds: Sequence[Round]) -> tuple[str, ...]:
+    said = []
+    for decision in rounds:
+        best = decision.rivals[0]
+        if decision.taken is not None:
+            following = next((r for r in decision.rivals[1:]), None)
+            against = f", ln evidence {best.score - following.score:.3g} above {following.label}" if following else ""
+            said.append(f"added: {decision.taken.label}{against}")
+        else:
+            without = max(r.score for r in decision.rivals if r.term is None) if _has_plain(decision) else np.nan
+            said.append(f"nothing added: the best rival is {best.label} (ln evidence {best.score - without:+.3g})")
+    return tuple(said)
+
+
+def _has_plain(decision: Round) -> bool:
+    return any(r.term is None for r in decision.rivals)
+
+
+def remark_on_frfs(left: float, noise: float, rounds: Sequence[Round]) -> tuple[str, ...]:
+    """Share of the FRFs left, and the decisions."""
+    clear = "as far as their noise allows" if left < 1.5 * noise else "and more than their noise"
+    return (*_decisions(rounds), f"{100 * left:.2g} % of the FRFs stay unexplained, {clear} ({100 * noise:.2g} %)")
+
+
+def remark_on_modes(rows: Sequence[tuple[float, ...]], left: float, rounds: Sequence[Round]) -> tuple[str, ...]:
+    """Errors of frequencies and shapes, and the decisions."""
+    said = [*_decisions(rounds)]
+    worst = max(rows, key=lambda r: abs(r[2] / r[0] - 1))
+    said.append(
+        f"{len(rows)} modes: frequencies {100 * left:.2g} % off in the middle, at most "
+        f"{100 * (worst[2] / worst[0] - 1):+.2g} % (at {worst[0]:.4g} Hz), least MAC {min(r[4] for r in rows):.3f}"
+    )
+    return tuple(said)
+
+
+def remark_on_run(result: RunResult) -> tuple[str, ...]:
+    """Force law, unbalances, correlation, what stays."""
+    n, sd = result.exponent
+    U, phase = result.unbalances()
+    reliable = result.after.freq[result.after.reliable]
+    where = f"{reliable.min():.3g} to {reliable.max():.3g} Hz" if reliable.size else "nowhere"
+    said = [
+        f"bearing forces grow with speed to the power {n:.2f} +- {sd:.2f}; reliable on {reliable.size} of "
+        f"{len(result.after.freq)} lines, {where}",
+    ]
+    said += [
+        f"unbalance at {node}: {u:.4g} at {np.degrees(a):.1f} degrees against the tacho"
+        for node, u, a in zip(result.unbalance.nodes, U, phase, strict=True)
+    ]
+    value, name = result.correlation
+    apart = "can be told apart" if value < 0.95 else "can hardly be told apart"
+    said.append(f"unbalance and structure {apart}: largest correlation {value:.2f}, with {name}")
+    said.append(
+        "the record begins with the machine running"
+        if result.onset is None
+        else f"the record begins at rest, the force sets in over {result.onset:.2g} s"
+    )
+    said.append(f"{100 * result.error:.2g} % of the run stays unexplained")
+    return tuple(said)
+
+
+def unseen_modes(
+    setup: Setup, configuration: str, terms: Sequence[LinearTerm], posterior: Posterior, frfs: Sequence[FrfData]
+) -> tuple[str, ...]:
+    """Modes of the model inside the band that no FRF of the test can show, with their frequency."""
+    model = setup.model(configuration, posterior.unknowns, terms)
+    omega, phi = model.modes(posterior.p)
+    freq = omega / (2 * np.pi)
+    low, high = min(f.freq[0] for f in frfs), max(f.freq[-1] for f in frfs)
+    seen = np.zeros(len(freq))
+    for f in frfs:
+        out, into = np.abs(setup.rows(model, f.outputs) @ phi), np.abs(setup.rows(model, f.inputs) @ phi)
+        seen = np.maximum(seen, out.max(axis=0) * into.max(axis=0))
+    inside = (freq > low) & (freq < high)
+    said = []
+    for i in np.flatnonzero(inside & (seen < UNSEEN * seen[inside].max(initial=0.0))):
+        largest = int(np.argmax(np.abs(model.V @ phi[:, i])))
+        node, component = int(model.model.node_ids[largest // 6]), COMPONENTS[largest % 6]
+        said.append(
+            f"the model has a mode at {freq[i]:.4g} Hz (largest in {component} at node {node}) that this test cannot "
+            "see: no measured pair of DOFs takes part in it; its frequency rests on the model alone"
+        )
+    return tuple(said)

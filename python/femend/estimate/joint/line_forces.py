@@ -1,0 +1,170 @@
+"""Harmonic bearing forces line by line: operating shapes through the model's receptances, regularised by the data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.estimate.joint.receptance import receptance
+from femend.estimate.joint.rotor import Run, Unbalance
+from femend.model.configured import ConfiguredModel
+
+__all__ = ["LineForces", "OdsFrf", "line_forces", "ods_frf"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# share of the operating shape that may stay unexplained, and relative deviation of the forces, where they are reliable
+UNEXPLAINED, UNCERTAIN = 0.10, 0.10
+# regularisation parameters that are tried, relative to the largest squared singular value
+TRIED = np.logspace(-14, 0, 57)
+
+
+@dataclass(frozen=True, eq=False)
+class OdsFrf:
+    """Operating shapes over frequency per unit course Omega^2 cos(theta): `Y` (K, n_out) at `freq` (K,) Hz, with
+    standard deviation `sd` (K, n_out) of every value."""
+
+    freq: FloatArray
+    Y: ComplexArray
+    sd: FloatArray
+
+
+def ods_frf(run: Run, y: FloatArray, freq: FloatArray, width: float) -> OdsFrf:
+    """Deconvolves accelerations y (n_out, n) of a run by its course, at lines `freq` (K,), each averaged over `width`
+    Hz.
+
+    The spectrum of the whole record over that of the course, sum Y conj(F) / sum |F|^2 in every window (H1; Bendat and
+    Piersol, Random Data, 4th ed., eq. 6.37): since both are whole transforms, a sweep through a resonance at any pace
+    gives the steady response there. What differs from line to line within a window is noise.
+    """
+    padded = np.zeros((len(y), run.padded))
+    padded[:, run.lead : run.lead + run.n] = y
+    spectrum = np.fft.rfft(padded, axis=1).T
+    F = run.F[:, 0]
+    shapes, deviation = [], []
+    for f in freq:
+        inside = np.flatnonzero(np.abs(run.freq - f) <= 0.5 * width)
+        near = F[inside]
+        power = float((np.abs(near) ** 2).sum())
+        # a straight line in frequency, so that the slope of a resonance is not taken for noise
+        x = (run.freq[inside] - f) / width
+        A = np.column_stack([near, near * x])
+        fit, *_ = np.linalg.lstsq(A, spectrum[inside], rcond=None)
+        left = spectrum[inside] - A @ fit
+        shapes.append(fit[0])
+        deviation.append(np.sqrt((np.abs(left) ** 2).sum(axis=0) / max(len(inside) - 2, 1) / power))
+    return OdsFrf(np.asarray(freq, dtype=np.float64), np.array(shapes), np.maximum(np.array(deviation), 1e-300))
+
+
+@dataclass(frozen=True, eq=False)
+class LineForces:
+    """Forces on the bearings line by line.
+
+    `force` (K, n_bearings, 2) complex amplitudes across the shaft along e_u and e_v, against cos(theta), in force
+    units; `sd` the same shape; `condition` (K,) of the weighted receptance, `unexplained` (K,) share of the operating
+    shape that the forces leave, `regularisation` (K,) as chosen (relative), `reliable` (K,).
+    """
+
+    freq: FloatArray
+    force: ComplexArray
+    sd: FloatArray
+    condition: FloatArray
+    unexplained: FloatArray
+    regularisation: FloatArray
+    reliable: NDArray[np.bool_]
+
+    def unbalances(self, sense: int) -> ComplexArray:
+        """U exp(i phi) (K, n_bearings) that the lines say: the part of the force that turns in the sense `sense`."""
+        omega2 = (2 * np.pi * self.freq[:, None]) ** 2
+        return np.asarray(0.5 * (self.force[:, :, 0] + 1j * sense * self.force[:, :, 1]) / omega2)
+
+    def sense(self) -> int:
+        """The sense of rotation, +1 or -1 about the shaft's axis, in which more of the reliable forces turn."""
+        use = self.reliable if self.reliable.any() else np.ones(len(self.freq), dtype=bool)
+        size = [float((np.abs(self.unbalances(s)[use]) ** 2).sum()) for s in (1, -1)]
+        return 1 if size[0] >= size[1] else -1
+
+    def exponent(self, sense: int, band: tuple[float, float]) -> tuple[float, float]:
+        """n and its standard deviation in |F| ~ Omega^n over reliable lines in `band` (Hz), all bearings together.
+
+        A straight line through ln|F| over ln(Omega) with a level of its own for every bearing; nan with fewer than
+        three lines.
+        """
+        use = self.reliable & (self.freq >= band[0]) & (self.freq <= band[1])
+        if use.sum() < 3:
+            return float("nan"), float("nan")
+        x = np.log(self.freq[use])
+        size = np.log(np.maximum(np.abs(self.unbalances(sense)[use]), 1e-300))
+        slopes = (x - x.mean()) @ (size - size.mean(axis=0)) / ((x - x.mean()) ** 2).sum()
+        left = size - size.mean(axis=0) - np.outer(x - x.mean(), slopes)
+        n = float(slopes.mean())
+        scatter = float(np.sqrt((left**2).sum() / (left.size - 2 * left.shape[1]) / ((x - x.mean()) ** 2).sum()))
+        return 2.0 + n, max(scatter / np.sqrt(left.shape[1]), float(slopes.std()) / np.sqrt(len(slopes)))
+
+
+def line_forces(
+    model: ConfiguredModel,
+    p: FloatArray,
+    shapes: OdsFrf,
+    unbalance: Unbalance,
+    out: FloatArray,
+    bearings: FloatArray,
+    credible: tuple[float, float],
+) -> LineForces:
+    """Solves every line of `shapes` for the forces across the shaft at all `bearings`, each component free.
+
+    The `model` is taken at the unknowns `p` (n,); `out` (n_out, r) and `bearings` (n_bearings, 3, r) are rows of its
+    basis, of the latter in X, Y, Z.
+
+    Tikhonov's regularisation with the parameter of least generalised cross validation (Golub, Heath and Wahba,
+    Technometrics 21 (1979) 215-223). A line is reliable inside `credible` (Hz), where the model's modes have been
+    checked, if the forces explain the shape and are well determined.
+    """
+    u, v = unbalance.plane
+    rows = bearings[:, [u, v]].reshape(-1, bearings.shape[2])
+    H = receptance(model, p, 2j * np.pi * shapes.freq).between(out, rows)
+    floor = 0.01 * np.sqrt((np.abs(shapes.Y) ** 2).mean(axis=1))
+    found = [_line(h, y, 1.0 / np.hypot(sd, f)) for h, y, sd, f in zip(H, shapes.Y, shapes.sd, floor, strict=True)]
+    course = (2 * np.pi * shapes.freq[:, None]) ** 2
+    force = np.asarray(np.array([f[0] for f in found]) * course, dtype=np.complex128)
+    deviation = np.array([f[1] for f in found]) * course
+    condition = np.array([f[2] for f in found])
+    unexplained = np.array([f[3] for f in found])
+    damping = np.array([f[4] for f in found])
+    size = np.sqrt((np.abs(force) ** 2).sum(axis=1))
+    reliable = (
+        (shapes.freq >= credible[0])
+        & (shapes.freq <= credible[1])
+        & (unexplained < UNEXPLAINED)
+        & (np.sqrt((deviation**2).sum(axis=1)) < UNCERTAIN * size)
+    )
+    shape = (len(shapes.freq), len(bearings), 2)
+    return LineForces(
+        shapes.freq, force.reshape(shape), deviation.reshape(shape), condition, unexplained, damping, reliable
+    )
+
+
+def _line(H: ComplexArray, y: ComplexArray, w: FloatArray) -> tuple[ComplexArray, FloatArray, float, float, float]:
+    """Forces, deviations, condition, unexplained share and relative regularisation of one line."""
+    U, s, Vh = np.linalg.svd(H * w[:, None], full_matrices=False)
+    b = U.conj().T @ (y * w)
+    outside = float((np.abs(y * w) ** 2).sum() - (np.abs(b) ** 2).sum())
+    n = len(y)
+    best, chosen = np.inf, TRIED[0]
+    for relative in TRIED:
+        lam = relative * s[0] ** 2
+        kept = s**2 / (s**2 + lam)
+        left = float((((1 - kept) ** 2) * np.abs(b) ** 2).sum()) + max(outside, 0.0)
+        gcv = left / (n - kept.sum()) ** 2
+        if gcv < best:
+            best, chosen = gcv, relative
+    lam = chosen * s[0] ** 2
+    f = Vh.conj().T @ (s / (s**2 + lam) * b)
+    r = (y - H @ f) * w
+    scale = max(float((np.abs(r) ** 2).sum()) / max(n - len(s), 1), 1.0)
+    spread = np.abs(Vh.conj().T) ** 2 @ (s / (s**2 + lam)) ** 2
+    unexplained = float(np.linalg.norm(y - H @ f)) / max(float(np.linalg.norm(y)), 1e-300)
+    return f, np.sqrt(scale * spread), float(s[0] / s[-1]), unexplained, float(chosen)

@@ -1,0 +1,52 @@
+"""Dynamic stiffness of a small damped model on many lines, its inverse, and what changes with the unknowns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.model.configured import ConfiguredModel
+
+__all__ = ["Receptance", "receptance"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Receptance:
+    """X(s) = (K + s C + s^2 M)^-1 (n_lines, r, r) of a configuration at `s` (n_lines,) rad/s."""
+
+    s: ComplexArray
+    X: ComplexArray
+
+    def between(self, out: FloatArray, into: FloatArray) -> ComplexArray:
+        """Accelerance (n_lines, n_out, n_in) between rows `out` (n_out, r) and `into` (n_in, r) of the basis."""
+        return np.asarray((self.s**2)[:, None, None] * ((out @ self.X) @ into.T))
+
+    def changes(
+        self, left: ComplexArray, right: ComplexArray, dK: FloatArray, dM: FloatArray, dC: FloatArray
+    ) -> ComplexArray:
+        """-left dZ right (m, n_lines, n_left, n_right): derivatives of a receptance with respect to m unknowns.
+
+        `left` (n_lines, n_left, r) and `right` (n_lines, r, n_right) are X times rows; dK, dM, dC (m, r, r). From
+        d(Z^-1) = -Z^-1 dZ Z^-1 (Magnus and Neudecker, Matrix Differential Calculus, 3rd ed., ch. 8, eq. 3).
+        """
+        s = self.s[:, None, None]
+        done = []
+        for k, m, c in zip(dK, dM, dC, strict=True):
+            dZ = k + s * c + s**2 * m
+            done.append(-(left @ (dZ @ right)))
+        return np.array(done)
+
+
+def receptance(model: ConfiguredModel, p: FloatArray, s: NDArray[Any]) -> Receptance:
+    """The receptance matrix of `model` at unknowns p (n,) on complex lines `s` (n_lines,) in rad/s."""
+    K, M, C = model.matrices(p)
+    lines = np.asarray(s, dtype=np.complex128)
+    at = lines[:, None, None]
+    X = np.asarray(np.linalg.inv(K + at * C + at**2 * M), dtype=np.complex128)
+    return Receptance(lines, X)

@@ -1,0 +1,222 @@
+"""result.json of a staged study."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from femend.diagnose.staged import Flow, Setup, StagedData
+from femend.diagnose.staged.select import Round
+from femend.model.linear_terms import LinearTerm
+from femend.study.predictions import STAGES, Prediction
+from femend.units import UnitSystem, unit_system
+
+__all__ = ["staged_result"]
+
+FORMAT = "femend-diagnosis/1"
+ALTERNATIVES = 5
+# directions in which the nodes that span an area lie farthest out
+_DIAGONALS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+# a parameter this many prior deviations away is no update any more, nor does a stage that leaves this many times the
+# noise and more than this share of its recording explain it
+FAR, POOR = 5.0, 0.15
+
+
+def staged_result(
+    setup: Setup, data: StagedData, final: Flow, plain: Flow, predictions: list[Prediction]
+) -> dict[str, Any]:
+    """The content of result.json, with the stages and the loads beside what the contract asks for."""
+    findings = [_finding(setup, final, term, decision) for term, decision in _by_weight(final)]
+    converged = all(s.posterior.converged for s in final.stages)
+    verdict, advice = _verdict(setup, final, findings)
+    noise = {s.recordings[0]: s.noise for s in final.stages if s.name == "FRFs" or s.run is not None}
+    return {
+        "format": FORMAT,
+        "verdict": verdict,
+        "findings": findings,
+        "parameters": _parameters(setup, final),
+        "fit": [_fit(p, noise) for p in predictions if p.recorded is not None],
+        "status": "converged" if converged else "stalled",
+        "advice": advice,
+        "stages": [_stage(s) for s in final.stages],
+        "modes": {c: _modes(setup, final, c) for c in setup.configurations},
+        "loads": [_loads(setup, c, r) for c, r in final.runs],
+    }
+
+
+def _by_weight(flow: Flow) -> list[tuple[LinearTerm, Round]]:
+    """What explains most comes first: by the factor by which the squares of its stage fall with it."""
+
+    def fall(item: tuple[LinearTerm, Round]) -> float:
+        decision = item[1]
+        assert decision.taken is not None
+        own = sum(decision.taken.posterior.squares.values())
+        without = [sum(r.posterior.squares.values()) for r in decision.rivals if r.term is None]
+        return min([*without, decision.without]) / own
+
+    return sorted(flow.named, key=fall, reverse=True)
+
+
+def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[str, str]:
+    advice = "; ".join(flow.unseen)
+    poor = [s for s in flow.stages if s.run is not None and s.unexplained > max(POOR, FAR * s.noise)]
+    if poor:
+        said = f"{100 * poor[0].unexplained:.2g} % of {poor[0].recordings[0]} stays unexplained"
+        verdict = "located-not-named" if findings else "undetermined"
+        return verdict, "; ".join(
+            filter(None, [f"{said}; record some minutes of ambient vibration in the same configuration", advice])
+        )
+    if findings:
+        worst = max((d.inflation for s in flow.stages for d in s.rounds), default=1.0)
+        if worst > setup.settings.adequate:
+            left = f"the best terms leave {worst:.2g} times what noise and the form of the model explain"
+            return "located-not-named", f"{left}; {advice}" if advice else left
+        return "missing-physics", advice
+    posterior = flow.posterior
+    moved = []
+    for parameter in setup.free.parameters:
+        i = posterior.unknowns.index(parameter.name)
+        moved.append(abs(posterior.p[i]) / parameter.prior_sd)
+    if max(moved, default=0.0) > FAR:
+        return "located-not-named", advice
+    return ("parameters-only" if max(moved, default=0.0) > 0.3 else "consistent"), advice
+
+
+def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dict[str, Any]:
+    system = unit_system(setup.free.units)
+    others: dict[str, float] = {}
+    for rival in decision.rivals:
+        if decision.taken is not None and rival is not decision.taken and rival.probability >= 0.001:
+            name = rival.physics or "nothing"
+            others[name] = others.get(name, 0.0) + rival.probability
+    probability = decision.taken.probability if decision.taken is not None else 0.0
+    return {
+        "physics": term.physics,
+        "probability": round(min(probability, 0.999), 3),
+        "location": _location(setup, term),
+        "parameters": _values(setup, flow, term, system),
+        "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in sorted(others.items())][:ALTERNATIVES],
+        "configurations": list(term.configurations) or list(setup.configurations),
+    }
+
+
+def _location(setup: Setup, term: LinearTerm) -> dict[str, Any]:
+    """The place. Of an area: the nodes at its centre, where one spring in place of the layer would stand; beside them
+    those that span it, and all of it as `region`."""
+    where: dict[str, Any] = {"nodes": list(term.nodes), "to": term.to, "direction": term.direction, "also_possible": []}
+    region = next((r for rs in setup.regions.values() for r in rs if r.nodes == term.nodes), None)
+    if term.area <= 0.0 or region is None:
+        return where
+    at = dict(zip(setup.free.node_ids.tolist(), setup.free.xyz))
+    xyz = np.array([at[n] for n in region.nodes])
+    centre = region.areas @ xyz / region.area
+    apart = np.linalg.norm(xyz - centre, axis=1)
+    nearest = np.flatnonzero(apart <= apart.min() * (1 + 1e-6) + 1e-12)[:2]
+    corners = sorted({int(np.argmax(xyz @ d)) for d in _DIAGONALS})
+    where["nodes"] = [region.nodes[i] for i in nearest]
+    where["also_possible"] = [[region.nodes[i] for i in corners]]
+    where["region"] = list(region.nodes)
+    return where
+
+
+def _values(setup: Setup, flow: Flow, term: LinearTerm, system: UnitSystem) -> dict[str, Any]:
+    """Values with deviations: estimated ones and that for the form of the model; totals beside those per area."""
+    posterior, form = flow.posterior, setup.settings.form
+    values, deviations = posterior.values, posterior.sd
+    found: dict[str, Any] = {}
+    for u in term.unknowns:
+        if u.name not in posterior.unknowns.names:
+            continue
+        i = posterior.unknowns.index(u.name)
+        name = u.name.split(": ")[-1].split(" [")[0]
+        sd = float(np.hypot(deviations[i], form * values[i]))
+        found[name] = {"value": _round(values[i]), "sd": _round(sd), "unit": unit_text(u.unit, system)}
+        if u.unit.endswith("/area"):
+            total = u.unit.removesuffix("/area")
+            found[f"{name}_total"] = {
+                "value": _round(values[i] * term.area),
+                "sd": _round(sd * term.area),
+                "unit": unit_text(total, system),
+            }
+    return found
+
+
+def unit_text(unit: str, system: UnitSystem) -> str:
+    """How the unit of an unknown is written in a unit system."""
+    F, L, m = system.force_text, system.length_text, system.mass_text
+    return {
+        "k": f"{F}/{L}", "k/area": f"{F}/{L}^3", "k_rot": f"{F}*{L}/rad", "c": f"{F}*s/{L}", "c/area": f"{F}*s/{L}^3",
+        "c_rot": f"{F}*{L}*s/rad", "coupling": f"{F}/rad", "m": m, "m_r": f"{m}*{L}",
+    }.get(unit, unit)  # fmt: skip
+
+
+def _parameters(setup: Setup, flow: Flow) -> dict[str, Any]:
+    posterior = flow.posterior
+    found = {}
+    for parameter in setup.free.parameters:
+        i = posterior.unknowns.index(parameter.name)
+        sd = float(np.hypot(posterior.sd[i], setup.settings.form * posterior.values[i]))
+        found[parameter.name] = {"factor": _round(posterior.values[i]), "sd": _round(sd)}
+    return found
+
+
+def _fit(prediction: Prediction, noise: dict[str, float]) -> dict[str, Any]:
+    row: dict[str, Any] = {
+        "recording": prediction.name, "role": prediction.role, "noise_floor": _round(noise.get(prediction.name)),
+    }  # fmt: skip
+    row.update({stage: _round(prediction.error(stage)) for stage in STAGES})
+    return row
+
+
+def _modes(setup: Setup, flow: Flow, configuration: str) -> list[dict[str, Any]]:
+    """Frequencies (Hz) and damping ratios of the final model in a configuration, up to the band's end."""
+    posterior = flow.in_configuration(configuration)
+    model = setup.model(configuration, posterior.unknowns, flow.terms)
+    lam, _ = model.damped_modes(posterior.p)
+    inside = lam[np.abs(lam) < 2 * np.pi * setup.f_max]
+    return [{"freq": _round(float(abs(x)) / (2 * np.pi)), "zeta": _round(float(-x.real / abs(x)))} for x in inside]
+
+
+def _stage(stage: Any) -> dict[str, Any]:
+    own = {
+        "stage": stage.name,
+        "configuration": stage.configuration,
+        "recordings": list(stage.recordings),
+        "unexplained": _round(stage.unexplained),
+        "noise": _round(stage.noise),
+        "remarks": list(stage.remarks),
+    }
+    if stage.table:
+        own["modes"] = [
+            dict(zip(("freq", "zeta", "model_freq", "model_zeta", "mac"), map(_round, row), strict=True))
+            for row in stage.table
+        ]
+    return own
+
+
+def _loads(setup: Setup, configuration: str, result: Any) -> dict[str, Any]:
+    system = unit_system(setup.free.units)
+    U, phase = result.unbalances()
+    return {
+        "recording": result.data.name,
+        "configuration": configuration,
+        "nodes": list(result.unbalance.nodes),
+        "axis": "XYZ"[result.unbalance.axis],
+        "sense": result.unbalance.sense,
+        "unbalance": [_round(float(u)) for u in U],
+        "unit": unit_text("m_r", system),
+        "phase_deg": [round(float(np.degrees(a)), 2) for a in phase],
+        "exponent": _round(result.exponent[0]),
+        "exponent_sd": _round(result.exponent[1]),
+        "reliable_hz": [_round(float(f)) for f in _ends(result.after.freq[result.after.reliable])],
+        "correlation": {"value": _round(result.correlation[0]), "with": result.correlation[1]},
+    }
+
+
+def _ends(freq: Any) -> list[float]:
+    return [float(freq.min()), float(freq.max())] if len(freq) else []
+
+
+def _round(value: float | None) -> float | None:
+    return None if value is None or not np.isfinite(value) else float(f"{value:.5g}")

@@ -1,0 +1,151 @@
+"""Running a study of several configurations or of operating recordings: stage after stage."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.data import FRF, Test
+from femend.diagnose.staged import ConfigurationSpec, Flow, Setup, StagedData, run_stages, setup_of, staged_data
+from femend.dof import Dof
+from femend.errors import RecordingError, StudyError
+from femend.estimate import pair_test
+from femend.io import OutputDirectory, functions_of, write_uff
+from femend.io.deck import patch_deck
+from femend.model import Model, Pairing, Parameter
+from femend.model.configured import free_model
+from femend.report.page import render
+from femend.report.runinfo import RunInfo
+from femend.study.predictions import STAGES, Prediction
+from femend.study.staged_content import staged_content
+from femend.study.staged_patch import staged_cards, staged_changes
+from femend.study.staged_predictions import predict_staged
+from femend.study.staged_result import staged_result
+from femend.study.study import Study
+
+__all__ = ["StagedRun", "diagnose_staged", "is_staged"]
+
+FloatArray = NDArray[np.float64]
+# damped motion of the updated model without additions need not be followed to the last digit
+PLAIN_STEPS = 5
+
+
+@dataclass(frozen=True, eq=False)
+class StagedRun:
+    """A finished staged run: study, free model, recordings, the flow with terms and the one without, and results."""
+
+    study: Study
+    model: Model
+    test: Test
+    pairing: Pairing
+    setup: Setup
+    data: StagedData
+    final: Flow
+    plain: Flow
+    predictions: list[Prediction]
+    result: dict[str, Any]
+
+
+def is_staged(study: Study) -> bool:
+    """Does the study need stages: fit recordings without measured force, or in more than one configuration?"""
+    fit = [r for r in study.recordings if r.role == "fit"]
+    return any(r.excitation != "measured" for r in fit) or len({r.configuration for r in fit}) > 1
+
+
+def diagnose_staged(study: Study, steps: Any, info: RunInfo, progress: Any, out: Path | None) -> StagedRun:
+    """Runs a study stage by stage and writes what the contract asks for; raises what the readers raise."""
+    with steps.step("read the deck and the recordings"):
+        parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
+        free = free_model(_core.Deck.read(str(study.model_file)), units=study.units, parameters=parameters)
+        test = study.read_recordings()
+        pairing = pair_test(test, free)
+    with steps.step("identify modes and prepare runs"):
+        data = staged_data(test)
+        setup = _setup(study, test, free, pairing, data)
+    with steps.step("diagnose"):
+        tell = _Teller(progress)
+        final = run_stages(setup, data, naming=True, tell=tell)
+        plain = run_stages(setup, data, naming=False, iterations=PLAIN_STEPS, tell=tell) if final.named else final
+        tell.done()
+    with steps.step("predict"):
+        predictions = predict_staged(setup, test, data, final, plain)
+        result = staged_result(setup, data, final, plain, predictions)
+    run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)
+    if out is not None:
+        _write(run, out, info)
+    return run
+
+
+def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: StagedData) -> Setup:
+    names = data.configurations
+    if not names:
+        fit = [r for r in study.recordings if r.role == "fit"]
+        if not fit:
+            fact = 'no recording has role = "fit"; at least one is needed to estimate anything'
+            raise StudyError(fact, key="recording")
+        said = f'recording {fit[0].name!r} has excitation = "{fit[0].excitation}"'
+        raise RecordingError(
+            f"{said} and no mode could be identified in it, so that nothing can be estimated; record longer, or give "
+            "it another role and add a recording with its force",
+            recording=fit[0].name,
+        )
+    used = dict.fromkeys([*names, *(r.configuration for r in test)])
+    specs = [ConfigurationSpec(n, study.configuration(n).spc, study.configuration(n).added_mass) for n in used]
+    rows = [free.row(pairing[c.dof].dof) for r in test for c in r.inputs if c.dof is not None]
+    rows += [free.row(Dof(n, c)) for r in test if r.rotating is not None for n in r.rotating.nodes for c in (1, 2, 3)]
+    frfs = [f for group in data.frfs.values() for f in group]
+    runs = [r for group in data.runs.values() for r in group]
+    modes = [m for group in data.output_only.values() for m in group]
+    ends = [*(float(f.freq[-1]) for f in frfs), *(r.f_max for r in runs), *(float(m.modes.freq.max()) for m in modes)]
+    starts = [*(float(f.freq[0]) for f in frfs), *(float(r.rev_per_s.min()) for r in runs)]
+    starts += [float(m.modes.freq.min()) for m in modes]
+    band = (max(min(starts), 1e-3 * max(ends)), max(ends))
+    return setup_of(free, specs, pairing, band=band, zeta=study.damping_ratio, g_rows=rows)
+
+
+def _write(run: StagedRun, out: Path, info: RunInfo) -> None:
+    with OutputDirectory(out) as folder:
+        (folder / "result.json").write_text(json.dumps(run.result, indent=2) + "\n", encoding="utf-8")
+        for prediction in run.predictions:
+            for stage in STAGES:
+                where = folder / "predictions" / stage
+                where.mkdir(parents=True, exist_ok=True)
+                if prediction.role != "fit":
+                    data = prediction.as_data(stage)
+                    assert isinstance(data, FRF) or data.values.size
+                    write_uff(where / f"{prediction.name}.uff", functions_of(data))
+        _write_deck(run, folder)
+        info.write(folder / "run.json")
+        (folder / "report.html").write_text(render(staged_content(run, info.as_dict())), encoding="utf-8")
+
+
+def _write_deck(run: StagedRun, folder: Path) -> None:
+    patched = patch_deck(
+        run.model.deck, staged_changes(run.setup, run.final), staged_cards(run.setup, run.final, run.result)
+    )
+    main = Path(run.model.deck.path)
+    text = patched.pop(main, None)
+    (folder / "model.updated.bdf").write_bytes(main.read_bytes() if text is None else text)
+    for path, content in patched.items():
+        (folder / f"model.updated.{path.name}").write_bytes(content)
+
+
+class _Teller:
+    """Progress by stage."""
+
+    def __init__(self, progress: Any) -> None:
+        self._progress = progress
+
+    def __call__(self, text: str) -> None:
+        if self._progress is not None:
+            self._progress.start(text)
+
+    def done(self) -> None:
+        if self._progress is not None:
+            self._progress.done()
