@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,30 +14,48 @@ from femend.diagnose.settings import Settings
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["look_alikes", "with_look_alikes"]
+__all__ = ["Alike", "look_alikes", "with_look_alikes"]
 
 FloatArray = NDArray[np.float64]
+
+# places whose motions agree to this (squared correlation) do the same for every law
+TWINS = 0.999
 
 
 def with_look_alikes(
     problem: Problem, reduced: ReducedModel, found: Sequence[Located], places: Sequence[Place], settings: Settings
 ) -> list[Located]:
-    """The first places that are not look-alikes of each other, `settings.places` of them, each with its look-alikes."""
+    """The first places that do not move alike, `settings.places` of them, each with its look-alikes.
+
+    Where two look-alikes move differently, a law at one does not do what it would do at the other, so that both are
+    worth trying.
+    """
     kept: list[Located] = []
+    twins: list[Place] = []
     for one in found:
         if len(kept) == settings.places:
             break
-        if any(one.place is p for k in kept for p in k.alike):
+        if any(one.place is p for p in twins):
             continue
         alike = look_alikes(problem, reduced, one, places, settings.margin)
-        kept.append(replace(one, alike=tuple(p for _, p in alike)))
+        twins += [a.place for a in alike if a.together > TWINS]
+        kept.append(replace(one, alike=tuple(a.place for a in alike)))
     return kept
+
+
+@dataclass(frozen=True, eq=False)
+class Alike:
+    """A place that can stand in for another: the loss, and how much both move `together` (1: in proportion)."""
+
+    place: Place
+    loss: float
+    together: float
 
 
 def look_alikes(
     problem: Problem, reduced: ReducedModel, found: Located, places: Sequence[Place], margin: float
-) -> list[tuple[float, Place]]:
-    """(loss, place) of places with one force that could stand in for the one of `found`, in rising order of loss.
+) -> list[Alike]:
+    """Places with one force that could stand in for the one of `found`, in rising order of loss.
 
     The loss is what the cost of the law-free fit would rise by: the part of the free force's contribution to the
     tempered squares that no force at the other place can make, the model held. Places that lose more than `margin` are
@@ -49,24 +67,28 @@ def look_alikes(
     if not others:
         return []
     few = problem.thinned(LINES)
-    loss = np.zeros(len(others))
+    loss, power = np.zeros(len(others)), np.zeros((3, len(others)))
     system, lines = few.system(reduced), few.lines(reduced)
     omega, zeta, Q = system.modal(found.fit.p)
     W = np.array([p.w(reduced.V, reduced.V_a)[0] for p in others]) @ Q
-    fitted = _core.fitted_lines(
-        system, found.fit.hypothesis.core(), [line.core for line in lines], found.fit.p, found.fit.x
-    )
+    cores = [line.core for line in lines]
+    fitted = _core.fitted_lines(system, found.fit.hypothesis.core(), cores, found.fit.p, found.fit.x)
     own = found.place.w(reduced.V, reduced.V_a)[0] @ Q
     for line, (_, _, F) in zip(lines, fitted, strict=True):
         s = line.sigma + 2j * np.pi * line.freq
-        g = s[:, None] ** 2 / (omega**2 + s[:, None] ** 2 + 2 * (zeta * omega) * s[:, None])
+        g = 1 / (omega**2 + s[:, None] ** 2 + 2 * (zeta * omega) * s[:, None])
         out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
-        made = ((g * own) @ out.T) * F * line.weight
+        made = s[:, None] ** 2 * ((g * own) @ out.T) * F * line.weight
         for rows in np.array_split(np.arange(len(others)), 1 + len(others) * line.Y.size // 2_000_000):
             # (place, line, sensor)
-            h = np.einsum("kr,jr,sr->jks", g, W[rows], out, optimize=True) * line.weight
+            h = np.einsum("kr,jr,sr->jks", s[:, None] ** 2 * g, W[rows], out, optimize=True) * line.weight
             along = np.abs(np.einsum("jks,ks->jk", h.conj(), made)) ** 2
-            power = np.maximum((np.abs(h) ** 2).sum(axis=2), 1e-300)
-            loss[rows] += line.share * ((np.abs(made) ** 2).sum(axis=1) - along / power).sum(axis=1)
+            size = np.maximum((np.abs(h) ** 2).sum(axis=2), 1e-300)
+            loss[rows] += line.share * ((np.abs(made) ** 2).sum(axis=1) - along / size).sum(axis=1)
+        # how the coordinates move under the measured forces and the force at the place
+        q = g * (line.U @ (reduced.rows(line.record.in_rows, line.record.in_signs) @ Q) + F * own)
+        d, e = q @ own, q @ W.T
+        power += [np.abs(d.conj() @ e), np.full(len(others), (np.abs(d) ** 2).sum()), (np.abs(e) ** 2).sum(axis=0)]
+    together = power[0] ** 2 / np.maximum(power[1] * power[2], 1e-300)
     order = [int(i) for i in np.argsort(loss) if loss[i] < margin]
-    return [(float(loss[i]), others[i]) for i in order]
+    return [Alike(others[i], float(loss[i]), float(together[i])) for i in order]

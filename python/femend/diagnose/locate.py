@@ -17,14 +17,13 @@ from femend.model import Place, ReducedModel
 __all__ = ["Located", "locate", "shortlist"]
 
 # how many places reach the next stage: those with one unknown force a line, and those with several
-FIRST_STAGE, FIRST_STAGE_SEVERAL = 60, 20
 SECOND_STAGE, SECOND_STAGE_SEVERAL = 24, 8
 LAST_STAGE, LAST_STAGE_SEVERAL = 8, 3
 FULL_LINES, FULL_LINES_SEVERAL = 5, 2
 # how much more a place with one force must leave than one with several for these to be believed
 SEVERAL_WORTH = 1.3
 # lines a record in the stages before the last: places differ by far more than the lines left out could tell
-LINES = 300
+LINES, FEWEST_LINES = 300, 120
 # cost of a place that nothing of the model suggests: it has to explain the records that much better than a joint
 UNLIKELY = 4.0
 # prior ln standard deviation of a member's own stiffness factor
@@ -84,9 +83,9 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
     todo = [p for p in places if p.n_w < n_out]
     hypotheses = [hypothesis_of(p, reduced) for p in todo]
     few = problem.thinned(LINES)
-    plain = few.untuned()
+    plain = problem.thinned(FEWEST_LINES).untuned()
     stages = (
-        (plain, 30.0, 6, FIRST_STAGE, FIRST_STAGE_SEVERAL),
+        (plain, 30.0, 3, len(todo), len(todo)),
         (plain, 8.0, 5, SECOND_STAGE, SECOND_STAGE_SEVERAL),
         (few, 2.0, 6, LAST_STAGE, LAST_STAGE_SEVERAL),
         (few, 0.0, 15, FULL_LINES, FULL_LINES_SEVERAL),

@@ -19,7 +19,7 @@ __all__ = ["fit_nonlinear", "judge_nonlinear", "refit_nonlinear", "simulate_cand
 FloatArray = NDArray[np.float64]
 
 # steps of every start, starts that are followed, their further steps, and steps with all unknowns
-FEW, FOLLOWED, FIRST, JOINT = 6, 4, 5, 10
+FEW, FOLLOWED, FIRST, JOINT = 6, 6, 5, 10
 # decays of the windows, in units of `Problem.scale`, before the whole records
 WINDOWS = (10.0, 3.0, 1.0)
 # a start is followed as long as it leaves at most so many times what the best one leaves, or all before it are lost
@@ -60,7 +60,7 @@ def fit_nonlinear(
         reached = descent.run(np.concatenate([recovered.fit.p, x]), FEW)
         if reached is not None:
             runs.append(_Run(name, start, descent, reached))
-    runs, lost = sorted(runs, key=lambda r: r.reached.cost)[:FOLLOWED], []
+    runs, lost = _best_of_each(runs)[:FOLLOWED], []
     for sigma in wider:
         ahead: list[_Run] = []
         best = runs[0].reached.cost if runs else np.inf
@@ -78,6 +78,14 @@ def fit_nonlinear(
         if np.isfinite(candidate.fitted) and (before is None or _further(candidate, before)):
             kept[run.name] = candidate
     return list(kept.values())
+
+
+def _best_of_each(runs: Sequence[_Run]) -> list[_Run]:
+    """The best start of every law and number of sides, in rising order of cost; near copies take no other law's place."""
+    best: dict[tuple[str, float], _Run] = {}
+    for run in sorted(runs, key=lambda r: r.reached.cost):
+        best.setdefault((run.name, run.start.values.get("sides", 0.0)), run)
+    return list(best.values())
 
 
 def _further(one: Candidate, other: Candidate) -> bool:
