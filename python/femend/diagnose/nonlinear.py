@@ -81,7 +81,7 @@ def fit_nonlinear(
 
 
 def _best_of_each(runs: Sequence[_Run]) -> list[_Run]:
-    """The best start of every law and number of sides, in rising order of cost; near copies take no other law's place."""
+    """The best start of every law and number of sides, in rising order of cost; near copies take no other's place."""
     best: dict[tuple[str, float], _Run] = {}
     for run in sorted(runs, key=lambda r: r.reached.cost):
         best.setdefault((run.name, run.start.values.get("sides", 0.0)), run)

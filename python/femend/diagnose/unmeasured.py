@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
+from femend.diagnose.harmonic import fit_harmonic
 from femend.diagnose.joint import Recovered, open_joint, recover
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import Located
@@ -31,6 +32,10 @@ DISSIPATED = 0.15
 # share of a force's power within a few lines from which it is a harmonic one; correlation from which it repeats
 HARMONIC, REPEATS = 0.6, 0.7
 NEAR_LINES = 3
+# amplitudes of a harmonic force in the recordings differ by at most this factor; a law's grow with the level
+ALIKE = 1.5
+# a repeating harmonic force is continued to so many times the longest record
+LONGER = 8
 
 
 def find_unmeasured(
@@ -46,11 +51,19 @@ def find_unmeasured(
         return None
     joint = open_joint(best.place, reduced, problem.band[1], g_rows)
     recovered = recover(problem, joint, best.fit.p)
-    if recovered is None or not _from_outside(problem, recovered):
+    if recovered is None:
         return None
     base = best.place.kind == "base"
+    if not base:
+        sine = _sine(split, reduced, best, recovered, settings)
+        if sine is not None:
+            return sine
+    if not _from_outside(problem, recovered):
+        return None
     force, repeats = _waveform(recovered)
-    values = _values(problem, recovered, base)
+    values = _values(
+        problem, force if repeats else recovered.f[int(np.argmin([r.u.std() for r in problem.records]))][0], base
+    )
     direction = best.place.direction
     candidate = _candidate(split, best)
     n_values = effective_values(split.choosing, reduced)
@@ -67,31 +80,100 @@ def find_unmeasured(
     )
 
 
+def _sine(
+    split: Split, reduced: ReducedModel, best: Located, recovered: Recovered, settings: Settings
+) -> LoadFinding | None:
+    """A harmonic force of much the same amplitude in all recordings that explains unseen data adequately."""
+    row = int(best.place.g_rows[0][0])
+    shown = [
+        (index / (r.n * r.dt), w[:, 0] * np.abs(F[:, 0]) ** 2)
+        for index, r, w, F in zip(recovered.index, recovered.records, recovered.weight, recovered.F, strict=True)
+    ]
+    whole = fit_harmonic(split.whole, reduced, row, shown, best.fit.p)
+    if whole is None:
+        return None
+    size = np.linalg.norm(whole.amplitudes, axis=1)
+    if size.max() > ALIKE * size.min():
+        return None
+    choosing, _ = whole.on(split.choosing, reduced, float(size.mean()))
+    (seen,) = choosing.fit([whole.fit.hypothesis], [(whole.fit.p, whole.fit.x)], iterations=0)
+    if seen is None or seen.score > settings.adequate:
+        return None
+    prior = split.whole.prior_cost(reduced, whole.fit.p)
+    candidate = Candidate(None, "", None, {}, whole.fit.p, whole.fit.x, 3, prior, whole.fit.score, seen.score)
+    mean = whole.amplitudes.mean(axis=0)
+    longest = max(split.whole.records, key=lambda r: r.n)
+    wave = whole.waveform(mean, LONGER * longest.n, longest.dt)
+    n_values = effective_values(split.choosing, reduced)
+    return LoadFinding(
+        "unmeasured_force",
+        best.place.nodes,
+        best.place.direction,
+        {"frequency": (whole.freq, "Hz"), "amplitude": (float(size.mean()), "force")},
+        candidate,
+        whole.fit,
+        split.whole,
+        score(candidate, split.choosing, settings, n_values),
+        (row, wave) if np.linalg.norm(mean) > REPEATS * size.mean() else None,
+    )
+
+
 def _from_outside(problem: Problem, recovered: Recovered) -> bool:
+    """Whether the recordings, of different level, show the same force, or one that feeds the motion and does not grow
+    with it."""
     level = np.array([r.u.std() for r in problem.records])
+    if level.max() < LEVELS * level.min():
+        return False
+    if _common(recovered):
+        _, alike, ratio = _mean_force(recovered)
+        return bool(min(alike) > REPEATS and max(ratio) < ALIKE * 2 and min(ratio) > 1 / (ALIKE * 2))
     size = np.array([np.sqrt(np.mean(f**2)) for f in recovered.f])
-    if level.max() > LEVELS * level.min() and size.min() > 0:
-        slope = np.polyfit(np.log(level), np.log(size), 1)[0]
-        if slope > INDEPENDENT:
-            return False
+    if size.min() <= 0 or np.polyfit(np.log(level), np.log(size), 1)[0] > INDEPENDENT:
+        return False
     weakest = int(np.argmin(level))
     f, v = recovered.f[weakest], recovered.v[weakest]
     taken = float((f * v).sum() / (np.linalg.norm(f) * np.linalg.norm(v)))
     return taken < DISSIPATED
 
 
+def _common(recovered: Recovered) -> bool:
+    """Whether there are several records of the same length and step, so that their lines are the same."""
+    first = recovered.records[0]
+    return len(recovered.records) > 1 and all(r.n == first.n and r.dt == first.dt for r in recovered.records)
+
+
+def _mean_force(recovered: Recovered) -> tuple[FloatArray, list[float], list[float]]:
+    """Force (n,) pushing the structure that the records have in common, each line weighted by how well it is seen; the
+    correlation of every record with it, and its size relative to it."""
+    n = recovered.records[0].n
+    F = np.zeros((len(recovered.F), n // 2 + 1), dtype=complex)
+    W = np.zeros(F.shape)
+    for i, (force, weight, index) in enumerate(zip(recovered.F, recovered.weight, recovered.index, strict=True)):
+        F[i, index], W[i, index] = -force[:, 0], weight[:, 0]
+    total = np.maximum(W.sum(axis=0), 1e-300)
+    mean = (W * F).sum(axis=0) / total
+    # lines on which the records contradict each other tell nothing
+    n_records = len(F)
+    agreed = np.abs(mean) ** 2 * total / np.maximum((W * np.abs(F) ** 2).sum(axis=0), 1e-300)
+    mean = mean * np.clip((n_records * agreed - 1) / (n_records - 1), 0, 1)
+    alike, ratio = [], []
+    for f, w in zip(F, W, strict=True):
+        own, common = (w * np.abs(f) ** 2).sum(), (w * np.abs(mean) ** 2).sum()
+        alike.append(float(np.abs((w * f.conj() * mean).sum()) / np.sqrt(own * common)))
+        ratio.append(float(np.sqrt(own / common)))
+    return np.fft.irfft(mean, n), alike, ratio
+
+
 def _waveform(recovered: Recovered) -> tuple[FloatArray, bool]:
     """Mean force (n,) over the records, as it pushes the structure, and whether they agree on it."""
-    n = min(f.shape[1] for f in recovered.f)
-    forces = np.array([-f[0, :n] for f in recovered.f])
-    mean = forces.mean(axis=0)
-    alike = [float(f @ mean / (np.linalg.norm(f) * np.linalg.norm(mean))) for f in forces]
-    return mean, bool(len(forces) > 1 and min(alike) > REPEATS)
+    if not _common(recovered):
+        return -recovered.f[0][0], False
+    mean, alike, _ = _mean_force(recovered)
+    return mean, bool(min(alike) > REPEATS)
 
 
-def _values(problem: Problem, recovered: Recovered, base: bool) -> dict[str, tuple[float | None, str]]:
+def _values(problem: Problem, f: FloatArray, base: bool) -> dict[str, tuple[float | None, str]]:
     """Parameters of the contract with their units: frequency (Hz) of a harmonic force and amplitude, or level."""
-    f = recovered.f[int(np.argmin([r.u.std() for r in problem.records]))][0]
     rms = float(np.sqrt(np.mean(f**2)))
     if base:
         # the coordinate is the base's own acceleration: the pattern holds the masses

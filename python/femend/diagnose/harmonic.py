@@ -1,0 +1,128 @@
+"""A harmonic force nobody recorded: its frequency, and its two amplitudes in every recording.
+
+For one frequency the response is linear in the amplitudes of cosine and sine, so that the cost of a recording, its free
+decays eliminated, is a quadratic of both: six evaluations give its minimum exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.loads import with_force
+from femend.estimate import Fit, FitRecord, Hypothesis, Problem
+from femend.model import ReducedModel
+
+__all__ = ["Harmonic", "fit_harmonic"]
+
+FloatArray = NDArray[np.float64]
+
+# frequencies tried around each of the strongest peaks, in units of the inverse record length; how often they close in
+PEAKS, AROUND, CLOSER = 3, 7, 2
+ROUNDS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Harmonic:
+    """Force a cos + b sin at `freq` (Hz) from the beginning of each record; `amplitudes` (n_records, 2), `fit` of the
+    model's unknowns with it, `problem` with the forces in its records."""
+
+    row: int
+    freq: float
+    amplitudes: FloatArray
+    fit: Fit
+    problem: Problem
+
+    def waveform(self, amplitudes: FloatArray, n: int, dt: float) -> FloatArray:
+        """Samples (n,) of a force with amplitudes (2,)."""
+        return _waves(self.freq, n, dt) @ amplitudes
+
+    def on(self, problem: Problem, reduced: ReducedModel, scale: float) -> tuple[Problem, FloatArray]:
+        """Other records with the force in them, its amplitudes taken from them, at the fitted unknowns."""
+        nothing = Hypothesis(reduced, np.zeros((0, reduced.r)))
+        amplitudes, _ = _amplitudes(problem, nothing, self.fit.p, self.row, self.freq, scale)
+        return _loaded(problem, self.row, self.freq, amplitudes), amplitudes
+
+
+def fit_harmonic(
+    problem: Problem, reduced: ReducedModel, row: int, seen: list[tuple[FloatArray, FloatArray]], p: FloatArray
+) -> Harmonic | None:
+    """The harmonic force at row `row` of the g-set that explains the records best.
+
+    `seen` are frequencies (K,) in Hz and the power (K,) that a force there shows at the sensors, of every record; `p`
+    (n_unknowns,) is where the model's unknowns begin. None where the model cannot be fitted.
+    """
+    few = problem.thinned(200)
+    nothing = Hypothesis(reduced, np.zeros((0, reduced.r)))
+    scale = 0.1 * float(np.mean([r.u.std() for r in problem.records]))
+    fit: Fit | None = None
+    freqs = _peaks(seen)
+    width = 1.0 / (problem.records[0].n * problem.records[0].dt)
+    best = (np.inf, freqs[0], np.zeros((len(problem.records), 2)))
+    for _ in range(ROUNDS):
+        for _ in range(CLOSER):
+            tried = [f + d * width for f in freqs for d in np.linspace(-1, 1, AROUND)]
+            for freq in tried:
+                amplitudes, cost = _amplitudes(few, nothing, p, row, freq, scale)
+                if cost < best[0]:
+                    best = (cost, freq, amplitudes)
+            freqs, width = [best[1]], width / AROUND * 2
+        loaded = _loaded(problem, row, best[1], best[2])
+        (fit,) = loaded.fit([nothing], [(p, np.zeros(0))], iterations=8)
+        if fit is None:
+            return None
+        p, best = fit.p, (np.inf, best[1], best[2])
+    amplitudes, _ = _amplitudes(problem, nothing, p, row, best[1], scale)
+    loaded = _loaded(problem, row, best[1], amplitudes)
+    (fit,) = loaded.fit([nothing], [(p, np.zeros(0))], iterations=8)
+    return None if fit is None else Harmonic(row, best[1], amplitudes, fit, loaded)
+
+
+def _waves(freq: float, n: int, dt: float) -> FloatArray:
+    t = 2 * np.pi * freq * dt * np.arange(n)
+    return np.column_stack([np.cos(t), np.sin(t)])
+
+
+def _peaks(seen: list[tuple[FloatArray, FloatArray]]) -> list[float]:
+    """Frequencies (Hz) of the strongest lines, each record weighing the same."""
+    freq = np.concatenate([f for f, _ in seen])
+    power = np.concatenate([p / max(float(p.sum()), 1e-300) for _, p in seen])
+    found: list[float] = []
+    for i in np.argsort(-power):
+        if all(abs(freq[i] - f) > 2 * abs(seen[0][0][1] - seen[0][0][0]) for f in found):
+            found.append(float(freq[i]))
+        if len(found) == PEAKS:
+            break
+    return found
+
+
+def _with(record: FitRecord, row: int, freq: float, amplitudes: FloatArray) -> FitRecord:
+    return with_force(record, row, _waves(freq, record.n, record.dt) @ amplitudes)
+
+
+def _loaded(problem: Problem, row: int, freq: float, amplitudes: FloatArray) -> Problem:
+    return problem.on([_with(r, row, freq, a) for r, a in zip(problem.records, amplitudes, strict=True)])
+
+
+def _amplitudes(
+    problem: Problem, nothing: Hypothesis, p: FloatArray, row: int, freq: float, scale: float
+) -> tuple[FloatArray, float]:
+    """Best amplitudes (n_records, 2) at a frequency, and the cost they leave."""
+    points = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1]]) * scale
+    found, total = [], 0.0
+    for record in problem.records:
+        costs = []
+        for point in points:
+            one = problem.on([_with(record, row, freq, point)])
+            (fit,) = one.fit([nothing], [(p, np.zeros(0))], iterations=0)
+            costs.append(np.inf if fit is None else fit.cost - fit.prior)
+        c0, xp, xm, yp, ym, both = costs
+        g = np.array([xp - xm, yp - ym]) / 2
+        H = np.array([[xp + xm - 2 * c0, 0.0], [0.0, yp + ym - 2 * c0]])
+        H[0, 1] = H[1, 0] = both - c0 - g.sum() - 0.5 * (H[0, 0] + H[1, 1])
+        step = -np.linalg.solve(H, g) if np.all(np.isfinite(H)) and np.linalg.det(H) > 0 else np.zeros(2)
+        found.append(step * scale)
+        total += c0 + g @ step + 0.5 * step @ H @ step
+    return np.array(found), float(total)
