@@ -41,6 +41,7 @@ RESULT = {
     ],
     "status": "not-converged",
     "advice": "Repeat with more periods.",
+    "warnings": ["recording 'high': channel 6:+Z stays at its largest value"],
 }
 
 
@@ -87,6 +88,7 @@ def test_diagnose_says_what_the_report_says(diagnosis: Callable[..., None], tmp_
         "updated   E_root_half +2.0 %",
         "status    not-converged",
         "high       fit         0.010      0.60        0.20  0.030",
+        "\nwarning   recording 'high': channel 6:+Z stays at its largest value",
         "advice    Repeat with more periods.",
         f"report    {tmp_path / 'out' / 'report.html'}",
     ):

@@ -29,8 +29,12 @@ def summary(result: Mapping[str, Any]) -> str:
         for key, entry in words.by_importance(words.mapping(finding.get("parameters"))):
             name, value = words.parameter_text(key, entry, physics)
             parts.append(f"          {name} {value}")
-        also = words.mapping(finding.get("location")).get("also_possible") or ()
-        if also:
+        location = words.mapping(finding.get("location"))
+        also = location.get("also_possible") or ()
+        span = words.span_text(location)
+        if span:
+            parts.append(f"          an area that {span} span")
+        elif also:
             parts.append(f"          not told apart from {', '.join(words.nodes_text(place) for place in also)}")
     updated = [
         f"{name} {factor_as_percent(factor)}"
@@ -45,6 +49,7 @@ def summary(result: Mapping[str, Any]) -> str:
     fit = _fit_table(result)
     if fit:
         parts += ["", fit]
+    parts += [f"{'' if i else chr(10)}warning   {text}" for i, text in enumerate(result.get("warnings") or ())]
     if result.get("advice"):
         parts += ["", f"advice    {result['advice']}"]
     return "\n".join(parts)

@@ -36,7 +36,9 @@ def render(content: ReportContent) -> str:
     return template.render(
         content=content,
         status=str(content.result.get("status") or ""),
-        advice=str(content.result.get("advice") or ""),
+        advice=words.sentence(str(content.result.get("advice") or "")),
+        warnings=[words.sentence(str(text)) for text in content.result.get("warnings") or ()],
+        staged=bool(content.result.get("stages")),
         verdict=str(content.result.get("verdict", "")),
         verdict_name=words.verdict_name(str(content.result.get("verdict", ""))),
         headline=_unbroken(words.headline(content.result)),
@@ -85,13 +87,15 @@ def _findings(result: Mapping[str, Any]) -> list[dict[str, Any]]:
             f"{words.physics_name(str(a.get('physics', '')))} ({_percent(a.get('probability'))})"
             for a in words.rows(finding.get("alternatives"))
         ]
-        also = [words.nodes_text(place) for place in location.get("also_possible") or ()]
+        span = words.span_text(location)
+        also = [] if span else [words.nodes_text(place) for place in location.get("also_possible") or ()]
         configurations = [str(c) for c in finding.get("configurations") or ()]
         shown.append(
             {
                 "what": words.physics_name(physics, parameters) if physics else "no name",
                 "where": words.place_text(location),
                 "sure": words.certainty(finding.get("probability")),
+                "span": span,
                 "also": also[:6],
                 "also_more": max(0, len(also) - 6),
                 "alternatives": alternatives[:3],

@@ -47,7 +47,8 @@ def ods_correlation(run: StagedRun, configuration: str, result: RunResult) -> di
 def staged_content(run: StagedRun, info: dict[str, Any]) -> ReportContent:
     """The page's content from a finished staged run."""
     findings = words.rows(run.result.get("findings"))
-    nodes = tuple(int(n) for n in words.mapping(findings[0].get("location")).get("nodes") or ()) if findings else ()
+    where = words.mapping(findings[0].get("location")) if findings else {}
+    nodes = tuple(int(n) for n in where.get("region") or where.get("nodes") or ())
     sensors, shakers = markers(run.test, run.model, run.pairing)
     first = next(iter(run.setup.configurations.values()))
     drawn = model_of(run.model.deck, units=run.model.units, spc=first.spc)
