@@ -318,6 +318,22 @@ def test_every_verdict_has_its_sentence(verdict: str, words: str) -> None:
     assert advice in page.text
 
 
+def test_warnings_stand_above_the_picture() -> None:
+    said = {**result("consistent"), "warnings": ["recording <a> clips"]}
+    page = Page(render(dataclasses.replace(content("consistent"), result=said)))
+    assert page.wrong == []
+    assert page.text.index("Recording <a> clips") < page.text.index("The model")
+    assert "Warnings about the recordings" not in Page(render(content("consistent"))).text
+
+
+def test_a_study_in_stages_tells_how_its_rivals_were_judged() -> None:
+    said = {**result("missing-physics"), "stages": [{"stage": "FRFs"}]}
+    page = Page(render(dataclasses.replace(content("missing-physics"), result=said)))
+    assert "The evidence decides" in page.text
+    assert "misfit, choosing" not in page.text
+    assert "misfit, choosing" in Page(render(content("missing-physics"))).text
+
+
 def test_bare_content_gives_a_page_without_empty_sections() -> None:
     page = Page(render(ReportContent("bare", {"verdict": "undetermined", "advice": "Measure the force."})))
     assert page.wrong == []
