@@ -117,6 +117,11 @@ def test_the_headline_of_a_law_with_many_parameters_says_its_stiffnesses() -> No
         "Missing: compliant support (modelled as fixed) over 30 nodes around nodes 15–16, stiffness X 2.00 N/m, "
         "stiffness Y 2.00 N/m, stiffness Z 2.00 N/m."
     )
+    two = words.headline({"verdict": "missing-physics", "findings": [finding, {**finding, "location": {"nodes": [3]}}]})
+    assert two == (
+        "Missing: compliant support (modelled as fixed) over 30 nodes around nodes 15–16; and compliant support "
+        "(modelled as fixed) at node 3."
+    )
     assert words.span_text(location) == "nodes 1–6–25–30"
     assert words.span_text({"nodes": [3], "also_possible": [[4]]}) == ""
 

@@ -21,6 +21,7 @@ from femend.report.content import (
     Marker,
     MeshPicture,
     ParameterRow,
+    Picture,
     Place,
     ReportContent,
     RestoringForce,
@@ -332,6 +333,14 @@ def test_a_study_in_stages_tells_how_its_rivals_were_judged() -> None:
     assert "The evidence decides" in page.text
     assert "misfit, choosing" not in page.text
     assert "misfit, choosing" in Page(render(content("missing-physics"))).text
+
+
+def test_pictures_are_in_the_page_itself() -> None:
+    shown = Picture("MAC of the modes", b"\x89PNG")
+    page = Page(render(dataclasses.replace(content("consistent"), pictures=(shown,))))
+    assert page.wrong == []
+    assert "data:image/png;base64,iVBORw==" in page.addresses
+    assert "MAC of the modes." in page.text
 
 
 def test_bare_content_gives_a_page_without_empty_sections() -> None:

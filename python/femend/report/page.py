@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from base64 import b64encode
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import resources
 from typing import Any, TypeVar
@@ -55,6 +56,7 @@ def render(content: ReportContent) -> str:
         restoring=restoring_figures(content.restoring) if content.restoring else [],
         places=places_figure(content.places, content.place_threshold),
         laws=_law_rows(content.laws),
+        pictures=[(p.caption, b64encode(p.png).decode()) for p in content.pictures],
         parameters=_parameter_rows(content),
         run=_run(content.run),
         style=Markup(_asset("style.css")),

@@ -212,16 +212,22 @@ def _missing(findings: Sequence[Result], result: Result) -> str:
     parts = []
     for finding in findings:
         parameters, physics = mapping(finding.get("parameters")), str(finding.get("physics", ""))
-        values = [" ".join(parameter_text(name, entry, physics, with_sd=False)) for name, entry in _told(parameters)]
+        values = [
+            " ".join(parameter_text(name, entry, physics, with_sd=False))
+            for name, entry in _told(parameters, len(findings))
+        ]
         what = physics_name(physics, parameters)
         parts.append(", ".join([f"{what} {place_text(mapping(finding.get('location')))}", *values]))
     return f"Missing: {'; and '.join(parts)}{_gain(result, 'parameters', 'final')}."
 
 
-def _told(parameters: Mapping[str, Any]) -> list[tuple[str, Any]]:
-    """What the headline says of a law: everything of a short one, the stiffnesses by axis of a long one."""
+def _told(parameters: Mapping[str, Any], n_findings: int) -> list[tuple[str, Any]]:
+    """What the headline says of a law: everything of a short one, the stiffnesses by axis of a long one, and nothing of
+    a long one that is not alone."""
     every = [row for row in by_importance(parameters) if row[0] != "sides"]
     by_axis = [row for row in every if re.fullmatch(r"k(_rot)?_[xyz]", row[0])]
+    if by_axis and n_findings > 1:
+        return []
     return by_axis if by_axis and len(every) > len(by_axis) else every
 
 
