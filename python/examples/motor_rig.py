@@ -9,6 +9,7 @@ predicted), OUT a folder for the diagnosis and the pictures. See python/docs/ope
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -38,14 +39,8 @@ def tell(run: StagedRun) -> None:
         print(f"\n{stage['stage']} ({stage['configuration']}: {', '.join(stage['recordings'])})")
         for remark in stage["remarks"]:
             print(f"  {remark}")
-        if stage.get("modes"):
-            print("  identified Hz   model Hz       off   damping %   model %    MAC")
-        for m in stage.get("modes", ()):
-            off = 100 * (m["model_freq"] / m["freq"] - 1)
-            print(
-                f"  {m['freq']:13.3f} {m['model_freq']:10.3f} {off:+8.2f} % {100 * m['zeta']:9.2f} "
-                f"{100 * m['model_zeta']:9.2f} {m['mac']:6.3f}"
-            )
+        rows = [[m[k] for k in ("freq", "zeta", "model_freq", "model_zeta", "mac")] for m in stage.get("modes", ())]
+        table(rows)
     for finding in run.result["findings"]:
         print(f"\n{finding['physics']} in {', '.join(finding['configurations'])}")
         for name, p in finding["parameters"].items():
@@ -53,6 +48,13 @@ def tell(run: StagedRun) -> None:
     for configuration, modes in run.result["modes"].items():
         listed = ", ".join(f"{m['freq']:.2f}" for m in modes)
         print(f"\nfinal model, {configuration}: {listed} Hz")
+        posterior = run.final.in_configuration(configuration)
+        model = run.setup.model(configuration, posterior.unknowns, run.final.terms)
+        for d in (*run.data.test_modes.get(configuration, ()), *run.data.output_only.get(configuration, ())):
+            lam, _, mac = d.block(run.setup, model).pairs(posterior.p)
+            size = np.abs(lam)
+            print(f"  against the modes of {d.name}")
+            table(list(zip(d.modes.freq, d.modes.zeta, size / (2 * np.pi), -lam.real / size, mac)))
     for configuration, result in run.final.runs:
         c = ods_correlation(run, configuration, result)
         print(f"\noperating shapes of {result.data.name} against the final model, least CSAC (the DAC's diagonal)")
@@ -63,6 +65,15 @@ def tell(run: StagedRun) -> None:
     for warning in run.result["warnings"]:
         print(f"\nwarning: {warning}")
     print()
+
+
+def table(rows: Sequence[Sequence[float]]) -> None:
+    """Rows of frequency in Hz and damping, identified and of the model, and MAC."""
+    if rows:
+        print("  identified Hz   model Hz        off  damping %   model %    MAC")
+    for freq, zeta, model_freq, model_zeta, mac in rows:
+        off = 100 * (model_freq / freq - 1)
+        print(f"  {freq:13.3f} {model_freq:10.3f} {off:+8.2f} % {100 * zeta:10.2f} {100 * model_zeta:9.2f} {mac:6.3f}")
 
 
 if __name__ == "__main__":

@@ -63,6 +63,8 @@ def stabilisation(run: StagedRun) -> Figure | None:
     if not tests and not ambient:
         return None
     made = plots.figure("page", 70, 1, 2)
+    for axis, shown in zip(made.axes, (tests and not run.test[tests[0][1].name].is_time, ambient)):
+        axis.set_axis_on() if shown else axis.set_axis_off()
     if tests:
         own = tests[0][1]
         recording = run.test[own.name]
@@ -134,7 +136,7 @@ def campbell(run: StagedRun) -> Figure | None:
     modes = np.abs(lam) / (2 * np.pi)
     made = plots.figure("page", 75, 1, 2)
     for axis, y, what in zip(list(made.axes), (result.data.y, result.predicted), ("recorded", "computed")):
-        f, t, S = spectrogram(y[row], 1 / result.data.dt, nperseg=256, noverlap=192)
+        f, t, S = map(np.asarray, spectrogram(y[row], 1 / result.data.dt, nperseg=256, noverlap=192))
         rpm = 60 * np.interp(t, result.data.dt * np.arange(y.shape[1]), result.data.rev_per_s)
         order = np.argsort(rpm)
         keep = order[np.concatenate([[True], np.diff(rpm[order]) > 0])]
