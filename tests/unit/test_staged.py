@@ -85,6 +85,19 @@ def test_a_reversed_blow_and_two_exchanged_ones_are_named(tmp_path: Path) -> Non
     assert "505:+Z / 501:+X and 505:+Z / 502:+Z seem to be exchanged" in said[1]
 
 
+def test_a_reversed_sensor_of_output_only_modes_is_named(tmp_path: Path) -> None:
+    """The modes of the test once more, as if found without its force, one sensor upside down: fitted and told."""
+    setup, data = clamped(tmp_path, Rig(bends=False))
+    (found,) = data.test_modes["clamped"]
+    row = [str(d) for d in found.modes.dofs].index("506:+Z")
+    shapes = found.modes.shapes.copy()
+    shapes[row] *= -1
+    alone = replace(found, name="alone", modes=replace(found.modes, shapes=shapes))
+    wrong = replace(data, output_only={"clamped": [alone]})
+    (said,) = sensor_warnings(setup, wrong, run_stages(setup, wrong, naming=False))
+    assert said.startswith("recording 'alone': channel 506:+Z runs against the model")
+
+
 def test_what_a_stage_settled_is_the_prior_of_the_next_widened_by_the_drift(tmp_path: Path) -> None:
     setup, data = clamped(tmp_path, Rig(bends=False))
     flow = run_stages(setup, data, naming=False)
