@@ -19,6 +19,7 @@ from click.testing import CliRunner, Result
 from femend import __version__
 from femend.app.progress import BarProgress, LineProgress, SilentProgress, progress_for
 from femend.cli import main
+from femend.cli.summary import summary
 from femend.demo import STUDY, concealed, held_out_errors
 from femend.errors import DeckError, RecordingError
 from femend.io import OutputDirectory
@@ -95,6 +96,15 @@ def test_diagnose_says_what_the_report_says(diagnosis: Callable[..., None], tmp_
         assert fact in done.output, done.output
     assert json.loads((tmp_path / "out" / "seen.json").read_text()) == [str(tmp_path / "study.toml"), 5]
     assert "update parameters: 0.0 s, 3 done" in done.stderr
+
+
+def test_of_several_findings_each_is_named_above_its_values() -> None:
+    other = {"physics": "viscous_damper", "location": {"nodes": [9], "to": "ground"}, "parameters": {}}
+    said = summary({**RESULT, "findings": [*RESULT["findings"], other]}).splitlines()
+    at = said.index("finding   added mass at node 6 in Z, to ground")
+    assert "mass 52 ± 3 g" in said[at + 2]
+    assert "finding   viscous damper at node 9, to ground" in said[at + 3 :]
+    assert not any(line.startswith("finding") for line in summary(RESULT).splitlines())
 
 
 def test_quiet_says_nothing(diagnosis: Callable[..., None], tmp_path: Path) -> None:

@@ -23,7 +23,11 @@ def read_result(out: Path) -> dict[str, Any]:
 def summary(result: Mapping[str, Any]) -> str:
     """Headline, verdict, findings with their certainty, parameters, fit figures, advice."""
     parts = [words.headline(result), "", f"verdict   {words.verdict_name(str(result.get('verdict', '')))}"]
-    for finding in words.rows(result.get("findings")):
+    findings = words.rows(result.get("findings"))
+    for finding in findings:
+        if len(findings) > 1:  # else the headline says it
+            name = words.physics_name(str(finding.get("physics", "")), words.mapping(finding.get("parameters")))
+            parts.append(f"finding   {name} {words.place_text(words.mapping(finding.get('location')))}")
         parts.append(f"certainty {words.certainty(words.number(finding.get('probability')))}")
         physics = str(finding.get("physics", ""))
         for key, entry in words.by_importance(words.mapping(finding.get("parameters"))):
