@@ -14,10 +14,8 @@ PAGES = (
     "README.md",
     "CONTRIBUTING.md",
     "benches/README.md",
-    "python/docs/architecture.md",
-    "python/docs/laws.md",
-    "python/docs/modal.md",
-    "python/docs/naming.md",
+    *(f"python/docs/{name}.md" for name in ("architecture", "correlation", "laws", "modal", "naming", "operating")),
+    *(f"python/docs/{name}.md" for name in ("output_only", "recordings", "signals")),
 )
 
 
@@ -27,6 +25,14 @@ def test_links_lead_somewhere(project_root: Path, page: str) -> None:
     targets = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", path.read_text(encoding="utf-8"))
     local = [target for target in targets if "://" not in target]
     assert [target for target in local if not (path.parent / target).exists()] == []
+
+
+def test_every_page_is_checked_and_told_of_in_the_readme(project_root: Path) -> None:
+    pages = sorted(str(p.relative_to(project_root)) for p in (project_root / "python" / "docs").glob("*.md"))
+    assert pages
+    assert sorted(set(pages) - set(PAGES)) == []
+    readme = (project_root / "README.md").read_text(encoding="utf-8")
+    assert [page for page in pages if f"]({page})" not in readme] == []
 
 
 def test_every_package_has_its_place(project_root: Path, package_root: Path) -> None:

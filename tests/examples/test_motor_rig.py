@@ -89,8 +89,14 @@ def test_the_shared_rig(project_root: Path, shared: Callable[[str], Path], tmp_p
         assert c["csac"][(c["freq"] >= low) & (c["freq"] <= high)].min() > 0.95
     assert result.error < 0.02
     assert {p.name for p in tmp_path.glob("rig_*.png")} == {
-        f"rig_{n}.png" for n in ("frf", "mac", "waterfall", "forces", "ods", "csac")
+        f"rig_{n}.png"
+        for n in ("stabilisation", "frf", "mac", "waterfall", "forces", "ods", "csac", "sensitivity", "shapes")
     }
+    assert (tmp_path / "report.html").read_text().count("data:image/png") == 8
+    # the tacho's pulses are shorter than a sample at the highest speed: told, and the only thing to tell
+    (warning,) = run.result["warnings"]
+    assert "'runup'" in warning
+    assert "tacho" in warning
     # the patched deck stands on its layer once nothing is held, with the modes of operation
     free = free_model(read_model(tmp_path / "model.updated.bdf").deck, units="SI", parameters=[])
     K, M = (A.toarray() for A in free.matrices())

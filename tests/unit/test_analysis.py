@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from femend import _core
 from femend.analysis.frf import modal_frf, shapes_at
+from femend.analysis.model_modes import model_modes
 from femend.analysis.modes import solve_modes
 from femend.data.channel import Channel
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
 from femend.errors import SingularModelError
+from femend.model.model import read_model
 
 DOFS = [Dof(10, 1), Dof(10, 3), Dof(20, 1)]
 
@@ -35,6 +39,24 @@ def test_modes_are_labelled(modes: ModeSet) -> None:
     assert modes.zeta.tolist() == [0.01, 0.02, 0.03]
     lam = np.linalg.eigvals(np.linalg.solve(M, K)).real
     np.testing.assert_allclose((2 * np.pi * modes.freq) ** 2, np.sort(lam), rtol=1e-12)
+
+
+def test_modes_of_a_model_stand_at_its_nodes(tmp_path: Path) -> None:
+    """Two masses of 1 kg on a chain of equal springs along X, of which one with one mass is at 100 Hz."""
+    k = (2 * np.pi * 100.0) ** 2
+    lines = ["GRID,1,,0.,0.,0.", "GRID,2,,1.,0.,0.", "GRID,3,,2.,0.,0.", "SPC1,1,123456,1", "SPC1,1,23456,2,3"]
+    lines += [f"CELAS2,1,{k:.9E},1,1,2,1", f"CELAS2,2,{k:.9E},2,1,3,1", "CONM2,11,2,,1.", "CONM2,12,3,,1."]
+    path = tmp_path / "chain.bdf"
+    path.write_text("\n".join(["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", *lines, "ENDDATA", ""]))
+    found = model_modes(read_model(path), zeta=0.01)
+    # lambda / k = (3 -+ sqrt(5)) / 2 for the chain held at one end
+    np.testing.assert_allclose(found.freq, 100.0 * np.sqrt((3 + np.array([-1, 1]) * np.sqrt(5)) / 2), rtol=1e-6)
+    assert found.phi.shape == (18, 2)
+    at = {str(d): i for i, d in enumerate(found.dofs)}
+    ratio = found.phi[at["3:+X"]] / found.phi[at["2:+X"]]
+    np.testing.assert_allclose(ratio, [(1 + np.sqrt(5)) / 2, (1 - np.sqrt(5)) / 2], rtol=1e-6)
+    assert (found.phi[at["1:+X"]] == 0).all()
+    np.testing.assert_allclose((found.phi**2).sum(axis=0), 1.0, rtol=1e-6)
 
 
 def test_moving_dofs_are_named() -> None:

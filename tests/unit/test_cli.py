@@ -19,6 +19,7 @@ from click.testing import CliRunner, Result
 from femend import __version__
 from femend.app.progress import BarProgress, LineProgress, SilentProgress, progress_for
 from femend.cli import main
+from femend.cli.summary import summary
 from femend.demo import STUDY, concealed, held_out_errors
 from femend.errors import DeckError, RecordingError
 from femend.io import OutputDirectory
@@ -41,6 +42,7 @@ RESULT = {
     ],
     "status": "not-converged",
     "advice": "Repeat with more periods.",
+    "warnings": ["recording 'high': channel 6:+Z stays at its largest value"],
 }
 
 
@@ -87,12 +89,22 @@ def test_diagnose_says_what_the_report_says(diagnosis: Callable[..., None], tmp_
         "updated   E_root_half +2.0 %",
         "status    not-converged",
         "high       fit         0.010      0.60        0.20  0.030",
+        "\nwarning   recording 'high': channel 6:+Z stays at its largest value",
         "advice    Repeat with more periods.",
         f"report    {tmp_path / 'out' / 'report.html'}",
     ):
         assert fact in done.output, done.output
     assert json.loads((tmp_path / "out" / "seen.json").read_text()) == [str(tmp_path / "study.toml"), 5]
     assert "update parameters: 0.0 s, 3 done" in done.stderr
+
+
+def test_of_several_findings_each_is_named_above_its_values() -> None:
+    other = {"physics": "viscous_damper", "location": {"nodes": [9], "to": "ground"}, "parameters": {}}
+    said = summary({**RESULT, "findings": [*RESULT["findings"], other]}).splitlines()
+    at = said.index("finding   added mass at node 6 in Z, to ground")
+    assert "mass 52 ± 3 g" in said[at + 2]
+    assert "finding   viscous damper at node 9, to ground" in said[at + 3 :]
+    assert not any(line.startswith("finding") for line in summary(RESULT).splitlines())
 
 
 def test_quiet_says_nothing(diagnosis: Callable[..., None], tmp_path: Path) -> None:

@@ -58,6 +58,8 @@ def test_small_numbers_of_the_page() -> None:
         ({"nodes": [4], "to": 9, "direction": "Z"}, "at node 4 in Z, to node 9"),
         ({"nodes": list(range(1, 9)), "to": "ground"}, "at nodes 1, 2, 3, 4, 5, 6, …, to ground"),
         ({"nodes": [], "direction": "X"}, "in direction X"),
+        ({"nodes": [5, 6], "direction": "R"}, "between nodes 5 and 6 in rotation"),
+        ({"nodes": [5], "to": "ground", "region": [1, 2, 5, 6]}, "over 4 nodes around node 5"),
         ({}, "at no single place"),
     ],
 )
@@ -93,6 +95,35 @@ def test_every_physics_and_family_of_the_contract_has_a_plain_name() -> None:
     assert len(set(plain)) == len(plain)
     assert not any("_" in p for p in plain)
     assert words.physics_name("clearance", {"sides": 2}) == "two-sided contact"
+
+
+def test_parameters_by_axis_have_plain_names() -> None:
+    per_area, total = {"value": 7e5, "unit": "N/m^3"}, {"value": 1.4e5, "unit": "N/m"}
+    assert words.parameter_text("k_x", per_area, "compliant_support") == ("stiffness X per area", "700 kN/m³")
+    assert words.parameter_text("c_z_total", total, "compliant_support")[0] == "damping Z in total"
+    assert words.parameter_text("k_rot_y", {"value": 11.0, "unit": "N*m/rad"}, "spring_bending")[0] == (
+        "rotational stiffness Y"
+    )
+
+
+def test_the_headline_of_a_law_with_many_parameters_says_its_stiffnesses() -> None:
+    values = {
+        f"{kind}_{a}{end}": {"value": 2.0, "unit": "N/m"} for kind in "kc" for a in "xyz" for end in ("", "_total")
+    }
+    location = {"nodes": [15, 16], "to": "ground", "region": list(range(1, 31)), "also_possible": [[1, 6, 25, 30]]}
+    finding = {"physics": "compliant_support", "parameters": values, "location": location}
+    said = words.headline({"verdict": "missing-physics", "findings": [finding]})
+    assert said == (
+        "Missing: compliant support (modelled as fixed) over 30 nodes around nodes 15–16, stiffness X 2.00 N/m, "
+        "stiffness Y 2.00 N/m, stiffness Z 2.00 N/m."
+    )
+    two = words.headline({"verdict": "missing-physics", "findings": [finding, {**finding, "location": {"nodes": [3]}}]})
+    assert two == (
+        "Missing: compliant support (modelled as fixed) over 30 nodes around nodes 15–16; and compliant support "
+        "(modelled as fixed) at node 3."
+    )
+    assert words.span_text(location) == "nodes 1–6–25–30"
+    assert words.span_text({"nodes": [3], "also_possible": [[4]]}) == ""
 
 
 def test_the_same_letter_is_another_parameter_in_another_law() -> None:

@@ -21,6 +21,7 @@ from femend.report.content import (
     Marker,
     MeshPicture,
     ParameterRow,
+    Picture,
     Place,
     ReportContent,
     RestoringForce,
@@ -316,6 +317,30 @@ def test_every_verdict_has_its_sentence(verdict: str, words: str) -> None:
     assert words in page.text
     advice = result(verdict)["advice"]
     assert advice in page.text
+
+
+def test_warnings_stand_above_the_picture() -> None:
+    said = {**result("consistent"), "warnings": ["recording <a> clips"]}
+    page = Page(render(dataclasses.replace(content("consistent"), result=said)))
+    assert page.wrong == []
+    assert page.text.index("Recording <a> clips") < page.text.index("The model")
+    assert "Warnings about the recordings" not in Page(render(content("consistent"))).text
+
+
+def test_a_study_in_stages_tells_how_its_rivals_were_judged() -> None:
+    said = {**result("missing-physics"), "stages": [{"stage": "FRFs"}]}
+    page = Page(render(dataclasses.replace(content("missing-physics"), result=said)))
+    assert "The evidence decides" in page.text
+    assert "misfit, choosing" not in page.text
+    assert "misfit, choosing" in Page(render(content("missing-physics"))).text
+
+
+def test_pictures_are_in_the_page_itself() -> None:
+    shown = Picture("MAC of the modes", b"\x89PNG")
+    page = Page(render(dataclasses.replace(content("consistent"), pictures=(shown,))))
+    assert page.wrong == []
+    assert "data:image/png;base64,iVBORw==" in page.addresses
+    assert "MAC of the modes." in page.text
 
 
 def test_bare_content_gives_a_page_without_empty_sections() -> None:

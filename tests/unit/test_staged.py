@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from femend.diagnose.staged import (
     StagedData,
     StagedSettings,
     run_stages,
+    sensor_warnings,
     setup_of,
     staged_data,
 )
@@ -66,6 +68,34 @@ def test_springs_that_do_not_bend_are_left_alone(tmp_path: Path) -> None:
     assert flow.named == ()
     values = dict(zip(flow.posterior.unknowns.names, flow.posterior.values, strict=True))
     assert [values[n] for n in ("spring_x", "spring_y", "spring_axial")] == pytest.approx([1.08, 1.08, 0.9], rel=0.01)
+
+
+def test_a_reversed_blow_and_two_exchanged_ones_are_named(tmp_path: Path) -> None:
+    setup, data = clamped(tmp_path, Rig(bends=False))
+    (frf,) = data.frfs["clamped"]
+    assert sensor_warnings(setup, data, run_stages(setup, data, naming=False)) == ()
+    names = [str(d) for d in frf.inputs]
+    H, (i, a, b) = frf.H.copy(), (names.index(n) for n in ("503:+Z", "501:+X", "502:+Z"))
+    H[:, :, i] *= -1
+    H[:, :, [a, b]] = H[:, :, [b, a]]
+    wrong = replace(data, frfs={"clamped": [replace(frf, H=H)]}, test_modes={})
+    said = sensor_warnings(setup, wrong, run_stages(setup, wrong, naming=False))
+    assert len(said) == 2, said
+    assert "505:+Z / 503:+Z runs against the model" in said[0]
+    assert "505:+Z / 501:+X and 505:+Z / 502:+Z seem to be exchanged" in said[1]
+
+
+def test_a_reversed_sensor_of_output_only_modes_is_named(tmp_path: Path) -> None:
+    """The modes of the test once more, as if found without its force, one sensor upside down: fitted and told."""
+    setup, data = clamped(tmp_path, Rig(bends=False))
+    (found,) = data.test_modes["clamped"]
+    row = [str(d) for d in found.modes.dofs].index("506:+Z")
+    shapes = found.modes.shapes.copy()
+    shapes[row] *= -1
+    alone = replace(found, name="alone", modes=replace(found.modes, shapes=shapes))
+    wrong = replace(data, output_only={"clamped": [alone]})
+    (said,) = sensor_warnings(setup, wrong, run_stages(setup, wrong, naming=False))
+    assert said.startswith("recording 'alone': channel 506:+Z runs against the model")
 
 
 def test_what_a_stage_settled_is_the_prior_of_the_next_widened_by_the_drift(tmp_path: Path) -> None:

@@ -66,7 +66,9 @@ def put(tmp_path: Path) -> Callable[[str], Path]:
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "up.csv").write_text("time,a,tacho\n0,1,0\n0.5,2,5\n1.0,3,0\n")
     channels = (Channel(Dof(1, 1), "force", "N"), Channel(Dof(2, 1), "acceleration", "m/s^2"))
-    write_uff(tmp_path / "high.uff", functions_of(TimeData("high", 0.01, np.ones((2, 8)), channels)))
+    write_uff(
+        tmp_path / "high.uff", functions_of(TimeData("high", 0.01, np.tile(np.linspace(1.0, 2.0, 8), (2, 1)), channels))
+    )
 
     def write(text: str) -> Path:
         path = tmp_path / "study.toml"

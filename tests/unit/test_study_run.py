@@ -79,7 +79,9 @@ def test_a_spring_to_ground_is_found_and_named(spring: Done) -> None:
 def test_the_result_follows_the_contract(control: Done, spring: Done) -> None:
     for done in (control, spring):
         result = done.result
-        assert list(result) == ["format", "verdict", "findings", "parameters", "fit", "status", "advice"]
+        keys = ["format", "verdict", "findings", "parameters", "fit", "status", "advice", "warnings"]
+        assert list(result) == keys
+        assert result["warnings"] == []
         assert result["format"] == "femend-diagnosis/1"
         assert result["verdict"] in VERDICTS
         assert set(result["parameters"]) == {"E_root", "E_tip"}

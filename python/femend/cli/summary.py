@@ -23,14 +23,22 @@ def read_result(out: Path) -> dict[str, Any]:
 def summary(result: Mapping[str, Any]) -> str:
     """Headline, verdict, findings with their certainty, parameters, fit figures, advice."""
     parts = [words.headline(result), "", f"verdict   {words.verdict_name(str(result.get('verdict', '')))}"]
-    for finding in words.rows(result.get("findings")):
+    findings = words.rows(result.get("findings"))
+    for finding in findings:
+        if len(findings) > 1:  # else the headline says it
+            name = words.physics_name(str(finding.get("physics", "")), words.mapping(finding.get("parameters")))
+            parts.append(f"finding   {name} {words.place_text(words.mapping(finding.get('location')))}")
         parts.append(f"certainty {words.certainty(words.number(finding.get('probability')))}")
         physics = str(finding.get("physics", ""))
         for key, entry in words.by_importance(words.mapping(finding.get("parameters"))):
             name, value = words.parameter_text(key, entry, physics)
             parts.append(f"          {name} {value}")
-        also = words.mapping(finding.get("location")).get("also_possible") or ()
-        if also:
+        location = words.mapping(finding.get("location"))
+        also = location.get("also_possible") or ()
+        span = words.span_text(location)
+        if span:
+            parts.append(f"          an area that {span} span")
+        elif also:
             parts.append(f"          not told apart from {', '.join(words.nodes_text(place) for place in also)}")
     updated = [
         f"{name} {factor_as_percent(factor)}"
@@ -45,6 +53,7 @@ def summary(result: Mapping[str, Any]) -> str:
     fit = _fit_table(result)
     if fit:
         parts += ["", fit]
+    parts += [f"{'' if i else chr(10)}warning   {text}" for i, text in enumerate(result.get("warnings") or ())]
     if result.get("advice"):
         parts += ["", f"advice    {result['advice']}"]
     return "\n".join(parts)

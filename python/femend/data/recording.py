@@ -36,7 +36,7 @@ class Rotating:
 @dataclass(frozen=True, slots=True, eq=False)
 class Recording:
     """One recording: `data` is TimeData, FRF or Spectra; `notes` say what the reader had to assume or repair,
-    `geometry` holds the test nodes where the file has them.
+    `warnings` what is wrong with single channels and when, `geometry` holds the test nodes where the file has them.
 
     `role` is fit, validate or predict; `excitation` measured, unknown, ambient or rotating; `configuration` names how
     the structure was held ("as modelled" where nothing is said). Raises RecordingError for time records of measured
@@ -52,6 +52,7 @@ class Recording:
     file: str = ""
     notes: tuple[str, ...] = ()
     geometry: Geometry | None = None
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for value, allowed, key in ((self.role, ROLES, "role"), (self.excitation, EXCITATIONS, "excitation")):
@@ -151,6 +152,7 @@ class Recording:
             "configuration": self.configuration,
             "file": self.file,
             "notes": list(self.notes),
+            "warnings": list(self.warnings),
             "data": self.data.to_dict(),
         }
 

@@ -20,6 +20,7 @@ __all__ = [
     "Marker",
     "MeshPicture",
     "ParameterRow",
+    "Picture",
     "Place",
     "ReportContent",
     "RestoringForce",
@@ -199,6 +200,14 @@ class Check:
 
 
 @dataclass(frozen=True, eq=False)
+class Picture:
+    """A picture as PNG with its caption."""
+
+    caption: str
+    png: bytes
+
+
+@dataclass(frozen=True, eq=False)
 class ReportContent:
     """Everything the page shows.
 
@@ -217,6 +226,7 @@ class ReportContent:
         run: content of run.json (`femend.report.runinfo`).
         references: methods used, one citation per entry.
         notes: remarks on reading (cards without influence, paired sensors, ...).
+        pictures: further pictures with their captions.
     """
 
     title: str
@@ -238,3 +248,4 @@ class ReportContent:
     run: Mapping[str, Any] = field(default_factory=dict)
     references: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    pictures: tuple[Picture, ...] = ()

@@ -103,7 +103,8 @@ def static_picture(data: dict[str, Any], width: float = 640.0, height: float = 4
     for k in located:
         x, y = float(eye[k, 0]), float(eye[k, 1])
         parts.append(f'<circle class="located" cx="{x:.1f}" cy="{y:.1f}" r="9"/>')
-        parts.append(f'<text class="located" x="{x + 13:.1f}" y="{y - 9:.1f}">node {data["ids"][k]}</text>')
+        if len(located) < 4:
+            parts.append(f'<text class="located" x="{x + 13:.1f}" y="{y - 9:.1f}">node {data["ids"][k]}</text>')
     return svg(width, height, "".join(parts), "Mesh with sensors, shakers and the located place", "mesh")
 
 

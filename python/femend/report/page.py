@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from base64 import b64encode
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import resources
 from typing import Any, TypeVar
@@ -36,7 +37,9 @@ def render(content: ReportContent) -> str:
     return template.render(
         content=content,
         status=str(content.result.get("status") or ""),
-        advice=str(content.result.get("advice") or ""),
+        advice=words.sentence(str(content.result.get("advice") or "")),
+        warnings=[words.sentence(str(text)) for text in content.result.get("warnings") or ()],
+        staged=bool(content.result.get("stages")),
         verdict=str(content.result.get("verdict", "")),
         verdict_name=words.verdict_name(str(content.result.get("verdict", ""))),
         headline=_unbroken(words.headline(content.result)),
@@ -53,6 +56,7 @@ def render(content: ReportContent) -> str:
         restoring=restoring_figures(content.restoring) if content.restoring else [],
         places=places_figure(content.places, content.place_threshold),
         laws=_law_rows(content.laws),
+        pictures=[(p.caption, b64encode(p.png).decode()) for p in content.pictures],
         parameters=_parameter_rows(content),
         run=_run(content.run),
         style=Markup(_asset("style.css")),
@@ -85,13 +89,15 @@ def _findings(result: Mapping[str, Any]) -> list[dict[str, Any]]:
             f"{words.physics_name(str(a.get('physics', '')))} ({_percent(a.get('probability'))})"
             for a in words.rows(finding.get("alternatives"))
         ]
-        also = [words.nodes_text(place) for place in location.get("also_possible") or ()]
+        span = words.span_text(location)
+        also = [] if span else [words.nodes_text(place) for place in location.get("also_possible") or ()]
         configurations = [str(c) for c in finding.get("configurations") or ()]
         shown.append(
             {
                 "what": words.physics_name(physics, parameters) if physics else "no name",
                 "where": words.place_text(location),
                 "sure": words.certainty(finding.get("probability")),
+                "span": span,
                 "also": also[:6],
                 "also_more": max(0, len(also) - 6),
                 "alternatives": alternatives[:3],

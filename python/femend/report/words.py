@@ -6,11 +6,13 @@ Works on the content of result.json alone, so that the command line and the page
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from femend.report.numbers import factor_as_percent, pretty_unit, quantity, ratio
+from femend.report.vocabulary import DIRECTIONS, PARAMETERS, PHYSICS, VERDICTS
 
 __all__ = [
     "ErrorGain",
@@ -25,83 +27,19 @@ __all__ = [
     "physics_name",
     "place_text",
     "rows",
+    "sentence",
+    "span_text",
     "verdict_name",
 ]
 
 Result = Mapping[str, Any]
-
-_VERDICTS = {
-    "consistent": "Consistent",
-    "parameters-only": "Parameters only",
-    "missing-physics": "Missing physics",
-    "located-not-named": "Located, not named",
-    "undetermined": "Undetermined",
-}
-
-_PHYSICS = {
-    "support_stiffness": "elastic support",
-    "compliant_support": "compliant support (modelled as fixed)",
-    "joint_stiffness": "flexible joint or weakened member",
-    "spring_bending": "spring that carries moments",
-    "added_mass": "added mass",
-    "tuned_absorber": "attached oscillator (tuned absorber)",
-    "viscous_damper": "viscous damper",
-    "structural_damping": "structural (hysteretic) damping",
-    "viscoelastic": "viscoelastic support",
-    "quadratic_damping": "quadratic damping, force as v·|v|",
-    "cubic_stiffness": "cubic stiffness",
-    "clearance": "contact with a gap",
-    "bilinear_stiffness": "bilinear stiffness",
-    "coulomb_friction": "dry friction (Jenkins)",
-    "bouc_wen": "smooth hysteresis (Bouc-Wen)",
-    "gyroscopic": "gyroscopic coupling",
-    "speed_stiffness": "stiffness that changes with speed",
-    "unmeasured_force": "force nobody recorded",
-    "base_motion": "motion of the ground",
-    "load_misplaced": "load at another place or direction than recorded",
-    "unbalance_law": "other unbalance than assumed",
-    "stiffness": "a stiffness",
-    "inertia": "an inertia",
-    "damping": "a damping",
-    "nonlinear elastic": "a nonlinear elastic force",
-    "hysteretic": "a hysteretic force",
-    "speed": "an effect of speed",
-    "load": "a load",
-    "none": "nothing added",
-}
-
-_PARAMETERS = {
-    "k": "stiffness",
-    "gap": "gap",
-    "c": "damping coefficient",
-    "m": "mass",
-    "k3": "cubic stiffness",
-    "f": "slip force",
-    "kt": "stiffness before slip",
-    "k0": "long-term stiffness",
-    "k1": "relaxing stiffness",
-    "tau": "relaxation time",
-    "eta": "loss factor",
-    "k_plus": "stiffness in tension",
-    "k_minus": "stiffness in compression",
-    "k_rot": "rotational stiffness",
-    "factor": "factor",
-    "frequency": "frequency",
-    "amplitude": "amplitude",
-    "level": "level",
-    "Ip": "polar inertia",
-}
-
-
-# k1..k6 of a support or joint are stiffnesses by direction; elsewhere k1 is the Zener branch and k3 the cubic factor.
-_DIRECTIONS = {"k1": "X", "k2": "Y", "k3": "Z", "k4": "RX", "k5": "RY", "k6": "RZ"}
 
 _CHANGED = {"parameters": "without and with the missing term", "nominal": "model as given and final model"}
 
 
 def verdict_name(verdict: str) -> str:
     """The verdict as a title; an unknown one is returned as it is."""
-    return _VERDICTS.get(verdict, verdict)
+    return VERDICTS.get(verdict, verdict)
 
 
 def physics_name(physics: str, parameters: Mapping[str, Any] | None = None) -> str:
@@ -110,7 +48,7 @@ def physics_name(physics: str, parameters: Mapping[str, Any] | None = None) -> s
     >>> physics_name("clearance", {"sides": {"value": 1}})
     'one-sided contact'
     """
-    name = _PHYSICS.get(physics, physics.replace("_", " "))
+    name = PHYSICS.get(physics, physics.replace("_", " "))
     if physics == "clearance":
         sides = number(mapping(parameters).get("sides"))
         if sides in (1.0, -1.0):
@@ -125,11 +63,16 @@ def place_text(location: Mapping[str, Any]) -> str:
 
     >>> place_text({"nodes": [4], "to": "ground", "direction": "Z"})
     'at node 4 in Z, to ground'
+    >>> place_text({"nodes": [15, 16], "to": "ground", "region": list(range(1, 31))})
+    'over 30 nodes around nodes 15–16'
     """
     nodes = [int(n) for n in location.get("nodes") or ()]
     direction = str(location.get("direction") or "")
     to = location.get("to")
-    in_direction = f" in {direction}" if direction else ""
+    in_direction = "" if not direction else " in rotation" if direction == "R" else f" in {direction}"
+    region = location.get("region") or ()
+    if len(region) > len(nodes):
+        return f"over {len(region)} nodes around {nodes_text(nodes)}{in_direction}"
     if not nodes:
         return f"in direction {direction}" if direction else "at no single place"
     if len(nodes) == 1:
@@ -143,17 +86,38 @@ def place_text(location: Mapping[str, Any]) -> str:
     return f"at nodes {shown}{in_direction}" + (", to ground" if to == "ground" else "")
 
 
+def span_text(location: Mapping[str, Any]) -> str:
+    """The corners of a place that is an area: "nodes 1–6–25–30"; empty for another place."""
+    also = location.get("also_possible") or ()
+    return nodes_text(also[0]) if location.get("region") and also else ""
+
+
+def sentence(text: str) -> str:
+    """`text` with a capital at its beginning."""
+    return text[:1].upper() + text[1:]
+
+
 def nodes_text(nodes: Any) -> str:
     """A place given by its nodes alone: "node 5", "nodes 4–7"."""
     numbers = [str(n) for n in nodes] if isinstance(nodes, list | tuple) else [str(nodes)]
     return f"node {numbers[0]}" if len(numbers) == 1 else f"nodes {'–'.join(numbers)}"
 
 
+def _by_axis(name: str, unit: str) -> str:
+    """`k_x`, `k_rot_z`, `c_y_total` in words; another name as it is."""
+    found = re.fullmatch(r"([kc])(_rot)?_([xyz])(_total)?", name)
+    if found is None:
+        return name
+    what = {"k": "stiffness", "c": "damping"}[found[1]]
+    extent = " in total" if found[4] else " per area" if unit.endswith(("/m^3", "/mm^3", "/in^3", "/ft^3")) else ""
+    return f"{'rotational ' if found[2] else ''}{what} {found[3].upper()}{extent}"
+
+
 def parameter_text(name: str, entry: Any, physics: str = "", *, with_sd: bool = True) -> tuple[str, str]:
     """Name and value of a parameter of the law `physics`: ("gap", "0.63 ± 0.02 mm"), or without the plus-minus."""
-    label = _PARAMETERS.get(name, name)
-    if physics in ("compliant_support", "support_stiffness", "joint_stiffness") and name in _DIRECTIONS:
-        label = f"stiffness {_DIRECTIONS[name]}"
+    label = PARAMETERS.get(name) or _by_axis(name, str(mapping(entry).get("unit") or ""))
+    if physics in ("compliant_support", "support_stiffness", "joint_stiffness") and name in DIRECTIONS:
+        label = f"stiffness {DIRECTIONS[name]}"
     if name == "sides" and number(entry) is not None:
         return label, {1.0: "one", 2.0: "two"}.get(abs(number(entry) or 0.0), str(number(entry)))
     if not isinstance(entry, Mapping):
@@ -250,17 +214,26 @@ def _missing(findings: Sequence[Result], result: Result) -> str:
         parameters, physics = mapping(finding.get("parameters")), str(finding.get("physics", ""))
         values = [
             " ".join(parameter_text(name, entry, physics, with_sd=False))
-            for name, entry in by_importance(parameters)
-            if name != "sides"
+            for name, entry in _told(parameters, len(findings))
         ]
         what = physics_name(physics, parameters)
         parts.append(", ".join([f"{what} {place_text(mapping(finding.get('location')))}", *values]))
     return f"Missing: {'; and '.join(parts)}{_gain(result, 'parameters', 'final')}."
 
 
+def _told(parameters: Mapping[str, Any], n_findings: int) -> list[tuple[str, Any]]:
+    """What the headline says of a law: everything of a short one, the stiffnesses by axis of a long one, and nothing of
+    a long one that is not alone."""
+    every = [row for row in by_importance(parameters) if row[0] != "sides"]
+    by_axis = [row for row in every if re.fullmatch(r"k(_rot)?_[xyz]", row[0])]
+    if by_axis and n_findings > 1:
+        return []
+    return by_axis if by_axis and len(every) > len(by_axis) else every
+
+
 def _located(finding: Result, result: Result) -> str:
     physics = str(finding.get("physics") or "")
-    what = physics_name(physics) if physics in _PHYSICS else "something"
+    what = physics_name(physics) if physics in PHYSICS else "something"
     place = place_text(mapping(finding.get("location")))
     gain = _gain(result, "parameters", "final")
     return f"The model lacks {what} {place}, but no law tried explains it well enough to be named{gain}."

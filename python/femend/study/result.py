@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -24,8 +25,10 @@ ALSO = 5
 ALTERNATIVES = 5
 
 
-def result_of(diagnosis: Diagnosis, predictions: list[Prediction], records: list[FitRecord]) -> dict[str, Any]:
-    """The content of result.json."""
+def result_of(
+    diagnosis: Diagnosis, predictions: list[Prediction], records: list[FitRecord], warnings: Sequence[str] = ()
+) -> dict[str, Any]:
+    """The content of result.json; `warnings` are those of the recordings' channels."""
     findings = _findings(diagnosis)
     return {
         "format": FORMAT,
@@ -35,6 +38,7 @@ def result_of(diagnosis: Diagnosis, predictions: list[Prediction], records: list
         "fit": [_fit(p, records, diagnosis.problem.band) for p in predictions if p.recorded is not None],
         "status": "converged" if diagnosis.null.converged else "stalled",
         "advice": diagnosis.advice,
+        "warnings": list(warnings),
     }
 
 

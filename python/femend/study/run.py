@@ -67,7 +67,7 @@ def diagnose(
         diagnosis = diagnose_records(model, records, study.damping_ratio, progress)
     with steps.step("predict"):
         predictions = predict_all(diagnosis, test, model, pairing, records)
-        result = result_of(diagnosis, predictions, records)
+        result = result_of(diagnosis, predictions, records, [w for r in test for w in r.warnings])
     run = StudyRun(study, model, test, pairing, records, diagnosis, predictions, result)
     if out is not None:
         _write(run, Path(out), info)

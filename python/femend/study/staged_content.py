@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,9 +10,10 @@ import numpy as np
 from femend.diagnose.staged.loads import predicted_ods
 from femend.model.model import model_of
 from femend.report import words
-from femend.report.content import Check, FrfOverlay, LawRow, ParameterRow, ReportContent, TimeOverlay
+from femend.report.content import Check, FrfOverlay, LawRow, ParameterRow, Picture, ReportContent, TimeOverlay
 from femend.study.picture import markers, mesh_picture
 from femend.study.predictions import STAGES
+from femend.study.staged_pictures import staged_pictures
 from femend.units import unit_system
 
 if TYPE_CHECKING:
@@ -22,6 +24,8 @@ __all__ = ["ods_correlation", "staged_content"]
 
 # FRFs, operating shapes and time traces that are drawn, and the seconds of a trace
 FRFS, SHAPES, TRACES, SECONDS = 4, 4, 4, 4.0
+# resolution of the pictures: as wide as the page
+DPI = 130
 
 _REFERENCES = (
     "B. Peeters et al., The PolyMAX frequency-domain method, Shock and Vibration 11 (2004) 395-409: modes of the test.",
@@ -47,7 +51,8 @@ def ods_correlation(run: StagedRun, configuration: str, result: RunResult) -> di
 def staged_content(run: StagedRun, info: dict[str, Any]) -> ReportContent:
     """The page's content from a finished staged run."""
     findings = words.rows(run.result.get("findings"))
-    nodes = tuple(int(n) for n in words.mapping(findings[0].get("location")).get("nodes") or ()) if findings else ()
+    where = words.mapping(findings[0].get("location")) if findings else {}
+    nodes = tuple(int(n) for n in where.get("region") or where.get("nodes") or ())
     sensors, shakers = markers(run.test, run.model, run.pairing)
     first = next(iter(run.setup.configurations.values()))
     drawn = model_of(run.model.deck, units=run.model.units, spc=first.spc)
@@ -66,7 +71,19 @@ def staged_content(run: StagedRun, info: dict[str, Any]) -> ReportContent:
         run=info,
         references=_REFERENCES,
         notes=_notes(run),
+        pictures=_pictures(run),
     )
+
+
+def _pictures(run: StagedRun) -> tuple[Picture, ...]:
+    found = []
+    for name, caption, figure in staged_pictures(run):
+        if name == "frf":  # the page draws them itself
+            continue
+        buffer = BytesIO()
+        figure.savefig(buffer, format="png", dpi=DPI)
+        found.append(Picture(caption, buffer.getvalue()))
+    return tuple(found)
 
 
 def _frfs(run: StagedRun) -> list[FrfOverlay]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from femend.diagnose.staged import Flow, Setup, StagedData
+from femend.diagnose.staged import Flow, Setup, StagedData, sensor_warnings
 from femend.diagnose.staged.select import Round
 from femend.model.linear_terms import LinearTerm
 from femend.study.predictions import STAGES, Prediction
@@ -24,9 +25,15 @@ FAR, POOR = 5.0, 0.15
 
 
 def staged_result(
-    setup: Setup, data: StagedData, final: Flow, plain: Flow, predictions: list[Prediction]
+    setup: Setup,
+    data: StagedData,
+    final: Flow,
+    plain: Flow,
+    predictions: list[Prediction],
+    warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """The content of result.json, with the stages and the loads beside what the contract asks for."""
+    """The content of result.json, with the stages and the loads beside what the contract asks for; `warnings` of the
+    recordings' channels are told with those of the stages."""
     findings = [_finding(setup, final, term, decision) for term, decision in _by_weight(final)]
     converged = all(s.posterior.converged for s in final.stages)
     verdict, advice = _verdict(setup, final, findings)
@@ -42,6 +49,7 @@ def staged_result(
         "stages": [_stage(s) for s in final.stages],
         "modes": {c: _modes(setup, final, c) for c in setup.configurations},
         "loads": [_loads(setup, c, r) for c, r in final.runs],
+        "warnings": [*warnings, *data.warnings, *sensor_warnings(setup, data, final)],
     }
 
 

@@ -75,7 +75,7 @@ def diagnose_staged(study: Study, steps: Any, info: RunInfo, progress: Any, out:
         tell.done()
     with steps.step("predict"):
         predictions = predict_staged(setup, test, data, final, plain)
-        result = staged_result(setup, data, final, plain, predictions)
+        result = staged_result(setup, data, final, plain, predictions, [w for r in test for w in r.warnings])
     run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)
     if out is not None:
         _write(run, out, info)

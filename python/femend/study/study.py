@@ -9,6 +9,7 @@ from femend.data import Recording, Rotating, Test
 from femend.errors import FemendError, StudyError
 from femend.io.channel_map import ChannelMap
 from femend.io.recordings import read_recording
+from femend.study.sound import with_warnings
 
 __all__ = ["AS_MODELLED", "Configuration", "Parameter", "Study", "StudyRecording"]
 
@@ -90,11 +91,14 @@ class Study:
         raise StudyError(f"{self.file}: no [[configuration]] is named {name!r}", key="configuration")
 
     def read_recordings(self) -> Test:
-        """Reads all recordings in the model's unit system; raises what `femend.read_recording` raises."""
+        """Reads all recordings in the model's unit system, with warnings about their channels.
+
+        Raises what `femend.read_recording` raises, and SignalError for a dead response.
+        """
         found = []
         for recording in self.recordings:
             try:
-                found.append(recording.read(self.units))
+                found.append(with_warnings(recording.read(self.units)))
             except FemendError as error:
                 error.add_note(f"while reading [[recording]] {recording.name!r} of {self.file}")
                 raise

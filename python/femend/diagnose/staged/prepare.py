@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
-from femend.data import FRF, Channel, IdentifiedModes, Recording, Speed
+from femend.data import FRF, Channel, IdentifiedModes, Recording, Speed, TimeData
 from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
 from femend.errors import RecordingError
@@ -16,9 +16,9 @@ from femend.estimate.frf import frf_lines_of, useful_band
 from femend.estimate.joint import FrfBlock, ModesBlock, Run, RunBlock, Unbalance, ods_frf, run_of
 from femend.modal import identify_modes
 from femend.model.configured import ConfiguredModel
-from femend.signal import estimate_frf, tacho_speed
+from femend.signal import estimate_frf, tacho_speed, to_quantity
 
-__all__ = ["FrfData", "ModesData", "RunData", "frf_data", "run_data", "run_modes", "unbalance_of"]
+__all__ = ["FrfData", "ModesData", "RunData", "frf_data", "run_data", "run_modes", "tacho_warnings", "unbalance_of"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -168,7 +168,7 @@ def run_data(recording: Recording, *, steady: float = 0.0, onset: float = 0.0, f
     RecordingError where bearings and shaft are not stated.
     """
     rotating = recording.rotating
-    response = recording.response
+    response = _accelerations(recording)
     if rotating is None:
         raise RecordingError(
             f'recording {recording.name!r} has excitation = "rotating" but no [recording.rotating] table; state tacho, '
@@ -203,6 +203,33 @@ def run_data(recording: Recording, *, steady: float = 0.0, onset: float = 0.0, f
         "XYZ".index(rotating.axis.lstrip("+-").upper()),
         time.dt,
         f_max,
+    )
+
+
+def _accelerations(recording: Recording) -> TimeData | None:
+    """Responses as accelerations; strains are refused, since a run is compared as accelerations."""
+    response = recording.response
+    strains = [] if response is None else response.rows("strain")
+    if response is None or not strains:
+        return None if response is None else to_quantity(response, "acceleration")
+    name = response.channels[strains[0]].text
+    raise RecordingError(
+        f"recording {recording.name!r}: channel {name} measures strain; a run is compared as accelerations: leave the "
+        "channel out",
+        recording=recording.name,
+        channel=name,
+    )
+
+
+def tacho_warnings(recording: Recording, speed: Speed) -> tuple[str, ...]:
+    """What had to be repaired in the pulses of a run's tacho, in one sentence; nothing where nothing was."""
+    if not speed.missed + speed.doubled:
+        return ()
+    what = [f"{n} {text}" for n, text in ((speed.missed, "lost pulses put in"), (speed.doubled, "bounces thrown out"))]
+    done = " and ".join(text for text in what if not text.startswith("0 "))
+    return (
+        f"recording {recording.name!r}: channel {speed.source}: {done}, beside {speed.n_pulses} pulses used; the "
+        f"first: {speed.notes[0]}",
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femend.data import FRF, IdentifiedModes, Recording, Test
 from femend.diagnose.staged.candidates import rivals
 from femend.diagnose.staged.loads import RunResult, fit_run
-from femend.diagnose.staged.prepare import FrfData, ModesData, RunData, frf_data, run_data, run_modes
+from femend.diagnose.staged.prepare import FrfData, ModesData, RunData, frf_data, run_data, run_modes, tacho_warnings
 from femend.diagnose.staged.select import Round, fit_terms, select_terms
 from femend.diagnose.staged.setup import Setup
 from femend.diagnose.staged.words import remark_on_frfs, remark_on_modes, remark_on_run, unseen_modes
@@ -32,12 +32,14 @@ FEW_LINES = 120
 
 @dataclass(frozen=True, eq=False)
 class StagedData:
-    """Recordings as data, by configuration in the order in which they are used."""
+    """Recordings as data, by configuration in the order in which they are used; `warnings` say what their preparation
+    found doubtful: repaired tachos, modes, sensors."""
 
     frfs: dict[str, list[FrfData]]
     test_modes: dict[str, list[ModesData]]
     output_only: dict[str, list[ModesData]]
     runs: dict[str, list[RunData]]
+    warnings: tuple[str, ...] = ()
 
     @property
     def configurations(self) -> tuple[str, ...]:
@@ -93,19 +95,23 @@ class Flow:
 def staged_data(test: Test) -> StagedData:
     """Fit recordings by what they are; raises what their preparation raises."""
     data = StagedData({}, {}, {}, {})
+    told: list[str] = []
     for r in test:
         if r.role != "fit":
             continue
         if r.excitation == "measured":
             own = frf_data(r)
             data.frfs.setdefault(r.configuration, []).append(own)
-            modes = _test_modes(r, own)
+            modes = _test_modes(r, own, told)
             if modes is not None:
                 data.test_modes.setdefault(r.configuration, []).append(modes)
         elif r.excitation == "rotating":
             data.runs.setdefault(r.configuration, []).append(run_data(r))
+            told += tacho_warnings(r, data.runs[r.configuration][-1].speed)
         else:
             found = identify_output_only(r.time)
+            if found.status != "ok":
+                told += [f"recording {r.name!r}: {text}" for text in found.advice]
             if found.modes.n_modes:
                 own_modes = ModesData(r.name, found.modes, found.shape_sd)
                 data.output_only.setdefault(r.configuration, []).append(own_modes)
@@ -114,16 +120,19 @@ def staged_data(test: Test) -> StagedData:
             shown = [m for m in (run_modes(run) for run in runs) if m is not None]
             if shown:
                 data.output_only[configuration] = shown
-    return data
+    return replace(data, warnings=tuple(told))
 
 
-def _test_modes(recording: Recording, own: FrfData) -> ModesData | None:
+def _test_modes(recording: Recording, own: FrfData, told: list[str]) -> ModesData | None:
     frf = recording.data
     if not isinstance(frf, FRF):
         from femend.signal import estimate_frf
 
         frf = estimate_frf(recording.time).frf
     found = identify_modes(frf, (float(own.freq[0]), float(own.freq[-1])))
+    wrong = [check.message for check in found.checks if check.verdict in ("reversed", "swapped", "differs")]
+    doubts = found.advice if found.status != "ok" else ()
+    told += [f"recording {recording.name!r}: {text}" for text in dict.fromkeys([*wrong, *doubts])]
     return ModesData(recording.name, found.modes) if found.modes.n_modes else None
 
 

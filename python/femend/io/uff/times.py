@@ -86,18 +86,19 @@ def time_data(
             channel, factor = channel_of(context, function, "rsp", function.header.ordinate)
             values = values * factor
         here = f"data set {function.record} ({label_of(function) or channel.text})"
-        if function.y.size != first.y.size:
-            raise RecordingError(
-                f"recording {name!r}: {here} has {function.y.size} samples, data set {first.record} "
-                f"({label_of(first)}) has {first.y.size}; cut the records to equal length",
-                recording=name,
-                channel=channel.text,
-            )
         start, step = _step(function, name)
         if abs(step - dt) > 1e-6 * abs(dt) or abs(start - t0) > 1e-3 * abs(dt):
             raise RecordingError(
                 f"recording {name!r}: {here} starts at {start:g} s with step {step:g} s, data set {first.record} at "
-                f"{t0:g} s with {dt:g} s; resample the records to one time axis",
+                f"{t0:g} s with {dt:g} s; bring the records to one time axis (femend.signal.merge does it), or make "
+                "them two recordings",
+                recording=name,
+                channel=channel.text,
+            )
+        if function.y.size != first.y.size:
+            raise RecordingError(
+                f"recording {name!r}: {here} has {function.y.size} samples, data set {first.record} "
+                f"({label_of(first)}) has {first.y.size}; cut the records to equal length",
                 recording=name,
                 channel=channel.text,
             )

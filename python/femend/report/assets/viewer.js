@@ -164,7 +164,7 @@
     for (const m of data.sensors) arrow(m.node, m.v, 34, colours.parameters, 2, 0);
     for (const m of data.shakers) {  // the force arrow points at the node, as forces are drawn
       const to = arrow(m.node, m.v, 52, colours.nominal, 4, -1.12);
-      label("shaker", to[0] + 8, to[1] + 22, colours.nominal, false);
+      if (data.shakers.length < 4) label("shaker", to[0] + 8, to[1] + 22, colours.nominal, false);
     }
   }
 
@@ -186,6 +186,10 @@
     }
     for (const k of at) {
       const x = eye[3 * k], y = eye[3 * k + 1];
+      if (at.length > 3) {  // an area: dots, so that it stays to be seen through
+        pen.fillStyle = colours.place; disc(x, y, 5.5, true);
+        continue;
+      }
       pen.globalAlpha = 0.2; pen.fillStyle = colours.place; disc(x, y, 17, true); pen.globalAlpha = 1;
       disc(x, y, 5.5, true);
       pen.lineWidth = 2.5; pen.strokeStyle = colours.place; disc(x, y, 11, false);
