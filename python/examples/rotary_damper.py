@@ -7,7 +7,7 @@ FEMEND_SHARED, else in `../shared` beside the project:
 python python/examples/rotary_damper.py
 
 Laws are fitted to the 0.5 Hz recording of each tension. Recordings they have not seen: the 1 Hz one of that tension;
-and the 1 Hz one of another tension, where only the force at which the law slips is read off that tension's 0.5 Hz loops.
+and the 1 Hz one of another tension, where only the force at which the law slips is read off its 0.5 Hz loops.
 """
 
 from __future__ import annotations
