@@ -133,8 +133,9 @@ def refit_element(
 ) -> ElementLaw:
     """A fitted `law` with its parameters `free` alone fitted anew to records of another setting.
 
-    `d`, `v`, `f` (each (n,) or a sequence of records) and `dt` are as for `fit_element`. Everything else stays: spring, dashpot and zero beside it too. `chosen` of what comes back is NaN, nothing having
-    been kept back. Raises as `fit_element`, and LawParameterError for a name that is no free parameter of the law.
+    `d`, `v`, `f` (each (n,) or a sequence of records) and `dt` are as for `fit_element`. Everything else stays: spring,
+    dashpot and zero beside it too. `chosen` of what comes back is NaN, nothing having been kept back. Raises as
+    `fit_element`, and LawParameterError for a name that is no free parameter of the law.
     """
     return refit_law(law, free, _loops(d, v, f, dt))
 

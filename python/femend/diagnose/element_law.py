@@ -78,7 +78,7 @@ class ElementLaw:
         return out if self.physics is None else out + law_force(self.physics, self.values, d, v, dt)
 
     def nrmse(self, d: FloatArray, v: FloatArray, f: FloatArray, dt: float) -> float:
-        """RMS error of the force predicted along `d`, `v` (n,) as a share of the RMS of the recorded force `f` (n,)."""
+        """RMS error of the force predicted along `d`, `v` (n,), as a share of the RMS of the recorded one `f` (n,)."""
         return float(np.linalg.norm(f - self.force(d, v, dt)) / np.linalg.norm(f))
 
     def scored(self, n_values: float, price: float) -> ElementLaw:
