@@ -77,7 +77,8 @@ def main() -> None:
     folder = data_folder()
     fits = named(folder)
     for setting, fit in fits.items():
-        verdict = "named" if fit.adequate else "no law of the catalogue explains it"
+        verdict = "as good as a free form" if fit.adequate else "no law of the catalogue explains it"
+        verdict += ", to the noise" if fit.to_noise else ", not to the noise"
         others = f"not told from {', '.join(fit.alike[1:])}" if len(fit.alike) > 1 else "told from all others"
         print(f"\n{setting}: {fit.best.name} ({verdict}; {others})\n{fit}")
         values = ", ".join(f"{name} = {value:.4g} ± {fit.best.sd[name]:.2g}" for name, value in fit.best.values.items())

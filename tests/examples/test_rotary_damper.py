@@ -16,6 +16,8 @@ def test_rotary_damper(project_root: Path, shared: Callable[[str], Path]) -> Non
     for setting, fit in fits.items():
         assert fit.best.name == "play_friction", setting
         assert fit.adequate, setting
+        # it is not all there is: the band rings after it sticks, and no law of the catalogue does
+        assert not fit.to_noise, setting
         # the dead zone is there to many standard deviations: plain friction is the law with none
         assert fit.best.values["gap"] > 5 * fit.best.sd["gap"]
     # a tighter band slips later

@@ -43,6 +43,7 @@ def test_the_law_is_named_with_its_parameters(law: str) -> None:
     fit = fit_element(d, v, f, DT, laws=RIVALS)
     assert fit.best.name == law, repr(fit)
     assert fit.adequate
+    assert fit.to_noise
     assert fit.margin > 4
     # another motion, nothing fitted: the noise (2 %) is left and little more
     assert fit.best.nrmse(*loop(law, 8), DT) < 0.025
@@ -73,6 +74,23 @@ def test_a_law_outside_those_tried_is_not_adequate() -> None:
     d, v, f = loop("clearance", 2)
     fit = fit_element(d, v, f, DT, laws=["quadratic_damping", "bouc_wen"])
     assert not fit.adequate
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        lambda d, v: 4 * d**5,
+        lambda d, v: np.sign(v) * np.abs(v) ** 0.5,
+        lambda d, v: v * np.abs(d),
+        lambda d, v: 3 * np.sin(3 * d),
+        lambda d, v: 4 * d**3 + np.tanh(v / 0.05),
+    ],
+)
+def test_what_no_single_law_is_does_not_pass_for_noise(force) -> None:  # type: ignore[no-untyped-def]
+    d, v, _ = loop("cubic_stiffness", 5)
+    f = force(d, v) + 0.5 * d
+    f = f + 0.03 * f.std() * np.random.default_rng(1).standard_normal(len(f))
+    assert not fit_element(d, v, f, DT, laws=[*RIVALS, "hertz_contact"]).to_noise
 
 
 def test_several_records_and_no_velocity() -> None:

@@ -27,6 +27,8 @@ FloatArray = NDArray[np.float64]
 KEPT = 1 / 3
 # score by which a law has to be ahead to be told from another: odds of 20 to 1
 TOLD = 6.0
+# share of the samples that count as independent above which a residual is noise: neighbours correlate by less than 1/3
+WHITE = 0.5
 # laws that can follow anything: what they leave is the measure for the others
 _SURROGATES = ("iwan", "free_form")
 # the spring and dashpot beside every law are these already
@@ -42,12 +44,14 @@ class ElementFit:
         ranked: the laws; `score` is the tempered log likelihood on the part kept back plus a price for each parameter.
         free: share of the force's power that the free-form force leaves on the part kept back.
         n_values: effective number of independent values there (the residual of neighbouring samples is alike).
+        n_kept: number of samples there.
         settings: thresholds.
     """
 
     ranked: tuple[ElementLaw, ...]
     free: float
     n_values: float
+    n_kept: int
     settings: Settings
 
     @property
@@ -67,8 +71,18 @@ class ElementFit:
 
     @property
     def adequate(self) -> bool:
-        """Whether the best law leaves about as little as a free-form force does; else its name is a guess."""
+        """Whether the best law leaves about as little as a free-form force does; else its name is a guess.
+
+        The free form is coarse (nine knots over displacement): a law outside the catalogue that is like one inside
+        often passes. `to_noise` is the stricter question.
+        """
         return self.best.chosen <= self.settings.adequate * self.free
+
+    @property
+    def to_noise(self) -> bool:
+        """Whether what the best law leaves looks like noise: neighbouring samples mostly unlike each other. Where it
+        does not, something is left that no law of the catalogue has, or the force was filtered far below its rate."""
+        return self.n_values > WHITE * self.n_kept
 
     def __getitem__(self, name: str) -> ElementLaw:
         for law in self.ranked:
@@ -120,7 +134,8 @@ def fit_element(
         found += [] if fitted is None else [fitted]
     n_values = _effective(min(found, key=lambda law: law.chosen), loops, seen)
     ranked = sorted((law.scored(n_values, settings.price) for law in found), key=lambda law: law.score)
-    return ElementFit(tuple(ranked), _free_form(loops, seen), n_values, settings)
+    kept = sum(loop.n - n for loop, n in zip(loops, seen, strict=True))
+    return ElementFit(tuple(ranked), _free_form(loops, seen), n_values, kept, settings)
 
 
 def refit_element(
