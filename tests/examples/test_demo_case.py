@@ -22,4 +22,7 @@ def test_demo_case(project_root: Path, tmp_path: Path, capsys: pytest.CaptureFix
 def test_examples_are_short(project_root: Path) -> None:
     examples = sorted((project_root / "python" / "examples").glob("*.py"))
     assert examples
-    assert [e.name for e in examples if len(e.read_text(encoding="utf-8").splitlines()) > 80] == []
+    lines = {e.name: len(e.read_text(encoding="utf-8").splitlines()) for e in examples}
+    assert lines["demo_case.py"] <= 80
+    # studies of real recordings read their own formats and print their tables
+    assert {name: n for name, n in lines.items() if n > 220} == {}

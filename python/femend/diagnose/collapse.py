@@ -12,10 +12,19 @@ from femend.diagnose.joint import Recovered
 from femend.diagnose.settings import Settings
 from femend.physics import physics
 
-__all__ = ["collapsed"]
+__all__ = ["SHARP", "collapsed", "name_of"]
 
+# exponent n from which the knee of a Bouc-Wen loop is as sharp as that of friction with a spring before it
+SHARP = 8.0
 # what a plain spring is called at each kind of place
 _SPRING = {"end": "joint_stiffness", "clamp": "compliant_support"}
+
+
+def name_of(candidate: Candidate, recovered: Recovered | None, settings: Settings) -> str:
+    """Name of the simplest law that does the same: a Bouc-Wen loop with a sharp knee is friction."""
+    if candidate.name == "bouc_wen" and candidate.values.get("n", 0.0) > SHARP:
+        return "coulomb_friction"
+    return collapsed(candidate, recovered, settings).name
 
 
 def collapsed(candidate: Candidate, recovered: Recovered | None, settings: Settings) -> Candidate:
@@ -49,7 +58,8 @@ def _same_force(
     for line_index, record, D, weight in zip(
         recovered.index, recovered.records, recovered.D, recovered.weight, strict=True
     ):
-        s = np.asarray(2j * np.pi * line_index / (record.n * record.dt), dtype=np.complex128)
+        freq = line_index / (record.n * record.dt) if record.frf is None else record.frf.freq[line_index]
+        s = np.asarray(2j * np.pi * freq, dtype=np.complex128)
         kappa = _core.law_dynamic_stiffness(law, values, s)[0][:, None]
         shape = _core.law_dynamic_stiffness(simple, unit, s)[0][:, None]
         seen = weight * np.abs(D) ** 2

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femend.diagnose.candidates import Candidate, laws_for, starts
+from femend.diagnose.collapse import SHARP
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
 from femend.diagnose.linear import fit_linear, fit_mass, judge_linear
 from femend.diagnose.locate import Located
@@ -25,6 +26,8 @@ NONLINEAR_STARTS = 3
 START_REACH, MOST_STARTS = 1.6, 9
 # look-alikes of a place at which linear laws are tried too
 ALIKE_TRIED = 3
+# a law that leaves at most so many times what another leaves does as well
+NEARLY = 1.15
 # lines a record while laws are compared; the chosen one is fitted on all
 NAMING_LINES = 500
 
@@ -242,6 +245,7 @@ class _Judge:
     def simple_first(self, ranked: list[Ranked]) -> list[Ranked]:
         """Puts the best linear law before nonlinear ones that leave hardly less: what is wrong with the rest of the
         model gives a law with more freedom that much by itself."""
+        ranked = _friction_first(ranked)
         linear = next((r for r in ranked if not r.candidate.nonlinear), None)
         if linear is None or linear is ranked[0]:
             return ranked
@@ -251,3 +255,16 @@ class _Judge:
             return ranked
         behind = [replace(r, score=max(r.score, linear.score + self.settings.price)) for r in ranked if r is not linear]
         return [linear, *sorted(behind, key=lambda r: r.score)]
+
+
+def _friction_first(ranked: list[Ranked]) -> list[Ranked]:
+    """Puts friction before a Bouc-Wen loop at the same place whose knee is as sharp and that leaves hardly less."""
+    if not ranked or ranked[0].candidate.name != "bouc_wen" or ranked[0].candidate.values["n"] <= SHARP:
+        return ranked
+    loop = ranked[0]
+    for r in ranked[1:]:
+        same = r.candidate.name == "coulomb_friction" and r.located.place is loop.located.place
+        if same and r.candidate.chosen < NEARLY * loop.candidate.chosen:
+            first = replace(r, score=loop.score)
+            return [first, *(other for other in ranked if other is not r)]
+    return ranked
