@@ -81,10 +81,15 @@ def _text_numbers(text: bytes, header: Header58, fail: Fail) -> NDArray[np.float
     return values[:needed]
 
 
+# decades over which the values of a record read in the wrong byte order spread at least
+SWAPPED_DECADES = 20.0
+
+
 def _swapped(values: NDArray[Any]) -> bool:
     """True where the numbers make sense only with their bytes in the other order.
 
-    A swapped float has a random exponent: most of its values lie beyond 1e+-15, which those of a recording do not.
+    A swapped float has a random exponent: most of its values lie beyond 1e+-15, which those of a recording do not, and
+    they are spread over many decades.
     """
 
     def sane(array: NDArray[Any]) -> float:
@@ -96,7 +101,11 @@ def _swapped(values: NDArray[Any]) -> bool:
     sample = values[:4096]
     if np.count_nonzero(sample) < 8:
         return False
-    return sane(sample) < 0.7 and sane(sample.byteswap()) > 0.98
+    with np.errstate(all="ignore"):
+        decades = np.log10(np.abs(sample[sample != 0].astype(np.float64)))
+    decades = decades[np.isfinite(decades)]
+    spread = decades.size < 2 or float(np.ptp(decades)) > SWAPPED_DECADES
+    return sane(sample) < 0.7 and sane(sample.byteswap()) > 0.98 and spread
 
 
 def _binary_numbers(raw: RawSet, header: Header58, fail: Fail) -> NDArray[np.float64]:
