@@ -1,0 +1,68 @@
+"""The model's derivatives beside a law: by linearisation what a simulation of every moved unknown would give."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from femend.diagnose.candidates import Start
+from femend.diagnose.closed_loop import ClosedLoop
+from femend.diagnose.descent import DIFFERENCE, linearised_columns
+from femend.diagnose.joint import open_joint
+from femend.estimate import FitRecord, Problem
+from femend.model import Place, read_model, reduce_model
+from femend.model.places import stretches, topology
+from femend.physics import FitCoordinates, physics
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
+
+DT, N = 1 / 1024, 1024
+
+
+def test_linearised_columns_are_those_of_a_simulation(tmp_path: Path) -> None:
+    """Beside a spring and a dashpot with a faint cubic part, where linearisation is exact but for the faint part (1 %)
+    and the end of the window (exp(-8))."""
+    path = tmp_path / "model.bdf"
+    path.write_text(small_study.deck())
+    model = read_model(path, parameters=small_study.PARAMETERS)
+    out = np.array([6 * model.index(node) + 2 for node in small_study.SENSORS])
+    spectrum = np.zeros(N // 2 + 1, dtype=complex)
+    rng = np.random.default_rng(3)
+    spectrum[8:150] = rng.standard_normal(142) + 1j * rng.standard_normal(142)
+    ramp = np.sin(0.5 * np.pi * np.clip(np.arange(N) / 100, 0, 1)) ** 2  # from rest
+    u = np.fft.irfft(spectrum, N)[None] * 100 * ramp
+    y = rng.standard_normal((len(out), N))
+    record = FitRecord("r", u, y, DT, out[-1:], out, np.ones(1), np.ones(len(out)), 0.01 * y.std(axis=1))
+    reduced = reduce_model(model, 150.0, out.tolist())
+    problem = Problem([record], (8.0, 150.0), small_study.ZETA, 2)
+    row = 6 * model.index(10) + 2
+    joint = open_joint(
+        Place("ground", (10,), "Z", "ground", (np.array([row]),), (np.ones(1),)), reduced, 150.0, out.tolist()
+    )
+    start = Start(physics("cubic_stiffness"), {"k3": 1.0}, 8e3, 10.0, 0.0)
+    coordinates = FitCoordinates(start.physics, start.values)
+    loop = ClosedLoop(problem, joint, "cubic_stiffness", coordinates, (8e3, 10.0), sigma=10.0)
+    p, x = problem.prior(joint.reduced)[0], np.concatenate([coordinates.start(), [1.0, 1.0]])
+    (base,), (histories,) = loop.residuals([(p, x)])
+    columns = linearised_columns(loop, p, histories)
+    largest = max(np.linalg.norm(column) for column in columns)
+    for i, column in enumerate(columns):
+        moved = p.copy()
+        moved[i] += DIFFERENCE
+        (e,), _ = loop.residuals([(moved, x)])
+        exact = (e - base) / DIFFERENCE
+        assert np.linalg.norm(column - exact) < 0.03 * max(np.linalg.norm(exact), 0.01 * largest), i
+    assert replace(loop, sigma=0.0).size() >= loop.size()
+
+
+def test_nodes_inside_a_member_are_told_as_a_stretch(tmp_path: Path) -> None:
+    """Nodes 1, 7 (change of section), 9 (a mass) and 13 are joints of the cantilever; 2 to 6 lie inside one member."""
+    path = tmp_path / "model.bdf"
+    path.write_text(small_study.deck())
+    top = topology(read_model(path))
+    assert set(top.joints) == {1, 7, 9, 13}
+    assert stretches(top, [7, 4, 6, 3, 11]) == [(7,), (3, 6), (11,)]
