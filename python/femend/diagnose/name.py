@@ -253,7 +253,11 @@ class _Judge:
         reach = [r for r in ranked if r.candidate.nonlinear and r.candidate.chosen < worth * linear.candidate.chosen]
         if any(r.score < linear.score for r in reach):
             return ranked
-        behind = [replace(r, score=max(r.score, linear.score + self.settings.price)) for r in ranked if r is not linear]
+        # they lack as much evidence as a law has to bring
+        enough = linear.score + self.settings.gain_cost
+        behind = [
+            replace(r, score=max(r.score, enough)) if r.candidate.nonlinear else r for r in ranked if r is not linear
+        ]
         return [linear, *sorted(behind, key=lambda r: r.score)]
 
 
