@@ -18,7 +18,7 @@ from femend.diagnose.locate import Located, locate, shortlist
 from femend.diagnose.name import Ranked, effective_values, name_physics, null_candidate, score, split_records
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.settings import Settings
-from femend.diagnose.unmeasured import find_unmeasured
+from femend.diagnose.unmeasured import find_unmeasured, plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import Fit, FitRecord, Problem
 from femend.model import Model, Place, ReducedModel, find_places
@@ -99,7 +99,7 @@ def explain(
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
     tell.start("name it", len(short))
     ranked: list[Ranked] = []
-    if _worth_naming(null, located, settings):
+    if _worth_naming(null, located, settings) and not plainly_unmeasured(split, reduced, located, start.g_rows):
         ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, tell.advance)
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)

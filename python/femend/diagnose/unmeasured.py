@@ -21,7 +21,7 @@ from femend.diagnose.settings import Settings
 from femend.estimate import Problem
 from femend.model import ReducedModel
 
-__all__ = ["find_unmeasured"]
+__all__ = ["find_unmeasured", "plainly_unmeasured"]
 
 FloatArray = NDArray[np.float64]
 
@@ -32,6 +32,8 @@ DISSIPATED = 0.15
 # share of a force's power within a few lines from which it is a harmonic one; correlation from which it repeats
 HARMONIC, REPEATS = 0.6, 0.7
 NEAR_LINES = 3
+# correlation below which the measured forces of two recordings differ, and above which unrecorded ones are the same
+DIFFERENT, SAME = 0.5, 0.9
 # amplitudes of a harmonic force in the recordings differ by at most this factor; a law's grow with the level
 ALIKE = 1.5
 # a repeating harmonic force is continued to so many times the longest record
@@ -78,6 +80,29 @@ def find_unmeasured(
         score(candidate, split.choosing, settings, n_values),
         None if base or not repeats else (int(best.place.g_rows[0][0]), force),
     )
+
+
+def plainly_unmeasured(split: Split, reduced: ReducedModel, located: Sequence[Located], g_rows: list[int]) -> bool:
+    """Whether recordings with different forces of different levels show one and the same force at the best place.
+
+    No law does that, so that none needs to be tried.
+    """
+    single = [f for f in located if f.place.n_w == 1]
+    problem = split.whole
+    if not single or single[0].place.kind != "ground" or min(r.y.shape[0] for r in problem.records) < 2:
+        return False
+    level = np.array([r.u.std() for r in problem.records])
+    n = min(r.n for r in problem.records)
+    u = np.array([r.u[:, :n].ravel() for r in problem.records])
+    own = np.abs(np.corrcoef(u)[~np.eye(len(u), dtype=bool)]) if len(u) > 1 else np.ones(1)
+    if level.max() < LEVELS * level.min() or own.max() > DIFFERENT:
+        return False
+    joint = open_joint(single[0].place, reduced, problem.band[1], g_rows)
+    recovered = recover(problem, joint, single[0].fit.p)
+    if recovered is None or not _common(recovered):
+        return False
+    _, alike, ratio = _mean_force(recovered)
+    return bool(min(alike) > SAME and max(ratio) < ALIKE and min(ratio) > 1 / ALIKE)
 
 
 def _sine(

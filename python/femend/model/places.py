@@ -280,11 +280,11 @@ def _pairs(model: Model, top: Topology) -> list[Place]:
     for i, a in enumerate(top.joints):
         for b in top.joints[i + 1 :]:
             ra, rb = _rows(model, a), _rows(model, b)
-            both_held = top.held[ra[:3]].all() or top.held[rb[:3]].all()
+            both_held = top.held[ra[:3]].all() and top.held[rb[:3]].all()
             x = model.xyz[model.index(b)] - model.xyz[model.index(a)]
             length = float(np.linalg.norm(x))
             if both_held or length == 0 or frozenset((a, b)) in joined:
-                continue  # to a held node is to ground; along a member it is that member's own axial stiffness
+                continue  # along a member it is that member's own axial stiffness
             frame_a, frame_b = model.fe.frames[model.index(a)], model.fe.frames[model.index(b)]
             rows = np.concatenate([ra[:3], rb[:3]])
             values = np.concatenate([-(frame_a @ x), frame_b @ x]) / length

@@ -11,7 +11,7 @@ from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.locate import Located
 from femend.estimate import FitRecord, noise_floor
-from femend.model.places import stretches, topology
+from femend.model.places import Topology, stretches, topology
 from femend.physics import with_companion
 from femend.study.predictions import STAGES, Prediction
 from femend.units import unit_system
@@ -130,21 +130,29 @@ def _by_name(diagnosis: Diagnosis) -> dict[str, float]:
     return total
 
 
+def _along(nodes: tuple[int, ...], single: list[int], top: Topology) -> list[int]:
+    """Those of the nodes `single` that a stretch stands for."""
+    return [node for node in single if stretches(top, [*nodes, node]) == [nodes]]
+
+
 def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
     """The place and those that the recordings cannot tell from it: look-alikes, then places that fit as well."""
-    alike = [p for p in place.alike if p.direction == place.place.direction and p.kind == place.place.kind]
-    single = [p.nodes[0] for p in alike if len(p.nodes) == 1]
-    others = [list(nodes) for nodes in stretches(topology(diagnosis.reduced.model), single)]
-    rest = [p for p in place.alike if p not in alike or len(p.nodes) > 1]
-    rest += [
+    top = topology(diagnosis.reduced.model)
+    like = [p for p in place.alike if p.direction == place.place.direction and p.kind == place.place.kind]
+    single = [p.nodes[0] for p in like if len(p.nodes) == 1]
+    group = {node: nodes for nodes in stretches(top, single) for node in _along(nodes, single, top)}
+    others: list[list[int]] = []
+    close = [
         found.place
         for found in diagnosis.located
         if found.cost - place.cost < diagnosis.settings.margin and found.place.kind != "base"
     ]
-    covered = {*place.place.nodes, *single}
-    for other in rest:
-        if not covered.issuperset(other.nodes):
-            others.append(list(other.nodes))
+    covered = set(place.place.nodes)
+    for other in (*place.alike, *close):
+        nodes = group.get(other.nodes[0], other.nodes) if other in like else other.nodes
+        pair = other.kind == "pair" and set(nodes) != set(place.place.nodes)
+        if list(nodes) not in others and (pair or not covered.issuperset(other.nodes)):
+            others.append(list(nodes))
             covered.update(other.nodes)
     return {
         "nodes": list(place.place.nodes),
