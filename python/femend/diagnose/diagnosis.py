@@ -15,7 +15,7 @@ from femend.diagnose.collapse import collapsed, name_of
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
 from femend.diagnose.locate import Located, locate, shortlist
-from femend.diagnose.name import Ranked, effective_values, name_physics, null_candidate, score, split_records
+from femend.diagnose.name import Ranked, Split, effective_values, name_physics, null_candidate, score, split_records
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.settings import Settings
 from femend.diagnose.unmeasured import find_unmeasured, plainly_unmeasured
@@ -110,7 +110,7 @@ def explain(
         "", problem, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
         _probabilities(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
     )  # fmt: skip
-    return decide(undecided, n_values)
+    return decide(undecided, split)
 
 
 def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool:
@@ -128,7 +128,7 @@ def _probabilities(ranked: list[Ranked], null_score: float) -> list[float]:
     return [float(w) for w in (weights / weights.sum())[:-1]]
 
 
-def decide(found: Diagnosis, n_values: float) -> Diagnosis:
+def decide(found: Diagnosis, split: Split) -> Diagnosis:
     """The verdict: a law has to win clearly on data it has not seen, and to explain about as much as a free force."""
     settings, best = found.settings, (found.ranked[0] if found.ranked else None)
     outlier = _worst_parameter(found)
@@ -137,7 +137,6 @@ def decide(found: Diagnosis, n_values: float) -> Diagnosis:
         return replace(found, verdict="missing-physics", place=None)
     named = best is not None and _accepted(found, best)
     if not (named and best is not None and _adequate(found, best)) and _clearly_missing(found):
-        split = split_records(found.problem)
         unmeasured = find_unmeasured(split, found.reduced, found.located, found.g_rows, settings)
         if unmeasured is not None:
             return replace(found, verdict="missing-physics", load=unmeasured)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,9 +16,10 @@ from femend.diagnose.predict import predict_candidate, predict_frf, predict_mode
 from femend.estimate import FitRecord
 from femend.estimate.frf import ORDER
 from femend.estimate.prepare import frf_records
+from femend.io import functions_of, write_uff
 from femend.model import Model, Pairing
 
-__all__ = ["STAGES", "Prediction", "nrmse", "predict_all"]
+__all__ = ["STAGES", "Prediction", "nrmse", "predict_all", "write_predictions"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -149,3 +152,16 @@ def _stages(diagnosis: Diagnosis, record: FitRecord) -> dict[str, Values]:
         load = diagnosis.load
         final = predict(load.problem, load.fit.hypothesis, load.fit.p, nothing, load.record(record))
     return {"nominal": nominal, "parameters": updated, "final": final}
+
+
+def write_predictions(folder: Path, predictions: Iterable[Prediction]) -> None:
+    """Writes predictions/<stage>/<recording>.uff of every recording that was not fitted into `folder`; every stage has
+    its folder where there are predictions at all."""
+    for prediction in predictions:
+        for stage in STAGES:
+            where = folder / "predictions" / stage
+            where.mkdir(parents=True, exist_ok=True)
+            if prediction.role != "fit":
+                data = prediction.as_data(stage)
+                assert isinstance(data, FRF) or data.values.size
+                write_uff(where / f"{prediction.name}.uff", functions_of(data))

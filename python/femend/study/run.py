@@ -13,7 +13,7 @@ from femend.data import Recording, Spectra, Test
 from femend.diagnose import Diagnosis, diagnose_records
 from femend.errors import RecordingError, StudyError
 from femend.estimate import FitRecord, fit_records, pair_test
-from femend.io import OutputDirectory, functions_of, write_uff
+from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter, read_model
 from femend.report.page import render
@@ -21,7 +21,7 @@ from femend.report.runinfo import RunInfo
 from femend.study.content import report_content
 from femend.study.load import load_study
 from femend.study.patch import deck_cards, deck_changes
-from femend.study.predictions import STAGES, Prediction, predict_all
+from femend.study.predictions import Prediction, predict_all, write_predictions
 from femend.study.result import result_of
 from femend.study.staged_run import StagedRun, diagnose_staged, is_staged
 from femend.study.study import Study
@@ -100,12 +100,7 @@ def _spc(study: Study) -> int | None:
 def _write(run: StudyRun, out: Path, info: RunInfo) -> None:
     with OutputDirectory(out) as folder:
         (folder / "result.json").write_text(json.dumps(run.result, indent=2) + "\n", encoding="utf-8")
-        for prediction in run.predictions:
-            for stage in STAGES:
-                where = folder / "predictions" / stage
-                where.mkdir(parents=True, exist_ok=True)
-                if prediction.role != "fit":
-                    write_uff(where / f"{prediction.name}.uff", functions_of(prediction.as_data(stage)))
+        write_predictions(folder, run.predictions)
         _write_deck(run, folder)
         info.write(folder / "run.json")
         content = report_content(run, info.as_dict())

@@ -11,18 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.data import FRF, Test
+from femend.data import Test
 from femend.diagnose.staged import ConfigurationSpec, Flow, Setup, StagedData, run_stages, setup_of, staged_data
 from femend.dof import Dof
 from femend.errors import RecordingError, StudyError
 from femend.estimate import pair_test
-from femend.io import OutputDirectory, functions_of, write_uff
+from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter
 from femend.model.configured import free_model
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
-from femend.study.predictions import STAGES, Prediction
+from femend.study.predictions import Prediction, write_predictions
 from femend.study.staged_content import staged_content
 from femend.study.staged_patch import staged_cards, staged_changes
 from femend.study.staged_predictions import predict_staged
@@ -112,14 +112,7 @@ def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: Staged
 def _write(run: StagedRun, out: Path, info: RunInfo) -> None:
     with OutputDirectory(out) as folder:
         (folder / "result.json").write_text(json.dumps(run.result, indent=2) + "\n", encoding="utf-8")
-        for prediction in run.predictions:
-            for stage in STAGES:
-                where = folder / "predictions" / stage
-                where.mkdir(parents=True, exist_ok=True)
-                if prediction.role != "fit":
-                    data = prediction.as_data(stage)
-                    assert isinstance(data, FRF) or data.values.size
-                    write_uff(where / f"{prediction.name}.uff", functions_of(data))
+        write_predictions(folder, run.predictions)
         _write_deck(run, folder)
         info.write(folder / "run.json")
         (folder / "report.html").write_text(render(staged_content(run, info.as_dict())), encoding="utf-8")
