@@ -39,11 +39,11 @@ class Harmonic:
         """Samples (n,) of a force with amplitudes (2,)."""
         return _waves(self.freq, n, dt) @ amplitudes
 
-    def on(self, problem: Problem, reduced: ReducedModel, scale: float) -> tuple[Problem, FloatArray]:
+    def on(self, problem: Problem, reduced: ReducedModel, scale: float) -> Problem:
         """Other records with the force in them, its amplitudes taken from them, at the fitted unknowns."""
         nothing = Hypothesis(reduced, np.zeros((0, reduced.r)))
         amplitudes, _ = _amplitudes(problem, nothing, self.fit.p, self.row, self.freq, scale)
-        return _loaded(problem, self.row, self.freq, amplitudes), amplitudes
+        return _loaded(problem, self.row, self.freq, amplitudes)
 
 
 def fit_harmonic(

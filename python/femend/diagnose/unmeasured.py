@@ -120,7 +120,7 @@ def _sine(
     size = np.linalg.norm(whole.amplitudes, axis=1)
     if size.max() > ALIKE * size.min():
         return None
-    choosing, _ = whole.on(split.choosing, reduced, float(size.mean()))
+    choosing = whole.on(split.choosing, reduced, float(size.mean()))
     (seen,) = choosing.fit([whole.fit.hypothesis], [(whole.fit.p, whole.fit.x)], iterations=0)
     if seen is None or seen.score > settings.adequate:
         return None

@@ -218,12 +218,9 @@ impl Hypothesis {
     ) -> Result<(Vec<Complex64>, Vec<Vec<Complex64>>), IdentifyError> {
         let mut kappa = vec![Complex64::default(); lines.len()];
         let mut slopes = vec![vec![Complex64::default(); lines.len()]; x.len()];
-        let What::Laws(kinds) = &self.what else { return Ok((kappa, slopes)) };
         let mut first = 0;
-        for &kind in kinds {
-            let n = kind.parameters().len();
-            let values: Vec<f64> = x[first..first + n].iter().map(|v| v.exp()).collect();
-            let law = Law::new(kind, &values)?;
+        for (_, law) in self.laws(x)? {
+            let values = law.values();
             for (k, s) in lines.iter().enumerate() {
                 let (value, d) = law.dynamic_stiffness(*s)?;
                 kappa[k] += value;
@@ -231,7 +228,7 @@ impl Hypothesis {
                     slopes[first + j][k] = slope * values[j];
                 }
             }
-            first += n;
+            first += values.len();
         }
         Ok((kappa, slopes))
     }
