@@ -16,6 +16,7 @@ from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
 from femend.diagnose.locate import Located, locate, shortlist
 from femend.diagnose.name import Ranked, Split, effective_values, name_physics, null_candidate, score, split_records
+from femend.diagnose.noise import quieter_records
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.settings import Settings
 from femend.diagnose.unmeasured import find_unmeasured, plainly_unmeasured
@@ -74,6 +75,10 @@ def diagnose_records(
     places = find_places(model)
     tell.start("locate what is missing", len(places))
     located = locate(start.problem, start.reduced, places, start.null)
+    quieter = quieter_records(start.problem, located)
+    if quieter is not None:
+        start = update_model(model, quieter, zeta)
+        located = locate(start.problem, start.reduced, places, start.null)
     out = explain(start, located, places, settings, tell)
     tell.done()
     return out
@@ -94,13 +99,15 @@ def explain(
     n_values = effective_values(split.choosing, reduced)
     null_score = score(baseline, split.choosing, settings, n_values)
     tell.start("try loads")
-    load = try_loads(problem, split, reduced, null, baseline, settings)
     located = list(located)
+    # one force at one place cannot stand in for a load that acts elsewhere than recorded
+    explained = any(f.place.n_w == 1 and f.fit.score < settings.adequate for f in located)
+    load = None if explained else try_loads(problem, split, reduced, null, baseline, settings)
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
     tell.start("name it", len(short))
     ranked: list[Ranked] = []
     if _worth_naming(null, located, settings) and not plainly_unmeasured(split, reduced, located, start.g_rows):
-        ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, tell.advance)
+        ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, baseline.chosen, tell.advance)
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)
             null_score = score(baseline, split.choosing, settings, effective_values(split.choosing, reduced, sigma))
@@ -118,7 +125,7 @@ def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool
     if not located:
         return False
     gain = null.cost - located[0].cost
-    return null.score > settings.consistent or gain > settings.worth_naming * null.cost
+    return null.score > settings.consistent or gain > max(settings.worth_naming * null.cost, settings.gain_cost)
 
 
 def _probabilities(ranked: list[Ranked], null_score: float) -> list[float]:

@@ -17,6 +17,9 @@ __all__ = ["Joint", "Recovered", "open_joint", "recover"]
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+# lines a record on which the equivalent spring and dashpot of a place are fitted
+FEW_LINES = 120
+
 
 @dataclass(frozen=True, eq=False)
 class Joint:
@@ -50,6 +53,7 @@ def open_joint(place: Place, reduced: ReducedModel, f_max: float, g_rows: list[i
             pattern[rows, j] = values
         loads = np.asarray(T.T @ pattern)
     own = reduce_model(model, f_max, g_rows, loads)
+    own = own if reduced.form is None else reduced.form.on(own)
     B = place.w(own.V, own.V_a)
     if place.release is None:
         return Joint(place, own, B, np.zeros(place.n_w))
@@ -168,9 +172,9 @@ def equivalent_linear(problem: Problem, joint: Joint, p: FloatArray) -> Fit | No
         for f in sizes
         if law == "support_stiffness" or joint.place.release is None
     ]
-    few = problem.thinned(250)
+    few = problem.thinned(FEW_LINES)
     tries = few.fit(
-        [joint.hypothesis(laws, m, np.full(2, 4.0)) for laws, m in starts], [(p, m) for _, m in starts], iterations=12
+        [joint.hypothesis(laws, m, np.full(2, 4.0)) for laws, m in starts], [(p, m) for _, m in starts], iterations=10
     )
     done = [t for t in tries if t is not None]
     return min(done, key=lambda t: t.cost) if done else None

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
+from femend.diagnose.followed import followed
 from femend.diagnose.joint import Joint, Recovered, stiffness_scale
 from femend.estimate import Problem
 from femend.physics import Physics, linear_sizes, physics
@@ -19,7 +20,9 @@ __all__ = ["fit_linear", "fit_mass", "judge_linear", "refit_linear"]
 # ln standard deviation of a law's parameters around their start: they are free but for absurd values
 LAW_SD = 3.0
 # lines a record for trying starts, starts that are followed to the end, tunings of an absorber over the band
-FEW_LINES, KEPT, TUNINGS, FINE_TUNINGS = 150, 2, 8, 60
+FEW_LINES, KEPT, TUNINGS, FINE_TUNINGS = 150, 1, 8, 60
+# starts fitted to the recovered force that go on, and starts that go on as they are
+FOLLOWED, UNFOLLOWED = 3, 1
 
 
 def fit_linear(
@@ -27,10 +30,9 @@ def fit_linear(
 ) -> Candidate | None:
     """The law from its best starts, judged on the choosing problem; None where it cannot be fitted at all."""
     law = entry.law or entry.name
-    means = [
-        np.log([max(v[n], 1e-12) for n in entry.parameter_names])
-        for v in linear_starts(problem, joint, recovered, entry)
-    ]
+    begun = linear_starts(problem, joint, recovered, entry)
+    begun = [*followed(recovered, entry, begun, FOLLOWED), *begun[:UNFOLLOWED]]
+    means = [np.log([max(v[n], 1e-12) for n in entry.parameter_names]) for v in begun]
     hypotheses = [joint.hypothesis((law,), m, np.full(len(m), LAW_SD)) for m in means]
     few = problem.thinned(FEW_LINES)
     tries = few.fit(hypotheses, [(recovered.fit.p, m) for m in means], iterations=10)

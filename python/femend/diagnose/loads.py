@@ -95,6 +95,7 @@ def _follow(
 ) -> LoadFinding | None:
     g_rows = sorted({row, *(int(g) for r in problem.records for g in r.out_rows)})
     own = reduce_model(reduced.model, problem.band[1], g_rows)
+    own = own if reduced.form is None else reduced.form.on(own)
 
     def moved(p: Problem) -> Problem:
         return p.on([_moved(r, row, sign) for r in p.records])

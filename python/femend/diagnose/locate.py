@@ -10,22 +10,38 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from femend.diagnose.classes import similarity
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
 __all__ = ["Located", "locate", "shortlist"]
 
+FloatArray = NDArray[np.float64]
+
+# decay of the first stage, in units of `Problem.scale`
+FIRST_SIGMA = 30.0
 # how many places reach the next stage: those with one unknown force a line, and those with several
+FIRST_STAGE, FIRST_STAGE_SEVERAL = 60, 16
 SECOND_STAGE, SECOND_STAGE_SEVERAL = 24, 8
-LAST_STAGE, LAST_STAGE_SEVERAL = 8, 3
-FULL_LINES, FULL_LINES_SEVERAL = 5, 2
+LAST_STAGE, LAST_STAGE_SEVERAL = 12, 3
+FULL_LINES, FULL_LINES_SEVERAL = 6, 2
+# mean squared correlation of what two places do to the sensors from which they are the same at the start; from which
+# only one of them goes on later; places that are
+# compared at all, and the lines they are compared on; places like a kept one that are fitted at the end
+TWINS = 0.999
+ALIKE, MOST_COMPARED, COMPARED_LINES, EXPANDED = 0.97, 1500, 60, 8
+# places fitted on all lines beside the best of their kind: those within this cost of the best
+FULL_ALIKE, NEAR = 8, 60.0
 # how much more a place with one force must leave than one with several for these to be believed
 SEVERAL_WORTH = 1.3
-# lines a record in the stages before the last: places differ by far more than the lines left out could tell
-LINES, FEWEST_LINES = 300, 120
+# lines a record in the stages, the first ones, and the last: places differ by far more than the lines left out could tell
+LINES, FEWEST_LINES, FINAL_LINES = 250, 120, 500
 # cost of a place that nothing of the model suggests: it has to explain the records that much better than a joint
 UNLIKELY = 4.0
+# cost by which places that fit as well are put in the order of `preference`
+TIE = 0.5
 # prior ln standard deviation of a member's own stiffness factor
 MEMBER_SD = 1.0
 
@@ -77,33 +93,128 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
     """Places in rising order of cost, after the last stage, places with one and with several forces each by themselves
     until there, since more forces explain more; `null` is the fit of the model as it is.
 
-    Places that need as many forces as there are sensors, or more, cannot be judged and are left out.
+    Of places that move the sensors alike one goes on at a time, so that the stages sort out what can be told apart; at
+    the end those like the best ones are fitted too. Places that need as many forces as there are sensors, or more,
+    cannot be judged and are left out.
     """
     n_out = min(r.y.shape[0] for r in problem.records)
     todo = [p for p in places if p.n_w < n_out]
     hypotheses = [hypothesis_of(p, reduced) for p in todo]
     few = problem.thinned(LINES)
     plain = problem.thinned(FEWEST_LINES).untuned()
+    kin = _Kin.of(problem, reduced, todo, null)
     stages = (
-        (plain, 30.0, 3, len(todo), len(todo)),
         (plain, 8.0, 5, SECOND_STAGE, SECOND_STAGE_SEVERAL),
         (few, 2.0, 6, LAST_STAGE, LAST_STAGE_SEVERAL),
         (few, 0.0, 15, FULL_LINES, FULL_LINES_SEVERAL),
-        (problem, 0.0, 8, FULL_LINES, FULL_LINES_SEVERAL),
     )
-    keep = [(i, plain.prior(h.reduced)[0]) for i, h in enumerate(hypotheses)]
+    keep = _first_glance(plain, reduced, todo, kin.first(todo))
     ranked: list[tuple[int, Fit]] = []
     for lines, factor, iterations, count, several in stages:
-        sigma = factor * problem.scale()
-        starts = [(lines.tuned_like(p, hypotheses[i].reduced), np.zeros(0)) for i, p in keep]
-        fits = lines.fit([hypotheses[i] for i, _ in keep], starts, sigma=sigma, iterations=iterations)
-        ranked = [(i, f) for (i, _), f in zip(keep, fits, strict=True) if f is not None]
-        ranked.sort(key=lambda item: _rank(lines, item[1], sigma))
-        single = [item for item in ranked if todo[item[0]].n_w <= 1]
-        ranked = single[:count] + [item for item in ranked if todo[item[0]].n_w > 1][:several]
+        ranked = _fitted(lines, hypotheses, keep, factor * problem.scale(), iterations, todo)
+        ranked = _best(ranked, todo, kin, count, several)
         keep = [(i, f.p) for i, f in ranked]
+    start = dict(keep)
+    for i, p in keep:
+        start.update({j: p for j in kin.of_place(i, todo) if j not in start})
+    ranked = _fitted(few, hypotheses, list(start.items()), 0.0, 8, todo)
+    first = {i for i, _ in _best(ranked, todo, kin, FULL_LINES, FULL_LINES_SEVERAL)}
+    near = ranked[0][1].cost + NEAR if ranked else 0.0
+    chosen = [(i, f.p) for n, (i, f) in enumerate(ranked) if i in first or (n < FULL_ALIKE and f.cost < near)]
+    ranked = _fitted(problem.thinned(FINAL_LINES), hypotheses, chosen, 0.0, 5, todo)
     found = [Located(todo[i], f, squares_of(problem, f, 0.0)) for i, f in ranked]
-    return sorted(found, key=lambda found: found.cost)
+    return sorted(found, key=lambda found: found.cost + TIE * preference(found.place))
+
+
+def _first_glance(
+    plain: Problem, reduced: ReducedModel, places: Sequence[Place], keep: Sequence[int]
+) -> list[tuple[int, FloatArray]]:
+    """Starts of the places `keep` for the next stage, sorted out on the most strongly damped lines by the model without
+    what its members and masses differ in, which does not show there."""
+    bare = reduced if reduced.form is None else reduced.bare()
+    hypotheses = [hypothesis_of(places[i], bare) for i in keep]
+    sigma = FIRST_SIGMA * plain.scale()
+    fits = plain.fit(hypotheses, sigma=sigma, iterations=3)
+    found = [(i, f) for i, f in zip(keep, fits, strict=True) if f is not None]
+    found.sort(key=lambda item: _rank(plain, item[1], sigma) + (UNLIKELY if places[item[0]].unlikely else 0.0))
+    single = [item for item in found if places[item[0]].n_w <= 1][:FIRST_STAGE]
+    kept = single + [item for item in found if places[item[0]].n_w > 1][:FIRST_STAGE_SEVERAL]
+    n, more = len(bare.names), len(reduced.names) - len(bare.names)
+    own = len(reduced.model.parameters)
+    return [(i, np.concatenate([f.p[:own], np.zeros(more), f.p[own:n], f.p[n:]])) for i, f in kept]
+
+
+def _fitted(
+    lines: Problem,
+    hypotheses: Sequence[Hypothesis],
+    keep: Sequence[tuple[int, FloatArray]],
+    sigma: float,
+    iterations: int,
+    places: Sequence[Place],
+) -> list[tuple[int, Fit]]:
+    """Fits of the places `keep` (index, start), in rising order of cost."""
+    starts = [(lines.tuned_like(p, hypotheses[i].reduced), np.zeros(0)) for i, p in keep]
+    fits = lines.fit([hypotheses[i] for i, _ in keep], starts, sigma=sigma, iterations=iterations)
+    ranked = [(i, f) for (i, _), f in zip(keep, fits, strict=True) if f is not None]
+    return sorted(ranked, key=lambda item: _rank(lines, item[1], sigma) + (UNLIKELY if places[item[0]].unlikely else 0))
+
+
+def _best(
+    ranked: Sequence[tuple[int, Fit]], places: Sequence[Place], kin: _Kin, count: int, several: int
+) -> list[tuple[int, Fit]]:
+    """The first `count` places with at most one force that do not move alike, and the first `several` others."""
+    single: list[tuple[int, Fit]] = []
+    for item in ranked:
+        if places[item[0]].n_w <= 1 and len(single) < count and not any(kin.alike(item[0], o[0]) for o in single):
+            single.append(item)
+    return single + [item for item in ranked if places[item[0]].n_w > 1][:several]
+
+
+def preference(place: Place) -> int:
+    """Rank of a place among those that fit alike: a brace to a support before the ground, which it includes; joints
+    before what nothing of the model suggests."""
+    if place.unlikely:
+        return 5
+    order = {"pair": 0 if not place.direction else 2, "ground": 1, "member": 3, "end": 3, "clamp": 3}
+    return order.get(place.kind, 4)
+
+
+@dataclass(frozen=True, eq=False)
+class _Kin:
+    """How alike places with one force move the sensors; `position` of each place in `matrix`."""
+
+    position: dict[int, int]
+    matrix: FloatArray
+
+    @classmethod
+    def of(cls, problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> _Kin:
+        single = [i for i, p in enumerate(places) if p.n_w == 1]
+        if not single or len(single) > MOST_COMPARED:
+            return cls({}, np.zeros((0, 0)))
+        few = problem.on(problem.records[:1]).thinned(COMPARED_LINES)
+        matrix = similarity(few, reduced, [places[i] for i in single], null.p)
+        return cls({i: n for n, i in enumerate(single)}, matrix)
+
+    def first(self, places: Sequence[Place]) -> list[int]:
+        """One place of each kind that no sensor can tell apart, the likeliest, and all that are not compared."""
+        kept: list[int] = []
+        for i in sorted(self.position, key=lambda i: preference(places[i])):
+            if not (self.matrix[self.position[i], [self.position[j] for j in kept]] > TWINS).any():
+                kept.append(i)
+        return sorted([*kept, *(i for i in range(len(places)) if i not in self.position)])
+
+    def alike(self, i: int, j: int) -> bool:
+        if i not in self.position or j not in self.position:
+            return i == j
+        return bool(self.matrix[self.position[i], self.position[j]] > ALIKE)
+
+    def of_place(self, i: int, places: Sequence[Place]) -> list[int]:
+        """Places like place i, the likest first, at most `EXPANDED`."""
+        if i not in self.position:
+            return []
+        row = self.matrix[self.position[i]]
+        like = [j for j, n in self.position.items() if j != i and row[n] > ALIKE]
+        return sorted(like, key=lambda j: (-round(float(row[self.position[j]]), 2), preference(places[j])))[:EXPANDED]
 
 
 def _rank(problem: Problem, fit: Fit, sigma: float) -> float:

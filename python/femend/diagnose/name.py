@@ -29,7 +29,7 @@ ALIKE_TRIED = 3
 # a law that leaves at most so many times what another leaves does as well
 NEARLY = 1.15
 # lines a record while laws are compared; the chosen one is fitted on all
-NAMING_LINES = 500
+NAMING_LINES = 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,10 +80,11 @@ def null_candidate(split: Split, null: Fit, name: str = "none", sigma: float = 0
     (fitted,) = split.fitting.fit([null.hypothesis], [(null.p, null.x)])
     fitted = null if fitted is None else fitted
     (seen,) = split.choosing.fit([fitted.hypothesis], [(fitted.p, fitted.x)], sigma=sigma, iterations=0)
-    n_law = len(null.hypothesis.reduced.names) - len(null.hypothesis.reduced.model.parameters)
+    n_law = null.hypothesis.reduced.extra
     mean, sd = split.fitting.prior(null.hypothesis.reduced)
     deviations = ((fitted.p - mean) / sd) ** 2
-    own = slice(len(null.hypothesis.reduced.model.parameters), len(null.hypothesis.reduced.names))
+    n = len(null.hypothesis.reduced.names)
+    own = slice(n - n_law, n)
     prior = float(deviations.sum() - deviations[own].sum())
     values = {"factor": float(np.exp(fitted.p[own][0]))} if n_law else {}
     chosen = np.inf if seen is None else seen.score
@@ -114,12 +115,13 @@ def name_physics(
     located: Sequence[Located],
     g_rows: list[int],
     settings: Settings,
+    null_misfit: float = np.inf,
     tell: Callable[[int], None] = lambda n: None,
 ) -> tuple[list[Ranked], float]:
     """Candidates of all laws at the best places, in rising order of score, and the window they are compared in.
 
     Linear laws are tried at every place and its nearest look-alikes; nonlinear ones at the first places, and only where
-    no linear law explains the choosing records to the noise or as well as a free force does. All are compared on whole
+    no linear law explains the choosing records about as well as a free force does. All are compared on whole
     records (sigma = 0), but where the best law's motion could only be followed within a window exp(-sigma t) there.
     """
     tried: list[_Tried] = []
@@ -131,15 +133,36 @@ def name_physics(
             new, at = _linear_at(split, reduced, one, g_rows)
             tried += new
             opened += [at] if at is not None and place is found.place else []
-    lowest = min((free_reference(split, o.recovered) for o in opened), default=np.inf)
-    enough = max(settings.linear_enough * lowest, settings.consistent)
-    if not any(t.candidate.chosen < enough for t in tried):
+    if not _linear_suffices(split, reduced, tried, opened, null_misfit, settings):
         for at in opened[: settings.nonlinear_places]:
             tried += [_Tried(c, at.found, at.recovered) for c in _nonlinear_laws(split, at)]
     tried = [t for t in tried if np.isfinite(t.candidate.chosen)]
     judge = _widest(split, reduced, tried, settings)
     ranked = [judge.ranked(t) for t in tried]
     return judge.refined([r for r in ranked if np.isfinite(r.score)]), judge.sigma
+
+
+def _linear_suffices(
+    split: Split,
+    reduced: ReducedModel,
+    tried: Sequence[_Tried],
+    opened: Sequence[_Opened],
+    null_misfit: float,
+    settings: Settings,
+) -> bool:
+    """Whether the best linear law, or the model alone, comes so near to a free force that no nonlinear law could win by
+    what it has to."""
+    lowest = min((free_reference(split, o.recovered) for o in opened), default=np.inf)
+    if np.log(null_misfit / max(lowest, 1e-12)) < settings.gain_nonlinear:
+        return True
+    n_values = effective_values(split.choosing, reduced)
+    linear = min((score(t.candidate, split.choosing, settings, n_values) for t in tried), default=np.inf)
+    free = [
+        n_values * np.log(max(free_reference(split, o.recovered), 1e-12))
+        + split.fitting.prior_cost(o.joint.reduced, o.recovered.fit.p)
+        for o in opened
+    ]
+    return bool(linear - min(free, default=np.inf) < settings.gain_cost)
 
 
 def _widest(split: Split, reduced: ReducedModel, tried: Sequence[_Tried], settings: Settings) -> _Judge:

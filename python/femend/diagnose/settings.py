@@ -23,7 +23,6 @@ class Settings:
         adequate: unseen misfit, as a multiple of the law-free one, up to which a name is given.
         price: score a fitted law parameter costs.
         same_law: relative difference of two laws' forces below which the simpler one is named.
-        linear_enough: unseen misfit, as a multiple of the law-free one, below which no nonlinear law is tried.
         worth_naming: share of the updated model's cost that a free force somewhere has to take away, where the model is
             at the noise already, before laws are tried at all.
         consistent: misfit up to which the deck as it stands explains the recordings.
@@ -41,5 +40,4 @@ class Settings:
     price: float = 4.0
     consistent: float = 1.2
     same_law: float = 0.08
-    linear_enough: float = 1.06
-    worth_naming: float = 0.08
+    worth_naming: float = 0.02

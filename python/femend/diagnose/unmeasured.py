@@ -149,12 +149,13 @@ def _from_outside(problem: Problem, recovered: Recovered) -> bool:
     level = np.array([r.u.std() for r in problem.records])
     if level.max() < LEVELS * level.min():
         return False
-    if _common(recovered):
-        _, alike, ratio = _mean_force(recovered)
-        return bool(min(alike) > REPEATS and max(ratio) < ALIKE * 2 and min(ratio) > 1 / (ALIKE * 2))
     size = np.array([np.sqrt(np.mean(f**2)) for f in recovered.f])
     if size.min() <= 0 or np.polyfit(np.log(level), np.log(size), 1)[0] > INDEPENDENT:
         return False
+    if _common(recovered):
+        _, alike, ratio = _mean_force(recovered)
+        if min(alike) > REPEATS and max(ratio) < ALIKE * 2 and min(ratio) > 1 / (ALIKE * 2):
+            return True
     weakest = int(np.argmin(level))
     f, v = recovered.f[weakest], recovered.v[weakest]
     taken = float((f * v).sum() / (np.linalg.norm(f) * np.linalg.norm(v)))

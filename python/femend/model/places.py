@@ -25,8 +25,12 @@ AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 
 # element cards that connect two nodes and carry bending
 _BEAMS = ("CBAR", "CBEAM")
+# two joints on a line as near to an axis as this have one place along both
+ALONG = 0.99
 # joints beyond this number are not paired with each other: the pairs would outnumber everything else
 MAX_PAIRED_JOINTS = 40
+# and beyond this number not along the axes either, only along the line between them
+MAX_PAIRED_ALONG_AXES = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,6 +294,30 @@ def _pairs(model: Model, top: Topology) -> list[Place]:
             values = np.concatenate([-(frame_a @ x), frame_b @ x]) / length
             label = f"between nodes {a} and {b}"
             places.append(Place("pair", (a, b), "", str(b), (rows,), (values,), label=label))
+    return places + _pairs_along_axes(model, top)
+
+
+def _pairs_along_axes(model: Model, top: Topology) -> list[Place]:
+    """Relative motions of two joints along X, Y, Z: what slides or rubs between two parts, or between two storeys."""
+    if len(top.joints) > MAX_PAIRED_ALONG_AXES:
+        return []
+    places = []
+    free = [j for j in top.joints if not top.held[_rows(model, j)[:3]].all()]
+    for i, a in enumerate(free):
+        for b in free[i + 1 :]:
+            at = model.index(a), model.index(b)
+            x = model.xyz[at[1]] - model.xyz[at[0]]
+            length = float(np.linalg.norm(x))
+            for c in range(3):
+                along = length > 0 and abs(x[c]) > ALONG * length
+                rows = np.concatenate([_rows(model, a)[:3], _rows(model, b)[:3]])
+                values = np.concatenate([-model.fe.frames[at[0]][:, c], model.fe.frames[at[1]][:, c]])
+                moving = rows[(values != 0) & ~top.held[rows]]
+                if along or not len(moving):
+                    continue
+                label = f"between nodes {a} and {b}, {AXES[c]}"
+                keep = np.flatnonzero(values)
+                places.append(Place("pair", (a, b), AXES[c], str(b), (rows[keep],), (values[keep],), label=label))
     return places
 
 

@@ -40,7 +40,8 @@ class ReducedModel:
     """K(θ) and M(θ) in a basis of r vectors, θ = ln factors of the parameters.
 
     `V` (n_g, r) gives every DOF of the g-set, `V_a` (n_a, r) the independent ones; `freq` (r,) are the Ritz frequencies
-    at the deck's values, in Hz.
+    at the deck's values, in Hz. `names` are the model's parameters, then combinations of `form` errors where they were
+    added, then `extra` factors of split parts.
     """
 
     model: Model
@@ -52,6 +53,8 @@ class ReducedModel:
     names: tuple[str, ...]
     prior_sd: FloatArray
     freq: FloatArray
+    extra: int = 0
+    form: Any = None
 
     @property
     def r(self) -> int:
@@ -63,13 +66,40 @@ class ReducedModel:
         V = self.V[np.asarray(g_rows, dtype=np.int64)]
         return V if signs is None else V * np.asarray(signs)[:, None]
 
+    def bare(self) -> ReducedModel:
+        """The same without `form` errors; the parts they take off and put on again cancel."""
+        own = len(self.model.parameters)
+        keep = [*range(own), *range(len(self.names) - self.extra, len(self.names))]
+        new = {old: i for i, old in enumerate(keep)}
+        K_fixed, M_fixed, terms = self.K_fixed.copy(), self.M_fixed.copy(), []
+        for term in self.terms:
+            if all(i in new for i, _ in term.exponents):
+                terms.append(replace(term, exponents=tuple((new[i], a) for i, a in term.exponents)))
+                continue
+            K_fixed += 0.0 if term.K is None else term.K
+            M_fixed += 0.0 if term.M is None else term.M
+        names = tuple(self.names[i] for i in keep)
+        return replace(
+            self,
+            K_fixed=K_fixed,
+            M_fixed=M_fixed,
+            terms=tuple(terms),
+            names=names,
+            prior_sd=self.prior_sd[keep],
+            form=None,
+        )
+
     def with_part(self, name: str, K: FloatArray, parameter: int | None, prior_sd: float) -> ReducedModel:
         """Splits a part K (r, r) off (the term of `parameter`, or the fixed one) under a factor of its own."""
         n = len(self.names)
         own = Term(((n, 1.0),) if parameter is None else ((parameter, 1.0), (n, 1.0)), K)
         split = self.minus(K, parameter)
         return replace(
-            split, terms=(*split.terms, own), names=(*self.names, name), prior_sd=np.append(self.prior_sd, prior_sd)
+            split,
+            terms=(*split.terms, own),
+            names=(*self.names, name),
+            prior_sd=np.append(self.prior_sd, prior_sd),
+            extra=self.extra + 1,
         )
 
     def minus(self, K: FloatArray, parameter: int | None) -> ReducedModel:

@@ -12,6 +12,8 @@ import numpy as np
 ACCELERATION, FORCE = 12, 13
 UNIT = {ACCELERATION: "m/s^2", FORCE: "N"}
 NAME = {ACCELERATION: "acceleration", FORCE: "force"}
+# ordinate data types of real values: single and double precision
+_TYPE = {2: "<f4", 4: "<f8"}
 
 
 @dataclass
@@ -48,7 +50,7 @@ def write(path: pathlib.Path, channels: list[Channel], title: str, rate: float) 
 
 
 def read(path: pathlib.Path) -> list[Channel]:
-    """Read back what `write` wrote (nothing more general: the package has its own reader)."""
+    """Read back real records, also of double precision (nothing more general: the package has its own reader)."""
     raw, out, at = path.read_bytes(), [], 0
     while (start := raw.find(b"    -1\n", at)) >= 0:
         lines, pos = [], start + 7
@@ -62,7 +64,7 @@ def read(path: pathlib.Path) -> list[Channel]:
                 int(lines[6][41:51]),
                 int(lines[6][51:55]),
                 int(lines[9][:10]),
-                np.frombuffer(raw[pos : pos + size], "<f4").astype(float),
+                np.frombuffer(raw[pos : pos + size], _TYPE[int(lines[7][:10])]).astype(float),
             )
         )
         at = pos + size + len(b"\n    -1\n")

@@ -7,6 +7,8 @@ use num_complex::Complex64;
 
 /// A window exp(-sigma t) has closed at the end T of a record where sigma T is more than this.
 const WINDOW_CLOSED: f64 = 7.0;
+/// Modes up to this multiple of the highest line's frequency have free decays that the lines can tell from noise.
+const DECAYS_ABOVE: f64 = 1.5;
 
 /// A complex array over (row, line) as two real ones, so that products with real matrices are real products.
 #[derive(Debug, Clone)]
@@ -85,6 +87,15 @@ pub(crate) struct Response {
     pub poles: Vec<Complex64>,
 }
 
+/// How many modes decay beyond a record's end: the tuned ones, and those above the lines whose skirts reach into them.
+fn decaying(record: &RecordLines, modal: &Modal, n_tuned: usize) -> usize {
+    if n_tuned == 0 {
+        return 0;
+    }
+    let reach = DECAYS_ABOVE * record.s.iter().fold(0.0_f64, |a, s| a.max(s.im));
+    n_tuned.max(modal.omega.iter().take_while(|w| **w < reach).count())
+}
+
 impl Response {
     pub fn new(
         record: &RecordLines,
@@ -126,7 +137,7 @@ impl Response {
         times_line(&mut y, |k| record.s[k] * record.s[k]);
         // behind a window that has closed nothing is cut off, and all records begin at rest
         let closed_window = record.sigma * record.n_samples * record.dt > WINDOW_CLOSED;
-        let n_decays = if record.dt > 0.0 && !closed_window { n_tuned } else { 0 };
+        let n_decays = if record.dt > 0.0 && !closed_window { decaying(record, modal, n_tuned) } else { 0 };
         let poles = (0..n_decays)
             .map(|m| {
                 let z = modal.zeta[m].min(0.999);

@@ -1,0 +1,163 @@
+"""What no deck knows: members and masses are each a little off, whatever their group's factor says.
+
+A group's factor moves all its members together; in the structure each differs by its tolerances, its welds and its
+mesh. Left out, such scatter looks like a small mass or a weak spring somewhere. The scatter of all units together is a
+Gaussian field; of it only the few combinations that change the modes of the band matter, and each becomes one unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.model.model import Model
+from femend.model.places import topology
+from femend.model.reduction import ReducedModel, Term
+
+__all__ = ["FormErrors", "form_errors"]
+
+FloatArray = NDArray[np.float64]
+
+# relative standard deviations: stiffness and mass of a member or patch, a lumped mass
+STIFFNESS_SD, MASS_SD, LUMP_SD = 0.01, 0.005, 0.02
+# a lump given as a point has this radius of gyration, as a share of the model's diagonal
+GYRATION = 0.015
+# patches along the longest side of the elements of one property that are no beams
+PATCHES = 4
+# at most so many combinations, and none with less than this share of the strongest one's effect
+MOST, WORTH = 12, 0.05
+# neighbouring modes are taken to be at least this share of their frequency squared apart
+APART = 0.1
+# a combination is multiplied by exp(p), p with this standard deviation: close to linear over several of them
+SD = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class FormErrors:
+    """Combinations of the units' errors: `weights` (n_combinations, n_units) of one standard deviation each.
+
+    A unit is (elements, sd of their stiffness, sd of their mass, rotary inertia added to their nodes).
+    """
+
+    units: tuple[tuple[tuple[int, ...], float, float, float], ...]
+    weights: FloatArray
+
+    def on(self, reduced: ReducedModel) -> ReducedModel:
+        """The reduced model with one more unknown, of prior mean zero, for every combination."""
+        if not len(self.weights):
+            return reduced
+        K, M = _parts(reduced, self.units)
+        first, out = len(reduced.names), reduced
+        K_fixed, M_fixed = reduced.K_fixed.copy(), reduced.M_fixed.copy()
+        terms = list(reduced.terms)
+        for i, row in enumerate(self.weights):
+            dK, dM = np.tensordot(row, K, 1) / SD, np.tensordot(row, M, 1) / SD
+            K_fixed -= dK
+            M_fixed -= dM
+            terms.append(Term(((first + i, 1.0),), dK, dM))
+        names = tuple(f"form {i + 1}" for i in range(len(self.weights)))
+        return replace(
+            out,
+            K_fixed=K_fixed,
+            M_fixed=M_fixed,
+            terms=tuple(terms),
+            names=(*reduced.names, *names),
+            prior_sd=np.concatenate([reduced.prior_sd, np.full(len(names), SD)]),
+            form=self,
+        )
+
+
+def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
+    """The combinations of member and mass errors that change modes up to `f_max` (Hz) most."""
+    units = _units(reduced.model)
+    K, M = _parts(reduced, units)
+    if not len(units):
+        return FormErrors((), np.zeros((0, 0)))
+    omega, Q = _modes(reduced)
+    n_band = max(1, int((omega < 1.1 * 2 * np.pi * f_max).sum()))
+    first = omega > 1e-3 * omega.max()
+    own = np.flatnonzero(first[:n_band])
+    effects = []
+    for k, m in zip(K, M, strict=True):
+        k, m = Q[:, own].T @ k @ Q, Q[:, own].T @ m @ Q
+        gap = np.abs(omega[None, :] ** 2 - omega[own, None] ** 2)
+        gap = np.maximum(gap, APART * omega[own, None] ** 2)
+        effects.append(((k - omega[own, None] ** 2 * m) / gap).ravel())
+    U, s, _ = np.linalg.svd(np.array(effects), full_matrices=False)
+    kept = int(min(MOST, (s > WORTH * s[0]).sum())) if s.size and s[0] > 0 else 0
+    return FormErrors(units, U[:, :kept].T.copy())
+
+
+def _modes(reduced: ReducedModel) -> tuple[FloatArray, FloatArray]:
+    """Circular frequencies (r,) and mass-normalised shapes (r, r) in the basis at the deck's values."""
+    from scipy.linalg import eigh
+
+    K, M = reduced.K_fixed.copy(), reduced.M_fixed.copy()
+    for term in reduced.terms:
+        K += 0.0 if term.K is None else term.K
+        M += 0.0 if term.M is None else term.M
+    values, Q = eigh(K, M)
+    return np.sqrt(np.maximum(values, 0.0)), Q
+
+
+def _units(model: Model) -> tuple[tuple[tuple[int, ...], float, float, float], ...]:
+    """Members, patches of other elements, and lumps."""
+    top = topology(model)
+    units = [(tuple(chain), STIFFNESS_SD, MASS_SD, 0.0) for _, _, chain in top.members]
+    diagonal = float(np.linalg.norm(np.ptp(model.xyz, axis=0)))
+    others: dict[int, list[int]] = {}
+    sections = {eid: pid for eid, _, pid, _ in model.deck.elements()}
+    where: dict[int, FloatArray] = {}
+    for eid, _, nodes in model.fe.elements():
+        if eid == 0 or eid in top.beams:
+            continue
+        rows, K, M = model.fe.element_matrices(eid, np.ones(len(model.parameters)))
+        if not K.any() and M.any():
+            radius = 0.0 if _turns(M, rows) else GYRATION * diagonal
+            units.append(((eid,), 0.0, LUMP_SD, radius))
+        elif len(nodes) > 2:
+            others.setdefault(sections.get(eid) or 0, []).append(eid)
+            where[eid] = np.mean([model.xyz[model.index(n)] for n in nodes], axis=0)
+    for elements in others.values():
+        units += [(patch, STIFFNESS_SD, MASS_SD, 0.0) for patch in _patches(elements, where)]
+    return tuple(units)
+
+
+def _turns(M: FloatArray, rows: NDArray[np.int64]) -> bool:
+    """Whether an element's mass resists rotations."""
+    turning = rows % 6 >= 3
+    return bool(np.abs(M[np.ix_(turning, turning)]).max(initial=0.0) > 0)
+
+
+def _patches(elements: Sequence[int], where: dict[int, FloatArray]) -> list[tuple[int, ...]]:
+    """Elements cut into boxes of equal sides, `PATCHES` along the longest."""
+    xyz = np.array([where[e] for e in elements])
+    low, size = xyz.min(axis=0), float(np.ptp(xyz, axis=0).max())
+    cells: dict[tuple[int, ...], list[int]] = {}
+    for e, x in zip(elements, xyz, strict=True):
+        cell = np.minimum((x - low) / max(size, 1e-300) * PATCHES, PATCHES - 1e-9).astype(int)
+        cells.setdefault(tuple(cell.tolist()), []).append(e)
+    return [tuple(c) for c in cells.values()]
+
+
+def _parts(
+    reduced: ReducedModel, units: Sequence[tuple[tuple[int, ...], float, float, float]]
+) -> tuple[FloatArray, FloatArray]:
+    """Stiffness and mass (n_units, r, r) of one standard deviation of every unit, at the deck's values."""
+    model, V = reduced.model, reduced.V
+    ones = np.ones(len(model.parameters))
+    K, M = np.zeros((len(units), reduced.r, reduced.r)), np.zeros((len(units), reduced.r, reduced.r))
+    for i, (elements, stiff, mass, radius) in enumerate(units):
+        for eid in elements:
+            rows, Ke, Me = model.fe.element_matrices(eid, ones)
+            v = V[rows]
+            K[i] += stiff * (v.T @ Ke @ v)
+            M[i] += mass * (v.T @ Me @ v)
+            if radius > 0:
+                turns = v[rows % 6 >= 3]
+                total = float(np.trace(Me[np.ix_(rows % 6 < 3, rows % 6 < 3)])) / 3
+                M[i] += total * radius**2 * (turns.T @ turns)
+    return K, M
