@@ -33,10 +33,10 @@ FULL_LINES, FULL_LINES_SEVERAL = 6, 2
 TWINS = 0.999
 ALIKE, MOST_COMPARED, COMPARED_LINES, EXPANDED = 0.97, 1500, 60, 8
 # places fitted on all lines beside the best of their kind: those within this cost of the best
-FULL_ALIKE, NEAR = 8, 60.0
+FULL_ALIKE, NEAR = 10, 60.0
 # how much more a place with one force must leave than one with several for these to be believed
 SEVERAL_WORTH = 1.3
-# lines a record in the stages, the first ones, and the last: places differ by far more than the lines left out could tell
+# lines a record in the stages, the first ones, and the last: places differ by more than the lines left out could tell
 LINES, FEWEST_LINES, FINAL_LINES = 250, 120, 500
 # cost of a place that nothing of the model suggests: it has to explain the records that much better than a joint
 UNLIKELY = 4.0
@@ -119,7 +119,7 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
         start.update({j: p for j in kin.of_place(i, todo) if j not in start})
     ranked = _fitted(few, hypotheses, list(start.items()), 0.0, 8, todo)
     first = {i for i, _ in _best(ranked, todo, kin, FULL_LINES, FULL_LINES_SEVERAL)}
-    near = ranked[0][1].cost + NEAR if ranked else 0.0
+    near = NEAR + min((f.cost for i, f in ranked if todo[i].n_w <= 1), default=0.0)
     chosen = [(i, f.p) for n, (i, f) in enumerate(ranked) if i in first or (n < FULL_ALIKE and f.cost < near)]
     ranked = _fitted(problem.thinned(FINAL_LINES), hypotheses, chosen, 0.0, 5, todo)
     found = [Located(todo[i], f, squares_of(problem, f, 0.0)) for i, f in ranked]

@@ -30,7 +30,7 @@ class Settings:
 
     places: int = 3
     margin: float = 10.0
-    nonlinear_places: int = 2
+    nonlinear_places: int = 3
     refined: int = 2
     gain_cost: float = 25.0
     gain_chosen: float = 0.05

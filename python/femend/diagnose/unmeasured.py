@@ -101,6 +101,9 @@ def plainly_unmeasured(split: Split, reduced: ReducedModel, located: Sequence[Lo
     recovered = recover(problem, joint, single[0].fit.p)
     if recovered is None or not _common(recovered):
         return False
+    size = np.array([np.sqrt(np.mean(f**2)) for f in recovered.f])
+    if size.max() > ALIKE * size.min():
+        return False
     _, alike, ratio = _mean_force(recovered)
     return bool(min(alike) > SAME and max(ratio) < ALIKE and min(ratio) > 1 / ALIKE)
 
