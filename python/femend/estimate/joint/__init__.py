@@ -1,5 +1,6 @@
 """One estimate from recordings of several kinds and configurations: modes, FRFs and runs of a rotor."""
 
+from femend.estimate.joint.force_laws import ForceLaw, ForceLaws, compare_force_laws
 from femend.estimate.joint.frf_block import FrfBlock
 from femend.estimate.joint.line_forces import LineForces, OdsFrf, line_forces, ods_frf
 from femend.estimate.joint.modes_block import ModesBlock, modal_assurance
@@ -11,6 +12,8 @@ from femend.estimate.joint.solve import Block, Posterior, maximise
 __all__ = [
     "DELAY",
     "Block",
+    "ForceLaw",
+    "ForceLaws",
     "FrfBlock",
     "LineForces",
     "ModesBlock",
@@ -20,6 +23,7 @@ __all__ = [
     "Run",
     "RunBlock",
     "Unbalance",
+    "compare_force_laws",
     "line_forces",
     "maximise",
     "modal_assurance",

@@ -13,7 +13,7 @@ from femend.errors import LoadError
 from femend.estimate.loads.identify import solve_weighted
 from femend.estimate.loads.unit_responses import UnitResponses, matched
 
-__all__ = ["LoadRival", "LoadsCompared", "compare_loads"]
+__all__ = ["LoadRival", "LoadsCompared", "compare_loads", "line_evidence"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -90,7 +90,8 @@ def compare_loads(
     # where even the best rival leaves more than noise the model is wrong, and the line says the less
     left = np.min([_excess(h, y, variance, method, choice) for h, _, _ in found.values()], axis=0)
     inflation = np.maximum(left, 1.0)[:, None]
-    evidence = {n: _evidence(h, y, variance * inflation) for n, (h, _, _) in found.items()}
+    w = 1.0 / np.sqrt(variance * inflation)
+    evidence = {n: line_evidence(h.H * w[:, :, None], y * w) for n, (h, _, _) in found.items()}
     return _ranked({n: r.n_loads for n, r in rivals.items()}, errors, evidence)
 
 
@@ -114,12 +115,15 @@ def _excess(here: UnitResponses, y: ComplexArray, variance: FloatArray, method: 
     return np.asarray(solved.squares / np.maximum(solved.freedom, 1.0))
 
 
-def _evidence(here: UnitResponses, y: ComplexArray, variance: FloatArray) -> float:
-    """Sum over the lines of ln p(y | loads of the likeliest size), up to a constant common to all rivals."""
-    w = 1.0 / np.sqrt(variance)
-    U, s, _ = np.linalg.svd(here.H * w[:, :, None], full_matrices=False)
-    b = np.abs(np.einsum("kmi,km->ki", U.conj(), y * w)) ** 2
-    whole = (np.abs(y * w) ** 2).sum(axis=1)
+def line_evidence(H: ComplexArray, y: ComplexArray) -> float:
+    """ln p(y) over all lines, up to a constant common to all H: loads free on every line, of the likeliest size there.
+
+    `H` (K, m, n) and `y` (K, m) are scaled to unit deviation. Half the logarithm of the number of real values is taken
+    off every line for choosing the size.
+    """
+    U, s, _ = np.linalg.svd(H, full_matrices=False)
+    b = np.abs(np.einsum("kmi,km->ki", U.conj(), y)) ** 2
+    whole = (np.abs(y) ** 2).sum(axis=1)
     # power of loads that would make the whole response through the strongest direction
     typical = whole / np.maximum(s[:, 0] ** 2, 1e-300)
     prior = 1.0 + SIZES[None, :, None] ** 2 * typical[:, None, None] * s[:, None, :] ** 2
