@@ -52,6 +52,8 @@ def test_a_synthetic_rig_is_told_for_what_it_is(name: str, tmp_path: Path) -> No
     (load,) = run.result["loads"]
     assert load["sense"] == rig.sense
     assert load["exponent"] == pytest.approx(2.0, abs=0.1)
+    assert load["laws"]["named"] == "unbalance"
+    assert all(part["left_out"] in (None, "adds nothing") for part in load["data"])
     assert load["unbalance"] == pytest.approx(rig.unbalance, rel=0.1)
     assert np.angle(np.exp(1j * (np.radians(load["phase_deg"]) - rig.phase))) == pytest.approx(0.0, abs=np.radians(10))
     assert [result.onset for _, result in run.final.runs] == [rig.onset]
@@ -79,6 +81,7 @@ def test_the_shared_rig(project_root: Path, shared: Callable[[str], Path], tmp_p
     assert by_name["compliant_support"]["configurations"] == ["operation"]
     (load,) = run.result["loads"]
     assert load["exponent"] == pytest.approx(2.0, abs=0.1)
+    assert load["laws"]["named"] == "unbalance"
     first = run.result["stages"][0]
     assert len(first["modes"]) == 5
     assert all(abs(m["model_freq"] / m["freq"] - 1) < 0.01 and m["mac"] > 0.95 for m in first["modes"])

@@ -219,7 +219,45 @@ def _loads(setup: Setup, configuration: str, result: Any) -> dict[str, Any]:
         "exponent_sd": _round(result.exponent[1]),
         "reliable_hz": [_round(float(f)) for f in _ends(result.after.freq[result.after.reliable])],
         "correlation": {"value": _round(result.correlation[0]), "with": result.correlation[1]},
+        "laws": _laws(result.laws),
+        "data": _data(result.choice),
     }
+
+
+def _data(choice: Any) -> list[dict[str, Any]] | None:
+    """Sensors and bands with what they tell, and why one was left out."""
+    if choice is None:
+        return None
+    return [
+        {
+            "sensor": part.pair.split(" / ")[0],
+            "band_hz": [_round(f) for f in part.band],
+            "information": _round(part.information),
+            "gain": _round(part.gain),
+            "noise": _round(part.noise),
+            "likeness": _round(part.likeness),
+            "left_out": part.reason or None,
+        }
+        for part in choice.parts
+    ]
+
+
+def _laws(laws: Any) -> dict[str, Any] | None:
+    """The rivals of the unbalance's law, best first, and which one is named."""
+    if laws is None:
+        return None
+    rows = [
+        {
+            "law": law.name,
+            "exponent": _round(law.exponent),
+            "sd": _round(law.sd) if law.name == "power" else None,
+            "log_evidence": _round(law.log_evidence),
+            "unseen_sensors": _round(law.unseen),
+            "unseen_lines": _round(law.unseen_lines),
+        }
+        for law in laws.laws
+    ]
+    return {"named": laws.best, "reason": laws.reason, "rivals": rows}
 
 
 def _ends(freq: Any) -> list[float]:

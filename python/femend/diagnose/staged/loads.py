@@ -9,13 +9,19 @@ from numpy.typing import NDArray
 
 from femend.diagnose.staged.prepare import RunData, unbalance_of
 from femend.diagnose.staged.setup import Setup, carried
+from femend.errors import LoadError
 from femend.estimate.joint import (
     DELAY,
+    DataChoice,
+    ForceLaws,
     LineForces,
+    OdsBlock,
     OdsFrf,
     Posterior,
     RunBlock,
     Unbalance,
+    choose_data,
+    compare_force_laws,
     line_forces,
     maximise,
     ods_frf,
@@ -49,7 +55,9 @@ class RunResult:
 
     `before` are the line forces through the model as the stage found it, `after` through the updated one; `exponent`
     and its deviation of |F| ~ Omega^n; `correlation` the largest of an unbalance with an unknown of the structure, and
-    that unknown's name; `error` the NRMSE over the compared samples.
+    that unknown's name; `error` the NRMSE over the compared samples. `laws` holds the law of unbalance against a free
+    power of the speed and free forces, None with too few sensors; `choice` tells which sensors were worth fitting in
+    which band, and what was left out.
     """
 
     data: RunData
@@ -64,6 +72,8 @@ class RunResult:
     predicted: FloatArray
     error: float
     onset: float | None
+    laws: ForceLaws | None = None
+    choice: DataChoice | None = None
 
     def unbalances(self) -> tuple[FloatArray, FloatArray]:
         """U (n_bearings,) and phase (n_bearings,) in rad against the tacho."""
@@ -127,11 +137,13 @@ def fit_run(
     lines = line_forces(model, p, shapes, unbalance_of(data, 1), out, bearings, credible)
     unbalance = unbalance_of(data, lines.sense())
     block = data.block(setup, model, unbalance)
+    choice: DataChoice | None = None
     posterior = _unbalance_only(unknowns, block, p, unbalance)
     if structure:
         posterior = maximise(unknowns, [block], posterior.p, iterations=iterations)
         predicted = simulate_run(model, posterior.p, data.run, unbalance, out, bearings)
-        data = data.without_slips(predicted)
+        choice = _choice(setup, data, model, posterior.p, shapes, unbalance)
+        data = data.without_slips(predicted).without_parts(choice)
         posterior = maximise(
             unknowns, [data.block(setup, model, unbalance)], posterior.p, iterations=max(3, iterations // 2)
         )
@@ -145,7 +157,39 @@ def fit_run(
         after.exponent(unbalance.sense, (LAW[0] * high, LAW[1] * high)),
         _correlation(posterior, unbalance), predicted, error,
         _onset(data, model, posterior, unbalance, out, bearings),
+        _laws(setup, model, posterior, shapes, unbalance, out, bearings),
+        choice,
     )  # fmt: skip
+
+
+def _choice(
+    setup: Setup, data: RunData, model: ConfiguredModel, p: FloatArray, shapes: OdsFrf, unbalance: Unbalance
+) -> DataChoice:
+    """Which sensors tell what in which band, of a structure and loads that have seen the run once."""
+    mean = np.sqrt((np.abs(shapes.Y) ** 2).mean(axis=1, keepdims=True))
+    weighted = OdsFrf(shapes.freq, shapes.Y, np.hypot(shapes.sd, setup.settings.model_run * mean))
+    out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
+    block = OdsBlock(data.name, model, weighted, out, bearings, unbalance)
+    return choose_data(block, p, [str(d) for d in data.sensors], [data.name], noise=shapes.sd[:, :, None])
+
+
+def _laws(
+    setup: Setup,
+    model: ConfiguredModel,
+    posterior: Posterior,
+    shapes: OdsFrf,
+    unbalance: Unbalance,
+    out: FloatArray,
+    bearings: FloatArray,
+) -> ForceLaws | None:
+    """The law of the bearing forces through the updated structure; None where sensors or lines are too few for it."""
+    delay = float(posterior.values[posterior.unknowns.index(DELAY)])
+    try:
+        return compare_force_laws(
+            model, posterior.p, shapes, unbalance, out, bearings, delay=delay, model_error=setup.settings.model_run
+        )
+    except LoadError:
+        return None
 
 
 def _size(setup: Setup, data: RunData) -> float:

@@ -13,7 +13,7 @@ from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
 from femend.errors import RecordingError
 from femend.estimate.frf import frf_lines_of, useful_band
-from femend.estimate.joint import FrfBlock, ModesBlock, Run, RunBlock, Unbalance, ods_frf, run_of
+from femend.estimate.joint import DataChoice, FrfBlock, ModesBlock, Run, RunBlock, Unbalance, ods_frf, run_of
 from femend.modal import identify_modes
 from femend.model.configured import ConfiguredModel
 from femend.signal import estimate_frf, tacho_speed, to_quantity
@@ -29,6 +29,8 @@ ABOVE, PER_CYCLE = 1.3, 2.4
 START, END = 1.0, 0.8
 # a stretch of a run that is this much worse explained than the median one holds a disturbance: the tacho slipped
 SLIP, STRETCH = 3.0, 0.5
+# by how much the deviation of a sensor grows in a band where it is not to be believed
+DOUBT = 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +109,8 @@ class ModesData:
 class RunData:
     """A run: low-passed accelerations `y` (n_out, n) at `dt` s with their `noise` (n_out,) and `envelope` (n_out, n).
 
-    `slips` (n,) multiplies the deviation: large at the ends and where the tacho is not to be trusted.
+    `slips` (n,) multiplies the deviation: large at the ends and where the tacho is not to be trusted; so does `doubt`
+    (n_out, n), where a sensor's band is noise or another structure's (None: nowhere).
     """
 
     name: str
@@ -124,11 +127,13 @@ class RunData:
     axis: int
     step: float
     f_max: float
+    doubt: FloatArray | None = None
 
     def block(self, setup: Setup, model: ConfiguredModel, unbalance: Unbalance) -> RunBlock:
         """Residuals against a configuration."""
         s = setup.settings
         sd = np.sqrt(self.noise[:, None] ** 2 + (s.model_run * self.envelope) ** 2) * self.slips
+        sd = sd if self.doubt is None else sd * self.doubt
         out, bearings = setup.rows(model, self.sensors), self.bearings(setup, model)
         return RunBlock(
             self.name, model, self.run, self.y, sd, out, bearings, unbalance, 1.05 * self.f_max, s.weight_run
@@ -138,6 +143,16 @@ class RunData:
         """Rows (n_bearings, 3, r) of the basis at the bearings."""
         rows = [[setup.free.row(Dof(n, c)) for c in (1, 2, 3)] for n in self.nodes]
         return np.array([model.rows(r) for r in rows])
+
+    def without_parts(self, choice: DataChoice) -> RunData:
+        """The same run with sensors counting little while the speed goes through bands that `choice` finds to be noise
+        or not the model's; parts that only repeat others stay, they cost nothing here."""
+        doubt = np.ones(self.y.shape)
+        for part in choice.left_out:
+            if part.reason != "adds nothing":
+                there = (self.rev_per_s >= part.band[0]) & (self.rev_per_s <= part.band[1])
+                doubt[part.rows[0], there] = DOUBT
+        return replace(self, doubt=doubt)
 
     def without_slips(self, predicted: FloatArray) -> RunData:
         """The same run with stretches that `predicted` (n_out, n) explains far worse than the rest counting little.
