@@ -13,12 +13,19 @@ from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
 from femend.errors import RecordingError
 from femend.estimate.frf import frf_lines_of, useful_band
-from femend.estimate.joint import DataChoice, FrfBlock, ModesBlock, Run, RunBlock, Unbalance, ods_frf, run_of
-from femend.modal import identify_modes
+from femend.estimate.joint import DataChoice, FrfBlock, ModesBlock, Run, RunBlock, Unbalance, run_of
 from femend.model.configured import ConfiguredModel
 from femend.signal import estimate_frf, tacho_speed, to_quantity
 
-__all__ = ["FrfData", "ModesData", "RunData", "frf_data", "run_data", "run_modes", "tacho_warnings", "unbalance_of"]
+__all__ = [
+    "FrfData",
+    "ModesData",
+    "RunData",
+    "frf_data",
+    "run_data",
+    "tacho_warnings",
+    "unbalance_of",
+]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -246,22 +253,6 @@ def tacho_warnings(recording: Recording, speed: Speed) -> tuple[str, ...]:
         f"recording {recording.name!r}: channel {speed.source}: {done}, beside {speed.n_pulses} pulses used; the "
         f"first: {speed.notes[0]}",
     )
-
-
-def run_modes(data: RunData) -> ModesData | None:
-    """Modes of a run's operating shapes: over frequency, per unit course, they are FRFs to a load that turns.
-
-    Poles by pLSCF as in a modal test; the shapes are those of the responses, of arbitrary size.
-    """
-    low, high = float(data.rev_per_s.min()), float(data.rev_per_s.max())
-    step = 2.0 / (data.y.shape[1] * data.dt)
-    freq = np.arange(1.25 * low, 0.97 * high, max(step, 0.0015 * high))
-    shapes = ods_frf(data.run, data.y, freq, max(2.5 * step, 0.004 * high))
-    outputs = tuple(Channel(d, "acceleration", "m/s^2") for d in data.sensors)
-    load = (Channel(Dof(data.nodes[0], (data.axis + 1) % 3 + 1), "force", "N"),)
-    frf = FRF(data.name, shapes.freq, shapes.Y[:, :, None], outputs, load, "accelerance", "(m/s^2)/N")
-    modes = identify_modes(frf).modes
-    return ModesData(data.name, modes) if modes.n_modes else None
 
 
 def _noise(values: FloatArray, dt: float, f_max: float) -> FloatArray:
