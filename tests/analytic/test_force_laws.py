@@ -102,3 +102,22 @@ def test_too_few_sensors_are_refused(rig: tuple[ConfiguredModel, Truth]) -> None
     out, bearings = seen(model)
     with pytest.raises(LoadError, match="5 sensors and 50 lines for 4 forces"):
         compare_force_laws(model, np.zeros(2), few, Unbalance(BEARINGS, 0), out[:5], bearings)
+
+
+@pytest.mark.parametrize(("factor", "named"), [(1.0005, "unbalance"), (1.15, None)])
+def test_a_wrong_structure_is_not_taken_for_another_law(
+    rig: tuple[ConfiguredModel, Truth], factor: float, named: str | None
+) -> None:
+    """Frequencies that are slightly off and a fifth less damping: free forces fit far better, by their evidence, and
+    the law stands, since it predicts what it has not seen. Where the structure is far off there is no law with it, and
+    the reason says that it may be the structure."""
+    model, truth = rig
+    right = shapes(truth, np.repeat(U[None], len(FREQ), 0), 1)
+    shifted, p = OdsFrf(FREQ * factor, right.Y, right.sd), np.log([0.8, 0.8])
+    found = compare_force_laws(model, p, shifted, Unbalance(BEARINGS, 0), *seen(model))
+    assert found["free"].log_evidence > found["unbalance"].log_evidence + 100
+    if named:
+        assert found.best == named, found.reason
+    else:
+        assert found.best is None or "the structure is another" in found.reason
+        assert found.best not in ("unbalance", "power")

@@ -53,7 +53,7 @@ def test_a_synthetic_rig_is_told_for_what_it_is(name: str, tmp_path: Path) -> No
     assert load["sense"] == rig.sense
     assert load["exponent"] == pytest.approx(2.0, abs=0.1)
     assert load["laws"]["named"] == "unbalance"
-    assert all(part["left_out"] in (None, "adds nothing") for part in load["data"])
+    assert all(part["left_out"] in (None, "adds nothing", "noise") for part in load["data"])
     assert load["unbalance"] == pytest.approx(rig.unbalance, rel=0.1)
     assert np.angle(np.exp(1j * (np.radians(load["phase_deg"]) - rig.phase))) == pytest.approx(0.0, abs=np.radians(10))
     assert [result.onset for _, result in run.final.runs] == [rig.onset]

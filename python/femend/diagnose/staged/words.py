@@ -82,7 +82,7 @@ def remark_on_run(result: RunResult) -> tuple[str, ...]:
         said += [f"not used: {text}" for text in result.choice.report() if "adds nothing" not in text]
     if result.laws is not None:
         free = result.laws["power"]
-        what = {"unbalance": "m r Omega^2", "power": f"Omega^{free.exponent:.2f}", "free": "no law of the speed"}
+        what = {"unbalance": "m r Omega^2", "power": f"Omega^{free.exponent:.2f}", "free": "none with this structure"}
         named = "not decided" if result.laws.best is None else what[result.laws.best]
         said.append(
             f"law of the bearing forces: {named} ({result.laws.reason}); a free power takes {free.exponent:.3f} +- "
