@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from femend import Dof
+from femend.data import ODS, Channel
 from femend.errors import LoadError
 from femend.estimate.joint import (
     DELAY,
@@ -22,6 +23,7 @@ from femend.estimate.joint import (
     receptance,
     unbalance_unknowns,
 )
+from femend.estimate.loads import configured_responses, identify_loads
 from femend.model import Parameter
 from femend.model.configured import ALPHA, BETA, ConfiguredModel, configure, free_model
 from femend.model.model import read_model
@@ -163,3 +165,19 @@ def test_operating_shapes_are_those_of_forces_by_hand(rig: ConfiguredModel) -> N
     f = np.array([U[0], -1j * U[0], U[1], -1j * U[1]])
     expected = (H @ f) * np.exp(-2j * np.pi * FREQ * 0.3 / 256)[:, None]
     assert np.allclose(block.shapes.Y, expected, rtol=1e-9)
+
+
+def test_forces_through_a_configuration_are_those_that_made_the_shapes(rig: ConfiguredModel) -> None:
+    """Through the structure with its terms: the bearings' forces of the run, divided by the course."""
+    real = loaded(rig)
+    real[rig.unknowns.index(DELAY)] = 0.0
+    block = operating(rig, real)
+    rows = rig.rows([rig.model.row(Dof(b, c)) for b in BEARINGS for c in (2, 3)])
+    here = [Channel(d, "acceleration", "m/s^2") for d in PLACES]
+    unit = configured_responses(rig, real, FREQ, here, block.out, rows, ["1y", "1z", "2y", "2z"], ["N"] * 4)
+    shapes = ODS("run", FREQ, block.shapes.Y.T, tuple(here), "ods", sigma=block.shapes.sd.T)
+    found = identify_loads(unit, shapes, method="none")
+    U = 1e-3 * np.array([2.0 + 0.7j, -0.5 + 1.1j])
+    assert np.allclose(found.values, [U[0], -1j * U[0], U[1], -1j * U[1]], rtol=1e-6, atol=1e-9)
+    with pytest.raises(LoadError, match="measures no acceleration"):
+        configured_responses(rig, real, FREQ, [Channel(PLACES[0], "force", "N")], block.out, rows, ["a"], ["N"])

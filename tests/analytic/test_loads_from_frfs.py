@@ -9,7 +9,14 @@ from numpy.typing import NDArray
 from femend.data import FRF, ODS, Channel
 from femend.dof import Dof
 from femend.errors import LoadError
-from femend.estimate.loads import UnitResponses, contributions, from_frf, identify_loads, regularised_lines
+from femend.estimate.loads import (
+    UnitResponses,
+    contributions,
+    credible_lines,
+    from_frf,
+    identify_loads,
+    regularised_lines,
+)
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -154,6 +161,25 @@ def test_a_force_elsewhere_is_not_called_reliable() -> None:
     found = identify_loads(from_frf(given), ods(elsewhere, OUT))
     assert found.reliable.mean() < 0.25
     assert found.counts()["unexplained"] > 0.5 * len(FREQ)
+
+
+def test_no_force_is_reliable_where_the_modes_of_the_model_are_wrong() -> None:
+    """The fourth of eight modes is 6 % off: its neighbourhood is outside, the exact forces notwithstanding."""
+    omega = np.sqrt(np.linalg.eigvalsh(1e4 * (2 * np.eye(N) - np.eye(N, k=1) - np.eye(N, k=-1))))
+    true = omega / (2 * np.pi)
+    computed = true * np.where(np.arange(N) == 3, 1.06, 1.0)
+    fine = credible_lines(FREQ, true, np.full(N, 0.01), computed, np.ones(N))
+    x = FREQ / true[3]
+    assert not fine[(x > 1.0) & (x < 1.06)].any()
+    assert fine[(x < 1.05 * true[2] / true[3]) | ((x > true[4] / true[3]) & (x < true[-1] / true[3]))].all()
+    assert not fine[x > 1.2 * true[-1] / true[3]].any()
+    given = frf(OUT, INTO)
+    y = np.einsum("kmn,kn->km", given.H, forces())
+    found = identify_loads(from_frf(given).where(fine), ods(y, OUT), method="none")
+    assert (found.reliable == fine).all()
+    assert found.counts()["outside"] == int((~fine).sum())
+    with pytest.raises(LoadError, match="credible lines beside 77 lines"):
+        from_frf(given).where(fine[:5])
 
 
 def test_contributions_are_the_parts_of_the_target() -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.staged.prepare import RunData, unbalance_of
+from femend.diagnose.staged.prepare import ModesData, RunData, unbalance_of
 from femend.diagnose.staged.setup import Setup, carried
 from femend.errors import LoadError
 from femend.estimate.joint import (
@@ -29,6 +30,7 @@ from femend.estimate.joint import (
     simulate_run,
     unbalance_unknowns,
 )
+from femend.estimate.loads import credible_lines
 from femend.model.configured import ConfiguredModel
 from femend.model.linear_terms import LinearTerm
 from femend.model.unknowns import Unknowns
@@ -118,11 +120,13 @@ def fit_run(
     iterations: int = 12,
     structure: bool = True,
     start: FloatArray | None = None,
+    checked: Sequence[ModesData] = (),
 ) -> RunResult:
     """Estimates unbalance and structure together from a run; with `structure` False the unbalance alone.
 
     The sense of rotation and the start come from the forces line by line. `start` overrules what the stage before says
-    about the unknowns it has.
+    about the unknowns it has. `checked` are identified modes of this configuration: around those that the model has
+    wrong no line of the forces is reliable. Without any all lines may be.
     """
     size = _size(setup, data)
     more = unbalance_unknowns(unbalance_of(data, 1), size, data.step)
@@ -132,7 +136,7 @@ def fit_run(
     if start is not None:
         p[: len(start)] = start
     shapes = ods_lines(data)
-    credible = (float(shapes.freq[0]), float(shapes.freq[-1]))
+    credible = _credible(setup, model, p, shapes.freq, checked)
     out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
     lines = line_forces(model, p, shapes, unbalance_of(data, 1), out, bearings, credible)
     unbalance = unbalance_of(data, lines.sense())
@@ -148,6 +152,7 @@ def fit_run(
             unknowns, [data.block(setup, model, unbalance)], posterior.p, iterations=max(3, iterations // 2)
         )
     predicted = simulate_run(model, posterior.p, data.run, unbalance, out, bearings)
+    credible = _credible(setup, model, posterior.p, shapes.freq, checked)
     after = line_forces(model, posterior.p, shapes, unbalance, out, bearings, credible)
     high = float(data.rev_per_s.max())
     counted = data.slips < 10
@@ -190,6 +195,19 @@ def _laws(
         )
     except LoadError:
         return None
+
+
+def _credible(
+    setup: Setup, model: ConfiguredModel, p: FloatArray, freq: FloatArray, checked: Sequence[ModesData]
+) -> NDArray[np.bool_]:
+    """Lines (K,) on which the model at p has the identified modes right."""
+    fine = np.ones(len(freq), dtype=bool)
+    if checked:
+        found = [(d.modes, *d.block(setup, model).pairs(p)) for d in checked]
+        own, zeta = (np.concatenate([getattr(m, key) for m, *_ in found]) for key in ("freq", "zeta"))
+        computed = np.concatenate([np.abs(lam) / (2 * np.pi) for _, lam, _, _ in found])
+        fine = credible_lines(freq, own, zeta, computed, np.concatenate([mac for *_, mac in found]))
+    return fine
 
 
 def _size(setup: Setup, data: RunData) -> float:

@@ -301,7 +301,15 @@ def _runs(
 ) -> list[Stage]:
     stages = []
     for run in data.runs.get(configuration, []):
-        result = fit_run(setup, configuration, run, list(terms), before, iterations=iterations)
+        result = fit_run(
+            setup,
+            configuration,
+            run,
+            list(terms),
+            before,
+            iterations=iterations,
+            checked=data.output_only.get(configuration, []),
+        )
         before = result.posterior
         noise = float(np.sqrt((run.noise**2).sum() / (run.y**2).mean(axis=1).sum()))
         modes = run_modes(run)

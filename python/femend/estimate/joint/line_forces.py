@@ -111,7 +111,7 @@ def line_forces(
     unbalance: Unbalance,
     out: FloatArray,
     bearings: FloatArray,
-    credible: tuple[float, float],
+    credible: NDArray[np.bool_] | tuple[float, float],
 ) -> LineForces:
     """Solves every line of `shapes` for the forces across the shaft at all `bearings`, each component free.
 
@@ -119,8 +119,8 @@ def line_forces(
     basis, of the latter in X, Y, Z.
 
     Tikhonov's regularisation with the parameter of least generalised cross validation (Golub, Heath and Wahba,
-    Technometrics 21 (1979) 215-223). A line is reliable inside `credible` (Hz), where the model's modes have been
-    checked, if the forces explain the shape and are well determined.
+    Technometrics 21 (1979) 215-223). A line is reliable inside `credible`, a band in Hz or a mask (K,) of
+    the lines where the model's modes have been checked, if the forces explain the shape and are well determined.
     """
     u, v = unbalance.plane
     rows = bearings[:, [u, v]].reshape(-1, bearings.shape[2])
@@ -136,13 +136,11 @@ def line_forces(
     unexplained = np.linalg.norm(left, axis=1) / np.maximum(np.linalg.norm(shapes.Y, axis=1), 1e-300)
     course = (2 * np.pi * shapes.freq[:, None]) ** 2
     force, deviation = np.asarray(solved.x * course), spread * course
-    size = np.sqrt((np.abs(force) ** 2).sum(axis=1))
-    reliable = (
-        (shapes.freq >= credible[0])
-        & (shapes.freq <= credible[1])
-        & (unexplained < UNEXPLAINED)
-        & (np.sqrt((deviation**2).sum(axis=1)) < UNCERTAIN * size)
+    inside = (
+        (shapes.freq >= credible[0]) & (shapes.freq <= credible[1]) if isinstance(credible, tuple) else credible.copy()
     )
+    size = np.sqrt((np.abs(force) ** 2).sum(axis=1))
+    reliable = inside & (unexplained < UNEXPLAINED) & (np.sqrt((deviation**2).sum(axis=1)) < UNCERTAIN * size)
     shape = (len(shapes.freq), len(bearings), 2)
     return LineForces(
         shapes.freq,

@@ -14,12 +14,13 @@ from femend.dof import Dof, parse_direction
 from femend.errors import LoadError, ModelError
 from femend.estimate.loads.unit_responses import UnitResponses
 from femend.model import Model, Pairing, reduce_model
+from femend.model.configured import ConfiguredModel
 from femend.model.model import model_of
 from femend.model.pressure import PressurePatterns
 from femend.model.supports import held_rows
 from femend.units import unit_system
 
-__all__ = ["ModelSide", "model_side"]
+__all__ = ["ModelSide", "configured_responses", "model_side"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -170,6 +171,34 @@ def model_side(
     ratio = np.atleast_1d(np.asarray(zeta, dtype=np.float64))
     at = np.array(rows, dtype=np.int64)
     return ModelSide(model, tuple(channels), at, np.array(signs), ratio, dict(factors or {}), f_max)
+
+
+def configured_responses(
+    model: ConfiguredModel,
+    p: FloatArray,
+    freq: FloatArray,
+    channels: Sequence[Channel],
+    out: FloatArray,
+    loads: FloatArray,
+    names: Sequence[str],
+    units: Sequence[str],
+) -> UnitResponses:
+    """Unit responses of a configuration at its unknowns `p` (n,), with the terms that a staged study has found, on
+    lines `freq` (K,) in Hz.
+
+    `out` (n_out, r) are rows of its basis at accelerometers `channels`, with their signs; `loads` (m, r) the forces on
+    the basis (rows at DOFs, or sums of them), called `names` (m,) in `units` (m,). Raises LoadError for a channel that
+    is no accelerometer and for sizes that do not fit.
+    """
+    wrong = [c.text for c in channels if c.quantity != "acceleration"]
+    if wrong:
+        raise LoadError(
+            f"channel {wrong[0]} measures no acceleration; use `to_quantity`, or leave it out", channel=wrong[0]
+        )
+    K, M, C = model.matrices(p)
+    X = _solved(K, M, C, freq, loads.T[None])
+    H = (2j * np.pi * freq)[:, None, None] ** 2 * (out @ X)
+    return UnitResponses(freq, H, tuple(channels), tuple(names), tuple(units))
 
 
 def _assembled(model: Model, factors: Mapping[str, float]) -> tuple[Any, ...]:

@@ -33,7 +33,7 @@ class Loads:
     would show, 1 without regularisation. `condition` (n_freq,) of the scaled matrix; `parameter` (n_freq,) the amount
     of regularisation chosen; `unexplained` (n_freq,) share of the responses that the loads leave; `excess` (n_freq,)
     squares left per free value, 1 where noise alone is left. `verdict` (n_freq,) is "reliable" or why not: "outside"
-    the credible band, "unexplained", "uncertain", "regularised".
+    what is credible, "unexplained", "uncertain", "regularised".
     """
 
     freq: FloatArray
@@ -157,9 +157,7 @@ def _told(
     resolution = np.einsum("kii->ki", solved.resolution).real
     spread = np.sqrt(np.maximum(np.einsum("kii->k", covariance).real, 0.0))
     strength = np.linalg.norm(solved.x, axis=1)
-    outside = np.zeros(len(y), dtype=bool)
-    if here.credible is not None:
-        outside = (here.freq < here.credible[0]) | (here.freq > here.credible[1])
+    outside = np.zeros(len(y), dtype=bool) if here.credible is None else ~here.credible
     verdict = np.select(
         [
             outside,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +30,8 @@ class UnitResponses:
     """`H` (n_freq, n_out, n_loads) at `freq` (n_freq,) in Hz: the response at `outputs` to one unit of each load.
 
     `names` and `units` (n_loads,) of the loads; `sd` (n_freq, n_out, n_loads) the standard deviation of the complex
-    values, or None; `credible` the band in Hz where H is to be trusted (where a model's modes were checked), None for
-    all of it. Raises LoadError for shapes that do not fit.
+    values, or None; `credible` (n_freq,) the lines on which H is to be believed (`credible_lines`), None for all.
+    Raises LoadError for shapes that do not fit.
     """
 
     freq: FloatArray
@@ -40,7 +40,7 @@ class UnitResponses:
     names: tuple[str, ...]
     units: tuple[str, ...]
     sd: FloatArray | None = None
-    credible: tuple[float, float] | None = None
+    credible: NDArray[np.bool_] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "freq", frozen(self.freq, np.float64))
@@ -48,6 +48,8 @@ class UnitResponses:
         check_frequency_axis("unit responses", self.freq)
         shape = (self.freq.size, len(self.outputs), len(self.names))
         deviations = None if self.sd is None else self.sd.shape
+        if self.credible is not None and self.credible.shape != self.freq.shape:
+            raise LoadError(f"{self.credible.shape} credible lines beside {self.freq.size} lines; say it of every line")
         if self.H.shape != shape or len(self.units) != len(self.names) or deviations not in (None, shape):
             raise LoadError(
                 f"unit responses of shape {self.H.shape} with deviations {deviations} and {len(self.units)} units: "
@@ -58,6 +60,10 @@ class UnitResponses:
     def n_loads(self) -> int:
         """Number of loads."""
         return len(self.names)
+
+    def where(self, credible: NDArray[np.bool_]) -> UnitResponses:
+        """The same, to be believed on the lines `credible` (n_freq,) only."""
+        return replace(self, credible=credible)
 
     def select(self, loads: Sequence[int]) -> UnitResponses:
         """Some of the `loads`, by position."""
@@ -137,7 +143,8 @@ def matched(given: UnitResponses, shapes: ODS) -> tuple[UnitResponses, tuple[int
     sd = None if given.sd is None else given.sd[lines][:, at] * np.abs(factor)[:, :, None]
     H = given.H[lines][:, at] * factor[:, :, None]
     channels = tuple(shapes.channels[r] for r in rows)
-    found = UnitResponses(shapes.freq, H, channels, given.names, given.units, sd, given.credible)
+    credible = None if given.credible is None else given.credible[lines]
+    found = UnitResponses(shapes.freq, H, channels, given.names, given.units, sd, credible)
     return found, tuple(rows), tuple(left_out)
 
 
