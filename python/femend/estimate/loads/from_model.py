@@ -196,7 +196,7 @@ def configured_responses(
             f"channel {wrong[0]} measures no acceleration; use `to_quantity`, or leave it out", channel=wrong[0]
         )
     K, M, C = model.matrices(p)
-    X = _solved(K, M, C, freq, loads.T[None])
+    X = _solved(K, M, C, freq, loads.T[None].astype(np.complex128))
     H = (2j * np.pi * freq)[:, None, None] ** 2 * (out @ X)
     return UnitResponses(freq, H, tuple(channels), tuple(names), tuple(units))
 
