@@ -105,6 +105,24 @@ def test_turning_and_shifting_supports_move_a_stiff_beam_as_one_body(tmp_path: P
     assert unit.units == ("m/s^2",) * 3 + ("rad/s^2",) * 3
 
 
+def test_what_cannot_move_is_refused(tmp_path: Path) -> None:
+    freq = np.array([5.0])
+    free = beam(tmp_path)
+    with pytest.raises(ModelError, match="none of the nodes \\[7\\] is held"):
+        side(free, ["11:Y"], 40.0).base(freq, ["Y"], nodes=[7])
+    heavy = read_model(tmp_path / "model.bdf", added_mass=[(11, 1.0)])
+    with pytest.raises(ModelError, match="masses on top of the deck"):
+        side(heavy, ["11:Y"], 40.0).base(freq, ["Y"])
+    text = (tmp_path / "model.bdf").read_text().replace("SPC1,1,123456,1\n", "")
+    (tmp_path / "loose.bdf").write_text(text.replace("SPC = 1\n", ""))
+    with pytest.raises(ModelError, match="holds no DOF"):
+        side(read_model(tmp_path / "loose.bdf"), ["11:Y"], 40.0).base(freq, ["Y"])
+    with pytest.raises(LoadError, match="measures no motion"):
+        model_side(
+            free, [Channel(Dof(11, 2), "force", "N")], pair_sensors([Dof(11, 2)], free.node_ids, free.xyz), f_max=9
+        )
+
+
 def recorded(dt: float, base: Array, k: tuple[float, ...], zeta: float) -> Array:
     """Accelerations of oscillators on a base with acceleration `base`, step by step (state space, ramps exact)."""
     found = []

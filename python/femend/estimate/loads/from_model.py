@@ -86,9 +86,10 @@ class ModelSide:
         that the supports force on it, and modes of the held structure beside it, which the inertia of the static motion
         drives (Clough and Penzien, Dynamics of Structures, 3rd ed., section 26-2: pseudostatic and dynamic parts);
         modal damping acts on the modes, dashpots of the deck on the whole motion. Raises ModelError where nothing is
-        held or the moving supports are not a part of what is.
+        held, where the moving supports are not a part of what is, and for masses that are not in the deck.
         """
         free = model_of(self.model.deck, units=self.model.units, parameters=self.model.parameters, spc=0)
+        _same_mass(free, self.model)
         held = held_rows(free, self.model)
         loose = np.setdiff1d(np.arange(free.fe.n_a), held)
         moved = _rigid(free, held, directions, nodes)
@@ -218,6 +219,16 @@ def _solved(K: FloatArray, M: FloatArray, C: FloatArray, freq: FloatArray, F: Co
         load = F if len(F) == 1 else F[part]
         found.append(np.linalg.solve(K + s * C + s**2 * M, np.broadcast_to(load, (len(s), *load.shape[1:]))))
     return np.asarray(np.concatenate(found), dtype=np.complex128)
+
+
+def _same_mass(free: Model, held: Model) -> None:
+    """The deck is read once more without supports: masses that were added to the model would be missing there."""
+    there, own = free.fe.total_mass(), held.fe.total_mass()
+    if abs(there - own) > 1e-6 * own:
+        raise ModelError(
+            f"the model weighs {own:.6g}, its deck {there:.6g}: it has masses on top of the deck; write them "
+            "into the deck (CONM2) to let its supports move"
+        )
 
 
 def _rigid(free: Model, held: NDArray[np.int64], directions: Sequence[str], nodes: Sequence[int] | None) -> FloatArray:
