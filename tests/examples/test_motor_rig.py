@@ -62,6 +62,24 @@ def test_a_synthetic_rig_is_told_for_what_it_is(name: str, tmp_path: Path) -> No
     assert np.linalg.norm(rundown.stages["final"] - true) < 0.15 * np.linalg.norm(true)
 
 
+@pytest.mark.slow
+def test_forces_that_grow_with_another_power_are_named_and_predicted(tmp_path: Path) -> None:
+    """Forces that grow with Omega^3 on a rig without other gaps: the law is the finding, the run-down follows."""
+    rig = Rig(bends=False, layer=None, factors=(0.95, 1.03, 0.9), power=3.0)
+    run = diagnose(write_rig(tmp_path, rig))
+    assert isinstance(run, StagedRun)
+    (finding,) = run.result["findings"]
+    assert finding["physics"] == "unbalance_law"
+    assert finding["location"]["nodes"] == [511, 512]
+    assert finding["parameters"]["exponent"]["value"] == pytest.approx(3.0, abs=0.05)
+    assert run.result["verdict"] == "missing-physics"
+    (load,) = run.result["loads"]
+    assert load["laws"]["named"] == "power"
+    true = np.load(tmp_path / "rundown.true.npy")
+    (rundown,) = [p for p in run.predictions if p.name == "rundown"]
+    assert np.linalg.norm(rundown.stages["final"] - true) < 0.15 * np.linalg.norm(true)
+
+
 def example(root: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location("motor_rig", root / "python/examples/motor_rig.py")
     assert spec is not None

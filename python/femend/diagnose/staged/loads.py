@@ -77,8 +77,14 @@ class RunResult:
     laws: ForceLaws | None = None
     choice: DataChoice | None = None
 
+    @property
+    def other_law(self) -> bool:
+        """Do the forces grow with another power of the speed than 2?"""
+        return self.data.power[0] != 2.0 and self.laws is not None and self.laws.best == "power"
+
     def unbalances(self) -> tuple[FloatArray, FloatArray]:
-        """U (n_bearings,) and phase (n_bearings,) in rad against the tacho."""
+        """U (n_bearings,) and phase (n_bearings,) in rad against the tacho; of forces with another power of the speed
+        than 2 what they are at its reference."""
         u, values = self.posterior.unknowns, self.posterior.values
         parts = np.array([values[u.index(n)] for n in self.unbalance.names]).reshape(-1, 2)
         return np.hypot(parts[:, 0], parts[:, 1]), np.arctan2(parts[:, 1], parts[:, 0])
@@ -106,7 +112,7 @@ def predicted_ods(
     course = np.array([1.0, -1.0j])
     load = np.einsum("c,ucr,u->r", course, unbalance.pattern(data.bearings(setup, model)), m_r)
     x = receptance(model, p, s).X @ load
-    late = np.exp(-s * values[u.index(DELAY)])
+    late = np.exp(-s * values[u.index(DELAY)]) * data.growth(freq)
     return np.asarray((x * (s**2 * late)[:, None]) @ setup.rows(model, data.sensors).T)
 
 
@@ -140,18 +146,17 @@ def fit_run(
     out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
     lines = line_forces(model, p, shapes, unbalance_of(data, 1), out, bearings, credible)
     unbalance = unbalance_of(data, lines.sense())
-    block = data.block(setup, model, unbalance)
     choice: DataChoice | None = None
-    posterior = _unbalance_only(unknowns, block, p, unbalance)
+    posterior = _unbalance_only(unknowns, data.block(setup, model, unbalance), p, unbalance)
     if structure:
-        posterior = maximise(unknowns, [block], posterior.p, iterations=iterations)
-        predicted = simulate_run(model, posterior.p, data.run, unbalance, out, bearings)
+        data, posterior = _with_law(setup, data, model, posterior, shapes, unbalance, iterations)
+        predicted = simulate_run(model, posterior.p, data.loaded, unbalance, out, bearings)
         choice = _choice(setup, data, model, posterior.p, shapes, unbalance)
         data = data.without_slips(predicted).without_parts(choice)
         posterior = maximise(
             unknowns, [data.block(setup, model, unbalance)], posterior.p, iterations=max(3, iterations // 2)
         )
-    predicted = simulate_run(model, posterior.p, data.run, unbalance, out, bearings)
+    predicted = simulate_run(model, posterior.p, data.loaded, unbalance, out, bearings)
     credible = _credible(setup, model, posterior.p, shapes.freq, checked)
     after = line_forces(model, posterior.p, shapes, unbalance, out, bearings, credible)
     high = float(data.rev_per_s.max())
@@ -167,15 +172,48 @@ def fit_run(
     )  # fmt: skip
 
 
+def _with_law(
+    setup: Setup,
+    data: RunData,
+    model: ConfiguredModel,
+    start: Posterior,
+    shapes: OdsFrf,
+    unbalance: Unbalance,
+    iterations: int,
+) -> tuple[RunData, Posterior]:
+    """The run with the power of the speed by which its forces grow, and structure and loads that fit it.
+
+    Another power than 2 must be named with the structure as the stages before left it (one that had to follow a wrong
+    law would hide it) and again with the updated one; else the law is that of unbalance.
+    """
+    out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
+
+    def named(posterior: Posterior) -> float:
+        laws = _laws(setup, model, posterior, shapes, unbalance, out, bearings)
+        return laws["power"].exponent if laws is not None and laws.best == "power" else 2.0
+
+    n = named(start)
+    if n != 2.0:
+        grown = data.with_power((n, float(shapes.freq[-1])))
+        block = grown.block(setup, model, unbalance)
+        own = _unbalance_only(start.unknowns, block, start.p, unbalance)
+        own = maximise(start.unknowns, [block], own.p, iterations=iterations)
+        if named(own) != 2.0:
+            return data.with_power((named(own), float(shapes.freq[-1]))), own
+    return data, maximise(start.unknowns, [data.block(setup, model, unbalance)], start.p, iterations=iterations)
+
+
 def _choice(
     setup: Setup, data: RunData, model: ConfiguredModel, p: FloatArray, shapes: OdsFrf, unbalance: Unbalance
 ) -> DataChoice:
     """Which sensors tell what in which band, of a structure and loads that have seen the run once."""
     mean = np.sqrt((np.abs(shapes.Y) ** 2).mean(axis=1, keepdims=True))
-    weighted = OdsFrf(shapes.freq, shapes.Y, np.hypot(shapes.sd, setup.settings.model_run * mean))
+    grown = data.growth(shapes.freq)[:, None]
+    sd = np.hypot(shapes.sd, setup.settings.model_run * mean)
+    weighted = OdsFrf(shapes.freq, shapes.Y / grown, sd / grown)
     out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
     block = OdsBlock(data.name, model, weighted, out, bearings, unbalance)
-    return choose_data(block, p, [str(d) for d in data.sensors], [data.name], noise=shapes.sd[:, :, None])
+    return choose_data(block, p, [str(d) for d in data.sensors], [data.name], noise=(shapes.sd / grown)[:, :, None])
 
 
 def _laws(
@@ -257,7 +295,7 @@ def _onset(
     first = slice(0, int(round(FIRST / data.dt)))
 
     def left(steady: float, onset: float) -> float:
-        run = run_of(data.speed, data.y.shape[1], data.dt, steady=steady, onset=onset)
+        run = run_of(data.speed, data.y.shape[1], data.dt, steady=steady, onset=onset, power=data.power)
         y = simulate_run(model, posterior.p, run, unbalance, out, bearings)
         return float((((y - data.y)[:, first] / data.noise[:, None]) ** 2).sum())
 

@@ -117,7 +117,8 @@ class RunData:
     """A run: low-passed accelerations `y` (n_out, n) at `dt` s with their `noise` (n_out,) and `envelope` (n_out, n).
 
     `slips` (n,) multiplies the deviation: large at the ends and where the tacho is not to be trusted; so does `doubt`
-    (n_out, n), where a sensor's band is noise or another structure's (None: nowhere).
+    (n_out, n), where a sensor's band is noise or another structure's (None: nowhere). The forces grow with `power`
+    (n, reference) as Omega^n, and are those of Omega^2 at the reference in rev/s; `run` is that of Omega^2.
     """
 
     name: str
@@ -135,6 +136,25 @@ class RunData:
     step: float
     f_max: float
     doubt: FloatArray | None = None
+    power: tuple[float, float] = (2.0, 1.0)
+    driven: Run | None = None
+
+    @property
+    def loaded(self) -> Run:
+        """The run as the forces drive it: by their own power of the speed, else by its square."""
+        return self.run if self.driven is None else self.driven
+
+    def with_power(self, power: tuple[float, float], *, steady: float = 0.0, onset: float = 0.0) -> RunData:
+        """The run of forces that grow with Omega^n, `power` (n, reference in rev/s); `steady`, `onset` as in
+        `run_data`."""
+        if power[0] == 2.0:
+            return self
+        driven = run_of(self.speed, self.y.shape[1], self.dt, steady=steady, onset=onset, power=power)
+        return replace(self, power=power, driven=driven)
+
+    def growth(self, freq: FloatArray) -> FloatArray:
+        """Forces over Omega^2 (K,) at speeds `freq` (K,) in rev/s, 1 at the reference."""
+        return np.asarray((freq / self.power[1]) ** (self.power[0] - 2.0))
 
     def block(self, setup: Setup, model: ConfiguredModel, unbalance: Unbalance) -> RunBlock:
         """Residuals against a configuration."""
@@ -143,7 +163,7 @@ class RunData:
         sd = sd if self.doubt is None else sd * self.doubt
         out, bearings = setup.rows(model, self.sensors), self.bearings(setup, model)
         return RunBlock(
-            self.name, model, self.run, self.y, sd, out, bearings, unbalance, 1.05 * self.f_max, s.weight_run
+            self.name, model, self.loaded, self.y, sd, out, bearings, unbalance, 1.05 * self.f_max, s.weight_run
         )
 
     def bearings(self, setup: Setup, model: ConfiguredModel) -> FloatArray:

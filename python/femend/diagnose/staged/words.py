@@ -68,8 +68,10 @@ def remark_on_run(result: RunResult) -> tuple[str, ...]:
         f"bearing forces grow with speed to the power {n:.2f} +- {sd:.2f}; reliable on {reliable.size} of "
         f"{len(result.after.freq)} lines, {where}",
     ]
+    n_run, reference = result.data.power
+    there = "" if n_run == 2.0 else f", as at {reference:.4g} rev/s (the force grows with Omega^{n_run:.3g})"
     said += [
-        f"unbalance at {node}: {u:.4g} at {np.degrees(a):.1f} degrees against the tacho"
+        f"unbalance at {node}: {u:.4g} at {np.degrees(a):.1f} degrees against the tacho{there}"
         for node, u, a in zip(result.unbalance.nodes, U, phase, strict=True)
     ]
     if result.choice is not None:
