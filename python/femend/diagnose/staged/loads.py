@@ -241,10 +241,11 @@ def _credible(
     """Lines (K,) on which the model at p has the identified modes right."""
     fine = np.ones(len(freq), dtype=bool)
     if checked:
-        found = [(d.modes, *d.block(setup, model).pairs(p)) for d in checked]
-        own, zeta = (np.concatenate([getattr(m, key) for m, *_ in found]) for key in ("freq", "zeta"))
-        computed = np.concatenate([np.abs(lam) / (2 * np.pi) for _, lam, _, _ in found])
-        fine = credible_lines(freq, own, zeta, computed, np.concatenate([mac for *_, mac in found]))
+        computed, mac = (
+            np.concatenate(v) for v in zip(*(d.block(setup, model).nearest(p) for d in checked), strict=True)
+        )
+        own, zeta = (np.concatenate([getattr(d.modes, key) for d in checked]) for key in ("freq", "zeta"))
+        fine = credible_lines(freq, own, zeta, computed, mac)
     return fine
 
 
