@@ -42,6 +42,7 @@ class Rig:
     seconds: float = 50.0
     top_speed: float = 26.0
     onset: float | None = None
+    power: float = 2.0
 
 
 def deck(rig: Rig, *, truth: bool = False, clamped: bool = True) -> str:
@@ -236,9 +237,10 @@ def _run(
     inside = np.maximum(t, 0.0)
     angle = 2 * np.pi * (speeds[0] * t + 0.5 * rate * inside**2)
     omega = 2 * np.pi * (speeds[0] + rate * inside)
+    grown = omega**2 * (omega / (2 * np.pi * rig.top_speed)) ** (rig.power - 2.0)
     forces, patterns = [], []
     for node, u, phase in zip(BEARINGS, rig.unbalance, rig.phase):
-        forces += [u * omega**2 * np.cos(angle + phase), rig.sense * u * omega**2 * np.sin(angle + phase)]
+        forces += [u * grown * np.cos(angle + phase), rig.sense * u * grown * np.sin(angle + phase)]
         patterns += [truth.row(node, 2), truth.row(node, 3)]
     # running before the record begins, or at rest until the force sets in with it
     soft = np.minimum(1.0, np.arange(lead + n) / (2 * RATE)) if rig.onset is None else np.clip(t / rig.onset, 0.0, 1.0)

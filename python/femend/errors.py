@@ -13,6 +13,7 @@ __all__ = [
     "FemendError",
     "FormatError",
     "LawParameterError",
+    "LoadError",
     "ModelError",
     "PairingError",
     "RecordingError",
@@ -110,6 +111,29 @@ class FormatError(FemendError, ValueError):
 
 class PairingError(FemendError, ValueError):
     """A sensor that cannot be paired with a DOF of the model."""
+
+
+class LoadError(FemendError, ValueError):
+    """Loads that cannot be identified: fewer responses than loads, lines or sensors that do not match.
+
+    Attributes: `n_responses`, `n_loads` — None where they do not apply; `channel`, `freq` (Hz) of the first that does
+    not match, else None.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        n_responses: int | None = None,
+        n_loads: int | None = None,
+        channel: str | None = None,
+        freq: float | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.n_responses = n_responses
+        self.n_loads = n_loads
+        self.channel = channel
+        self.freq = freq
 
 
 class CorrelationError(FemendError, ValueError):

@@ -128,6 +128,21 @@ def test_a_mode_that_is_none_cannot_decide(rig: ConfiguredModel) -> None:
     assert np.allclose(freq, np.abs(lam[:5]), rtol=2e-3)
 
 
+def test_a_pole_that_came_twice_is_like_its_mode_twice(rig: ConfiguredModel) -> None:
+    """Pairs are one to one; what is most like an identified mode may be so for two."""
+    seen = rows(rig, (501, 502, 505, 507, 1, 30))
+    p = np.zeros(len(rig.unknowns))
+    lam, psi = rig.damped_modes(p)
+    twice = [0, 1, 2, 2]
+    sd = np.full(4, 0.01)
+    shapes = seen @ psi[:, twice]
+    block = ModesBlock("modes", rig, lam[twice] * [1, 1, 1, 1.004], shapes, sd, sd, np.full(shapes.shape, 0.02), seen)
+    freq, mac = block.nearest(p)
+    assert freq == pytest.approx(np.abs(lam[twice]) / (2 * np.pi))
+    assert mac == pytest.approx(1.0)
+    assert len(set(np.round(np.abs(block.pairs(p)[0]), 6))) == 4
+
+
 def short_run(n: int = 1200, dt: float = 1 / 64) -> tuple[Speed, int, float]:
     t = np.linspace(0.0, n * dt, 2000)
     return Speed(t, 4.0 + 0.9 * t, 2 * np.pi * (4.0 * t + 0.45 * t**2)), n, dt

@@ -52,9 +52,29 @@ def test_a_synthetic_rig_is_told_for_what_it_is(name: str, tmp_path: Path) -> No
     (load,) = run.result["loads"]
     assert load["sense"] == rig.sense
     assert load["exponent"] == pytest.approx(2.0, abs=0.1)
+    assert load["laws"]["named"] == "unbalance"
+    assert all(part["left_out"] in (None, "adds nothing", "noise") for part in load["data"])
     assert load["unbalance"] == pytest.approx(rig.unbalance, rel=0.1)
     assert np.angle(np.exp(1j * (np.radians(load["phase_deg"]) - rig.phase))) == pytest.approx(0.0, abs=np.radians(10))
     assert [result.onset for _, result in run.final.runs] == [rig.onset]
+    true = np.load(tmp_path / "rundown.true.npy")
+    (rundown,) = [p for p in run.predictions if p.name == "rundown"]
+    assert np.linalg.norm(rundown.stages["final"] - true) < 0.15 * np.linalg.norm(true)
+
+
+@pytest.mark.slow
+def test_forces_that_grow_with_another_power_are_named_and_predicted(tmp_path: Path) -> None:
+    """Forces that grow with Omega^3 on a rig without other gaps: the law is the finding, the run-down follows."""
+    rig = Rig(bends=False, layer=None, factors=(0.95, 1.03, 0.9), power=3.0)
+    run = diagnose(write_rig(tmp_path, rig))
+    assert isinstance(run, StagedRun)
+    (finding,) = run.result["findings"]
+    assert finding["physics"] == "unbalance_law"
+    assert finding["location"]["nodes"] == [511, 512]
+    assert finding["parameters"]["exponent"]["value"] == pytest.approx(3.0, abs=0.05)
+    assert run.result["verdict"] == "missing-physics"
+    (load,) = run.result["loads"]
+    assert load["laws"]["named"] == "power"
     true = np.load(tmp_path / "rundown.true.npy")
     (rundown,) = [p for p in run.predictions if p.name == "rundown"]
     assert np.linalg.norm(rundown.stages["final"] - true) < 0.15 * np.linalg.norm(true)
@@ -79,6 +99,7 @@ def test_the_shared_rig(project_root: Path, shared: Callable[[str], Path], tmp_p
     assert by_name["compliant_support"]["configurations"] == ["operation"]
     (load,) = run.result["loads"]
     assert load["exponent"] == pytest.approx(2.0, abs=0.1)
+    assert load["laws"]["named"] == "unbalance"
     first = run.result["stages"][0]
     assert len(first["modes"]) == 5
     assert all(abs(m["model_freq"] / m["freq"] - 1) < 0.01 and m["mac"] > 0.95 for m in first["modes"])

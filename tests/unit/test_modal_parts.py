@@ -26,8 +26,9 @@ from femend.modal import (
     swap_check,
 )
 from femend.modal.checks import rigid_body_rows
+from femend.modal.fraction import lag_sums
 from femend.modal.lsfd import columns, stacked
-from femend.modal.plscf import PoleTable, _lags
+from femend.modal.plscf import PoleTable
 from femend.modal.refine import _State
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -46,10 +47,10 @@ def test_sums_by_fft_are_sums(offset: int) -> None:
     x = np.random.default_rng(0).standard_normal((101, 2)) + 0j
     theta = np.pi * (offset + np.arange(101)) / (offset + 100)
     direct = np.tensordot(np.exp(1j * np.outer(np.arange(-9, 10), theta)), x, axes=(1, 0))
-    assert _lags(theta, x, 9) == pytest.approx(direct, abs=1e-9)
+    assert lag_sums(theta, x, 9) == pytest.approx(direct, abs=1e-9)
     uneven = np.sort(np.r_[theta[:-1], 0.37])
     direct = np.tensordot(np.exp(1j * np.outer(np.arange(-9, 10), uneven)), x, axes=(1, 0))
-    assert _lags(uneven, x, 9) == pytest.approx(direct, abs=1e-9)
+    assert lag_sums(uneven, x, 9) == pytest.approx(direct, abs=1e-9)
 
 
 def test_poles_settle_on_the_true_ones_and_the_rest_is_unstable() -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from femend import TimeData, functions_of, load_study, read_recording, write_uff
 from femend.diagnose.staged import StagedData, contradictions, staged_data
-from femend.errors import FemendError, RecordingError, SignalError
+from femend.errors import FemendError, RecordingError, RecordingTooShortError, SignalError
 from femend.signal import to_quantity
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -149,6 +149,64 @@ def test_two_rates_in_one_recording(rig: Path, tmp_path: Path, broken: Callable[
     with pytest.raises(RecordingError, match="step 0.0078125 s.*0.00390625 s.*merge") as caught:
         told(study)
     assert name_of(data, AT) in str(caught.value.channel)
+
+
+def test_records_of_unequal_length(rig: Path, tmp_path: Path, broken: Callable[[str, Change], Path]) -> None:
+    study, data = broken("runup", lambda data: data), recorded(rig, "runup")
+    whole, rest = data.select(range(AT)), data.select(range(AT, len(data.channels)))
+    write_uff(tmp_path / "runup.uff", [*functions_of(whole), *functions_of(cut(rest, data.n_samples - 50))])
+    with pytest.raises(RecordingError, match=f"'runup'.*has {data.n_samples - 50} samples.*cut the records") as caught:
+        told(study)
+    assert name_of(data, AT) in str(caught.value.channel)
+
+
+def cut(data: TimeData, n: int) -> TimeData:
+    return replace(data, values=data.values[:, :n])
+
+
+def test_an_ambient_recording_too_short_for_the_lowest_mode(broken: Callable[[str, Change], Path]) -> None:
+    with pytest.raises(RecordingTooShortError, match="'ambient': 2 s hold .* of its lowest mode") as caught:
+        told(broken("ambient", lambda data: cut(data, 512)))
+    assert caught.value.recording == "ambient"
+    assert caught.value.needed > caught.value.duration == pytest.approx(2.0)
+    # long enough for frequencies, not for damping: used, and told how long it should have been
+    data, said = told(broken("ambient", lambda data: cut(data, 2560)))
+    assert data.output_only["operation"][0].modes.n_modes
+    assert re.search(r"'ambient': for damping .* record at least \S+ s \(now 10 s\)", said)
+
+
+def test_a_run_too_short_for_modes(broken: Callable[[str, Change], Path]) -> None:
+    """Four seconds go from 2.8 to 5.1 rev/s: the loads may still be told, modes cannot."""
+    data, said = told(broken("runup", lambda data: cut(data, 1024)))
+    assert "operation" not in data.output_only
+    assert re.search(r"'runup': 4.047 s from \S+ to 5\.\d+ rev/s hold 4 lines .* too few for the modes", said)
+
+
+def test_a_tacho_that_pauses(rig: Path, broken: Callable[[str, Change], Path]) -> None:
+    """Its pulses are lost for 2.7 s: put in where the speed goes on, counted, with the time of the first."""
+    data = recorded(rig, "runup")
+
+    def pause(x: np.ndarray) -> np.ndarray:
+        return np.where((np.arange(x.size) >= 1500) & (np.arange(x.size) < 2200), x.min(), x)
+
+    _, said = told(broken("runup", lambda d: changed(d, 0, pause)))
+    count = re.search(r"channel tacho.*: (\d+) lost pulses put in.* at (\S+) s", said)
+    assert count is not None
+    assert int(count[1]) > 15
+    assert data.t[1400] < float(count[2]) < data.t[1550]
+
+
+def test_a_gap_in_all_channels(rig: Path, broken: Callable[[str, Change], Path]) -> None:
+    data = recorded(rig, "ambient")
+
+    def gap(d: TimeData) -> TimeData:
+        values = d.values.copy()
+        values[:, 1500:1600] = 0.0
+        return replace(d, values=values)
+
+    _, said = told(broken("ambient", gap))
+    for row in range(len(data.channels)):
+        assert re.search(f"{re.escape(name_of(data, row))} .*holds 0 on 100 samples \\(from {data.t[1500]:.6g}", said)
 
 
 def test_an_frf_of_nothing(rig: Path, tmp_path: Path) -> None:

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cho_factor, cho_solve, cholesky, solve_triangular
+from scipy.linalg import cholesky, solve_triangular
 
 from femend.errors import RecordingError
+from femend.modal.fraction import denominator, lag_sums, roots
 
 __all__ = ["PoleTable", "plscf_poles"]
 
@@ -85,7 +86,7 @@ def plscf_poles(freq: Real, H: Complex, max_order: int, *, min_order: int = 2, s
             continue
         size = (n + 1) * n_ref
         M = T[:size, :size] - subtracted[:size, :size]
-        z, w = _roots(_denominator(M, n_ref), n_ref)
+        z, w = _poles_of(denominator(M, n_ref), n_ref)
         s = np.log(z) / dt
         inside = (s.real < 0) & (s.imag > 0) & (s.imag < np.pi / dt * (1 - 1e-9))
         poles = s[inside] + 2j * np.pi * shift
@@ -98,35 +99,14 @@ def plscf_poles(freq: Real, H: Complex, max_order: int, *, min_order: int = 2, s
     )
 
 
-def _lags(theta: Real, x: NDArray, n: int) -> NDArray:
-    """sum_k x_k exp(i theta_k l) for l = -n..n along the first axis of x: FFT on evenly spaced lines, else a sum."""
-    N = theta.size
-    step = np.diff(theta)
-    first = theta[0] / step.mean() if N > 1 else 0.0
-    even = bool(np.ptp(step) < 1e-6 * step.mean()) and abs(first - round(first)) < 1e-6
-    if even:
-        offset = int(round(first))
-        length = 2 * int(round(np.pi / step.mean()))
-        if length >= 2 * n + 1:
-            spread = np.zeros((max(length, offset + N), *x.shape[1:]), dtype=np.complex128)
-            spread[offset : offset + N] = x
-            if spread.shape[0] > length:  # the line at the end of the circle
-                spread[: spread.shape[0] - length] += spread[length:]
-                spread = spread[:length]
-            sums = np.fft.ifft(spread, axis=0) * length
-            return sums[np.arange(-n, n + 1)]
-    kernel = np.exp(1j * np.outer(np.arange(-n, n + 1), theta))
-    return np.tensordot(kernel, x, axes=(1, 0))
-
-
 def _reduced_blocks(theta: Real, H: Complex, n: int) -> tuple[Real, Real]:
     """sum_o T_o, and the rows V_o = L^-1 S_o with R = L L^T, for order n (equation 4)."""
     n_out, n_ref = H.shape[1:]
     lag = np.arange(n + 1)[None, :] - np.arange(n + 1)[:, None] + n  # position of lag s - r
-    R = _lags(theta, np.ones(theta.size), n).real[lag]
+    R = lag_sums(theta, np.ones(theta.size), n).real[lag]
     power = np.einsum("koi,koj->kij", H.conj(), H, optimize=True)
-    T = _lags(theta, power, n).real[lag].transpose(0, 2, 1, 3).reshape((n + 1) * n_ref, (n + 1) * n_ref)
-    S = -_lags(theta, H, n).real[lag]  # (n+1, n+1, n_out, n_ref)
+    T = lag_sums(theta, power, n).real[lag].transpose(0, 2, 1, 3).reshape((n + 1) * n_ref, (n + 1) * n_ref)
+    S = -lag_sums(theta, H, n).real[lag]  # (n+1, n+1, n_out, n_ref)
     flat = np.ascontiguousarray(S.transpose(0, 2, 1, 3)).reshape(n + 1, -1)
     # a part of the circle without lines leaves R singular to rounding at high order
     L = cholesky(R + 1e-12 * R[0, 0] * np.eye(n + 1), lower=True)
@@ -134,23 +114,9 @@ def _reduced_blocks(theta: Real, H: Complex, n: int) -> tuple[Real, Real]:
     return T, np.ascontiguousarray(V.transpose(1, 0, 2))
 
 
-def _denominator(M: Real, n_ref: int) -> Real:
-    """Coefficients A_1 .. A_n, stacked (n n_ref, n_ref), that minimise tr(A^T M A) with A_0 = I (equation 5)."""
-    A, b = M[n_ref:, n_ref:], -M[n_ref:, :n_ref]
-    try:
-        return np.asarray(cho_solve(cho_factor(A, check_finite=False), b, check_finite=False))
-    except LinAlgError:  # noise-free data: more order than the data have content
-        return np.asarray(np.linalg.lstsq(A, b, rcond=1e-13)[0])
-
-
-def _roots(coefficients: Real, n_ref: int) -> tuple[Complex, Complex]:
-    """z with w^T sum_r A_r z^r = 0 and w (n_ref, n) of unit length, from the companion matrix in 1 / z (equation 6)."""
-    size = coefficients.shape[0]
-    companion = np.zeros((size, size))
-    companion[:n_ref] = -coefficients.T
-    companion[np.arange(n_ref, size), np.arange(size - n_ref)] = 1.0
-    mu, vectors = np.linalg.eig(companion)
+def _poles_of(coefficients: Real, n_ref: int) -> tuple[Complex, Complex]:
+    """z with w^T sum_r A_r z^r = 0 and w (n_ref, n) of unit length, for A_1 .. A_n stacked (n n_ref, n_ref)."""
+    mu, w = roots(coefficients.reshape(-1, n_ref, n_ref).transpose(0, 2, 1))
     keep = np.abs(mu) > 1e-12
-    w = vectors[-n_ref:, keep]
-    length = np.linalg.norm(w, axis=0)
-    return 1.0 / mu[keep].astype(np.complex128), w.astype(np.complex128) / np.where(length > 0, length, 1.0)
+    length = np.linalg.norm(w[:, keep], axis=0)
+    return 1.0 / mu[keep], w[:, keep] / np.where(length > 0, length, 1.0)

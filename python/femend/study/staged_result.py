@@ -35,6 +35,7 @@ def staged_result(
     """The content of result.json, with the stages and the loads beside what the contract asks for; `warnings` of the
     recordings' channels are told with those of the stages."""
     findings = [_finding(setup, final, term, decision) for term, decision in _by_weight(final)]
+    findings += [_force_law(c, r) for c, r in final.runs if r.other_law]
     converged = all(s.posterior.converged for s in final.stages)
     verdict, advice = _verdict(setup, final, findings)
     noise = {s.recordings[0]: s.noise for s in final.stages if s.name == "FRFs" or s.run is not None}
@@ -106,6 +107,20 @@ def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dic
         "parameters": _values(setup, flow, term, system),
         "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in sorted(others.items())][:ALTERNATIVES],
         "configurations": list(term.configurations) or list(setup.configurations),
+    }
+
+
+def _force_law(configuration: str, result: Any) -> dict[str, Any]:
+    """Bearing forces that grow with another power of the speed than unbalances do."""
+    law, simple = result.laws["power"], result.laws["unbalance"]
+    odds = float(np.exp(np.clip(simple.log_evidence - law.log_evidence, -700.0, 0.0)))
+    return {
+        "physics": "unbalance_law",
+        "probability": round(min(1.0 / (1.0 + odds), 0.999), 3),
+        "location": {"nodes": list(result.unbalance.nodes), "to": "", "direction": "", "also_possible": []},
+        "parameters": {"exponent": {"value": _round(law.exponent), "sd": _round(law.sd), "unit": ""}},
+        "alternatives": [{"physics": "nothing", "probability": round(odds / (1.0 + odds), 3)}] if odds > 1e-3 else [],
+        "configurations": [configuration],
     }
 
 
@@ -215,11 +230,50 @@ def _loads(setup: Setup, configuration: str, result: Any) -> dict[str, Any]:
         "unbalance": [_round(float(u)) for u in U],
         "unit": unit_text("m_r", system),
         "phase_deg": [round(float(np.degrees(a)), 2) for a in phase],
+        "power": _round(result.data.power[0]),
         "exponent": _round(result.exponent[0]),
         "exponent_sd": _round(result.exponent[1]),
         "reliable_hz": [_round(float(f)) for f in _ends(result.after.freq[result.after.reliable])],
         "correlation": {"value": _round(result.correlation[0]), "with": result.correlation[1]},
+        "laws": _laws(result.laws),
+        "data": _data(result.choice),
     }
+
+
+def _data(choice: Any) -> list[dict[str, Any]] | None:
+    """Sensors and bands with what they tell, and why one was left out."""
+    if choice is None:
+        return None
+    return [
+        {
+            "sensor": part.pair.split(" / ")[0],
+            "band_hz": [_round(f) for f in part.band],
+            "information": _round(part.information),
+            "gain": _round(part.gain),
+            "noise": _round(part.noise),
+            "likeness": _round(part.likeness),
+            "left_out": part.reason or None,
+        }
+        for part in choice.parts
+    ]
+
+
+def _laws(laws: Any) -> dict[str, Any] | None:
+    """The rivals of the unbalance's law, best first, and which one is named."""
+    if laws is None:
+        return None
+    rows = [
+        {
+            "law": law.name,
+            "exponent": _round(law.exponent),
+            "sd": _round(law.sd) if law.name == "power" else None,
+            "log_evidence": _round(law.log_evidence),
+            "unseen_sensors": _round(law.unseen),
+            "unseen_lines": _round(law.unseen_lines),
+        }
+        for law in laws.laws
+    ]
+    return {"named": laws.best, "reason": laws.reason, "rivals": rows}
 
 
 def _ends(freq: Any) -> list[float]:

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.staged.prepare import RunData, unbalance_of
+from femend.diagnose.staged.prepare import ModesData, RunData, unbalance_of
 from femend.diagnose.staged.setup import Setup, carried
+from femend.errors import LoadError
 from femend.estimate.joint import (
     DELAY,
+    DataChoice,
+    ForceLaws,
     LineForces,
+    OdsBlock,
     OdsFrf,
     Posterior,
     RunBlock,
     Unbalance,
+    choose_data,
+    compare_force_laws,
     line_forces,
     maximise,
     ods_frf,
@@ -23,6 +30,7 @@ from femend.estimate.joint import (
     simulate_run,
     unbalance_unknowns,
 )
+from femend.estimate.loads import credible_lines
 from femend.model.configured import ConfiguredModel
 from femend.model.linear_terms import LinearTerm
 from femend.model.unknowns import Unknowns
@@ -49,7 +57,9 @@ class RunResult:
 
     `before` are the line forces through the model as the stage found it, `after` through the updated one; `exponent`
     and its deviation of |F| ~ Omega^n; `correlation` the largest of an unbalance with an unknown of the structure, and
-    that unknown's name; `error` the NRMSE over the compared samples.
+    that unknown's name; `error` the NRMSE over the compared samples. `laws` holds the law of unbalance against a free
+    power of the speed and free forces, None with too few sensors; `choice` tells which sensors were worth fitting in
+    which band, and what was left out.
     """
 
     data: RunData
@@ -64,9 +74,17 @@ class RunResult:
     predicted: FloatArray
     error: float
     onset: float | None
+    laws: ForceLaws | None = None
+    choice: DataChoice | None = None
+
+    @property
+    def other_law(self) -> bool:
+        """Do the forces grow with another power of the speed than 2?"""
+        return self.data.power[0] != 2.0 and self.laws is not None and self.laws.best == "power"
 
     def unbalances(self) -> tuple[FloatArray, FloatArray]:
-        """U (n_bearings,) and phase (n_bearings,) in rad against the tacho."""
+        """U (n_bearings,) and phase (n_bearings,) in rad against the tacho; of forces with another power of the speed
+        than 2 what they are at its reference."""
         u, values = self.posterior.unknowns, self.posterior.values
         parts = np.array([values[u.index(n)] for n in self.unbalance.names]).reshape(-1, 2)
         return np.hypot(parts[:, 0], parts[:, 1]), np.arctan2(parts[:, 1], parts[:, 0])
@@ -94,7 +112,7 @@ def predicted_ods(
     course = np.array([1.0, -1.0j])
     load = np.einsum("c,ucr,u->r", course, unbalance.pattern(data.bearings(setup, model)), m_r)
     x = receptance(model, p, s).X @ load
-    late = np.exp(-s * values[u.index(DELAY)])
+    late = np.exp(-s * values[u.index(DELAY)]) * data.growth(freq)
     return np.asarray((x * (s**2 * late)[:, None]) @ setup.rows(model, data.sensors).T)
 
 
@@ -108,11 +126,13 @@ def fit_run(
     iterations: int = 12,
     structure: bool = True,
     start: FloatArray | None = None,
+    checked: Sequence[ModesData] = (),
 ) -> RunResult:
     """Estimates unbalance and structure together from a run; with `structure` False the unbalance alone.
 
     The sense of rotation and the start come from the forces line by line. `start` overrules what the stage before says
-    about the unknowns it has.
+    about the unknowns it has. `checked` are identified modes of this configuration: around those that the model has
+    wrong no line of the forces is reliable. Without any all lines may be.
     """
     size = _size(setup, data)
     more = unbalance_unknowns(unbalance_of(data, 1), size, data.step)
@@ -122,20 +142,22 @@ def fit_run(
     if start is not None:
         p[: len(start)] = start
     shapes = ods_lines(data)
-    credible = (float(shapes.freq[0]), float(shapes.freq[-1]))
+    credible = _credible(setup, model, p, shapes.freq, checked)
     out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
     lines = line_forces(model, p, shapes, unbalance_of(data, 1), out, bearings, credible)
     unbalance = unbalance_of(data, lines.sense())
-    block = data.block(setup, model, unbalance)
-    posterior = _unbalance_only(unknowns, block, p, unbalance)
+    choice: DataChoice | None = None
+    posterior = _unbalance_only(unknowns, data.block(setup, model, unbalance), p, unbalance)
     if structure:
-        posterior = maximise(unknowns, [block], posterior.p, iterations=iterations)
-        predicted = simulate_run(model, posterior.p, data.run, unbalance, out, bearings)
-        data = data.without_slips(predicted)
+        data, posterior = _with_law(setup, data, model, posterior, shapes, unbalance, iterations)
+        predicted = simulate_run(model, posterior.p, data.loaded, unbalance, out, bearings)
+        choice = _choice(setup, data, model, posterior.p, shapes, unbalance)
+        data = data.without_slips(predicted).without_parts(choice)
         posterior = maximise(
             unknowns, [data.block(setup, model, unbalance)], posterior.p, iterations=max(3, iterations // 2)
         )
-    predicted = simulate_run(model, posterior.p, data.run, unbalance, out, bearings)
+    predicted = simulate_run(model, posterior.p, data.loaded, unbalance, out, bearings)
+    credible = _credible(setup, model, posterior.p, shapes.freq, checked)
     after = line_forces(model, posterior.p, shapes, unbalance, out, bearings, credible)
     high = float(data.rev_per_s.max())
     counted = data.slips < 10
@@ -145,7 +167,86 @@ def fit_run(
         after.exponent(unbalance.sense, (LAW[0] * high, LAW[1] * high)),
         _correlation(posterior, unbalance), predicted, error,
         _onset(data, model, posterior, unbalance, out, bearings),
+        _laws(setup, model, posterior, shapes, unbalance, out, bearings),
+        choice,
     )  # fmt: skip
+
+
+def _with_law(
+    setup: Setup,
+    data: RunData,
+    model: ConfiguredModel,
+    start: Posterior,
+    shapes: OdsFrf,
+    unbalance: Unbalance,
+    iterations: int,
+) -> tuple[RunData, Posterior]:
+    """The run with the power of the speed by which its forces grow, and structure and loads that fit it.
+
+    Another power than 2 must be named with the structure as the stages before left it (one that had to follow a wrong
+    law would hide it) and again with the updated one; else the law is that of unbalance.
+    """
+    out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
+
+    def named(posterior: Posterior) -> float:
+        laws = _laws(setup, model, posterior, shapes, unbalance, out, bearings)
+        return laws["power"].exponent if laws is not None and laws.best == "power" else 2.0
+
+    n = named(start)
+    if n != 2.0:
+        grown = data.with_power((n, float(shapes.freq[-1])))
+        block = grown.block(setup, model, unbalance)
+        own = _unbalance_only(start.unknowns, block, start.p, unbalance)
+        own = maximise(start.unknowns, [block], own.p, iterations=iterations)
+        if named(own) != 2.0:
+            return data.with_power((named(own), float(shapes.freq[-1]))), own
+    return data, maximise(start.unknowns, [data.block(setup, model, unbalance)], start.p, iterations=iterations)
+
+
+def _choice(
+    setup: Setup, data: RunData, model: ConfiguredModel, p: FloatArray, shapes: OdsFrf, unbalance: Unbalance
+) -> DataChoice:
+    """Which sensors tell what in which band, of a structure and loads that have seen the run once."""
+    mean = np.sqrt((np.abs(shapes.Y) ** 2).mean(axis=1, keepdims=True))
+    grown = data.growth(shapes.freq)[:, None]
+    sd = np.hypot(shapes.sd, setup.settings.model_run * mean)
+    weighted = OdsFrf(shapes.freq, shapes.Y / grown, sd / grown)
+    out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
+    block = OdsBlock(data.name, model, weighted, out, bearings, unbalance)
+    return choose_data(block, p, [str(d) for d in data.sensors], [data.name], noise=(shapes.sd / grown)[:, :, None])
+
+
+def _laws(
+    setup: Setup,
+    model: ConfiguredModel,
+    posterior: Posterior,
+    shapes: OdsFrf,
+    unbalance: Unbalance,
+    out: FloatArray,
+    bearings: FloatArray,
+) -> ForceLaws | None:
+    """The law of the bearing forces through the updated structure; None where sensors or lines are too few for it."""
+    delay = float(posterior.values[posterior.unknowns.index(DELAY)])
+    try:
+        return compare_force_laws(
+            model, posterior.p, shapes, unbalance, out, bearings, delay=delay, model_error=setup.settings.model_run
+        )
+    except LoadError:
+        return None
+
+
+def _credible(
+    setup: Setup, model: ConfiguredModel, p: FloatArray, freq: FloatArray, checked: Sequence[ModesData]
+) -> NDArray[np.bool_]:
+    """Lines (K,) on which the model at p has the identified modes right."""
+    fine = np.ones(len(freq), dtype=bool)
+    if checked:
+        computed, mac = (
+            np.concatenate(v) for v in zip(*(d.block(setup, model).nearest(p) for d in checked), strict=True)
+        )
+        own, zeta = (np.concatenate([getattr(d.modes, key) for d in checked]) for key in ("freq", "zeta"))
+        fine = credible_lines(freq, own, zeta, computed, mac)
+    return fine
 
 
 def _size(setup: Setup, data: RunData) -> float:
@@ -195,7 +296,7 @@ def _onset(
     first = slice(0, int(round(FIRST / data.dt)))
 
     def left(steady: float, onset: float) -> float:
-        run = run_of(data.speed, data.y.shape[1], data.dt, steady=steady, onset=onset)
+        run = run_of(data.speed, data.y.shape[1], data.dt, steady=steady, onset=onset, power=data.power)
         y = simulate_run(model, posterior.p, run, unbalance, out, bearings)
         return float((((y - data.y)[:, first] / data.noise[:, None]) ** 2).sum())
 

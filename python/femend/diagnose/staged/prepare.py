@@ -13,12 +13,19 @@ from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
 from femend.errors import RecordingError
 from femend.estimate.frf import frf_lines_of, useful_band
-from femend.estimate.joint import FrfBlock, ModesBlock, Run, RunBlock, Unbalance, ods_frf, run_of
-from femend.modal import identify_modes
+from femend.estimate.joint import DataChoice, FrfBlock, ModesBlock, Run, RunBlock, Unbalance, run_of
 from femend.model.configured import ConfiguredModel
 from femend.signal import estimate_frf, tacho_speed, to_quantity
 
-__all__ = ["FrfData", "ModesData", "RunData", "frf_data", "run_data", "run_modes", "tacho_warnings", "unbalance_of"]
+__all__ = [
+    "FrfData",
+    "ModesData",
+    "RunData",
+    "frf_data",
+    "run_data",
+    "tacho_warnings",
+    "unbalance_of",
+]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -29,6 +36,8 @@ ABOVE, PER_CYCLE = 1.3, 2.4
 START, END = 1.0, 0.8
 # a stretch of a run that is this much worse explained than the median one holds a disturbance: the tacho slipped
 SLIP, STRETCH = 3.0, 0.5
+# by how much the deviation of a sensor grows in a band where it is not to be believed
+DOUBT = 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +116,9 @@ class ModesData:
 class RunData:
     """A run: low-passed accelerations `y` (n_out, n) at `dt` s with their `noise` (n_out,) and `envelope` (n_out, n).
 
-    `slips` (n,) multiplies the deviation: large at the ends and where the tacho is not to be trusted.
+    `slips` (n,) multiplies the deviation: large at the ends and where the tacho is not to be trusted; so does `doubt`
+    (n_out, n), where a sensor's band is noise or another structure's (None: nowhere). The forces grow with `power`
+    (n, reference) as Omega^n, and are those of Omega^2 at the reference in rev/s; `run` is that of Omega^2.
     """
 
     name: str
@@ -124,20 +135,51 @@ class RunData:
     axis: int
     step: float
     f_max: float
+    doubt: FloatArray | None = None
+    power: tuple[float, float] = (2.0, 1.0)
+    driven: Run | None = None
+
+    @property
+    def loaded(self) -> Run:
+        """The run as the forces drive it: by their own power of the speed, else by its square."""
+        return self.run if self.driven is None else self.driven
+
+    def with_power(self, power: tuple[float, float], *, steady: float = 0.0, onset: float = 0.0) -> RunData:
+        """The run of forces that grow with Omega^n, `power` (n, reference in rev/s); `steady`, `onset` as in
+        `run_data`."""
+        if power[0] == 2.0:
+            return self
+        driven = run_of(self.speed, self.y.shape[1], self.dt, steady=steady, onset=onset, power=power)
+        return replace(self, power=power, driven=driven)
+
+    def growth(self, freq: FloatArray) -> FloatArray:
+        """Forces over Omega^2 (K,) at speeds `freq` (K,) in rev/s, 1 at the reference."""
+        return np.asarray((freq / self.power[1]) ** (self.power[0] - 2.0))
 
     def block(self, setup: Setup, model: ConfiguredModel, unbalance: Unbalance) -> RunBlock:
         """Residuals against a configuration."""
         s = setup.settings
         sd = np.sqrt(self.noise[:, None] ** 2 + (s.model_run * self.envelope) ** 2) * self.slips
+        sd = sd if self.doubt is None else sd * self.doubt
         out, bearings = setup.rows(model, self.sensors), self.bearings(setup, model)
         return RunBlock(
-            self.name, model, self.run, self.y, sd, out, bearings, unbalance, 1.05 * self.f_max, s.weight_run
+            self.name, model, self.loaded, self.y, sd, out, bearings, unbalance, 1.05 * self.f_max, s.weight_run
         )
 
     def bearings(self, setup: Setup, model: ConfiguredModel) -> FloatArray:
         """Rows (n_bearings, 3, r) of the basis at the bearings."""
         rows = [[setup.free.row(Dof(n, c)) for c in (1, 2, 3)] for n in self.nodes]
         return np.array([model.rows(r) for r in rows])
+
+    def without_parts(self, choice: DataChoice) -> RunData:
+        """The same run with sensors counting little while the speed goes through bands that `choice` finds to be noise
+        or not the model's; parts that only repeat others stay, they cost nothing here."""
+        doubt = np.ones(self.y.shape)
+        for part in choice.left_out:
+            if part.reason != "adds nothing":
+                there = (self.rev_per_s >= part.band[0]) & (self.rev_per_s <= part.band[1])
+                doubt[part.rows[0], there] = DOUBT
+        return replace(self, doubt=doubt)
 
     def without_slips(self, predicted: FloatArray) -> RunData:
         """The same run with stretches that `predicted` (n_out, n) explains far worse than the rest counting little.
@@ -231,22 +273,6 @@ def tacho_warnings(recording: Recording, speed: Speed) -> tuple[str, ...]:
         f"recording {recording.name!r}: channel {speed.source}: {done}, beside {speed.n_pulses} pulses used; the "
         f"first: {speed.notes[0]}",
     )
-
-
-def run_modes(data: RunData) -> ModesData | None:
-    """Modes of a run's operating shapes: over frequency, per unit course, they are FRFs to a load that turns.
-
-    Poles by pLSCF as in a modal test; the shapes are those of the responses, of arbitrary size.
-    """
-    low, high = float(data.rev_per_s.min()), float(data.rev_per_s.max())
-    step = 2.0 / (data.y.shape[1] * data.dt)
-    freq = np.arange(1.25 * low, 0.97 * high, max(step, 0.0015 * high))
-    shapes = ods_frf(data.run, data.y, freq, max(2.5 * step, 0.004 * high))
-    outputs = tuple(Channel(d, "acceleration", "m/s^2") for d in data.sensors)
-    load = (Channel(Dof(data.nodes[0], (data.axis + 1) % 3 + 1), "force", "N"),)
-    frf = FRF(data.name, shapes.freq, shapes.Y[:, :, None], outputs, load, "accelerance", "(m/s^2)/N")
-    modes = identify_modes(frf).modes
-    return ModesData(data.name, modes) if modes.n_modes else None
 
 
 def _noise(values: FloatArray, dt: float, f_max: float) -> FloatArray:

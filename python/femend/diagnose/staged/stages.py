@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from femend.data import FRF, IdentifiedModes, Recording, Test
 from femend.diagnose.staged.candidates import rivals
 from femend.diagnose.staged.loads import RunResult, fit_run
-from femend.diagnose.staged.prepare import FrfData, ModesData, RunData, frf_data, run_data, run_modes, tacho_warnings
+from femend.diagnose.staged.prepare import FrfData, ModesData, RunData, frf_data, run_data, tacho_warnings
+from femend.diagnose.staged.run_modes import run_modes, too_short_for_modes
 from femend.diagnose.staged.select import Round, fit_terms, select_terms
 from femend.diagnose.staged.setup import Setup
 from femend.diagnose.staged.words import remark_on_frfs, remark_on_modes, remark_on_run, unseen_modes
@@ -117,6 +118,7 @@ def staged_data(test: Test) -> StagedData:
                 data.output_only.setdefault(r.configuration, []).append(own_modes)
     for configuration, runs in data.runs.items():
         if configuration not in data.output_only:  # a run-up shows its structure's modes, too
+            told += [text for text in map(too_short_for_modes, runs) if text]
             shown = [m for m in (run_modes(run) for run in runs) if m is not None]
             if shown:
                 data.output_only[configuration] = shown
@@ -299,7 +301,15 @@ def _runs(
 ) -> list[Stage]:
     stages = []
     for run in data.runs.get(configuration, []):
-        result = fit_run(setup, configuration, run, list(terms), before, iterations=iterations)
+        result = fit_run(
+            setup,
+            configuration,
+            run,
+            list(terms),
+            before,
+            iterations=iterations,
+            checked=data.output_only.get(configuration, []),
+        )
         before = result.posterior
         noise = float(np.sqrt((run.noise**2).sum() / (run.y**2).mean(axis=1).sum()))
         modes = run_modes(run)

@@ -68,10 +68,29 @@ def remark_on_run(result: RunResult) -> tuple[str, ...]:
         f"bearing forces grow with speed to the power {n:.2f} +- {sd:.2f}; reliable on {reliable.size} of "
         f"{len(result.after.freq)} lines, {where}",
     ]
+    n_run, reference = result.data.power
+    there = "" if n_run == 2.0 else f", as at {reference:.4g} rev/s (the force grows with Omega^{n_run:.3g})"
     said += [
-        f"unbalance at {node}: {u:.4g} at {np.degrees(a):.1f} degrees against the tacho"
+        f"unbalance at {node}: {u:.4g} at {np.degrees(a):.1f} degrees against the tacho{there}"
         for node, u, a in zip(result.unbalance.nodes, U, phase, strict=True)
     ]
+    if result.choice is not None:
+        parts = result.choice.parts
+        wrong = [part for part in result.choice.left_out if part.reason != "adds nothing"]
+        said.append(
+            f"sensors and bands: {len(parts) - len(wrong)} of {len(parts)} are credible and above the noise; "
+            f"{sum(part.used for part in parts)} of them hold 99 % of what the run tells"
+        )
+        said += [f"not used: {text}" for text in result.choice.report() if "adds nothing" not in text]
+    if result.laws is not None:
+        free = result.laws["power"]
+        what = {"unbalance": "m r Omega^2", "power": f"Omega^{free.exponent:.2f}", "free": "none with this structure"}
+        named = "not decided" if result.laws.best is None else what[result.laws.best]
+        said.append(
+            f"law of the bearing forces: {named} ({result.laws.reason}); a free power takes {free.exponent:.3f} +- "
+            f"{free.sd:.2g}; unseen sensors are predicted to "
+            + ", ".join(f"{100 * law.unseen:.2g} % ({what[law.name]})" for law in result.laws.laws)
+        )
     value, name = result.correlation
     apart = "can be told apart" if value < 0.95 else "can hardly be told apart"
     said.append(f"unbalance and structure {apart}: largest correlation {value:.2f}, with {name}")

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femend.estimate.joint.receptance import receptance
 from femend.estimate.joint.rotor import Run, Unbalance
+from femend.estimate.loads.regularise import regularised_lines
 from femend.model.configured import ConfiguredModel
 
 __all__ = ["LineForces", "OdsFrf", "line_forces", "ods_frf"]
@@ -18,8 +19,6 @@ ComplexArray = NDArray[np.complex128]
 
 # share of the operating shape that may stay unexplained, and relative deviation of the forces, where they are reliable
 UNEXPLAINED, UNCERTAIN = 0.10, 0.10
-# regularisation parameters that are tried, relative to the largest squared singular value
-TRIED = np.logspace(-14, 0, 57)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +111,7 @@ def line_forces(
     unbalance: Unbalance,
     out: FloatArray,
     bearings: FloatArray,
-    credible: tuple[float, float],
+    credible: NDArray[np.bool_] | tuple[float, float],
 ) -> LineForces:
     """Solves every line of `shapes` for the forces across the shaft at all `bearings`, each component free.
 
@@ -120,51 +119,35 @@ def line_forces(
     basis, of the latter in X, Y, Z.
 
     Tikhonov's regularisation with the parameter of least generalised cross validation (Golub, Heath and Wahba,
-    Technometrics 21 (1979) 215-223). A line is reliable inside `credible` (Hz), where the model's modes have been
-    checked, if the forces explain the shape and are well determined.
+    Technometrics 21 (1979) 215-223). A line is reliable inside `credible`, a band in Hz or a mask (K,) of
+    the lines where the model's modes have been checked, if the forces explain the shape and are well determined.
     """
     u, v = unbalance.plane
     rows = bearings[:, [u, v]].reshape(-1, bearings.shape[2])
     H = receptance(model, p, 2j * np.pi * shapes.freq).between(out, rows)
     floor = 0.01 * np.sqrt((np.abs(shapes.Y) ** 2).mean(axis=1))
-    found = [_line(h, y, 1.0 / np.hypot(sd, f)) for h, y, sd, f in zip(H, shapes.Y, shapes.sd, floor, strict=True)]
+    w = 1.0 / np.hypot(shapes.sd, floor[:, None])
+    solved = regularised_lines(H * w[:, :, None], shapes.Y * w)
+    left = shapes.Y - np.einsum("kmn,kn->km", H, solved.x)
+    # what the forces leave above the noise makes their deviations larger
+    free = max(H.shape[1] - H.shape[2], 1)
+    scale = np.maximum(((np.abs(left) * w) ** 2).sum(axis=1) / free, 1.0)
+    spread = np.sqrt(scale[:, None] * np.einsum("kii->ki", solved.C).real)
+    unexplained = np.linalg.norm(left, axis=1) / np.maximum(np.linalg.norm(shapes.Y, axis=1), 1e-300)
     course = (2 * np.pi * shapes.freq[:, None]) ** 2
-    force = np.asarray(np.array([f[0] for f in found]) * course, dtype=np.complex128)
-    deviation = np.array([f[1] for f in found]) * course
-    condition = np.array([f[2] for f in found])
-    unexplained = np.array([f[3] for f in found])
-    damping = np.array([f[4] for f in found])
-    size = np.sqrt((np.abs(force) ** 2).sum(axis=1))
-    reliable = (
-        (shapes.freq >= credible[0])
-        & (shapes.freq <= credible[1])
-        & (unexplained < UNEXPLAINED)
-        & (np.sqrt((deviation**2).sum(axis=1)) < UNCERTAIN * size)
+    force, deviation = np.asarray(solved.x * course), spread * course
+    inside = (
+        (shapes.freq >= credible[0]) & (shapes.freq <= credible[1]) if isinstance(credible, tuple) else credible.copy()
     )
+    size = np.sqrt((np.abs(force) ** 2).sum(axis=1))
+    reliable = inside & (unexplained < UNEXPLAINED) & (np.sqrt((deviation**2).sum(axis=1)) < UNCERTAIN * size)
     shape = (len(shapes.freq), len(bearings), 2)
     return LineForces(
-        shapes.freq, force.reshape(shape), deviation.reshape(shape), condition, unexplained, damping, reliable
+        shapes.freq,
+        force.reshape(shape),
+        deviation.reshape(shape),
+        solved.condition,
+        unexplained,
+        solved.parameter,
+        reliable,
     )
-
-
-def _line(H: ComplexArray, y: ComplexArray, w: FloatArray) -> tuple[ComplexArray, FloatArray, float, float, float]:
-    """Forces, deviations, condition, unexplained share and relative regularisation of one line."""
-    U, s, Vh = np.linalg.svd(H * w[:, None], full_matrices=False)
-    b = U.conj().T @ (y * w)
-    outside = float((np.abs(y * w) ** 2).sum() - (np.abs(b) ** 2).sum())
-    n = len(y)
-    best, chosen = np.inf, TRIED[0]
-    for relative in TRIED:
-        lam = relative * s[0] ** 2
-        kept = s**2 / (s**2 + lam)
-        left = float((((1 - kept) ** 2) * np.abs(b) ** 2).sum()) + max(outside, 0.0)
-        gcv = left / (n - kept.sum()) ** 2
-        if gcv < best:
-            best, chosen = gcv, relative
-    lam = chosen * s[0] ** 2
-    f = Vh.conj().T @ (s / (s**2 + lam) * b)
-    r = (y - H @ f) * w
-    scale = max(float((np.abs(r) ** 2).sum()) / max(n - len(s), 1), 1.0)
-    spread = np.abs(Vh.conj().T) ** 2 @ (s / (s**2 + lam)) ** 2
-    unexplained = float(np.linalg.norm(y - H @ f)) / max(float(np.linalg.norm(y)), 1e-300)
-    return f, np.sqrt(scale * spread), float(s[0] / s[-1]), unexplained, float(chosen)

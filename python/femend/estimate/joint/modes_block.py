@@ -67,10 +67,22 @@ class ModesBlock:
         found = self.rows @ psi[:, at]
         return lam[at], found, np.diag(modal_assurance(self._scaled, found))
 
-    def _pairing(self, lam: ComplexArray, psi: ComplexArray) -> NDArray[np.int64]:
+    def nearest(self, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Frequencies (m,) in Hz of the model's modes that are most like the identified ones at `p` (n,), and their MAC
+        (m,); two poles of one mode are both like it, unlike in `pairs`."""
+        lam, psi = self.model.damped_modes(p)
+        mac, unlike = self._likeness(lam, psi)
+        at = np.argmin(unlike, axis=1)
+        return np.abs(lam[at]) / (2 * np.pi), mac[np.arange(len(at)), at]
+
+    def _likeness(self, lam: ComplexArray, psi: ComplexArray) -> tuple[FloatArray, FloatArray]:
+        """MAC (m, r) of identified modes with the model's, and how unlike they are in shape and frequency."""
         mac = modal_assurance(self._scaled, self.rows @ psi)
         apart = np.log(np.abs(lam)[None] / np.abs(self.poles)[:, None])
-        unlike = (1.0 - mac) + (apart / REACH) ** 2
+        return mac, (1.0 - mac) + (apart / REACH) ** 2
+
+    def _pairing(self, lam: ComplexArray, psi: ComplexArray) -> NDArray[np.int64]:
+        unlike = self._likeness(lam, psi)[1]
         if unlike.shape[1] < unlike.shape[0]:
             return np.argmin(unlike, axis=1)
         return np.asarray(linear_sum_assignment(unlike)[1])

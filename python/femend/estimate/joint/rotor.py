@@ -93,12 +93,21 @@ class Run:
         return 2 * (len(self.freq) - 1)
 
 
-def run_of(speed: Speed, n: int, dt: float, steady: float = 0.0, onset: float = 0.0, tail: float = 20.0) -> Run:
+def run_of(
+    speed: Speed,
+    n: int,
+    dt: float,
+    steady: float = 0.0,
+    onset: float = 0.0,
+    tail: float = 20.0,
+    power: tuple[float, float] = (2.0, 1.0),
+) -> Run:
     """The run of a record of `n` samples at `dt` s from the tacho's `speed`, whose time counts from its first sample.
 
     For `steady` seconds before the record the shaft turns at the speed it begins with; without, the force sets in with
     the record, growing linearly for `onset` seconds. `tail` seconds of silence follow, in which the motion dies away
-    before the transform repeats itself.
+    before the transform repeats itself. With a `power` (n, reference in rev/s) other than 2 the courses grow with
+    Omega^n, and are Omega^2 at the reference.
     """
     lead, fade = int(round(steady / dt)), int(round(FADE / dt))
     t = dt * np.arange(n)
@@ -115,7 +124,9 @@ def run_of(speed: Speed, n: int, dt: float, steady: float = 0.0, onset: float = 
         window[:rise] = 0.5 * (1 - np.cos(np.pi * np.arange(rise) / rise))
     elif onset > 0.0:
         window = window * np.minimum(1.0, dt * np.arange(len(window)) / onset)
-    courses = window * omega**2 * np.stack([np.cos(theta), np.sin(theta)])
+    n_speed, reference = power
+    grown = omega**2 * (omega / (2 * np.pi * reference)) ** (n_speed - 2.0)
+    courses = window * grown * np.stack([np.cos(theta), np.sin(theta)])
     full = len(theta) + int(round(tail / dt))
     full += full % 2
     F = np.fft.rfft(courses, full, axis=1).T

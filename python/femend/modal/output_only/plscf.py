@@ -17,6 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.modal.fraction import denominator, lag_sums, roots
+
 __all__ = ["FractionPoles", "HalfSpectrum", "fraction_poles", "half_spectrum"]
 
 # The exponential window ends at this value: what is cut off the correlations is below the noise of the estimate.
@@ -70,13 +72,12 @@ def fraction_poles(half: HalfSpectrum, degrees: list[int], n_rows: int) -> list[
     rows = np.matmul(weights.conj().T, half.S)
     top, span = max(degrees), half.freq[-1] - half.freq[0]
     # On even lines X^H diag(h) X is Toeplitz in the powers: 2 top + 1 sums hold each product of the normal equations.
-    sums = np.exp(1j * np.pi * np.outer(np.arange(-top, top + 1), (half.freq - half.freq[0]) / span))
+    theta = np.pi * (half.freq - half.freq[0]) / span
     at = np.arange(top + 1)[None, :] - np.arange(top + 1)[:, None] + top
-    XX = sums.sum(axis=1)[at]
-    XY = _blocks((sums @ half.S.reshape(n_freq, -1)).reshape(-1, n_ch, n_ref), at)
+    XX = lag_sums(theta, np.ones(n_freq), top)[at]
+    XY = _blocks(lag_sums(theta, half.S, top), at)
     square = np.matmul(rows.conj().transpose(0, 2, 1), rows)
-    YY = (sums @ square.reshape(n_freq, -1)).reshape(-1, n_ref, n_ref)[at].transpose(0, 2, 1, 3)
-    YY = YY.reshape((top + 1) * n_ref, -1)
+    YY = lag_sums(theta, square, top)[at].transpose(0, 2, 1, 3).reshape((top + 1) * n_ref, -1)
     return [_of_degree(half, n, XX, np.tensordot(weights.conj().T, XY, axes=1), YY, XY) for n in degrees]
 
 
@@ -100,21 +101,16 @@ def _of_degree(
     solved = np.linalg.solve(XX[:k, :k], np.concatenate([XY[:, :k, :m], all_XY[:, :k, :m]]))
     n_rows = XY.shape[0]
     M = YY[:m, :m] - np.tensordot(XY[:, :k, :m].conj(), solved[:n_rows], axes=([0, 1], [0, 1]))
-    alpha = np.concatenate([np.eye(n_ref), np.linalg.solve(M[n_ref:, n_ref:], -M[n_ref:, :n_ref])])
-    # A(z) = sum_j alpha_j z^j with alpha_0 = I: eigenvalues of the reversed companion matrix are 1 / z.
-    companion = np.zeros((degree * n_ref, degree * n_ref), dtype=np.complex128)
-    blocks = alpha.reshape(k, n_ref, n_ref)
-    companion[:n_ref] = -blocks[1:].transpose(1, 0, 2).reshape(n_ref, -1)
-    companion[n_ref:, :-n_ref] = np.eye((degree - 1) * n_ref)
-    inverse_z, vectors = np.linalg.eig(companion)
+    alpha = np.concatenate([np.eye(n_ref), denominator(0.5 * (M + M.conj().T), n_ref)])
+    # A(z) = sum_j alpha_j z^j with alpha_0 = I
+    inverse_z, vectors = roots(alpha.reshape(k, n_ref, n_ref)[1:])
     with np.errstate(divide="ignore", invalid="ignore"):
         log_z = -np.log(inverse_z)
         tau = 0.5 / (half.freq[-1] - half.freq[0])
         mu = log_z / tau + 2j * np.pi * half.freq[0]
     stable = np.isfinite(mu) & (mu.real < 0) & (log_z.imag >= 0)
-    mu, vectors, z = mu[stable], vectors[:, stable], np.exp(log_z[stable])
-    # The lowest block of a companion vector is the null vector v of A(z); the shape is B(z) v, B = XX^-1 XY alpha.
-    v = vectors[-n_ref:]
+    mu, v, z = mu[stable], vectors[:, stable], np.exp(log_z[stable])
+    # v is the null vector of A(z); the shape is B(z) v, B = XX^-1 XY alpha.
     B = np.matmul(solved[n_rows:], alpha)
     powers = z[None, :] ** np.arange(k)[:, None]
     shapes = np.einsum("okr,kp,rp->op", B, powers, v, optimize=True)
