@@ -1,0 +1,54 @@
+"""Updating a model on measured modes, FRFs and static values: parameters, responses, estimators."""
+
+from femend.estimate.updating.dense import DenseSystem
+from femend.estimate.updating.frf_responses import CrossOrthogonality, FracDifferences, FrfDifferences
+from femend.estimate.updating.history import Iteration, read_history
+from femend.estimate.updating.matrices import AffineMatrices, DeckMatrices, affine_matrices
+from femend.estimate.updating.modal import ModalSystem, deck_system, modal_system
+from femend.estimate.updating.problem import Configuration, Evaluation, Link, ModeTest, Problem
+from femend.estimate.updating.requests import Frfs, Statics
+from femend.estimate.updating.responses import Frequencies, MacDifferences, ShapeDifferences, Values
+from femend.estimate.updating.result import ModeRow, ParameterRow, UpdateResult
+from femend.estimate.updating.state import State, System
+from femend.estimate.updating.unknown import factor, factors_of, limits, smooth, spans
+from femend.estimate.updating.update import update
+from femend.model.unknowns import Unknown, Unknowns
+
+__all__ = [
+    "AffineMatrices",
+    "Configuration",
+    "CrossOrthogonality",
+    "DeckMatrices",
+    "DenseSystem",
+    "Evaluation",
+    "FracDifferences",
+    "Frequencies",
+    "FrfDifferences",
+    "Frfs",
+    "Iteration",
+    "Link",
+    "MacDifferences",
+    "ModalSystem",
+    "ModeRow",
+    "ModeTest",
+    "ParameterRow",
+    "Problem",
+    "ShapeDifferences",
+    "State",
+    "Statics",
+    "System",
+    "Unknown",
+    "Unknowns",
+    "UpdateResult",
+    "Values",
+    "affine_matrices",
+    "deck_system",
+    "factor",
+    "factors_of",
+    "limits",
+    "modal_system",
+    "read_history",
+    "smooth",
+    "spans",
+    "update",
+]
