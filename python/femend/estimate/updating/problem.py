@@ -7,7 +7,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,11 +29,13 @@ MAC_MIN = 0.5
 
 @dataclass(frozen=True, eq=False)
 class ModeTest:
-    """Measured modes for pairing: `freq` (n_test,) Hz and real `phi` (n_sensors, n_test), or no shapes: then modes are
-    paired in the order of frequency. NaN marks a sensor that was not there."""
+    """Measured modes for pairing: `freq` (n_test,) Hz and real `phi` (n_sensors, n_test); NaN marks a sensor that was not
+    there. `by` "shape" pairs by MAC (`correlate.pair_modes`), "order" the lowest with the lowest and so on, which is what
+    is left without shapes, and leads further from afar, where no shape looks like its own."""
 
     freq: FloatArray
     phi: FloatArray | None = None
+    by: Literal["shape", "order"] = "shape"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "freq", np.asarray(self.freq, dtype=np.float64))
@@ -51,7 +53,7 @@ class ModeTest:
         n = self.freq.size
         if freq.size < n:
             raise UpdatingError(f"{n} modes were measured and the model gives {freq.size}; ask it for more")
-        if self.phi is None:
+        if self.phi is None or self.by == "order":
             return Mates(np.argsort(np.argsort(self.freq)), np.ones(n))
         there = np.isfinite(self.phi).all(axis=1)
         phi = state.value("phi")
@@ -150,6 +152,16 @@ class Problem:
         idle = [u.name for i, u in enumerate(self.unknowns.items) if i not in used]
         if idle:
             raise UpdatingError(f"no configuration has a parameter {idle[0]!r}; name it as the system does, or link it")
+
+    def by_order(self) -> Problem:
+        """The same problem with modes paired in the order of frequency."""
+        return dataclasses.replace(
+            self,
+            configurations=tuple(
+                c if c.test is None else dataclasses.replace(c, test=dataclasses.replace(c.test, by="order"))
+                for c in self.configurations
+            ),
+        )
 
     @cached_property
     def _powers(self) -> list[list[tuple[float, list[tuple[int, float]]]]]:
