@@ -119,7 +119,8 @@ class CorrelationError(FemendError, ValueError):
 
 
 class UpdatingError(FemendError, ValueError):
-    """An updating problem that cannot be posed: fewer data than parameters, no scatter, bounds that exclude each other."""
+    """An updating problem that cannot be posed: fewer data than unknowns, no scatter, limits that exclude each
+    other."""
 
 
 class ExternalSolverError(FemendError, RuntimeError):

@@ -57,7 +57,9 @@ class DenseSystem:
         try:
             lam, phi = scipy.linalg.eigh(K, M)
         except np.linalg.LinAlgError as error:
-            raise ModelError(f"the mass matrix is not positive definite at factors {np.round(own, 4).tolist()}") from error
+            raise ModelError(
+                f"the mass matrix is not positive definite at factors {np.round(own, 4).tolist()}"
+            ) from error
         lam = np.maximum(lam, 0.0)
         freq = np.sqrt(lam[: self.n_modes]) / (2 * np.pi)
         values: dict[str, NDArray[Any]] = {"freq": freq, "phi": self.sensors @ phi[:, : self.n_modes]}

@@ -18,14 +18,12 @@ FloatArray = NDArray[np.float64]
 COVERED = 2.0
 
 
-def design(
-    unknowns: Unknowns, n: int, *, over: Literal["bounds", "prior"] = "bounds", seed: int = 0
-) -> FloatArray:
+def design(unknowns: Unknowns, n: int, *, over: Literal["bounds", "prior"] = "bounds", seed: int = 0) -> FloatArray:
     """`n` points (n, n_unknowns) of p by a Latin hypercube (McKay, Beckman and Conover 1979).
 
-    `over` "bounds": even over the values between their bounds (over two prior deviations where there are none); "prior":
-    by the priors, cut off at the bounds, each unknown by itself. `seed` makes it repeatable. Raises UpdatingError for an
-    unknown with neither bounds nor prior.
+    `over` "bounds": even over the values between their bounds (over two prior deviations where there are none);
+    "prior": by the priors, cut off at the bounds, each unknown by itself. `seed` makes it repeatable. Raises
+    UpdatingError for an unknown with neither bounds nor prior.
 
     >>> from femend.estimate.updating.unknown import factor
     >>> points = design(Unknowns.of([factor("E", 0.1, (0.5, 1.5))]), 4)

@@ -76,7 +76,8 @@ class FrfDifferences:
 @dataclass(frozen=True, eq=False)
 class FracDifferences:
     """(1 - sqrt(c)) / `sd` with c the FRAC of every FRF (`along` "lines"; Heylen and Lammens 1996) or the CSAC of every
-    line (`along` "places"; Dascotte and Strobbe 1999) of `H` (n_freq, n_out, n_in): shape alone, whatever the amplitude.
+    line (`along` "places"; Dascotte and Strobbe 1999) of `H` (n_freq, n_out, n_in): shape alone, whatever the
+    amplitude.
     """
 
     H: NDArray[np.complex128]
@@ -113,8 +114,8 @@ class FracDifferences:
 class CrossOrthogonality:
     """phi_test^T M phi of the paired modes, 0 off the diagonal where the model is right, over `sd`.
 
-    `phi` (n_sensors, n_test) are real test shapes, `M` (n_sensors, n_sensors) a mass matrix reduced to the sensors; both
-    shapes are scaled to 1 in it.
+    `phi` (n_sensors, n_test) are real test shapes, `M` (n_sensors, n_sensors) a mass matrix reduced to the sensors;
+    both shapes are scaled to 1 in it.
     """
 
     phi: FloatArray

@@ -20,8 +20,8 @@ FORMAT = "femend-updating/1"
 
 @dataclass(frozen=True, slots=True)
 class Iteration:
-    """One accepted point: p, its cost and squares, the radius of the next step, modes (first test mode 0) by configuration
-    with their mates (-1: none), and what happened on the way there, in words."""
+    """One accepted point: p, its cost and squares, the radius of the next step, modes (first test mode 0) by
+    configuration with their mates (-1: none), and what happened on the way there, in words."""
 
     p: tuple[float, ...]
     cost: float

@@ -84,12 +84,11 @@ def affine_matrices(
     names = tuple(dict.fromkeys([*K, *masses]))
     if not names:
         raise UpdatingError("no matrix belongs to a parameter; give at least one part of K or M by name")
-    parts = {("K", n): sp.csc_array(np.asarray(A) if not sp.issparse(A) else A, dtype=float) for n, A in K.items()}
-    parts |= {("M", n): sp.csc_array(np.asarray(A) if not sp.issparse(A) else A, dtype=float) for n, A in masses.items()}
-    parts["M", ""] = sp.csc_array(np.asarray(M) if not sp.issparse(M) else M, dtype=float)
+    parts = {("K", n): _sparse(A) for n, A in K.items()} | {("M", n): _sparse(A) for n, A in masses.items()}
+    parts["M", ""] = _sparse(M)
     shape = parts["M", ""].shape
     if K_fixed is not None:
-        parts["K", ""] = sp.csc_array(np.asarray(K_fixed) if not sp.issparse(K_fixed) else K_fixed, dtype=float)
+        parts["K", ""] = _sparse(K_fixed)
     for (kind, name), A in parts.items():
         label = f"{kind} of {name!r}" if name else f"the fixed part of {kind}"
         if A.shape != shape or shape[0] != shape[1]:
@@ -115,6 +114,12 @@ def affine_matrices(
         np.array([on("K", n) for n in names]),
         np.array([on("M", n) for n in names]),
     )
+
+
+def _sparse(A: Any) -> Any:
+    from scipy.sparse import csc_array, issparse
+
+    return csc_array(A if issparse(A) else np.asarray(A)).astype(np.float64)
 
 
 @dataclass(frozen=True, eq=False)

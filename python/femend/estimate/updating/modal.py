@@ -234,14 +234,14 @@ def modal_system(
     n = len(matrices.indptr) - 1
     if not issparse(sensors) and np.ndim(sensors) == 1:
         rows = np.asarray(sensors, dtype=np.int64)
-        if rows.size and not (0 <= rows.min() and rows.max() < n):
+        if rows.size and not (rows.min() >= 0 and rows.max() < n):
             raise UpdatingError(f"a sensor is at row {int(rows.max())}, the model has rows 0 to {n - 1}")
         sensors = csr_array((np.ones(rows.size), (np.arange(rows.size), rows)), shape=(rows.size, n))
     B = csr_array(sensors)
     if B.shape[1] != n:
         raise UpdatingError(f"the sensors see {B.shape[1]} DOFs, the model has {n}; `sensors` is (n_sensors, n)")
     system = ModalSystem(matrices, B, n_modes, shapes, frfs, statics)
-    if n > DENSE or not matrices.affine or isinstance(matrices, DeckMatrices) and frfs is not None:
+    if n > DENSE or not matrices.affine or (isinstance(matrices, DeckMatrices) and frfs is not None):
         return system
     at_one = np.ones(len(matrices.names))
     K, M = (system._sparse(v).toarray() for v in matrices.at(at_one))
@@ -262,10 +262,11 @@ def deck_system(
     frfs: Frfs | None = None,
     inertia: bool = False,
 ) -> ModalSystem | DenseSystem:
-    """A deck with parameters, seen at `sensors` in their signed directions; `inertia` asks for mass and centre of gravity.
+    """A deck with parameters, seen at `sensors` in their signed directions; `inertia` asks for mass and centre of
+    gravity.
 
-    `n_modes`, `shapes`, `frfs` as of `ModalSystem`. DOFs that the deck holds have no mass here: read it with `spc=0` for
-    the inertia. Raises PairingError for a sensor at a node that the deck does not have.
+    `n_modes`, `shapes`, `frfs` as of `ModalSystem`. DOFs that the deck holds have no mass here: read it with `spc=0`
+    for the inertia. Raises PairingError for a sensor at a node that the deck does not have.
     """
     from scipy.sparse import csr_array, diags_array
 

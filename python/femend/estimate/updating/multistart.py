@@ -61,16 +61,17 @@ def multi_start(
     tolerance: float = 1e-6,
     workers: int = 1,
 ) -> MultiStart:
-    """Updates `problem` from `n` points between the bounds (a Latin hypercube of `seed`), or from `starts` (n, n_unknowns).
+    """Updates `problem` from `n` points between the bounds (a Latin hypercube of `seed`), or from `starts` (n,
+    n_unknowns).
 
     With `small`, the same problem in reduced models (`reduced_problem`), the searches are made there, and only the best
     `n_polished` different minima are gone on from in `problem`: every end is moved along with its minimum. `iterations`
     and `tolerance` are those of `update`, `workers` the number of threads. A start that fails is told of, the others go
     on. Raises UpdatingError where all fail.
 
-    Each start is followed with modes paired in the order of frequency, then by shape. Where that does not explain the data
-    (squares above `EXPLAINED` a value) it is followed with modes paired by shape alone as well, and the better end taken:
-    modes that change places lead the first way astray, shapes that are far from their own the second.
+    Each start is followed with modes paired in the order of frequency, then by shape. Where that does not explain the
+    data (squares above `EXPLAINED` a value) it is followed with modes paired by shape alone as well, and the better end
+    taken: modes that change places lead the first way astray, shapes that are far from their own the second.
     """
     points = design(problem.unknowns, n, seed=seed) if starts is None else np.asarray(starts, dtype=np.float64)
     inner = problem if small is None else small
@@ -125,9 +126,7 @@ def multi_start(
     return MultiStart(points, ends, cost, (*order, *minima[len(done) :]), failures)
 
 
-def _grouped(
-    found: list[tuple[int, UpdateResult]], scale: FloatArray
-) -> list[tuple[UpdateResult, list[int]]]:
+def _grouped(found: list[tuple[int, UpdateResult]], scale: FloatArray) -> list[tuple[UpdateResult, list[int]]]:
     """Runs that end at one place, best first: the best run of each and the numbers of all."""
     groups: list[tuple[UpdateResult, list[int]]] = []
     for i, r in sorted(found, key=lambda x: (len(x[1].unpaired()), x[1].after.cost)):

@@ -29,9 +29,9 @@ MAC_MIN = 0.5
 
 @dataclass(frozen=True, eq=False)
 class ModeTest:
-    """Measured modes for pairing: `freq` (n_test,) Hz and real `phi` (n_sensors, n_test); NaN marks a sensor that was not
-    there. `by` "shape" pairs by MAC (`correlate.pair_modes`), "order" the lowest with the lowest and so on, which is what
-    is left without shapes, and leads further from afar, where no shape looks like its own."""
+    """Measured modes for pairing: `freq` (n_test,) Hz and real `phi` (n_sensors, n_test); NaN marks a sensor that was
+    not there. `by` "shape" pairs by MAC (`correlate.pair_modes`), "order" the lowest with the lowest and so on, which
+    is what is left without shapes, and leads further from afar, where no shape looks like its own."""
 
     freq: FloatArray
     phi: FloatArray | None = None
@@ -89,7 +89,8 @@ class Configuration:
     links: Mapping[str, str | Link] = field(default_factory=dict)
 
     def powers(self, unknowns: Unknowns) -> list[tuple[float, list[tuple[int, float]]]]:
-        """(scale, [(unknown, power)]) for every parameter; raises UpdatingError for a link to no unknown or parameter."""
+        """(scale, [(unknown, power)]) for every parameter; raises UpdatingError for a link to no unknown or
+        parameter."""
         out = []
         for wanted in self.links:
             if wanted not in self.system.names:
@@ -112,7 +113,8 @@ class Configuration:
 
 @dataclass(frozen=True, eq=False)
 class Evaluation:
-    """Residuals (m,) in deviations at p, the Jacobian (m, n) over p where asked for, and what each configuration said."""
+    """Residuals (m,) in deviations at p, the Jacobian (m, n) over p where asked for, and what each configuration
+    said."""
 
     p: FloatArray
     residual: FloatArray

@@ -109,12 +109,13 @@ class Frequencies:
 
 @dataclass(frozen=True, eq=False)
 class ShapeDifferences:
-    """Mode shapes `phi` (n_sensors, n_test), real, with deviations `sd` in the same scale, entry by entry or one number.
+    """Mode shapes `phi` (n_sensors, n_test), real, with deviations `sd` in the same scale, entry by entry or one
+    number.
 
     The computed shape is scaled to the test shape: by weighted least squares (the modal scale factor), or, with
-    `reference` (n_test,), so that both agree at that sensor (by row), which is then left out: the eigenvector difference
-    of Dong, Wang and co-workers. NaN marks a sensor that was not there. Raises UpdatingError for complex shapes, sizes
-    that do not fit and deviations that are not above 0.
+    `reference` (n_test,), so that both agree at that sensor (by row), which is then left out: the eigenvector
+    difference of Dong, Wang and co-workers. NaN marks a sensor that was not there. Raises UpdatingError for complex
+    shapes, sizes that do not fit and deviations that are not above 0.
     """
 
     phi: FloatArray
@@ -124,7 +125,9 @@ class ShapeDifferences:
 
     def __post_init__(self) -> None:
         if np.iscomplexobj(self.phi):
-            raise UpdatingError(f"{self.name} are complex; turn them real (femend.correlate tells how complex they are)")
+            raise UpdatingError(
+                f"{self.name} are complex; turn them real (femend.correlate tells how complex they are)"
+            )
         object.__setattr__(self, "phi", np.asarray(self.phi, dtype=np.float64))
         if self.phi.ndim != 2:
             raise UpdatingError(f"{self.name} have shape {self.phi.shape}; they are (n_sensors, n_modes)")
@@ -207,9 +210,9 @@ class MacDifferences:
 
 @dataclass(frozen=True, eq=False)
 class Values:
-    """Any result of the model by its `key`, compared as it stands: mass, centre of gravity, static displacements, operating
-    shapes, order amplitudes. `measured` and `sd` have the result's shape; complex values count real and imaginary part,
-    each with `sd`."""
+    """Any result of the model by its `key`, compared as it stands: mass, centre of gravity, static displacements,
+    operating shapes, order amplitudes. `measured` and `sd` have the result's shape; complex values count real and
+    imaginary part, each with `sd`."""
 
     key: str
     measured: NDArray[Any]

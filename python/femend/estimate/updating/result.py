@@ -30,8 +30,8 @@ ADVICE = {
 
 
 class ParameterRow(NamedTuple):
-    """One parameter: value before and after, deviation, prior deviations moved, share of its prior variance that the data
-    took away (NaN without prior), whether it stands at a limit."""
+    """One parameter: value before and after, deviation, prior deviations moved, share of its prior variance that the
+    data took away (NaN without prior), whether it stands at a limit."""
 
     name: str
     before: float
@@ -150,10 +150,10 @@ class UpdateResult:
                     phi = e.states[i].value("phi")[:, pairs.mate[t]]
                     there = np.isfinite(c.test.phi).all(axis=1)
                     m[k, t] = np.diag(mac(c.test.phi[there][:, t], phi[there]))
-            rows += [
-                ModeRow(c.name, j + 1, float(c.test.freq[j]), *f[:, j].tolist(), *m[:, j].tolist(), int(ends[1].mate[j]) + 1)
-                for j in range(c.test.freq.size)
-            ]
+            for j in range(c.test.freq.size):
+                g, x = f[:, j].tolist(), m[:, j].tolist()
+                mate = int(ends[1].mate[j]) + 1
+                rows.append(ModeRow(c.name, j + 1, float(c.test.freq[j]), g[0], g[1], x[0], x[1], mate))
         return rows
 
     def changed_most(self, n: int = 3) -> list[str]:
@@ -191,7 +191,9 @@ class UpdateResult:
             lines.append(f"{r.name:20} {r.before:9.4g} {r.value:9.4g} {r.sd:9.2g} {z:>9}  {by}")
         modes = self.modes()
         if modes:
-            lines.append(f"{'mode':20} {'measured':>9} {'before':>9} {'after':>9} {'error %':>9} {'MAC':>6} {'after':>6}")
+            lines.append(
+                f"{'mode':20} {'measured':>9} {'before':>9} {'after':>9} {'error %':>9} {'MAC':>6} {'after':>6}"
+            )
         for m in modes:
             label, error = f"{m.configuration} {m.mode}", 100 * (m.freq_after / m.freq - 1)
             lines.append(

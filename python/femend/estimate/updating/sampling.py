@@ -26,8 +26,8 @@ FEWEST, MOST = 5, 60
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Draws `p` (n, n_unknowns) of equal weight, their `squares` (n,), ln evidence (a constant of the data left out) with
-    its standard error, temperatures from 0 to 1, the acceptance at each, and advice ("" if the moves mixed)."""
+    """Draws `p` (n, n_unknowns) of equal weight, their `squares` (n,), ln evidence (a constant of the data left out)
+    with its standard error, temperatures from 0 to 1, the acceptance at each, and advice ("" if the moves mixed)."""
 
     problem: Problem
     p: FloatArray
@@ -70,13 +70,13 @@ def sample(
     """Draws from the posterior of `problem` by sequential Monte Carlo: `n` particles from the prior, cut off at the
     bounds, through tempered likelihoods exp(-beta squares / 2) with beta from 0 to 1.
 
-    Each beta leaves half of the particles effective (Ching and Chen 2007, transitional MCMC); systematic resampling; then
-    Metropolis moves with the particles' covariance, scaled to an acceptance near 0.234 (Roberts, Gelman and Gilks 1997)
-    and repeated until the particles have moved a deviation on average (Del Moral, Doucet and Jasra 2006). The evidence is
-    the product of the mean weights, its error from their scatter. A model without a solution has no likelihood.
-    `solve_all` maps points (n, n_unknowns) to squares (n,), where there is something faster than one after the other (a
-    response surface). `seed` makes it repeatable. Raises UpdatingError for an unknown without prior or bounds, where the
-    prior is correlated, and where no particle has a solution.
+    Each beta leaves half of the particles effective (Ching and Chen 2007, transitional MCMC); systematic resampling;
+    then Metropolis moves with the particles' covariance, scaled to an acceptance near 0.234 (Roberts, Gelman and Gilks
+    1997) and repeated until the particles have moved a deviation on average (Del Moral, Doucet and Jasra 2006). The
+    evidence is the product of the mean weights, its error from their scatter. A model without a solution has no
+    likelihood. `solve_all` maps points (n, n_unknowns) to squares (n,), where there is something faster than one after
+    the other (a response surface). `seed` makes it repeatable. Raises UpdatingError for an unknown without prior or
+    bounds, where the prior is correlated, and where no particle has a solution.
     """
     rng = np.random.default_rng(seed)
     lower, upper = limits(problem.unknowns)
@@ -108,7 +108,9 @@ def sample(
         temperatures.append(beta)
         acceptance.append(rate)
         if moved < 1.0:
-            advice = f"particles moved {moved:.2f} deviations at temperature {beta:.3g}: take more of them, or trust less"
+            advice = (
+                f"particles moved {moved:.2f} deviations at temperature {beta:.3g}: take more of them, or trust less"
+            )
     return Posterior(
         problem, p, s, ln_z, float(np.sqrt(variance)), tuple(temperatures), tuple(acceptance), solved, advice
     )

@@ -26,10 +26,12 @@ def root(precision: FloatArray) -> FloatArray:
 def best_step(
     residual: FloatArray, jacobian: FloatArray, lower: FloatArray, upper: FloatArray, scale: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Minimises |`residual` + `jacobian` d|^2 over `lower` <= d <= `upper` (n,): the step and the decrease of the square.
+    """Minimises |`residual` + `jacobian` d|^2 over `lower` <= d <= `upper` (n,): the step and the decrease of the
+    square.
 
     The bounded problem is solved exactly by active sets (Stark and Parker, Computational Statistics 10, 1995), so a
-    trust region that is a box and the limits of the unknowns are one and the same. `scale` (n,) are the unknowns' spans.
+    trust region that is a box and the limits of the unknowns are one and the same. `scale` (n,) are the unknowns'
+    spans.
     """
     A = jacobian * scale
     # a tall system says no more than its triangle

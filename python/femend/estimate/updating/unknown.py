@@ -60,7 +60,9 @@ def limits(unknowns: Unknowns) -> tuple[FloatArray, FloatArray]:
         if u.positive and low < 0:
             raise UpdatingError(f"the lower bound of {u.name!r} is {low:g}; it is positive by definition")
         with np.errstate(divide="ignore"):
-            lower[i], upper[i] = np.log(np.array([low, high]) / u.scale) if u.positive else (low / u.scale, high / u.scale)
+            lower[i], upper[i] = (
+                np.log(np.array([low, high]) / u.scale) if u.positive else (low / u.scale, high / u.scale)
+            )
         if not lower[i] <= unknowns.mean[i] <= upper[i]:
             raise UpdatingError(
                 f"the prior of {u.name!r} has its mean at {u.value(unknowns.mean[i]):g}, outside its bounds {low:g} to "

@@ -47,18 +47,21 @@ def update(
     resume: bool = False,
     stop: Callable[[Iteration], bool] | None = None,
 ) -> UpdateResult:
-    """Finds the unknowns of `problem` that make squares and prior together least, from `start` (n,) p or the prior mean.
+    """Finds the unknowns of `problem` that make squares and prior together least, from `start` (n,) p or the prior
+    mean.
 
-    With finite priors this is the maximum a posteriori estimate with its Laplace covariance, with infinite ones weighted
-    least squares. A step is the exact minimum of the linearised problem inside limits and a trust region that is a box of
-    `radius` spans (`spans`); it is taken when it lowers the cost. After each the modes are paired anew, and measured modes
-    that have found a mate join. The search ends when the linearised problem promises less than `tolerance`^2 of the cost
-    or a step of less than `tolerance` spans ("converged", "at bound" with unknowns at their limits), when no step lowers
-    the cost ("stalled"), after `iterations` ("limit"), or when `stop` of an iteration is True ("stopped").
+    With finite priors this is the maximum a posteriori estimate with its Laplace covariance, with infinite ones
+    weighted least squares. A step is the exact minimum of the linearised problem inside limits and a trust region that
+    is a box of `radius` spans (`spans`); it is taken when it lowers the cost. After each the modes are paired anew, and
+    measured modes that have found a mate join. The search ends when the linearised problem promises less than
+    `tolerance`^2 of the cost or a step of less than `tolerance` spans ("converged", "at bound" with unknowns at their
+    limits), when no step lowers the cost ("stalled"), after `iterations` ("limit"), or when `stop` of an iteration is
+    True ("stopped").
 
     `history` is a file that keeps every iteration; with `resume` the search goes on from it where it exists. A point at
-    which a model has no solution is not taken, and noted. Raises UpdatingError for fewer data than unknowns without prior,
-    where no mode pairs, a start outside the limits or a history of another problem, and what the start's models raise.
+    which a model has no solution is not taken, and noted. Raises UpdatingError for fewer data than unknowns without
+    prior, where no mode pairs, a start outside the limits or a history of another problem, and what the start's models
+    raise.
     """
     lower, upper = limits(problem.unknowns)
     kept = read_history(history, problem) if resume and history is not None and Path(history).exists() else []
@@ -132,8 +135,8 @@ def _enough(problem: Problem, here: Evaluation) -> None:
     n = len(problem.unknowns)
     if here.residual.size + informed < n:
         raise UpdatingError(
-            f"{here.residual.size} paired values and {informed} priors for {n} unknowns: give priors (a finite sd), fewer "
-            "unknowns or more responses"
+            f"{here.residual.size} paired values and {informed} priors for {n} unknowns: give priors (a finite sd), "
+            "fewer unknowns or more responses"
         )
 
 
@@ -168,7 +171,8 @@ def _advance(
         elif ratio > GOOD and length > 0.99 * search.radius:
             search.radius *= 2.0
         if ratio > ACCEPT:
-            return _accept(problem, search, trial, notes)
+            _accept(problem, search, trial, notes)
+            return None
     return "stalled"
 
 
@@ -178,7 +182,9 @@ def _accept(problem: Problem, search: _Search, trial: Evaluation, notes: list[st
     for c, old, new in zip(problem.configurations, search.active, problem.active(trial.states), strict=True):
         both = None if old is None or new is None else old | new
         if old is not None and both is not None and (both & ~old).any():
-            notes.append(f"{c.name}: test modes {', '.join(str(i + 1) for i in np.flatnonzero(both & ~old))} found mates")
+            notes.append(
+                f"{c.name}: test modes {', '.join(str(i + 1) for i in np.flatnonzero(both & ~old))} found mates"
+            )
         joined.append(both)
     before = search.here.mates
     search.active = tuple(joined)
