@@ -14,7 +14,7 @@ from femend.estimate.updating.population import Population, update_population
 from femend.estimate.updating.problem import Configuration, Evaluation, Link, ModeTest, Problem
 from femend.estimate.updating.reduce import Reduction, reduced_problem, reduced_system
 from femend.estimate.updating.requests import Frfs, Statics
-from femend.estimate.updating.responses import Frequencies, MacDifferences, ShapeDifferences, Values
+from femend.estimate.updating.responses import Frequencies, MacDifferences, Response, ShapeDifferences, Values
 from femend.estimate.updating.result import ModeRow, ParameterRow, UpdateResult
 from femend.estimate.updating.sampling import Posterior, sample
 from femend.estimate.updating.sensitivity import Collinear, Sensitivity, collinear_groups, sensitivities
@@ -81,6 +81,7 @@ __all__ = [
     "Sensitivity",
     "collinear_groups",
     "sensitivities",
+    "Response",
     "ResponseSurface",
     "Sobol",
     "response_surface",

@@ -54,7 +54,7 @@ def updated_deck(model: Model, factors: Mapping[str, float]) -> UpdatedDeck:
             raise UpdatingError(f"the deck has no parameter {name!r}; there are {', '.join(names)}")
     changes = deck_changes(model, {n: {"factor": float(factors.get(n, 1.0))} for n in names})
     files = patch_deck(model.deck, changes)
-    diff = []
+    diff: list[str] = []
     for path, new in files.items():
         old = path.read_bytes().decode("utf-8", errors="replace").splitlines(keepends=True)
         lines = new.decode("utf-8", errors="replace").splitlines(keepends=True)

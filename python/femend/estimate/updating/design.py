@@ -71,6 +71,7 @@ def prior_quantiles(unknowns: Unknowns, u: FloatArray) -> FloatArray:
         if not np.isfinite(x.sd):
             out[:, i] = low[i] + u[:, i] * (high[i] - low[i])
             continue
-        a, b = norm.cdf([(lower[i] - unknowns.mean[i]) / x.sd, (upper[i] - unknowns.mean[i]) / x.sd])
+        a = float(norm.cdf((lower[i] - unknowns.mean[i]) / x.sd))
+        b = float(norm.cdf((upper[i] - unknowns.mean[i]) / x.sd))
         out[:, i] = unknowns.mean[i] + x.sd * norm.ppf(np.clip(a + u[:, i] * (b - a), 1e-300, 1 - 1e-16))
     return np.clip(out, lower, upper)

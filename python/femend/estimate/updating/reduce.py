@@ -52,8 +52,10 @@ def reduced_system(system: ModalSystem, points: FloatArray) -> DenseSystem:
     values, vectors = np.linalg.eigh(heavy * np.outer(size, size))
     keep = values > DROP * values[-1]
     V = np.ascontiguousarray((V * size) @ (vectors[:, keep] / np.sqrt(values[keep])))
-    K0, M0 = (_core.modal_projections(*pattern, a[None], V)[0] for a in system.matrices.at(np.zeros(n)))
-    dK, dM = (_core.modal_projections(*pattern, a, V) for a in system.matrices.slopes(np.ones(n)))
+    one = np.ones(n)
+    K1, M1 = (_core.modal_projections(*pattern, a[None], V)[0] for a in system.matrices.at(one))
+    dK, dM = (_core.modal_projections(*pattern, a, V) for a in system.matrices.slopes(one))
+    K0, M0 = K1 - dK.sum(axis=0), M1 - dM.sum(axis=0)
     rows = np.asarray(system.sensors @ V)
     return DenseSystem(
         system.matrices.names, K0, M0, dK, dM, rows, system.n_modes, system.frfs, None, dict(system.defaults)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from femend.correlate import mac
 from femend.estimate.updating.history import Iteration
 from femend.estimate.updating.problem import Evaluation, Problem
+from femend.estimate.updating.unknown import limits
 
 __all__ = ["ModeRow", "ParameterRow", "Status", "UpdateResult"]
 
@@ -127,9 +128,12 @@ class UpdateResult:
         variance, sd = np.diag(self.covariance), u.value_sd(self.p, self.covariance)
         prior = np.array([x.sd for x in u.items])
         z = (self.p - u.mean) / prior
+        lower, upper = limits(u)
+        width = (upper - lower) / np.sqrt(12.0)
+        known = np.where(np.isfinite(prior), prior, width)
         learned = np.full(len(u), np.nan)
-        known = np.isfinite(prior)
-        learned[known] = 1.0 - variance[known] / prior[known] ** 2
+        bounded = np.isfinite(known)
+        learned[bounded] = 1.0 - np.minimum(variance[bounded] / known[bounded] ** 2, 1.0)
         return [
             ParameterRow(n, float(b), float(a), float(s), float(k), float(x), bool(at))
             for n, b, a, s, k, x, at in zip(u.names, before, after, sd, z, learned, self.at_bound, strict=True)
