@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float64]
 class Unknown:
     """One unknown: its value is `scale` * exp(p) where `positive`, else `scale` * p.
 
-    p has a Gaussian prior `mean`, `sd` (infinite where nothing is known). `unit` is that of the value ("" for a factor);
+    p has a Gaussian prior `mean`, `sd` (infinite: nothing is known). `unit` is that of the value ("" for a factor);
     `owner` is the term it belongs to, "" for parameters and damping. `bounds` are limits of the value, None where there
     are none; `femend.estimate.updating` keeps them.
     """

@@ -72,16 +72,16 @@ class Command:
         code, output = self._called((program, *self.arguments[1:]), folder)
         at = ", ".join(f"{k} = {v:.6g}" for k, v in values.items())
         said = "\n".join(output.strip().splitlines()[-TAIL:])
-        wrong = next((p for p in self.errors_in if re.search(p, output)), None)
+        wrong = next((x.strip() for x in output.splitlines() if any(re.search(p, x) for p in self.errors_in)), None)
         if code is None:
             raise ExternalSolverError(
-                f"{self.arguments[0]} took longer than {self.time_limit:g} s at {at} and was ended; raise the time limit "
-                f"or look in {folder}",
+                f"{self.arguments[0]} took longer than {self.time_limit:g} s at {at} and was ended; raise the time "
+                f"limit or look in {folder}",
                 reason="time limit",
                 folder=str(folder),
             )
         if code != 0 or wrong is not None:
-            how = f"ended with code {code}" if code else f"wrote {wrong!r}"
+            how = f"ended with code {code}" if code else f"wrote '{wrong}'"
             raise ExternalSolverError(
                 f"{self.arguments[0]} {how} at {at}; its last words in {folder}:\n{said}",
                 reason="crashed",
@@ -126,7 +126,8 @@ class Command:
             broken = next((n for n, v in found.items() if v.size == 0 or not np.isfinite(v).all()), None)
         except Exception as error:  # a reader meets anything in what a broken solver writes
             raise ExternalSolverError(
-                f"what {self.arguments[0]} wrote at {at} cannot be read ({type(error).__name__}: {error}); look in {folder}",
+                f"what {self.arguments[0]} wrote at {at} cannot be read ({type(error).__name__}: {error}); look in "
+                f"{folder}",
                 reason="unreadable",
                 folder=str(folder),
             ) from error

@@ -120,8 +120,8 @@ class ExternalSystem:
             for key in out:
                 if up[key].shape != down[key].shape or up[key].shape != here[key].shape:
                     raise ExternalSolverError(
-                        f"{key!r} has shapes {up[key].shape} and {down[key].shape} beside a change of {name!r}: the reader "
-                        "has to give as many values in every run",
+                        f"{key!r} has shapes {up[key].shape} and {down[key].shape} beside a change of {name!r}: the "
+                        "reader has to give as many values in every run",
                         reason="unreadable",
                     )
                 out[key][i] = (up[key] - down[key]) / width

@@ -122,7 +122,9 @@ class ModalSystem:
         needed: int | None,
     ) -> FloatArray:
         """d phi at the sensors (n_parameters, n_sensors, n_modes), zero for modes that are not needed."""
-        n = lam.size if needed is None else min(max(needed, 1), lam.size)
+        n = lam.size if needed is None else min(needed, lam.size)
+        if n == 0:
+            return np.zeros((len(dK), self.sensors.shape[0], lam.size))
         try:
             low = np.ascontiguousarray(phi[:, :n])
             full = _core.shape_sensitivities(*self._pattern, K, M, dK, dM, lam[:n], low, symbolic=self._symbolic)

@@ -224,8 +224,8 @@ class Problem:
                 pairs = c.test.mates(state)
                 pairs = Mates(np.where(count, pairs.mate, -1), pairs.mac)
             mates.append(pairs)
-            if slopes and pairs is not None:
-                state.need(int(pairs.mate.max(initial=-1)) + 1)
+            if slopes:
+                state.need(0 if pairs is None else int(pairs.mate.max(initial=-1)) + 1)
             own = [r.compare(state, pairs, slopes) for r in c.responses]
             parts += own
             if slopes:

@@ -28,6 +28,8 @@ def factor(
     >>> factor("E", 0.05, (0.8, 1.2)).value(1.1)
     1.1
     """
+    if not sd > 0:
+        raise UpdatingError(f"the prior of {name!r} has a standard deviation of {sd:g}; it takes one above 0")
     if logarithmic:
         return Unknown(name, 1.0, True, 0.0, sd, bounds=bounds)
     return Unknown(name, 1.0, False, 1.0, sd, bounds=bounds)
