@@ -80,7 +80,10 @@ class FunctionSystem:
     def solve(self, factors: Array) -> State:
         def slopes(_: int | None) -> dict[str, Array]:
             h = 1e-6
-            rows = [(self.function(factors + h * e) - self.function(factors - h * e)) / (2 * h) for e in np.eye(len(factors))]
+            rows = [
+                (self.function(factors + h * e) - self.function(factors - h * e)) / (2 * h)
+                for e in np.eye(len(factors))
+            ]
             return {"y": np.array(rows)}
 
         return State({"y": self.function(factors)}, slopes)

@@ -1,13 +1,15 @@
 """A steel footbridge updated on its measured modes: 17 stiffness factors from 5 modes, two of which change places.
 
 The data (Georgia Tech campus bridge, Dong and Wang's structural-model-updating toolbox, GPL-3.0) are not part of this
-project. The script looks for `data/pedestrian_bridge` in the folder FEMEND_SHARED, else in `../shared` beside the project:
+project. The script looks for `data/pedestrian_bridge` in the folder FEMEND_SHARED, else in `../shared` beside the
+project:
 
 python python/examples/footbridge.py
 
-Priors are the ranges its authors state: steel within 10 %, concrete -20 to +40 %, support springs 0 to 11 times. Two runs:
-the authors' objective (eigenvalues and shapes by their standard deviations, shapes divided by the number of sensors), from
-many starts in a reduced model; and the same shapes with frequencies to be met to 0.1 %. Both are scored by the former.
+Priors are the ranges its authors state: steel within 10 %, concrete -20 to +40 %, support springs 0 to 11 times. Two
+runs: the authors' objective (eigenvalues and shapes by their standard deviations, shapes divided by the number of
+sensors), from many starts in a reduced model; and the same shapes with frequencies to be met to 0.1 %. Both are scored
+by the former.
 """
 
 from __future__ import annotations

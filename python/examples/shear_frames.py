@@ -1,14 +1,14 @@
 """Two measured shear frames: storey stiffnesses from few modes, and the whole posterior beside Laplace's.
 
 The data (a 4-storey laboratory frame and the 18-storey frame of E-Defense at a third of full size; Georgia Tech's
-structural-model-updating toolbox, GPL-3.0) are not part of this project. The script looks for `data/shear_frames` in the
-folder FEMEND_SHARED, else in `../shared` beside the project:
+structural-model-updating toolbox, GPL-3.0) are not part of this project. The script looks for `data/shear_frames` in
+the folder FEMEND_SHARED, else in `../shared` beside the project:
 
 python python/examples/shear_frames.py
 
-Nominal masses and stiffnesses and the ranges of the stiffnesses are the authors': 0 to 2 times for the small frame, 0.7 to
-1.3 times for the large one; a prior's deviation is half of the range to one side. Frequencies are taken as known to 0.5 %,
-shapes to 5 % of their largest component; nobody states either.
+Nominal masses and stiffnesses and the ranges of the stiffnesses are the authors': 0 to 2 times for the small frame, 0.7
+to 1.3 times for the large one; a prior's deviation is half of the range to one side. Frequencies are taken as known to
+0.5 %, shapes to 5 % of their largest component; nobody states either.
 """
 
 from __future__ import annotations
@@ -82,7 +82,8 @@ def problem(
 ) -> Problem:
     """A frame with factors within `bounds`, and modes (Hz, shapes) at `rows`; those of a chain keep their order.
 
-    A factor's prior is two deviations wide to either side, of the logarithm where the bounds are each other's inverse."""
+    A factor's prior is two deviations wide to either side, of the logarithm where the bounds are each other's
+    inverse."""
     freq, phi = modes[0], modes[1] / np.abs(modes[1]).max(axis=0)
     low, high = bounds
     ratio = np.isclose(low * high, 1.0)

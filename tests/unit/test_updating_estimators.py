@@ -82,13 +82,13 @@ def test_the_strength_the_data_choose() -> None:
     errors = []
     for s in strengths:
         u = replace(unknowns, precision=s * unknowns.precision)
-        errors.append(np.linalg.norm(update(replace(problem, unknowns=u)).p - truth))
+        errors.append(np.linalg.norm(blur @ (update(replace(problem, unknowns=u)).p - truth)))
     for rule in ("gcv", "discrepancy", "l-curve"):
         found = tikhonov(problem, strengths.tolist(), rule=rule)  # type: ignore[arg-type]
-        # within a factor of two of the best that any strength gives, and far from the ends
-        assert np.linalg.norm(found.result.p - truth) < 2 * min(errors), rule
+        # the rules are about prediction: within a factor of two of the best that any strength gives
+        assert np.linalg.norm(blur @ (found.result.p - truth)) < 2 * min(errors), rule
         assert np.all(np.diff(found.squares) <= 1e-6 * found.squares[:-1])
-    assert max(errors[0], errors[-1]) > 4 * min(errors)
+    assert max(errors[0], errors[-1]) > 3 * min(errors)
     with pytest.raises(UpdatingError, match="no prior to strengthen"):
         tikhonov(replace(problem, unknowns=Unknowns.of([free(m, np.inf) for m in system.names])))
     with pytest.raises(UpdatingError, match="there are gcv"):
@@ -100,7 +100,9 @@ def test_a_quadratic_is_its_own_surface() -> None:
         return np.array([1 + x[0] + 0.5 * x[0] * x[1], x[1] - x[0] ** 2])
 
     unknowns = Unknowns.of([free(n, 1.0, (-2.0, 2.0)) for n in ("a", "b")])
-    problem = Problem(unknowns, (Configuration("c", FunctionSystem(("a", "b"), solve), (Values("y", [1.2, 0.4], 0.1),)),))
+    problem = Problem(
+        unknowns, (Configuration("c", FunctionSystem(("a", "b"), solve), (Values("y", [1.2, 0.4], 0.1),)),)
+    )
     surface = response_surface(problem)
     assert surface.error < 1e-9 * surface.spread
     p = np.array([0.3, -0.7])

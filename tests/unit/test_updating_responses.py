@@ -6,9 +6,9 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-
 import numpy as np
 import pytest
+
 from femend import _core
 from femend.dof import Dof
 from femend.errors import UpdatingError
@@ -94,7 +94,9 @@ def test_frf_responses_with_damping(sparse: bool) -> None:
     system = ModalSystem(chain(), np.eye(6), 5, frfs=frfs) if sparse else modal_system(chain(), np.eye(6), 6, frfs=frfs)
     damping = [0.3, 2e-4, 0.02]
     H = system.solve(np.array([*TRUTH, *damping])).value("frf")
-    unknowns = Unknowns.of([*(factor(n) for n in ("k1", "k2", "k3", "m")), *(factor(n) for n in ("alpha", "beta", "eta"))])
+    unknowns = Unknowns.of(
+        [*(factor(n) for n in ("k1", "k2", "k3", "m")), *(factor(n) for n in ("alpha", "beta", "eta"))]
+    )
     links = {n: Link(((n, 1.0),), s) for n, s in zip(("alpha", "beta", "eta"), damping, strict=True)}
     bands = ((0.0, 3.0), (6.0, 10.0))
     for response in (
@@ -116,8 +118,10 @@ def test_frf_responses_with_damping(sparse: bool) -> None:
 @pytest.mark.parametrize("sparse", [False, True])
 def test_static_displacements(sparse: bool) -> None:
     statics = Statics(np.eye(6)[:, 4:], (1, 5))
-    system = ModalSystem(chain(), np.eye(6), 0, statics=statics) if sparse else modal_system(
-        chain(), np.eye(6), 1, statics=statics
+    system = (
+        ModalSystem(chain(), np.eye(6), 0, statics=statics)
+        if sparse
+        else modal_system(chain(), np.eye(6), 1, statics=statics)
     )
     measured = system.solve(TRUTH).value("static")
     unknowns = Unknowns.of([factor(n, np.inf) for n in ("k1", "k2", "k3")])
@@ -137,7 +141,11 @@ def test_a_deck_with_thickness_mass_and_centre_of_gravity(tmp_path: Path) -> Non
         "SPC1,1,123456,1",
     ]
     (tmp_path / "m.bdf").write_text("\n".join(["BEGIN BULK", "PARAM,COUPMASS,1", *cards, "ENDDATA", ""]))
-    parameters = [Parameter("E", "E", "material", (1,)), Parameter("t", "t", "property_id", (5,)), Parameter("m", "m", "mass", (100,))]
+    parameters = [
+        Parameter("E", "E", "material", (1,)),
+        Parameter("t", "t", "property_id", (5,)),
+        Parameter("m", "m", "mass", (100,)),
+    ]
     model = read_model(tmp_path / "m.bdf", parameters=parameters, spc=0)
     system = deck_system(model, [Dof(7, 2), Dof(4, 2, -1), Dof(8, 3)], 9, inertia=True)
     state = system.solve(np.array([1.0, 1.0, 1.0]))
@@ -168,7 +176,11 @@ def test_configurations_with_shared_and_own_parameters() -> None:
         f, phi = state.value("freq")[:3], state.value("phi")[:, :3]
         made.append(
             Configuration(
-                name, system, (Frequencies(f, 1e-3 * f), ShapeDifferences(phi, 0.01)), ModeTest(f, phi), {"m": f"m {name}"}
+                name,
+                system,
+                (Frequencies(f, 1e-3 * f), ShapeDifferences(phi, 0.01)),
+                ModeTest(f, phi),
+                {"m": f"m {name}"},
             )
         )
     unknowns = Unknowns.of([factor(n, 1.0) for n in ("k1", "k2", "k3", "m bare", "m loaded")])

@@ -1,11 +1,12 @@
-"""A twin of the published kind: 12 stiffness groups of a concrete frame from 3 modes at 43 DOFs, from 100 random starts.
+"""A twin of the published kind: 12 stiffness groups of a concrete frame from 3 modes at 43 DOFs, from 100 random
+starts.
 
 python python/examples/building_frame/building_frame.py
 
-The "measured" modes are those of the frame with other moduli (-15 to +20 %), without noise; starts lie anywhere between 0.01
-and 2 times the nominal ones. Published for a frame of this kind (Dong and Wang's toolbox, analytic gradients): the
-difference of shapes finds all groups in 52 minutes for 100 starts, the MAC form does not (6.5 to 13 % error): it has 6 values
-for 12 groups, and is refused here. The deck `model.bdf` is written by `make_model.py`.
+The "measured" modes are those of the frame with other moduli (-15 to +20 %), without noise; starts lie anywhere between
+0.01 and 2 times the nominal ones. Published for a frame of this kind (Dong and Wang's toolbox, analytic gradients): the
+difference of shapes finds all groups in 52 minutes for 100 starts, the MAC form does not (6.5 to 13 % error): it has 6
+values for 12 groups, and is refused here. The deck `model.bdf` is written by `make_model.py`.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
 python python/examples/building_frame/make_model.py
 
-One bay of 5.5 m wide and two of 7 m long, storeys of 3.6 m; every group is a material of its own, so that its stiffness is
-a parameter: columns by storey and side (1 to 4), beams along by storey and bay (5 to 8), beams across by storey (9, 10),
-slabs by storey (11, 12).
+One bay of 5.5 m wide and two of 7 m long, storeys of 3.6 m; every group is a material of its own, so that its stiffness
+is a parameter: columns by storey and side (1 to 4), beams along by storey and bay (5 to 8), beams across by storey (9,
+10), slabs by storey (11, 12).
 """
 
 from __future__ import annotations
@@ -72,8 +72,8 @@ def mesh() -> Mesh:
 
 
 def sensors() -> list[tuple[int, int]]:
-    """43 measured DOFs as (node, component): both horizontal directions at the heads of all columns and at half height of
-    those of the first storey's front, vertical ones along the front beams and the slabs' middles."""
+    """43 measured DOFs as (node, component): both horizontal directions at the heads of all columns and at half height
+    of those of the first storey's front, vertical ones along the front beams and the slabs' middles."""
     m = mesh()
     found = [(m.node(x, y, z), c) for z in Z[1:] for x in X for y in Y for c in (1, 2)]  # 24
     third = (Z[1] - Z[0]) / N_Z
