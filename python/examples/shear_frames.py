@@ -118,7 +118,8 @@ def compare(result: UpdateResult, posterior: Posterior) -> str:
     for i, (name, value) in enumerate(result.values.items()):
         low, _, high = quantiles[name]
         lines.append(
-            f"{name:8} {value:7.3f} {result.sd[name]:7.3f} {drawn_mean[i]:7.3f} {drawn_sd[i]:8.3f}  {low:.3f} to {high:.3f}"
+            f"{name:8} {value:7.3f} {result.sd[name]:7.3f} {drawn_mean[i]:7.3f} {drawn_sd[i]:8.3f}  "
+            f"{low:.3f} to {high:.3f}"
         )
     lines.append(
         f"ln evidence: Laplace {result.log_evidence:.2f}, drawn {posterior.log_evidence:.2f} ± "

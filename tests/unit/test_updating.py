@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -146,7 +147,7 @@ def test_a_field_prior_smooths() -> None:
     eye.names = tuple(names)
     y = np.where(np.arange(n) < 6, 0.0, 1.0) + 0.5 * np.random.default_rng(0).standard_normal(n)
     rough = Problem(unknowns, (Configuration("c", eye, (Values("y", y, 0.5),)),))
-    flat = smooth(unknowns, list(zip(names, names[1:], strict=False)), 0.2)
+    flat = smooth(unknowns, list(pairwise(names)), 0.2)
     found = update(replace(rough, unknowns=flat))
     assert np.abs(np.diff(found.p)).max() < 0.3 * np.abs(np.diff(update(rough).p)).max()
     np.testing.assert_allclose(np.linalg.solve(np.eye(n) / 0.25 + flat.precision, y / 0.25), found.p, atol=1e-6)
@@ -177,14 +178,16 @@ def test_bad_problems_are_refused() -> None:
     (c,) = problem.configurations
     freq = c.responses[0]
     assert isinstance(freq, Frequencies)
+    assert c.test is not None
+    few = modal_system(chain(4), list(range(6)), 6)
+    five = Unknowns.of([factor(n, np.inf, (0.4, 2.0)) for n in ("k1", "k2", "k3", "k4", "m")])
+    short = Problem(five, (Configuration("c", few, (freq,), replace(c.test, phi=None)),))
     with pytest.raises(UpdatingError, match="4 paired values and 0 priors for 5 unknowns"):
-        few = modal_system(chain(4), list(range(6)), 6)
-        five = Unknowns.of([factor(n, np.inf, (0.4, 2.0)) for n in ("k1", "k2", "k3", "k4", "m")])
-        assert c.test is not None
-        update(Problem(five, (Configuration("c", few, (freq,), replace(c.test, phi=None)),)))
+        update(short)
+    lost = np.vstack([np.eye(4), -1e-3 * np.ones((2, 4))]) + np.array([[0.0], [3.0], [-3.0], [3.0], [0.0], [-3.0]])
+    astray = replace(problem, mac_min=0.999, configurations=(replace(c, test=ModeTest(freq.freq, lost)),))
     with pytest.raises(UpdatingError, match="no measured mode has a mate"):
-        lost = np.vstack([np.eye(4), -1e-3 * np.ones((2, 4))]) + np.array([[0.0], [3.0], [-3.0], [3.0], [0.0], [-3.0]])
-        update(replace(problem, mac_min=0.999, configurations=(replace(c, test=ModeTest(freq.freq, lost)),)))
+        update(astray)
     with pytest.raises(UpdatingError, match="no value lies between"):
         limits(Unknowns.of([factor("k1", 0.1, (1.2, 0.8))]))
     with pytest.raises(UpdatingError, match="outside its bounds"):

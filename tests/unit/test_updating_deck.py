@@ -23,7 +23,7 @@ ENDDATA
 """
 PROPS = """$ steel   <- from the data sheet
 MAT1    1       2.1+11          .3      7850.
-MAT1*   2               2.1E+11                         .3              
+MAT1*   2               2.1E+11                         .3
 *       7850.
 PBAR    1       1       6.-4    5.-8    2.-8    3.-8    $ section
 CONM2   9       2               1.5

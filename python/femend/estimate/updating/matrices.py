@@ -119,7 +119,8 @@ def affine_matrices(
 def _sparse(A: Any) -> Any:
     from scipy.sparse import csc_array, issparse
 
-    return csc_array(A if issparse(A) else np.asarray(A, dtype=np.float64)).astype(np.float64)
+    given: Any = A if issparse(A) else np.asarray(A, dtype=np.float64)
+    return csc_array(given).astype(np.float64)
 
 
 @dataclass(frozen=True, eq=False)

@@ -76,27 +76,8 @@ def multi_start(
     points = design(problem.unknowns, n, seed=seed) if starts is None else np.asarray(starts, dtype=np.float64)
     inner = problem if small is None else small
 
-    ordered = inner.by_order()
-    by_shape = any(c.test is not None and c.test.phi is not None and c.test.by == "shape" for c in inner.configurations)
-
     def one(p: FloatArray) -> UpdateResult | str:
-        found: list[UpdateResult] = []
-        trouble = ""
-        for ways in ((ordered, inner), (inner,)) if by_shape else ((inner,),):
-            try:
-                at, result = p, None
-                for way in ways:
-                    result = update(way, at, iterations=iterations, tolerance=tolerance)
-                    at = result.p
-                assert result is not None
-                found.append(result)
-            except (FemendError, ArithmeticError) as error:
-                trouble = str(error)
-                continue
-            if result.after.squares <= EXPLAINED * result.after.residual.size and not result.unpaired():
-                break
-        # a search that lost modes on its way explains less, however little it costs
-        return min(found, key=lambda r: (len(r.unpaired()), r.after.cost)) if found else trouble
+        return _follow(inner, p, iterations, tolerance)
 
     with ThreadPoolExecutor(workers) as pool:
         found = list(pool.map(one, points))
@@ -124,6 +105,28 @@ def multi_start(
     done = minima if small is None else minima[:n_polished]
     order = sorted(done, key=lambda m: (len(m.result.unpaired()), m.result.after.cost))
     return MultiStart(points, ends, cost, (*order, *minima[len(done) :]), failures)
+
+
+def _follow(problem: Problem, p: FloatArray, iterations: int, tolerance: float) -> UpdateResult | str:
+    """The better end of the two ways from a start, or what went wrong."""
+    by_shape = any(
+        c.test is not None and c.test.phi is not None and c.test.by == "shape" for c in problem.configurations
+    )
+    found: list[UpdateResult] = []
+    trouble = ""
+    for ways in ((problem.by_order(), problem), (problem,)) if by_shape else ((problem,),):
+        try:
+            result = update(ways[0], p, iterations=iterations, tolerance=tolerance)
+            for way in ways[1:]:
+                result = update(way, result.p, iterations=iterations, tolerance=tolerance)
+        except (FemendError, ArithmeticError) as error:
+            trouble = str(error)
+            continue
+        found.append(result)
+        if result.after.squares <= EXPLAINED * result.after.residual.size and not result.unpaired():
+            break
+    # a search that lost modes on its way explains less, however little it costs
+    return min(found, key=lambda r: (len(r.unpaired()), r.after.cost)) if found else trouble
 
 
 def _grouped(found: list[tuple[int, UpdateResult]], scale: FloatArray) -> list[tuple[UpdateResult, list[int]]]:

@@ -23,7 +23,7 @@ def factor(
     """A factor around 1 with the relative 1-sigma `sd` (infinite: no prior) and `bounds` on the factor.
 
     A `logarithmic` factor stays positive, and `sd` is that of its logarithm: for values of which only the order of
-    magnitude is known.
+    magnitude is known. Raises UpdatingError for an `sd` that is not above 0.
 
     >>> factor("E", 0.05, (0.8, 1.2)).value(1.1)
     1.1
