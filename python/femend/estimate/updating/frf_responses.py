@@ -54,8 +54,8 @@ class FrfDifferences:
         return keep
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
-        """Residuals of the lines of `state` in the bands; `mates` play no part. Raises UpdatingError where the FRFs computed
-        are others than those measured."""
+        """Residuals of the lines of `state` in the bands; `mates` play no part. Raises UpdatingError where the FRFs
+        computed are others than those measured."""
         keep = self._lines()
         H, H0, sd = state.value("frf")[keep], self.H[keep], self.sd[keep]
         if H.shape != H0.shape:

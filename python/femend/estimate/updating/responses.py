@@ -225,8 +225,8 @@ class Values:
         object.__setattr__(self, "sd", deviation(self.sd, self.measured.shape, self.name))
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
-        """Residuals of the flattened result of `state`, real parts first; `mates` play no part. Raises UpdatingError where
-        the result has another shape than what was measured."""
+        """Residuals of the flattened result of `state`, real parts first; `mates` play no part. Raises UpdatingError
+        where the result has another shape than what was measured."""
         value = state.value(self.key)
         if value.shape != self.measured.shape:
             raise UpdatingError(f"{self.name}: {self.measured.shape} measured, {value.shape} computed")
