@@ -88,14 +88,14 @@ def test_a_solver_that_fails(tmp_path: Path, mode: str, reason: str, words: str)
 
 def test_a_solver_that_hangs_is_ended_with_its_children(tmp_path: Path) -> None:
     child = tmp_path / "child"
-    script = f"import time; time.sleep(2.5); open({str(child)!r}, 'w')"
+    script = f"import time; time.sleep(4); open({str(child)!r}, 'w')"
     own = system(tmp_path / "runs", f"subprocess.run([sys.executable, '-S', '-c', {script!r}]); time.sleep(60)", 1.0)
     begin = time.perf_counter()
     with pytest.raises(ExternalSolverError, match="longer than 1 s") as told:
         own.solve(np.ones(2))
     assert told.value.reason == "time limit"
-    assert time.perf_counter() - begin < 2.4
-    time.sleep(max(0.0, 3.2 - (time.perf_counter() - begin)))
+    assert time.perf_counter() - begin < 3.5
+    time.sleep(max(0.0, 4.8 - (time.perf_counter() - begin)))
     assert not child.exists(), "a child went on after the solver was ended"
 
 
