@@ -69,7 +69,8 @@ def twin(form: str = "shapes") -> Problem:
 
 @dataclass(frozen=True)
 class Recovery:
-    """The runs, the largest relative error of any group for every start (n_starts,), and seconds of processor time for all."""
+    """The runs, the largest relative error of any group for every start (n_starts,), and seconds of processor time for
+    all."""
 
     many: MultiStart
     error: NDArray[np.float64]
@@ -92,9 +93,7 @@ def main() -> None:
     found = recover()
     good = int((found.error <= 1e-3).sum())
     best = np.abs(found.many.best.p / TRUTH - 1.0)
-    print(
-        f"shapes: {good} of {found.error.size} starts within 0.1 % in all groups, {found.seconds:.1f} s of processor time"
-    )
+    print(f"shapes: {good} of {found.error.size} starts within 0.1 % in all groups, {found.seconds:.1f} s processor")
     print(f"  best run: largest error {100 * best.max():.2g} %, mean {100 * best.mean():.2g} %")
     print(f"  worst start: {100 * found.error.max():.3g} %; minima, starts that end there and squares:")
     for m in found.many.minima:
