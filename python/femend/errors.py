@@ -10,6 +10,7 @@ __all__ = [
     "ConvergenceError",
     "CorrelationError",
     "DeckError",
+    "ExternalSolverError",
     "FemendError",
     "FormatError",
     "LawParameterError",
@@ -22,6 +23,7 @@ __all__ = [
     "SingularModelError",
     "StudyError",
     "UnitError",
+    "UpdatingError",
 ]
 
 
@@ -138,6 +140,23 @@ class LoadError(FemendError, ValueError):
 
 class CorrelationError(FemendError, ValueError):
     """Shapes, mass matrices or FRFs that cannot be compared: sizes that do not fit, values that are not finite."""
+
+
+class UpdatingError(FemendError, ValueError):
+    """An updating problem that cannot be posed: fewer data than unknowns, no scatter, limits that exclude each
+    other."""
+
+
+class ExternalSolverError(FemendError, RuntimeError):
+    """A run of the user's own solver without a usable answer.
+
+    Attributes: `reason` ("missing", "crashed", "time limit" or "unreadable"), `folder` of the run, kept for a look.
+    """
+
+    def __init__(self, message: str, *, reason: str, folder: str | None = None) -> None:
+        super().__init__(message)
+        self.reason = reason
+        self.folder = folder
 
 
 class UnitError(FemendError, ValueError):

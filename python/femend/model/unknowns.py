@@ -18,8 +18,9 @@ FloatArray = NDArray[np.float64]
 class Unknown:
     """One unknown: its value is `scale` * exp(p) where `positive`, else `scale` * p.
 
-    p has a Gaussian prior `mean`, `sd`. `unit` is that of the value ("" for a factor); `owner` is the term it belongs
-    to, "" for parameters and damping.
+    p has a Gaussian prior `mean`, `sd` (infinite: nothing is known). `unit` is that of the value ("" for a factor);
+    `owner` is the term it belongs to, "" for parameters and damping. `bounds` are limits of the value, None where there
+    are none; `femend.estimate.updating` keeps them.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Unknown:
     sd: float = 1.0
     unit: str = ""
     owner: str = ""
+    bounds: tuple[float, float] | None = None
 
     def value(self, p: float) -> float:
         """The value at p."""

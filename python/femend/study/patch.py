@@ -5,67 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from femend.diagnose import Diagnosis
-from femend.errors import DeckError
-from femend.io.deck import FieldChange, next_id
-from femend.model import Model, Parameter
+from femend.io.deck import next_id
+from femend.model import Model
+from femend.model.deck_changes import deck_changes
 
 __all__ = ["deck_cards", "deck_changes"]
-
-# card and Nastran field of every property a parameter may scale
-_MATERIAL = {"E": 3, "G": 4, "nu": 5, "rho": 6}
-_PROPERTY = {
-    "PBAR": {"A": 4, "I1": 5, "I2": 6, "J": 7},
-    "PROD": {"A": 4, "J": 5},
-    "PSHELL": {"t": 4},
-    "PELAS": {"k1": 3},
-    "PBUSH": {f"k{i}": 3 + i for i in range(1, 7)},
-}
-
-
-def deck_changes(model: Model, parameters: dict[str, Any]) -> list[FieldChange]:
-    """Changed fields for the factors of result.json; a parameter whose value stands on no single field is left out."""
-    changes = []
-    for parameter in model.parameters:
-        factor = parameters[parameter.name]["factor"]
-        for card, id_, field in _fields(model, parameter):
-            try:
-                old = float(_number(model.deck.field_text(card, id_, field)))
-            except ValueError:
-                continue  # blank field: its value follows from others
-            changes.append(FieldChange(card, id_, field, old * factor))
-    return changes
-
-
-def _fields(model: Model, parameter: Parameter) -> list[tuple[str, int, int]]:
-    if parameter.target == "material" and parameter.property in _MATERIAL:
-        return [("MAT1", i, _MATERIAL[parameter.property]) for i in parameter.ids]
-    if parameter.target == "mass" and parameter.property == "m":
-        return [("CONM2", i, 5) for i in parameter.ids]
-    if parameter.target == "property_id":
-        counts = model.deck.card_counts()
-        found = []
-        for card, fields in _PROPERTY.items():
-            if card in counts and parameter.property in fields:
-                found += [(card, i, fields[parameter.property]) for i in parameter.ids if _has(model, card, i)]
-        return found
-    return []
-
-
-def _has(model: Model, card: str, id_: int) -> bool:
-    try:
-        model.deck.find(card, id_)
-    except DeckError:
-        return False
-    return True
-
-
-def _number(text: str) -> str:
-    """A Nastran real as Python reads it: 1.5-3 is 1.5e-3, D exponents too."""
-    body = text.strip().upper().replace("D", "E")
-    for i in range(len(body) - 1, 0, -1):
-        if body[i] in "+-" and body[i - 1] not in "E":
-            return f"{body[:i]}E{body[i:]}"
-    return body
 
 
 def deck_cards(model: Model, diagnosis: Diagnosis, result: dict[str, Any]) -> list[str]:

@@ -1,0 +1,91 @@
+"""Updating a model on measured modes, FRFs and static values: parameters, responses, estimators."""
+
+from femend.estimate.updating.command import Command
+from femend.estimate.updating.deck_back import UpdatedDeck, updated_deck
+from femend.estimate.updating.dense import DenseSystem
+from femend.estimate.updating.design import design
+from femend.estimate.updating.external import ExternalSystem
+from femend.estimate.updating.frf_responses import CrossOrthogonality, FracDifferences, FrfDifferences
+from femend.estimate.updating.history import Iteration, read_history
+from femend.estimate.updating.matrices import AffineMatrices, DeckMatrices, affine_matrices
+from femend.estimate.updating.modal import ModalSystem, deck_system, modal_system
+from femend.estimate.updating.multistart import Minimum, MultiStart, multi_start
+from femend.estimate.updating.population import Population, update_population
+from femend.estimate.updating.problem import Configuration, Evaluation, Link, ModeTest, Problem
+from femend.estimate.updating.reduce import Reduction, reduced_problem, reduced_system
+from femend.estimate.updating.requests import Frfs, Statics
+from femend.estimate.updating.responses import Frequencies, MacDifferences, Response, ShapeDifferences, Values
+from femend.estimate.updating.result import ModeRow, ParameterRow, UpdateResult
+from femend.estimate.updating.sampling import Posterior, sample
+from femend.estimate.updating.sensitivity import Collinear, Sensitivity, collinear_groups, sensitivities
+from femend.estimate.updating.state import State, System
+from femend.estimate.updating.surface import ResponseSurface, Sobol, response_surface, sobol
+from femend.estimate.updating.tikhonov import Regularised, tikhonov
+from femend.estimate.updating.unknown import factor, factors_of, limits, smooth, spans
+from femend.estimate.updating.update import update
+from femend.model.unknowns import Unknown, Unknowns
+
+__all__ = [
+    "AffineMatrices",
+    "Configuration",
+    "CrossOrthogonality",
+    "DeckMatrices",
+    "DenseSystem",
+    "Evaluation",
+    "FracDifferences",
+    "Frequencies",
+    "FrfDifferences",
+    "Frfs",
+    "Iteration",
+    "Link",
+    "MacDifferences",
+    "ModalSystem",
+    "ModeRow",
+    "ModeTest",
+    "ParameterRow",
+    "Problem",
+    "ShapeDifferences",
+    "State",
+    "Statics",
+    "System",
+    "Unknown",
+    "Unknowns",
+    "UpdateResult",
+    "Values",
+    "affine_matrices",
+    "deck_system",
+    "factor",
+    "factors_of",
+    "limits",
+    "modal_system",
+    "read_history",
+    "smooth",
+    "spans",
+    "update",
+    "Command",
+    "UpdatedDeck",
+    "updated_deck",
+    "design",
+    "ExternalSystem",
+    "Minimum",
+    "MultiStart",
+    "multi_start",
+    "Population",
+    "update_population",
+    "Reduction",
+    "reduced_problem",
+    "reduced_system",
+    "Posterior",
+    "sample",
+    "Collinear",
+    "Sensitivity",
+    "collinear_groups",
+    "sensitivities",
+    "Response",
+    "ResponseSurface",
+    "Sobol",
+    "response_surface",
+    "sobol",
+    "Regularised",
+    "tikhonov",
+]

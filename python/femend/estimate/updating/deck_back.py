@@ -1,0 +1,63 @@
+"""Back to the user's deck: updated values where they stand, everything else byte for byte, and the difference to look
+at."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from femend.errors import UpdatingError
+from femend.io.atomic import write_atomic
+from femend.io.deck import patch_deck
+from femend.model import Model
+from femend.model.deck_changes import deck_changes, unwritten
+
+__all__ = ["UpdatedDeck", "updated_deck"]
+
+
+@dataclass(frozen=True, eq=False)
+class UpdatedDeck:
+    """New contents of the `files` that change, the unified `diff`, and parameters `left_out` since no field of the deck
+    holds their value (element by element, or values that follow from others)."""
+
+    files: Mapping[Path, bytes]
+    diff: str
+    left_out: tuple[str, ...]
+
+    def write(self, folder: str | Path, root: str | Path | None = None) -> list[Path]:
+        """Writes the changed files under `folder` by their paths relative to `root` (the deck's folder by default: that
+        of the topmost changed file), each complete or not at all; gives what was written. The originals stay."""
+        if not self.files:
+            return []
+        top = Path(root) if root is not None else Path(os.path.commonpath([p.parent for p in self.files]))
+        written = []
+        for path, content in self.files.items():
+            target = Path(folder) / path.relative_to(top)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            write_atomic(target, content)
+            written.append(target)
+        return written
+
+
+def updated_deck(model: Model, factors: Mapping[str, float]) -> UpdatedDeck:
+    """The deck of `model` with its parameters times `factors` by name (1 where not given).
+
+    Comments, includes, formats and column widths stay; numbers have as many digits as their columns hold. Raises
+    UpdatingError for a name that is no parameter and DeckError for a value that its columns cannot hold.
+    """
+    names = [p.name for p in model.parameters]
+    for name in factors:
+        if name not in names:
+            raise UpdatingError(f"the deck has no parameter {name!r}; there are {', '.join(names)}")
+    changes = deck_changes(model, {n: {"factor": float(factors.get(n, 1.0))} for n in names})
+    files = patch_deck(model.deck, changes)
+    diff: list[str] = []
+    for path, new in files.items():
+        old = path.read_bytes().decode("utf-8", errors="replace").splitlines(keepends=True)
+        lines = new.decode("utf-8", errors="replace").splitlines(keepends=True)
+        diff += difflib.unified_diff(old, lines, f"{path.name}", f"{path.name} (updated)", n=1)
+    changed = [n for n in unwritten(model) if factors.get(n, 1.0) != 1.0]
+    return UpdatedDeck(files, "".join(diff), tuple(changed))

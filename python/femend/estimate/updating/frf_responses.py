@@ -1,0 +1,145 @@
+"""FRFs and orthogonality as responses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.errors import UpdatingError
+from femend.estimate.updating.responses import Compared, Mates, _needed, deviation
+from femend.estimate.updating.state import State
+
+__all__ = ["CrossOrthogonality", "FracDifferences", "FrfDifferences"]
+
+FloatArray = NDArray[np.float64]
+# below this share of its largest magnitude a measured FRF has no logarithm worth comparing
+SILENT = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class FrfDifferences:
+    """Measured FRFs `H` (n_freq, n_out, n_in) on the lines the system was asked for.
+
+    `of` "complex": H - H_measured over `sd` (same shape or one number, unit of H; real and imaginary part each).
+    `of` "logarithm": ln |H| over `sd` as a relative deviation; it weighs antiresonances as much as resonances and has
+    wide basins. `bands` are (low, high) in Hz with `freq` (n_freq,) to look them up: other lines are left out.
+    Raises UpdatingError where no line lies in a band.
+    """
+
+    H: NDArray[np.complex128]
+    sd: FloatArray
+    of: Literal["complex", "logarithm"] = "complex"
+    freq: FloatArray | None = None
+    bands: tuple[tuple[float, float], ...] = ()
+    name: str = "FRFs"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "H", np.asarray(self.H, dtype=np.complex128))
+        object.__setattr__(self, "sd", deviation(self.sd, self.H.shape, self.name))
+        if self.of not in ("complex", "logarithm"):
+            raise UpdatingError(f"{self.name}: {self.of!r} cannot be compared; take complex or logarithm")
+        if not self._lines().any():
+            raise UpdatingError(f"{self.name}: no line lies in the bands {self.bands}")
+
+    def _lines(self) -> NDArray[np.bool_]:
+        keep = np.ones(self.H.shape[0], dtype=np.bool_)
+        if self.bands:
+            if self.freq is None:
+                raise UpdatingError(f"{self.name} have bands and no `freq` to look them up")
+            f = np.asarray(self.freq)
+            keep = np.any([(f >= low) & (f <= high) for low, high in self.bands], axis=0)
+        return keep
+
+    def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
+        """Residuals of the lines of `state` in the bands; `mates` play no part. Raises UpdatingError where the FRFs
+        computed are others than those measured."""
+        keep = self._lines()
+        H, H0, sd = state.value("frf")[keep], self.H[keep], self.sd[keep]
+        if H.shape != H0.shape:
+            raise UpdatingError(f"{self.name}: {H0.shape} measured, {H.shape} computed")
+        d = state.slope("frf")[:, keep] if slopes else None
+        if self.of == "logarithm":
+            loud = np.abs(H0) > SILENT * np.abs(H0).max()
+            safe = np.where(np.abs(H) > 0, H, np.finfo(float).tiny)
+            r = (np.log(np.abs(safe)) - np.log(np.where(loud, np.abs(H0), 1.0))) / sd
+            dr = None if d is None else (d / safe).real / sd
+            return Compared(r[loud], None if dr is None else dr[:, loud])
+        r2 = ((H - H0) / sd).ravel()
+        d2 = None if d is None else (d / sd).reshape(d.shape[0], -1)
+        return Compared(
+            np.concatenate([r2.real, r2.imag]), None if d2 is None else np.concatenate([d2.real, d2.imag], axis=1)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class FracDifferences:
+    """(1 - sqrt(c)) / `sd` with c the FRAC of every FRF (`along` "lines"; Heylen and Lammens 1996) or the CSAC of every
+    line (`along` "places"; Dascotte and Strobbe 1999) of `H` (n_freq, n_out, n_in): shape alone, whatever the
+    amplitude.
+    """
+
+    H: NDArray[np.complex128]
+    sd: FloatArray
+    along: Literal["lines", "places"] = "lines"
+    name: str = "FRAC"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "H", np.asarray(self.H, dtype=np.complex128))
+        count = self.H.shape[0] if self.along == "places" else self.H[0].size
+        object.__setattr__(self, "sd", deviation(self.sd, (count,), self.name))
+
+    def _signatures(self, H: NDArray[Any]) -> NDArray[Any]:
+        """(..., n_signatures, n_entries)."""
+        flat = H.reshape(*H.shape[:-2], -1)
+        return flat if self.along == "places" else np.swapaxes(flat, -1, -2)
+
+    def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
+        """Residuals of the FRFs of `state`; `mates` play no part."""
+        x, y = self._signatures(state.value("frf")), self._signatures(self.H)
+        xx, yy = (np.abs(x) ** 2).sum(-1), (np.abs(y) ** 2).sum(-1)
+        xy = (x.conj() * y).sum(-1)
+        root = np.maximum(np.abs(xy) / np.sqrt(np.maximum(xx * yy, 1e-300)), 1e-9)
+        residual = (1.0 - root) / self.sd
+        if not slopes:
+            return Compared(residual, None)
+        dx = self._signatures(state.slope("frf"))
+        top = (dx.conj() * y).sum(-1)
+        share = (top * xy.conj()).real / np.maximum(np.abs(xy) ** 2, 1e-300) - (dx.conj() * x).sum(-1).real / xx
+        return Compared(residual, -root * share / self.sd)
+
+
+@dataclass(frozen=True, eq=False)
+class CrossOrthogonality:
+    """phi_test^T M phi of the paired modes, 0 off the diagonal where the model is right, over `sd`.
+
+    `phi` (n_sensors, n_test) are real test shapes, `M` (n_sensors, n_sensors) a mass matrix reduced to the sensors;
+    both shapes are scaled to 1 in it.
+    """
+
+    phi: FloatArray
+    M: FloatArray
+    sd: float
+    name: str = "orthogonality"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "phi", np.asarray(self.phi, dtype=np.float64))
+        deviation(self.sd, (), self.name)
+
+    def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
+        """Residuals of the paired modes of `state`, row by row of `mates`, the diagonal left out."""
+        pairs = _needed(mates, self.name)
+        t, m = pairs.test, pairs.mate[pairs.test]
+        y, x = self.phi[:, t], state.value("phi")[:, m]
+        y = y / np.sqrt(np.einsum("it,ij,jt->t", y, self.M, y))
+        norm = np.sqrt(np.einsum("it,ij,jt->t", x, self.M, x))
+        C = y.T @ self.M @ x / norm
+        off = ~np.eye(t.size, dtype=np.bool_)
+        if not slopes:
+            return Compared(C[off] / self.sd, None)
+        dx = state.slope("phi")[:, :, m]
+        dnorm = np.einsum("it,ij,pjt->pt", x, self.M, dx) / norm
+        dC = (y.T @ self.M) @ dx / norm - C * (dnorm / norm)[:, None, :]
+        return Compared(C[off] / self.sd, dC[:, off] / self.sd)

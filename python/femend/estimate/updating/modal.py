@@ -1,0 +1,296 @@
+"""Large models: modes, FRFs and static displacements at the sensors by the sparse core."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.dof import Dof
+from femend.errors import UpdatingError
+from femend.estimate.updating.dense import DenseSystem
+from femend.estimate.updating.matrices import DeckMatrices, Matrices
+from femend.estimate.updating.requests import DAMPING, Frfs, Statics, damping_matrix
+from femend.estimate.updating.state import State
+from femend.model import Model
+
+__all__ = ["ModalSystem", "deck_system", "modal_system"]
+
+FloatArray = NDArray[np.float64]
+
+# up to this size full matrices are the quicker way
+DENSE = 100
+
+
+@dataclass(eq=False)
+class ModalSystem:
+    """A sparse model seen through `sensors` (n_sensors, n): "freq", "phi" of the lowest `n_modes`, and what is asked.
+
+    With `shapes` False no derivatives of shapes are made, which makes a step cheap where frequencies alone are met. The
+    modes of one solution start the search for the next. With `frfs` the parameters "alpha", "beta", "eta" follow those
+    of the matrices; a deck's own dashpots and loss factors are in its FRFs. `rigid` (n, 6) are rigid-body motions about
+    the origin: with them "mass" (1,) and "centre" (3,) are given.
+    """
+
+    matrices: Matrices
+    sensors: Any
+    n_modes: int
+    shapes: bool = True
+    frfs: Frfs | None = None
+    statics: Statics | None = None
+    rigid: FloatArray | None = None
+    defaults: Mapping[str, float] = field(default_factory=dict)
+    _start: FloatArray | None = field(default=None, repr=False)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters, the damping's last."""
+        return self.matrices.names + (DAMPING if self.frfs is not None else ())
+
+    @cached_property
+    def _pattern(self) -> tuple[Any, Any]:
+        return self.matrices.indptr, self.matrices.indices
+
+    @cached_property
+    def _symbolic(self) -> _core.Symbolic:
+        return _core.Symbolic(*self._pattern)
+
+    def solve(self, factors: FloatArray) -> State:
+        """Results at `factors` (n_parameters,); raises what `_core.modes` raises."""
+        own = np.ascontiguousarray(factors[: len(self.matrices.names)], dtype=np.float64)
+        K, M = self.matrices.at(own)
+        values: dict[str, NDArray[Any]] = {}
+        lam, phi = np.zeros(0), np.zeros((0, 0))
+        if self.n_modes:
+            freq, phi, _, _ = _core.modes(
+                *self._pattern, K, M, n_modes=self.n_modes, start=self._start, symbolic=self._symbolic
+            )
+            self._start = phi
+            lam = (2 * np.pi * freq) ** 2
+            values |= {"freq": freq, "phi": np.asarray(self.sensors @ phi)}
+        if self.frfs is not None:
+            values["frf"] = self._frf(K, M, factors)
+        if self.statics is not None:
+            values["static"] = self._rows(self.statics.outputs) @ self._factor(K).solve(self.statics.loads)
+        if self.rigid is not None:
+            values |= _inertia(self._products(M))
+        return State(values, lambda n: self._slopes(own, K, M, lam, phi, factors, n))
+
+    def _slopes(
+        self,
+        own: FloatArray,
+        K: FloatArray,
+        M: FloatArray,
+        lam: FloatArray,
+        phi: FloatArray,
+        factors: FloatArray,
+        needed: int | None,
+    ) -> dict[str, NDArray[Any]]:
+        dK, dM = self.matrices.slopes(own)
+        moving = dM if np.any(dM) else None
+        out: dict[str, NDArray[Any]] = {}
+        if lam.size:
+            d, _ = _core.eigen_sensitivities(*self._pattern, dK, moving, lam, phi)
+            omega = np.sqrt(np.maximum(lam, 1e-300))
+            out["freq"] = d / (2 * omega) / (2 * np.pi)
+            if self.shapes:
+                out["phi"] = self._shape_slopes(K, M, dK, moving, lam, phi, needed)
+        if self.statics is not None:
+            out["static"] = self._static_slopes(K, dK)
+        if self.rigid is not None:
+            parts = [_inertia(self._products(M), self._products(one)) for one in dM]
+            out |= {name: np.array([part[name] for part in parts]) for name in ("mass", "centre")}
+        extra = len(self.names) - len(own)
+        out = {name: np.concatenate([v, np.zeros((extra, *v.shape[1:]))]) for name, v in out.items()}
+        if self.frfs is not None:
+            out["frf"] = self._frf_slopes(K, M, dK, dM, factors)
+        return out
+
+    def _shape_slopes(
+        self,
+        K: FloatArray,
+        M: FloatArray,
+        dK: FloatArray,
+        dM: FloatArray | None,
+        lam: FloatArray,
+        phi: FloatArray,
+        needed: int | None,
+    ) -> FloatArray:
+        """d phi at the sensors (n_parameters, n_sensors, n_modes), zero for modes that are not needed."""
+        n = lam.size if needed is None else min(needed, lam.size)
+        if n == 0:
+            return np.zeros((len(dK), self.sensors.shape[0], lam.size))
+        try:
+            low = np.ascontiguousarray(phi[:, :n])
+            full = _core.shape_sensitivities(*self._pattern, K, M, dK, dM, lam[:n], low, symbolic=self._symbolic)
+        except (ValueError, ArithmeticError):
+            if n == lam.size:
+                raise
+            return self._shape_slopes(K, M, dK, dM, lam, phi, None)  # the last needed mode is one of a cluster
+        out = np.zeros((len(dK), self.sensors.shape[0], lam.size))
+        for i, one in enumerate(full):
+            out[i, :, :n] = self.sensors @ one
+        return out
+
+    def _rows(self, rows: Sequence[int]) -> FloatArray:
+        picked = self.sensors[list(rows)]
+        return np.ascontiguousarray(picked.toarray() if hasattr(picked, "toarray") else picked, dtype=np.float64)
+
+    def _factor(self, K: FloatArray) -> _core.Factor:
+        return _core.Factor(*self._pattern, K, symbolic=self._symbolic)
+
+    def _static_slopes(self, K: FloatArray, dK: FloatArray) -> FloatArray:
+        assert self.statics is not None
+        factor = self._factor(K)
+        u = factor.solve(self.statics.loads)
+        adjoint = factor.solve(np.ascontiguousarray(self._rows(self.statics.outputs).T))
+        return np.array([-adjoint.T @ (self._sparse(one) @ u) for one in dK])
+
+    def _sparse(self, values: FloatArray) -> Any:
+        from scipy.sparse import csc_array
+
+        n = len(self._pattern[0]) - 1
+        return csc_array((values, self._pattern[1], self._pattern[0]), shape=(n, n))
+
+    def _products(self, M: FloatArray) -> FloatArray:
+        assert self.rigid is not None
+        return np.asarray(self.rigid.T @ (self._sparse(M) @ self.rigid))
+
+    def _damping(self, K: FloatArray, M: FloatArray, factors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        n = len(self.matrices.names)
+        C, H = damping_matrix(K, M, factors[n:])
+        if isinstance(self.matrices, DeckMatrices):
+            own = self.matrices.model.fe.assemble(np.ascontiguousarray(factors[:n]))
+            C, H = C + own[4], H + own[5]
+        return C, H
+
+    def _ends(self) -> tuple[FloatArray, FloatArray]:
+        assert self.frfs is not None
+        return (
+            np.ascontiguousarray(self._rows(self.frfs.outputs).T),
+            np.ascontiguousarray(self._rows(self.frfs.inputs).T),
+        )
+
+    def _frf(self, K: FloatArray, M: FloatArray, factors: FloatArray) -> NDArray[np.complex128]:
+        assert self.frfs is not None
+        C, H = self._damping(K, M, factors)
+        return _core.frf_direct(*self._pattern, K, M, *self._ends(), self.frfs.s, self.frfs.kind, c=C, h=H)
+
+    def _frf_slopes(
+        self, K: FloatArray, M: FloatArray, dK: FloatArray, dM: FloatArray, factors: FloatArray
+    ) -> NDArray[np.complex128]:
+        assert self.frfs is not None
+        C, H = self._damping(K, M, factors)
+        n = len(self.matrices.names)
+        alpha, beta, eta = factors[n:]
+        dC, dH = alpha * dM + beta * dK, eta * dK
+        if isinstance(self.matrices, DeckMatrices):
+            own = [self.matrices.model.fe.derivative(i, np.ascontiguousarray(factors[:n])) for i in range(n)]
+            dC, dH = dC + np.array([p[2] for p in own]), dH + np.array([p[3] for p in own])
+        zero = np.zeros_like(K)
+        dk = np.vstack([dK, zero, zero, zero])
+        dm = np.vstack([dM, zero, zero, zero])
+        dc = np.vstack([dC, M, K, zero])
+        dh = np.vstack([dH, zero, zero, K])
+        return _core.frf_direct_sensitivities(
+            *self._pattern, K, M, dk, dm, *self._ends(), self.frfs.s, self.frfs.kind, c=C, h=H, dc=dc, dh=dh
+        )
+
+
+def _inertia(products: FloatArray, slope: FloatArray | None = None) -> dict[str, FloatArray]:
+    """Mass and centre of gravity, or their derivatives, from R^T M R of rigid motions about the origin."""
+    mass = products[0, 0]
+    first = np.array([products[1, 5], products[2, 3], products[0, 4]])
+    if slope is None:
+        return {"mass": np.array([mass]), "centre": first / mass}
+    d = np.array([slope[1, 5], slope[2, 3], slope[0, 4]])
+    return {"mass": np.array([slope[0, 0]]), "centre": d / mass - first / mass**2 * slope[0, 0]}
+
+
+def modal_system(
+    matrices: Matrices,
+    sensors: Any,
+    n_modes: int,
+    *,
+    shapes: bool = True,
+    frfs: Frfs | None = None,
+    statics: Statics | None = None,
+) -> ModalSystem | DenseSystem:
+    """A model of `matrices` (affine sums, a deck) that gives its lowest `n_modes` at `sensors`: a matrix (n_sensors, n)
+    or row numbers. Small affine models with a positive definite mass are solved in full matrices.
+
+    `shapes`, `frfs` and `statics` as of `ModalSystem`. Raises UpdatingError for rows that the model does not have.
+
+    >>> from femend.estimate.updating.matrices import affine_matrices
+    >>> chain = modal_system(affine_matrices({"k": [[1.0]]}, [[1.0]]), [0], 1)
+    >>> round(float(chain.solve(np.array([4.0])).value("freq")[0] * 2 * np.pi), 12)
+    2.0
+    """
+    from scipy.sparse import csr_array, issparse
+
+    n = len(matrices.indptr) - 1
+    if not issparse(sensors) and np.ndim(sensors) == 1:
+        rows = np.asarray(sensors, dtype=np.int64)
+        if rows.size and not (rows.min() >= 0 and rows.max() < n):
+            raise UpdatingError(f"a sensor is at row {int(rows.max())}, the model has rows 0 to {n - 1}")
+        sensors = csr_array((np.ones(rows.size), (np.arange(rows.size), rows)), shape=(rows.size, n))
+    B = csr_array(sensors)
+    if B.shape[1] != n:
+        raise UpdatingError(f"the sensors see {B.shape[1]} DOFs, the model has {n}; `sensors` is (n_sensors, n)")
+    system = ModalSystem(matrices, B, n_modes, shapes, frfs, statics)
+    if n > DENSE or not matrices.affine or (isinstance(matrices, DeckMatrices) and frfs is not None):
+        return system
+    at_one = np.ones(len(matrices.names))
+    K, M = (system._sparse(v).toarray() for v in matrices.at(at_one))
+    dK, dM = (np.array([system._sparse(v).toarray() for v in d]) for d in matrices.slopes(at_one))
+    if np.linalg.eigvalsh(M)[0] <= 0:
+        return system
+    return DenseSystem(
+        matrices.names, K - dK.sum(0), M - dM.sum(0), dK, dM, B.toarray(), min(n_modes, n), frfs, statics
+    )
+
+
+def deck_system(
+    model: Model,
+    sensors: Sequence[Dof],
+    n_modes: int,
+    *,
+    shapes: bool = True,
+    frfs: Frfs | None = None,
+    inertia: bool = False,
+) -> ModalSystem | DenseSystem:
+    """A deck with parameters, seen at `sensors` in their signed directions; `inertia` asks for mass and centre of
+    gravity.
+
+    `n_modes`, `shapes`, `frfs` as of `ModalSystem`. DOFs that the deck holds have no mass here: read it with `spc=0`
+    for the inertia. Raises PairingError for a sensor at a node that the deck does not have.
+    """
+    from scipy.sparse import csr_array, diags_array
+
+    T = csr_array(model.transformation())
+    signs = diags_array(np.array([float(d.sign) for d in sensors]))
+    B = signs @ T[[model.row(d) for d in sensors]]
+    system = modal_system(DeckMatrices(model), B, n_modes, shapes=shapes, frfs=frfs)
+    if not inertia:
+        return system
+    return ModalSystem(DeckMatrices(model), csr_array(B), n_modes, shapes, frfs, rigid=_rigid(model))
+
+
+def _rigid(model: Model) -> FloatArray:
+    """Rigid-body motions (n_a, 6) about the origin of the basic system."""
+    fe = model.fe
+    index = {int(n): i for i, n in enumerate(fe.node_ids)}
+    at = np.array([index[int(n)] for n in fe.dof_nodes])
+    R = np.zeros((fe.n_a, 6))
+    for row, (i, c) in enumerate(zip(at, fe.dof_components - 1, strict=True)):
+        axis, x = fe.frames[i][c % 3], fe.xyz[i]
+        if c < 3:
+            R[row, :3], R[row, 3:] = axis, np.cross(x, axis)
+        else:
+            R[row, 3:] = axis
+    return R

@@ -1,0 +1,99 @@
+"""A large affine model in a basis that holds its modes all over the range of the unknowns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.errors import FemendError, UpdatingError
+from femend.estimate.updating.dense import DenseSystem
+from femend.estimate.updating.design import design
+from femend.estimate.updating.modal import ModalSystem
+from femend.estimate.updating.problem import Problem
+
+__all__ = ["Reduction", "reduced_problem", "reduced_system"]
+
+FloatArray = NDArray[np.float64]
+# directions with less than this share of the largest part are left out of a basis
+DROP = 1e-7
+
+
+def reduced_system(system: ModalSystem, points: FloatArray) -> DenseSystem:
+    """`system` in the span of its modes at the factors `points` (n_points, n_parameters), as full matrices.
+
+    Frequencies from it lie above the full model's (Rayleigh), and coincide at the points (a reduced basis: Hesthaven,
+    Rozza and Stamm 2016, chapter 3). Raises UpdatingError for a model that is not affine in its factors, or where it is
+    asked for static values.
+    """
+    if not system.matrices.affine:
+        raise UpdatingError(
+            "K and M are not affine in the factors (thickness, section): a basis has to be made anew at each"
+        )
+    if system.statics is not None or system.rigid is not None:
+        raise UpdatingError("a basis of modes does not hold static displacements; reduce a configuration without them")
+    pattern = system.matrices.indptr, system.matrices.indices
+    shapes = []
+    n = len(system.matrices.names)
+    for factors in points[:, :n]:
+        K, M = system.matrices.at(np.ascontiguousarray(factors))
+        try:
+            shapes.append(_core.modes(*pattern, K, M, n_modes=system.n_modes)[1])
+        except FemendError:
+            continue  # at this corner there is no model; the others hold the modes
+    if not shapes:
+        raise UpdatingError(f"the model has no modes at any of {len(points)} points; check the bounds")
+    V = np.hstack(shapes)
+    M = system.matrices.at(np.ones(n))[1]
+    heavy = _core.modal_projections(*pattern, M[None], np.ascontiguousarray(V))[0]
+    size = 1.0 / np.sqrt(np.diag(heavy))
+    values, vectors = np.linalg.eigh(heavy * np.outer(size, size))
+    keep = values > DROP * values[-1]
+    V = np.ascontiguousarray((V * size) @ (vectors[:, keep] / np.sqrt(values[keep])))
+    one = np.ones(n)
+    K1, M1 = (_core.modal_projections(*pattern, a[None], V)[0] for a in system.matrices.at(one))
+    dK, dM = (_core.modal_projections(*pattern, a, V) for a in system.matrices.slopes(one))
+    K0, M0 = K1 - dK.sum(axis=0), M1 - dM.sum(axis=0)
+    rows = np.asarray(system.sensors @ V)
+    return DenseSystem(
+        system.matrices.names, K0, M0, dK, dM, rows, system.n_modes, system.frfs, None, dict(system.defaults)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """The `problem` in small models, and the largest relative error of a frequency, `error`, at points that had no part
+    in making them."""
+
+    problem: Problem
+    error: float
+
+
+def reduced_problem(problem: Problem, n_points: int | None = None, *, n_check: int = 5, seed: int = 0) -> Reduction:
+    """The same problem with every large affine model reduced, from modes at `n_points` of a Latin hypercube between the
+    bounds (twice the unknowns plus 8 by default) and at the prior mean; checked at `n_check` others of the same `seed`.
+
+    Raises UpdatingError as `reduced_system` and `design` do.
+    """
+    n_points = 2 * len(problem.unknowns) + 8 if n_points is None else n_points
+    points = np.vstack([problem.unknowns.mean, design(problem.unknowns, n_points, seed=seed)])
+    made = []
+    for i, c in enumerate(problem.configurations):
+        if isinstance(c.system, ModalSystem):
+            factors = np.array([problem.factors(p, i) for p in points])
+            made.append(replace(c, system=reduced_system(c.system, factors)))
+        else:
+            made.append(c)
+    small = Problem(problem.unknowns, tuple(made), problem.mac_min)
+    worst = 0.0
+    for p in design(problem.unknowns, n_check, seed=seed + 1):
+        try:
+            pairs = list(zip(problem.states(p), small.states(p), strict=True))
+        except FemendError:
+            continue
+        for full, little in pairs:
+            f, g = full.value("freq"), little.value("freq")
+            worst = max(worst, float(np.max(np.abs(g - f) / np.maximum(f, 1e-3 * f.max()), initial=0.0)))
+    return Reduction(small, worst)

@@ -1,0 +1,207 @@
+"""What an updating run found, and how far to trust it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.correlate import mac
+from femend.estimate.updating.history import Iteration
+from femend.estimate.updating.problem import Evaluation, Problem
+from femend.estimate.updating.unknown import limits
+
+__all__ = ["ModeRow", "ParameterRow", "Status", "UpdateResult"]
+
+FloatArray = NDArray[np.float64]
+Status = Literal["converged", "at bound", "stalled", "limit", "stopped"]
+
+# beyond so many prior deviations a parameter has left its prior
+LEFT = 2.0
+ADVICE = {
+    "converged": "",
+    "at bound": "parameters stand at their limits: are these right, or does the model lack something there?",
+    "stalled": "no step lowers the cost: modes that change places, or derivatives too coarse; try other starts",
+    "limit": "the search was still going down: allow more iterations",
+    "stopped": "stopped on request: go on with resume=True",
+}
+
+
+class ParameterRow(NamedTuple):
+    """One parameter: value before and after, deviation, prior deviations moved, share of its prior variance that the
+    data took away (NaN without prior), whether it stands at a limit."""
+
+    name: str
+    before: float
+    value: float
+    sd: float
+    z: float
+    learned: float
+    at_bound: bool
+
+
+class ModeRow(NamedTuple):
+    """One measured mode: frequency in Hz measured, before and after; MAC before and after; model mode (from 1) after.
+
+    NaN and 0 where it has no mate, or where no shape was measured."""
+
+    configuration: str
+    mode: int
+    freq: float
+    freq_before: float
+    freq_after: float
+    mac_before: float
+    mac_after: float
+    mate: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class UpdateResult:
+    """`status` of the run, evaluations `before` and `after`, unknowns `at_bound` (n,), and its `history`."""
+
+    problem: Problem
+    before: Evaluation
+    after: Evaluation
+    status: Status
+    at_bound: NDArray[np.bool_]
+    history: tuple[Iteration, ...]
+
+    @property
+    def advice(self) -> str:
+        """What the status asks for, "" if nothing."""
+        return ADVICE[self.status]
+
+    @property
+    def p(self) -> FloatArray:
+        """The unknowns' p (n,)."""
+        return self.after.p
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values by name."""
+        return dict(zip(self.problem.unknowns.names, self.problem.unknowns.values(self.p).tolist(), strict=True))
+
+    @cached_property
+    def precision(self) -> FloatArray:
+        """Gauss-Newton precision (n, n) of p with the prior's."""
+        J = self.after.jacobian
+        assert J is not None
+        return np.asarray(J.T @ J + self.problem.unknowns.precision)
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Laplace covariance (n, n) of p; infinite variance where neither data nor prior say anything.
+
+        Unknowns at a limit are treated as free: their deviation is that of the unbounded problem."""
+        diag = np.sqrt(np.maximum(np.diag(self.precision), 0.0))
+        scale = np.where(diag > 0, diag, 1.0)
+        values, vectors = np.linalg.eigh(self.precision / np.outer(scale, scale))
+        blind = values <= values.max(initial=0.0) * len(values) * 1e-13
+        inverse = (vectors[:, ~blind] / values[~blind]) @ vectors[:, ~blind].T
+        inverse = inverse / np.outer(scale, scale)
+        unseen = (vectors[:, blind] ** 2).sum(axis=1) > 1e-9
+        inverse[unseen, unseen] = np.inf
+        return np.asarray(inverse)
+
+    @property
+    def sd(self) -> dict[str, float]:
+        """Standard deviations of the values by name, to first order."""
+        sd = self.problem.unknowns.value_sd(self.p, self.covariance)
+        return dict(zip(self.problem.unknowns.names, sd.tolist(), strict=True))
+
+    @property
+    def log_evidence(self) -> float:
+        """Laplace's ln Z but for a constant of the data; NaN without proper priors, or at a limit."""
+        prior = self.problem.unknowns.precision
+        sign, before = np.linalg.slogdet(prior)
+        if sign <= 0 or self.at_bound.any():
+            return float("nan")
+        return float(-0.5 * self.after.cost - 0.5 * (np.linalg.slogdet(self.precision)[1] - before))
+
+    def parameters(self) -> list[ParameterRow]:
+        """One row a parameter."""
+        u = self.problem.unknowns
+        before, after = u.values(self.before.p), u.values(self.p)
+        variance, sd = np.diag(self.covariance), u.value_sd(self.p, self.covariance)
+        prior = np.array([x.sd for x in u.items])
+        z = (self.p - u.mean) / prior
+        lower, upper = limits(u)
+        width = (upper - lower) / np.sqrt(12.0)
+        known = np.where(np.isfinite(prior), prior, width)
+        learned = np.full(len(u), np.nan)
+        bounded = np.isfinite(known)
+        learned[bounded] = 1.0 - np.minimum(variance[bounded] / known[bounded] ** 2, 1.0)
+        return [
+            ParameterRow(n, float(b), float(a), float(s), float(k), float(x), bool(at))
+            for n, b, a, s, k, x, at in zip(u.names, before, after, sd, z, learned, self.at_bound, strict=True)
+        ]
+
+    def modes(self) -> list[ModeRow]:
+        """One row a measured mode, of all configurations."""
+        rows = []
+        for i, c in enumerate(self.problem.configurations):
+            if c.test is None:
+                continue
+            ends = [c.test.mates(e.states[i]) for e in (self.before, self.after)]
+            f, m = np.full((2, c.test.freq.size), np.nan), np.full((2, c.test.freq.size), np.nan)
+            for k, (pairs, e) in enumerate(zip(ends, (self.before, self.after), strict=True)):
+                t = pairs.test
+                f[k, t] = e.states[i].value("freq")[pairs.mate[t]]
+                if c.test.phi is not None:
+                    phi = e.states[i].value("phi")[:, pairs.mate[t]]
+                    there = np.isfinite(c.test.phi).all(axis=1)
+                    m[k, t] = np.diag(mac(c.test.phi[there][:, t], phi[there]))
+            for j in range(c.test.freq.size):
+                g, x = f[:, j].tolist(), m[:, j].tolist()
+                mate = int(ends[1].mate[j]) + 1
+                rows.append(ModeRow(c.name, j + 1, float(c.test.freq[j]), g[0], g[1], x[0], x[1], mate))
+        return rows
+
+    def changed_most(self, n: int = 3) -> list[str]:
+        """The `n` parameters whose values changed most, relative to where they were."""
+        rows = sorted(self.parameters(), key=lambda r: -abs(r.value / r.before - 1.0) if r.before else -abs(r.value))
+        return [r.name for r in rows[:n]]
+
+    def left_prior(self, beyond: float = LEFT) -> list[str]:
+        """Parameters further from the prior mean than `beyond` prior deviations."""
+        return [r.name for r in self.parameters() if abs(r.z) > beyond]
+
+    def determined(self) -> list[str]:
+        """Parameters of which the data took away more than half the prior variance; the others stay at the prior."""
+        return [r.name for r in self.parameters() if not r.learned <= 0.5 and np.isfinite(r.sd)]
+
+    def unpaired(self) -> list[tuple[str, int]]:
+        """(configuration, test mode from 1) of measured modes without a mate at the end."""
+        return [
+            (c.name, int(i) + 1)
+            for c, mates in zip(self.problem.configurations, self.after.mates, strict=True)
+            if c.test is not None and mates is not None
+            for i in np.flatnonzero((mates.mate < 0) | (mates.mac < self.problem.mac_min))
+        ]
+
+    def __repr__(self) -> str:
+        lines = [
+            f"{self.status} after {len(self.history) - 1} steps, cost {self.before.cost:.4g} -> {self.after.cost:.4g}"
+            + (f" ({self.advice})" if self.advice else ""),
+            f"{'parameter':20} {'before':>9} {'after':>9} {'sd':>9} {'prior sds':>9}  told by",
+        ]
+        told = set(self.determined())
+        for r in self.parameters():
+            z = "" if not np.isfinite(r.z) or r.z == 0 else f"{r.z:9.2f}"
+            by = ("data" if r.name in told else "prior") + (", at its limit" if r.at_bound else "")
+            lines.append(f"{r.name:20} {r.before:9.4g} {r.value:9.4g} {r.sd:9.2g} {z:>9}  {by}")
+        modes = self.modes()
+        if modes:
+            lines.append(
+                f"{'mode':20} {'measured':>9} {'before':>9} {'after':>9} {'error %':>9} {'MAC':>6} {'after':>6}"
+            )
+        for m in modes:
+            label, error = f"{m.configuration} {m.mode}", 100 * (m.freq_after / m.freq - 1)
+            lines.append(
+                f"{label:20} {m.freq:9.4g} {m.freq_before:9.4g} {m.freq_after:9.4g} {error:9.2f} "
+                f"{m.mac_before:6.3f} {m.mac_after:6.3f}"
+            )
+        return "\n".join(lines)

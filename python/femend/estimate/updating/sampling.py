@@ -1,0 +1,178 @@
+"""The whole posterior by tempered particles, with its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.errors import FemendError, UpdatingError
+from femend.estimate.updating.design import prior_quantiles
+from femend.estimate.updating.problem import Problem
+from femend.estimate.updating.step import root
+from femend.estimate.updating.unknown import limits
+
+__all__ = ["Posterior", "sample"]
+
+FloatArray = NDArray[np.float64]
+
+# effective share of the particles after a step of the temperature
+EFFECTIVE = 0.5
+# moves of a particle at one temperature: until most have moved far, within these numbers
+FEWEST, MOST = 5, 60
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Draws `p` (n, n_unknowns) of equal weight, their `squares` (n,), ln evidence (a constant of the data left out)
+    with its standard error, temperatures from 0 to 1, the acceptance at each, and advice ("" if the moves mixed)."""
+
+    problem: Problem
+    p: FloatArray
+    squares: FloatArray
+    log_evidence: float
+    log_evidence_se: float
+    temperatures: tuple[float, ...]
+    acceptance: tuple[float, ...]
+    n_solved: int
+    advice: str
+
+    @property
+    def values(self) -> FloatArray:
+        """Values (n, n_unknowns) of the unknowns."""
+        return np.array([self.problem.unknowns.values(p) for p in self.p])
+
+    @property
+    def mean(self) -> FloatArray:
+        """Mean (n_unknowns,) of p."""
+        return np.asarray(self.p.mean(axis=0))
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance (n_unknowns, n_unknowns) of p."""
+        return np.atleast_2d(np.cov(self.p.T))
+
+    def quantiles(self, q: tuple[float, ...] = (0.025, 0.5, 0.975)) -> dict[str, tuple[float, ...]]:
+        """Quantiles `q` of every value by name."""
+        found = np.quantile(self.values, q, axis=0)
+        return {n: tuple(found[:, i].tolist()) for i, n in enumerate(self.problem.unknowns.names)}
+
+
+def sample(
+    problem: Problem,
+    n: int = 500,
+    *,
+    seed: int = 0,
+    solve_all: Callable[[FloatArray], FloatArray] | None = None,
+) -> Posterior:
+    """Draws from the posterior of `problem` by sequential Monte Carlo: `n` particles from the prior, cut off at the
+    bounds, through tempered likelihoods exp(-beta squares / 2) with beta from 0 to 1.
+
+    Each beta leaves half of the particles effective (Ching and Chen 2007, transitional MCMC); systematic resampling;
+    then Metropolis moves with the particles' covariance, scaled to an acceptance near 0.234 (Roberts, Gelman and Gilks
+    1997) and repeated until the particles have moved a deviation on average (Del Moral, Doucet and Jasra 2006). The
+    evidence is the product of the mean weights, its error from their scatter. A model without a solution has no
+    likelihood. `solve_all` maps points (n, n_unknowns) to squares (n,), where there is something faster than one after
+    the other (a response surface). `seed` makes it repeatable. Raises UpdatingError for an unknown without prior or
+    bounds, where the prior is correlated, and where no particle has a solution.
+    """
+    rng = np.random.default_rng(seed)
+    lower, upper = limits(problem.unknowns)
+    precision = problem.unknowns.precision
+    if np.any(precision - np.diag(np.diag(precision))):
+        raise UpdatingError("the prior couples unknowns (a field); sample in unknowns that are independent a priori")
+    squares_of = solve_all or (lambda points: _squares(problem, points))
+    R = root(precision)
+    prior_of = lambda x: (((x - problem.unknowns.mean) @ R.T) ** 2).sum(axis=1)  # noqa: E731
+    u = (rng.permuted(np.tile(np.arange(n)[:, None], (1, len(problem.unknowns))), axis=0) + rng.random((n, 1))) / n
+    p = prior_quantiles(problem.unknowns, np.clip(u, 1e-12, 1 - 1e-12))
+    s = squares_of(p)
+    if not np.isfinite(s).any():
+        raise UpdatingError(f"none of {n} points of the prior has a solution; look at bounds and pairing")
+    beta, temperatures, acceptance, solved, advice = 0.0, [0.0], [], n, ""
+    ln_z = variance = 0.0
+    while beta < 1.0:
+        new = _next(s, beta)
+        w = np.exp(-0.5 * (new - beta) * (s - s.min()))
+        ln_z += float(np.log(w.mean()) - 0.5 * (new - beta) * s.min())
+        variance += float(w.var() / w.mean() ** 2 / n)
+        centre = (w[:, None] * p).sum(0) / w.sum()
+        spread = ((w[:, None] * (p - centre)).T @ (p - centre)) / w.sum()
+        chosen = np.searchsorted(np.cumsum(w) / w.sum(), (rng.random() + np.arange(n)) / n).clip(0, n - 1)
+        p, s, beta = p[chosen].copy(), s[chosen].copy(), new
+        L = np.linalg.cholesky(spread + 1e-12 * np.trace(spread) / len(spread) * np.eye(len(spread)))
+        p, s, rate, moved, count = _move(p, s, beta, L, rng, squares_of, prior_of, lower, upper)
+        solved += count
+        temperatures.append(beta)
+        acceptance.append(rate)
+        if moved < 1.0:
+            advice = (
+                f"particles moved {moved:.2f} deviations at temperature {beta:.3g}: take more of them, or trust less"
+            )
+    return Posterior(
+        problem, p, s, ln_z, float(np.sqrt(variance)), tuple(temperatures), tuple(acceptance), solved, advice
+    )
+
+
+def _squares(problem: Problem, points: FloatArray) -> FloatArray:
+    """Squares (n,) one by one, infinite where there is no solution; all measured modes count, however they pair."""
+    out = np.full(len(points), np.inf)
+    every = tuple(None if c.test is None else np.ones(c.test.freq.size, dtype=np.bool_) for c in problem.configurations)
+    for i, p in enumerate(points):
+        try:
+            out[i] = problem.evaluate(p, active=every).squares
+        except (FemendError, ArithmeticError):
+            continue
+    return out
+
+
+def _next(s: FloatArray, beta: float) -> float:
+    """The next temperature: half of the particles effective, or 1."""
+
+    def effective(new: float) -> float:
+        w = np.exp(-0.5 * (new - beta) * (s - s.min()))
+        return float(w.sum() ** 2 / (w @ w)) / len(s)
+
+    if effective(1.0) >= EFFECTIVE:
+        return 1.0
+    low, high = beta, 1.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if effective(middle) >= EFFECTIVE else (low, middle)
+    return max(low, beta + 1e-12)
+
+
+def _move(
+    p: FloatArray,
+    s: FloatArray,
+    beta: float,
+    L: FloatArray,
+    rng: np.random.Generator,
+    squares_of: Callable[[FloatArray], FloatArray],
+    prior_of: Callable[[FloatArray], FloatArray],
+    lower: FloatArray,
+    upper: FloatArray,
+) -> tuple[FloatArray, FloatArray, float, float, int]:
+    """Metropolis moves at one temperature: particles, squares, acceptance, deviations moved, models solved."""
+    n, d = p.shape
+    first, prior, scale = p.copy(), prior_of(p), 2.38 / np.sqrt(d)
+    inverse = np.linalg.inv(L)
+    rates, solved, moved = [], 0, 0.0
+    for turn in range(MOST):
+        q = p + scale * rng.standard_normal((n, d)) @ L.T
+        inside = np.all((q >= lower) & (q <= upper), axis=1)
+        new_s, new_prior = np.full(n, np.inf), np.full(n, np.inf)
+        if inside.any():
+            new_s[inside], new_prior[inside] = squares_of(q[inside]), prior_of(q[inside])
+            solved += int(inside.sum())
+        ratio = -0.5 * (beta * (new_s - s) + new_prior - prior)
+        taken = np.log(rng.random(n)) < np.nan_to_num(ratio, nan=-np.inf)
+        p, s, prior = np.where(taken[:, None], q, p), np.where(taken, new_s, s), np.where(taken, new_prior, prior)
+        rates.append(float(taken.mean()))
+        scale *= float(np.exp(rates[-1] - 0.234))
+        moved = float(np.mean(np.linalg.norm((p - first) @ inverse.T, axis=1))) / np.sqrt(d)
+        if turn + 1 >= FEWEST and moved >= 1.0:
+            break
+    return p, s, float(np.mean(rates)), moved, solved

@@ -1,0 +1,103 @@
+"""What may change: factors on model values with their priors and limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.errors import UpdatingError
+from femend.model import Parameter
+from femend.model.unknowns import Unknown, Unknowns
+
+__all__ = ["factor", "factors_of", "limits", "smooth", "spans"]
+
+FloatArray = NDArray[np.float64]
+
+
+def factor(
+    name: str, sd: float = 0.1, bounds: tuple[float, float] | None = None, *, logarithmic: bool = False
+) -> Unknown:
+    """A factor around 1 with the relative 1-sigma `sd` (infinite: no prior) and `bounds` on the factor.
+
+    A `logarithmic` factor stays positive, and `sd` is that of its logarithm: for values of which only the order of
+    magnitude is known. Raises UpdatingError for an `sd` that is not above 0.
+
+    >>> factor("E", 0.05, (0.8, 1.2)).value(1.1)
+    1.1
+    """
+    if not sd > 0:
+        raise UpdatingError(f"the prior of {name!r} has a standard deviation of {sd:g}; it takes one above 0")
+    if logarithmic:
+        return Unknown(name, 1.0, True, 0.0, sd, bounds=bounds)
+    return Unknown(name, 1.0, False, 1.0, sd, bounds=bounds)
+
+
+def factors_of(parameters: Iterable[Parameter]) -> Unknowns:
+    """One factor for each of a deck's `parameters`, with the prior and bounds it was declared with."""
+    return Unknowns.of([factor(p.name, p.prior_sd, p.bounds) for p in parameters])
+
+
+def limits(unknowns: Unknowns) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper limits (n,), (n,) of p, infinite where there are none.
+
+    Raises UpdatingError for limits that exclude each other, that a positive unknown cannot have, or that exclude the
+    prior's mean.
+
+    >>> lower, upper = limits(Unknowns.of([factor("E", 0.1, (0.5, 2.0))]))
+    >>> (float(lower[0]), float(upper[0]))
+    (0.5, 2.0)
+    """
+    lower, upper = np.full(len(unknowns), -np.inf), np.full(len(unknowns), np.inf)
+    for i, u in enumerate(unknowns.items):
+        if not u.sd > 0:
+            raise UpdatingError(f"the prior of {u.name!r} has a standard deviation of {u.sd:g}; it takes one above 0")
+        if u.bounds is None:
+            continue
+        low, high = u.bounds
+        if not low < high:
+            raise UpdatingError(f"the bounds of {u.name!r} are {low:g} to {high:g}: no value lies between them")
+        if u.positive and low < 0:
+            raise UpdatingError(f"the lower bound of {u.name!r} is {low:g}; it is positive by definition")
+        with np.errstate(divide="ignore"):
+            lower[i], upper[i] = (
+                np.log(np.array([low, high]) / u.scale) if u.positive else (low / u.scale, high / u.scale)
+            )
+        if not lower[i] <= unknowns.mean[i] <= upper[i]:
+            raise UpdatingError(
+                f"the prior of {u.name!r} has its mean at {u.value(unknowns.mean[i]):g}, outside its bounds {low:g} to "
+                f"{high:g}; move the one or the other"
+            )
+    return lower, upper
+
+
+def spans(unknowns: Unknowns) -> FloatArray:
+    """A length (n,) of p for each unknown, by which steps are measured: the prior's 1-sigma, else a quarter of the
+    distance between bounds, else 1."""
+    lower, upper = limits(unknowns)
+    sd = np.array([u.sd for u in unknowns.items])
+    width = (upper - lower) / 4.0
+    return np.asarray(np.where(np.isfinite(sd), sd, np.where(np.isfinite(width), width, 1.0)))
+
+
+def smooth(unknowns: Unknowns, neighbours: Sequence[tuple[str, str]], sd: float) -> Unknowns:
+    """The same unknowns with a field prior: p of `neighbours` (pairs of names) differ by `sd` (1-sigma).
+
+    Adds to the prior's precision the graph Laplacian of the neighbours over sd^2, about the means, as they are (Rue and
+    Held, Gaussian Markov Random Fields, 2005, section 3.3). Raises ModelError for a name that is none and UpdatingError
+    for an `sd` that is not positive.
+
+    >>> both = smooth(Unknowns.of([factor("a", 1.0), factor("b", 1.0)]), [("a", "b")], 0.5)
+    >>> both.precision.tolist()
+    [[5.0, -4.0], [-4.0, 5.0]]
+    """
+    if not sd > 0:
+        raise UpdatingError(f"neighbours are to differ by {sd:g}; give a standard deviation above 0")
+    precision = unknowns.precision.copy()
+    for a, b in neighbours:
+        i, j = unknowns.index(a), unknowns.index(b)
+        precision[[i, j], [i, j]] += 1 / sd**2
+        precision[[i, j], [j, i]] -= 1 / sd**2
+    return replace(unknowns, precision=precision)

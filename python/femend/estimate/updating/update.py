@@ -1,0 +1,205 @@
+"""Updating: a bounded Gauss-Newton search in a trust region, modes paired anew at every point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femend.errors import FemendError, UpdatingError
+from femend.estimate.updating.history import Iteration, point, read_history, write_history
+from femend.estimate.updating.problem import Evaluation, Problem
+from femend.estimate.updating.result import Status, UpdateResult
+from femend.estimate.updating.step import best_step, root
+from femend.estimate.updating.unknown import limits, spans
+
+__all__ = ["update"]
+
+FloatArray = NDArray[np.float64]
+Active = tuple[NDArray[np.bool_] | None, ...]
+
+# usual constants of a trust region (Nocedal and Wright, Numerical Optimization, algorithm 4.1)
+ACCEPT, POOR, GOOD = 1e-4, 0.25, 0.75
+SMALLEST_RADIUS = 1e-8
+
+
+@dataclass
+class _Search:
+    """What changes during a search."""
+
+    here: Evaluation
+    active: Active
+    radius: float
+    iterations: list[Iteration]
+
+
+def update(
+    problem: Problem,
+    start: ArrayLike | None = None,
+    *,
+    iterations: int = 60,
+    tolerance: float = 1e-6,
+    radius: float = 1.0,
+    history: str | Path | None = None,
+    resume: bool = False,
+    stop: Callable[[Iteration], bool] | None = None,
+) -> UpdateResult:
+    """Finds the unknowns of `problem` that make squares and prior together least, from `start` (n,) p or the prior
+    mean.
+
+    With finite priors this is the maximum a posteriori estimate with its Laplace covariance, with infinite ones
+    weighted least squares. A step is the exact minimum of the linearised problem inside limits and a trust region that
+    is a box of `radius` spans (`spans`); it is taken when it lowers the cost. After each the modes are paired anew, and
+    measured modes that have found a mate join. The search ends when the linearised problem promises less than
+    `tolerance`^2 of the cost or a step of less than `tolerance` spans ("converged", "at bound" with unknowns at their
+    limits), when no step lowers the cost ("stalled"), after `iterations` ("limit"), or when `stop` of an iteration is
+    True ("stopped").
+
+    `history` is a file that keeps every iteration; with `resume` the search goes on from it where it exists. A point at
+    which a model has no solution is not taken, and noted. Raises UpdatingError for fewer data than unknowns without
+    prior, where no mode pairs, a start outside the limits or a history of another problem, and what the start's models
+    raise.
+    """
+    lower, upper = limits(problem.unknowns)
+    kept = read_history(history, problem) if resume and history is not None and Path(history).exists() else []
+    search = _begin(problem, start, kept, radius, lower, upper)
+    first = search.here if not kept else problem.evaluate(kept[0].p, active=search.active)
+    _enough(problem, search.here)
+    status: Status = "limit"
+    scale = spans(problem.unknowns)
+    if history is not None:
+        write_history(history, problem, search.iterations, "running")
+    for _ in range(iterations):
+        done = _advance(problem, search, lower, upper, scale, tolerance)
+        if done is not None:
+            status = done
+            break
+        if history is not None:
+            write_history(history, problem, search.iterations, "running")
+        if stop is not None and stop(search.iterations[-1]):
+            status = "stopped"
+            break
+    at = _at_bound(search.here.p, lower, upper, scale)
+    if status == "converged" and at.any():
+        status = "at bound"
+    if history is not None:
+        write_history(history, problem, search.iterations, status)
+    return UpdateResult(problem, first, search.here, status, at, tuple(search.iterations))
+
+
+def _begin(
+    problem: Problem,
+    start: ArrayLike | None,
+    kept: list[Iteration],
+    radius: float,
+    lower: FloatArray,
+    upper: FloatArray,
+) -> _Search:
+    p = problem.unknowns.mean.copy() if start is None else np.asarray(start, dtype=np.float64).copy()
+    if kept:
+        p, radius = point(kept[-1]), kept[-1].radius
+    if p.shape != (len(problem.unknowns),):
+        raise UpdatingError(f"the start has shape {p.shape}, there are {len(problem.unknowns)} unknowns")
+    if not (np.all(p >= lower - 1e-12) and np.all(p <= upper + 1e-12)):
+        i = int(np.flatnonzero((p < lower) | (p > upper))[0])
+        u = problem.unknowns.items[i]
+        raise UpdatingError(f"the start of {u.name!r} is {u.value(p[i]):g}, outside its bounds {u.bounds}")
+    states = problem.states(p)
+    active = problem.active(states)
+    if kept:
+        active = tuple(
+            None if a is None else np.asarray(m) >= 0 for a, m in zip(active, _mates_of(kept[-1], active), strict=True)
+        )
+    here = problem.evaluate(p, slopes=True, active=active, states=states)
+    search = _Search(here, active, radius, list(kept))
+    if not kept:
+        search.iterations.append(_iteration(here, radius, ()))
+    return search
+
+
+def _mates_of(iteration: Iteration, active: Active) -> list[tuple[int, ...]]:
+    """The kept mates by configuration, with nothing for configurations without modes."""
+    return [m if a is not None else () for m, a in zip(iteration.mates, active, strict=True)]
+
+
+def _iteration(here: Evaluation, radius: float, notes: tuple[str, ...]) -> Iteration:
+    mates = tuple(() if m is None else tuple(int(i) for i in m.mate) for m in here.mates)
+    return Iteration(tuple(float(x) for x in here.p), here.cost, here.squares, radius, mates, notes)
+
+
+def _enough(problem: Problem, here: Evaluation) -> None:
+    informed = int(np.linalg.matrix_rank(problem.unknowns.precision))
+    n = len(problem.unknowns)
+    if here.residual.size + informed < n:
+        raise UpdatingError(
+            f"{here.residual.size} paired values and {informed} priors for {n} unknowns: give priors (a finite sd), "
+            "fewer unknowns or more responses"
+        )
+
+
+def _advance(
+    problem: Problem, search: _Search, lower: FloatArray, upper: FloatArray, scale: FloatArray, tolerance: float
+) -> Status | None:
+    """One accepted step; a status where there is none to take."""
+    here = search.here
+    R = root(problem.unknowns.precision)
+    assert here.jacobian is not None
+    residual = np.concatenate([here.residual, R @ (here.p - problem.unknowns.mean)])
+    jacobian = np.vstack([here.jacobian, R])
+    notes: list[str] = []
+    while search.radius > SMALLEST_RADIUS:
+        box = search.radius * scale
+        step, promised = best_step(
+            residual, jacobian, np.maximum(lower - here.p, -box), np.minimum(upper - here.p, box), scale
+        )
+        length = float(np.abs(step / scale).max())
+        if promised <= tolerance**2 * here.cost or length <= tolerance:
+            return "converged"
+        p = np.clip(here.p + step, lower, upper)
+        try:
+            trial = problem.evaluate(p, active=search.active)
+        except (FemendError, ArithmeticError) as error:
+            notes.append(f"no result at a trial point: {error}")
+            search.radius = 0.25 * length
+            continue
+        ratio = (here.cost - trial.cost) / promised
+        if ratio < POOR:
+            search.radius = 0.25 * length
+        elif ratio > GOOD and length > 0.99 * search.radius:
+            search.radius *= 2.0
+        if ratio > ACCEPT:
+            _accept(problem, search, trial, notes)
+            return None
+    return "stalled"
+
+
+def _accept(problem: Problem, search: _Search, trial: Evaluation, notes: list[str]) -> None:
+    """Takes a point: measured modes that have found a mate join, changed pairs are noted."""
+    joined: list[NDArray[np.bool_] | None] = []
+    for c, old, new in zip(problem.configurations, search.active, problem.active(trial.states), strict=True):
+        both = None if old is None or new is None else old | new
+        if old is not None and both is not None and (both & ~old).any():
+            notes.append(
+                f"{c.name}: test modes {', '.join(str(i + 1) for i in np.flatnonzero(both & ~old))} found mates"
+            )
+        joined.append(both)
+    before = search.here.mates
+    search.active = tuple(joined)
+    search.here = problem.evaluate(trial.p, slopes=True, active=search.active, states=trial.states)
+    for c, old_pairs, new_pairs in zip(problem.configurations, before, search.here.mates, strict=True):
+        if old_pairs is None or new_pairs is None:
+            continue
+        changed = np.flatnonzero((old_pairs.mate != new_pairs.mate) & (old_pairs.mate >= 0))
+        notes += [
+            f"{c.name}: test mode {i + 1} paired with model mode {new_pairs.mate[i] + 1}, before with "
+            f"{old_pairs.mate[i] + 1}"
+            for i in changed
+        ]
+    search.iterations.append(_iteration(search.here, search.radius, tuple(notes)))
+
+
+def _at_bound(p: FloatArray, lower: FloatArray, upper: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
+    return np.asarray((p - lower <= 1e-9 * scale) | (upper - p <= 1e-9 * scale))

@@ -1,0 +1,81 @@
+"""Which fields of a deck hold the values of its parameters, and what stands there after an update."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from femend.errors import DeckError
+from femend.io.deck import FieldChange
+from femend.model.model import Model, Parameter
+
+__all__ = ["deck_changes", "unwritten"]
+
+# card and Nastran field of every property a parameter may scale
+_MATERIAL = {"E": 3, "G": 4, "nu": 5, "rho": 6}
+_PROPERTY = {
+    "PBAR": {"A": 4, "I1": 5, "I2": 6, "J": 7},
+    "PROD": {"A": 4, "J": 5},
+    "PSHELL": {"t": 4},
+    "PELAS": {"k1": 3},
+    "PBUSH": {f"k{i}": 3 + i for i in range(1, 7)},
+}
+
+
+def deck_changes(model: Model, parameters: dict[str, Any]) -> list[FieldChange]:
+    """Changed fields for factors by name, {name: {"factor": value}} for all `parameters` of the `model`; a parameter
+    whose value stands on no single field is left out (`unwritten`)."""
+    changes = []
+    for parameter in model.parameters:
+        factor = parameters[parameter.name]["factor"]
+        for card, id_, field in _fields(model, parameter):
+            try:
+                old = float(_number(model.deck.field_text(card, id_, field)))
+            except ValueError:
+                continue  # blank field: its value follows from others
+            changes.append(FieldChange(card, id_, field, old * factor))
+    return changes
+
+
+def _fields(model: Model, parameter: Parameter) -> list[tuple[str, int, int]]:
+    if parameter.target == "material" and parameter.property in _MATERIAL:
+        return [("MAT1", i, _MATERIAL[parameter.property]) for i in parameter.ids]
+    if parameter.target == "mass" and parameter.property == "m":
+        return [("CONM2", i, 5) for i in parameter.ids]
+    if parameter.target == "property_id":
+        counts = model.deck.card_counts()
+        found = []
+        for card, fields in _PROPERTY.items():
+            if card in counts and parameter.property in fields:
+                found += [(card, i, fields[parameter.property]) for i in parameter.ids if _has(model, card, i)]
+        return found
+    return []
+
+
+def _has(model: Model, card: str, id_: int) -> bool:
+    try:
+        model.deck.find(card, id_)
+    except DeckError:
+        return False
+    return True
+
+
+def _number(text: str) -> str:
+    """A Nastran real as Python reads it: 1.5-3 is 1.5e-3, D exponents too."""
+    body = text.strip().upper().replace("D", "E")
+    for i in range(len(body) - 1, 0, -1):
+        if body[i] in "+-" and body[i - 1] not in "E":
+            return f"{body[:i]}E{body[i:]}"
+    return body
+
+
+def unwritten(model: Model) -> list[str]:
+    """Parameters of the `model` whose value no field of the deck holds: element by element, or fields left blank."""
+    out = []
+    for parameter in model.parameters:
+        try:
+            texts = [model.deck.field_text(*place) for place in _fields(model, parameter)]
+        except DeckError:
+            texts = []
+        if not texts or any(not text.strip() for text in texts):
+            out.append(parameter.name)
+    return out
