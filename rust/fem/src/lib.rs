@@ -13,5 +13,6 @@ pub mod pattern;
 pub mod project;
 pub mod resolve;
 mod resolve_continua;
+mod resolve_shell;
 pub mod scalar;
 pub mod small;

@@ -28,6 +28,7 @@ fn solid(kind: SolidKind, coupled: bool) -> Mesh {
     ];
     let penta = [0, 1, 3, 4, 5, 7].map(|i: usize| hexa[i]);
     let tetra = [0, 1, 3, 4].map(|i: usize| hexa[i]);
+    let pyramid = [0, 1, 2, 3, 6].map(|i: usize| hexa[i]);
     let (mut x, edges): (Vec<[f64; 3]>, &[[usize; 2]]) = match kind {
         SolidKind::Hexa8 => (hexa.to_vec(), &[]),
         SolidKind::Hexa20 => (
@@ -38,6 +39,10 @@ fn solid(kind: SolidKind, coupled: bool) -> Mesh {
         SolidKind::Penta15 => {
             (penta.to_vec(), &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 4], [2, 5], [3, 4], [4, 5], [5, 3]])
         }
+        SolidKind::Pyramid5 => (pyramid.to_vec(), &[]),
+        SolidKind::Pyramid13 => {
+            (pyramid.to_vec(), &[[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [1, 4], [2, 4], [3, 4]])
+        }
         SolidKind::Tetra4 => (tetra.to_vec(), &[]),
         SolidKind::Tetra10 => (tetra.to_vec(), &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]),
     };
@@ -47,20 +52,22 @@ fn solid(kind: SolidKind, coupled: bool) -> Mesh {
     Mesh {
         nodes: x.iter().enumerate().map(|(i, p)| node(i as Id + 1, *p)).collect(),
         materials: vec![steel()],
-        solid_properties: vec![SolidProperty { id: 1, material: 1 }],
+        solid_properties: vec![SolidProperty { id: 1, material: 1, frame: None }],
         solids: vec![Solid { id: 7, property: 1, kind, nodes: (1..=x.len() as Id).collect() }],
         options: options(coupled),
         ..Mesh::default()
     }
 }
 
-const KINDS: [SolidKind; 6] = [
+const KINDS: [SolidKind; 8] = [
     SolidKind::Tetra4,
     SolidKind::Tetra10,
     SolidKind::Penta6,
     SolidKind::Penta15,
     SolidKind::Hexa8,
     SolidKind::Hexa20,
+    SolidKind::Pyramid5,
+    SolidKind::Pyramid13,
 ];
 
 /// Displacement of a linear field at the nodes in the order of the a-set (translations only).
@@ -146,7 +153,7 @@ fn moments_of_inertia_of_quadratic_solids_are_exact() {
 fn bricks(n: [usize; 3], size: [f64; 3], shake: f64) -> Mesh {
     let mut mesh = Mesh {
         materials: vec![steel()],
-        solid_properties: vec![SolidProperty { id: 1, material: 1 }],
+        solid_properties: vec![SolidProperty { id: 1, material: 1, frame: None }],
         options: options(true),
         ..Mesh::default()
     };
@@ -262,6 +269,7 @@ fn plate(n: usize, a: f64, b: f64, t: f64, skew: f64, shake: f64) -> Mesh {
                 id: mesh.quads.len() as Id + 1,
                 property: 1,
                 nodes,
+                axis: MaterialAxis::Angle(0.0),
                 zoffset: 0.0,
                 thickness: [None; 4],
             });
@@ -484,7 +492,6 @@ fn broken_shells_and_solids_are_refused_by_name() {
     refuse(&with(quad(), &|m| m.quads[0].nodes = [1, 2, 3, 4]), &["CQUAD4 1", "cross over"]);
     refuse(&with(quad(), &|m| m.nodes[3].xyz = [0.3, 0.3, 0.0]), &["CQUAD4 1", "Jacobian", "node 4"]);
     refuse(&with(quad(), &|m| m.shell_properties[0].t = Some(0.0)), &["CQUAD4 1", "thickness 0"]);
-    refuse(&with(quad(), &|m| m.shell_properties[0].mid4 = Some(1)), &["CQUAD4", "MID4"]);
     refuse(&with(quad(), &|m| m.shell_properties[0].mid2 = Some(8)), &["CQUAD4 1", "material 8"]);
     refuse(&with(quad(), &|m| m.quads[0].property = 3), &["CQUAD4 1", "shell property 3"]);
     for kind in KINDS {

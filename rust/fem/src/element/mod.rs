@@ -11,12 +11,16 @@ use crate::small::Mat;
 pub mod beam;
 pub mod bush;
 pub mod mass;
+pub mod plane_law;
 pub mod quad4;
 pub mod quadrature;
 pub mod rod;
 pub mod scalar_element;
+pub mod shell;
+pub mod shell_section;
 pub mod solid;
 pub mod solid_shape;
+pub mod tria3;
 
 /// Matrices of one element; `None` = zero.
 #[derive(Debug, Clone)]
@@ -50,9 +54,9 @@ pub enum Data {
     Bush(bush::BushElement),
     /// CONM1, CONM2 and masses added by a configuration.
     Mass(mass::MassElement),
-    /// CQUAD4.
-    Quad4(Box<quad4::Quad4Element>),
-    /// CTETRA, CPENTA, CHEXA.
+    /// CQUAD4, CTRIA3.
+    Shell(Box<shell::ShellElement>),
+    /// CTETRA, CPENTA, CHEXA, CPYRAM.
     Solid(solid::SolidElement),
 }
 
@@ -87,7 +91,7 @@ impl Element {
             Data::Scalar(e) => e.matrices(factors),
             Data::Bush(e) => e.matrices(factors),
             Data::Mass(e) => e.matrices(factors),
-            Data::Quad4(e) => e.matrices(factors),
+            Data::Shell(e) => e.matrices(factors),
             Data::Solid(e) => e.matrices(factors),
         }
     }

@@ -4,7 +4,9 @@
 mod beams;
 mod constraints;
 mod elements;
+mod laminates;
 mod masses;
+mod materials;
 mod nodes;
 mod properties;
 mod springs;
@@ -160,22 +162,5 @@ impl<'d> Builder<'d> {
             card.name(),
             cards.join(" or ")
         )))
-    }
-
-    /// Material that `field` must name.
-    fn material(&self, card: CardRef<'d>, field: usize) -> Result<Id> {
-        let id = card.id(field, "a material")?;
-        self.known_material(card, field, id)
-    }
-
-    fn opt_material(&self, card: CardRef<'d>, field: usize) -> Result<Option<Id>> {
-        card.opt_id(field)?.map(|id| self.known_material(card, field, id)).transpose()
-    }
-
-    fn known_material(&self, card: CardRef<'d>, field: usize, id: Id) -> Result<Id> {
-        match self.deck.index.position(Space::Material, id) {
-            Some(_) => Ok(id),
-            None => Err(card.missing(field, "MAT1", id)),
-        }
     }
 }

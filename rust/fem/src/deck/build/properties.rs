@@ -1,4 +1,4 @@
-//! MAT1, PBAR, PBARL, PBEAM, PBEAML, PROD, PSHELL, PSOLID, PBUSH, PELAS, PDAMP.
+//! PBAR, PBARL, PBEAM, PBEAML, PROD, PSHELL, PSOLID, PBUSH, PELAS, PDAMP.
 
 use super::Builder;
 use crate::deck::card::field_number;
@@ -6,16 +6,14 @@ use crate::deck::index::Space;
 use crate::deck::section::{Shape, Values};
 use crate::deck::{CardRef, Result};
 use crate::mesh::{
-    BeamProperty, BeamSection, BushProperty, DamperProperty, Id, Material, RodProperty, RodSection,
+    BeamProperty, BeamSection, BushProperty, DamperProperty, Id, RodProperty, RodSection,
     ShellProperty, SolidProperty, SpringProperty,
 };
 
 impl<'d> Builder<'d> {
     pub(super) fn properties(&mut self) -> Result<()> {
-        for card in self.deck.cards("MAT1") {
-            let material = mat1(card)?;
-            self.mesh.materials.push(material);
-        }
+        self.materials()?;
+        self.laminates()?;
         for name in ["PBAR", "PBARL", "PBEAM", "PBEAML"] {
             for card in self.deck.cards(name) {
                 let property = match name {
@@ -40,8 +38,10 @@ impl<'d> Builder<'d> {
             if card.word(8) == "PFLUID" {
                 return Err(card.value_error("fluid solids (PFLUID) are not supported; remove the fluid"));
             }
-            let (id, material) = (card.id(2, "the property id")?, self.material(card, 3)?);
-            self.mesh.solid_properties.push(SolidProperty { id, material });
+            let id = card.id(2, "the property id")?;
+            let material = self.material_among(card, 3, &["MAT1", "MAT9"])?;
+            let frame = self.material_frame(card, material)?;
+            self.mesh.solid_properties.push(SolidProperty { id, material, frame });
         }
         self.spring_properties()
     }
@@ -154,13 +154,13 @@ impl<'d> Builder<'d> {
         }
         Ok(ShellProperty {
             id: card.id(2, "the property id")?,
-            mid1: self.opt_material(card, 3)?,
+            mid1: self.opt_shell_material(card, 3)?,
             t: card.opt_real(4)?,
-            mid2: self.opt_material(card, 5)?,
+            mid2: self.opt_shell_material(card, 5)?,
             bending_ratio: card.real_or(6, 1.0)?,
-            mid3: self.opt_material(card, 7)?,
+            mid3: self.opt_shell_material(card, 7)?,
             shear_ratio: card.real_or(8, 0.833_333)?,
-            mid4: self.opt_material(card, 14)?,
+            mid4: self.opt_shell_material(card, 14)?,
             nsm: card.real_or(9, 0.0)?,
         })
     }
@@ -266,21 +266,6 @@ fn shape_values(
 fn section(values: &Values, nsm: f64, neutral_axis: [f64; 2]) -> BeamSection {
     let Values { a, i1, i2, i12, j, .. } = *values;
     BeamSection { a, i1, i2, i12, j, nsm, neutral_axis }
-}
-
-fn mat1(card: CardRef<'_>) -> Result<Material> {
-    let material = Material {
-        id: card.id(2, "the material id")?,
-        e: card.opt_real(3)?,
-        g: card.opt_real(4)?,
-        nu: card.opt_real(5)?,
-        rho: card.real_or(6, 0.0)?,
-        ge: card.real_or(9, 0.0)?,
-    };
-    if material.e.is_none() && material.g.is_none() {
-        return Err(card.value_error("E and G (fields 3 and 4) are both blank; give at least one"));
-    }
-    Ok(material)
 }
 
 /// Rows of a flag (K, B, GE, M, RCV) and six values, in any order.
