@@ -143,6 +143,8 @@ pub struct BeamSection {
     pub nsm: f64,
     /// Neutral axis relative to the shear centre in local (y, z), length (PBEAM N1, N2); zero for PBAR.
     pub neutral_axis: [f64; 2],
+    /// Centre of the non-structural mass relative to the shear centre in local (y, z), length (PBEAM M1, M2).
+    pub nsm_offset: [f64; 2],
 }
 
 /// PBAR, PBARL, PBEAM, PBEAML.

@@ -99,11 +99,13 @@ impl Resolver<'_> {
         shell: Id,
         id: Id,
         planes: &Table<PlaneMaterial>,
+        coupling: bool,
     ) -> Result<ShellMaterial, FemError> {
         match planes.find(id, card, shell) {
             Ok(plane) => {
                 let material = ShellMaterial::Plane(plane.clone());
-                match material.fault() {
+                // coupling alone need not be positive
+                match material.fault().filter(|_| !coupling) {
                     Some(why) => Err(FemError::Material { id, why }),
                     None => Ok(material),
                 }
@@ -132,7 +134,7 @@ impl Resolver<'_> {
             // id 0 stands for a part without material; no card can have it
             ids.push(id.unwrap_or(0));
             materials[slot] =
-                id.map(|id| self.shell_material(card, shell.id, id, &sections.planes)).transpose()?;
+                id.map(|id| self.shell_material(card, shell.id, id, &sections.planes, slot == 3)).transpose()?;
         }
         let section = Section::Homogeneous {
             t: thickness(card, shell, p)?,
@@ -169,7 +171,7 @@ impl Resolver<'_> {
         }
         let mut materials = Vec::new();
         for id in &ids {
-            materials.push(self.shell_material(card, shell, *id, &sections.planes)?);
+            materials.push(self.shell_material(card, shell, *id, &sections.planes, false)?);
         }
         let section = Section::Laminate { materials, plies, ge: p.ge, parts: p.parts };
         let t = section.thickness();

@@ -73,6 +73,7 @@ impl<'d> Builder<'d> {
             j: card.real_or(7, 0.0)?,
             nsm: card.real_or(8, 0.0)?,
             neutral_axis: [0.0; 2],
+            nsm_offset: [0.0; 2],
         };
         Ok(BeamProperty {
             id: card.id(2, "the property id")?,
@@ -192,21 +193,15 @@ impl<'d> Builder<'d> {
                     .value_error(format!("{name} (field {}) is not supported; leave it blank", shear + k)));
             }
         }
-        for k in 0..4 {
-            if card.real_or(last + k, 0.0)? != 0.0
-                && (a.nsm != 0.0 || b.as_ref().is_some_and(|b| b.nsm != 0.0))
-            {
-                return Err(card
-                    .value_error("offsets M1, M2 of the non-structural mass are not supported; use CONM2"));
-            }
-        }
+        a.nsm_offset = [card.real_or(last, 0.0)?, card.real_or(last + 1, 0.0)?];
+        let mass_b = [card.real_or(last + 2, a.nsm_offset[0])?, card.real_or(last + 3, a.nsm_offset[1])?];
         a.neutral_axis = [card.real_or(last + 4, 0.0)?, card.real_or(last + 5, 0.0)?];
         let at_b = [card.real_or(last + 6, a.neutral_axis[0])?, card.real_or(last + 7, a.neutral_axis[1])?];
-        if b.is_none() && at_b != a.neutral_axis {
+        if b.is_none() && (at_b != a.neutral_axis || mass_b != a.nsm_offset) {
             b = Some(a.clone());
         }
         if let Some(b) = &mut b {
-            b.neutral_axis = at_b;
+            (b.neutral_axis, b.nsm_offset) = (at_b, mass_b);
         }
         let (k1, k2) = (card.real_or(shear, 1.0)?, card.real_or(shear + 1, 1.0)?);
         Ok(BeamProperty { id, material, b: b.filter(|b| *b != a), a, k1, k2 })
@@ -224,6 +219,7 @@ fn pbeam_station(card: CardRef<'_>, first: usize, a: Option<&BeamSection>) -> Re
         j: card.real_or(first + 4, default(|a| a.j))?,
         nsm: card.real_or(first + 5, default(|a| a.nsm))?,
         neutral_axis: [0.0; 2],
+            nsm_offset: [0.0; 2],
     })
 }
 
@@ -265,7 +261,7 @@ fn shape_values(
 
 fn section(values: &Values, nsm: f64, neutral_axis: [f64; 2]) -> BeamSection {
     let Values { a, i1, i2, i12, j, .. } = *values;
-    BeamSection { a, i1, i2, i12, j, nsm, neutral_axis }
+    BeamSection { a, i1, i2, i12, j, nsm, neutral_axis, nsm_offset: [0.0; 2] }
 }
 
 /// Rows of a flag (K, B, GE, M, RCV) and six values, in any order.
