@@ -528,6 +528,30 @@ pub struct Solid {
     pub nodes: Vec<Id>,
 }
 
+/// Matrix of the model that directly given terms are added to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DirectKind {
+    /// Stiffness (K2GG, K2PP).
+    K,
+    /// Mass (M2GG, M2PP), not changed by PARAM,WTMASS.
+    M,
+    /// Viscous damping (B2GG, B2PP).
+    C,
+    /// Structural damping, imaginary part of the stiffness (K42GG).
+    H,
+}
+
+/// DMIG: a symmetric matrix between DOFs in displacement frames, e.g. of a reduced superelement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DirectMatrix {
+    /// Name.
+    pub name: String,
+    /// What it is added to.
+    pub kind: DirectKind,
+    /// Terms, each pair of DOFs once.
+    pub terms: Vec<(NodeComponent, NodeComponent, f64)>,
+}
+
 /// RBE2: `components` of each dependent node follow the rigid motion of the independent node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rbe2 {
@@ -645,6 +669,7 @@ pub struct Mesh {
     pub rbe2: Vec<Rbe2>,
     pub rbar: Vec<Rbar>,
     pub rbe3: Vec<Rbe3>,
+    pub direct: Vec<DirectMatrix>,
     pub mpc: Vec<Mpc>,
     pub spc: Vec<Spc>,
     pub options: Options,

@@ -17,7 +17,7 @@ use crate::scalar::Scalar;
 use crate::small::{Mat, inverse_spd, matmul, rigid};
 
 /// Gauss points and weights on [0, 1], exact to degree 7: products of two cubics and a linear taper.
-const GAUSS4: [(f64, f64); 4] = [
+pub(crate) const GAUSS4: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
     (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
     (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
@@ -46,15 +46,15 @@ pub struct BeamElement {
 }
 
 /// Section at one station with factors.
-struct Station<S> {
-    a: S,
-    i1: S,
-    i2: S,
+pub(crate) struct Station<S> {
+    pub(crate) a: S,
+    pub(crate) i1: S,
+    pub(crate) i2: S,
     i12: S,
     j: S,
-    nsm: f64,
-    neutral_axis: [f64; 2],
-    nsm_offset: [f64; 2],
+    pub(crate) nsm: f64,
+    pub(crate) neutral_axis: [f64; 2],
+    pub(crate) nsm_offset: [f64; 2],
 }
 
 impl BeamElement {
@@ -104,7 +104,7 @@ impl BeamElement {
         Matrices { h, k: Some(k), m: Some(m_local.congruence(&self.map)), c: None }
     }
 
-    fn station<S: Scalar>(&self, f: &Factors<S>, x: f64) -> Station<S> {
+    pub(crate) fn station<S: Scalar>(&self, f: &Factors<S>, x: f64) -> Station<S> {
         let [a, b] = &self.sections;
         let mix = |p: f64, q: f64| p + x * (q - p);
         Station {
@@ -120,7 +120,7 @@ impl BeamElement {
     }
 
     /// 12 x 12 stiffness in local axes, no releases.
-    fn stiffness<S: Scalar>(&self, f: &Factors<S>) -> Mat<S> {
+    pub(crate) fn stiffness<S: Scalar>(&self, f: &Factors<S>) -> Mat<S> {
         let k_bb = self.stiffness_at_b(f);
         // deformation = u_B - H u_A
         let h = rigid([self.length, 0.0, 0.0]);
@@ -218,7 +218,7 @@ impl BeamElement {
     }
 
     /// Condenses released components; returns the stiffness and the map from kept to all components.
-    fn released<S: Scalar>(&self, k: Mat<S>) -> Option<(Mat<S>, Option<Mat<S>>)> {
+    pub(crate) fn released<S: Scalar>(&self, k: Mat<S>) -> Option<(Mat<S>, Option<Mat<S>>)> {
         let pinned: Vec<usize> = (0..12).filter(|&i| self.pins[i / 6].contains((i % 6) as u8 + 1)).collect();
         if pinned.is_empty() {
             return Some((k, None));
@@ -289,7 +289,7 @@ impl BeamElement {
     }
 
     /// Ratios Phi = 12 E I / (k G A L²) of both planes.
-    fn shear_ratios<S: Scalar>(&self, s: &Station<S>, e: S, g: S) -> [S; 2] {
+    pub(crate) fn shear_ratios<S: Scalar>(&self, s: &Station<S>, e: S, g: S) -> [S; 2] {
         let ratio = |i: S, k: f64| {
             if k > 0.0 && g.value() > 0.0 && s.a.value() > 0.0 {
                 e * i * 12.0 / (g * s.a * (k * self.length * self.length))
@@ -314,7 +314,7 @@ fn add_lump<S: Scalar>(m: &mut Mat<S>, at: usize, mass: S, arm: Mat<f64>) {
 }
 
 /// Displacements (u, v, w) of a line at (y, z) from those of the axis, its twist and the rotations of its sections.
-fn carried<S: Scalar>(
+pub(crate) fn carried<S: Scalar>(
     [y, z]: [f64; 2],
     mut rows: [[S; 12]; 3],
     twist: [S; 12],
@@ -342,7 +342,7 @@ fn bending_flexibility<S: Scalar>(s: &Station<S>, e: S, coupled: bool) -> [[S; 2
 
 /// Deflection and section rotation (deflection's sense) at `x` in [0, 1] from the four end components at `rows`;
 /// `sign` is that of the rotation component relative to the slope.
-fn shapes<S: Scalar>(x: f64, l: f64, phi: S, rows: [usize; 4], sign: f64) -> ([S; 12], [S; 12]) {
+pub(crate) fn shapes<S: Scalar>(x: f64, l: f64, phi: S, rows: [usize; 4], sign: f64) -> ([S; 12], [S; 12]) {
     let mu = S::c(1.0) / (S::c(1.0) + phi);
     let (x2, x3) = (x * x, x * x * x);
     let c = |v: f64| S::c(v);
@@ -367,7 +367,7 @@ fn shapes<S: Scalar>(x: f64, l: f64, phi: S, rows: [usize; 4], sign: f64) -> ([S
 }
 
 /// `tᵀ A t` with a `t` that depends on the parameters.
-fn congruence_full<S: Scalar>(a: &Mat<S>, t: &Mat<S>) -> Mat<S> {
+pub(crate) fn congruence_full<S: Scalar>(a: &Mat<S>, t: &Mat<S>) -> Mat<S> {
     let n = a.rows;
     let product = |p: &dyn Fn(usize, usize) -> S, q: &Mat<S>| {
         let mut out = Mat::zeros(n, n);

@@ -197,6 +197,20 @@ impl ShellElement {
         m
     }
 
+    /// Mass between the corners of one component (n x n), and the map of [`Self::map`].
+    pub(crate) fn plane_mass(&self, f: &Factors<f64>) -> (Mat<f64>, Mat<f64>) {
+        let v = self.section.values(f, self.angle);
+        let full = self.mass(&v, &self.points(&v));
+        let n = self.n();
+        let mut m = Mat::zeros(n, n);
+        for a in 0..n {
+            for b in 0..n {
+                m[(a, b)] = full[(6 * a, 6 * b)];
+            }
+        }
+        (m, self.map())
+    }
+
     /// Corner displacements in the plane's axes from nodal displacements in basic axes.
     fn map(&self) -> Mat<f64> {
         let turn = rotations(&self.frame, 2);

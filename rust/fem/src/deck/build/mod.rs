@@ -3,6 +3,7 @@
 
 mod beams;
 mod constraints;
+mod direct;
 mod elements;
 mod laminates;
 mod masses;
@@ -63,6 +64,7 @@ pub fn build(deck: &Deck, selection: &Selection) -> Result<Mesh> {
     builder.masses()?;
     builder.shells_and_solids()?;
     builder.rigid()?;
+    builder.direct()?;
     builder.constraints(selection)?;
     Ok(builder.mesh)
 }
