@@ -31,7 +31,7 @@ impl<'d> Builder<'d> {
     }
 
     /// Material that `field` must name, on one of `cards`.
-    pub(super) fn material_among(&self, card: CardRef<'d>, field: usize, cards: &[&str]) -> Result<Id> {
+    pub(super) fn material_among(&self, card: CardRef<'d>, field: usize, cards: &[&'static str]) -> Result<Id> {
         let id = card.id(field, "a material")?;
         self.known_material(card, field, id, cards)
     }
@@ -41,9 +41,9 @@ impl<'d> Builder<'d> {
         card.opt_id(field)?.map(|id| self.known_material(card, field, id, &SHELL)).transpose()
     }
 
-    fn known_material(&self, card: CardRef<'d>, field: usize, id: Id, cards: &[&str]) -> Result<Id> {
-        let entry =
-            self.deck.index.get(Space::Material, id).ok_or_else(|| card.missing(field, "material", id))?;
+    fn known_material(&self, card: CardRef<'d>, field: usize, id: Id, cards: &[&'static str]) -> Result<Id> {
+        let kind = if let [only] = cards { *only } else { "material" };
+        let entry = self.deck.index.get(Space::Material, id).ok_or_else(|| card.missing(field, kind, id))?;
         let name = self.deck.card(entry.card as usize).name();
         if cards.contains(&name) {
             return Ok(id);
