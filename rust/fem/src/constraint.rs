@@ -204,8 +204,7 @@ fn rbar(r: &Rbar, nodes: &NodeTable) -> Result<Equations, FemError> {
     for (e, c) in rows(&r.dependent) {
         let mut terms = Vec::new();
         for (k, &(f, d)) in independent.iter().enumerate() {
-            let value: f64 =
-                (0..6).map(|j| motion[e][(c, j)] * scale(j) * inverse[(j, k)] * weight(d)).sum();
+            let value: f64 = (0..6).map(|j| motion[e][(c, j)] * scale(j) * inverse[(j, k)] * weight(d)).sum();
             if value.abs() > 1e-14 * weight(d) * weight(c).max(1.0) {
                 terms.push((6 * ends[f] + d, value));
             }

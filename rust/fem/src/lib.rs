@@ -15,7 +15,7 @@ pub mod resolve;
 mod resolve_continua;
 mod resolve_direct;
 mod resolve_shell;
-pub mod scalar;
 pub mod rotor;
+pub mod scalar;
 pub mod small;
 pub mod stress;

@@ -44,7 +44,10 @@ impl Resolver<'_> {
             for (row, dof) in rows.iter_mut().zip([a, b]) {
                 let node = self.nodes.find(dof.node, "DMIG", 0)?;
                 if !(1..=6).contains(&dof.component) {
-                    let why = format!("{}: component {} of node {} must be 1 to 6", matrix.name, dof.component, dof.node);
+                    let why = format!(
+                        "{}: component {} of node {} must be 1 to 6",
+                        matrix.name, dof.component, dof.node
+                    );
                     return Err(FemError::Element { what: "DMIG".to_owned(), id: 0, why });
                 }
                 *row = 6 * node + dof.component as usize - 1;

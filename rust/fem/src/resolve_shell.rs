@@ -68,9 +68,8 @@ impl Resolver<'_> {
         };
         check_corners(card, shell, &corners)?;
         let found = self.section(card, shell, sections)?;
-        let angle = material_angle(&shell.axis, &frame, sub3(x[1], x[0])).ok_or_else(|| {
-            fail("its material axis stands upright on it; give another MCID or an angle")
-        })?;
+        let angle = material_angle(&shell.axis, &frame, sub3(x[1], x[0]))
+            .ok_or_else(|| fail("its material axis stands upright on it; give another MCID or an angle"))?;
         let offset = shell.zoffset + found.eccentricity;
         let element = ShellElement {
             corners,
@@ -133,12 +132,13 @@ impl Resolver<'_> {
         for (slot, id) in [p.mid1, p.mid2, p.mid3, p.mid4].into_iter().enumerate() {
             // id 0 stands for a part without material; no card can have it
             ids.push(id.unwrap_or(0));
-            materials[slot] =
-                id.map(|id| self.shell_material(card, shell.id, id, &sections.planes, slot == 3)).transpose()?;
+            materials[slot] = id
+                .map(|id| self.shell_material(card, shell.id, id, &sections.planes, slot == 3))
+                .transpose()?;
         }
         let section = Section::Homogeneous {
             t: thickness(card, shell, p)?,
-            materials,
+            materials: Box::new(materials),
             bending_ratio: p.bending_ratio,
             shear_ratio: p.shear_ratio,
         };

@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use approx::assert_abs_diff_eq;
 use femend_fem::deck::{Choice, Deck, DeckError, Selection, build};
 use femend_fem::mesh::{
-    BushFrame, Components, DirectKind, LaminateParts, MassKind, MaterialAxis, Mesh, NodeComponent, Orientation, PlaneLaw,
+    BushFrame, Components, DirectKind, LaminateParts, MassKind, MaterialAxis, Mesh, NodeComponent,
+    Orientation, PlaneLaw,
 };
 
 static COUNTER: AtomicUsize = AtomicUsize::new(0);
@@ -230,7 +231,10 @@ fn laminates_repeat_blanks_mirror_and_keep_their_frame() {
     assert_eq!(plies[..3], half);
     assert_eq!(plies[3..], [half[2], half[1], half[0]]);
     let l = &built.laminates[1];
-    assert_eq!((l.parts, l.plies.len(), l.plies[1].material, l.plies[1].t), (LaminateParts::Membrane, 2, 2, 0.002));
+    assert_eq!(
+        (l.parts, l.plies.len(), l.plies[1].material, l.plies[1].t),
+        (LaminateParts::Membrane, 2, 2, 0.002)
+    );
     assert_eq!((built.plane_materials[0].rho, built.plane_materials[0].ge), (1600.0, 0.02));
     // the system's x axis is basic y; plies have the thickness, not the element
     let MaterialAxis::Along(x) = built.quads[0].axis else { panic!("a system was given") };
@@ -266,7 +270,8 @@ fn anisotropic_materials_fill_their_triangles() {
     close(built.solid_properties[0].frame.unwrap()[0], [0.0, 1.0, 0.0]);
     assert!(built.solid_properties[1].frame.is_none());
     for (field, word) in [("6", "curved"), ("-1", "CORDM = -1")] {
-        let error = try_mesh(&text.replace("PSOLID,1,2,5", &format!("PSOLID,1,2,{field}")), &Selection::default());
+        let error =
+            try_mesh(&text.replace("PSOLID,1,2,5", &format!("PSOLID,1,2,{field}")), &Selection::default());
         assert!(error.unwrap_err().to_string().contains(word));
     }
 }
@@ -292,12 +297,15 @@ const DIRECT: &str = "GRID,1\nGRID,2,,1.,0.,0.\nGRID,3,,2.,0.,0.\n\
 
 #[test]
 fn direct_matrices_are_selected_scaled_and_checked() {
-    let with = |control: &str| try_mesh(&format!("CEND\n{control}\nBEGIN BULK\n{DIRECT}"), &Selection::default());
+    let with =
+        |control: &str| try_mesh(&format!("CEND\n{control}\nBEGIN BULK\n{DIRECT}"), &Selection::default());
     let built = with("K2GG = 2.*KS\nM2GG = MS").unwrap();
     let k = &built.direct[0];
     assert_eq!((k.name.as_str(), k.kind, k.terms.len()), ("KS", DirectKind::K, 4));
     let dof = |node, component| NodeComponent { node, component };
-    assert!(k.terms.contains(&(dof(2, 1), dof(1, 1), -20.0)) && k.terms.contains(&(dof(3, 1), dof(1, 1), 4.0)));
+    assert!(
+        k.terms.contains(&(dof(2, 1), dof(1, 1), -20.0)) && k.terms.contains(&(dof(3, 1), dof(1, 1), 4.0))
+    );
     assert_eq!((built.direct[1].kind, built.direct[1].terms.len()), (DirectKind::M, 2));
     let refuse = |control: &str, word: &str| {
         let error = with(control).unwrap_err().to_string();

@@ -31,14 +31,7 @@ fn carbon(id: Id) -> PlaneMaterial {
 }
 
 fn shell<const N: usize>(id: Id, nodes: [Id; N]) -> Shell<N> {
-    Shell {
-        id,
-        property: 1,
-        nodes,
-        axis: MaterialAxis::Angle(0.0),
-        zoffset: 0.0,
-        thickness: [None; N],
-    }
+    Shell { id, property: 1, nodes, axis: MaterialAxis::Angle(0.0), zoffset: 0.0, thickness: [None; N] }
 }
 
 /// n x n cells over an a x b rectangle sheared by `skew`, inner nodes moved by `shake`, split in triangles or not.
@@ -213,7 +206,8 @@ fn mid4_couples_as_the_laminate_it_stands_for() {
     let c = 1.0 - nu * nu * e2 / e1;
     let (q11, q22, q12) = (e1 / c, e2 / c, nu * e2 / c);
     let sum = 0.5 * (q11 + q22);
-    let plane = |id, g: [[f64; 3]; 3]| PlaneMaterial { id, law: PlaneLaw::Anisotropic(g), rho: 1600.0, ge: 0.0 };
+    let plane =
+        |id, g: [[f64; 3]; 3]| PlaneMaterial { id, law: PlaneLaw::Anisotropic(g), rho: 1600.0, ge: 0.0 };
     let homogeneous = [[sum, q12, 0.0], [q12, sum, 0.0], [0.0, 0.0, 5e9]];
     let g4 = (q11 - q22) / 8.0;
     let coupling = [[g4, 0.0, 0.0], [0.0, -g4, 0.0], [0.0; 3]];
@@ -237,7 +231,8 @@ fn mid4_couples_as_the_laminate_it_stands_for() {
 fn triangles_have_six_rigid_motions_offset_and_turned() {
     for coupled in [true, false] {
         let mut mesh = plate(2, [1.0, 0.8], 0.02, true, 0.3, 0.2);
-        mesh = with_laminate(mesh, laminate(&[(2, 0.004, 10.0), (1, 0.01, 0.0), (2, 0.003, 45.0)], Some(0.002)));
+        mesh =
+            with_laminate(mesh, laminate(&[(2, 0.004, 10.0), (1, 0.01, 0.0), (2, 0.003, 45.0)], Some(0.002)));
         mesh.options.coupled_mass = coupled;
         let r = turn(0.9);
         for (i, n) in mesh.nodes.iter_mut().enumerate() {
@@ -318,7 +313,9 @@ fn triangular_plates_thin_and_thick_converge_with_the_square_of_the_mesh_size() 
 fn a_cross_ply_plate_has_the_frequency_of_lamination_theory() {
     // [0/90/90/0], a / h = 1000 and 10, simply supported. Thin: Jones 1999, eq. 5.92 (specially orthotropic plate).
     let (h, rho) = (1e-3_f64, 1600.0);
-    let plies = |h: f64| laminate(&[(2, h / 4.0, 0.0), (2, h / 4.0, 90.0), (2, h / 4.0, 90.0), (2, h / 4.0, 0.0)], None);
+    let plies = |h: f64| {
+        laminate(&[(2, h / 4.0, 0.0), (2, h / 4.0, 90.0), (2, h / 4.0, 90.0), (2, h / 4.0, 0.0)], None)
+    };
     let c = 1.0 - 0.09 * 9.0 / 140.0;
     let (q11, q22, q12, q66) = (140e9 / c, 9e9 / c, 2.7e9 / c, 5e9);
     // outer plies hold 7/8 of h³ / 12
@@ -407,11 +404,16 @@ fn derivatives_of_laminates_and_triangles_equal_finite_differences() {
     mesh.quads.push(q);
     let mut homogeneous = property(0.03, Some(2));
     (homogeneous.id, homogeneous.mid2, homogeneous.nsm) = (2, Some(2), 2.0);
-    mesh.laminates.push(Laminate { id: 3, ge: Some(0.02), ..laminate(&[(2, 0.003, 30.0), (1, 0.002, 0.0)], Some(0.0)) });
+    mesh.laminates.push(Laminate {
+        id: 3,
+        ge: Some(0.02),
+        ..laminate(&[(2, 0.003, 30.0), (1, 0.002, 0.0)], Some(0.0))
+    });
     mesh.shell_properties.push(homogeneous);
     mesh.plane_materials = vec![carbon(2)];
     mesh.shell_properties[0].mid3 = Some(1);
-    let p = |property: &str, kind: &str, id: Id| Parameter::parse(property, property, kind, vec![id]).unwrap();
+    let p =
+        |property: &str, kind: &str, id: Id| Parameter::parse(property, property, kind, vec![id]).unwrap();
     let parameters = [
         p("E", "material", 1),
         p("nu", "material", 1),
@@ -447,8 +449,14 @@ fn check_derivatives(mesh: &Mesh, parameters: &[Parameter]) {
             let (size, full) = (largest(d), largest(get(&p[1])));
             any |= size > 0.0;
             for j in 0..d.len() {
-                let fd = (8.0 * (get(&p[2])[j] - get(&p[1])[j]) - (get(&p[3])[j] - get(&p[0])[j])) / (12.0 * step);
-                assert!((fd - d[j]).abs() <= 1e-8 * size + 1e-11 * full, "{:?}: {fd} {}", parameters[i], d[j]);
+                let fd =
+                    (8.0 * (get(&p[2])[j] - get(&p[1])[j]) - (get(&p[3])[j] - get(&p[0])[j])) / (12.0 * step);
+                assert!(
+                    (fd - d[j]).abs() <= 1e-8 * size + 1e-11 * full,
+                    "{:?}: {fd} {}",
+                    parameters[i],
+                    d[j]
+                );
             }
         }
         assert!(any, "{:?}", parameters[i]);

@@ -54,7 +54,8 @@ fn elements() -> Vec<(&'static str, Mesh)> {
     mesh.shell_properties = vec![sheet(0.01)];
     mesh.trias = vec![shell(1, [1, 2, 3])];
     out.push(("CTRIA3", mesh));
-    let cube: Vec<[f64; 3]> = square.iter().map(|p| *p).chain(square.map(|p| [p[0] + 0.1, p[1], 1.0])).collect();
+    let cube: Vec<[f64; 3]> =
+        square.iter().copied().chain(square.map(|p| [p[0] + 0.1, p[1], 1.0])).collect();
     for (name, kind, n) in [("CHEXA", SolidKind::Hexa8, 8), ("CPYRAM", SolidKind::Pyramid5, 5)] {
         let mut mesh = base(&cube[..n]);
         mesh.solid_properties = vec![SolidProperty { id: 1, material: 1, frame: None }];
@@ -101,9 +102,13 @@ fn a_preloaded_element_turned_as_a_whole_turns_its_forces() {
         for axis in 0..3 {
             let theta = [0, 1, 2].map(|c| f64::from(u8::from(c == axis)));
             let turned = &sigma * all.column(3 + axis);
-            for i in (0..model.n_a()).filter(|&i| model.a_rows[i] % 6 == 0) {
+            for i in (0..model.n_a()).filter(|&i| model.a_rows[i].is_multiple_of(6)) {
                 let n = model.a_rows[i] / 6;
-                let frame = model.nodes.frame(n).copied().unwrap_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+                let frame = model.nodes.frame(n).copied().unwrap_or([
+                    [1.0, 0.0, 0.0],
+                    [0.0, 1.0, 0.0],
+                    [0.0, 0.0, 1.0],
+                ]);
                 let back = |v: [f64; 3]| [0, 1, 2].map(|c| (0..3).map(|j| frame[j][c] * v[j]).sum::<f64>());
                 let force = back([f[i], f[i + 1], f[i + 2]]);
                 let value = back([turned[i], turned[i + 1], turned[i + 2]]);
@@ -146,7 +151,7 @@ fn a_tensioned_beam_has_the_frequency_of_the_closed_form_and_buckles_at_eulers_l
     let mu = 7850.0 * sec.a + sec.nsm + 7850.0 * sec.i1 * q * q;
     for p in [0.5 * euler, -0.5 * euler, -0.999 * euler] {
         let mut f = DVector::zeros(model.n_a());
-        let tip = (0..model.n_a()).rev().find(|&i| model.a_rows[i] % 6 == 0).unwrap();
+        let tip = (0..model.n_a()).rev().find(|&i| model.a_rows[i].is_multiple_of(6)).unwrap();
         f[tip] = p;
         let u = k.clone().cholesky().unwrap().solve(&f);
         let sigma = dense(&model, &model.stress_stiffness(&[], u.as_slice()).unwrap());
@@ -202,7 +207,9 @@ fn a_stretched_plate_and_bar_have_the_frequencies_of_their_closed_forms() {
         let bending = E * t.powi(3) / 12.0 * (2.0 * q * q).powi(2);
         let strain = 5.0 * bending / (q * q) / (E * t);
         let u: Vec<f64> = (0..model.n_a())
-            .map(|i| if model.a_rows[i] % 6 == 0 { strain * model.nodes.xyz(model.a_rows[i] / 6)[0] } else { 0.0 })
+            .map(|i| {
+                if model.a_rows[i].is_multiple_of(6) { strain * model.nodes.xyz(model.a_rows[i] / 6)[0] } else { 0.0 }
+            })
             .collect();
         let sigma = dense(&model, &model.stress_stiffness(&[], &u).unwrap());
         let flexible = |k: &DMatrix<f64>| 1.0 / eigenvalues(&m, k).last().unwrap();
@@ -224,7 +231,11 @@ fn in_rotating_axes_a_moving_part_feels_coriolis_and_centrifugal_force() {
     let mut parts = elements();
     let mut mesh = straight(1, 1.0, [0.8; 2], true);
     let inertia = [[2.0, 0.1, 0.0], [0.1, 1.0, 0.0], [0.0, 0.0, 1.5]];
-    mesh.masses.push(Mass { id: 9, node: 2, kind: MassKind::Conm2 { m: 3.0, offset: [0.1, 0.2, 0.0], inertia } });
+    mesh.masses.push(Mass {
+        id: 9,
+        node: 2,
+        kind: MassKind::Conm2 { m: 3.0, offset: [0.1, 0.2, 0.0], inertia },
+    });
     parts.push(("CONM2", mesh));
     for (name, mesh) in parts {
         let model = Model::new(&mesh, &[], &[]).unwrap();

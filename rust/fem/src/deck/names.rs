@@ -30,10 +30,7 @@ const REFUSED: &[(&str, &str)] = &[
     ("CSHEAR PSHEAR", "shear panels carry stiffness; model them with CQUAD4"),
     ("CQUADR CTRIAR", "use CQUAD4 or CTRIA3"),
     ("CQUAD8 CTRIA6 CQUAD CTRIAX CTRIAX6 CQUADX", "use CQUAD4 or CTRIA3"),
-    (
-        "PCOMPLS PBCOMP",
-        "layered solids and beams are not read; use PSOLID (PBEAM) with equivalent values",
-    ),
+    ("PCOMPLS PBCOMP", "layered solids and beams are not read; use PSOLID (PBEAM) with equivalent values"),
     (
         "PBMSECT PBRSECT PTUBE CTUBE CBEND PBEND CBEAM3 PBEAM3",
         "use CBAR, CBEAM or CROD with PBAR, PBEAM or PROD",

@@ -42,13 +42,7 @@ pub(crate) fn points<S: Scalar>(xy: &[[f64; 2]; 4]) -> Vec<PlanePoint<S>> {
     [(-x, -x), (x, -x), (x, x), (-x, x)].map(|(r, s)| point(xy, &centre, &tying, r, s)).into()
 }
 
-fn point<S: Scalar>(
-    xy: &[[f64; 2]; 4],
-    centre: &Plane,
-    tying: &Tying,
-    r: f64,
-    s: f64,
-) -> PlanePoint<S> {
+fn point<S: Scalar>(xy: &[[f64; 2]; 4], centre: &Plane, tying: &Tying, r: f64, s: f64) -> PlanePoint<S> {
     let p = Plane::new(xy, r, s);
     let mut b = [[0.0; MAX]; 8];
     for a in 0..4 {

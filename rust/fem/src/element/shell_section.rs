@@ -31,7 +31,7 @@ pub enum Section {
         /// Thickness.
         t: f64,
         /// Membrane, bending, shear and coupling material.
-        materials: [Option<ShellMaterial>; 4],
+        materials: Box<[Option<ShellMaterial>; 4]>,
         /// 12 I / T³.
         bending_ratio: f64,
         /// TS / T.
@@ -292,8 +292,7 @@ fn transverse<S: Scalar>(layers: &[Layer<S>]) -> (Shear<S>, Shear<S>) {
         }
     }
     let root: [S; 2] = std::array::from_fn(|i| (energy_stiffness(layers, i) / sum[i][i]).sqrt());
-    let correct =
-        |m: Shear<S>| std::array::from_fn(|i| std::array::from_fn(|j| m[i][j] * root[i] * root[j]));
+    let correct = |m: Shear<S>| std::array::from_fn(|i| std::array::from_fn(|j| m[i][j] * root[i] * root[j]));
     (correct(sum), correct(lost))
 }
 

@@ -241,7 +241,8 @@ impl SolidElement {
         self.gradients(|w, grad| {
             let mut sigma = [[0.0; 3]; 3];
             for (i, j, k, l) in indices() {
-                sigma[i][j] += c[i][j][k][l] * grad.iter().zip(q.chunks(3)).map(|(g, u)| g[l] * u[k]).sum::<f64>();
+                sigma[i][j] +=
+                    c[i][j][k][l] * grad.iter().zip(q.chunks(3)).map(|(g, u)| g[l] * u[k]).sum::<f64>();
             }
             for a in 0..n {
                 let flux: [f64; 3] = std::array::from_fn(|i| crate::small::dot3(sigma[i], grad[a]));

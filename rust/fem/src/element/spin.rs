@@ -76,7 +76,9 @@ impl Element {
                     .to_owned(),
             ),
             Data::Shell(e) => Ok(Some(e.spin(f, a))),
-            Data::Rod(_) | Data::Solid(_) => Ok(self.matrices(f).m.map(|m| of_points(&m, a, self.rows.len()))),
+            Data::Rod(_) | Data::Solid(_) => {
+                Ok(self.matrices(f).m.map(|m| of_points(&m, a, self.rows.len())))
+            }
         }
     }
 }
@@ -196,8 +198,7 @@ impl BeamElement {
             let (v, dv) = shapes(x, l, phi[0], [1, 5, 7, 11], 1.0);
             let (u, du) = shapes(x, l, phi[1], [2, 4, 8, 10], -1.0);
             if axes == SpinAxes::Rotating {
-                let lines =
-                    [(el.rho * section.a, section.neutral_axis), (section.nsm, section.nsm_offset)];
+                let lines = [(el.rho * section.a, section.neutral_axis), (section.nsm, section.nsm_offset)];
                 for (line, at) in lines {
                     let rows = carried(at, [axial, v, u], twist, [dv, du]);
                     add_rows(&mut g, 2.0 * line * w * l, &rows, &s);

@@ -34,9 +34,9 @@ impl<'d> Builder<'d> {
             for word in text.split(',').map(str::trim).filter(|word| !word.is_empty()) {
                 let (factor, name) = self.factor(command, word)?;
                 let Some(header) = headers.iter().find(|h| h.name == name) else {
-                    return Err(self
-                        .deck
-                        .selection_error(format!("case control: {command} = {name}, but the deck has no DMIG {name}")));
+                    return Err(self.deck.selection_error(format!(
+                        "case control: {command} = {name}, but the deck has no DMIG {name}"
+                    )));
                 };
                 let mut terms = self.terms(header)?;
                 terms.iter_mut().for_each(|t| t.2 *= factor);
@@ -92,7 +92,9 @@ impl<'d> Builder<'d> {
         }
         let Some(card) = cards().next() else { return Ok(Vec::new()) };
         if !header.real {
-            return Err(card.value_error("a complex matrix is not supported; give real ones by K2GG and K42GG"));
+            return Err(
+                card.value_error("a complex matrix is not supported; give real ones by K2GG and K42GG")
+            );
         }
         if header.form == 6 {
             let both = found.iter().find(|((a, b), _)| a != b && found.contains_key(&(*b, *a)));
@@ -123,7 +125,9 @@ impl<'d> Builder<'d> {
         let node = self.node(card, field)?;
         match card.component(field + 1)? {
             Some(component) => Ok(NodeComponent { node, component }),
-            None => Err(card.value_error(format!("field {}: node {node} needs a component 1 to 6", field + 1))),
+            None => {
+                Err(card.value_error(format!("field {}: node {node} needs a component 1 to 6", field + 1)))
+            }
         }
     }
 }

@@ -31,7 +31,12 @@ impl<'d> Builder<'d> {
     }
 
     /// Material that `field` must name, on one of `cards`.
-    pub(super) fn material_among(&self, card: CardRef<'d>, field: usize, cards: &[&'static str]) -> Result<Id> {
+    pub(super) fn material_among(
+        &self,
+        card: CardRef<'d>,
+        field: usize,
+        cards: &[&'static str],
+    ) -> Result<Id> {
         let id = card.id(field, "a material")?;
         self.known_material(card, field, id, cards)
     }

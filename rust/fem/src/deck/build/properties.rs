@@ -6,8 +6,8 @@ use crate::deck::index::Space;
 use crate::deck::section::{Shape, Values};
 use crate::deck::{CardRef, Result};
 use crate::mesh::{
-    BeamProperty, BeamSection, BushProperty, DamperProperty, Id, RodProperty, RodSection,
-    ShellProperty, SolidProperty, SpringProperty,
+    BeamProperty, BeamSection, BushProperty, DamperProperty, Id, RodProperty, RodSection, ShellProperty,
+    SolidProperty, SpringProperty,
 };
 
 impl<'d> Builder<'d> {
@@ -219,7 +219,7 @@ fn pbeam_station(card: CardRef<'_>, first: usize, a: Option<&BeamSection>) -> Re
         j: card.real_or(first + 4, default(|a| a.j))?,
         nsm: card.real_or(first + 5, default(|a| a.nsm))?,
         neutral_axis: [0.0; 2],
-            nsm_offset: [0.0; 2],
+        nsm_offset: [0.0; 2],
     })
 }
 
