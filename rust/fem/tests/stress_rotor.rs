@@ -54,8 +54,7 @@ fn elements() -> Vec<(&'static str, Mesh)> {
     mesh.shell_properties = vec![sheet(0.01)];
     mesh.trias = vec![shell(1, [1, 2, 3])];
     out.push(("CTRIA3", mesh));
-    let cube: Vec<[f64; 3]> =
-        square.iter().copied().chain(square.map(|p| [p[0] + 0.1, p[1], 1.0])).collect();
+    let cube: Vec<[f64; 3]> = square.iter().copied().chain(square.map(|p| [p[0] + 0.1, p[1], 1.0])).collect();
     for (name, kind, n) in [("CHEXA", SolidKind::Hexa8, 8), ("CPYRAM", SolidKind::Pyramid5, 5)] {
         let mut mesh = base(&cube[..n]);
         mesh.solid_properties = vec![SolidProperty { id: 1, material: 1, frame: None }];
@@ -208,7 +207,11 @@ fn a_stretched_plate_and_bar_have_the_frequencies_of_their_closed_forms() {
         let strain = 5.0 * bending / (q * q) / (E * t);
         let u: Vec<f64> = (0..model.n_a())
             .map(|i| {
-                if model.a_rows[i].is_multiple_of(6) { strain * model.nodes.xyz(model.a_rows[i] / 6)[0] } else { 0.0 }
+                if model.a_rows[i].is_multiple_of(6) {
+                    strain * model.nodes.xyz(model.a_rows[i] / 6)[0]
+                } else {
+                    0.0
+                }
             })
             .collect();
         let sigma = dense(&model, &model.stress_stiffness(&[], &u).unwrap());

@@ -329,16 +329,26 @@ fn condense<S: Scalar>(sums: &Sums<S>, m: usize) -> Option<(Mat<S>, Option<Mat<S
             }
         }
     }
-    let reduce = |a: &Mat<S>| {
+    // K_ir = K_ii X, so K_rr - X' K_ir; of another matrix H_rr - X' (H_ir - H_ii X) - H_ri X
+    let reduce = |a: &Mat<S>, own: bool| {
         let mut out = part(a, 0, m, 0, m);
+        let mut y = part(a, m, n, 0, m);
+        if !own {
+            for p in 0..n {
+                for q in 0..n {
+                    for j in 0..m {
+                        y[(p, j)] = y[(p, j)] - a[(m + p, m + q)] * x[(q, j)];
+                    }
+                }
+            }
+        }
         for i in 0..m {
             for j in i..m {
                 let mut sum = S::zero();
                 for p in 0..n {
-                    sum += a[(m + p, i)] * x[(p, j)] + x[(p, i)] * a[(m + p, j)];
-                    for q in 0..n {
-                        let inner: S = x[(p, i)] * a[(m + p, m + q)] * x[(q, j)];
-                        sum = sum - inner;
+                    sum += x[(p, i)] * y[(p, j)];
+                    if !own {
+                        sum += a[(m + p, i)] * x[(p, j)];
                     }
                 }
                 out[(i, j)] = out[(i, j)] - sum;
@@ -347,5 +357,6 @@ fn condense<S: Scalar>(sums: &Sums<S>, m: usize) -> Option<(Mat<S>, Option<Mat<S
         }
         out
     };
-    Some((reduce(&sums.k), sums.h.as_ref().map(reduce), x))
+    let (k, h) = (reduce(&sums.k, true), sums.h.as_ref().map(|h| reduce(h, false)));
+    Some((k, h, x))
 }
