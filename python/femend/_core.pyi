@@ -367,7 +367,7 @@ class FeModel:
     Rows of the g-set are `6 * node_index + component - 1`, components in each node's displacement (CD) frame. Matrices
     are full symmetric compressed columns (both triangles, rows ascending) on one pattern; `factors` are one number
     per parameter, 1 = the deck's value, None = all one. Order everywhere: K, M, C, and structural damping H, where
-    the stiffness is K + iH (GE of materials, springs and bushes, PARAM G). Raises `ModelError` and `DeckError`.
+    the stiffness is K + iH (GE of materials, springs and bushes, PARAM G, K42GG). Raises `ModelError` and `DeckError`.
     """
 
     def __new__(
@@ -456,6 +456,24 @@ class FeModel:
 
     def element_frame(self, eid: int) -> tuple[NDArray[np.float64], float]:
         """Local axes (3, 3) of a beam in basic coordinates, one per row, and its length between offset ends."""
+
+    def stress_stiffness(
+        self, u: NDArray[np.float64], factors: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        """Stress stiffness, on the pattern of `assemble`, of the preload that the displacements u (n_a,) make."""
+
+    def gyroscopic(
+        self,
+        axis: Sequence[float],
+        elements: Sequence[int] | None = None,
+        rotating: bool = False,
+        factors: NDArray[np.float64] | None = None,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(G, S) on the pattern of `assemble`: G antisymmetric per rad/s, S symmetric per (rad/s)^2.
+
+        `axis` is the direction of spin (basic axes), `elements` the ids of the spinning part (None: all). In axes at
+        rest (`rotating` false) S is zero and only beams along the axis and concentrated masses can spin.
+        """
 
     def recover(self, v: NDArray[np.float64]) -> NDArray[np.float64]:
         """u_g = T v, (n_g, r), displacement frames, from v (n_a, r)."""

@@ -136,7 +136,7 @@ def test_missing_files(tmp_path: Path) -> None:
         ("GRID,x,,1.,0.,0.", 1, "GRID x", "'x' is not an integer"),
         ("CQAUD4,1,1,1,2,3,4", 1, "CQAUD4", "did you mean CQUAD4?"),
         ("GRID,1\n=,*1,=\n", 2, None, "replication is not supported"),
-        ("GRID,1\nCPYRAM,4,1,1,2,3", 2, "CPYRAM", "is not supported"),
+        ("GRID,1\nCQUADR,4,1,1,2,3", 2, "CQUADR", "is not supported"),
         ("GRID,1\nGRID,2\nGRID,1,,1.,0.,0.", 3, "GRID 1", "id already used by"),
         ("CBAR,5,1,1,2,0.,1.,0.\nGRID,1\nPBAR,1,1\nMAT1,1,1.,,.3", 1, "CBAR 5", "GRID 2 is not defined"),
         ("CBAR,5,8,1,1,0.,1.,0.\nGRID,1", 1, "CBAR 5", "property 8 is not defined"),

@@ -10,8 +10,13 @@ from femend.model.model import Model, Parameter
 
 __all__ = ["deck_changes", "unwritten"]
 
-# card and Nastran field of every property a parameter may scale
-_MATERIAL = {"E": 3, "G": 4, "nu": 5, "rho": 6}
+# card and Nastran fields of every property a parameter may scale
+_MATERIAL: dict[str, dict[str, tuple[int, ...]]] = {
+    "MAT1": {"E": (3,), "G": (4,), "nu": (5,), "rho": (6,)},
+    "MAT2": {"E": tuple(range(3, 9)), "rho": (9,)},
+    "MAT8": {"E": (3, 4), "nu": (5,), "G": (6, 7, 8), "rho": (9,)},
+    "MAT9": {"E": (*range(3, 10), *range(12, 20), *range(22, 28)), "rho": (28,)},
+}
 _PROPERTY = {
     "PBAR": {"A": 4, "I1": 5, "I2": 6, "J": 7},
     "PROD": {"A": 4, "J": 5},
@@ -37,8 +42,14 @@ def deck_changes(model: Model, parameters: dict[str, Any]) -> list[FieldChange]:
 
 
 def _fields(model: Model, parameter: Parameter) -> list[tuple[str, int, int]]:
-    if parameter.target == "material" and parameter.property in _MATERIAL:
-        return [("MAT1", i, _MATERIAL[parameter.property]) for i in parameter.ids]
+    if parameter.target == "material":
+        return [
+            (card, i, field)
+            for i in parameter.ids
+            for card, fields in _MATERIAL.items()
+            if _has(model, card, i)
+            for field in fields.get(parameter.property, ())
+        ]
     if parameter.target == "mass" and parameter.property == "m":
         return [("CONM2", i, 5) for i in parameter.ids]
     if parameter.target == "property_id":
@@ -47,8 +58,19 @@ def _fields(model: Model, parameter: Parameter) -> list[tuple[str, int, int]]:
         for card, fields in _PROPERTY.items():
             if card in counts and parameter.property in fields:
                 found += [(card, i, fields[parameter.property]) for i in parameter.ids if _has(model, card, i)]
+        if parameter.property == "t":
+            found += [place for i in parameter.ids for place in _plies(model, i)]
         return found
     return []
+
+
+def _plies(model: Model, id_: int) -> list[tuple[str, int, int]]:
+    """Thickness fields of a PCOMP; none where Z0 is given, for the factor grows the plies about their middle plane."""
+    if not _has(model, "PCOMP", id_) or model.deck.field_text("PCOMP", id_, 3).strip():
+        return []
+    text = {k: model.deck.field_text("PCOMP", id_, k).strip() for k in range(12, 5000) if 2 <= k % 10 <= 9}
+    last = max((k for k, value in text.items() if value), default=0)
+    return [("PCOMP", id_, k) for k, value in text.items() if value and k <= last and k % 10 in (3, 7)]
 
 
 def _has(model: Model, card: str, id_: int) -> bool:

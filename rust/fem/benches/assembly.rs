@@ -12,7 +12,7 @@ fn block(m: usize) -> Mesh {
     let at = |x: usize, y: usize, z: usize| ((x * (m + 1) + y) * (m + 1) + z) as Id + 1;
     let mut mesh = Mesh {
         materials: vec![Material { id: 1, e: Some(2.1e11), g: None, nu: Some(0.3), rho: 7850.0, ge: 0.0 }],
-        solid_properties: vec![SolidProperty { id: 1, material: 1 }],
+        solid_properties: vec![SolidProperty { id: 1, material: 1, frame: None }],
         ..Mesh::default()
     };
     for x in 0..=m {

@@ -127,6 +127,11 @@ impl Scatter {
         &self.positions[self.start[e]..self.start[e + 1]]
     }
 
+    /// Position of the transposed entry of every entry.
+    pub(crate) fn mirror(&self) -> &[u32] {
+        &self.mirror
+    }
+
     /// Copies the lower triangle onto the upper one.
     pub(crate) fn symmetrise(&self, values: &mut [f64]) {
         symmetrise(&self.pattern, &self.mirror, values);

@@ -5,7 +5,7 @@
 
 use crate::dof::NodeTable;
 use crate::error::FemError;
-use crate::mesh::{Components, Id, Mesh, Mpc, Rbe2, Rbe3, Rotation};
+use crate::mesh::{Components, Id, Mesh, Mpc, Rbar, Rbe2, Rbe3, Rotation};
 use crate::small::{Mat, inverse_spd, matmul, norm3, rigid, rotations, sub3};
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ pub struct Elimination {
     pub free: Vec<usize>,
 }
 
-/// Eliminates SPC, MPC, RBE2 and RBE3 of the mesh.
+/// Eliminates SPC, MPC, RBAR, RBE2 and RBE3 of the mesh.
 ///
 /// # Errors
 /// [`FemError::DoublyDependent`], [`FemError::DependentHeld`], [`FemError::Circular`], [`FemError::Constraint`],
@@ -42,6 +42,11 @@ pub fn eliminate(mesh: &Mesh, nodes: &NodeTable) -> Result<Elimination, FemError
     for r in &mesh.rbe2 {
         for (row, terms) in rbe2(r, nodes)? {
             add(row, format!("RBE2 {}", r.id), terms)?;
+        }
+    }
+    for r in &mesh.rbar {
+        for (row, terms) in rbar(r, nodes)? {
+            add(row, format!("RBAR {}", r.id), terms)?;
         }
     }
     for r in &mesh.rbe3 {
@@ -160,6 +165,51 @@ fn rbe2(r: &Rbe2, nodes: &NodeTable) -> Result<Equations, FemError> {
                 (0..6).filter(|&j| motion[(i, j)] != 0.0).map(|j| (6 * independent + j, motion[(i, j)]));
             out.push((6 * node + i, terms.collect()));
         }
+    }
+    Ok(out)
+}
+
+/// The body's motion q at end A from its six independent components, `u_i = R_i q`; then `u_d = R_d R_i⁻¹ u_i`.
+fn rbar(r: &Rbar, nodes: &NodeTable) -> Result<Equations, FemError> {
+    let fail = |why: &str| FemError::Constraint { what: "RBAR", id: r.id, why: why.to_owned() };
+    let ends = [nodes.find(r.nodes[0], "RBAR", r.id)?, nodes.find(r.nodes[1], "RBAR", r.id)?];
+    if ends[0] == ends[1] {
+        return Err(fail("both ends are the same node"));
+    }
+    if (0..2).any(|e| r.independent[e].0 & r.dependent[e].0 != 0) {
+        return Err(fail("a component is both independent and dependent"));
+    }
+    let motion = ends.map(|n| matmul(&to_frame(nodes, n), &rigid(sub3(nodes.xyz(n), nodes.xyz(ends[0])))));
+    let rows = |set: &[Components; 2]| -> Vec<(usize, usize)> {
+        (0..2).flat_map(|e| set[e].iter().map(move |c| (e, c as usize - 1)).collect::<Vec<_>>()).collect()
+    };
+    let independent = rows(&r.independent);
+    if independent.len() != 6 {
+        return Err(fail("needs six independent components at both ends together"));
+    }
+    // rotations times the length of the bar, so that the singular values compare
+    let length = norm3(sub3(nodes.xyz(ends[1]), nodes.xyz(ends[0])));
+    let scale = |j: usize| if j < 3 || length == 0.0 { 1.0 } else { 1.0 / length };
+    let weight = |i: usize| if i < 3 || length == 0.0 { 1.0 } else { length };
+    let a = nalgebra::Matrix6::from_fn(|i, j| {
+        let (e, c) = independent[i];
+        weight(c) * motion[e][(c, j)] * scale(j)
+    });
+    let svd = a.svd(false, false).singular_values;
+    let inverse = a
+        .try_inverse()
+        .filter(|_| svd.min() > 1e-8 * svd.max())
+        .ok_or_else(|| fail("its independent components do not determine a rigid motion; choose others"))?;
+    let mut out = Vec::new();
+    for (e, c) in rows(&r.dependent) {
+        let mut terms = Vec::new();
+        for (k, &(f, d)) in independent.iter().enumerate() {
+            let value: f64 = (0..6).map(|j| motion[e][(c, j)] * scale(j) * inverse[(j, k)] * weight(d)).sum();
+            if value.abs() > 1e-14 * weight(d) * weight(c).max(1.0) {
+                terms.push((6 * ends[f] + d, value));
+            }
+        }
+        out.push((6 * ends[e] + c, terms));
     }
     Ok(out)
 }

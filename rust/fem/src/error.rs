@@ -53,6 +53,8 @@ pub enum FemError {
     Empty { why: String },
     #[error("the matrices have no pattern: {0}")]
     Pattern(String),
+    #[error("spin axis ({}, {}, {}) has no direction; give a finite vector other than zero", axis[0], axis[1], axis[2])]
+    Spin { axis: [f64; 3] },
     #[error("element {id} is not in the model")]
     UnknownElement { id: Id },
     #[error("{what} has {got} rows, expected {expected}")]

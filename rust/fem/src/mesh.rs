@@ -79,6 +79,53 @@ pub struct Material {
     pub ge: f64,
 }
 
+/// In-plane law of an anisotropic shell material.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PlaneLaw {
+    /// MAT8: orthotropic in material axes.
+    Orthotropic {
+        /// Young's modulus along material axis 1.
+        e1: f64,
+        /// Young's modulus along material axis 2.
+        e2: f64,
+        /// Poisson's ratio: strain along 2 for stress along 1.
+        nu12: f64,
+        /// Shear modulus in the plane.
+        g12: f64,
+        /// Transverse shear moduli 1-z and 2-z; 0 = rigid.
+        gz: [f64; 2],
+    },
+    /// MAT2: symmetric (3, 3) stiffness of plane stress in material axes; its upper left (2, 2) part when the material
+    /// is that of transverse shear (MID3).
+    Anisotropic([[f64; 3]; 3]),
+}
+
+/// MAT2, MAT8: anisotropic material of shells.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlaneMaterial {
+    /// Material id.
+    pub id: Id,
+    /// Elasticity.
+    pub law: PlaneLaw,
+    /// Mass density.
+    pub rho: f64,
+    /// Structural damping coefficient (loss factor) GE.
+    pub ge: f64,
+}
+
+/// MAT9: anisotropic material of solids.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SolidMaterial {
+    /// Material id.
+    pub id: Id,
+    /// Symmetric stiffness over (xx, yy, zz, xy, yz, zx) with engineering shear strains, material axes.
+    pub stiffness: [[f64; 6]; 6],
+    /// Mass density.
+    pub rho: f64,
+    /// Structural damping coefficient (loss factor) GE.
+    pub ge: f64,
+}
+
 /// Cross-section of a beam at one end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BeamSection {
@@ -96,6 +143,8 @@ pub struct BeamSection {
     pub nsm: f64,
     /// Neutral axis relative to the shear centre in local (y, z), length (PBEAM N1, N2); zero for PBAR.
     pub neutral_axis: [f64; 2],
+    /// Centre of the non-structural mass relative to the shear centre in local (y, z), length (PBEAM M1, M2).
+    pub nsm_offset: [f64; 2],
 }
 
 /// PBAR, PBARL, PBEAM, PBEAML.
@@ -160,6 +209,46 @@ pub struct ShellProperty {
     pub nsm: f64,
 }
 
+/// One ply of a laminate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ply {
+    /// Material id.
+    pub material: Id,
+    /// Thickness, length.
+    pub t: f64,
+    /// Angle of material axis 1 from the element's material axis, rad.
+    pub angle: f64,
+}
+
+/// Which stiffness of a laminate counts (PCOMP LAM).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LaminateParts {
+    /// Membrane, bending and their coupling.
+    #[default]
+    All,
+    /// Membrane alone (LAM = MEM).
+    Membrane,
+    /// Bending and transverse shear alone (LAM = BEND).
+    Bending,
+}
+
+/// PCOMP, PCOMPG: plies from the bottom up.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Laminate {
+    /// Property id.
+    pub id: Id,
+    /// Plies, bottom first, mirrored ones of LAM = SYM included.
+    pub plies: Vec<Ply>,
+    /// From the reference plane to the bottom of the laminate; `None` = minus half the thickness.
+    pub z0: Option<f64>,
+    /// Non-structural mass per area.
+    pub nsm: f64,
+    /// Structural damping coefficient of the whole laminate; `None` = the materials'.
+    pub ge: Option<f64>,
+    /// Parts of the stiffness.
+    pub parts: LaminateParts,
+}
+
 /// PSOLID.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolidProperty {
@@ -167,6 +256,8 @@ pub struct SolidProperty {
     pub id: Id,
     /// Material id.
     pub material: Id,
+    /// Axes of an anisotropic material in basic coordinates; `None` = basic.
+    pub frame: Option<Rotation>,
 }
 
 /// PBUSH.
@@ -360,6 +451,15 @@ pub struct Mass {
     pub kind: MassKind,
 }
 
+/// Where material axis 1 of a shell points.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MaterialAxis {
+    /// Angle from the side between the first two corners, about the normal, rad.
+    Angle(f64),
+    /// Along the projection of this vector (basic coordinates) onto the element.
+    Along([f64; 3]),
+}
+
 /// CQUAD4, CTRIA3.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shell<const N: usize> {
@@ -369,6 +469,8 @@ pub struct Shell<const N: usize> {
     pub property: Id,
     /// Corners.
     pub nodes: [Id; N],
+    /// Material axis 1 of anisotropic materials.
+    pub axis: MaterialAxis,
     /// Offset of the reference plane along the element normal, length.
     pub zoffset: f64,
     /// Thickness at the corners where the card gives it.
@@ -390,6 +492,10 @@ pub enum SolidKind {
     Hexa8,
     /// CHEXA with 20 nodes.
     Hexa20,
+    /// CPYRAM with 5 nodes.
+    Pyramid5,
+    /// CPYRAM with 13 nodes.
+    Pyramid13,
 }
 
 impl SolidKind {
@@ -403,11 +509,13 @@ impl SolidKind {
             Self::Penta15 => 15,
             Self::Hexa8 => 8,
             Self::Hexa20 => 20,
+            Self::Pyramid5 => 5,
+            Self::Pyramid13 => 13,
         }
     }
 }
 
-/// CHEXA, CPENTA, CTETRA.
+/// CHEXA, CPENTA, CTETRA, CPYRAM.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solid {
     /// Element id.
@@ -418,6 +526,30 @@ pub struct Solid {
     pub kind: SolidKind,
     /// Nodes, `kind.n_nodes()` of them.
     pub nodes: Vec<Id>,
+}
+
+/// Matrix of the model that directly given terms are added to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DirectKind {
+    /// Stiffness (K2GG, K2PP).
+    K,
+    /// Mass (M2GG, M2PP), not changed by PARAM,WTMASS.
+    M,
+    /// Viscous damping (B2GG, B2PP).
+    C,
+    /// Structural damping, imaginary part of the stiffness (K42GG).
+    H,
+}
+
+/// DMIG: a symmetric matrix between DOFs in displacement frames, e.g. of a reduced superelement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DirectMatrix {
+    /// Name.
+    pub name: String,
+    /// What it is added to.
+    pub kind: DirectKind,
+    /// Terms, each pair of DOFs once.
+    pub terms: Vec<(NodeComponent, NodeComponent, f64)>,
 }
 
 /// RBE2: `components` of each dependent node follow the rigid motion of the independent node.
@@ -431,6 +563,19 @@ pub struct Rbe2 {
     pub components: Components,
     /// Dependent nodes.
     pub dependent: Vec<Id>,
+}
+
+/// RBAR: two nodes of one rigid body; six independent components at both together give its motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rbar {
+    /// Element id.
+    pub id: Id,
+    /// Ends.
+    pub nodes: [Id; 2],
+    /// Independent components of each end, in its displacement frame.
+    pub independent: [Components; 2],
+    /// Dependent components of each end.
+    pub dependent: [Components; 2],
 }
 
 /// Nodes of one weight group of an RBE3.
@@ -502,9 +647,12 @@ impl Default for Options {
 pub struct Mesh {
     pub nodes: Vec<Node>,
     pub materials: Vec<Material>,
+    pub plane_materials: Vec<PlaneMaterial>,
+    pub solid_materials: Vec<SolidMaterial>,
     pub beam_properties: Vec<BeamProperty>,
     pub rod_properties: Vec<RodProperty>,
     pub shell_properties: Vec<ShellProperty>,
+    pub laminates: Vec<Laminate>,
     pub solid_properties: Vec<SolidProperty>,
     pub bush_properties: Vec<BushProperty>,
     pub spring_properties: Vec<SpringProperty>,
@@ -519,7 +667,9 @@ pub struct Mesh {
     pub trias: Vec<Shell<3>>,
     pub solids: Vec<Solid>,
     pub rbe2: Vec<Rbe2>,
+    pub rbar: Vec<Rbar>,
     pub rbe3: Vec<Rbe3>,
+    pub direct: Vec<DirectMatrix>,
     pub mpc: Vec<Mpc>,
     pub spc: Vec<Spc>,
     pub options: Options,

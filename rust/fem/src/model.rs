@@ -14,7 +14,7 @@ use femend_linalg::Pattern;
 use rayon::prelude::*;
 
 /// Elements evaluated at once before they are scattered; bounds the memory of element matrices.
-const BATCH: usize = 4096;
+pub(crate) const BATCH: usize = 4096;
 
 /// Values of K, M, C and of the structural damping matrix (imaginary part of K) on [`Pattern`].
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -73,7 +73,7 @@ pub struct Model {
     pub t_rows: Vec<Vec<(u32, f64)>>,
     options: Options,
     applied: Vec<Vec<Application>>,
-    scatter: Scatter,
+    pub(crate) scatter: Scatter,
     /// Elements each parameter acts on.
     touched: Vec<Vec<usize>>,
     /// Sum of the elements no parameter acts on.
@@ -230,7 +230,7 @@ impl Model {
         (0..self.elements.len()).map(along_x).sum()
     }
 
-    fn basic_from_frames(&self, element: &Element) -> Mat<f64> {
+    pub(crate) fn basic_from_frames(&self, element: &Element) -> Mat<f64> {
         let n = element.rows.len();
         let mut t = Mat::zeros(n, n);
         for (i, &g) in element.rows.iter().enumerate() {
@@ -246,7 +246,7 @@ impl Model {
         t
     }
 
-    fn check_factors(&self, factors: &[f64]) -> Result<(), FemError> {
+    pub(crate) fn check_factors(&self, factors: &[f64]) -> Result<(), FemError> {
         if factors.len() != self.parameters.len() {
             return Err(FemError::FactorCount { count: factors.len(), expected: self.parameters.len() });
         }
@@ -258,13 +258,23 @@ impl Model {
         Ok(())
     }
 
-    /// Element matrices with PARAM,G and WTMASS, in the element's own rows.
-    fn evaluate<S: Scalar>(&self, e: usize, factor: impl Fn(usize) -> S) -> Matrices<S> {
+    /// Factors on the values of element `e`.
+    pub(crate) fn element_factors<S: Scalar>(&self, e: usize, factor: impl Fn(usize) -> S) -> Factors<S> {
         let mut f = Factors::<S>::ones();
         for a in &self.applied[e] {
             f.multiply(a.quantity, a.slots, factor(a.parameter));
         }
-        let mut out = self.elements[e].matrices(&f);
+        f
+    }
+
+    /// PARAM,WTMASS.
+    pub(crate) fn wtmass(&self) -> f64 {
+        self.options.wtmass
+    }
+
+    /// Element matrices with PARAM,G and WTMASS, in the element's own rows.
+    fn evaluate<S: Scalar>(&self, e: usize, factor: impl Fn(usize) -> S) -> Matrices<S> {
+        let mut out = self.elements[e].matrices(&self.element_factors(e, factor));
         if let Some(m) = out.m.as_mut().filter(|_| self.options.wtmass != 1.0) {
             *m = m.scaled(S::c(self.options.wtmass));
         }

@@ -149,8 +149,8 @@ impl Parameter {
     }
 }
 
-/// Number of materials one element can have (shell: membrane, bending, shear).
-pub const N_SLOTS: usize = 3;
+/// Number of materials one element can have (PSHELL: membrane, bending, shear, coupling; a laminate: its distinct ones).
+pub const N_SLOTS: usize = 8;
 
 /// Factors on one element's values; all one for the deck as it is.
 #[derive(Debug, Clone)]
@@ -213,6 +213,12 @@ impl<S: Scalar> Factors<S> {
                 self.material[0][material_index(quantity)]
             }
         }
+    }
+
+    /// Factor of a quantity of the material in `slot`.
+    #[must_use]
+    pub fn of_slot(&self, slot: usize, quantity: Quantity) -> S {
+        self.material[slot][material_index(quantity)]
     }
 
     /// Elastic constants of the material in `slot` with its factors.

@@ -75,6 +75,17 @@ pub fn symmetrise(pattern: &Pattern, mirror: &[u32], values: &mut [f64]) {
     }
 }
 
+/// Copies the lower triangle onto the upper one with the other sign.
+pub fn antisymmetrise(pattern: &Pattern, mirror: &[u32], values: &mut [f64]) {
+    for j in 0..pattern.n() {
+        for p in pattern.range(j) {
+            if (pattern.row_idx()[p] as usize) < j {
+                values[p] = -values[mirror[p] as usize];
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -49,8 +49,8 @@ pub(crate) struct Resolver<'a> {
     pub(crate) materials: Table<'a, Material>,
 }
 
-/// All elements of the mesh, in the order beams, rods, springs, dampers, bushes, masses, shells, solids, then masses
-/// added by a configuration (id 0).
+/// All elements of the mesh, in the order beams, rods, springs, dampers, bushes, masses, shells, solids, direct
+/// matrices, then masses added by a configuration (id 0).
 ///
 /// # Errors
 /// A [`FemError`] naming the element that cannot be used.
@@ -70,6 +70,7 @@ pub fn resolve(mesh: &Mesh, nodes: &NodeTable, added_mass: &[(Id, f64)]) -> Resu
     }
     r.shells(&mut out)?;
     r.solids(&mut out)?;
+    r.direct(&mut out)?;
     for &(node, m) in added_mass {
         out.push(r.added_mass(node, m)?);
     }

@@ -23,6 +23,8 @@ pub trait Scalar:
     fn c(value: f64) -> Self;
     /// The value without its derivative.
     fn value(self) -> f64;
+    /// Square root of a positive number.
+    fn sqrt(self) -> Self;
     /// Is this exactly the constant zero (value and derivative)?
     fn is_zero(self) -> bool;
     /// Zero.
@@ -37,6 +39,9 @@ impl Scalar for f64 {
     }
     fn value(self) -> f64 {
         self
+    }
+    fn sqrt(self) -> Self {
+        self.sqrt()
     }
     fn is_zero(self) -> bool {
         self == 0.0
@@ -108,6 +113,10 @@ impl Scalar for Dual {
     }
     fn value(self) -> f64 {
         self.v
+    }
+    fn sqrt(self) -> Self {
+        let v = self.v.sqrt();
+        Self { v, d: 0.5 * self.d / v }
     }
     fn is_zero(self) -> bool {
         self.v == 0.0 && self.d == 0.0

@@ -57,30 +57,32 @@ impl<S: Scalar> Mat<S> {
     #[must_use]
     pub fn congruence(&self, t: &Mat<f64>) -> Self {
         let (n, r) = (self.rows, t.cols);
+        // entries of t other than zero, row by row: most maps have three of 24 in a row
+        let mut entries: Vec<(usize, f64)> = Vec::with_capacity(4 * n);
+        let mut start = Vec::with_capacity(n + 1);
+        start.push(0);
+        for row in t.data.chunks(r.max(1)).take(n) {
+            entries.extend(row.iter().copied().enumerate().filter(|(_, w)| *w != 0.0));
+            start.push(entries.len());
+        }
         let mut at = Self::zeros(n, r);
         for i in 0..n {
+            let out = &mut at.data[i * r..(i + 1) * r];
             for k in 0..n {
                 let a = self[(i, k)];
                 if a.is_zero() {
                     continue;
                 }
-                for j in 0..r {
-                    let w = t[(k, j)];
-                    if w != 0.0 {
-                        at[(i, j)] += a * w;
-                    }
+                for &(j, w) in &entries[start[k]..start[k + 1]] {
+                    out[j] += a * w;
                 }
             }
         }
         let mut out = Self::zeros(r, r);
         for k in 0..n {
-            for i in 0..r {
-                let w = t[(k, i)];
-                if w == 0.0 {
-                    continue;
-                }
-                for j in 0..r {
-                    out[(i, j)] += at[(k, j)] * w;
+            for &(i, w) in &entries[start[k]..start[k + 1]] {
+                for (o, x) in out.data[i * r..(i + 1) * r].iter_mut().zip(&at.data[k * r..(k + 1) * r]) {
+                    *o += *x * w;
                 }
             }
         }

@@ -37,6 +37,7 @@ fn matches_elimination(mesh: &Mesh, equations: &DMatrix<f64>) {
     let mut unconstrained = mesh.clone();
     unconstrained.rbe2.clear();
     unconstrained.rbe3.clear();
+    unconstrained.rbar.clear();
     unconstrained.mpc.clear();
     unconstrained.spc.clear();
     let free = Model::new(&unconstrained, &[], &[]).unwrap();
@@ -49,6 +50,48 @@ fn matches_elimination(mesh: &Mesh, equations: &DMatrix<f64>) {
         let by_hand = t.transpose() * dense(&free, vg) * &t;
         assert!((dense(&model, va) - &by_hand).amax() < 1e-12 * by_hand.amax());
     }
+}
+
+#[test]
+fn rbar_keeps_its_ends_on_one_rigid_body() {
+    let mut mesh = two_parts();
+    let set = Components::from_list;
+    // three components at one end, three at the other: together they hold the body
+    let (a, b) = (set(&[1, 2, 3, 4]), set(&[1, 5]));
+    let rest = |c: Components| Components(Components::ALL.0 & !c.0);
+    mesh.nodes[3].frame = None;
+    mesh.nodes[2].frame = None;
+    mesh.rbar.push(Rbar { id: 5, nodes: [3, 11], independent: [a, b], dependent: [rest(a), rest(b)] });
+    let model = Model::new(&mesh, &[], &[]).unwrap();
+    // u_b - H u_a = 0, all six
+    let arm = [0, 1, 2].map(|c| model.nodes.xyz(3)[c] - model.nodes.xyz(2)[c]);
+    let h = femend_fem::small::rigid(arm);
+    let mut equations = DMatrix::zeros(6, model.nodes.n_g());
+    for i in 0..6 {
+        equations[(i, 18 + i)] = 1.0;
+        for j in 0..6 {
+            equations[(i, 12 + j)] = -h[(i, j)];
+        }
+    }
+    matches_elimination(&mesh, &equations);
+    // in other frames it is the same body: rigid motion of all stays free of force
+    mesh.nodes[2].frame = Some(turn(-0.8));
+    mesh.rbar[0].independent = [Components::ALL, Components::default()];
+    mesh.rbar[0].dependent = [Components::default(), Components::ALL];
+    let model = Model::new(&mesh, &[], &[]).unwrap();
+    let (t, g) = (t_dense(&model), rigid_motions(&model));
+    let a = DMatrix::from_fn(model.n_a(), 6, |i, j| g[(model.a_rows[i], j)]);
+    assert!((&t * a - &g).amax() < 1e-12);
+    // components that leave the body free, and too few of them
+    let refuse = |independent: [Components; 2], word: &str| {
+        let mut mesh = mesh.clone();
+        mesh.rbar[0].independent = independent;
+        mesh.rbar[0].dependent = independent.map(rest);
+        let error = Model::new(&mesh, &[], &[]).expect_err("refused").to_string();
+        assert!(error.contains("RBAR 5") && error.contains(word), "{error}");
+    };
+    refuse([set(&[1, 2, 3]), set(&[1, 2, 3])], "do not determine");
+    refuse([set(&[1, 2, 3]), set(&[1, 2])], "six independent");
 }
 
 fn rotation6(model: &Model, n: usize) -> DMatrix<f64> {

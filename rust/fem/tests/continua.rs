@@ -28,6 +28,7 @@ fn solid(kind: SolidKind, coupled: bool) -> Mesh {
     ];
     let penta = [0, 1, 3, 4, 5, 7].map(|i: usize| hexa[i]);
     let tetra = [0, 1, 3, 4].map(|i: usize| hexa[i]);
+    let pyramid = [0, 1, 2, 3, 6].map(|i: usize| hexa[i]);
     let (mut x, edges): (Vec<[f64; 3]>, &[[usize; 2]]) = match kind {
         SolidKind::Hexa8 => (hexa.to_vec(), &[]),
         SolidKind::Hexa20 => (
@@ -38,6 +39,10 @@ fn solid(kind: SolidKind, coupled: bool) -> Mesh {
         SolidKind::Penta15 => {
             (penta.to_vec(), &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 4], [2, 5], [3, 4], [4, 5], [5, 3]])
         }
+        SolidKind::Pyramid5 => (pyramid.to_vec(), &[]),
+        SolidKind::Pyramid13 => {
+            (pyramid.to_vec(), &[[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [1, 4], [2, 4], [3, 4]])
+        }
         SolidKind::Tetra4 => (tetra.to_vec(), &[]),
         SolidKind::Tetra10 => (tetra.to_vec(), &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]]),
     };
@@ -47,20 +52,22 @@ fn solid(kind: SolidKind, coupled: bool) -> Mesh {
     Mesh {
         nodes: x.iter().enumerate().map(|(i, p)| node(i as Id + 1, *p)).collect(),
         materials: vec![steel()],
-        solid_properties: vec![SolidProperty { id: 1, material: 1 }],
+        solid_properties: vec![SolidProperty { id: 1, material: 1, frame: None }],
         solids: vec![Solid { id: 7, property: 1, kind, nodes: (1..=x.len() as Id).collect() }],
         options: options(coupled),
         ..Mesh::default()
     }
 }
 
-const KINDS: [SolidKind; 6] = [
+const KINDS: [SolidKind; 8] = [
     SolidKind::Tetra4,
     SolidKind::Tetra10,
     SolidKind::Penta6,
     SolidKind::Penta15,
     SolidKind::Hexa8,
     SolidKind::Hexa20,
+    SolidKind::Pyramid5,
+    SolidKind::Pyramid13,
 ];
 
 /// Displacement of a linear field at the nodes in the order of the a-set (translations only).
@@ -117,6 +124,106 @@ fn every_solid_has_six_rigid_motions_its_mass_and_the_energy_of_a_constant_strai
     }
 }
 
+fn isotropic_stiffness() -> [[f64; 6]; 6] {
+    let (lambda, mu) = (E * 0.3 / (1.3 * 0.4), E / 2.6);
+    let mut c = [[0.0; 6]; 6];
+    for i in 0..3 {
+        c[i][..3].fill(lambda);
+        c[i][i] += 2.0 * mu;
+        c[3 + i][3 + i] = mu;
+    }
+    c
+}
+
+#[test]
+fn anisotropic_solids_equal_isotropic_ones_and_turn_with_their_axes() {
+    for kind in KINDS {
+        let mesh = solid(kind, true);
+        let k = |mesh: &Mesh| {
+            let model = Model::new(mesh, &[], &[]).unwrap();
+            dense(&model, &model.assemble(&[]).unwrap().k)
+        };
+        let mut other = mesh.clone();
+        other.materials.clear();
+        let stiffness = isotropic_stiffness();
+        other.solid_materials = vec![SolidMaterial { id: 1, stiffness, rho: 7850.0, ge: 0.02 }];
+        let plain = k(&mesh);
+        assert!((k(&other) - &plain).amax() < 1e-12 * plain.amax(), "{kind:?}");
+        // fibres along material axis 1: a model turned as a whole has turned forces
+        other.solid_materials[0].stiffness[0][0] *= 5.0;
+        other.solid_materials[0].stiffness[3][0] = 1e10;
+        other.solid_materials[0].stiffness[0][3] = 1e10;
+        let straight = k(&other);
+        let r = turn(0.8);
+        let mut turned = other.clone();
+        turned.nodes.iter_mut().for_each(|n| n.xyz = apply(&r, n.xyz));
+        // local axis i of the turned material is the turned basic axis i
+        turned.solid_properties[0].frame = Some(std::array::from_fn(|i| std::array::from_fn(|j| r[j][i])));
+        let n = kind.n_nodes();
+        let t = DMatrix::from_fn(3 * n, 3 * n, |i, j| if i / 3 == j / 3 { r[i % 3][j % 3] } else { 0.0 });
+        let back = t.transpose() * k(&turned) * &t;
+        assert!((back - &straight).amax() < 1e-11 * straight.amax(), "{kind:?}");
+        // energy of a constant strain: eps C eps times the volume
+        let model = Model::new(&other, &[], &[]).unwrap();
+        let u = linear_field(&model, &GRADIENT);
+        let g = GRADIENT;
+        let e = [g[0][0], g[1][1], g[2][2], g[0][1] + g[1][0], g[1][2] + g[2][1], g[2][0] + g[0][2]];
+        let c = other.solid_materials[0].stiffness;
+        let density: f64 = (0..36).map(|p| e[p / 6] * c[p / 6][p % 6] * e[p % 6]).sum();
+        let exact = density * model.total_mass() / 7850.0;
+        assert!(((u.transpose() * &straight * &u)[0] / exact - 1.0).abs() < 1e-10, "{kind:?}");
+        let mut broken = other.clone();
+        broken.solid_materials[0].stiffness[3][3] = -1.0;
+        let error = Model::new(&broken, &[], &[]).expect_err("refused").to_string();
+        assert!(error.contains("material 1") && error.contains("positive definite"), "{error}");
+    }
+}
+
+/// Pyramids over the faces of a distorted cube, with a common apex inside.
+fn pyramids(quadratic: bool) -> Mesh {
+    let mut mesh = bricks([1, 1, 1], [1.0, 1.2, 0.9], 0.1);
+    let corners: Vec<[f64; 3]> = mesh.nodes.iter().map(|n| n.xyz).collect();
+    mesh.nodes.push(node(9, [0.45, 0.65, 0.5]));
+    mesh.solids.clear();
+    let faces = [[1, 2, 4, 3], [5, 7, 8, 6], [1, 5, 6, 2], [3, 4, 8, 7], [1, 3, 7, 5], [2, 6, 8, 4]];
+    let mut middles = std::collections::BTreeMap::<(Id, Id), Id>::new();
+    let at = |id: Id| if id == 9 { [0.45, 0.65, 0.5] } else { corners[id as usize - 1] };
+    for (e, [a, b, c, d]) in faces.into_iter().enumerate() {
+        let mut nodes = vec![a, b, c, d, 9];
+        if quadratic {
+            for (p, q) in [(a, b), (b, c), (c, d), (d, a), (a, 9), (b, 9), (c, 9), (d, 9)] {
+                let next = 100 + middles.len() as Id;
+                let middle = *middles.entry((p.min(q), p.max(q))).or_insert(next);
+                if middle == next {
+                    let x = std::array::from_fn(|i| 0.5 * (at(p)[i] + at(q)[i]));
+                    mesh.nodes.push(node(middle, x));
+                }
+                nodes.push(middle);
+            }
+        }
+        let kind = if quadratic { SolidKind::Pyramid13 } else { SolidKind::Pyramid5 };
+        mesh.solids.push(Solid { id: e as Id + 1, property: 1, kind, nodes });
+    }
+    mesh
+}
+
+#[test]
+fn pyramids_pass_the_patch_test() {
+    for quadratic in [false, true] {
+        let model = Model::new(&pyramids(quadratic), &[], &[]).unwrap();
+        let k = dense(&model, &model.assemble(&[]).unwrap().k);
+        let f = &k * linear_field(&model, &GRADIENT);
+        // the apex is the only inner node, with its mid-side nodes
+        let inner = |i: usize| {
+            let x = model.nodes.xyz(model.a_rows[i] / 6);
+            (0..3).all(|c| x[c] > 0.2 && x[c] < [0.8, 0.95, 0.7][c])
+        };
+        let largest = (0..model.n_a()).filter(|&i| inner(i)).map(|i| f[i].abs()).fold(0.0, f64::max);
+        assert!((0..model.n_a()).filter(|&i| inner(i)).count() >= 3);
+        assert!(largest < 1e-12 * f.amax(), "{quadratic}: {largest:e} of {:e}", f.amax());
+    }
+}
+
 #[test]
 fn moments_of_inertia_of_quadratic_solids_are_exact() {
     // x = linear field: u = x e_y has kinetic energy int rho x² dV, which quadratic shapes hold exactly
@@ -146,7 +253,7 @@ fn moments_of_inertia_of_quadratic_solids_are_exact() {
 fn bricks(n: [usize; 3], size: [f64; 3], shake: f64) -> Mesh {
     let mut mesh = Mesh {
         materials: vec![steel()],
-        solid_properties: vec![SolidProperty { id: 1, material: 1 }],
+        solid_properties: vec![SolidProperty { id: 1, material: 1, frame: None }],
         options: options(true),
         ..Mesh::default()
     };
@@ -262,6 +369,7 @@ fn plate(n: usize, a: f64, b: f64, t: f64, skew: f64, shake: f64) -> Mesh {
                 id: mesh.quads.len() as Id + 1,
                 property: 1,
                 nodes,
+                axis: MaterialAxis::Angle(0.0),
                 zoffset: 0.0,
                 thickness: [None; 4],
             });
@@ -484,7 +592,6 @@ fn broken_shells_and_solids_are_refused_by_name() {
     refuse(&with(quad(), &|m| m.quads[0].nodes = [1, 2, 3, 4]), &["CQUAD4 1", "cross over"]);
     refuse(&with(quad(), &|m| m.nodes[3].xyz = [0.3, 0.3, 0.0]), &["CQUAD4 1", "Jacobian", "node 4"]);
     refuse(&with(quad(), &|m| m.shell_properties[0].t = Some(0.0)), &["CQUAD4 1", "thickness 0"]);
-    refuse(&with(quad(), &|m| m.shell_properties[0].mid4 = Some(1)), &["CQUAD4", "MID4"]);
     refuse(&with(quad(), &|m| m.shell_properties[0].mid2 = Some(8)), &["CQUAD4 1", "material 8"]);
     refuse(&with(quad(), &|m| m.quads[0].property = 3), &["CQUAD4 1", "shell property 3"]);
     for kind in KINDS {

@@ -5,7 +5,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use approx::assert_abs_diff_eq;
 use femend_fem::deck::{Choice, Deck, DeckError, Selection, build};
-use femend_fem::mesh::{BushFrame, Components, MassKind, Mesh, NodeComponent, Orientation};
+use femend_fem::mesh::{
+    BushFrame, Components, DirectKind, LaminateParts, MassKind, MaterialAxis, Mesh, NodeComponent,
+    Orientation, PlaneLaw,
+};
 
 static COUNTER: AtomicUsize = AtomicUsize::new(0);
 
@@ -211,4 +214,114 @@ fn scalar_elements_find_ground_and_shared_property_cards() {
     assert_eq!(mesh.springs[0].ends, [Some(NodeComponent { node: 1, component: 3 }), None]);
     let MassKind::Conm1(matrix) = mesh.masses[0].kind else { panic!("CMASS2") };
     assert_eq!(matrix[1][1], 4.0);
+}
+
+#[test]
+fn laminates_repeat_blanks_mirror_and_keep_their_frame() {
+    let nodes = "GRID,1\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\nGRID,4,,0.,1.,0.\nCORD2R,5,,0.,0.,0.,0.,0.,1.\n+,0.,1.,0.\n";
+    let cards = "MAT1,1,7.+10,,.3,2700.\nMAT8,2,1.4+11,9.+9,.3,5.+9,5.+9,3.+9,1600.\n+\n+,.02\n\
+        PCOMP,1,-.001,2.5,,,,.01,SYM\n+,2,.001,45.,YES,,,-45.\n+,1,.003\n\
+        PCOMPG,2,,,,,,,MEM\n+,7,2,.001,30.\n+,9,,.002\n\
+        CQUAD4,1,1,1,2,3,4,5\n+,,,.1,.1,.1,.1\nCTRIA3,2,2,1,2,3,60.\nCTRIA3,3,2,1,3,4\n";
+    let built = mesh(&format!("{nodes}{cards}"));
+    let l = &built.laminates[0];
+    assert_eq!((l.z0, l.nsm, l.ge, l.parts), (Some(-0.001), 2.5, Some(0.01), LaminateParts::All));
+    let plies: Vec<_> = l.plies.iter().map(|p| (p.material, p.t, p.angle.to_degrees().round())).collect();
+    let half = [(2, 0.001, 45.0), (2, 0.001, -45.0), (1, 0.003, 0.0)];
+    assert_eq!(plies[..3], half);
+    assert_eq!(plies[3..], [half[2], half[1], half[0]]);
+    let l = &built.laminates[1];
+    assert_eq!(
+        (l.parts, l.plies.len(), l.plies[1].material, l.plies[1].t),
+        (LaminateParts::Membrane, 2, 2, 0.002)
+    );
+    assert_eq!((built.plane_materials[0].rho, built.plane_materials[0].ge), (1600.0, 0.02));
+    // the system's x axis is basic y; plies have the thickness, not the element
+    let MaterialAxis::Along(x) = built.quads[0].axis else { panic!("a system was given") };
+    close(x, [0.0, 1.0, 0.0]);
+    assert_eq!(built.quads[0].thickness, [None; 4]);
+    assert_eq!(built.trias[0].axis, MaterialAxis::Angle(60.0_f64.to_radians()));
+    assert_eq!(built.trias[1].axis, MaterialAxis::Angle(0.0));
+    let refuse = |text: &str, word: &str| {
+        let error = try_mesh(&format!("{nodes}{text}"), &Selection::default()).unwrap_err().to_string();
+        assert!(error.contains(word), "{error}");
+    };
+    refuse(&cards.replace(",SYM", ",SMEAR"), "LAM = SMEAR");
+    refuse(&cards.replace("+,2,.001,45.,YES,,,-45.", "+,8,.001,45.,YES,,,-45."), "material 8");
+    refuse("MAT8,2,1.,1.\nPBAR,1,2,1.\n", "material 2 is a MAT8; PBAR needs MAT1");
+}
+
+#[test]
+fn anisotropic_materials_fill_their_triangles() {
+    let text = "MAT2,1,11.,12.,13.,22.,23.,33.,7.\n+,,,,,.04\n\
+        MAT9,2,11.,12.,13.,14.,15.,16.,22.\n+,23.,24.,25.,26.,33.,34.,35.,36.\n+,44.,45.,46.,55.,56.,66.,8.\n+,,,,,,,.05\n\
+        CORD2R,5,,0.,0.,0.,0.,0.,1.\n+,0.,1.,0.\nCORD2C,6,,0.,0.,0.,0.,0.,1.\n+,0.,1.,0.\nPSOLID,1,2,5\nPSOLID,2,2\n";
+    let built = mesh(text);
+    let PlaneLaw::Anisotropic(g) = built.plane_materials[0].law else { panic!("MAT2") };
+    assert_eq!(g, [[11.0, 12.0, 13.0], [12.0, 22.0, 23.0], [13.0, 23.0, 33.0]]);
+    assert_eq!((built.plane_materials[0].rho, built.plane_materials[0].ge), (7.0, 0.04));
+    let m = &built.solid_materials[0];
+    for i in 0..6 {
+        for j in 0..6 {
+            assert_eq!(m.stiffness[i][j], (10 * (i.min(j) + 1) + i.max(j) + 1) as f64);
+        }
+    }
+    assert_eq!((m.rho, m.ge), (8.0, 0.05));
+    close(built.solid_properties[0].frame.unwrap()[0], [0.0, 1.0, 0.0]);
+    assert!(built.solid_properties[1].frame.is_none());
+    for (field, word) in [("6", "curved"), ("-1", "CORDM = -1")] {
+        let error =
+            try_mesh(&text.replace("PSOLID,1,2,5", &format!("PSOLID,1,2,{field}")), &Selection::default());
+        assert!(error.unwrap_err().to_string().contains(word));
+    }
+}
+
+#[test]
+fn rigid_bars_and_pyramids_are_read() {
+    let nodes: String = (1..=13).map(|i| format!("GRID,{i},,{i}.,0.,0.\n")).collect();
+    let text = format!(
+        "{nodes}MAT1,1,1.,,.3\nPSOLID,1,1\nCPYRAM,1,1,1,2,3,4,5\nCPYRAM,2,1,1,2,3,4,5,6\n+,7,8,9,10,11,12,13\n\
+        RBAR,7,1,2,123456\nRBAR,8,1,2,1234,23,,456\n"
+    );
+    let built = mesh(&text);
+    assert_eq!(built.solids.iter().map(|s| s.nodes.len()).collect::<Vec<_>>(), [5, 13]);
+    let set = Components::from_list;
+    assert_eq!(built.rbar[0].dependent, [Components::default(), Components::ALL]);
+    assert_eq!(built.rbar[1].independent, [set(&[1, 2, 3, 4]), set(&[2, 3])]);
+    assert_eq!(built.rbar[1].dependent, [Components::default(), set(&[4, 5, 6])]);
+}
+
+const DIRECT: &str = "GRID,1\nGRID,2,,1.,0.,0.\nGRID,3,,2.,0.,0.\n\
+    DMIG,KS,0,6,2,0\nDMIG,KS,1,1,,1,1,10.\n+,2,1,-10.,,3,1,2.\nDMIG,KS,2,1,,2,1,10.\n\
+    DMIG,MS,0,1,1,0\nDMIG,MS,2,3,,2,3,4.,,\n+,3,3,1.\nDMIG,MS,3,3,,2,3,1.\nDMIG,PS,0,9,1,0,,,1\nDMIG,PS,1,0,,1,1,5.\n";
+
+#[test]
+fn direct_matrices_are_selected_scaled_and_checked() {
+    let with =
+        |control: &str| try_mesh(&format!("CEND\n{control}\nBEGIN BULK\n{DIRECT}"), &Selection::default());
+    let built = with("K2GG = 2.*KS\nM2GG = MS").unwrap();
+    let k = &built.direct[0];
+    assert_eq!((k.name.as_str(), k.kind, k.terms.len()), ("KS", DirectKind::K, 4));
+    let dof = |node, component| NodeComponent { node, component };
+    assert!(
+        k.terms.contains(&(dof(2, 1), dof(1, 1), -20.0)) && k.terms.contains(&(dof(3, 1), dof(1, 1), 4.0))
+    );
+    assert_eq!((built.direct[1].kind, built.direct[1].terms.len()), (DirectKind::M, 2));
+    let refuse = |control: &str, word: &str| {
+        let error = with(control).unwrap_err().to_string();
+        assert!(error.contains(word), "{error}");
+    };
+    refuse("K2GG = KS", "DMIG MS");
+    refuse("K2GG = KX\nM2GG = MS", "no DMIG KX");
+    refuse("K2GG = a*KS\nM2GG = MS", "not a number");
+    let broken = |from: &str, to: &str, word: &str| {
+        let text = DIRECT.replace(from, to);
+        let text = format!("CEND\nK2GG = KS\nM2GG = MS\nBEGIN BULK\n{text}");
+        let error = try_mesh(&text, &Selection::default()).unwrap_err().to_string();
+        assert!(error.contains(word), "{error}");
+    };
+    broken("DMIG,MS,3,3,,2,3,1.", "DMIG,MS,3,3,,2,3,1.5", "not symmetric");
+    broken("DMIG,KS,0,6,2,0", "DMIG,KS,0,6,3,0", "complex");
+    broken("DMIG,KS,2,1,,2,1,10.", "DMIG,KS,2,1,,2,1,10.,,\n+,1,1,-10.", "stands twice");
+    broken("DMIG,MS,2,3,,2,3,4.", "DMIG,MS,2,3,,9,3,4.", "GRID 9");
 }

@@ -2,11 +2,13 @@
 
 use crate::deck::{PyDeck, deck_error};
 use femend_fem::deck::{Choice, Selection, build};
+use femend_fem::element::spin::SpinAxes;
 use femend_fem::error::FemError;
 use femend_fem::mesh::Id;
 use femend_fem::model::{Model, System};
 use femend_fem::parameter::Parameter;
 use femend_fem::project::Reduced;
+use femend_fem::rotor::Spin;
 use ndarray::{Array1, Array2, Array3};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
@@ -286,6 +288,35 @@ impl FeModel {
             ModelError::new_err(format!("{} {eid} has no beam axes; ask for a CBAR or CBEAM", element.card))
         })?;
         Ok((Array2::from_shape_fn((3, 3), |(i, j)| frame[i][j]).into_pyarray(py), length))
+    }
+
+    /// Stress stiffness of the preload that the displacements `u` (n_a,) make, on the pattern of `assemble`.
+    #[pyo3(signature = (u, factors=None))]
+    fn stress_stiffness<'py>(
+        &self,
+        py: Python<'py>,
+        u: PyReadonlyArray1<'py, f64>,
+        factors: Option<PyReadonlyArray1<'py, f64>>,
+    ) -> PyResult<Vector<'py>> {
+        let (factors, u) = (self.factors(factors), u.as_array().to_vec());
+        let values = py.detach(|| self.model.stress_stiffness(&factors, &u)).map_err(model_error)?;
+        Ok(values.into_pyarray(py))
+    }
+
+    /// Gyroscopic matrix (antisymmetric) per rad/s and softening per (rad/s)², on the pattern of `assemble`.
+    #[pyo3(signature = (axis, elements=None, rotating=false, factors=None))]
+    fn gyroscopic<'py>(
+        &self,
+        py: Python<'py>,
+        axis: [f64; 3],
+        elements: Option<Vec<Id>>,
+        rotating: bool,
+        factors: Option<PyReadonlyArray1<'py, f64>>,
+    ) -> PyResult<(Vector<'py>, Vector<'py>)> {
+        let axes = if rotating { SpinAxes::Rotating } else { SpinAxes::Fixed };
+        let (factors, spin) = (self.factors(factors), Spin { axis, axes, elements });
+        let out = py.detach(|| self.model.gyroscopic(&factors, &spin)).map_err(model_error)?;
+        Ok((out.g.into_pyarray(py), out.softening.into_pyarray(py)))
     }
 
     /// All six components of every node, (n_g, r), from the a-set, (n_a, r).

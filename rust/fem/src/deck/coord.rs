@@ -91,6 +91,12 @@ pub const BASIC: Coord = Coord {
 };
 
 impl Coord {
+    /// Are its axes the same everywhere?
+    #[must_use]
+    pub fn is_rectangular(&self) -> bool {
+        self.kind == Kind::Rectangular
+    }
+
     /// Coordinates in this system (angles in degrees) to basic ones.
     #[must_use]
     pub fn point(&self, p: V3) -> V3 {

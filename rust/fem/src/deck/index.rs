@@ -60,13 +60,15 @@ pub fn space_of(name: &str) -> Option<(Space, usize)> {
         "CORD1R" | "CORD1C" | "CORD1S" => (Space::Coord, 4),
         "CORD2R" | "CORD2C" | "CORD2S" => (Space::Coord, 0),
         "CONM1" | "CONM2" | "CMASS1" | "CMASS2" => (Space::Mass, 0),
-        "RBE2" | "RBE3" => (Space::Rigid, 0),
-        "PBAR" | "PBARL" | "PBEAM" | "PBEAML" | "PROD" | "PSHELL" | "PSOLID" => (Space::Property, 0),
+        "RBAR" | "RBE2" | "RBE3" => (Space::Rigid, 0),
+        "PBAR" | "PBARL" | "PBEAM" | "PBEAML" | "PROD" | "PSHELL" | "PCOMP" | "PCOMPG" | "PSOLID" => {
+            (Space::Property, 0)
+        }
         "PBUSH" => (Space::Bush, 0),
         "PELAS" => (Space::Spring, 4),
         "PDAMP" => (Space::Damper, 2),
         "PMASS" => (Space::ScalarMass, 2),
-        "MAT1" => (Space::Material, 0),
+        "MAT1" | "MAT2" | "MAT8" | "MAT9" => (Space::Material, 0),
         _ if name.starts_with('C') => (Space::Element, 0),
         _ => return None,
     })

@@ -90,6 +90,9 @@ impl Deck {
                 std::iter::once(e.independent).chain(e.dependent.iter().copied()).collect(),
             );
         }
+        for e in &mesh.rbar {
+            push(e.id, "RBAR", None, e.nodes.to_vec());
+        }
         for e in &mesh.rbe3 {
             let others = e.groups.iter().flat_map(|group| group.nodes.iter().copied());
             push(e.id, "RBE3", None, std::iter::once(e.reference).chain(others).collect());
@@ -103,5 +106,6 @@ fn solid_card(kind: SolidKind) -> &'static str {
         SolidKind::Tetra4 | SolidKind::Tetra10 => "CTETRA",
         SolidKind::Penta6 | SolidKind::Penta15 => "CPENTA",
         SolidKind::Hexa8 | SolidKind::Hexa20 => "CHEXA",
+        SolidKind::Pyramid5 | SolidKind::Pyramid13 => "CPYRAM",
     }
 }

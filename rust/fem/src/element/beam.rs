@@ -1,5 +1,8 @@
-//! Timoshenko beam (CBAR, CBEAM): shear by K1/K2, product of inertia, linear taper, offsets, releases.
+//! Timoshenko beam (CBAR, CBEAM): shear by K1/K2, product of inertia, linear taper, offsets, releases, neutral axis and
+//! non-structural mass off the shear centre.
 //!
+//! The ends are at the shear centre: it carries shear and torsion, while axial force and bending act at the neutral axis
+//! (y_n, z_n), whose axial motion is `u + z_n theta_y - y_n theta_z`; structural mass moves with the neutral axis.
 //! Stiffness from the flexibility of the cantilever held at end A, which is exact for a prismatic beam and takes
 //! taper by quadrature (Przemieniecki, Theory of Matrix Structural Analysis, 1968, §5.6 and §6.9).
 //! Consistent mass with the Timoshenko shape functions of the mean section (Friedman and Kosmatka, Computers &
@@ -11,10 +14,10 @@ use crate::error::FemError;
 use crate::mesh::{BeamSection, Components, Material, Rotation};
 use crate::parameter::{Factors, Quantity};
 use crate::scalar::Scalar;
-use crate::small::{Mat, inverse_spd, rigid};
+use crate::small::{Mat, inverse_spd, matmul, rigid};
 
 /// Gauss points and weights on [0, 1], exact to degree 7: products of two cubics and a linear taper.
-const GAUSS4: [(f64, f64); 4] = [
+pub(crate) const GAUSS4: [(f64, f64); 4] = [
     (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
     (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
     (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
@@ -43,13 +46,15 @@ pub struct BeamElement {
 }
 
 /// Section at one station with factors.
-struct Station<S> {
-    a: S,
-    i1: S,
-    i2: S,
+pub(crate) struct Station<S> {
+    pub(crate) a: S,
+    pub(crate) i1: S,
+    pub(crate) i2: S,
     i12: S,
     j: S,
-    nsm: f64,
+    pub(crate) nsm: f64,
+    pub(crate) neutral_axis: [f64; 2],
+    pub(crate) nsm_offset: [f64; 2],
 }
 
 impl BeamElement {
@@ -67,12 +72,6 @@ impl BeamElement {
             }
             if s.i12 != 0.0 && s.i12 * s.i12 >= s.i1 * s.i2 {
                 return Err(format!("I12 = {} is too large: I1 I2 - I12² must be positive", s.i12));
-            }
-            if s.neutral_axis != [0.0, 0.0] {
-                let [y, z] = s.neutral_axis;
-                return Err(format!(
-                    "neutral axis off the shear centre (N1 = {y}, N2 = {z}) is not available; use offsets and zero N1, N2"
-                ));
             }
         }
         let [a, b] = &self.sections;
@@ -105,7 +104,7 @@ impl BeamElement {
         Matrices { h, k: Some(k), m: Some(m_local.congruence(&self.map)), c: None }
     }
 
-    fn station<S: Scalar>(&self, f: &Factors<S>, x: f64) -> Station<S> {
+    pub(crate) fn station<S: Scalar>(&self, f: &Factors<S>, x: f64) -> Station<S> {
         let [a, b] = &self.sections;
         let mix = |p: f64, q: f64| p + x * (q - p);
         Station {
@@ -115,11 +114,13 @@ impl BeamElement {
             i12: S::c(mix(a.i12, b.i12)),
             j: f.of(Quantity::J) * mix(a.j, b.j),
             nsm: mix(a.nsm, b.nsm),
+            neutral_axis: [0, 1].map(|c| mix(a.neutral_axis[c], b.neutral_axis[c])),
+            nsm_offset: [0, 1].map(|c| mix(a.nsm_offset[c], b.nsm_offset[c])),
         }
     }
 
     /// 12 x 12 stiffness in local axes, no releases.
-    fn stiffness<S: Scalar>(&self, f: &Factors<S>) -> Mat<S> {
+    pub(crate) fn stiffness<S: Scalar>(&self, f: &Factors<S>) -> Mat<S> {
         let k_bb = self.stiffness_at_b(f);
         // deformation = u_B - H u_A
         let h = rigid([self.length, 0.0, 0.0]);
@@ -130,7 +131,24 @@ impl BeamElement {
             }
             t[(i, 6 + i)] = 1.0;
         }
-        k_bb.congruence(&t)
+        if self.sections.iter().all(|s| s.neutral_axis == [0.0; 2]) {
+            return k_bb.congruence(&t);
+        }
+        k_bb.congruence(&matmul(&t, &self.neutral()))
+    }
+
+    /// Ends' motion with the axial one at the neutral axis, from that at the shear centre (12 x 12).
+    fn neutral(&self) -> Mat<f64> {
+        let mut out = Mat::zeros(12, 12);
+        for i in 0..12 {
+            out[(i, i)] = 1.0;
+        }
+        for (end, section) in self.sections.iter().enumerate() {
+            let [y, z] = section.neutral_axis;
+            out[(6 * end, 6 * end + 4)] = z;
+            out[(6 * end, 6 * end + 5)] = -y;
+        }
+        out
     }
 
     /// 6 x 6 stiffness at end B of the cantilever held at A: inverse of its flexibility, mode by mode.
@@ -200,7 +218,7 @@ impl BeamElement {
     }
 
     /// Condenses released components; returns the stiffness and the map from kept to all components.
-    fn released<S: Scalar>(&self, k: Mat<S>) -> Option<(Mat<S>, Option<Mat<S>>)> {
+    pub(crate) fn released<S: Scalar>(&self, k: Mat<S>) -> Option<(Mat<S>, Option<Mat<S>>)> {
         let pinned: Vec<usize> = (0..12).filter(|&i| self.pins[i / 6].contains((i % 6) as u8 + 1)).collect();
         if pinned.is_empty() {
             return Some((k, None));
@@ -236,14 +254,14 @@ impl BeamElement {
         let phi = self.shear_ratios(&mean, el.e, el.g);
         for (x, w) in GAUSS4 {
             let s = self.station(f, x);
-            let per_length = el.rho * s.a + S::c(s.nsm);
-            let (wm, wl) = (per_length * (w * l), S::c(w * l));
+            let wl = S::c(w * l);
+            let lines = [(el.rho * s.a * wl, s.neutral_axis), (S::c(s.nsm) * wl, s.nsm_offset)];
             let polar = el.rho * (s.i1 + s.i2) * wl;
             if !self.coupled_mass {
                 for end in 0..2 {
                     let share = if end == 0 { 1.0 - x } else { x };
-                    for c in 0..3 {
-                        m[(6 * end + c, 6 * end + c)] += wm * share;
+                    for (wm, [y, z]) in lines {
+                        add_lump(&mut m, 6 * end, wm * share, rigid([0.0, y, z]));
                     }
                     m[(6 * end + 3, 6 * end + 3)] += polar * share;
                 }
@@ -255,9 +273,11 @@ impl BeamElement {
             (twist[3], twist[9]) = (S::c(1.0 - x), S::c(x));
             let (v, dv) = shapes(x, l, phi[0], [1, 5, 7, 11], 1.0);
             let (u, du) = shapes(x, l, phi[1], [2, 4, 8, 10], -1.0);
-            m.add_outer(wm, &axial, &axial);
-            m.add_outer(wm, &v, &v);
-            m.add_outer(wm, &u, &u);
+            for (wm, at) in lines {
+                for row in carried(at, [axial, v, u], twist, [dv, du]) {
+                    m.add_outer(wm, &row, &row);
+                }
+            }
             m.add_outer(polar, &twist, &twist);
             m.add_outer(el.rho * s.i1 * wl, &dv, &dv);
             m.add_outer(el.rho * s.i2 * wl, &du, &du);
@@ -269,7 +289,7 @@ impl BeamElement {
     }
 
     /// Ratios Phi = 12 E I / (k G A L²) of both planes.
-    fn shear_ratios<S: Scalar>(&self, s: &Station<S>, e: S, g: S) -> [S; 2] {
+    pub(crate) fn shear_ratios<S: Scalar>(&self, s: &Station<S>, e: S, g: S) -> [S; 2] {
         let ratio = |i: S, k: f64| {
             if k > 0.0 && g.value() > 0.0 && s.a.value() > 0.0 {
                 e * i * 12.0 / (g * s.a * (k * self.length * self.length))
@@ -279,6 +299,35 @@ impl BeamElement {
         };
         [ratio(s.i1, self.shear[0]), ratio(s.i2, self.shear[1])]
     }
+}
+
+/// Adds a mass whose arm from the end is in `arm` (rigid-motion matrix).
+fn add_lump<S: Scalar>(m: &mut Mat<S>, at: usize, mass: S, arm: Mat<f64>) {
+    for i in 0..6 {
+        for j in 0..6 {
+            let w: f64 = (0..3).map(|c| arm[(c, i)] * arm[(c, j)]).sum();
+            if w != 0.0 {
+                m[(at + i, at + j)] += mass * w;
+            }
+        }
+    }
+}
+
+/// Displacements (u, v, w) of a line at (y, z) from those of the axis, its twist and the rotations of its sections.
+pub(crate) fn carried<S: Scalar>(
+    [y, z]: [f64; 2],
+    mut rows: [[S; 12]; 3],
+    twist: [S; 12],
+    [dv, dw]: [[S; 12]; 2],
+) -> [[S; 12]; 3] {
+    if [y, z] != [0.0; 2] {
+        for i in 0..12 {
+            rows[0][i] = rows[0][i] - dv[i] * y - dw[i] * z;
+            rows[1][i] = rows[1][i] - twist[i] * z;
+            rows[2][i] += twist[i] * y;
+        }
+    }
+    rows
 }
 
 /// Curvature per moment of both planes, with the product of inertia.
@@ -293,7 +342,7 @@ fn bending_flexibility<S: Scalar>(s: &Station<S>, e: S, coupled: bool) -> [[S; 2
 
 /// Deflection and section rotation (deflection's sense) at `x` in [0, 1] from the four end components at `rows`;
 /// `sign` is that of the rotation component relative to the slope.
-fn shapes<S: Scalar>(x: f64, l: f64, phi: S, rows: [usize; 4], sign: f64) -> ([S; 12], [S; 12]) {
+pub(crate) fn shapes<S: Scalar>(x: f64, l: f64, phi: S, rows: [usize; 4], sign: f64) -> ([S; 12], [S; 12]) {
     let mu = S::c(1.0) / (S::c(1.0) + phi);
     let (x2, x3) = (x * x, x * x * x);
     let c = |v: f64| S::c(v);
@@ -318,7 +367,7 @@ fn shapes<S: Scalar>(x: f64, l: f64, phi: S, rows: [usize; 4], sign: f64) -> ([S
 }
 
 /// `tᵀ A t` with a `t` that depends on the parameters.
-fn congruence_full<S: Scalar>(a: &Mat<S>, t: &Mat<S>) -> Mat<S> {
+pub(crate) fn congruence_full<S: Scalar>(a: &Mat<S>, t: &Mat<S>) -> Mat<S> {
     let n = a.rows;
     let product = |p: &dyn Fn(usize, usize) -> S, q: &Mat<S>| {
         let mut out = Mat::zeros(n, n);

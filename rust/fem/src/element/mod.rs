@@ -9,14 +9,21 @@ use crate::scalar::Scalar;
 use crate::small::Mat;
 
 pub mod beam;
+mod beam_stress;
 pub mod bush;
+pub mod direct;
 pub mod mass;
+pub mod plane_law;
 pub mod quad4;
 pub mod quadrature;
 pub mod rod;
 pub mod scalar_element;
+pub mod shell;
+pub mod shell_section;
 pub mod solid;
 pub mod solid_shape;
+pub mod spin;
+pub mod tria3;
 
 /// Matrices of one element; `None` = zero.
 #[derive(Debug, Clone)]
@@ -50,16 +57,18 @@ pub enum Data {
     Bush(bush::BushElement),
     /// CONM1, CONM2 and masses added by a configuration.
     Mass(mass::MassElement),
-    /// CQUAD4.
-    Quad4(Box<quad4::Quad4Element>),
-    /// CTETRA, CPENTA, CHEXA.
+    /// CQUAD4, CTRIA3.
+    Shell(Box<shell::ShellElement>),
+    /// CTETRA, CPENTA, CHEXA, CPYRAM.
     Solid(solid::SolidElement),
+    /// DMIG.
+    Direct(direct::DirectElement),
 }
 
 /// An element with its place in the model.
 #[derive(Debug, Clone)]
 pub struct Element {
-    /// Element id; 0 for a mass added by a configuration.
+    /// Element id; 0 for a mass added by a configuration and for direct matrices.
     pub id: Id,
     /// Card name.
     pub card: &'static str,
@@ -87,8 +96,22 @@ impl Element {
             Data::Scalar(e) => e.matrices(factors),
             Data::Bush(e) => e.matrices(factors),
             Data::Mass(e) => e.matrices(factors),
-            Data::Quad4(e) => e.matrices(factors),
+            Data::Shell(e) => e.matrices(factors),
             Data::Solid(e) => e.matrices(factors),
+            Data::Direct(e) => e.matrices(),
+        }
+    }
+
+    /// Stress stiffness of the stresses that displacements `u` of its rows make; `None` for elements without any.
+    /// Everything in basic axes.
+    #[must_use]
+    pub fn stress_stiffness(&self, factors: &Factors<f64>, u: &[f64]) -> Option<Mat<f64>> {
+        match &self.data {
+            Data::Beam(e) => e.stress_stiffness(factors, u),
+            Data::Rod(e) => e.stress_stiffness(factors, u),
+            Data::Shell(e) => e.stress_stiffness(factors, u),
+            Data::Solid(e) => e.stress_stiffness(factors, u),
+            Data::Scalar(_) | Data::Bush(_) | Data::Mass(_) | Data::Direct(_) => None,
         }
     }
 

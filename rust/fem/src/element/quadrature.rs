@@ -70,6 +70,23 @@ pub fn wedge(n: usize, m: usize) -> Vec<Point> {
     out
 }
 
+/// Points on the pyramid over the square [-1, 1]² with its apex at z = 1 (volume 4/3): the collapsed cube of `n` Gauss
+/// points each way (degree 2 n - 3).
+#[must_use]
+pub fn pyramid(n: usize) -> Vec<Point> {
+    let mut out = Vec::new();
+    for (c, wc) in gauss(n) {
+        let z = 0.5 * (1.0 + c);
+        let side = 1.0 - z;
+        for (b, wb) in gauss(n) {
+            for (a, wa) in gauss(n) {
+                out.push(([a * side, b * side, z], 0.5 * wa * wb * wc * side * side));
+            }
+        }
+    }
+    out
+}
+
 /// Points on the unit tetrahedron (volume 1/6): one (degree 1), four (degree 2) or, for `n >= 3`, the collapsed cube
 /// of `n` Gauss points each way (degree 2 n - 3).
 #[must_use]
@@ -125,6 +142,15 @@ mod tests {
                 let exact = factorial(i as u32) * factorial(j as u32) / factorial((i + j + 2) as u32);
                 assert!((sum - exact).abs() < 1e-14, "triangle {n}: {i} {j}");
             }
+        }
+        for n in 2..=4 {
+            // int x² (1 - z)^k: 4/3 / (k + 5)
+            for k in 0..2 * n as i32 - 4 {
+                let sum: f64 = pyramid(n).iter().map(|(p, w)| w * p[0] * p[0] * (1.0 - p[2]).powi(k)).sum();
+                assert!((sum - 4.0 / 3.0 / f64::from(k + 5)).abs() < 1e-14, "pyramid {n}: {k} {sum}");
+            }
+            let volume: f64 = pyramid(n).iter().map(|p| p.1).sum();
+            assert!((volume - 4.0 / 3.0).abs() < 1e-14);
         }
         for n in 1..=4 {
             for i in 0..2 * n as i32 {

@@ -10,7 +10,16 @@ pub fn steel() -> Material {
 }
 
 pub fn section(i12: f64) -> BeamSection {
-    BeamSection { a: 6e-4, i1: 5e-8, i2: 2e-8, i12, j: 3e-8, nsm: 0.4, neutral_axis: [0.0; 2] }
+    BeamSection {
+        a: 6e-4,
+        i1: 5e-8,
+        i2: 2e-8,
+        i12,
+        j: 3e-8,
+        nsm: 0.4,
+        neutral_axis: [0.0; 2],
+        nsm_offset: [0.0; 2],
+    }
 }
 
 pub fn node(id: Id, xyz: [f64; 3]) -> Node {

@@ -1,15 +1,19 @@
-//! RBE2, RBE3, MPC, SPC, SPC1 and the sets that combine them.
+//! RBAR, RBE2, RBE3, MPC, SPC, SPC1 and the sets that combine them.
 
 use super::{Builder, Choice, Selection};
 use crate::deck::number::{parse_int, parse_real};
 use crate::deck::{CardRef, Result};
-use crate::mesh::{Components, Id, Mpc, NodeComponent, Rbe2, Rbe3, Rbe3Group, Spc};
+use crate::mesh::{Components, Id, Mpc, NodeComponent, Rbar, Rbe2, Rbe3, Rbe3Group, Spc};
 
 impl<'d> Builder<'d> {
     pub(super) fn rigid(&mut self) -> Result<()> {
         for card in self.deck.cards("RBE2") {
             let rbe2 = self.rbe2(card)?;
             self.mesh.rbe2.push(rbe2);
+        }
+        for card in self.deck.cards("RBAR") {
+            let rbar = self.rbar(card)?;
+            self.mesh.rbar.push(rbar);
         }
         for card in self.deck.cards("RBE3") {
             let rbe3 = self.rbe3(card)?;
@@ -30,6 +34,17 @@ impl<'d> Builder<'d> {
             return Err(card.value_error("no dependent node; give at least one from field 5 on"));
         }
         Ok(Rbe2 { id: card.id(2, "the element id")?, independent, components, dependent })
+    }
+
+    /// Without dependent components (fields 7 and 8) all that are not independent depend.
+    fn rbar(&self, card: CardRef<'d>) -> Result<Rbar> {
+        let nodes = [self.node(card, 3)?, self.node(card, 4)?];
+        let independent = [card.components(5)?, card.components(6)?];
+        let mut dependent = [card.components(7)?, card.components(8)?];
+        if dependent.iter().all(|c| c.is_empty()) {
+            dependent = independent.map(|c| Components(Components::ALL.0 & !c.0));
+        }
+        Ok(Rbar { id: card.id(2, "the element id")?, nodes, independent, dependent })
     }
 
     fn some_components(&self, card: CardRef<'d>, field: usize) -> Result<Components> {

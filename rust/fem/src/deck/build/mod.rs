@@ -3,8 +3,11 @@
 
 mod beams;
 mod constraints;
+mod direct;
 mod elements;
+mod laminates;
 mod masses;
+mod materials;
 mod nodes;
 mod properties;
 mod springs;
@@ -61,6 +64,7 @@ pub fn build(deck: &Deck, selection: &Selection) -> Result<Mesh> {
     builder.masses()?;
     builder.shells_and_solids()?;
     builder.rigid()?;
+    builder.direct()?;
     builder.constraints(selection)?;
     Ok(builder.mesh)
 }
@@ -160,22 +164,5 @@ impl<'d> Builder<'d> {
             card.name(),
             cards.join(" or ")
         )))
-    }
-
-    /// Material that `field` must name.
-    fn material(&self, card: CardRef<'d>, field: usize) -> Result<Id> {
-        let id = card.id(field, "a material")?;
-        self.known_material(card, field, id)
-    }
-
-    fn opt_material(&self, card: CardRef<'d>, field: usize) -> Result<Option<Id>> {
-        card.opt_id(field)?.map(|id| self.known_material(card, field, id)).transpose()
-    }
-
-    fn known_material(&self, card: CardRef<'d>, field: usize, id: Id) -> Result<Id> {
-        match self.deck.index.position(Space::Material, id) {
-            Some(_) => Ok(id),
-            None => Err(card.missing(field, "MAT1", id)),
-        }
     }
 }

@@ -1,4 +1,4 @@
-//! MAT1, PBAR, PBARL, PBEAM, PBEAML, PROD, PSHELL, PSOLID, PBUSH, PELAS, PDAMP.
+//! PBAR, PBARL, PBEAM, PBEAML, PROD, PSHELL, PSOLID, PBUSH, PELAS, PDAMP.
 
 use super::Builder;
 use crate::deck::card::field_number;
@@ -6,16 +6,14 @@ use crate::deck::index::Space;
 use crate::deck::section::{Shape, Values};
 use crate::deck::{CardRef, Result};
 use crate::mesh::{
-    BeamProperty, BeamSection, BushProperty, DamperProperty, Id, Material, RodProperty, RodSection,
-    ShellProperty, SolidProperty, SpringProperty,
+    BeamProperty, BeamSection, BushProperty, DamperProperty, Id, RodProperty, RodSection, ShellProperty,
+    SolidProperty, SpringProperty,
 };
 
 impl<'d> Builder<'d> {
     pub(super) fn properties(&mut self) -> Result<()> {
-        for card in self.deck.cards("MAT1") {
-            let material = mat1(card)?;
-            self.mesh.materials.push(material);
-        }
+        self.materials()?;
+        self.laminates()?;
         for name in ["PBAR", "PBARL", "PBEAM", "PBEAML"] {
             for card in self.deck.cards(name) {
                 let property = match name {
@@ -40,8 +38,10 @@ impl<'d> Builder<'d> {
             if card.word(8) == "PFLUID" {
                 return Err(card.value_error("fluid solids (PFLUID) are not supported; remove the fluid"));
             }
-            let (id, material) = (card.id(2, "the property id")?, self.material(card, 3)?);
-            self.mesh.solid_properties.push(SolidProperty { id, material });
+            let id = card.id(2, "the property id")?;
+            let material = self.material_among(card, 3, &["MAT1", "MAT9"])?;
+            let frame = self.material_frame(card, material)?;
+            self.mesh.solid_properties.push(SolidProperty { id, material, frame });
         }
         self.spring_properties()
     }
@@ -73,6 +73,7 @@ impl<'d> Builder<'d> {
             j: card.real_or(7, 0.0)?,
             nsm: card.real_or(8, 0.0)?,
             neutral_axis: [0.0; 2],
+            nsm_offset: [0.0; 2],
         };
         Ok(BeamProperty {
             id: card.id(2, "the property id")?,
@@ -154,13 +155,13 @@ impl<'d> Builder<'d> {
         }
         Ok(ShellProperty {
             id: card.id(2, "the property id")?,
-            mid1: self.opt_material(card, 3)?,
+            mid1: self.opt_shell_material(card, 3)?,
             t: card.opt_real(4)?,
-            mid2: self.opt_material(card, 5)?,
+            mid2: self.opt_shell_material(card, 5)?,
             bending_ratio: card.real_or(6, 1.0)?,
-            mid3: self.opt_material(card, 7)?,
+            mid3: self.opt_shell_material(card, 7)?,
             shear_ratio: card.real_or(8, 0.833_333)?,
-            mid4: self.opt_material(card, 14)?,
+            mid4: self.opt_shell_material(card, 14)?,
             nsm: card.real_or(9, 0.0)?,
         })
     }
@@ -192,21 +193,15 @@ impl<'d> Builder<'d> {
                     .value_error(format!("{name} (field {}) is not supported; leave it blank", shear + k)));
             }
         }
-        for k in 0..4 {
-            if card.real_or(last + k, 0.0)? != 0.0
-                && (a.nsm != 0.0 || b.as_ref().is_some_and(|b| b.nsm != 0.0))
-            {
-                return Err(card
-                    .value_error("offsets M1, M2 of the non-structural mass are not supported; use CONM2"));
-            }
-        }
+        a.nsm_offset = [card.real_or(last, 0.0)?, card.real_or(last + 1, 0.0)?];
+        let mass_b = [card.real_or(last + 2, a.nsm_offset[0])?, card.real_or(last + 3, a.nsm_offset[1])?];
         a.neutral_axis = [card.real_or(last + 4, 0.0)?, card.real_or(last + 5, 0.0)?];
         let at_b = [card.real_or(last + 6, a.neutral_axis[0])?, card.real_or(last + 7, a.neutral_axis[1])?];
-        if b.is_none() && at_b != a.neutral_axis {
+        if b.is_none() && (at_b != a.neutral_axis || mass_b != a.nsm_offset) {
             b = Some(a.clone());
         }
         if let Some(b) = &mut b {
-            b.neutral_axis = at_b;
+            (b.neutral_axis, b.nsm_offset) = (at_b, mass_b);
         }
         let (k1, k2) = (card.real_or(shear, 1.0)?, card.real_or(shear + 1, 1.0)?);
         Ok(BeamProperty { id, material, b: b.filter(|b| *b != a), a, k1, k2 })
@@ -224,6 +219,7 @@ fn pbeam_station(card: CardRef<'_>, first: usize, a: Option<&BeamSection>) -> Re
         j: card.real_or(first + 4, default(|a| a.j))?,
         nsm: card.real_or(first + 5, default(|a| a.nsm))?,
         neutral_axis: [0.0; 2],
+        nsm_offset: [0.0; 2],
     })
 }
 
@@ -265,22 +261,7 @@ fn shape_values(
 
 fn section(values: &Values, nsm: f64, neutral_axis: [f64; 2]) -> BeamSection {
     let Values { a, i1, i2, i12, j, .. } = *values;
-    BeamSection { a, i1, i2, i12, j, nsm, neutral_axis }
-}
-
-fn mat1(card: CardRef<'_>) -> Result<Material> {
-    let material = Material {
-        id: card.id(2, "the material id")?,
-        e: card.opt_real(3)?,
-        g: card.opt_real(4)?,
-        nu: card.opt_real(5)?,
-        rho: card.real_or(6, 0.0)?,
-        ge: card.real_or(9, 0.0)?,
-    };
-    if material.e.is_none() && material.g.is_none() {
-        return Err(card.value_error("E and G (fields 3 and 4) are both blank; give at least one"));
-    }
-    Ok(material)
+    BeamSection { a, i1, i2, i12, j, nsm, neutral_axis, nsm_offset: [0.0; 2] }
 }
 
 /// Rows of a flag (K, B, GE, M, RCV) and six values, in any order.
