@@ -107,7 +107,11 @@ def test_a_law_at_a_known_place_is_named_from_one_sensor(records: list[TimeRecor
     )
     model = fe.read_model(deck, parameters=["k:1", "m:1"])
     start = fe.update(model, test, fe.pair(test, model), damping=0.04)
-    assert len(fe.locate(start)) == 0  # one sensor cannot tell places apart
+    where = fe.locate(start)
+    assert len(where) == 0  # one sensor cannot tell places apart
+    said = fe.name(start, where)
+    assert said.verdict == "undetermined"
+    assert "record at least 2 responses" in said.diagnosis.advice
     (place,) = (p for p in find_places(model) if p.kind == "ground")
     named = name_at(start.found, place)
     assert named.best.name == "cubic_stiffness"

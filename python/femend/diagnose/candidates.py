@@ -12,7 +12,7 @@ from femend import _core
 from femend.diagnose.joint import Joint, Recovered
 from femend.physics import FitCoordinates, Physics, catalogue, physics, shapes
 
-__all__ = ["Candidate", "Start", "laws_for", "starts"]
+__all__ = ["ONLY_GROUND", "Candidate", "Start", "laws_for", "starts"]
 
 FloatArray = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ _SPRING = {
     "end": "joint_stiffness",
     "clamp": "compliant_support",
 }
-_ONLY_GROUND = ("added_mass", "tuned_absorber")
+ONLY_GROUND = ("added_mass", "tuned_absorber")
 _NOT_NAMED = ("support_stiffness", "joint_stiffness", "compliant_support", "spring_bending", "quadratic_stiffness")
 
 
@@ -90,7 +90,7 @@ def laws_for(kind: str) -> list[tuple[str, Physics]]:
     if kind in _SPRING:
         found.append((_SPRING[kind], physics("support_stiffness")))
         for entry in catalogue():
-            if entry.name in _NOT_NAMED or (entry.name in _ONLY_GROUND and kind != "ground"):
+            if entry.name in _NOT_NAMED or (entry.name in ONLY_GROUND and kind != "ground"):
                 continue
             found.append((entry.name, entry))
     return found

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.diagnose.candidates import Start
 from femend.diagnose.joint import Joint, Recovered
+from femend.errors import ModelError
 from femend.estimate import Problem
 from femend.physics import FitCoordinates
 
@@ -162,7 +163,7 @@ class ClosedLoop:
         self, points: Sequence[tuple[FloatArray, FloatArray]]
     ) -> tuple[list[FloatArray], list[list[History]]]:
         """Weighted residual and histories at each of `points`; NaN and none where a simulation failed."""
-        possible = [i for i, (_, x) in enumerate(points) if self._exists(x)]
+        possible = [i for i, (p, x) in enumerate(points) if self._exists(x) and self._possible(p)]
         out = [np.full(2 * self.size(), np.nan) for _ in points]
         kept: list[list[History]] = [[] for _ in points]
         simulated = self.histories([points[i] for i in possible]) if possible else []
@@ -176,6 +177,14 @@ class ClosedLoop:
             values, k, c = self.values(x)
         numbers = [*values.values(), k, c]
         return all(np.isfinite(v) and abs(v) < 1e60 for v in numbers)
+
+    def _possible(self, p: FloatArray) -> bool:
+        """Whether the model has modes there; a step may go beyond what its members and masses can differ by."""
+        try:
+            self.problem.system(self.joint.reduced).modal(p)
+        except ModelError:
+            return False
+        return True
 
     def size(self) -> int:
         """Number of complex values of the residual."""

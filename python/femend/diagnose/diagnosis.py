@@ -28,6 +28,9 @@ __all__ = ["Diagnosis", "diagnose_records", "explain"]
 
 FloatArray = NDArray[np.float64]
 
+# misfit, as a multiple of what counts as consistent, from which something is missing whatever it is
+FAR = 3.0
+
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
@@ -106,8 +109,10 @@ def explain(
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
     tell.start("name it", len(short))
     ranked: list[Ranked] = []
-    if _worth_naming(null, located, settings) and not plainly_unmeasured(split, reduced, located, start.g_rows):
-        ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, baseline.chosen, tell.advance)
+    if _worth_naming(null, located, settings) and not plainly_unmeasured(
+        split, reduced, located, start.g_rows, settings
+    ):
+        ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, null_score, tell.advance)
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)
             null_score = score(baseline, split.choosing, settings, effective_values(split.choosing, reduced, sigma))
@@ -148,6 +153,8 @@ def decide(found: Diagnosis, split: Split) -> Diagnosis:
         if unmeasured is not None:
             return replace(found, verdict="missing-physics", load=unmeasured)
     if best is None or not named:
+        if not found.located and found.null.score > FAR * settings.consistent:
+            return replace(found, verdict="undetermined", place=None, advice=_more_sensors(found))
         if outlier > settings.parameter_z or _clearly_missing(found):
             advice = "something is missing at the first place listed, but no law of the catalogue explains it"
             return replace(found, verdict="located-not-named", advice=advice)
@@ -185,7 +192,9 @@ def _accepted(found: Diagnosis, best: Ranked) -> bool:
     settings = found.settings
     gain = found.null_score - best.score
     chosen = np.log(found.null_chosen.chosen / max(best.candidate.chosen, 1e-12))
-    return bool(gain > settings.gain_cost and chosen > settings.gain_chosen)
+    # what the model can do by itself only far outside its priors is as much missing as what it cannot do
+    relieved = found.null_chosen.prior - best.candidate.prior
+    return bool(gain > settings.gain_cost and (chosen > settings.gain_chosen or relieved > settings.gain_cost))
 
 
 def _clearly_missing(found: Diagnosis) -> bool:
@@ -193,7 +202,17 @@ def _clearly_missing(found: Diagnosis) -> bool:
     if not found.located:
         return False
     misfit, free = found.null.score, found.located[0].fit.score
-    return bool(misfit > 3.0 * found.settings.consistent and free < 0.5 * misfit)
+    return bool(misfit > FAR * found.settings.consistent and free < 0.5 * misfit)
+
+
+def _more_sensors(found: Diagnosis) -> str:
+    """Why no place could be told, and what would."""
+    n = min(r.y.shape[0] for r in found.problem.records)
+    return (
+        f"the updated model leaves {found.null.score:.3g} times what noise explains, but with {n} response(s) a force "
+        f"anywhere explains everything; record at least {n + 1} responses, or name the law at a place you suspect with "
+        "femend.diagnose.name_at.name_at"
+    )
 
 
 def _worst_parameter(found: Diagnosis) -> float:

@@ -20,12 +20,13 @@ __all__ = ["Located", "locate", "shortlist"]
 
 FloatArray = NDArray[np.float64]
 
-# decay of the first stage, in units of `Problem.scale`
-FIRST_SIGMA = 30.0
+# decay of the first stage, in units of `Problem.scale`, and its steps
+FIRST_SIGMA, FIRST_STEPS = 8.0, 4
 # how many places reach the next stage: those with one unknown force a line, and those with several
 FIRST_STAGE, FIRST_STAGE_SEVERAL = 60, 16
-SECOND_STAGE, SECOND_STAGE_SEVERAL = 24, 8
-LAST_STAGE, LAST_STAGE_SEVERAL = 12, 3
+LATE, LATE_LINES, LATE_STEPS = 8, 100, 2
+SECOND_STAGE, SECOND_STAGE_SEVERAL = 28, 8
+LAST_STAGE, LAST_STAGE_SEVERAL = 14, 3
 FULL_LINES, FULL_LINES_SEVERAL = 6, 2
 # mean squared correlation of what two places do to the sensors from which they are the same at the start; from which
 # only one of them goes on later; places that are
@@ -106,14 +107,16 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
     stages = (
         (plain, 8.0, 5, SECOND_STAGE, SECOND_STAGE_SEVERAL),
         (few, 2.0, 6, LAST_STAGE, LAST_STAGE_SEVERAL),
-        (few, 0.0, 15, FULL_LINES, FULL_LINES_SEVERAL),
     )
-    keep = _first_glance(plain, reduced, todo, kin.first(todo))
+    keep = _first_glance(plain, reduced, todo, kin.first(todo), kin)
     ranked: list[tuple[int, Fit]] = []
     for lines, factor, iterations, count, several in stages:
         ranked = _fitted(lines, hypotheses, keep, factor * problem.scale(), iterations, todo)
         ranked = _best(ranked, todo, kin, count, several)
         keep = [(i, f.p) for i, f in ranked]
+    keep += _late(problem.thinned(LATE_LINES), hypotheses, todo, kin, null, {i for i, _ in keep})
+    ranked = _fitted(few, hypotheses, keep, 0.0, 15, todo)
+    keep = [(i, f.p) for i, f in _best(ranked, todo, kin, FULL_LINES, FULL_LINES_SEVERAL)]
     start = dict(keep)
     for i, p in keep:
         start.update({j: p for j in kin.of_place(i, todo) if j not in start})
@@ -127,21 +130,36 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
 
 
 def _first_glance(
-    plain: Problem, reduced: ReducedModel, places: Sequence[Place], keep: Sequence[int]
+    plain: Problem, reduced: ReducedModel, places: Sequence[Place], keep: Sequence[int], kin: _Kin
 ) -> list[tuple[int, FloatArray]]:
     """Starts of the places `keep` for the next stage, sorted out on the most strongly damped lines by the model without
     what its members and masses differ in, which does not show there."""
     bare = reduced if reduced.form is None else reduced.bare()
     hypotheses = [hypothesis_of(places[i], bare) for i in keep]
     sigma = FIRST_SIGMA * plain.scale()
-    fits = plain.fit(hypotheses, sigma=sigma, iterations=3)
+    fits = plain.fit(hypotheses, sigma=sigma, iterations=FIRST_STEPS)
     found = [(i, f) for i, f in zip(keep, fits, strict=True) if f is not None]
     found.sort(key=lambda item: _rank(plain, item[1], sigma) + (UNLIKELY if places[item[0]].unlikely else 0.0))
-    single = [item for item in found if places[item[0]].n_w <= 1][:FIRST_STAGE]
-    kept = single + [item for item in found if places[item[0]].n_w > 1][:FIRST_STAGE_SEVERAL]
+    kept = _best(found, places, kin, FIRST_STAGE, FIRST_STAGE_SEVERAL)
     n, more = len(bare.names), len(reduced.names) - len(bare.names)
     own = len(reduced.model.parameters)
     return [(i, np.concatenate([f.p[:own], np.zeros(more), f.p[own:n], f.p[n:]])) for i, f in kept]
+
+
+def _late(
+    lines: Problem,
+    hypotheses: Sequence[Hypothesis],
+    places: Sequence[Place],
+    kin: _Kin,
+    null: Fit,
+    have: set[int],
+) -> list[tuple[int, FloatArray]]:
+    """Further places for the last stage, with their starts: the best after few steps from the updated model on whole
+    records. Strongly damped lines see the beginning of a record alone, where what is small or late does not show; the
+    updated model is near enough to the truth just where it is small."""
+    keep = [(i, null.p) for i in kin.first(places) if places[i].n_w == 1 and i not in have]
+    ranked = _fitted(lines, hypotheses, keep, 0.0, LATE_STEPS, places)
+    return [(i, f.p) for i, f in _best(ranked, places, kin, LATE, 0)]
 
 
 def _fitted(

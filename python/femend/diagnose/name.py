@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femend.diagnose.candidates import Candidate, laws_for, starts
+from femend.diagnose.candidates import ONLY_GROUND, Candidate, laws_for, starts
 from femend.diagnose.collapse import SHARP
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
 from femend.diagnose.linear import fit_linear, fit_mass, judge_linear
@@ -24,8 +24,8 @@ __all__ = ["Ranked", "Split", "name_physics", "score", "split_records"]
 NONLINEAR_STARTS = 3
 # starts within this factor of the best regression are followed, at most so many at a place
 START_REACH, MOST_STARTS = 1.6, 9
-# look-alikes of a place at which linear laws are tried too
-ALIKE_TRIED = 3
+# look-alikes of a place at which linear laws are tried too, of the nearest so many
+ALIKE_TRIED, MOST_ALIKE = 3, 12
 # a law that leaves at most so many times what another leaves does as well
 NEARLY = 1.15
 # lines a record while laws are compared; the chosen one is fitted on all
@@ -115,7 +115,7 @@ def name_physics(
     located: Sequence[Located],
     g_rows: list[int],
     settings: Settings,
-    null_misfit: float = np.inf,
+    null_score: float = np.inf,
     tell: Callable[[int], None] = lambda n: None,
 ) -> tuple[list[Ranked], float]:
     """Candidates of all laws at the best places, in rising order of score, and the window they are compared in.
@@ -128,12 +128,13 @@ def name_physics(
     opened: list[_Opened] = []
     for found in located:
         tell(1)
-        for place in (found.place, *(p for p in found.alike[:ALIKE_TRIED] if found.place.kind == "ground")):
+        for place in (found.place, *_worth_trying(found)):
             one = found if place is found.place else replace(found, place=place, alike=_others(found, place))
-            new, at = _linear_at(split, reduced, one, g_rows)
+            # a brace to a support does what the ground does, but carries no mass
+            new, at = _linear_at(split, reduced, one, g_rows, found.place.kind != "ground" and place is not found.place)
             tried += new
             opened += [at] if at is not None and place is found.place else []
-    if not _linear_suffices(split, reduced, tried, opened, null_misfit, settings):
+    if not _linear_suffices(split, reduced, tried, opened, null_score, settings):
         for at in opened[: settings.nonlinear_places]:
             tried += [_Tried(c, at.found, at.recovered) for c in _nonlinear_laws(split, at)]
     tried = [t for t in tried if np.isfinite(t.candidate.chosen)]
@@ -147,14 +148,11 @@ def _linear_suffices(
     reduced: ReducedModel,
     tried: Sequence[_Tried],
     opened: Sequence[_Opened],
-    null_misfit: float,
+    null_score: float,
     settings: Settings,
 ) -> bool:
     """Whether the best linear law, or the model alone, comes so near to a free force that no nonlinear law could win by
     what it has to."""
-    lowest = min((free_reference(split, o.recovered) for o in opened), default=np.inf)
-    if np.log(null_misfit / max(lowest, 1e-12)) < settings.gain_nonlinear:
-        return True
     n_values = effective_values(split.choosing, reduced)
     linear = min((score(t.candidate, split.choosing, settings, n_values) for t in tried), default=np.inf)
     free = [
@@ -162,6 +160,8 @@ def _linear_suffices(
         + split.fitting.prior_cost(o.joint.reduced, o.recovered.fit.p)
         for o in opened
     ]
+    if null_score - min(free, default=np.inf) < settings.gain_nonlinear * n_values:
+        return True
     return bool(linear - min(free, default=np.inf) < settings.gain_cost)
 
 
@@ -182,15 +182,24 @@ def free_reference(split: Split, recovered: Recovered, sigma: float = 0.0) -> fl
     return np.inf if seen is None else seen.score
 
 
+def _worth_trying(found: Located) -> list[Place]:
+    """Look-alikes of a place at which laws are tried too: those to the ground, first where the model has a joint."""
+    if found.place.kind not in ("ground", "pair"):
+        return []
+    ground = [p for p in found.alike[:MOST_ALIKE] if p.kind == "ground"]
+    return sorted(ground, key=lambda p: p.unlikely)[:ALIKE_TRIED]
+
+
 def _others(found: Located, place: Place) -> tuple[Place, ...]:
     """Look-alikes of a look-alike: the first place and its other look-alikes."""
     return (found.place, *(p for p in found.alike if p is not place))
 
 
 def _linear_at(
-    split: Split, reduced: ReducedModel, found: Located, g_rows: list[int]
+    split: Split, reduced: ReducedModel, found: Located, g_rows: list[int], masses_alone: bool
 ) -> tuple[list[_Tried], _Opened | None]:
-    """All linear laws at a place, and the place opened; a member has its stiffness factor alone."""
+    """All linear laws at a place, or those of a mass alone, and the place opened; a member has its stiffness factor
+    alone."""
     if found.place.kind == "member":
         return [_Tried(null_candidate(split, found.fit, "joint_stiffness"), found, None)], None
     joint = open_joint(found.place, reduced, split.whole.band[1], g_rows)
@@ -200,7 +209,7 @@ def _linear_at(
     fitted = [
         fit_linear(split.fitting, split.choosing, joint, recovered, name, entry)
         for name, entry in laws_for(joint.place.kind)
-        if entry.kind == "linear"
+        if entry.kind == "linear" and (name in ONLY_GROUND or not masses_alone)
     ]
     tried = [_Tried(c, found, recovered) for c in fitted if c is not None]
     if found.place.kind == "ground":

@@ -44,12 +44,11 @@ def find_unmeasured(
     split: Split, reduced: ReducedModel, located: Sequence[Located], g_rows: list[int], settings: Settings
 ) -> LoadFinding | None:
     """A force or base motion that was not recorded, where the best place with one force shows one; None otherwise."""
-    single = [f for f in located if f.place.n_w == 1]
-    if not single or min(r.y.shape[0] for r in split.whole.records) < 2:
+    best = _outside(located, settings.margin)
+    if best is None or min(r.y.shape[0] for r in split.whole.records) < 2:
         return None  # one sensor: a free force explains anything
     problem = split.whole
-    best = single[0]
-    if best.fit.score > settings.adequate or best.place.kind not in ("ground", "base"):
+    if best.fit.score > settings.adequate:
         return None
     joint = open_joint(best.place, reduced, problem.band[1], g_rows)
     recovered = recover(problem, joint, best.fit.p)
@@ -82,14 +81,15 @@ def find_unmeasured(
     )
 
 
-def plainly_unmeasured(split: Split, reduced: ReducedModel, located: Sequence[Located], g_rows: list[int]) -> bool:
+def plainly_unmeasured(
+    split: Split, reduced: ReducedModel, located: Sequence[Located], g_rows: list[int], settings: Settings
+) -> bool:
     """Whether recordings with different forces of different levels show one and the same force at the best place.
 
     No law does that, so that none needs to be tried.
     """
-    single = [f for f in located if f.place.n_w == 1]
-    problem = split.whole
-    if not single or single[0].place.kind != "ground" or min(r.y.shape[0] for r in problem.records) < 2:
+    best, problem = _outside(located, settings.margin), split.whole
+    if best is None or best.place.kind != "ground" or min(r.y.shape[0] for r in problem.records) < 2:
         return False
     level = np.array([r.u.std() for r in problem.records])
     n = min(r.n for r in problem.records)
@@ -97,8 +97,8 @@ def plainly_unmeasured(split: Split, reduced: ReducedModel, located: Sequence[Lo
     own = np.abs(np.corrcoef(u)[~np.eye(len(u), dtype=bool)]) if len(u) > 1 else np.ones(1)
     if level.max() < LEVELS * level.min() or own.max() > DIFFERENT:
         return False
-    joint = open_joint(single[0].place, reduced, problem.band[1], g_rows)
-    recovered = recover(problem, joint, single[0].fit.p)
+    joint = open_joint(best.place, reduced, problem.band[1], g_rows)
+    recovered = recover(problem, joint, best.fit.p)
     if recovered is None or not _common(recovered):
         return False
     size = np.array([np.sqrt(np.mean(f**2)) for f in recovered.f])
@@ -106,6 +106,13 @@ def plainly_unmeasured(split: Split, reduced: ReducedModel, located: Sequence[Lo
         return False
     _, alike, ratio = _mean_force(recovered)
     return bool(min(alike) > SAME and max(ratio) < ALIKE and min(ratio) > 1 / ALIKE)
+
+
+def _outside(located: Sequence[Located], margin: float) -> Located | None:
+    """The best place where a force from outside can act, if no place inside the structure fits better by `margin`."""
+    single = [f for f in located if f.place.n_w == 1]
+    fit = [f for f in single if f.cost - min(s.cost for s in single) < margin]
+    return next((f for f in fit if f.place.kind in ("ground", "base")), None)
 
 
 def _sine(
