@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,11 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.errors import ExpansionError
-from femend.expansion._matrices import Solver, measured_rows, same_size, sparse, sensor_shapes
+from femend.expansion._matrices import measured_rows, same_size, sensor_shapes, sparse
+from femend.expansion.reductions import guyan
+from femend.expansion.saddle import DynamicResidual, energy_norm
 
-__all__ = ["ResidualExpansion", "expand_residual"]
+__all__ = ["ResidualExpansion", "expand_residual", "residual_forms"]
 
 FloatArray = NDArray[np.float64]
+
+
+# limits of the model error that is sought
+LEAST_ERROR, LARGEST_ERROR = 1e-4, 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +29,8 @@ class ResidualExpansion:
 
     `residual` (n, n_modes) are the displacements d of K d = (K - omega^2 M) phi, `energy` (n_modes,) d^T K d over
     phi^T K phi, which is 0 where model and test agree; `misfit` (n_a, n_modes) is phi - test at the sensors in
-    deviations; `sd` (len(of), n_modes) the standard deviation of phi at the DOFs `of`.
+    deviations; `sd` (len(of), n_modes) the standard deviation of phi at the DOFs `of`. `model_error` e was given or
+    found, `cost` (n_modes,) the minimum, `strain` (n_modes,) the energy E = phi^T K phi it was scaled by.
     """
 
     phi: FloatArray
@@ -32,6 +39,9 @@ class ResidualExpansion:
     misfit: FloatArray
     of: NDArray[np.int64]
     sd: FloatArray
+    model_error: float
+    cost: FloatArray
+    strain: FloatArray
 
 
 def expand_residual(
@@ -42,28 +52,25 @@ def expand_residual(
     freq: ArrayLike,
     sd: ArrayLike,
     *,
-    model_error: float = 0.05,
+    model_error: float | None = None,
     error_at: Sequence[int] = (),
 ) -> ResidualExpansion:
     """Expands real shapes `phi` (n_a, n_modes), measured at `rows` (n_a,) of `K`, `M` (n, n) with frequencies `freq`
     (n_modes,) in Hz.
 
     Minimises d^T K d / (e^2 E) + sum ((phi_a - test) / sd)^2, K d = (K - omega^2 M) phi, mode by mode: minimum
-    dynamic residual expansion (Balmes 2000, Mech. Syst. Signal Process. 14, "Review and evaluation of shape expansion
-    methods", MDRE-WE), the error in the constitutive relation of Ladeveze with a discrete measurement. `sd` is the
-    deviation of the measured values (a number, (n_a,), or (n_a, n_modes)); `model_error` e is the relative error of the
-    stiffness between mode shapes: an error e omega_i omega_j of the modal stiffness mixes e omega_i omega_j /
-    (omega_i^2 - omega_j^2) of mode j into mode i, which is just what this prior allows. E = phi^T K phi is made from
-    the result of a first pass. The deviations at DOFs `error_at` follow from the same quadratic form. A free structure
-    is held by a small share of its mass in the norm. Raises ExpansionError for sizes that do not fit and deviations
-    or a model error not above 0.
+    dynamic residual expansion (Balmes 2000, "Review and evaluation of shape expansion methods", IMAC 18, MDRE-WE), the
+    error in the constitutive relation of Ladeveze with discrete measurements. `sd` is the deviation of the measured
+    values (a number, (n_a,), or (n_a, n_modes)). `model_error` e is the relative error of the stiffness between mode
+    shapes: an error e omega_i omega_j of the modal stiffness mixes e omega_i omega_j / (omega_i^2 - omega_j^2) of mode j
+    into mode i, which is just what this form allows. None seeks the e with which the minimum is what chance gives: the
+    number of measured values less one per mode, between 1e-4 and 1. The deviations at DOFs `error_at` follow from the
+    same quadratic form. A free structure is held by a small share of its mass in the norm. Raises ExpansionError for
+    sizes that do not fit and deviations or a model error not above 0.
     """
-    from scipy.sparse import block_array, csc_array
-
     k, m = sparse(K, "stiffness"), sparse(M, "mass")
     same_size(k, m)
-    n = k.shape[0]
-    at = measured_rows(rows, n)
+    at = measured_rows(rows, k.shape[0])
     if np.iscomplexobj(phi):
         raise ExpansionError("the measured shapes are complex; turn them real (femend.correlate tells how complex)")
     y = sensor_shapes(phi, len(at)).astype(np.float64)
@@ -72,64 +79,73 @@ def expand_residual(
         raise ExpansionError(f"{f.size} frequencies for {y.shape[1]} shapes; one each")
     given = np.asarray(sd, dtype=np.float64)
     scatter = np.array(np.broadcast_to(given[:, None] if given.ndim == 1 else given, y.shape))
-    if not ((scatter > 0).all() and np.isfinite(scatter).all() and model_error > 0):
+    if not ((scatter > 0).all() and np.isfinite(scatter).all() and (model_error is None or model_error > 0)):
         raise ExpansionError("deviations of shapes and the model error have to be above 0")
+    norm = energy_norm(k, m)
+    strain = np.array([_start_energy(k, at, y[:, r]) for r in range(f.size)])
     shown = np.asarray(error_at, dtype=np.int64)
-    norm = _norm(k, m)
-    size = norm.diagonal().max()
-    B = csc_array((np.ones(len(at)), (np.arange(len(at)), at)), shape=(len(at), n))
-    out, res, err = np.zeros((n, f.size)), np.zeros((n, f.size)), np.zeros((shown.size, f.size))
-    energy = np.zeros(f.size)
-    for r in range(f.size):
-        Z = k - (2 * np.pi * f[r]) ** 2 * m
-        strain = _start_energy(k, at, y[:, r])
-        for _ in range(3):  # the scale of the energy is that of the result
-            # one unit for both parts: the residual's weight is 1 / (e^2 E), the unknown d is scaled by it
-            a = model_error**2 * strain
-            W = B.T @ csc_array((1.0 / scatter[:, r] ** 2, (np.arange(len(at)), np.arange(len(at))))) @ B * a
-            saddle = csc_array(block_array([[-norm / size, Z / size], [Z / size, W / size]]))
-            solve = Solver(saddle, "the sensors do not determine the shape", indefinite=True)
-            load = np.zeros(2 * n)
-            load[n:] = B.T @ (y[:, r] / scatter[:, r] ** 2) * a / size
-            x = solve(load)
-            d, u = x[:n], x[n:]
-            new = float(u @ (k @ u))
-            if not np.isfinite(new) or new <= 0 or abs(new - strain) < 1e-3 * strain:
-                break
-            strain = new
-        out[:, r], res[:, r] = u, d
-        energy[r] = float(d @ (norm @ d)) / max(float(u @ (k @ u)), 1e-300)
+
+    def run(e: float, energy: FloatArray, deviations: bool) -> ResidualExpansion:
+        return _at_error(k, m, norm, at, y, f, scatter, e, energy, shown if deviations else shown[:0])
+
+    if model_error is None:
+        model_error = _sought(lambda e: float(run(e, strain, False).cost.sum()), y.size - y.shape[1])
+    for _ in range(2):  # the scale of the energy is that of the result
+        strain = run(model_error, strain, False).strain
+    return run(model_error, strain, True)
+
+
+def residual_forms(
+    K: Any, M: Any, rows: ArrayLike, freq: ArrayLike, sd: ArrayLike, expansion: ResidualExpansion
+) -> list[DynamicResidual]:
+    """The quadratic forms of an `expansion` mode by mode; other arguments as of `expand_residual`, which checked them.
+
+    Raises ExpansionError as there.
+    """
+    k, m = sparse(K, "stiffness"), sparse(M, "mass")
+    at = measured_rows(rows, k.shape[0])
+    given = np.asarray(sd, dtype=np.float64)
+    scatter = np.array(np.broadcast_to(given[:, None] if given.ndim == 1 else given, expansion.misfit.shape))
+    norm = energy_norm(k, m)
+    omega2 = (2 * np.pi * np.asarray(freq, dtype=np.float64).ravel()) ** 2
+    a = expansion.model_error**2 * expansion.strain
+    return [DynamicResidual(norm, k - w * m, at, scatter[:, r], float(a[r])) for r, w in enumerate(omega2)]
+
+
+def _at_error(
+    k: Any, m: Any, norm: Any, at: NDArray[np.int64], y: FloatArray, f: FloatArray, scatter: FloatArray,
+    e: float, strain: FloatArray, shown: NDArray[np.int64],
+) -> ResidualExpansion:  # fmt: skip
+    n, n_modes = k.shape[0], f.size
+    phi, residual, sd = np.zeros((n, n_modes)), np.zeros((n, n_modes)), np.zeros((shown.size, n_modes))
+    for r in range(n_modes):
+        form = DynamicResidual(norm, k - (2 * np.pi * f[r]) ** 2 * m, at, scatter[:, r], float(e**2 * strain[r]))
+        residual[:, r], phi[:, r] = form.minimum(y=y[:, r])
         if shown.size:
-            unit = np.zeros((2 * n, shown.size))
-            unit[n + shown, np.arange(shown.size)] = a / size
-            err[:, r] = np.sqrt(np.maximum(solve(unit)[n + shown, np.arange(shown.size)], 0.0))
-    return ResidualExpansion(out, res, energy, (out[at] - y) / scatter, shown, err)
+            sd[:, r] = form.deviation(shown)
+    misfit = (phi[at] - y) / scatter
+    lost = np.einsum("nm,nm->m", residual, np.asarray(norm @ residual))
+    own = np.einsum("nm,nm->m", phi, np.asarray(k @ phi))
+    cost = lost / (e**2 * strain) + (misfit**2).sum(axis=0)
+    own = np.where(own > 0, own, strain)
+    return ResidualExpansion(phi, residual, lost / own, misfit, shown, sd, e, cost, own)
 
 
-def _norm(k: Any, m: Any) -> Any:
-    """K, with a little mass where the structure is free."""
-    from scipy.sparse import csc_array
-
-    try:
-        if Solver(k, "free").inertia == 0 and _well(k):
-            return k
-    except ExpansionError:
-        pass
-    share = 1e-6 * k.diagonal().sum() / m.diagonal().sum()
-    return csc_array(k + share * m)
-
-
-def _well(k: Any) -> bool:
-    """Is the stiffness far from singular? A unit load has to stay within what rounding allows."""
-    load = np.ones(k.shape[0])
-    x = Solver(k, "free")(load)
-    return bool(np.isfinite(x).all() and np.abs(k @ x - load).max() < 1e-4)
+def _sought(cost: Callable[[float], float], expected: float) -> float:
+    """The model error with which the falling `cost` is `expected`."""
+    low, high = np.log(LEAST_ERROR), np.log(LARGEST_ERROR)
+    if cost(LEAST_ERROR) <= expected:
+        return LEAST_ERROR
+    if cost(LARGEST_ERROR) >= expected:
+        return LARGEST_ERROR
+    while high - low > 0.05:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if cost(float(np.exp(middle))) > expected else (low, middle)
+    return float(np.exp(0.5 * (low + high)))
 
 
 def _start_energy(k: Any, at: NDArray[np.int64], y: FloatArray) -> float:
     """Strain energy of the shape that follows the sensors statically, or a bound of it for free structures."""
-    from femend.expansion.reductions import guyan
-
     try:
         u = guyan(k, at).T @ y
         energy = float(u @ (k @ u))
