@@ -122,9 +122,7 @@ def _regions(model: Model, index: Mapping[int, int]) -> dict[str, list[int]]:
     return out
 
 
-def _joints(
-    model: Model, nodes: Sequence[tuple[int, ...]], ids: Sequence[int], share: FloatArray
-) -> dict[int, float]:
+def _joints(model: Model, nodes: Sequence[tuple[int, ...]], ids: Sequence[int], share: FloatArray) -> dict[int, float]:
     at: dict[int, list[int]] = {}
     for k, own in enumerate(nodes):
         for node in own:

@@ -61,7 +61,9 @@ class Reduction:
         try:
             lam, phi = eigh(self.of(K), self.of(M))
         except np.linalg.LinAlgError as error:
-            raise ExpansionError(f"the mass reduced by {self.method} is singular: it knows fewer modes than DOFs") from error
+            raise ExpansionError(
+                f"the mass reduced by {self.method} is singular: it knows fewer modes than DOFs"
+            ) from error
         return np.sqrt(np.maximum(lam, 0.0)) / (2 * np.pi), np.asarray(phi)
 
 

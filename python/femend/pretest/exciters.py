@@ -125,9 +125,7 @@ def exciters(
             best = relative[at].max(axis=0)
             options.append((int((seen > indicator_max).sum()), -float(best.min()), -float(best.mean()), r))
         chosen.append(min(options)[3])
-    return ExciterChoice(
-        tuple(chosen), mode_indicator(phi, omega, zeta, chosen, outputs), relative[chosen].max(axis=0)
-    )
+    return ExciterChoice(tuple(chosen), mode_indicator(phi, omega, zeta, chosen, outputs), relative[chosen].max(axis=0))
 
 
 def suspension_points(

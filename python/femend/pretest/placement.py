@@ -38,7 +38,9 @@ class Placement:
         return tuple(dofs[int(i)] for i in self.rows)
 
     def __repr__(self) -> str:
-        return f"Placement({self.method}: {len(self.rows)} rows {self.rows.tolist()}; {self.measure} {self.score[-1]:.4g})"
+        return (
+            f"Placement({self.method}: {len(self.rows)} rows {self.rows.tolist()}; {self.measure} {self.score[-1]:.4g})"
+        )
 
 
 def effective_independence(
