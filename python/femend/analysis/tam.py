@@ -91,9 +91,9 @@ def tam_table(
     """Orthogonality and cross-orthogonality of test shapes over the mass reduced to the sensors by each of `methods`.
 
     `K`, `M` (n, n) and the model's shapes `phi` (n, n_modes) at `freq` (n_modes,) Hz; `phi_test` (n_a, n_modes) at DOFs
-    `rows` (n_a,), column by column the mate of `phi` (`pair_modes`). "dynamic" reduces at the middle of the frequencies,
-    "hybrid" is Kammer's on Guyan, "Craig-Bampton" its TAM with `n_fixed` fixed-interface modes (as many as modes).
-    A reduction that these sensors do not allow has a `status`. Raises ExpansionError for sizes that do not fit.
+    `rows` (n_a,), column by column the mate of `phi` (`pair_modes`). "dynamic" reduces at the middle of the
+    frequencies, "hybrid" is Kammer's on Guyan, "Craig-Bampton" its TAM with `n_fixed` fixed-interface modes (as many as
+    modes). A reduction that these sensors do not allow has a `status`. Raises ExpansionError for sizes that do not fit.
     """
     test, x = np.asarray(phi_test), np.asarray(phi, dtype=np.float64)
     at, f = np.asarray(rows, dtype=np.int64).ravel(), np.asarray(freq, dtype=np.float64)

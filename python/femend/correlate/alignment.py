@@ -70,7 +70,8 @@ def align_points(
     scale: Literal["unit", "free", "none"] = "unit",
     tolerance: float = 0.02,
 ) -> Alignment:
-    """Brings points `test` (n, 3) onto points `model` (m, 3), where `mate` (n,) gives the model point of each, if known.
+    """Brings points `test` (n, 3) onto points `model` (m, 3), where `mate` (n,) gives the model point of each, if
+    known.
 
     With mates three points that are not in line are enough (two and a plane are not); the similarity is that of least
     squares (Umeyama 1991, IEEE PAMI 13, 376-380), mirrored where that is needed, over the largest set of points that
@@ -93,7 +94,7 @@ def align_points(
         pairs, alike = np.asarray(mate, dtype=np.int64).ravel(), 0
         if pairs.shape != (len(a),) or pairs.min() < 0 or pairs.max() >= len(b):
             raise CorrelationError(f"{pairs.size} mates for {len(a)} test points among {len(b)} model points; one each")
-    R, s, t, good = _consensus(a, b[pairs], scale, reach)
+    R, s, t, _ = _consensus(a, b[pairs], scale, reach)
     xyz = s * a @ R.T + t
     distance = np.linalg.norm(xyz - b[pairs], axis=1)
     off = tuple(int(i) for i in np.flatnonzero(distance > reach))

@@ -49,9 +49,9 @@ def sensor_faults(
     """Faults that explain why `phi_test` (n_dof, n_modes) differs from the paired `phi_model`, and the test cured of
     them.
 
-    Of all signs and exchanges of two sensors the one that lowers the sum over modes of 1 - MAC most is taken, as long as
-    the error at these sensors falls to a quarter; at most `most` (a third of the sensors by default, since half of them
-    reversed are the other half right). `dofs` name the rows. Two modes are needed: a single shape hides exchanges.
+    Of all signs and exchanges of two sensors the one that lowers the sum over modes of 1 - MAC most is taken, as long
+    as the error at these sensors falls to a quarter; at most `most` (a third of the sensors by default, since half of
+    them reversed are the other half right). `dofs` name the rows. Two modes are needed: a single shape hides exchanges.
     Raises CorrelationError for sizes that do not fit, fewer than three sensors or two modes.
 
     >>> phi = np.array([[1.0, 1.0], [2.0, -1.0], [3.0, 0.5], [4.0, -2.0]])

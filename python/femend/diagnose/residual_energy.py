@@ -20,10 +20,10 @@ FloatArray = NDArray[np.float64]
 class ResidualEnergy:
     """Shares of the energy d^T K d of a residual displacement d, modes summed at equal weight (`per_mode`: apart).
 
-    `elements` ids, `element` (n_elements,) shares that add up to 1, `density` (n_elements,) share of residual over share
-    of strain energy: an element that is wrong by a factor has a high density whatever it carries. `per_mode`
-    (n_elements, n_modes) are energies over each mode's strain energy: squares of relative errors. `regions` and `joints`
-    are shares by name and by node id.
+    `elements` ids, `element` (n_elements,) shares that add up to 1, `density` (n_elements,) share of residual over
+    share of strain energy: an element that is wrong by a factor has a high density whatever it carries. `per_mode`
+    (n_elements, n_modes) are energies over each mode's strain energy: squares of relative errors. `regions` and
+    `joints` are shares by name and by node id.
     """
 
     elements: NDArray[np.int64]

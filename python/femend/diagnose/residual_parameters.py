@@ -75,11 +75,11 @@ def rank_parameters(
     `rows`, `phi` (n_a, n_modes), `freq` (n_modes,) in Hz, `sd` and `model_error` as of `expand_residual`, whose cost
     J = d^T K d / a + misfit^2 is what is to fall. A factor x adds the force x g, g = (dK - omega^2 dM) phi, to the
     residual K d = Z u + x g; the shape u is free again. To second order J falls by b^2 / (c + 1 / s^2) with
-    b = sum g^T d / a and c = sum g^T d_g / a, d_g the residual of g alone where the sensors read zero, s of `prior_sd` (a
-    number or (n_parameters,)): what a parameter does that the sensors do not see, or that the model error covers, does
-    not count. `chosen` takes parameters greedily, refitting all, while each lowers J by at least 9 (three deviations),
-    `most` of them. Parameters with a |cosine| above `alike` cannot be told apart here. The change is one linear step;
-    updating finds the value. Terms that the deck lacks are ranked beside its parameters with
+    b = sum g^T d / a and c = sum g^T d_g / a, d_g the residual of g alone where the sensors read zero, s of `prior_sd`
+    (a number or (n_parameters,)): what a parameter does that the sensors do not see, or that the model error covers,
+    does not count. `chosen` takes parameters greedily, refitting all, while each lowers J by at least 9 (three
+    deviations), `most` of them. Parameters with a |cosine| above `alike` cannot be told apart here. The change is one
+    linear step; updating finds the value. Terms that the deck lacks are ranked beside its parameters with
     `femend.pretest.candidate_matrices` (terms at a factor of 0: give `factors` (n_parameters,)). Raises ModelError for
     factors that do not fit, and ExpansionError as `expand_residual`.
     """

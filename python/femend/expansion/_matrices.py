@@ -20,7 +20,8 @@ def sparse(A: Any, what: str) -> Any:
     """`A` (n, n), dense or sparse, as compressed columns with sorted rows and its whole diagonal in the pattern."""
     from scipy.sparse import csc_array, issparse
 
-    out = csc_array(A) if issparse(A) else csc_array(np.asarray(A, dtype=np.float64))
+    given: Any = A if issparse(A) else np.asarray(A, dtype=np.float64)
+    out = csc_array(given)
     if out.ndim != 2 or out.shape[0] != out.shape[1] or out.shape[0] == 0:
         raise ExpansionError(f"the {what} matrix has shape {out.shape}; it is (n, n)")
     if not np.isfinite(out.data).all():

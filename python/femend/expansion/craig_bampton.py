@@ -49,6 +49,6 @@ def _modes(k: Any, m: Any, n_modes: int) -> FloatArray:
     pattern = csc_array(abs(k) + abs(m) + eye_array(n))
     pattern.sort_indices()
     columns = np.repeat(np.arange(n), np.diff(pattern.indptr))
-    values = [np.asarray(A.tocsr()[pattern.indices, columns], dtype=np.float64).ravel() for A in (k, m)]
-    _, phi, _, _ = _core.modes(pattern.indptr, pattern.indices, *values, n_modes=n_modes)
+    on_k, on_m = (np.asarray(A.tocsr()[pattern.indices, columns], dtype=np.float64).ravel() for A in (k, m))
+    _, phi, _, _ = _core.modes(pattern.indptr, pattern.indices, on_k, on_m, n_modes=n_modes)
     return np.asarray(phi)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.errors import ExpansionError
-from femend.expansion._matrices import Solver, measured_rows, others, same_size, sparse, sensor_shapes
+from femend.expansion._matrices import Solver, measured_rows, others, same_size, sensor_shapes, sparse
 
 __all__ = ["Reduction", "dynamic", "guyan", "hybrid", "irs", "serep"]
 
@@ -171,7 +171,7 @@ def _left_inverse(x: FloatArray) -> FloatArray:
         raise ExpansionError(
             f"the {x.shape[0]} sensors do not tell the {x.shape[1]} modes apart; add sensors or leave modes out"
         )
-    return np.linalg.pinv(x, rcond=1e-13)
+    return np.asarray(np.linalg.pinv(x, rcond=1e-13), dtype=np.float64)
 
 
 def held_solver(k: Any, at: IntArray) -> Solver | None:

@@ -62,11 +62,11 @@ def expand_residual(
     dynamic residual expansion (Balmes 2000, "Review and evaluation of shape expansion methods", IMAC 18, MDRE-WE), the
     error in the constitutive relation of Ladeveze with discrete measurements. `sd` is the deviation of the measured
     values (a number, (n_a,), or (n_a, n_modes)). `model_error` e is the relative error of the stiffness between mode
-    shapes: an error e omega_i omega_j of the modal stiffness mixes e omega_i omega_j / (omega_i^2 - omega_j^2) of mode j
-    into mode i, which is just what this form allows. None seeks the e with which the minimum is what chance gives: the
-    number of measured values less one per mode, between 1e-4 and 1. The deviations at DOFs `error_at` follow from the
-    same quadratic form. A free structure is held by a small share of its mass in the norm. Raises ExpansionError for
-    sizes that do not fit and deviations or a model error not above 0.
+    shapes: an error e omega_i omega_j of the modal stiffness mixes e omega_i omega_j / (omega_i^2 - omega_j^2) of mode
+    j into mode i, which is just what this form allows. None seeks the e with which the minimum is what chance gives:
+    the number of measured values less one per mode, between 1e-4 and 1. The deviations at DOFs `error_at` follow from
+    the same quadratic form. A free structure is held by a small share of its mass in the norm. Raises ExpansionError
+    for sizes that do not fit and deviations or a model error not above 0.
     """
     k, m = sparse(K, "stiffness"), sparse(M, "mass")
     same_size(k, m)

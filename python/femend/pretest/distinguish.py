@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.errors import PretestError
-from femend.estimate.updating import AffineMatrices, DeckMatrices
+from femend.estimate.updating import AffineMatrices, DeckMatrices, affine_matrices
 from femend.model import Model
 from femend.model.linear_terms import LinearTerm
 from femend.pretest.information import PlannedTest
@@ -36,9 +36,9 @@ class Distinction(NamedTuple):
 def candidate_matrices(model: Model, terms: Sequence[LinearTerm]) -> AffineMatrices:
     """Matrices of a deck with its parameters and `terms` it may lack, each with a factor of its own, by name.
 
-    A term's factor 1 is its starting scale, 0 is the deck as it stands: give it an unknown with `mean` 0. The deck's own
-    parameters are linearised at 1 where they are not linear. Raises PretestError for a term that frees DOFs the deck
-    holds, or that is not linear in one scale (powers of several unknowns are taken at their scales).
+    A term's factor 1 is its starting scale, 0 is the deck as it stands: give it an unknown with `mean` 0. The deck's
+    own parameters are linearised at 1 where they are not linear. Raises PretestError for a term that frees DOFs the
+    deck holds, or that is not linear in one scale (powers of several unknowns are taken at their scales).
     """
     from scipy.sparse import csc_array
 
@@ -65,8 +65,6 @@ def candidate_matrices(model: Model, terms: Sequence[LinearTerm]) -> AffineMatri
             into = k_parts if part.kind == "K" else m_parts
             into[term.name] = into.get(term.name, csc_array(shape)) + scale * csc_array(T.T @ part.matrix @ T)
     K0, M0 = matrix(K - dK.sum(axis=0)), matrix(M - dM.sum(axis=0))
-    from femend.estimate.updating import affine_matrices
-
     return affine_matrices(k_parts, M0, K_fixed=K0, M_parts=m_parts)
 
 

@@ -136,10 +136,10 @@ def planned_test(
 
     The system's parameters take the `unknowns` of their names at `p` (the prior mean); others stay at the system's
     defaults. `modes` are the modes that the test will find (numbers from 0; all by default), with frequencies to
-    `freq_sd`, a fraction, and shapes to `shape_sd` of each mode's largest motion; `freq_sd` may be (n_modes,), `shape_sd`
-    (n_places, n_modes) or (n_places, 1). The information is that of Gaussian errors about the model linearised at p
-    (Papadimitriou, Beck and Au 2000, J. Vib. Control 6, 781-800). Raises PretestError for an unknown that the system
-    does not have, modes beyond its own, or deviations that are not above 0.
+    `freq_sd`, a fraction, and shapes to `shape_sd` of each mode's largest motion; `freq_sd` may be (n_modes,),
+    `shape_sd` (n_places, n_modes) or (n_places, 1). The information is that of Gaussian errors about the model
+    linearised at p (Papadimitriou, Beck and Au 2000, J. Vib. Control 6, 781-800). Raises PretestError for an unknown
+    that the system does not have, modes beyond its own, or deviations that are not above 0.
 
     >>> from femend.estimate.updating import affine_matrices, factor, modal_system
     >>> chain = modal_system(affine_matrices({"k": [[1.0]]}, [[1.0]]), [0], 1)

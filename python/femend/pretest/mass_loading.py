@@ -17,8 +17,8 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class MassLoading:
-    """`freq` (n_modes,) Hz with the sensors on, `shift` (n_modes,) (f_with - f) / f, `mac` (n_modes,) of the shapes with
-    those without, and `phi` (n_dof, n_modes) with them."""
+    """`freq` (n_modes,) Hz with the sensors on, `shift` (n_modes,) (f_with - f) / f, `mac` (n_modes,) of the shapes
+    with those without, and `phi` (n_dof, n_modes) with them."""
 
     freq: FloatArray
     shift: FloatArray
@@ -37,7 +37,8 @@ def mass_loading(phi: ArrayLike, freq: ArrayLike, rows: ArrayLike, masses: Array
     The structure with its sensors is solved in the space of the modes given, at `freq` (n_modes,) Hz:
     (diag(omega^2) - lambda (I + phi_s^T m phi_s)) q = 0. With all modes that is exact; with some, frequencies are upper
     bounds (Rayleigh), good for masses that are small beside the modal ones; to first order df / f = - m phi_s^2 / 2. A
-    mass that moves in three directions has three rows. Raises PretestError for sizes that do not fit and masses below 0.
+    mass that moves in three directions has three rows. Raises PretestError for sizes that do not fit and masses below
+    0.
 
     >>> mass_loading([[1.0]], [1.0], [0], [3.0]).freq.round(9).tolist()  # 1 kg, and 3 more
     [0.5]

@@ -77,7 +77,7 @@ def effective_independence(
     x = x[rows]
     fixed = np.isin(rows, kept)
     alive = np.ones(len(rows), dtype=bool)
-    score = []
+    score: list[float] = []
     inverse, logdet, e = _information(x, rows)
     while True:
         score.append(logdet)
@@ -104,7 +104,8 @@ def effective_independence(
 def qr_placement(
     phi: ArrayLike, n_sensors: int, *, allowed: ArrayLike | None = None, placed: Sequence[int] = ()
 ) -> Placement:
-    """`n_sensors` rows of `phi` (n_dof, n_modes) by QR with column pivots of phi^T (Schedlinski and Link 1996, IMAC 14).
+    """`n_sensors` rows of `phi` (n_dof, n_modes) by QR with column pivots of phi^T (Schedlinski and Link 1996, IMAC
+    14).
 
     Each pivot is the row that is longest after what the rows before it span is taken out. When the span is full the
     rows left are pivoted anew. `allowed`, `placed` as in `effective_independence`: placed rows are taken out first. The
@@ -120,7 +121,7 @@ def qr_placement(
     span = np.linalg.qr(x[chosen].T)[0] if 0 < len(chosen) < x.shape[1] else np.zeros((x.shape[1], 0))
     longest = float(np.linalg.norm(x[rows], axis=1).max())
     rest = x - x @ span @ span.T
-    score = []
+    score: list[float] = []
     while len(chosen) < n_sensors:
         length = np.linalg.norm(rest[free], axis=1)
         k = int(np.argmax(length))

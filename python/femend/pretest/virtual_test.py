@@ -1,4 +1,4 @@
-"""A test on the model: FRFs with noise, identified by the same estimator as real ones, and the model updated on them."""
+"""A test on the model: FRFs with noise, identified by the same estimator as real ones, and the model updated."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ SHAPE_FLOOR, FREQ_FLOOR = 0.01, 1e-4
 class VirtualTest:
     """What the test found, and what the model updated on it says.
 
-    `modes` are those of the structure in the band, `identified` the modal test of the FRFs, `pairing` of the structure's
-    modes (a) with the identified ones (b); `result` the updating, None where no mode was found; `truth` (n,) the values
-    of the unknowns in the structure.
+    `modes` are those of the structure in the band, `identified` the modal test of the FRFs, `pairing` of the
+    structure's modes (a) with the identified ones (b); `result` the updating, None where no mode was found; `truth`
+    (n,) the values of the unknowns in the structure.
     """
 
     modes: ModeSet
@@ -121,11 +121,11 @@ def virtual_test(
     """The planned test on a structure that is `system` at values `truth` (n,) of `unknowns`.
 
     `system` is seen at the `sensors`, in this order; `exciters` are those of them (positions) that are driven; FRFs at
-    `freq` (n_freq,) Hz with modal damping `zeta` and `noise` (`virtual_frf`) go through `identify_modes`. The identified
-    modes update the unknowns of `model` (`system` itself by default; another one shows what a missing term does to the
-    parameters), with frequencies to their own deviation, at least 1e-4, and shapes to `shape_sd` of their largest
-    motion. Modes above the band are in the FRFs as far as `system` gives them. Raises PretestError for truths that do
-    not fit the unknowns or a band without modes, and what identification and updating raise.
+    `freq` (n_freq,) Hz with modal damping `zeta` and `noise` (`virtual_frf`) go through `identify_modes`. The
+    identified modes update the unknowns of `model` (`system` itself by default; another one shows what a missing term
+    does to the parameters), with frequencies to their own deviation, at least 1e-4, and shapes to `shape_sd` of their
+    largest motion. Modes above the band are in the FRFs as far as `system` gives them. Raises PretestError for truths
+    that do not fit the unknowns or a band without modes, and what identification and updating raise.
     """
     values = np.asarray(truth, dtype=np.float64)
     if values.shape != (len(unknowns),):
