@@ -198,7 +198,7 @@ def test_forecast_is_right_on_simulated_tests() -> None:
     foretold = plan.forecast(rows)
     rng = np.random.default_rng(8)
     system, errors = modal_system(chain(), rows, 6), []
-    for _ in range(60):
+    for _ in range(25):
         truth = 1 + 0.05 * rng.standard_normal(4)
         state = full.solve(truth)
         freq, phi = state.value("freq")[:3], state.value("phi")[:, :3]
@@ -208,8 +208,8 @@ def test_forecast_is_right_on_simulated_tests() -> None:
         test = Configuration("c", system, (Frequencies(f, 0.01 * f), ShapeDifferences(y, sd)), ModeTest(f, y))
         errors.append(update(Problem(prior, (test,))).p - truth)
     ratio = np.std(errors, axis=0) / [r.expected_sd for r in foretold]
-    # a standard deviation of 60 draws is known to 9 %: three of these
-    assert np.abs(ratio - 1).max() < 0.3
+    # a standard deviation of 25 draws is known to 14 %: three of these
+    assert np.abs(ratio - 1).max() < 0.42
     told = {r.name for r in foretold if r.determined}
     learned = 1 - (np.std(errors, axis=0) / 0.05) ** 2
     clear = np.abs(np.array([r.learned for r in foretold]) - 0.5) > 0.2
@@ -231,7 +231,7 @@ def test_parameters_that_act_alike_are_told() -> None:
     parts = {"a": np.diag([1.0, 0.0]), "b": np.diag([1.0, 0.0]), "c": np.array([[1.0, -1.0], [-1.0, 1.0]])}
     system = modal_system(affine_matrices(parts, np.eye(2)), [0, 1], 2)
     unknowns = Unknowns.of([factor(n, 0.1) for n in "abc"])
-    plan = planned_test(system, unknowns)
+    plan = planned_test(system, unknowns, freq_sd=5e-4, shape_sd=0.005)
     (group,) = plan.collinear([0, 1])
     assert set(group.names) == {"a", "b"}
     pairs = {(d.truth, d.rival): d for d in distinguish(plan, [0, 1], ["a", "b", "c"])}

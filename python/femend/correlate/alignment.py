@@ -26,7 +26,7 @@ UNITS = {
 # two geometries of one structure: a scale this near to a unit's is the unit's, a rotation this near to axes is of axes
 SCALE_NEAR, AXES_NEAR = 0.02, 0.05
 # consensus is sought over at most so many triples of points
-TRIPLES = 2000
+TRIPLES = 300
 
 
 @dataclass(frozen=True, eq=False, repr=False)

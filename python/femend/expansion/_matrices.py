@@ -58,17 +58,13 @@ class Solver:
     """Solutions with a sparse symmetric matrix `A`; raises ExpansionError saying `advice` where it is singular."""
 
     def __init__(self, A: Any, advice: str, indefinite: bool = False) -> None:
-        from scipy.sparse import csc_array, eye_array
+        from scipy.sparse import coo_array, csc_array
 
-        pattern = csc_array(A)
-        missing = pattern.diagonal() == 0
-        if missing.any():  # the factor wants the diagonal in the pattern
-            n = pattern.shape[0]
-            filled = csc_array(pattern + eye_array(n))
-            filled.sort_indices()
-            column = np.repeat(np.arange(n), np.diff(filled.indptr))
-            filled.data = filled.data - (filled.indices == column)
-            pattern = filled
+        entries, own = coo_array(A), np.arange(A.shape[0])
+        # the factor wants the whole diagonal in the pattern: zeros are written there, and stay
+        data = np.concatenate([entries.data, np.zeros(own.size)])
+        places = (np.concatenate([entries.row, own]), np.concatenate([entries.col, own]))
+        pattern = csc_array(coo_array((data, places), shape=A.shape))
         pattern.sort_indices()
         try:
             self._factor = _core.Factor(
