@@ -168,7 +168,9 @@ def test_residual_leads_to_the_wrong_element(beam: Model) -> None:
     k, m = (A.toarray() for A in beam.matrices())
     mu, phi = eigh(m, beam.matrices({"E4": 0.7})[0].toarray())  # some DOFs have no mass
     lam, phi = 1 / np.maximum(mu[::-1], 1e-30), phi[:, ::-1]
-    bending = [r for r in range(12) if np.abs(phi[beam.fe.dof_components == 3][:, r]).max() > 0.1 * np.abs(phi[:, r]).max()][:4]
+    bending = [
+        r for r in range(12) if np.abs(phi[beam.fe.dof_components == 3][:, r]).max() > 0.1 * np.abs(phi[:, r]).max()
+    ][:4]
     rows = np.flatnonzero(beam.fe.dof_components == 3)
     f = np.sqrt(lam[bending]) / 2 / np.pi
     rng = np.random.default_rng(0)
@@ -258,3 +260,27 @@ def test_reversed_and_exchanged_sensors_are_named_and_clean_ones_are_not() -> No
 def test_matrices_of_two_models_are_refused() -> None:
     with pytest.raises(ExpansionError, match="not of one model"):
         irs(K, M[:3, :3], ROWS)
+
+
+def test_residual_on_the_mesh_is_brightest_at_its_element(beam: Model) -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    from matplotlib.figure import Figure
+
+    from femend.report.content import MeshPicture
+    from femend.report.plots import draw_residual
+
+    k, _ = beam.matrices()
+    d = np.zeros((k.shape[0], 1))
+    tip = [i for i, n in enumerate(beam.fe.dof_nodes) if n == 10]
+    d[tip[2]] = 1.0  # the end alone moves: the last element alone is strained
+    energy = residual_energy(beam, d, d)
+    assert energy.worst(1) == [(10, 1.0)]
+    lines = np.array([[int(np.flatnonzero(beam.node_ids == n)[0]) for n in own] for _, _, own in beam.fe.elements()])
+    mesh = MeshPicture(beam.node_ids, beam.xyz, lines, np.zeros((0, 3), dtype=np.int64))
+    ax = Figure().add_subplot()
+    draw_residual(ax, mesh, beam, energy)
+    colours = ax.collections[-1].get_array()
+    assert colours is not None
+    last = [set(int(x) for x in own) for _, _, own in beam.fe.elements()].index({9, 10})
+    assert int(np.argmax(colours)) == last

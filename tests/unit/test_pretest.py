@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from femend import Dof
 from femend.correlate import automac
 from femend.errors import PretestError

@@ -53,8 +53,9 @@ def sensor_faults(
 
     Of all signs and exchanges of two sensors the one that lowers the sum over modes of 1 - MAC most is taken, as long
     as the error at these sensors falls to a quarter; at most `most` (a third of the sensors by default, since half of
-    them reversed are the other half right). Shapes whose mean MAC stays below 0.75 have no fault named. `dofs` name the rows. Two modes are needed: a single shape hides exchanges.
-    Raises CorrelationError for sizes that do not fit, fewer than three sensors or two modes.
+    them reversed are the other half right). Shapes whose mean MAC stays below 0.75 have no fault named. `dofs` name the
+    rows. Two modes are needed: a single shape hides exchanges. Raises CorrelationError for sizes that do not fit, fewer
+    than three sensors or two modes.
 
     >>> phi = np.array([[1.0, 1.0], [2.0, -1.0], [3.0, 0.5], [4.0, -2.0]])
     >>> faults, cured = sensor_faults(phi * [[1], [1], [-1], [1]], phi, ["1:X", "2:X", "3:X", "4:X"])
