@@ -277,7 +277,7 @@ def test_residual_on_the_mesh_is_brightest_at_its_element(beam: Model) -> None:
     energy = residual_energy(beam, d, d)
     assert energy.worst(1) == [(10, 1.0)]
     lines = np.array([[int(np.flatnonzero(beam.node_ids == n)[0]) for n in own] for _, _, own in beam.fe.elements()])
-    mesh = MeshPicture(beam.node_ids, beam.xyz, lines, np.zeros((0, 3), dtype=np.int64))
+    mesh = MeshPicture(beam.node_ids, beam.xyz, lines)
     ax = Figure().add_subplot()
     draw_residual(ax, mesh, beam, energy)
     colours = ax.collections[-1].get_array()

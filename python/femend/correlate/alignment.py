@@ -152,9 +152,9 @@ def _consensus(
     for at in triples:
         for flip in flips:
             one = fit(np.array(at), flip)
-            inside = int((one[3] <= reach).sum())
-            if one[1] > 0 and inside > count:
-                count, found = inside, (one, flip)
+            agree = int((one[3] <= reach).sum())
+            if one[1] > 0 and agree > count:
+                count, found = agree, (one, flip)
     inside = found[0][3] <= reach
     if inside.sum() >= 3:
         again = fit(inside, found[1])

@@ -97,7 +97,9 @@ def _best(y: NDArray, x: NDArray, names: Sequence[str], used: set[int]) -> tuple
     new = total - part[i] - part[j] + x[i].conj() * y[j] + x[j].conj() * y[i]
     swap = np.sum(np.abs(new) ** 2, axis=1)
     now = float(np.sum(np.abs(total) ** 2))
-    options = [(float(v), ("reversed", (int(r),))) for v, r in zip(flip, free, strict=True)]
+    options: list[tuple[float, tuple[str, tuple[int, ...]]]] = [
+        (float(v), ("reversed", (int(r),))) for v, r in zip(flip, free, strict=True)
+    ]
     options += [(float(v), ("exchanged", (int(p), int(q)))) for v, p, q in zip(swap, i, j, strict=True)]
     options.sort(key=lambda o: -o[0])
     everywhere = np.linalg.norm(y - x * msf(y, x)) ** 2
@@ -111,6 +113,6 @@ def _best(y: NDArray, x: NDArray, names: Sequence[str], used: set[int]) -> tuple
         size = max(float(np.linalg.norm(y[at])), 1e-300)
         before, after = float(np.linalg.norm(y[at] - fit[at])) / size, float(np.linalg.norm(cured[at] - fit[at])) / size
         if after**2 <= CURED * before**2 and (before * size) ** 2 >= PART * everywhere:
-            kind_ = "reversed" if kind == "reversed" else "exchanged"
+            kind_: Literal["reversed", "exchanged"] = "reversed" if kind == "reversed" else "exchanged"
             return SensorFault(kind_, rows, tuple(names[r] for r in rows), before, after), cured
     return None, y

@@ -98,7 +98,9 @@ def expand_residual(
 def residual_forms(
     K: Any, M: Any, rows: ArrayLike, freq: ArrayLike, sd: ArrayLike, expansion: ResidualExpansion
 ) -> list[DynamicResidual]:
-    """The quadratic forms of an `expansion` mode by mode; other arguments as of `expand_residual`, which checked them.
+    """The quadratic forms of an `expansion`, mode by mode.
+
+    `K`, `M` (n, n), `rows` (n_a,), `freq` (n_modes,) in Hz and `sd` are those it was made with (`expand_residual`).
 
     Raises ExpansionError as there.
     """
