@@ -10,6 +10,7 @@ __all__ = [
     "ConvergenceError",
     "CorrelationError",
     "DeckError",
+    "ExpansionError",
     "ExternalSolverError",
     "FemendError",
     "FormatError",
@@ -17,6 +18,7 @@ __all__ = [
     "LoadError",
     "ModelError",
     "PairingError",
+    "PretestError",
     "RecordingError",
     "RecordingTooShortError",
     "SignalError",
@@ -140,6 +142,14 @@ class LoadError(FemendError, ValueError):
 
 class CorrelationError(FemendError, ValueError):
     """Shapes, mass matrices or FRFs that cannot be compared: sizes that do not fit, values that are not finite."""
+
+
+class ExpansionError(FemendError, ValueError):
+    """Shapes that cannot be expanded, or matrices that cannot be reduced to the DOFs given."""
+
+
+class PretestError(FemendError, ValueError):
+    """A test that cannot be planned: fewer sensors than modes, no place left, modes that no place sees."""
 
 
 class UpdatingError(FemendError, ValueError):

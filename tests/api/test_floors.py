@@ -13,11 +13,11 @@ import pytest
 FLOORS: tuple[frozenset[str], ...] = (
     frozenset({"_core", "errors", "units", "dof"}),
     frozenset({"data"}),
-    frozenset({"io", "signal", "correlate", "modal", "physics"}),
+    frozenset({"io", "signal", "correlate", "expansion", "modal", "physics"}),
     frozenset({"model"}),
     frozenset({"analysis"}),
     frozenset({"estimate"}),
-    frozenset({"diagnose"}),
+    frozenset({"diagnose", "pretest"}),
     frozenset({"study", "batch", "report", "app", "demo", "cli", "workflow", "__main__"}),
 )
 # On these floors modules of the same floor may import each other: they are single files that build on one another,

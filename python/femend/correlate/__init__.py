@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from femend.correlate.alignment import Alignment, align_points
 from femend.correlate.assurance import automac, dac, mac, macx, msf, principal_cosines, subspace_mac
 from femend.correlate.by_dof import DofElimination, comac, ecomac, eliminate_dofs, macco
 from femend.correlate.clusters import align_cluster, close_groups
@@ -11,9 +12,11 @@ from femend.correlate.labelled_frf import FrfComparison, MatchedFrf, compare_frf
 from femend.correlate.orthogonality import cross_orthogonality, orthogonality
 from femend.correlate.pairing import ModePair, ModePairing, pair_modes
 from femend.correlate.responses import coherence_criterion, csac, csf, faac, fdac, frac, rvac
+from femend.correlate.sensor_faults import SensorFault, sensor_faults
 from femend.correlate.tables import ModeRow, ModeTable, mode_table
 
 __all__ = [
+    "Alignment",
     "DofElimination",
     "DofMatch",
     "FrfComparison",
@@ -23,7 +26,9 @@ __all__ = [
     "ModePairing",
     "ModeRow",
     "ModeTable",
+    "SensorFault",
     "align_cluster",
+    "align_points",
     "automac",
     "close_groups",
     "coherence_criterion",
@@ -56,5 +61,6 @@ __all__ = [
     "pair_modes",
     "principal_cosines",
     "rvac",
+    "sensor_faults",
     "subspace_mac",
 ]

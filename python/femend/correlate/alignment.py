@@ -1,0 +1,230 @@
+"""The test's geometry on the model's: rotation, offset, scale, and what is wrong with units, axes and points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations, permutations, product
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femend.correlate._arrays import finite
+from femend.errors import CorrelationError
+
+__all__ = ["Alignment", "align_points"]
+
+FloatArray = NDArray[np.float64]
+
+# model units per test unit that a wrong unit gives
+UNITS = {
+    1.0: "the same unit", 1e-3: "test in mm, model in m", 1e3: "test in m, model in mm",
+    0.0254: "test in inch, model in m", 25.4: "test in inch, model in mm", 1 / 0.0254: "test in m, model in inch",
+    1 / 25.4: "test in mm, model in inch", 0.3048: "test in ft, model in m", 1 / 0.3048: "test in m, model in ft",
+    10.0: "test in cm, model in mm", 0.01: "test in cm, model in m", 100.0: "test in m, model in cm",
+}  # fmt: skip
+# two geometries of one structure: a scale this near to a unit's is the unit's, a rotation this near to axes is of axes
+SCALE_NEAR, AXES_NEAR = 0.02, 0.05
+# consensus is sought over at most so many triples of points
+TRIPLES = 300
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Alignment:
+    """`model = scale * R @ test + offset` for points: `R` (3, 3) orthogonal, `offset` (3,) in model units.
+
+    `xyz` (n, 3) are the test points in the model's frame, `mate` (n,) the model points they belong to, `distance` (n,)
+    between both; `off` are points beyond the tolerance. `alike` counts other turns that fit as well (a symmetric
+    structure: points alone do not decide). `notes` say in words what was wrong.
+    """
+
+    R: FloatArray
+    scale: float
+    offset: FloatArray
+    xyz: FloatArray
+    mate: NDArray[np.int64]
+    distance: FloatArray
+    off: tuple[int, ...]
+    alike: int
+    notes: tuple[str, ...]
+
+    @property
+    def mirrored(self) -> bool:
+        """Is the test's frame left-handed where the model's is right-handed?"""
+        return bool(np.linalg.det(self.R) < 0)
+
+    def directions(self, vectors: ArrayLike) -> FloatArray:
+        """Directions (..., 3) of the test's frame in the model's: `vectors` turned, not scaled."""
+        return np.asarray(np.asarray(vectors, dtype=np.float64) @ self.R.T)
+
+    def __repr__(self) -> str:
+        rms = float(np.sqrt(np.mean(self.distance**2)))
+        return "\n".join([f"Alignment({len(self.mate)} points, scale {self.scale:.6g}, rms {rms:.4g})", *self.notes])
+
+
+def align_points(
+    test: ArrayLike,
+    model: ArrayLike,
+    mate: ArrayLike | None = None,
+    *,
+    scale: Literal["unit", "free", "none"] = "unit",
+    tolerance: float = 0.02,
+) -> Alignment:
+    """Brings points `test` (n, 3) onto points `model` (m, 3), where `mate` (n,) gives the model point of each, if
+    known.
+
+    With mates three points that are not in line are enough (two and a plane are not); the similarity is that of least
+    squares (Umeyama 1991, IEEE PAMI 13, 376-380), mirrored where that is needed, over the largest set of points that
+    agree within `tolerance` of the model's diagonal: the others are named, two that stand in each other's place as
+    exchanged. Without mates all turns of axes and common units are tried, each with nearest points (iterated closest
+    points, Besl and McKay 1992). `scale` "unit" takes a factor near that of two units for exactly it, "free" as it
+    comes, "none" is 1. Raises CorrelationError for fewer than three points, points in line, or sizes that do not fit.
+
+    >>> model = [[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3.0]]
+    >>> test = [[0, 0, 0], [0, 1000, 0], [-2000, 0, 0], [0, 0, 3000.0]]  # in mm, turned about Z
+    >>> found = align_points(test, model, [0, 1, 2, 3])
+    >>> round(found.scale, 6), found.mirrored, found.notes[0]
+    (0.001, False, 'scale 0.001: test in mm, model in m')
+    """
+    a, b = _points(test, "test"), _points(model, "model")
+    reach = tolerance * float(np.linalg.norm(np.ptp(b, axis=0)))
+    if mate is None:
+        pairs, alike = _closest(a, b, scale, reach)
+    else:
+        pairs, alike = np.asarray(mate, dtype=np.int64).ravel(), 0
+        if pairs.shape != (len(a),) or pairs.min() < 0 or pairs.max() >= len(b):
+            raise CorrelationError(f"{pairs.size} mates for {len(a)} test points among {len(b)} model points; one each")
+    R, s, t, _ = _consensus(a, b[pairs], scale, reach)
+    xyz = s * a @ R.T + t
+    distance = np.linalg.norm(xyz - b[pairs], axis=1)
+    off = tuple(int(i) for i in np.flatnonzero(distance > reach))
+    notes = [*_frame_notes(R, s, scale), *_point_notes(xyz, b, pairs, off, reach)]
+    if alike:
+        notes.append(f"{alike} other turns fit as well: the points are symmetric; name mates that decide")
+    return Alignment(R, s, t, xyz, pairs, distance, off, alike, tuple(notes))
+
+
+def _points(values: ArrayLike, what: str) -> FloatArray:
+    x = np.asarray(finite(values, f"the {what} geometry"), dtype=np.float64)
+    if x.ndim != 2 or x.shape[1] != 3 or len(x) < 3:
+        raise CorrelationError(f"the {what} geometry has shape {x.shape}; it takes three points or more, (n, 3)")
+    if np.linalg.svd(x - x.mean(axis=0), compute_uv=False)[1] < 1e-6 * np.ptp(x, axis=0).max():
+        raise CorrelationError(f"the {len(x)} points of the {what} geometry are in line: the turn about it is open")
+    return x
+
+
+def _similarity(a: FloatArray, b: FloatArray, scale: str, flip: bool) -> tuple[FloatArray, float, FloatArray]:
+    """R, s, t of b = s R a + t by least squares; det R = -1 where `flip`."""
+    ca, cb = a.mean(axis=0), b.mean(axis=0)
+    U, w, Vt = np.linalg.svd((b - cb).T @ (a - ca))
+    D = np.ones(3)
+    D[2] = np.sign(np.linalg.det(U) * np.linalg.det(Vt)) * (-1.0 if flip else 1.0)
+    R = (U * D) @ Vt
+    s = 1.0
+    if scale != "none":
+        s = float((w * D).sum() / ((a - ca) ** 2).sum())
+        near = min(UNITS, key=lambda u: abs(np.log(max(s, 1e-300) / u)))
+        if scale == "unit" and abs(s / near - 1) < SCALE_NEAR:
+            s = near
+    return R, s, cb - s * R @ ca
+
+
+def _consensus(
+    a: FloatArray, b: FloatArray, scale: str, reach: float
+) -> tuple[FloatArray, float, FloatArray, NDArray[np.bool_]]:
+    n = len(a)
+    flat = np.linalg.matrix_rank(a - a.mean(axis=0), tol=1e-6 * np.ptp(a, axis=0).max()) < 3
+    flips = (False,) if flat else (False, True)  # points in a plane are mirrored by a turn
+
+    def fit(at: NDArray[np.int64] | NDArray[np.bool_], flip: bool) -> tuple[FloatArray, float, FloatArray, FloatArray]:
+        R, s, t = _similarity(a[at], b[at], scale, flip)
+        return R, s, t, np.linalg.norm(s * a @ R.T + t - b, axis=1)
+
+    options = [(fit(np.arange(n), flip), flip) for flip in flips]
+    best, flip = min(options, key=lambda o: float((o[0][3] ** 2).sum()))
+    if best[3].max() <= reach:
+        return *best[:3], np.ones(n, dtype=bool)
+    triples = list(combinations(range(n), 3 if flat else min(4, n)))
+    if len(triples) > TRIPLES:
+        rng = np.random.default_rng(0)
+        triples = [triples[i] for i in rng.choice(len(triples), TRIPLES, replace=False)]
+    count, found = 0, (best, flip)
+    for at in triples:
+        for flip in flips:
+            one = fit(np.array(at), flip)
+            agree = int((one[3] <= reach).sum())
+            if one[1] > 0 and agree > count:
+                count, found = agree, (one, flip)
+    inside = found[0][3] <= reach
+    if inside.sum() >= 3:
+        again = fit(inside, found[1])
+        return *again[:3], again[3] <= reach
+    return *best[:3], best[3] <= reach
+
+
+def _closest(a: FloatArray, b: FloatArray, scale: str, reach: float) -> tuple[NDArray[np.int64], int]:
+    """Mates by nearest points over all turns of axes and units, and how many other turns are as good."""
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(b)
+    size_a, size_b = (float(np.linalg.norm(np.ptp(x, axis=0))) for x in (a, b))
+    scales = [u for u in (UNITS if scale != "none" else (1.0,)) if 0.2 < u * size_a / size_b < 1.2]
+    if scale == "free" or not scales:
+        scales.append(size_b / size_a)
+    results = []
+    for s, order, signs in product(scales, permutations(range(3)), product((1.0, -1.0), repeat=3)):
+        R = np.zeros((3, 3))
+        R[range(3), order] = signs
+        moved = s * a @ R.T
+        for shift in (0.5 * (b.max(0) + b.min(0) - moved.max(0) - moved.min(0)), b.min(0) - moved.min(0)):
+            x, t = moved + shift, shift
+            for _ in range(8):
+                distance, mate = tree.query(x)
+                step = (b[mate] - x).mean(axis=0)
+                x, t = x + step, t + step
+                if np.abs(step).max() < 1e-3 * reach:
+                    break
+            distance, mate = tree.query(x)
+            results.append((float(np.sqrt(np.mean(np.minimum(distance, 5 * reach) ** 2))), R, mate))
+    # a proper rotation is preferred to a mirror that does no better
+    results.sort(key=lambda r: (round(r[0] / (0.1 * reach)), np.linalg.det(r[1]) < 0, not np.allclose(r[1], np.eye(3))))
+    best = results[0]
+    hand = np.linalg.det(best[1])
+    as_good = [r for r in results[1:] if r[0] < best[0] + 0.1 * reach and np.linalg.det(r[1]) * hand > 0]
+    others = {tuple(np.round(r[1], 3).ravel()) for r in as_good} - {tuple(np.round(best[1], 3).ravel())}
+    return np.asarray(best[2], dtype=np.int64), len(others)
+
+
+def _frame_notes(R: FloatArray, s: float, scale: str) -> list[str]:
+    notes = []
+    near = min(UNITS, key=lambda u: abs(np.log(max(s, 1e-300) / u)))
+    if abs(s - 1.0) > 1e-12:
+        word = UNITS[near] if abs(s / near - 1) < 1e-9 else "no common pair of units"
+        notes.append(f"scale {s:.6g}: {word}")
+    axes = np.rint(R)
+    if np.abs(R - axes).max() < AXES_NEAR:
+        moved = [
+            f"test {'XYZ'[j]} is model {'-' if axes[i, j] < 0 else ''}{'XYZ'[i]}"
+            for j in range(3) for i in range(3) if axes[i, j] and (i != j or axes[i, j] < 0)
+        ]  # fmt: skip
+        notes += [", ".join(moved)] if moved else []
+    else:
+        angle = np.degrees(np.arccos(np.clip((np.trace(R * np.sign(np.linalg.det(R))) - 1) / 2, -1, 1)))
+        notes.append(f"the test's frame is turned by {angle:.1f} degrees about an axis of its own")
+    if np.linalg.det(R) < 0:
+        notes.append("the test's frame is left-handed: an axis has the wrong sign")
+    return notes
+
+
+def _point_notes(
+    xyz: FloatArray, b: FloatArray, pairs: NDArray[np.int64], off: tuple[int, ...], reach: float
+) -> list[str]:
+    notes, told = [], set()
+    for i, j in combinations(off, 2):
+        if np.linalg.norm(xyz[i] - b[pairs[j]]) <= reach and np.linalg.norm(xyz[j] - b[pairs[i]]) <= reach:
+            notes.append(f"test points {i} and {j} are exchanged")
+            told |= {i, j}
+    for i in off:
+        if i not in told:
+            notes.append(f"test point {i} is {np.linalg.norm(xyz[i] - b[pairs[i]]):.4g} from its mate {int(pairs[i])}")
+    return notes

@@ -1,0 +1,86 @@
+"""Scatter of members and masses as unknowns: nothing at their means, and one member's error where it is asked for."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from femend.estimate import Problem
+from femend.model import ReducedModel, form_errors, read_model, reduce_model
+from femend.model.form_errors import SD, STIFFNESS_SD
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
+
+F_MAX = 150.0
+
+
+@pytest.fixture
+def reduced(tmp_path: Path) -> ReducedModel:
+    (tmp_path / "model.bdf").write_text(small_study.deck())
+    model = read_model(tmp_path / "model.bdf", parameters=small_study.PARAMETERS)
+    return reduce_model(model, F_MAX, [6 * model.index(13) + 2])
+
+
+def at(reduced: ReducedModel, p: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """K and M of a reduced model at its unknowns."""
+    K, M = reduced.K_fixed.copy(), reduced.M_fixed.copy()
+    for term in reduced.terms:
+        scale = float(np.exp(sum(power * p[i] for i, power in term.exponents)))
+        K += 0 if term.K is None else scale * term.K
+        M += 0 if term.M is None else scale * term.M
+    return K, M
+
+
+def test_nothing_changes_at_the_means(reduced: ReducedModel) -> None:
+    with_errors = form_errors(reduced, F_MAX).on(reduced)
+    added = len(with_errors.names) - len(reduced.names)
+    assert added >= 2
+    assert np.all(with_errors.prior_sd[-added:] == SD)
+    n = len(reduced.names)
+    for found, expected in zip(at(with_errors, np.zeros(n + added)), at(reduced, np.zeros(n)), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    bare = with_errors.bare()
+    assert bare.names == reduced.names
+    p = np.array([0.1, -0.2])
+    for found, expected in zip(at(bare, p), at(reduced, p), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
+def test_one_member_softer_moves_the_modes_as_its_own_stiffness_does(reduced: ReducedModel) -> None:
+    """The combinations kept carry a member's error into the band's frequencies to a twentieth of it."""
+    errors = form_errors(reduced, F_MAX)
+    unit = next(i for i, (elements, stiff, _, _) in enumerate(errors.units) if stiff > 0 and len(elements) > 2)
+    elements = errors.units[unit][0]
+    K, M = at(reduced, np.zeros(len(reduced.names)))
+    softer = K.copy()
+    for eid in elements:
+        rows, Ke, Me = reduced.model.fe.element_matrices(eid, np.ones(len(reduced.model.parameters)))
+        softer += STIFFNESS_SD * reduced.V[rows].T @ Ke @ reduced.V[rows]
+        # a unit's stiffness and mass are one number here: both move
+        M_e = reduced.V[rows].T @ Me @ reduced.V[rows]
+        M = M + errors.units[unit][2] * M_e
+    base = at(reduced, np.zeros(len(reduced.names)))
+    omega0 = np.sqrt(eigh(*base, eigvals_only=True))
+    expected = np.sqrt(eigh(softer, M, eigvals_only=True)) / omega0 - 1
+    with_errors = errors.on(reduced)
+    p = np.concatenate([np.zeros(len(reduced.names)), SD * errors.weights[:, unit]])
+    found = np.sqrt(eigh(*at(with_errors, p), eigvals_only=True)) / omega0 - 1
+    band = omega0 < 2 * np.pi * F_MAX
+    np.testing.assert_allclose(found[band], expected[band], rtol=0, atol=0.05 * np.abs(expected[band]).max())
+    assert np.abs(expected[band]).max() > 1e-4
+
+
+def test_a_problem_takes_the_errors_with_their_prior(reduced: ReducedModel) -> None:
+    with_errors = form_errors(reduced, F_MAX).on(reduced)
+    problem = Problem([], (8.0, F_MAX), small_study.ZETA, 2)
+    mean, sd = problem.prior(with_errors)
+    n = len(with_errors.names)
+    assert np.all(mean[: n + 2] == 0)
+    assert np.all(sd[len(reduced.names) : n] == SD)
+    assert problem.system(with_errors).modal(mean)[0].shape == (with_errors.r,)
