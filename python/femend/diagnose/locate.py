@@ -1,7 +1,8 @@
 """Where something is missing: every place gets a free force, projected out while all parameters stay free.
 
 A free force on every line needs no law and costs every place the same number of unknowns, so that the places compare
-fairly. It is done in stages: all places on few, strongly damped lines; the better ones on more; the best ones on all.
+fairly. It is done in stages: all places on few, strongly damped lines, the better ones on more; beside them all places
+in few steps on whole records; the best of both on all.
 """
 
 from __future__ import annotations
@@ -22,17 +23,18 @@ FloatArray = NDArray[np.float64]
 
 # decay of the first stage, in units of `Problem.scale`, and its steps
 FIRST_SIGMA, FIRST_STEPS = 8.0, 4
+# places that come to the last stage from whole records, the lines and steps by which they are chosen
+LATE, LATE_LINES, LATE_STEPS = 8, 100, 2
 # how many places reach the next stage: those with one unknown force a line, and those with several
 FIRST_STAGE, FIRST_STAGE_SEVERAL = 60, 16
-LATE, LATE_LINES, LATE_STEPS = 8, 100, 2
 SECOND_STAGE, SECOND_STAGE_SEVERAL = 28, 8
 LAST_STAGE, LAST_STAGE_SEVERAL = 14, 3
 FULL_LINES, FULL_LINES_SEVERAL = 6, 2
-# mean squared correlation of what two places do to the sensors from which they are the same at the start; from which
-# only one of them goes on later; places that are
-# compared at all, and the lines they are compared on; places like a kept one that are fitted at the end
-TWINS = 0.999
-ALIKE, MOST_COMPARED, COMPARED_LINES, EXPANDED = 0.97, 1500, 60, 8
+# mean squared correlation of what two places do to the sensors, from which they count as one at the start, and from
+# which only one of them goes on later
+TWINS, ALIKE = 0.999, 0.97
+# places that are compared at all, the lines they are compared on, and those like a kept one that are fitted at the end
+MOST_COMPARED, COMPARED_LINES, EXPANDED = 1500, 60, 8
 # places fitted on all lines beside the best of their kind: those within this cost of the best
 FULL_ALIKE, NEAR = 10, 60.0
 # how much more a place with one force must leave than one with several for these to be believed
