@@ -32,11 +32,11 @@ class Settings:
     margin: float = 10.0
     nonlinear_places: int = 3
     refined: int = 2
-    gain_cost: float = 15.0
+    gain_cost: float = 40.0
     gain_chosen: float = 0.05
     gain_nonlinear: float = 0.15
     parameter_z: float = 5.0
-    adequate: float = 2.5
+    adequate: float = 1.5
     price: float = 7.0
     consistent: float = 1.2
     same_law: float = 0.08
