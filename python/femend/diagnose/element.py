@@ -133,7 +133,8 @@ def fit_element(
         fitted = fit_law(entry, loops, seen)
         found += [] if fitted is None else [fitted]
     n_values = _effective(min(found, key=lambda law: law.chosen), loops, seen)
-    ranked = sorted((law.scored(n_values, settings.price) for law in found), key=lambda law: law.score)
+    price = settings.price * float(np.log(max(n_values, np.e)))
+    ranked = sorted((law.scored(n_values, price) for law in found), key=lambda law: law.score)
     kept = sum(loop.n - n for loop, n in zip(loops, seen, strict=True))
     return ElementFit(tuple(ranked), _free_form(loops, seen), n_values, kept, settings)
 

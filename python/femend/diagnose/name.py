@@ -67,7 +67,8 @@ def split_records(problem: Problem) -> Split:
 
 def score(candidate: Candidate, choosing: Problem, settings: Settings, n_values: float) -> float:
     """Tempered squares on unseen data, prior of the model's unknowns, and a price for every parameter of the law."""
-    return n_values * float(np.log(max(candidate.chosen, 1e-12))) + candidate.prior + settings.price * candidate.n_law
+    price = settings.price * float(np.log(max(n_values, np.e)))
+    return n_values * float(np.log(max(candidate.chosen, 1e-12))) + candidate.prior + price * candidate.n_law
 
 
 def effective_values(choosing: Problem, reduced: ReducedModel, sigma: float = 0.0) -> float:
