@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.locate import LINES, Located
+from femend.diagnose.receptances import receptances
 from femend.diagnose.settings import Settings
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
@@ -75,8 +76,8 @@ def look_alikes(
     fitted = _core.fitted_lines(system, found.fit.hypothesis.core(), cores, found.fit.p, found.fit.x)
     own = found.place.w(reduced.V, reduced.V_a)[0] @ Q
     for line, (_, _, F) in zip(lines, fitted, strict=True):
-        s = line.sigma + 2j * np.pi * line.freq
-        g = 1 / (omega**2 + s[:, None] ** 2 + 2 * (zeta * omega) * s[:, None])
+        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
+        g = receptances(omega, zeta, s)
         out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
         made = s[:, None] ** 2 * ((g * own) @ out.T) * F * line.weight
         for rows in np.array_split(np.arange(len(others)), 1 + len(others) * line.Y.size // 2_000_000):

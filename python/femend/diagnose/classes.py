@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.receptances import receptances
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
@@ -24,8 +25,8 @@ def similarity(problem: Problem, reduced: ReducedModel, places: Sequence[Place],
     W = np.array([place.w(reduced.V, reduced.V_a)[0] for place in places]) @ Q
     total, weight = np.zeros((len(places), len(places))), 0.0
     for line in problem.lines(reduced):
-        s = line.sigma + 2j * np.pi * line.freq
-        g = 1 / (omega**2 + s[:, None] ** 2 + 2 * (zeta * omega) * s[:, None])
+        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
+        g = receptances(omega, zeta, s)
         out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
         for k in range(len(s)):
             h = (W * g[k]) @ out.T * line.weight[k]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.closed_loop import ClosedLoop, History
+from femend.diagnose.receptances import receptances
 from femend.estimate.lines import TEMPERING, Lines
 
 __all__ = ["Descent", "Reached"]
@@ -185,7 +186,7 @@ class _Linearised:
         """Receptances, compliance at the joint and modal forces of a model."""
         omega, zeta, Q = modal
         _, into, w = self.rows(Q)
-        g = 1 / (omega**2 + self.s[:, None] ** 2 + 2 * (zeta * omega) * self.s[:, None])
+        g = receptances(omega, zeta, self.s)
         driven = self.line.U @ into
         pairs = (w[:, None, :] * w[None, :, :]).reshape(-1, w.shape[1])
         C = (g @ pairs.T).reshape(len(g), len(w), len(w)) + np.diag(self.loop.joint.compliance)

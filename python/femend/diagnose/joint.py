@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
+from femend.diagnose.receptances import receptances
 from femend.estimate import Fit, FitRecord, Hypothesis, Lines, Problem
 from femend.model import Place, ReducedModel, reduce_model
 
@@ -104,7 +105,7 @@ def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | No
         s: ComplexArray = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
         rows = joint.reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
         w = joint.w @ Q
-        g = 1 / (omega**2 + s[:, None] ** 2 + 2 * (zeta * omega) * s[:, None])
+        g = receptances(omega, zeta, s)
         seen = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, w, optimize=True)
         weighted = seen * line.weight[:, :, None]
         left = (line.Y - y) * line.weight

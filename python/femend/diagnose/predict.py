@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.nonlinear import simulate_candidate
+from femend.diagnose.receptances import receptances
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel
 from femend.physics import physics
@@ -35,7 +36,7 @@ def transfer(
     """Accelerances (K, n_out, n_in) at lines s with linear laws closed, at unknowns `p` and ln law parameters `x`;
     `out`, `into` are rows of the basis."""
     omega, zeta, Q = problem.system(hypothesis.reduced).modal(p)
-    g = 1 / (omega**2 + s[:, None] ** 2 + 2 * (zeta * omega) * s[:, None])
+    g = receptances(omega, zeta, s)
     phi_out, phi_in = out @ Q, into @ Q
     H = np.einsum("or,kr,ir->koi", phi_out, g, phi_in, optimize=True)
     if hypothesis.laws and len(hypothesis.w):
