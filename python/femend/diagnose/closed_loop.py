@@ -24,6 +24,8 @@ __all__ = ["COARSE", "FINE", "ClosedLoop", "History", "loop_of", "upsampled"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+# omega (r,) in rad/s, zeta (r,), modes (r, r) in the basis
+Modal = tuple[FloatArray, FloatArray, FloatArray]
 
 # steps of a sample in which the force is linear, while laws are sorted out and for what is kept; the loss of amplitude
 # in the band is made good beforehand
@@ -95,10 +97,13 @@ class ClosedLoop:
 
     def histories(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[list[History]]:
         """What the simulation gives at each of `points` (p, x) and record."""
-        first = self.problem.records[0]
-        reduced, system = self.joint.reduced, self.problem.system(self.joint.reduced)
+        system = self.problem.system(self.joint.reduced)
         modal = {p.tobytes(): system.modal(p) for p, _ in points}
-        sets = [modal[p.tobytes()] for p, _ in points]
+        return self._simulated([modal[p.tobytes()] for p, _ in points], [x for _, x in points])
+
+    def _simulated(self, sets: Sequence[Modal], laws_at: Sequence[FloatArray]) -> list[list[History]]:
+        """Histories of models with the modes `sets`, each with the law at its fit coordinates."""
+        first, reduced = self.problem.records[0], self.joint.reduced
         n = self._moving(sets[0][0])
         out_rows = reduced.rows(first.out_rows, first.out_signs)
         in_rows = reduced.rows(first.in_rows, first.in_signs)
@@ -113,7 +118,7 @@ class ClosedLoop:
             np.array([x[:, :n] for x in phi_in]),
             np.array([x[:, :n] for x in phi_out]),
             np.array([x[:, :n] for x in w]),
-            [self.laws(x) for _, x in points],
+            [self.laws(x) for x in laws_at],
             [np.ascontiguousarray(f) for f in forces],
             first.dt / self.substeps,
             stride=self.substeps,
@@ -163,11 +168,16 @@ class ClosedLoop:
         self, points: Sequence[tuple[FloatArray, FloatArray]]
     ) -> tuple[list[FloatArray], list[list[History]]]:
         """Weighted residual and histories at each of `points`; NaN and none where a simulation failed."""
-        possible = [i for i, (p, x) in enumerate(points) if self._exists(x) and self._possible(p)]
+        modal = {p.tobytes(): self._modes(p) for p, _ in points}
+        possible = [
+            (i, x, modes)
+            for i, (p, x) in enumerate(points)
+            if (modes := modal[p.tobytes()]) is not None and self._exists(x)
+        ]
         out = [np.full(2 * self.size(), np.nan) for _ in points]
         kept: list[list[History]] = [[] for _ in points]
-        simulated = self.histories([points[i] for i in possible]) if possible else []
-        for i, histories in zip(possible, simulated, strict=True):
+        simulated = self._simulated([m for *_, m in possible], [x for _, x, _ in possible]) if possible else []
+        for (i, *_), histories in zip(possible, simulated, strict=True):
             out[i], kept[i] = self.residual_of(histories), histories
         return out, kept
 
@@ -178,13 +188,14 @@ class ClosedLoop:
         numbers = [*values.values(), k, c]
         return all(np.isfinite(v) and abs(v) < 1e60 for v in numbers)
 
-    def _possible(self, p: FloatArray) -> bool:
-        """Whether the model has modes there; a step may go beyond what its members and masses can differ by."""
+    def _modes(self, p: FloatArray) -> Modal | None:
+        """Modes of the model at p; None where it has none: a step may go beyond what its members and masses can differ
+        by."""
         try:
-            self.problem.system(self.joint.reduced).modal(p)
+            modes: Modal = self.problem.system(self.joint.reduced).modal(p)
         except ModelError:
-            return False
-        return True
+            return None
+        return modes
 
     def size(self) -> int:
         """Number of complex values of the residual."""
