@@ -36,8 +36,6 @@ NEAR_LINES = 3
 DIFFERENT, SAME = 0.5, 0.9
 # amplitudes of a harmonic force in the recordings differ by at most this factor; a law's grow with the level
 ALIKE = 1.5
-# records are compared on all lines: thinned, each would keep others
-EVERY_LINE = 1_000_000
 # a repeating harmonic force is continued to so many times the longest record
 LONGER = 8
 
@@ -49,11 +47,10 @@ def find_unmeasured(
     best = _outside(located, settings.margin)
     if best is None or min(r.y.shape[0] for r in split.whole.records) < 2:
         return None  # one sensor: a free force explains anything
-    problem = split.whole.thinned(EVERY_LINE)
+    problem = split.whole
     if best.fit.score > settings.adequate:
         return None
-    joint = open_joint(best.place, reduced, problem.band[1], g_rows)
-    recovered = recover(problem, joint, best.fit.p)
+    recovered = _recovered(split, reduced, best, g_rows)
     if recovered is None:
         return None
     base = best.place.kind == "base"
@@ -90,7 +87,7 @@ def plainly_unmeasured(
 
     No law does that, so that none needs to be tried.
     """
-    best, problem = _outside(located, settings.margin), split.whole.thinned(EVERY_LINE)
+    best, problem = _outside(located, settings.margin), split.whole
     if best is None or best.place.kind != "ground" or min(r.y.shape[0] for r in problem.records) < 2:
         return False
     level = np.array([r.u.std() for r in problem.records])
@@ -99,12 +96,24 @@ def plainly_unmeasured(
     own = np.abs(np.corrcoef(u)[~np.eye(len(u), dtype=bool)]) if len(u) > 1 else np.ones(1)
     if level.max() < LEVELS * level.min() or own.max() > DIFFERENT:
         return False
-    joint = open_joint(best.place, reduced, problem.band[1], g_rows)
-    recovered = recover(problem, joint, best.fit.p)
+    recovered = _recovered(split, reduced, best, g_rows)
     if recovered is None or not _common(recovered):
         return False
     _, alike, ratio = _mean_force(recovered)
     return bool(min(alike) > SAME and max(ratio) < ALIKE and min(ratio) > 1 / ALIKE)
+
+
+def _recovered(split: Split, reduced: ReducedModel, best: Located, g_rows: list[int]) -> Recovered | None:
+    """What the place did, on all lines: thinned, each record would keep others, and they could not be compared. Done
+    once for both questions that are asked of it."""
+
+    def make() -> tuple[Located, Recovered | None]:
+        joint = open_joint(best.place, reduced, split.whole.band[1], g_rows)
+        return best, recover(split.whole.thinned(None), joint, best.fit.p)
+
+    # the place is kept with its answer, so that no other object can take its identity
+    kept: tuple[Located, Recovered | None] = split.whole.kept(("recovered", id(best)), make)
+    return kept[1]
 
 
 def _outside(located: Sequence[Located], margin: float) -> Located | None:

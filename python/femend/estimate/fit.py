@@ -94,8 +94,8 @@ class Problem:
         self._lines: dict[tuple[int, float], tuple[ReducedModel, list[Lines]]] = {}
         self._made: dict[Hashable, Any] = {}
 
-    def thinned(self, limit: int) -> Problem:
-        """The same problem on at most about `limit` lines a record."""
+    def thinned(self, limit: int | None) -> Problem:
+        """The same problem on at most about `limit` lines a record; on all with None."""
         return Problem(self.records, self.band, self.zeta, self.n_tuned, self.spans, limit)
 
     def untuned(self) -> Problem:
