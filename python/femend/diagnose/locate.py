@@ -7,7 +7,7 @@ in few steps on whole records; the best of both on all.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -137,11 +137,9 @@ def _first_glance(
     """Starts of the places `keep` for the next stage, sorted out on the most strongly damped lines by the model without
     what its members and masses differ in, which does not show there."""
     bare = reduced if reduced.form is None else reduced.bare()
-    hypotheses = [hypothesis_of(places[i], bare) for i in keep]
-    sigma = FIRST_SIGMA * plain.scale()
-    fits = plain.fit(hypotheses, sigma=sigma, iterations=FIRST_STEPS)
-    found = [(i, f) for i, f in zip(keep, fits, strict=True) if f is not None]
-    found.sort(key=lambda item: _rank(plain, item[1], sigma) + (UNLIKELY if places[item[0]].unlikely else 0.0))
+    hypotheses = {i: hypothesis_of(places[i], bare) for i in keep}
+    starts = [(i, plain.prior(h.reduced)[0]) for i, h in hypotheses.items()]
+    found = _fitted(plain, hypotheses, starts, FIRST_SIGMA * plain.scale(), FIRST_STEPS, places)
     kept = _best(found, places, kin, FIRST_STAGE, FIRST_STAGE_SEVERAL)
     n, more = len(bare.names), len(reduced.names) - len(bare.names)
     own = len(reduced.model.parameters)
@@ -166,7 +164,7 @@ def _late(
 
 def _fitted(
     lines: Problem,
-    hypotheses: Sequence[Hypothesis],
+    hypotheses: Sequence[Hypothesis] | Mapping[int, Hypothesis],
     keep: Sequence[tuple[int, FloatArray]],
     sigma: float,
     iterations: int,
