@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 
 from femend.estimate import Problem
 from femend.model import ReducedModel, form_errors, read_model, reduce_model
-from femend.model.form_errors import SD, STIFFNESS_SD
+from femend.model.form_errors import MASS_SD, SD, STIFFNESS_SD
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -55,8 +55,8 @@ def test_nothing_changes_at_the_means(reduced: ReducedModel) -> None:
 def test_one_member_softer_moves_the_modes_as_its_own_stiffness_does(reduced: ReducedModel) -> None:
     """The combinations kept carry a member's error into the band's frequencies to a twentieth of it."""
     errors = form_errors(reduced, F_MAX)
-    unit = next(i for i, (elements, stiff, _, _) in enumerate(errors.units) if stiff > 0 and len(elements) > 2)
-    elements = errors.units[unit][0]
+    unit = next(i for i, u in enumerate(errors.units) if abs(u.stiffness).max() > 0 and len(u.elements) > 2)
+    elements = errors.units[unit].elements
     K, M = at(reduced, np.zeros(len(reduced.names)))
     softer = K.copy()
     for eid in elements:
@@ -64,7 +64,7 @@ def test_one_member_softer_moves_the_modes_as_its_own_stiffness_does(reduced: Re
         softer += STIFFNESS_SD * reduced.V[rows].T @ Ke @ reduced.V[rows]
         # a unit's stiffness and mass are one number here: both move
         M_e = reduced.V[rows].T @ Me @ reduced.V[rows]
-        M = M + errors.units[unit][2] * M_e
+        M = M + MASS_SD * M_e
     base = at(reduced, np.zeros(len(reduced.names)))
     omega0 = np.sqrt(eigh(*base, eigvals_only=True))
     expected = np.sqrt(eigh(softer, M, eigvals_only=True)) / omega0 - 1

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
 
 from femend.model.model import Model
 from femend.model.places import topology
@@ -36,21 +37,27 @@ SD = 0.02
 
 
 @dataclass(frozen=True, eq=False)
+class _Unit:
+    """Elements that are off together: one standard deviation of their stiffness and mass on the g-set (n_g, n_g)."""
+
+    elements: tuple[int, ...]
+    stiffness: csr_array
+    mass: csr_array
+
+
+@dataclass(frozen=True, eq=False)
 class FormErrors:
-    """Combinations of the units' errors: `weights` (n_combinations, n_units) of one standard deviation each.
+    """Combinations of the units' errors: `weights` (n_combinations, n_units) of one standard deviation each."""
 
-    A unit is (elements, sd of their stiffness, sd of their mass, rotary inertia added to their nodes).
-    """
-
-    units: tuple[tuple[tuple[int, ...], float, float, float], ...]
+    units: tuple[_Unit, ...]
     weights: FloatArray
 
     def on(self, reduced: ReducedModel) -> ReducedModel:
         """The reduced model with one more unknown, of prior mean zero, for every combination."""
         if not len(self.weights):
             return reduced
-        K, M = _parts(reduced, self.units)
-        first, out = len(reduced.names), reduced
+        K, M = _projected(reduced, self.units)
+        first = len(reduced.names)
         K_fixed, M_fixed = reduced.K_fixed.copy(), reduced.M_fixed.copy()
         terms = list(reduced.terms)
         for i, row in enumerate(self.weights):
@@ -60,7 +67,7 @@ class FormErrors:
             terms.append(Term(((first + i, 1.0),), dK, dM))
         names = tuple(f"form {i + 1}" for i in range(len(self.weights)))
         return replace(
-            out,
+            reduced,
             K_fixed=K_fixed,
             M_fixed=M_fixed,
             terms=tuple(terms),
@@ -73,9 +80,9 @@ class FormErrors:
 def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
     """The combinations of member and mass errors that change modes up to `f_max` (Hz) most."""
     units = _units(reduced.model)
-    K, M = _parts(reduced, units)
-    if not len(units):
+    if not units:
         return FormErrors((), np.zeros((0, 0)))
+    K, M = _projected(reduced, units)
     omega, Q = _modes(reduced)
     n_band = max(1, int((omega < 1.1 * 2 * np.pi * f_max).sum()))
     first = omega > 1e-3 * omega.max()
@@ -103,10 +110,11 @@ def _modes(reduced: ReducedModel) -> tuple[FloatArray, FloatArray]:
     return np.sqrt(np.maximum(values, 0.0)), Q
 
 
-def _units(model: Model) -> tuple[tuple[tuple[int, ...], float, float, float], ...]:
+def _units(model: Model) -> tuple[_Unit, ...]:
     """Members, patches of other elements, and lumps."""
     top = topology(model)
-    units = [(tuple(chain), STIFFNESS_SD, MASS_SD, 0.0) for _, _, chain in top.members]
+    ones = np.ones(len(model.parameters))
+    groups = [(tuple(chain), STIFFNESS_SD, MASS_SD, 0.0) for _, _, chain in top.members]
     diagonal = float(np.linalg.norm(np.ptp(model.xyz, axis=0)))
     others: dict[int, list[int]] = {}
     sections = {eid: pid for eid, _, pid, _ in model.deck.elements()}
@@ -114,16 +122,33 @@ def _units(model: Model) -> tuple[tuple[tuple[int, ...], float, float, float], .
     for eid, _, nodes in model.fe.elements():
         if eid == 0 or eid in top.beams:
             continue
-        rows, K, M = model.fe.element_matrices(eid, np.ones(len(model.parameters)))
-        if not K.any() and M.any():
-            radius = 0.0 if _turns(M, rows) else GYRATION * diagonal
-            units.append(((eid,), 0.0, LUMP_SD, radius))
-        elif len(nodes) > 2:
+        if len(nodes) > 2:
             others.setdefault(sections.get(eid) or 0, []).append(eid)
             where[eid] = np.mean([model.xyz[model.index(n)] for n in nodes], axis=0)
+            continue
+        rows, K, M = model.fe.element_matrices(eid, ones)
+        if not K.any() and M.any():
+            groups.append(((eid,), 0.0, LUMP_SD, 0.0 if _turns(M, rows) else GYRATION * diagonal))
     for elements in others.values():
-        units += [(patch, STIFFNESS_SD, MASS_SD, 0.0) for patch in _patches(elements, where)]
-    return tuple(units)
+        groups += [(patch, STIFFNESS_SD, MASS_SD, 0.0) for patch in _patches(elements, where)]
+    return tuple(_unit(model, *group) for group in groups)
+
+
+def _unit(model: Model, elements: tuple[int, ...], stiff: float, mass: float, radius: float) -> _Unit:
+    """The unit of `elements` with its standard deviations; `radius` of gyration of a lump that has none."""
+    ones = np.ones(len(model.parameters))
+    at: list[NDArray[np.int64]] = []
+    values: list[FloatArray] = []
+    for eid in elements:
+        rows, K, M = model.fe.element_matrices(eid, ones)
+        moving = rows % 6 < 3
+        lump = float(np.trace(M[np.ix_(moving, moving)])) / 3
+        off = mass * M + np.diag(~moving * lump * radius**2)
+        at.append(np.array([np.repeat(rows, len(rows)), np.tile(rows, len(rows))]))
+        values.append(np.array([stiff * K.ravel(), off.ravel()]))
+    n = int(model.fe.n_g)
+    index, both = np.hstack(at), np.hstack(values)
+    return _Unit(elements, *(csr_array(coo_array((v, (index[0], index[1])), shape=(n, n))) for v in both))
 
 
 def _turns(M: FloatArray, rows: NDArray[np.int64]) -> bool:
@@ -143,21 +168,7 @@ def _patches(elements: Sequence[int], where: dict[int, FloatArray]) -> list[tupl
     return [tuple(c) for c in cells.values()]
 
 
-def _parts(
-    reduced: ReducedModel, units: Sequence[tuple[tuple[int, ...], float, float, float]]
-) -> tuple[FloatArray, FloatArray]:
+def _projected(reduced: ReducedModel, units: Sequence[_Unit]) -> tuple[FloatArray, FloatArray]:
     """Stiffness and mass (n_units, r, r) of one standard deviation of every unit, at the deck's values."""
-    model, V = reduced.model, reduced.V
-    ones = np.ones(len(model.parameters))
-    K, M = np.zeros((len(units), reduced.r, reduced.r)), np.zeros((len(units), reduced.r, reduced.r))
-    for i, (elements, stiff, mass, radius) in enumerate(units):
-        for eid in elements:
-            rows, Ke, Me = model.fe.element_matrices(eid, ones)
-            v = V[rows]
-            K[i] += stiff * (v.T @ Ke @ v)
-            M[i] += mass * (v.T @ Me @ v)
-            if radius > 0:
-                turns = v[rows % 6 >= 3]
-                total = float(np.trace(Me[np.ix_(rows % 6 < 3, rows % 6 < 3)])) / 3
-                M[i] += total * radius**2 * (turns.T @ turns)
-    return K, M
+    V = reduced.V
+    return np.array([V.T @ (u.stiffness @ V) for u in units]), np.array([V.T @ (u.mass @ V) for u in units])
