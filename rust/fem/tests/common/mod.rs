@@ -2,7 +2,8 @@
 #![allow(dead_code)]
 
 use femend_fem::mesh::*;
-use femend_fem::model::Model;
+use femend_fem::model::{Model, System};
+use femend_fem::parameter::Parameter;
 use nalgebra::DMatrix;
 
 pub fn steel() -> Material {
@@ -109,4 +110,37 @@ pub fn rigid_motions(model: &Model) -> DMatrix<f64> {
         }
     }
     out
+}
+
+/// Checks the derivative of every matrix over every parameter of the model against central differences at `factors`.
+pub fn derivatives_equal_differences(model: &Model, parameters: &[Parameter], factors: &[f64]) {
+    for i in 0..parameters.len() {
+        let exact = model.derivative(i, factors).unwrap();
+        let step = 1e-4;
+        // fourth order central differences: error about step⁴ and eps / step
+        let p = [-2.0, -1.0, 1.0, 2.0].map(|s| {
+            let mut f = factors.to_vec();
+            f[i] += s * step;
+            model.assemble(&f).unwrap()
+        });
+        let parts: [fn(&System) -> &Vec<f64>; 4] = [|s| &s.k, |s| &s.m, |s| &s.c, |s| &s.h];
+        let mut any = false;
+        for get in parts {
+            let d = get(&exact);
+            let largest = |v: &Vec<f64>| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let (size, full) = (largest(d), largest(get(&p[1])));
+            any |= size > 0.0;
+            for j in 0..d.len() {
+                let fd =
+                    (8.0 * (get(&p[2])[j] - get(&p[1])[j]) - (get(&p[3])[j] - get(&p[0])[j])) / (12.0 * step);
+                assert!(
+                    (fd - d[j]).abs() <= 1e-8 * size + 1e-11 * full,
+                    "{:?}: {fd} {}",
+                    parameters[i],
+                    d[j]
+                );
+            }
+        }
+        assert!(any, "{:?}", parameters[i]);
+    }
 }
