@@ -112,7 +112,7 @@ def explain(
     if _worth_naming(null, located, settings) and not plainly_unmeasured(
         split, reduced, located, start.g_rows, settings
     ):
-        ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, null_score, tell.advance)
+        ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, null.p, null_score, tell.advance)
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)
             null_score = score(baseline, split.choosing, settings, effective_values(split.choosing, reduced, sigma))

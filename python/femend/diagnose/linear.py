@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,21 +22,38 @@ __all__ = ["fit_linear", "fit_mass", "judge_linear", "refit_linear"]
 LAW_SD = 3.0
 # lines a record for trying starts, starts that are followed to the end, tunings of an absorber over the band
 FEW_LINES, KEPT, TUNINGS, FINE_TUNINGS = 150, 1, 8, 60
+# how much further the start that hardly does anything goes than the smallest (or stiffest) of the others
+IDLE = 10.0
 # starts fitted to the recovered force that go on, and starts that go on as they are
 FOLLOWED, UNFOLLOWED = 3, 1
 
 
 def fit_linear(
-    problem: Problem, choosing: Problem, joint: Joint, recovered: Recovered, name: str, entry: Physics
+    problem: Problem,
+    choosing: Problem,
+    joint: Joint,
+    recovered: Recovered,
+    name: str,
+    entry: Physics,
+    updated: FloatArray | None = None,
 ) -> Candidate | None:
-    """The law from its best starts, judged on the choosing problem; None where it cannot be fitted at all."""
+    """The law from its best starts, judged on the choosing problem; None where it cannot be fitted at all.
+
+    A free force may move the model's unknowns to where the law alone would never come back from; so two starts are
+    tried from the `updated` model's unknowns too, where they are given: the best one, and one that does hardly
+    anything, from which no descent can end above the updated model.
+    """
     law = entry.law or entry.name
-    begun = linear_starts(problem, joint, recovered, entry)
-    begun = [*followed(recovered, entry, begun, FOLLOWED), *begun[:UNFOLLOWED]]
-    means = [np.log([max(v[n], 1e-12) for n in entry.parameter_names]) for v in begun]
+    all_starts = linear_starts(problem, joint, recovered, entry)
+    begun = [
+        (recovered.fit.p, v) for v in (*followed(recovered, entry, all_starts, FOLLOWED), *all_starts[:UNFOLLOWED])
+    ]
+    if updated is not None:
+        begun += [(updated, begun[0][1]), (updated, _idle(entry, all_starts, joint.place.release is not None))]
+    means = [np.log([max(v[n], 1e-12) for n in entry.parameter_names]) for _, v in begun]
     hypotheses = [joint.hypothesis((law,), m, np.full(len(m), LAW_SD)) for m in means]
     few = problem.thinned(FEW_LINES)
-    tries = few.fit(hypotheses, [(recovered.fit.p, m) for m in means], iterations=10)
+    tries = few.fit(hypotheses, [(p, m) for (p, _), m in zip(begun, means, strict=True)], iterations=10)
     ranked = sorted((f for f in tries if f is not None), key=lambda f: f.cost)[:KEPT]
     fits = problem.fit([f.hypothesis for f in ranked], [(f.p, f.x) for f in ranked], iterations=12)
     done = [f for f in fits if f is not None]
@@ -46,6 +64,15 @@ def fit_linear(
     prior = problem.prior_cost(joint.reduced, fit.p)
     best = Candidate(entry, name, joint, values, fit.p, fit.x, len(fit.x), prior, fit.score, np.nan)
     return judge_linear(choosing, best)
+
+
+def _idle(entry: Physics, begun: Sequence[Mapping[str, float]], released: bool) -> dict[str, float]:
+    """The start that changes the model least: the stiffest one where a connection was cut open, else the weakest, and
+    still more so."""
+    first, sign = entry.parameter_names[0], (1.0 if released else -1.0)
+    most = max(begun, key=lambda v: sign * v[first])
+    factor = IDLE**sign
+    return {q.name: most[q.name] if q.shape else most[q.name] * factor for q in entry.parameters}
 
 
 def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: Physics) -> list[dict[str, float]]:
@@ -77,14 +104,18 @@ def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: P
             return linear_sizes(entry, k_all, (low, high))
 
 
-def fit_mass(problem: Problem, choosing: Problem, joint: Joint, p: FloatArray) -> Candidate | None:
-    """A mass that resists in all directions of a node, fitted from unknowns `p` of the model."""
+def fit_mass(
+    problem: Problem, choosing: Problem, joint: Joint, p: FloatArray, updated: FloatArray | None = None
+) -> Candidate | None:
+    """A mass that resists in all directions of a node, fitted from unknowns `p` of the model and, the smallest one,
+    from those of the `updated` model."""
     entry = physics("added_mass")
     scale, omega = stiffness_scale(problem, joint)
     means = [np.log([f * scale / omega**2]) for f in (0.003, 0.03, 0.3, 3.0)]
-    hypotheses = [joint.hypothesis(("added_mass",), m, np.full(1, LAW_SD)) for m in means]
+    begun = [(p, m) for m in means] + ([] if updated is None else [(updated, means[0])])
+    hypotheses = [joint.hypothesis(("added_mass",), m, np.full(1, LAW_SD)) for _, m in begun]
     few = problem.thinned(FEW_LINES)
-    tries = [f for f in few.fit(hypotheses, [(p, m) for m in means], iterations=10) if f is not None]
+    tries = [f for f in few.fit(hypotheses, begun, iterations=10) if f is not None]
     if not tries:
         return None
     best = min(tries, key=lambda f: f.cost)

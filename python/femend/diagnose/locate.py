@@ -23,16 +23,15 @@ FloatArray = NDArray[np.float64]
 
 # decay of the first stage, in units of `Problem.scale`, and its steps
 FIRST_SIGMA, FIRST_STEPS = 8.0, 4
+# how many places reach the next stage: members, places with one unknown force a line, places with several
+FIRST_STAGE, SECOND_STAGE, LAST_STAGE, FULL_LINES = (40, 60, 16), (16, 28, 8), (8, 14, 3), (4, 6, 2)
 # places that come to the last stage from whole records, the lines and steps by which they are chosen
-LATE, LATE_LINES, LATE_STEPS = 8, 100, 2
-# how many places reach the next stage: those with one unknown force a line, and those with several
-FIRST_STAGE, FIRST_STAGE_SEVERAL = 60, 16
-SECOND_STAGE, SECOND_STAGE_SEVERAL = 28, 8
-LAST_STAGE, LAST_STAGE_SEVERAL = 14, 3
-FULL_LINES, FULL_LINES_SEVERAL = 6, 2
+LATE, LATE_LINES, LATE_STEPS = (4, 8, 0), 100, 2
 # mean squared correlation of what two places do to the sensors, from which they count as one at the start, and from
 # which only one of them goes on later
 TWINS, ALIKE = 0.999, 0.97
+# share of elements in common from which only one of two members goes on
+OVERLAP = 0.7
 # places that are compared at all, the lines they are compared on, and those like a kept one that are fitted at the end
 MOST_COMPARED, COMPARED_LINES, EXPANDED = 1500, 60, 8
 # places fitted on all lines beside the best of their kind: those within this cost of the best
@@ -107,23 +106,23 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
     plain = problem.thinned(FEWEST_LINES).untuned()
     kin = _Kin.of(problem, reduced, todo, null)
     stages = (
-        (plain, 8.0, 5, SECOND_STAGE, SECOND_STAGE_SEVERAL),
-        (few, 2.0, 6, LAST_STAGE, LAST_STAGE_SEVERAL),
+        (plain, 8.0, 5, SECOND_STAGE),
+        (few, 2.0, 6, LAST_STAGE),
     )
-    keep = _first_glance(plain, reduced, todo, kin.first(todo), kin)
+    keep = _first_glance(plain, reduced, todo, kin.first(todo), kin, null)
     ranked: list[tuple[int, Fit]] = []
-    for lines, factor, iterations, count, several in stages:
+    for lines, factor, iterations, quota in stages:
         ranked = _fitted(lines, hypotheses, keep, factor * problem.scale(), iterations, todo)
-        ranked = _best(ranked, todo, kin, count, several)
+        ranked = _best(ranked, todo, kin, quota)
         keep = [(i, f.p) for i, f in ranked]
     keep += _late(problem.thinned(LATE_LINES), hypotheses, todo, kin, null, {i for i, _ in keep})
     ranked = _fitted(few, hypotheses, keep, 0.0, 15, todo)
-    keep = [(i, f.p) for i, f in _best(ranked, todo, kin, FULL_LINES, FULL_LINES_SEVERAL)]
+    keep = [(i, f.p) for i, f in _best(ranked, todo, kin, FULL_LINES)]
     start = dict(keep)
     for i, p in keep:
         start.update({j: p for j in kin.of_place(i, todo) if j not in start})
     ranked = _fitted(few, hypotheses, list(start.items()), 0.0, 8, todo)
-    first = {i for i, _ in _best(ranked, todo, kin, FULL_LINES, FULL_LINES_SEVERAL)}
+    first = {i for i, _ in _best(ranked, todo, kin, FULL_LINES)}
     near = NEAR + min((f.cost for i, f in ranked if todo[i].n_w <= 1), default=0.0)
     chosen = [(i, f.p) for n, (i, f) in enumerate(ranked) if i in first or (n < FULL_ALIKE and f.cost < near)]
     ranked = _fitted(problem.thinned(FINAL_LINES), hypotheses, chosen, 0.0, 5, todo)
@@ -132,18 +131,24 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
 
 
 def _first_glance(
-    plain: Problem, reduced: ReducedModel, places: Sequence[Place], keep: Sequence[int], kin: _Kin
+    plain: Problem, reduced: ReducedModel, places: Sequence[Place], keep: Sequence[int], kin: _Kin, null: Fit
 ) -> list[tuple[int, FloatArray]]:
     """Starts of the places `keep` for the next stage, sorted out on the most strongly damped lines by the model without
-    what its members and masses differ in, which does not show there."""
+    what its members and masses differ in, which does not show there.
+
+    Each is tried from the deck's values and from the updated model's: the first are nearer to the truth where the
+    update has made up for much with the wrong parameters, the second where the deck itself is far off.
+    """
     bare = reduced if reduced.form is None else reduced.bare()
     hypotheses = {i: hypothesis_of(places[i], bare) for i in keep}
-    starts = [(i, plain.prior(h.reduced)[0]) for i, h in hypotheses.items()]
+    own, form = len(reduced.model.parameters), len(reduced.names) - len(bare.names)
+    updated = np.concatenate([null.p[:own], null.p[own + form :]])
+    starts = [
+        (i, p) for i, h in hypotheses.items() for p in (plain.prior(h.reduced)[0], _with_own(updated, bare, h.reduced))
+    ]
     found = _fitted(plain, hypotheses, starts, FIRST_SIGMA * plain.scale(), FIRST_STEPS, places)
-    kept = _best(found, places, kin, FIRST_STAGE, FIRST_STAGE_SEVERAL)
-    n, more = len(bare.names), len(reduced.names) - len(bare.names)
-    own = len(reduced.model.parameters)
-    return [(i, np.concatenate([f.p[:own], np.zeros(more), f.p[own:n], f.p[n:]])) for i, f in kept]
+    kept = _best(found, places, kin, FIRST_STAGE)
+    return [(i, np.concatenate([f.p[:own], np.zeros(form), f.p[own:]])) for i, f in kept]
 
 
 def _late(
@@ -157,9 +162,19 @@ def _late(
     """Further places for the last stage, with their starts: the best after few steps from the updated model on whole
     records. Strongly damped lines see the beginning of a record alone, where what is small or late does not show; the
     updated model is near enough to the truth just where it is small."""
-    keep = [(i, null.p) for i in kin.first(places) if places[i].n_w == 1 and i not in have]
+    keep = [
+        (i, _with_own(null.p, null.hypothesis.reduced, hypotheses[i].reduced))
+        for i in kin.first(places)
+        if places[i].n_w <= 1 and i not in have
+    ]
     ranked = _fitted(lines, hypotheses, keep, 0.0, LATE_STEPS, places)
-    return [(i, f.p) for i, f in _best(ranked, places, kin, LATE, 0)]
+    return [(i, f.p) for i, f in _best(ranked, places, kin, LATE)]
+
+
+def _with_own(p: FloatArray, of: ReducedModel, to: ReducedModel) -> FloatArray:
+    """Unknowns `p` of the model `of` as a place has them, which may have one more: the factor of a member, as it is."""
+    n = len(of.names)
+    return np.concatenate([p[:n], np.zeros(len(to.names) - n), p[n:]])
 
 
 def _fitted(
@@ -178,14 +193,18 @@ def _fitted(
 
 
 def _best(
-    ranked: Sequence[tuple[int, Fit]], places: Sequence[Place], kin: _Kin, count: int, several: int
+    ranked: Sequence[tuple[int, Fit]], places: Sequence[Place], kin: _Kin, quota: tuple[int, int, int]
 ) -> list[tuple[int, Fit]]:
-    """The first `count` places with at most one force that do not move alike, and the first `several` others."""
-    single: list[tuple[int, Fit]] = []
-    for item in ranked:
-        if places[item[0]].n_w <= 1 and len(single) < count and not any(kin.alike(item[0], o[0]) for o in single):
-            single.append(item)
-    return single + [item for item in ranked if places[item[0]].n_w > 1][:several]
+    """The first of the members, of the places with one force and of those with several, as many of each as `quota`
+    says, none of them like another."""
+    kept: list[tuple[int, Fit]] = []
+    left = list(quota)
+    for i, fit in ranked:
+        group = min(places[i].n_w, 2)
+        if left[group] > 0 and not any(kin.alike(i, j) for j, _ in kept):
+            kept.append((i, fit))
+            left[group] -= 1
+    return kept
 
 
 def preference(place: Place) -> int:
@@ -199,19 +218,22 @@ def preference(place: Place) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _Kin:
-    """How alike places with one force move the sensors; `position` of each place in `matrix`."""
+    """How alike places with one force move the sensors, `position` of each place in `matrix`; members are alike by the
+    elements they share."""
 
     position: dict[int, int]
     matrix: FloatArray
+    elements: dict[int, frozenset[int]]
 
     @classmethod
     def of(cls, problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> _Kin:
         single = [i for i, p in enumerate(places) if p.n_w == 1]
+        elements = {i: frozenset(p.elements) for i, p in enumerate(places) if p.kind == "member"}
         if not single or len(single) > MOST_COMPARED:
-            return cls({}, np.zeros((0, 0)))
+            return cls({}, np.zeros((0, 0)), elements)
         few = problem.on(problem.records[:1]).thinned(COMPARED_LINES)
         matrix = similarity(few, reduced, [places[i] for i in single], null.p)
-        return cls({i: n for n, i in enumerate(single)}, matrix)
+        return cls({i: n for n, i in enumerate(single)}, matrix, elements)
 
     def first(self, places: Sequence[Place]) -> list[int]:
         """One place of each kind that no sensor can tell apart, the likeliest, and all that are not compared."""
@@ -221,13 +243,23 @@ class _Kin:
                 kept.append(i)
         return sorted([*kept, *(i for i in range(len(places)) if i not in self.position)])
 
+    def shared(self, i: int, j: int) -> float:
+        """Share of the elements of two members that both have."""
+        a, b = self.elements[i], self.elements[j]
+        return len(a & b) / max(len(a | b), 1)
+
     def alike(self, i: int, j: int) -> bool:
+        if i in self.elements and j in self.elements:
+            return self.shared(i, j) > OVERLAP
         if i not in self.position or j not in self.position:
             return i == j
         return bool(self.matrix[self.position[i], self.position[j]] > ALIKE)
 
     def of_place(self, i: int, places: Sequence[Place]) -> list[int]:
         """Places like place i, the likest first, at most `EXPANDED`."""
+        if i in self.elements:
+            like = [j for j in self.elements if j != i and self.shared(i, j) > OVERLAP]
+            return sorted(like, key=lambda j: -self.shared(i, j))[:EXPANDED]
         if i not in self.position:
             return []
         row = self.matrix[self.position[i]]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femend.diagnose.candidates import ONLY_GROUND, Candidate, laws_for, starts
 from femend.diagnose.collapse import SHARP
@@ -17,6 +18,8 @@ from femend.diagnose.settings import Settings
 from femend.estimate import Fit, Problem
 from femend.model import Place, ReducedModel
 from femend.model.places import mass_place
+
+FloatArray = NDArray[np.float64]
 
 __all__ = ["Ranked", "Split", "name_physics", "score", "split_records"]
 
@@ -116,10 +119,12 @@ def name_physics(
     located: Sequence[Located],
     g_rows: list[int],
     settings: Settings,
+    updated: FloatArray,
     null_score: float = np.inf,
     tell: Callable[[int], None] = lambda n: None,
 ) -> tuple[list[Ranked], float]:
-    """Candidates of all laws at the best places, in rising order of score, and the window they are compared in.
+    """Candidates of all laws at the best places, in rising order of score, and the window they are compared in;
+    `updated` are the unknowns of the updated model.
 
     Linear laws are tried at every place and its nearest look-alikes; nonlinear ones at the first places, and only where
     no linear law explains the choosing records about as well as a free force does. All are compared on whole
@@ -132,7 +137,8 @@ def name_physics(
         for place in (found.place, *_worth_trying(found)):
             one = found if place is found.place else replace(found, place=place, alike=_others(found, place))
             # a brace to a support does what the ground does, but carries no mass
-            new, at = _linear_at(split, reduced, one, g_rows, found.place.kind != "ground" and place is not found.place)
+            masses_alone = found.place.kind != "ground" and place is not found.place
+            new, at = _linear_at(split, reduced, one, g_rows, masses_alone, updated)
             tried += new
             opened += [at] if at is not None and place is found.place else []
     if not _linear_suffices(split, reduced, tried, opened, null_score, settings):
@@ -197,7 +203,12 @@ def _others(found: Located, place: Place) -> tuple[Place, ...]:
 
 
 def _linear_at(
-    split: Split, reduced: ReducedModel, found: Located, g_rows: list[int], masses_alone: bool
+    split: Split,
+    reduced: ReducedModel,
+    found: Located,
+    g_rows: list[int],
+    masses_alone: bool,
+    updated: FloatArray,
 ) -> tuple[list[_Tried], _Opened | None]:
     """All linear laws at a place, or those of a mass alone, and the place opened; a member has its stiffness factor
     alone."""
@@ -208,14 +219,14 @@ def _linear_at(
     if recovered is None:
         return [], None
     fitted = [
-        fit_linear(split.fitting, split.choosing, joint, recovered, name, entry)
+        fit_linear(split.fitting, split.choosing, joint, recovered, name, entry, updated)
         for name, entry in laws_for(joint.place.kind)
         if entry.kind == "linear" and (name in ONLY_GROUND or not masses_alone)
     ]
     tried = [_Tried(c, found, recovered) for c in fitted if c is not None]
     if found.place.kind == "ground":
         whole = open_joint(mass_place(reduced.model, found.place.nodes[0]), reduced, split.whole.band[1], g_rows)
-        mass = fit_mass(split.fitting, split.choosing, whole, found.fit.p)
+        mass = fit_mass(split.fitting, split.choosing, whole, found.fit.p, updated)
         tried += [] if mass is None else [_Tried(mass, found, None)]
     return tried, _Opened(found, joint, recovered)
 

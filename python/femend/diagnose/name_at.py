@@ -68,7 +68,7 @@ def name_at(found: UpdatedModel, place: Place, settings: Settings | None = None)
         raise RecordingError(f"a force at {place.text} cannot be fitted; the place does not move in the model")
     split = split_records(problem)
     located = Located(place, free, squares_of(problem, free, 0.0))
-    ranked, sigma = name_physics(split, reduced, [located], found.g_rows, settings)
+    ranked, sigma = name_physics(split, reduced, [located], found.g_rows, settings, null.p)
     if not ranked:
         raise RecordingError(f"no law could be fitted at {place.text}; the recordings do not show it moving")
     baseline = null_candidate(split, null, sigma=sigma)

@@ -27,6 +27,8 @@ AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 _BEAMS = ("CBAR", "CBEAM")
 # two joints on a line as near to an axis as this have one place along both
 ALONG = 0.99
+# elements from which on a member is also taken in parts
+PARTED = 4
 # joints beyond this number are not paired with each other: the pairs would outnumber everything else
 MAX_PAIRED_JOINTS = 40
 # and beyond this number not along the axes either, only along the line between them
@@ -173,13 +175,37 @@ def find_places(model: Model, top: Topology | None = None) -> list[Place]:
         for eid, end in top.ends[joint]:
             places += _end_places(model, top, joint, eid, end)
     for a, b, chain in top.members:
-        label = f"member between nodes {a} and {b}"
-        places.append(
-            Place("member", (a, b), "", label, elements=chain, label=label, parameter=_scaled_by(model, chain[0]))
-        )
+        parameter = _scaled_by(model, chain[0])
+        for start, end, part in [(a, b, chain), *_parts(top, a, chain)]:
+            label = f"member between nodes {start} and {end}"
+            places.append(
+                Place("member", (start, end), "", label, elements=part, label=label, parameter=parameter,
+                      unlikely=part is not chain)
+            )  # fmt: skip
     places += _pairs(model, top)
     places += _bases(model, top)
     return places
+
+
+def _parts(top: Topology, first: int, chain: tuple[int, ...]) -> list[tuple[int, int, tuple[int, ...]]]:
+    """Stretches of a long member with their end nodes: what is weak need not be so from joint to joint.
+
+    A half of it, a third and so on down to a twelfth, each moved by a third of itself; of a member of few elements
+    there are none.
+    """
+    n = len(chain)
+    if n < PARTED:
+        return []
+    nodes = [first]
+    for eid in chain:
+        a, b = top.beams[eid]
+        nodes.append(b if a == nodes[-1] else a)
+    lengths = sorted({max(1, round(n / parts)) for parts in (2, 3, 4, 6, 8, 12)}, reverse=True)
+    return [
+        (nodes[i], nodes[i + length], chain[i : i + length])
+        for length in lengths
+        for i in range(0, n - length + 1, max(1, length // 3))
+    ]
 
 
 def _grounds(model: Model, top: Topology) -> list[Place]:
