@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""Score diagnoses of generated cases:  score_blind.py RESULTS CASES [--json OUT]
+"""Score diagnoses of generated cases:  score_blind.py RESULTS CASES [RESULTS CASES ...] [--json OUT]
 
 RESULTS/<case>/ is what `femend diagnose CASES/<case>/public/study.toml --out RESULTS/<case>` wrote. Place, name and
-family follow the
-rules of the shared development cases; on top: tables per effect and per visibility, false positives per kind of
-control,
-Wilson intervals, confusion table, calibration of the probabilities. Cases without a result count as missed and are
-listed.
+family follow the rules of the shared development cases; on top: shares with Wilson 95 % intervals per effect, structure
+and visibility, false positives per kind of control, laws outside the catalogue, two effects at once, unmeasured
+shakers, confusion, calibration of the probabilities and coverage of the intervals. Cases without a result count as
+missed and are listed.
 """
 
 from __future__ import annotations
@@ -20,33 +19,13 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from blindgen import uff58
+from scoring import FAMILY, near, nrmse, score
 
-FAMILY = {
-    "support_stiffness": "stiffness",
-    "compliant_support": "stiffness",
-    "joint_stiffness": "stiffness",
-    "spring_bending": "stiffness",
-    "added_mass": "inertia",
-    "tuned_absorber": "inertia",
-    "viscous_damper": "damping",
-    "structural_damping": "damping",
-    "viscoelastic": "damping",
-    "quadratic_damping": "damping",
-    "cubic_stiffness": "nonlinear elastic",
-    "clearance": "nonlinear elastic",
-    "bilinear_stiffness": "nonlinear elastic",
-    "coulomb_friction": "hysteretic",
-    "bouc_wen": "hysteretic",
-    "gyroscopic": "speed",
-    "speed_stiffness": "speed",
-    "unmeasured_force": "load",
-    "base_motion": "load",
-    "load_misplaced": "load",
-    "unbalance_law": "load",
-}
-SILENT = ("consistent", "parameters-only")
-BINS = ((0.0, 1.5), (1.5, 4.0), (4.0, 12.0), (12.0, math.inf))
+__all__ = ["calibration", "near", "nrmse", "report", "score", "wilson"]
+
+Rows = list[dict[str, Any]]
+BINS = ((0.0, 0.75), (0.75, 1.5), (1.5, 4.0), (4.0, 12.0), (12.0, math.inf))
+COLUMNS = {"name right": "named", "wrong name": "wrong", "silent": "silent", "located": "located", "family": "family"}
 
 
 def wilson(k: int, n: int, z: float = 1.96) -> tuple[float, float]:
@@ -59,82 +38,15 @@ def wilson(k: int, n: int, z: float = 1.96) -> tuple[float, float]:
     return max(mid - half, 0.0), min(mid + half, 1.0)
 
 
-def near(nodes: list[int], truth: dict[str, Any]) -> bool:
-    """Every true node has a reported node within 10 % of the model's diagonal; naming many nodes is no answer."""
-    if len(nodes) > max(2, 2 * len(truth["nodes"])):
-        return False
-    xyz = {int(k): np.array(v) for k, v in truth["node_xyz"].items()}
-    box = np.array(list(xyz.values()))
-    reach = 0.10 * np.linalg.norm(box.max(0) - box.min(0))
-    got = [xyz[n] for n in nodes if n in xyz]
-    return bool(got) and all(min(np.linalg.norm(xyz[n] - g) for g in got) <= reach for n in truth["nodes"])
-
-
-def nrmse(predicted: pathlib.Path, recorded: pathlib.Path) -> float:
-    """NRMSE over every recorded response; a missing channel counts as zero, a non-finite one as failed."""
-    have = {(c.node, c.direction): c.data for c in uff58.read(predicted) if c.kind == uff58.ACCELERATION}
-    num = den = 0.0
-    for c in uff58.read(recorded):
-        if c.kind != uff58.ACCELERATION:
-            continue
-        p = have.get((c.node, c.direction), np.zeros(0))
-        n = min(len(p), len(c.data))
-        num += float(((p[:n] - c.data[:n]) ** 2).sum() + (c.data[n:] ** 2).sum())
-        den += float((c.data**2).sum())
-    return math.sqrt(num / den) if math.isfinite(num) else math.inf
-
-
-def held_out(result: pathlib.Path, case: pathlib.Path, stage: str) -> float:
-    """Mean NRMSE of a stage over the sealed recordings."""
-    folder = result / "predictions" / stage
-    e = [nrmse(folder / p.name, p) for p in sorted((case / "sealed").glob("*.uff")) if (folder / p.name).exists()]
-    return float(np.mean(e)) if e else math.inf
-
-
-def score(result: pathlib.Path, case: pathlib.Path) -> dict[str, Any]:
-    """One row: what was true, what was said, and whether it was right."""
-    truth = json.loads((case / "sealed" / "truth.json").read_text())
-    row: dict[str, Any] = {
-        "case": case.name,
-        "truth": truth["effect"],
-        "control": truth.get("control", ""),
-        "family_of": truth["family"],
-        "beyond": truth["visibility_beyond_update"],
-        "verdict": "no result",
-        "said": "no result",
-        "located": False,
-        "first": False,
-        "named": False,
-        "family": False,
-        "probability": math.nan,
-        "before": math.inf,
-        "after": math.inf,
-    }
-    path = result / "result.json"
-    if not path.exists():
-        return row
-    res = json.loads(path.read_text())
-    row["verdict"] = row["said"] = res["verdict"]
-    findings = res.get("findings", [])
-    if truth["effect"] == "none":
-        row["located"] = row["first"] = row["named"] = row["family"] = res["verdict"] in SILENT
-    elif findings:
-        top = findings[0]
-        places = [top["location"].get("nodes", []), *top["location"].get("also_possible", [])[:2]]
-        row["first"], row["located"] = near(places[0], truth), any(near(p, truth) for p in places)
-        row["named"] = top["physics"] == truth["effect"]
-        row["family"] = FAMILY.get(top["physics"]) == FAMILY[truth["effect"]]
-    if findings and res["verdict"] == "missing-physics":
-        row["said"], row["probability"] = findings[0]["physics"], float(findings[0].get("probability", math.nan))
-    row["before"], row["after"] = held_out(result, case, "parameters"), held_out(result, case, "final")
-    return row
-
-
-def share(rows: list[dict[str, Any]], key: str) -> str:
+def text(k: int, n: int) -> str:
     """k/n, per cent and Wilson interval."""
-    k, n = sum(bool(r[key]) for r in rows), len(rows)
     lo, hi = wilson(k, n)
     return f"{k:3d}/{n:<3d} {100 * k / max(n, 1):4.0f} % ({100 * lo:.0f}-{100 * hi:.0f})"
+
+
+def share(rows: Rows, key: str) -> str:
+    """Share of rows where a column is true."""
+    return text(sum(bool(r.get(key)) for r in rows), len(rows))
 
 
 def median(values: Iterable[float]) -> float:
@@ -143,28 +55,33 @@ def median(values: Iterable[float]) -> float:
     return float(np.median(v)) if v else math.nan
 
 
-def table(title: str, groups: dict[str, list[dict[str, Any]]]) -> None:
-    """Print located, named, family, wrong name and held-out error for groups of cases."""
-    print(f"\n{title:24s}{'located':>24s}{'named':>24s}{'family':>24s}{'wrong name':>24s}{'before':>9s}{'after':>9s}")
+def table(title: str, groups: dict[str, Rows], columns: dict[str, str] = COLUMNS) -> None:
+    """Print shares and held-out errors for groups of cases."""
+    if not any(groups.values()):
+        return
+    print(f"\n{title:24s}" + "".join(f"{c:>22s}" for c in columns) + f"{'before':>9s}{'after':>9s}")
     for name, rows in groups.items():
-        for r in rows:
-            r["wrong"] = r["said"] in FAMILY and not r["named"]
         print(
             f"{name:24s}"
-            + "".join(f"{share(rows, k):>24s}" for k in ("located", "named", "family", "wrong"))
+            + "".join(f"{share(rows, k):>22s}" for k in columns.values())
             + f"{median(r['before'] for r in rows):9.3f}{median(r['after'] for r in rows):9.3f}"
         )
 
 
-def by(rows: list[dict[str, Any]], key: str) -> dict[str, list[dict[str, Any]]]:
+def by(rows: Rows, key: str) -> dict[str, Rows]:
     """Rows grouped by a column."""
-    out: dict[str, list[dict[str, Any]]] = collections.defaultdict(list)
+    out: dict[str, Rows] = collections.defaultdict(list)
     for r in rows:
         out[str(r[key])].append(r)
     return dict(sorted(out.items()))
 
 
-def confusion(rows: list[dict[str, Any]]) -> None:
+def by_visibility(rows: Rows) -> dict[str, Rows]:
+    """Rows grouped by their visibility beyond update."""
+    return {f"{lo:g}-{hi:g} x noise": q for lo, hi in BINS if (q := [r for r in rows if lo <= r["beyond"] < hi])}
+
+
+def confusion(rows: Rows) -> None:
     """Print rows truth, columns verdict or name said."""
     said = sorted({r["said"] for r in rows}, key=lambda s: (s not in FAMILY, s))
     count = collections.Counter((r["truth"], r["said"]) for r in rows)
@@ -173,55 +90,79 @@ def confusion(rows: list[dict[str, Any]]) -> None:
         print(f"{truth:24s}" + " ".join(f"{count[truth, s] or '':>11}" for s in said))
 
 
-def calibration(rows: list[dict[str, Any]]) -> float:
+def calibration(rows: Rows) -> float:
     """Expected calibration error of the printed probability of the name, ten bins (nan when nothing was named)."""
-    p = np.array([r["probability"] for r in rows if math.isfinite(r["probability"])])
-    ok = np.array([float(r["named"] and r["truth"] != "none") for r in rows if math.isfinite(r["probability"])])
+    kept = [r for r in rows if math.isfinite(r["probability"]) and r["kind"] != "two"]
+    p = np.array([r["probability"] for r in kept])
+    ok = np.array([float(r["named"] and r["kind"] != "control") for r in kept])
     if not len(p):
         return math.nan
     b = np.minimum((p * 10).astype(int), 9)
     return float(sum(abs(p[b == k].mean() - ok[b == k].mean()) * (b == k).mean() for k in np.unique(b)))
 
 
-def report(rows: list[dict[str, Any]]) -> None:
+def effects(title: str, rows: Rows) -> None:
+    """Tables of cases with one effect of the catalogue."""
+    if not rows:
+        return
+    table(title, by(rows, "truth") | {"ALL": rows})
+    table("structure", by(rows, "family_of"))
+    table("visible beyond update", by_visibility(rows))
+    confusion(rows)
+
+
+def controls(title: str, rows: Rows) -> None:
+    """False positives per kind of control and structure."""
+    if not rows:
+        return
+    print(f"\n{title}: false positives (something was said to be missing)")
+    for kind, q in (by(rows, "control") | by(rows, "family_of") | {"ALL": rows}).items():
+        print(f"{kind:24s}{share(q, 'false')}   undetermined {sum(r['verdict'] == 'undetermined' for r in q)}")
+
+
+def report(rows: Rows) -> None:
     """All tables."""
     for r in rows:
         print(
-            f"{r['case']:8s}{r['truth']:20s}{r['control']:12s}{r['verdict']:20s}{r['said']:20s}{r['located']!s:>6}{r['named']!s:>6}{r['family']!s:>6}"
-            f"{r['before']:9.3f}{r['after']:9.3f}  beyond update {r['beyond']:.1f}"
+            f"{r['case']:8s}{r['truth']:20s}{r['control']:12s}{r['verdict']:20s}{r['said']:20s}"
+            f"{r['located']!s:>6}{r['named']!s:>6}{r['family']!s:>6}{r['before']:9.3f}{r['after']:9.3f}"
+            f"  beyond update {r['beyond']:.1f}"
         )
+    plain, hidden = [r for r in rows if not r["unmeasured"]], [r for r in rows if r["unmeasured"]]
+    effects("effect", [r for r in plain if r["kind"] == "one"])
+    controls("controls", [r for r in plain if r["kind"] == "control"])
+    out = [r for r in plain if r["kind"] == "outside"]
+    told = {"said so or family": "class_right", "wrong family": "wrong", "silent": "silent", "located": "located"}
+    table("outside the catalogue", (by(out, "truth") | {"ALL": out}) if out else {}, told)
+    two = [r for r in plain if r["kind"] == "two"]
+    both = {"both located": "located", "both named": "named", "one located": "first", "one named": "one_named"}
+    table("two effects", (by_visibility(two) | {"ALL": two}) if two else {}, {**both, "wrong name": "wrong"})
+    unknown = [r for r in hidden if r["kind"] != "control"]
+    found = {"detected": "detected", "located": "located", "name right": "named", "wrong name": "wrong"}
+    table("shaker not measured", (by(unknown, "truth") | {"ALL": unknown}) if unknown else {}, found)
+    controls("shaker not measured", [r for r in hidden if r["kind"] == "control"])
     missing = [r["case"] for r in rows if r["verdict"] == "no result"]
-    rows_e, rows_c = [r for r in rows if r["truth"] != "none"], [r for r in rows if r["truth"] == "none"]
-    table("effect", by(rows_e, "truth") | {"ALL": rows_e})
-    table("structure", by(rows_e, "family_of"))
-    table(
-        "visible beyond update",
-        {f"{lo:g}-{hi:g} x noise": q for lo, hi in BINS if (q := [r for r in rows_e if lo <= r["beyond"] < hi])},
-    )
-    print("\nfalse positives (a control that was not called consistent or parameters-only)")
-    for kind, q in (by(rows_c, "control") | {"ALL": rows_c}).items():
-        for r in q:
-            r["false"] = r["verdict"] not in (*SILENT, "no result")
-        print(f"{kind:24s}{share(q, 'false')}")
-    confusion(rows)
-    print(
-        f"\ncalibration error of the probabilities {calibration(rows):.3f}; "
-        f"cases without a result: {', '.join(missing) or 'none'}"
-    )
+    print(f"\ncalibration error of the probabilities {calibration(plain):.3f}")
+    for what, key in (("laws", "covered_law"), ("the model", "covered_model")):
+        inside = [q for r in plain for q in r[key]]
+        print(f"90 % intervals of the parameters of {what} that hold the truth: {text(sum(inside), len(inside))}")
+    print(f"cases without a result: {', '.join(missing) or 'none'}")
 
 
 def main() -> None:
     """Command line."""
     ap = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    ap.add_argument("results", type=pathlib.Path)
-    ap.add_argument("cases", type=pathlib.Path)
+    ap.add_argument("folders", type=pathlib.Path, nargs="+", metavar="RESULTS CASES", help="one pair or several")
     ap.add_argument("--json", type=pathlib.Path, help="also write the rows here")
     ap.add_argument("--present", action="store_true", help="only the cases that have a result.json")
     a = ap.parse_args()
-    cases = [c for c in sorted(a.cases.iterdir()) if (c / "sealed" / "truth.json").exists()]
-    rows = [
-        score(a.results / c.name, c) for c in cases if not a.present or (a.results / c.name / "result.json").exists()
-    ]
+    if len(a.folders) % 2:
+        ap.error("folders come in pairs: results, cases")
+    rows = []
+    for results, sets in zip(a.folders[::2], a.folders[1::2], strict=True):
+        for c in sorted(c for c in sets.iterdir() if (c / "sealed" / "truth.json").exists()):
+            if not a.present or (results / c.name / "result.json").exists():
+                rows.append(score(results / c.name, c))
     report(rows)
     if a.json:
         a.json.write_text(json.dumps(rows, indent=1))

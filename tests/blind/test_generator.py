@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import pathlib
@@ -16,7 +17,22 @@ os.environ.setdefault("NUMBA_DISABLE_JIT", "1")  # short runs: compiling would t
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 
 import score_blind
-from blindgen import case, excite, fe, laws, plan, plates, structures, truth, uff58
+from blindgen import (
+    case,
+    effects,
+    excite,
+    fe,
+    laws,
+    plan,
+    plates,
+    respond,
+    setting,
+    solids,
+    structures,
+    truth,
+    uff58,
+    update,
+)
 from blindgen.integrate import Law, Modal, simulate
 
 
@@ -24,7 +40,8 @@ from blindgen.integrate import Law, Modal, simulate
 def short() -> Iterator[None]:
     """Recordings of a fifth of a second, so that a whole case is quick."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(case, "SECONDS", dict.fromkeys(case.SECONDS, 0.2))
+        for name in setting.SECONDS:
+            patch.setitem(setting.SECONDS, name, 0.2)
         yield
 
 
@@ -36,11 +53,21 @@ def written(tmp_path_factory: pytest.TempPathFactory, short: None) -> tuple[path
 
 
 def test_blocks_hold_every_effect_once() -> None:
-    """Five controls, fourteen effects and one rare one in every block."""
+    """A third controls by default, fourteen effects and two rare ones in every block; other shares and kinds."""
     labels = plan.block(3, 2)
-    assert sum(q.startswith("none") for q in labels) == 5
+    assert sum(q.startswith("none") for q in labels) == 8
+    assert len(labels) == 24
     assert all(labels.count(q) == 1 for q in plan.EFFECTS)
-    assert sum(q in plan.RARE for q in labels) == 1
+    assert sum(q in plan.RARE for q in labels) == 2
+    assert all(q.startswith("none") for q in plan.block(3, 2, controls=1.0))
+    assert sum(q.startswith("outside:") for q in plan.block(1, 0, 0.2, "outside")) == 16
+    for q in plan.block(1, 0, 0.0, "two"):
+        for family in case.FAMILIES:
+            a, b = plan.suited(q, family).removeprefix("two:").split("+")
+            assert a != b
+            assert not {a, b} & set(plan.LONE.get(family, ()))
+    families = [plan.family(1, i, list(case.FAMILIES)) for i in range(10)]
+    assert all(families.count(f) == 2 for f in case.FAMILIES)
 
 
 def test_same_seed_same_bytes(written: tuple[pathlib.Path, dict], tmp_path: pathlib.Path) -> None:
@@ -160,6 +187,24 @@ def test_plate_frequencies_and_deck() -> None:
     assert w[0] == pytest.approx(beam, rel=0.02)  # clamped at x = 0, free elsewhere: between beam and plate rigidity
 
 
+def test_solid_frequencies_and_deck() -> None:
+    """First bending frequencies of the clamped bar about both axes (Bernoulli, shear and end effects below 2 %), and
+    brick matrices: six rigid motions without force, the whole mass.
+    """
+    s = solids.solid(np.random.default_rng(0))
+    s.lumps = {}
+    w, _ = fe.modes(truth.build(s, dataclasses.replace(truth.nominal(s), n_sub=2)).system, 500.0)
+    slender = [1.8751040687**2 * np.sqrt(s.E * d**2 / 12 / 2700.0) / s.sides[0] ** 2 for d in sorted(s.sides[1:])]
+    assert w[0] == pytest.approx(slender[0], rel=0.02)
+    assert np.abs(w / slender[1] - 1).min() < 0.02
+    assert s.bulk().count("CHEXA") == np.prod(s.cells)
+    K, M = solids.brick(0.03, 0.01, 0.02, 7e10, 2700.0)
+    x = solids.POINTS * np.array([0.015, 0.005, 0.01])
+    rigid = [np.tile(e, 20) for e in np.eye(3)] + [np.cross(e, x).ravel() for e in np.eye(3)]
+    assert max(np.abs(K @ r).max() for r in rigid) < 1e-9 * np.abs(K).max()
+    assert rigid[0] @ M @ rigid[0] == pytest.approx(2700.0 * 6e-6)
+
+
 REFERENCE = {  # states and force on the structure, written here a second time
     "cubic": (Law(laws.CUBIC, laws.pack(4e9)), 0, lambda d, v, z: (-4e9 * d**3, [])),
     "quadratic": (Law(laws.QUADRATIC, laws.pack(60.0, 0.0001)), 0, lambda d, v, z: (-60.0 * v * np.hypot(v, 1e-4), [])),
@@ -182,6 +227,32 @@ REFERENCE = {  # states and force on the structure, written here a second time
         Law(laws.BOUC_WEN, laws.pack(3e4, 0.2, 2000.0, 1500.0, 1.0)),
         1,
         lambda d, v, z: (-6e3 * d - 2.4e4 * z[0], [v - 2000.0 * abs(v) * z[0] - 1500.0 * v * abs(z[0])]),
+    ),
+    "tanh_loop": (
+        Law(laws.TANH_LOOP, laws.pack(3e4, 2e-4, 2e4, 1e-4)),
+        1,
+        lambda d, v, z: (-6.0 * np.tanh(d / 2e-4) - z[0], [2e4 * v - 1e4 * (abs(v) * z[0] + v * abs(z[0])) / 2.0]),
+    ),
+    "odd_damping": (
+        Law(laws.ODD_DAMPING, laws.pack(40.0, 3e-4, 3.0, 1e-6)),
+        0,
+        lambda d, v, z: (-40.0 * (np.hypot(d, 1e-6) / 3e-4) ** 3 * v, []),
+    ),
+    "quintic": (Law(laws.QUINTIC, laws.pack(4e9, 1e16)), 0, lambda d, v, z: (4e9 * d**3 - 1e16 * d**5, [])),
+    "power_damping": (
+        Law(laws.POWER_DAMPING, laws.pack(60.0, 1e-4, 2e-4)),
+        0,
+        lambda d, v, z: (-60.0 * v * np.hypot(v, 1e-4) ** 0.5 * (1 + np.hypot(d, 2e-6) / 2e-4), []),
+    ),
+    "exponential": (
+        Law(laws.EXPONENTIAL, laws.pack(2e4, 3e-4)),
+        0,
+        lambda d, v, z: (-6.0 * np.expm1(d / 3e-4), []),
+    ),
+    "wedge": (
+        Law(laws.WEDGE, laws.pack(2e4, 2e-3, 3e-6)),
+        0,
+        lambda d, v, z: (-2e4 * np.hypot(d, 3e-6) * np.tanh(v / 2e-3), []),
     ),
 }
 
@@ -228,6 +299,94 @@ def test_friction_stays_below_its_limit_and_dissipates() -> None:
     assert np.linalg.norm(coarse[0, 0] - fine[0, 0]) < 2e-3 * np.linalg.norm(fine[0, 0])
 
 
+def catalogue_forces(d: np.ndarray, v: np.ndarray, a: np.ndarray, dt: float) -> Iterator[np.ndarray]:
+    """Columns (samples, k), linear in k parameters, of every law the package knows, on a grid of their shapes, each
+    beside a spring and a dashpot. Written from the catalogue's formulas, not from its code.
+    """
+    base = [d, v]
+    s, sv = d.std(), v.std()
+    free = [[a], [v * abs(v)], [v**3], [d**3], [d**2], [d**2 * v], [np.maximum(d, 0), np.minimum(d, 0)]]
+    free += [[d / (1 + abs(d) / q)] for q in s * np.geomspace(0.05, 5, 25)]
+    for g in s * np.linspace(0, 3, 25):
+        above, below = np.maximum(d - g, 0), np.minimum(d + g, 0)
+        free += [[above], [below], [above + below], [above**1.5], [below * abs(below) ** 0.5]]
+        free += [[np.maximum(d + g, 0)], [np.minimum(d - g, 0)]]
+    for tau in np.geomspace(0.1, 10, 15) * s / sv:
+        z, out = 0.0, np.zeros_like(d)
+        for i in range(1, len(d)):
+            z = (z + d[i] - d[i - 1]) * np.exp(-dt / tau)
+            out[i] = z
+        free.append([out])
+    for g in s * np.geomspace(0.02, 3, 15):
+        z, loop = 0.0, np.zeros_like(d)
+        y = {n: np.zeros_like(d) for n in (1.0, 1.5, 2.0)}
+        for i in range(1, len(d)):
+            z = min(max(z + d[i] - d[i - 1], -g), g)
+            loop[i] = z
+            for n, q in y.items():
+                r, step = q[i - 1], d[i] - d[i - 1]
+                r += step - 0.5 * (abs(step) * r * abs(r / g) ** (n - 1) / g + step * abs(r / g) ** n)
+                q[i] = min(max(r, -g), g)
+        free += [[loop], *([q] for q in y.values())]
+    for columns in free:
+        yield np.column_stack(base + columns)
+
+
+@pytest.mark.parametrize("name", effects.OUTSIDE)
+def test_outside_laws_are_not_in_the_catalogue(name: str) -> None:
+    """Whatever law of the catalogue is fitted to a prescribed motion leaves 4 % of the nonlinear force or more."""
+    rng, dt, n = np.random.default_rng(4), 5e-4, 6000
+    spectrum = np.zeros(n // 2 + 1, complex)
+    spectrum[15:120] = np.exp(2j * np.pi * rng.random(105)) / np.arange(15, 120)
+    omega = 2j * np.pi * np.arange(n // 2 + 1) / (n * dt)
+    d, v, a = (np.fft.irfft(spectrum * omega**q) for q in range(3))
+    scale = 1e-3 / d.std()
+    d, v, a = d * scale, v * scale, a * scale
+    code, _, par = effects.OUTSIDE[name].shape(rng, effects.Place([1], 3, d.std(), v.std(), 1e4))
+    p, z, f = laws.pack(*par(1.0)), np.zeros(laws.N_STATE), np.zeros(n)
+    for i in range(n):
+        g = np.zeros(laws.N_STATE)
+        laws.rate(code, p, d[i], v[i], z, g)
+        z += dt * g
+        f[i] = laws.force(code, p, d[i], v[i], z, 0.0)[0]
+    straight = np.column_stack([d, v])
+    beyond = np.linalg.norm(f - straight @ np.linalg.lstsq(straight, f, rcond=None)[0])
+    left = min(np.linalg.norm(f - A @ np.linalg.lstsq(A, f, rcond=None)[0]) for A in catalogue_forces(d, v, a, dt))
+    assert beyond > 0.1 * np.linalg.norm(f)
+    assert left > 0.04 * beyond, left / beyond
+
+
+def test_two_effects_add_up_where_they_are_linear(short: None) -> None:
+    """A spring and a mass together: the truth with both is the truth with one whose deck already has the other."""
+    rng = np.random.default_rng(3)
+    test = setting.draw_test(rng, "cantilever", "", 0.02)
+    x = 2e3
+    spring = effects.Effect("s", [4], "Z", "ground", (1, 1), dict, law=lambda k: Law(laws.SPRING, laws.pack(k)))
+    mass = effects.Effect("m", [6], "", "", (1, 1), dict, change=lambda m: truth.Change(mass={6: m}))
+    both, _ = respond.record(test, ((spring, x), (mass, 0.1)), "high")
+    built = truth.build(test.s, test.real, truth.Change(mass={6: 0.1}))
+    changed = dataclasses.replace(test, plain=built)
+    second, _ = respond.record(changed, ((spring, x),), "high")
+    one, _ = respond.record(test, ((spring, x),), "high")
+    assert np.linalg.norm(both - second) < 1e-6 * np.linalg.norm(both)
+    assert np.linalg.norm(both - one) > 1e-2 * np.linalg.norm(both)
+
+
+def test_update_absorbs_what_it_may_and_nothing_else(short: None) -> None:
+    """Moduli 3 % off are fitted away; a dashpot that no unknown of the update is stays."""
+    rng = np.random.default_rng(3)
+    test = setting.draw_test(rng, "cantilever", "", 0.02)
+    base, _ = respond.record(test, (), "high")
+    fit = update.Update(test, base)
+    real = dataclasses.replace(test.real, factor={p: 1.01 * f for p, f in test.real.factor.items()})
+    stiffer = dataclasses.replace(test, real=real, plain=truth.build(test.s, real))
+    e = respond.record(stiffer, (), "high")[0] - base
+    seen = np.linalg.norm(e) / np.linalg.norm(base)
+    assert fit.left(e) < 0.25 * seen
+    other = rng.standard_normal(base.shape) * base.std()
+    assert fit.left(other) > 0.9 * np.linalg.norm(other) / np.linalg.norm(base)
+
+
 def test_scoring(written: tuple[pathlib.Path, dict], tmp_path: pathlib.Path) -> None:
     """A silent answer to a control is right, a finding is a false positive; the Wilson bound of 0 of 42 is 8 %."""
     folder, _ = written
@@ -245,3 +404,39 @@ def test_scoring(written: tuple[pathlib.Path, dict], tmp_path: pathlib.Path) -> 
     assert score_blind.near([4], place)
     assert not score_blind.near([9], place)
     assert not score_blind.near([1, 3, 4], place)
+
+
+def test_scoring_of_outside_two_and_intervals(tmp_path: pathlib.Path) -> None:
+    """Located but not named is right for a law outside; two findings are matched to two effects; intervals counted."""
+    xyz = {"1": [0, 0, 0], "3": [0.5, 0, 0], "9": [1, 0, 0]}
+    common = {"node_xyz": xyz, "family": "plate", "visibility_beyond_update": 3.0, "noise": 0.02}
+    found = {"physics": "", "probability": 0.0, "location": {"nodes": [3]}}
+
+    def judged(truth: dict, verdict: str, *findings: dict, **more: dict) -> dict:
+        (tmp_path / "c/sealed").mkdir(parents=True, exist_ok=True)
+        (tmp_path / "c/sealed/truth.json").write_text(json.dumps(common | truth))
+        (tmp_path / "result.json").write_text(json.dumps({"verdict": verdict, "findings": findings, **more}))
+        return score_blind.score(tmp_path, tmp_path / "c")
+
+    outside = {"effect": "outside", "law": "wedge", "families": ["hysteretic", "damping"], "nodes": [3]}
+    assert judged(outside, "located-not-named", found)["class_right"]
+    assert judged(outside, "missing-physics", found | {"physics": "bouc_wen"})["class_right"]
+    assert judged(outside, "missing-physics", found | {"physics": "added_mass"})["wrong"]
+    assert not judged(outside, "parameters-only")["class_right"]
+    two = {"effect": "two", "nodes": [3, 9]}
+    two["effects"] = [{"effect": "added_mass", "nodes": [9]}, {"effect": "clearance", "nodes": [3]}]
+    a = found | {"physics": "clearance"}
+    b = {"physics": "added_mass", "probability": 0.9, "location": {"nodes": [9]}}
+    row = judged(two, "missing-physics", a, b)
+    assert row["located"]
+    assert row["named"]
+    row = judged(two, "missing-physics", a | {"physics": "cubic_stiffness"}, b)
+    assert row["located"]
+    assert not row["named"]
+    assert row["one_named"]
+    assert row["wrong"]
+    one = {"effect": "clearance", "nodes": [3], "parameters": {"k": 100.0, "gap": 1.0}, "E_factor": {"a": 1.1}}
+    told = {"k": {"value": 110.0, "sd": 5.0}, "gap": {"value": 1.01, "sd": 0.02}, "sides": {"value": 1, "sd": None}}
+    row = judged(one, "missing-physics", a | {"parameters": told}, parameters={"E_a": {"factor": 1.09, "sd": 0.01}})
+    assert row["covered_law"] == [False, True]
+    assert row["covered_model"] == [True]

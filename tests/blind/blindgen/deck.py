@@ -46,8 +46,8 @@ def bulk(s: Structure) -> str:
     return "\n".join([*out, "ENDDATA", ""])
 
 
-def study(title: str, groups: dict[int, str]) -> str:
-    """The study file; parameters are the groups' moduli."""
+def study(title: str, groups: dict[int, str], unmeasured: bool = False) -> str:
+    """The study file; parameters are the groups' moduli. `unmeasured`: no fit recording holds the shaker's force."""
     out = f'format = "femend-study/1"\ntitle = "{title}"\n\n[model]\nfile = "model.bdf"\nunits = "SI"\n\n'
     out += "[damping]\nratio = 0.01            # starting value of every mode\n"
     for pid, name in groups.items():
@@ -55,5 +55,7 @@ def study(title: str, groups: dict[int, str]) -> str:
         out += "prior_sd = 0.10         # relative\n"
     for name in ("low", "mid", "high", "sweep", "random"):
         role = "predict" if name in ("sweep", "random") else "fit"
-        out += f'\n[[recording]]\nname = "{name}"\nfile = "{name}.uff"\nrole = "{role}"\nexcitation = "measured"\n'
+        known = role == "predict" or not unmeasured
+        out += f'\n[[recording]]\nname = "{name}"\nfile = "{name}.uff"\nrole = "{role}"\n'
+        out += f'excitation = "{"measured" if known else "unknown"}"\n'
     return out

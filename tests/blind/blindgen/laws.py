@@ -18,6 +18,8 @@ except ImportError:  # the same code runs interpreted, only slowly
 
 
 SPRING, DASHPOT, MAXWELL, ABSORBER, QUADRATIC, CUBIC, CONTACT, BILINEAR, JENKINS, SLIDER, BOUC_WEN = range(1, 12)
+# laws outside the package's catalogue
+TANH_LOOP, ODD_DAMPING, QUINTIC, POWER_DAMPING, EXPONENTIAL, WEDGE = range(12, 18)
 N_PAR, N_STATE = 20, 8
 
 
@@ -73,6 +75,37 @@ def force(code, p, d, v, z, ha):
         return -p[0] * t, 0.0, -p[0] * (1.0 - t * t) / p[1]
     if code == BOUC_WEN:  # p = k, alpha, beta, gamma, n
         return -p[1] * p[0] * d - (1.0 - p[1]) * p[0] * z[0], -p[1] * p[0], -(1.0 - p[1]) * p[0] * ha
+    return outside_force(code, p, d, v, z, ha)
+
+
+@njit(cache=True)
+def outside_force(code, p, d, v, z, ha):
+    """As `force`, for the laws that no catalogue has."""
+    if code == TANH_LOOP:  # p = k, d0, kh, yield: saturating spring beside a smooth slider, z[0] = kh times its stretch
+        t = math.tanh(d / p[1])
+        return -p[0] * p[1] * t - z[0], -p[0] * (1.0 - t * t), -p[2] * ha
+    if code == ODD_DAMPING:  # p = c, d0, power, small displacement
+        r = math.sqrt(d * d + p[3] * p[3])
+        g = (r / p[1]) ** p[2]
+        return -p[0] * g * v, -p[0] * v * p[2] * g * d / (r * r), -p[0] * g
+    if code == QUINTIC:  # p = k3 (softening), k5
+        d2 = d * d
+        return (p[0] - p[1] * d2) * d2 * d, (3.0 * p[0] - 5.0 * p[1] * d2) * d2, 0.0
+    if code == POWER_DAMPING:  # p = c, small speed, d0: v |v|^0.5 (1 + |d| / d0)
+        r, q = math.sqrt(v * v + p[1] * p[1]), math.sqrt(d * d + 1e-4 * p[2] * p[2])
+        g = p[0] * (1.0 + q / p[2])
+        return (
+            -g * v * math.sqrt(r),
+            -p[0] * d / (q * p[2]) * v * math.sqrt(r),
+            -g * (math.sqrt(r) + 0.5 * v * v / r**1.5),
+        )
+    if code == EXPONENTIAL:  # p = k, d0: steep on one side, flat on the other; straight on beyond exp(4)
+        x = d / p[1]
+        e = math.exp(min(x, 4.0))
+        return -p[0] * p[1] * (e - 1.0 + e * max(x - 4.0, 0.0)), -p[0] * e, 0.0
+    if code == WEDGE:  # p = k, small speed, small displacement: friction whose limit is k |d|
+        t, q = math.tanh(v / p[1]), math.sqrt(d * d + p[2] * p[2])
+        return -p[0] * q * t, -p[0] * d / q * t, -p[0] * q * (1.0 - t * t) / p[1]
     return 0.0, 0.0, 0.0
 
 
@@ -88,6 +121,9 @@ def rate(code, p, d, v, z, out):
     elif code == BOUC_WEN:
         a = abs(z[0])
         out[0] = v - p[2] * abs(v) * a ** (p[4] - 1.0) * z[0] - p[3] * v * a ** p[4]
+    elif code == TANH_LOOP:
+        limit = p[2] * p[3]
+        out[0] = p[2] * (v - 0.5 * abs(v) * z[0] / limit - 0.5 * v * abs(z[0]) / limit)
 
 
 @njit(cache=True)

@@ -1,8 +1,10 @@
-"""Which effect stands in which case: shuffled blocks of twenty, so that any prefix of a set is nearly balanced."""
+"""Which effect stands in which case: shuffled blocks, so that any prefix of a set is nearly balanced."""
 
 from __future__ import annotations
 
 import numpy as np
+
+from .effects import OUTSIDE
 
 CONTROLS = ["exact", "parameters", "model_form"]
 EFFECTS = [
@@ -22,28 +24,50 @@ EFFECTS = [
     "compliant_support",
 ]
 RARE = ["base_motion", "load_misplaced", "unmeasured_force"]
-BLOCK = 20
+KINDS = ("one", "outside", "two")
+LONE = {"plate": ("joint_stiffness",), "solid": ("joint_stiffness", "compliant_support")}
 
 
-def block(seed: int, index: int) -> list[str]:
-    """Labels of one block: 5 controls ("none:<kind>"), 14 effects and one rare one, shuffled."""
+def shown(seed: int, index: int, kind: str) -> list[str]:
+    """The sixteen effects of a block. kind: "one" (catalogue), "outside" (laws it does not have) or "two" at once."""
+    rng = np.random.default_rng([seed, 76, index])
+    if kind == "outside":
+        names = list(OUTSIDE)
+        return ["outside:" + names[(16 * index + k) % len(names)] for k in range(16)]
+    if kind == "two":
+        pairs = [rng.permutation(EFFECTS)[:2] for _ in range(16)]
+        return ["two:" + "+".join(sorted(map(str, p))) for p in pairs]
+    return EFFECTS + [RARE[(seed + 2 * index + k) % 3] for k in range(2)]
+
+
+def block(seed: int, index: int, controls: float = 1 / 3, kind: str = "one") -> list[str]:
+    """Labels of one block, shuffled: sixteen effects and as many controls ("none:<sort>") as make up their share, or
+    sixteen controls for a share of 1.
+    """
     rng = np.random.default_rng([seed, 77, index])
-    labels = ["none:" + CONTROLS[(index * 5 + k) % 3] for k in range(5)] + EFFECTS + [RARE[(seed + index) % 3]]
+    n = 16 if controls >= 1 else round(16 * controls / (1 - controls))
+    labels = ["none:" + CONTROLS[(index * n + k) % 3] for k in range(n)]
+    labels += [] if controls >= 1 else shown(seed, index, kind)
     return [labels[k] for k in rng.permutation(len(labels))]
 
 
-def label(seed: int, case: int) -> str:
+def label(seed: int, case: int, controls: float = 1 / 3, kind: str = "one") -> str:
     """Label of case number `case` (from 0)."""
-    return block(seed, case // BLOCK)[case % BLOCK]
+    size = len(block(seed, 0, controls, kind))
+    return block(seed, case // size, controls, kind)[case % size]
 
 
 def suited(label: str, family: str) -> str:
-    """A plate has no members: its slot of `joint_stiffness` goes to `support_stiffness`."""
-    return "support_stiffness" if family == "plate" and label == "joint_stiffness" else label
+    """Plates and solids have no members, and solids no single clamp: those slots go to `support_stiffness`."""
+    without = LONE.get(family, ())
+    if not label.startswith("two:"):
+        return "support_stiffness" if label in without else label
+    names = ["support_stiffness" if n in without else n for n in label.removeprefix("two:").split("+")]
+    if names[0] == names[1]:
+        names[1] = "added_mass"
+    return "two:" + "+".join(sorted(names))
 
 
 def family(seed: int, case: int, families: list[str]) -> str:
-    """Structure family, drawn with the weights 0.4 : 0.3 : 0.3 (equal for other lists)."""
-    rng = np.random.default_rng([seed, 78, case])
-    p = np.array([0.4, 0.3, 0.3]) if len(families) == 3 else np.ones(len(families)) / len(families)
-    return families[int(rng.choice(len(families), p=p))]
+    """Structure families in turns, from a start that the seed gives."""
+    return families[(seed + case) % len(families)]

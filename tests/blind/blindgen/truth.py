@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import fe
+from . import fe, plates, solids
 from .integrate import Modal
-from .plates import Plate, assemble
+from .plates import Plate
+from .solids import Solid
 from .structures import Structure
 
 
@@ -102,7 +103,9 @@ def build(s: Structure, real: Real, change: Change | None = None) -> Built:
     change = change or Change()
     num = Numbering(s, change)
     if isinstance(s, Plate):
-        parts = assemble(s, real, num.get)
+        parts = plates.assemble(s, real, num.get)
+    elif isinstance(s, Solid):
+        parts = solids.assemble(s, real, num.get)
     else:
         beams = fine_beams(s, real, change, num)
         parts = fe.assemble_beams(beams, len(num.names), real.form)

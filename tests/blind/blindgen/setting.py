@@ -1,0 +1,141 @@
+"""The virtual test without its effect: structure, truth, band, shaker, sensors and forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import excite, fe
+from .effects import Unsuitable
+from .excite import Force
+from .plates import Plate, plate
+from .solids import Solid, solid
+from .structures import FAMILIES as FRAMES
+from .structures import Structure
+from .truth import Built, Damping, Real, build, nominal
+
+LEVELS = {"low": 1.5, "mid": 4.5, "high": 10.0, "sweep": 5.0, "random": 7.0}
+SECONDS = {"low": 6.0, "mid": 6.0, "high": 6.0, "sweep": 6.0, "random": 4.0}
+
+
+@dataclass
+class Test:
+    """The virtual test: structure, truth without effect, its damping, shaker, sensors, rate, band, forces and noise (of
+    each channel's RMS).
+    """
+
+    s: Structure
+    real: Real
+    plain: Built
+    damping: Damping
+    drive: tuple[int, int]
+    sensors: list[tuple[int, int]]
+    rate: float
+    band: tuple[float, float]
+    forces: dict[str, Force]
+    excitation: str
+    f_modes: np.ndarray
+    noise: float
+
+
+def draw_real(rng: np.random.Generator, s: Structure, kind: str) -> Real:
+    """How the truth departs from the deck. kind: "exact", "parameters", "model_form" or "" (with an effect)."""
+    form = str(rng.choice(["timoshenko", "timoshenko", "lumped", "bernoulli"]))
+    wide, scatter, lump = {"exact": (0.0, 0.0, 0.0), "model_form": (0.0, 0.02, 0.02)}.get(kind, (0.10, 0.007, 0.015))
+
+    def near(sd: float) -> float:
+        return float(np.clip(1 + sd * rng.standard_normal(), 1 - 2.2 * sd, 1 + 2.2 * sd))
+
+    return Real(
+        {p: near(wide) for p in s.groups},
+        np.array([near(scatter) for _ in s.members]),
+        {p: near(0.4 * lump) for p in s.groups},
+        {n: near(lump) for n in s.lumps},
+        form,
+        int(rng.integers(3, 6)),
+        0.0 if kind == "exact" else rng.uniform(0.0, 0.02),
+    )
+
+
+FAMILIES = {**FRAMES, "plate": plate, "solid": solid}
+USUAL_TOP = {
+    "plate": (150.0, 300.0),
+    "solid": (200.0, 420.0),
+    "plane frame": (200.0, 300.0),
+    "cantilever": (340.0, 425.0),
+    "space frame": (120.0, 190.0),
+}
+
+
+def carried_modes(s: Structure) -> tuple[np.ndarray, float]:
+    """Frequencies (Hz) of the deck on a fine mesh, and up to where the deck's own mesh follows within 0.4 %."""
+    plain = nominal(s)
+    coarse, _ = fe.modes(build(s, plain).system, 1500.0)
+    if isinstance(s, Plate | Solid):
+        return coarse / (2 * np.pi), min(s.carried, 425.0)
+    plain.n_sub = 4
+    fine, _ = fe.modes(build(s, plain).system, 1500.0)
+    f, n = fine / (2 * np.pi), min(len(fine), len(coarse))
+    bad = np.flatnonzero(np.abs(coarse[:n] / fine[:n] - 1) > 0.004)
+    return f, float(min(f[bad[0]] * 0.95 if len(bad) else f[n - 1], 425.0))
+
+
+def choose_band(rng: np.random.Generator, s: Structure) -> tuple[float, tuple[float, float]]:
+    """Sampling rate and band: usual for the family or by a count of modes (4-10), as far as the deck's own mesh
+    carries it.
+
+    Raises Unsuitable when fewer than three modes remain.
+    """
+    f, top = carried_modes(s)
+    if rng.random() < 0.6:
+        hi = min(float(rng.uniform(*USUAL_TOP[s.family])), top)
+    else:
+        inside = int(np.sum(f < top))
+        count = int(rng.integers(min(4, inside), min(10, inside) + 1))
+        hi = min(1.12 * f[count - 1], top)
+    if np.sum(f < 0.97 * hi) < 3:
+        raise Unsuitable("too few modes")
+    return (1024.0 if hi > 190.0 else 512.0), (float(rng.uniform(0.5, 0.8) * f[0]), float(hi))
+
+
+def draw_forces(rng: np.random.Generator, band: tuple[float, float], rate: float) -> tuple[str, dict[str, Force]]:
+    """Five forces; fit recordings are all multisines or all random, with fresh phases in each."""
+    kind = str(rng.choice(["multisine", "random"]))
+    lines = excite.odd_lines(rng, band)
+    out = {}
+    for name in ("low", "mid", "high"):
+        out[name] = excite.multisine(rng, lines) if kind == "multisine" else excite.noise(rng, band, rate, 6.0)
+    f0 = band[0] * rng.uniform(1.1, 1.4)
+    out["sweep"] = Force(sweep=(f0, max(band[1] * rng.uniform(0.45, 0.7), 3 * f0), 6.0))
+    out["random"] = excite.noise(rng, (0.9 * band[0], band[1]), rate, 4.0)
+    return kind, {k: excite.scaled(f, LEVELS[k], rate, SECONDS[k]) for k, f in out.items()}
+
+
+def draw_test(rng: np.random.Generator, family: str, kind: str, noise: float) -> Test:
+    """Everything but the effect."""
+    s = FAMILIES[family](rng)
+    real = draw_real(rng, s, kind)
+    plain = build(s, real)
+    rate, band = choose_band(rng, s)
+    w, phi = fe.modes(plain.system, 3000.0, 400)
+    zeta = rng.uniform(0.006, 0.016, len(w)) * np.clip(w / (2 * np.pi * 1.5 * band[1]), 1.0, 2.0)
+    places = [(n, c) for n in s.free for c in s.axes]
+    drive = places[int(rng.integers(len(places)))]
+    some = [places[i] for i in rng.choice(len(places), min(s.n_sensors, len(places)), replace=False)]
+    kind_of, forces = draw_forces(rng, band, rate)
+    names = {name: i for i, name in enumerate(plain.names)}
+    return Test(
+        s,
+        real,
+        plain,
+        Damping(names, phi, zeta),
+        drive,
+        sorted({*some, drive}),
+        rate,
+        band,
+        forces,
+        kind_of,
+        w / (2 * np.pi),
+        noise,
+    )
