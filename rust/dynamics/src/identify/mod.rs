@@ -12,16 +12,28 @@
 //! model left out: free on every line (then it is projected out: variable projection, Golub and Pereyra 1973, with
 //! Kaufman's Jacobian), or the force of a linear law closed around the coordinate D = W q.
 
+mod arrays;
+mod attached;
+mod decays;
+mod fitted;
+mod hypothesis;
 mod lines;
+mod model;
 mod normal;
+mod prepared;
+mod projector;
 mod response;
+mod sensitivities;
 mod solve;
 mod system;
 
+pub use fitted::{Fitted, fitted};
+pub use hypothesis::{Hypothesis, What};
 pub use lines::RecordLines;
-pub use normal::{Evaluation, Fitted, fitted};
+pub use model::Modal;
+pub use normal::Evaluation;
 pub use solve::{Job, Settings, Solution, solve, solve_batch};
-pub use system::{Hypothesis, Modal, System, Term, What};
+pub use system::{System, Term};
 
 use femend_linalg::Dense;
 

@@ -1,8 +1,12 @@
 //! Levenberg-Marquardt on a hypothesis.
 
-use super::normal::{Evaluation, evaluate};
-use super::system::{Hypothesis, System};
-use super::{IdentifyError, RecordLines, check};
+use super::arrays::Workspace;
+use super::hypothesis::Hypothesis;
+use super::model::Model;
+use super::normal::{Evaluation, Point};
+use super::prepared::Prepared;
+use super::system::System;
+use super::{IdentifyError, RecordLines, check, expect};
 use femend_linalg::Dense;
 use rayon::prelude::*;
 
@@ -67,36 +71,61 @@ pub fn solve(
     settings: Settings,
 ) -> Result<Solution, IdentifyError> {
     check(system, records, hypothesis, p, x)?;
-    let (mut p, mut x) = (p.to_vec(), x.to_vec());
-    let mut at = evaluate(system, records, hypothesis, &p, &x, true)?;
+    let prepared: Vec<Prepared<'_>> = records.iter().map(Prepared::new).collect();
+    let model = Model { modal: system.modal(p)?, slopes: None };
+    minimise(system, &prepared, hypothesis, (model, p.to_vec(), x.to_vec()), settings)
+}
+
+/// The minimisation itself, from a start where the model is solved.
+fn minimise(
+    system: &System,
+    records: &[Prepared<'_>],
+    hypothesis: &Hypothesis,
+    start: (Model, Vec<f64>, Vec<f64>),
+    settings: Settings,
+) -> Result<Solution, IdentifyError> {
+    let ws = &mut Workspace::default();
+    let mut here = Point::new(system, records, hypothesis, start, ws)?;
+    here.derive(system, hypothesis, ws);
     let mut lambda = 1e-4;
     let (mut iterations, mut converged) = (0, false);
     while iterations < settings.iterations && !converged {
         let mut better = None;
         for _ in 0..7 {
-            let Some(d) = step(&at, lambda, settings.longest) else {
+            let Some(d) = step(&here.at, lambda, settings.longest) else {
                 lambda = (lambda * 10.0).max(1e-4);
                 continue;
             };
-            let pn: Vec<f64> = p.iter().zip(&d).map(|(a, b)| a + b).collect();
-            let xn: Vec<f64> = x.iter().zip(&d[p.len()..]).map(|(a, b)| a + b).collect();
             // A trial point where the model or the law does not exist is a step too far, not an error.
-            match evaluate(system, records, hypothesis, &pn, &xn, false) {
-                Ok(trial) if trial.cost < at.cost => {
-                    better = Some((pn, xn, trial.cost));
+            let trial =
+                moved(&here, &d, system).and_then(|to| Point::new(system, records, hypothesis, to, ws));
+            match trial {
+                Ok(trial) if trial.at.cost < here.at.cost => {
+                    better = Some(trial);
                     break;
                 }
-                _ => lambda = (lambda * 10.0).max(1e-4),
+                Ok(trial) => trial.give_back(ws),
+                Err(_) => {}
             }
+            lambda = (lambda * 10.0).max(1e-4);
         }
-        let Some((pn, xn, cost)) = better else { break };
+        let Some(mut better) = better else { break };
         lambda = (lambda / 10.0).max(1e-9);
-        converged = at.cost - cost < settings.tolerance * (1.0 + 1e-3 * cost);
-        (p, x) = (pn, xn);
-        at = evaluate(system, records, hypothesis, &p, &x, true)?;
+        let cost = better.at.cost;
+        converged = here.at.cost - cost < settings.tolerance * (1.0 + 1e-3 * cost);
+        better.derive(system, hypothesis, ws);
+        here = better;
         iterations += 1;
     }
+    let Point { p, x, at, .. } = here;
     Ok(Solution { p, x, at, iterations, converged })
+}
+
+/// The unknowns a step further, with the model there.
+fn moved(here: &Point<'_>, d: &[f64], system: &System) -> Result<(Model, Vec<f64>, Vec<f64>), IdentifyError> {
+    let p: Vec<f64> = here.p.iter().zip(d).map(|(a, b)| a + b).collect();
+    let x: Vec<f64> = here.x.iter().zip(&d[p.len()..]).map(|(a, b)| a + b).collect();
+    Ok((Model { modal: system.modal(&p)?, slopes: None }, p, x))
 }
 
 /// A hypothesis with the model it is attached to and the start of its minimisation.
@@ -112,11 +141,56 @@ pub struct Job<'a> {
     pub x: Vec<f64>,
 }
 
+/// A model and unknowns that jobs start from, and the modes there.
+type Start<'a> = (&'a System, &'a [f64], Result<Model, IdentifyError>);
+
+/// Solves the model of every job's start, once where jobs share it; with it, which start is whose.
+fn starts<'a>(jobs: &'a [Job<'a>]) -> (Vec<Start<'a>>, Vec<usize>) {
+    let mut distinct: Vec<(&System, &[f64], bool)> = Vec::new();
+    let mut whose = Vec::with_capacity(jobs.len());
+    for job in jobs {
+        let same =
+            |(system, p, _): &(&System, &[f64], bool)| std::ptr::eq(*system, job.system) && *p == job.p;
+        let found = distinct.iter().position(same);
+        if let Some(at) = found {
+            distinct[at].2 = true;
+        } else {
+            distinct.push((job.system, &job.p, false));
+        }
+        whose.push(found.unwrap_or(distinct.len() - 1));
+    }
+    let solved = |(system, p, shared): (&'a System, &'a [f64], bool)| {
+        let model = expect("start values", p.len(), system.n_unknowns())
+            .and_then(|()| system.check())
+            .and_then(|()| Ok(system.modal(p)?))
+            .map(|modal| {
+                let slopes = shared.then(|| system.slopes(p, &modal.q));
+                Model { modal, slopes }
+            });
+        (system, p, model)
+    };
+    (distinct.into_par_iter().map(solved).collect(), whose)
+}
+
 /// Minimises many hypotheses over the same records, in parallel; results in the order of the jobs.
 pub fn solve_batch(
     jobs: &[Job<'_>],
     records: &[RecordLines],
     settings: Settings,
 ) -> Vec<Result<Solution, IdentifyError>> {
-    jobs.par_iter().map(|j| solve(j.system, records, j.hypothesis, &j.p, &j.x, settings)).collect()
+    let (starts, whose) = starts(jobs);
+    let checked = |job: &Job<'_>| check(job.system, records, job.hypothesis, &job.p, &job.x);
+    if let Some(Err(error)) = records.iter().map(|r| r.check(r.out_rows.ncols())).find(Result::is_err) {
+        return jobs.iter().map(|_| Err(error.clone())).collect();
+    }
+    let prepared: Vec<Prepared<'_>> = records.iter().map(Prepared::new).collect();
+    jobs.par_iter()
+        .zip(whose)
+        .map(|(job, start)| {
+            checked(job)?;
+            let model = starts[start].2.clone()?;
+            let start = (model, job.p.clone(), job.x.clone());
+            minimise(job.system, &prepared, job.hypothesis, start, settings)
+        })
+        .collect()
 }

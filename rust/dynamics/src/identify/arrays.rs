@@ -1,0 +1,176 @@
+//! Complex arrays over (line, column) with their parts apart, and the loops over lines that an evaluation is made of.
+
+use femend_linalg::{Dense, gemm};
+use num_complex::Complex64;
+
+/// Real and imaginary parts of one column.
+pub(crate) type Pair<'a> = (&'a [f64], &'a [f64]);
+/// The same, to write.
+pub(crate) type PairMut<'a> = (&'a mut [f64], &'a mut [f64]);
+
+/// A complex array over (line, column). A column holds the real parts of all lines, then their imaginary parts, so that
+/// loops over lines are contiguous and a product with a real matrix is one real product.
+#[derive(Debug, Clone)]
+pub(crate) struct Split {
+    data: Dense,
+}
+
+impl Split {
+    pub fn zeros(n_lines: usize, n_columns: usize) -> Self {
+        Self { data: Dense::zeros(2 * n_lines, n_columns) }
+    }
+
+    /// Array with the given value of each (line, column).
+    pub fn new(n_lines: usize, n_columns: usize, value: impl Fn(usize, usize) -> Complex64) -> Self {
+        let mut a = Self::zeros(n_lines, n_columns);
+        for j in 0..n_columns {
+            (0..n_lines).for_each(|k| a.set(j, k, value(k, j)));
+        }
+        a
+    }
+
+    /// Takes over an array of twice as many rows as there are lines.
+    pub fn over(data: Dense) -> Self {
+        Self { data }
+    }
+
+    /// Gives the array back.
+    pub fn into_dense(self) -> Dense {
+        self.data
+    }
+
+    pub fn n_lines(&self) -> usize {
+        self.data.nrows() / 2
+    }
+
+    pub fn n_columns(&self) -> usize {
+        self.data.ncols()
+    }
+
+    pub fn col(&self, j: usize) -> Pair<'_> {
+        self.data.col(j).split_at(self.n_lines())
+    }
+
+    pub fn col_mut(&mut self, j: usize) -> PairMut<'_> {
+        let n = self.n_lines();
+        self.data.col_mut(j).split_at_mut(n)
+    }
+
+    /// Value of column `j` on line `k`.
+    pub fn get(&self, j: usize, k: usize) -> Complex64 {
+        let (re, im) = self.col(j);
+        Complex64::new(re[k], im[k])
+    }
+
+    pub fn set(&mut self, j: usize, k: usize, v: Complex64) {
+        let (re, im) = self.col_mut(j);
+        (re[k], im[k]) = (v.re, v.im);
+    }
+
+    /// This array times a real matrix.
+    pub fn times(&self, b: &Dense) -> Self {
+        let mut y = Self::zeros(self.n_lines(), b.ncols());
+        gemm(&mut y.data, 1.0, 1.0, &self.data, b);
+        y
+    }
+
+    /// [`Split::times`] into an array that exists; what it held is of no account, were it not finite.
+    pub fn times_into(&self, b: &Dense, y: &mut Self) {
+        y.data.data_mut().fill(0.0);
+        gemm(&mut y.data, 1.0, 1.0, &self.data, b);
+    }
+
+    /// The columns before `j`, and those from `j` on.
+    pub fn split_columns(self, j: usize) -> (Self, Self) {
+        let (rows, columns) = (self.data.nrows(), self.data.ncols());
+        let mut first = self.data.into_vec();
+        let second = first.split_off(rows * j);
+        (
+            Self { data: Dense::from_vec(rows, j, first) },
+            Self { data: Dense::from_vec(rows, columns - j, second) },
+        )
+    }
+
+    /// Multiplies every column by `factor`, an array of one column.
+    pub fn times_line(&mut self, factor: &Self) {
+        for j in 0..self.n_columns() {
+            update(self.col_mut(j), factor.col(0), |y, f| y * f);
+        }
+    }
+}
+
+/// Runs a loop in the widest vector instructions the machine has.
+#[inline(always)]
+pub(crate) fn wide<T>(f: impl FnOnce() -> T) -> T {
+    struct Wide<F>(F);
+    impl<T, F: FnOnce() -> T> pulp::WithSimd for Wide<F> {
+        type Output = T;
+        #[inline(always)]
+        fn with_simd<S: pulp::Simd>(self, _: S) -> T {
+            (self.0)()
+        }
+    }
+    pulp::Arch::new().dispatch(Wide(f))
+}
+
+/// y = f(y, a) on every line.
+#[inline(always)]
+pub(crate) fn update(y: PairMut<'_>, a: Pair<'_>, f: impl Fn(Complex64, Complex64) -> Complex64) {
+    wide(|| {
+        let n = y.0.len();
+        let (yr, yi, ar, ai) = (&mut y.0[..n], &mut y.1[..n], &a.0[..n], &a.1[..n]);
+        for k in 0..n {
+            let v = f(Complex64::new(yr[k], yi[k]), Complex64::new(ar[k], ai[k]));
+            (yr[k], yi[k]) = (v.re, v.im);
+        }
+    });
+}
+
+/// y = f(y, a, b) on every line.
+#[inline(always)]
+pub(crate) fn update2(
+    y: PairMut<'_>,
+    a: Pair<'_>,
+    b: Pair<'_>,
+    f: impl Fn(Complex64, Complex64, Complex64) -> Complex64,
+) {
+    wide(|| {
+        let n = y.0.len();
+        let (yr, yi) = (&mut y.0[..n], &mut y.1[..n]);
+        let (ar, ai, br, bi) = (&a.0[..n], &a.1[..n], &b.0[..n], &b.1[..n]);
+        for k in 0..n {
+            let (a, b) = (Complex64::new(ar[k], ai[k]), Complex64::new(br[k], bi[k]));
+            let v = f(Complex64::new(yr[k], yi[k]), a, b);
+            (yr[k], yi[k]) = (v.re, v.im);
+        }
+    });
+}
+
+/// 1 / a without guards against overflow; a zero gives values that are not finite.
+#[inline(always)]
+pub(crate) fn inverse(a: Complex64) -> Complex64 {
+    let scale = 1.0 / a.norm_sqr();
+    Complex64::new(a.re * scale, -a.im * scale)
+}
+
+/// Arrays that are used again: one evaluation needs megabytes, which would be mapped and cleared every time.
+#[derive(Debug, Default)]
+pub(crate) struct Workspace {
+    free: Vec<Vec<f64>>,
+}
+
+impl Workspace {
+    /// An array whose values are of no account.
+    pub fn take(&mut self, rows: usize, columns: usize) -> Dense {
+        let n = rows * columns;
+        let fitting = (0..self.free.len())
+            .min_by_key(|&i| (self.free[i].capacity() < n, self.free[i].capacity().abs_diff(n)));
+        let mut values = fitting.map_or_else(Vec::new, |i| self.free.swap_remove(i));
+        values.resize(n, 0.0);
+        Dense::from_vec(rows, columns, values)
+    }
+
+    pub fn give(&mut self, array: Dense) {
+        self.free.push(array.into_vec());
+    }
+}

@@ -1,0 +1,146 @@
+//! The closed loop of linear laws at the coordinates of a hypothesis.
+
+use super::IdentifyError;
+use super::arrays::{Split, inverse, update, update2};
+use super::hypothesis::Hypothesis;
+use super::prepared::Prepared;
+use num_complex::Complex64;
+
+/// The closed loop of a linear law: D = B (D_0 + T_d c), F = -kappa D.
+pub(crate) struct Loop {
+    /// kappa, one column.
+    pub kappa: Split,
+    /// Parts of kappa that act on velocity and on acceleration: kappa = elastic + s velocity + s^2 inertia.
+    pub velocity: Split,
+    pub inertia: Split,
+    /// d kappa / d x_j, a column each.
+    pub slopes: Split,
+    /// B = (I + kappa C)^-1, column i n_w + j for each of its entries.
+    pub b: Split,
+    /// Joint compliance C = W G W^T, likewise.
+    pub c: Split,
+    n_w: usize,
+}
+
+fn column(values: &[Complex64]) -> Split {
+    Split::new(values.len(), 1, |k, _| values[k])
+}
+
+impl Loop {
+    /// Closes the loop; `c` is the compliance of the coordinates in the basis.
+    pub fn new(
+        at: &Prepared<'_>,
+        hypothesis: &Hypothesis,
+        x: &[f64],
+        mut c: Split,
+    ) -> Result<Self, IdentifyError> {
+        let (n, n_w) = (at.n_lines(), hypothesis.w.nrows());
+        let (kappa, slopes) = hypothesis.kappa(x, &at.record.s)?;
+        let (velocity, inertia) = hypothesis.moving_parts(x, &at.record.s)?;
+        for (i, own) in hypothesis.compliance.iter().enumerate() {
+            c.col_mut(i * n_w + i).0.iter_mut().for_each(|v| *v += own);
+        }
+        let kappa = column(&kappa);
+        let mut b = Split::zeros(n, n_w * n_w);
+        if n_w == 1 {
+            update2(b.col_mut(0), kappa.col(0), c.col(0), |_, kappa, c| inverse(1.0 + kappa * c));
+        } else {
+            invert_lines(&kappa, &c, n_w, &mut b);
+        }
+        let slopes = Split::new(n, slopes.len(), |k, j| slopes[j][k]);
+        Ok(Self { kappa, velocity: column(&velocity), inertia: column(&inertia), slopes, b, c, n_w })
+    }
+
+    /// y += A x on every line for `a` of n_w x n_w entries.
+    fn add_product(&self, a: &Split, x: &Split, y: &mut Split) {
+        for i in 0..self.n_w {
+            for j in 0..self.n_w {
+                update2(y.col_mut(i), a.col(i * self.n_w + j), x.col(j), |y, a, x| y + a * x);
+            }
+        }
+    }
+
+    /// B x.
+    pub fn closed(&self, x: &Split) -> Split {
+        let mut y = Split::zeros(x.n_lines(), self.n_w);
+        self.add_product(&self.b, x, &mut y);
+        y
+    }
+
+    /// d += sign C f.
+    pub fn add_compliance(&self, sign: f64, f: &Split, d: &mut Split) {
+        let mut cf = Split::zeros(f.n_lines(), self.n_w);
+        self.add_product(&self.c, f, &mut cf);
+        (0..self.n_w).for_each(|i| update(d.col_mut(i), cf.col(i), |d, v| d + sign * v));
+    }
+
+    /// The law's force kappa B d against open-loop changes -d of its coordinates.
+    pub fn answer(&self, d: &Split) -> Split {
+        let mut f = self.closed(d);
+        f.times_line(&self.kappa);
+        f
+    }
+
+    /// What forces `extra` against the motion come to in the closed loop, with open-loop changes -d of the coordinates:
+    /// kappa B (d + C extra) - extra.
+    pub fn answer_to_both(&self, mut d: Split, extra: &Split) -> Split {
+        self.add_compliance(1.0, extra, &mut d);
+        let mut f = self.answer(&d);
+        (0..self.n_w).for_each(|i| update(f.col_mut(i), extra.col(i), |f, e| f - e));
+        f
+    }
+
+    /// Force of the law beyond kappa times the displacement where the coordinates decay with displacement, velocity and
+    /// acceleration `moved` (three columns): what is cut off at a record's end makes the transforms of velocity and
+    /// acceleration more than s and s^2 times that of the displacement.
+    pub fn cut_off(&self, at: &Prepared<'_>, moved: &Split) -> Split {
+        let mut force = Split::zeros(at.n_lines(), 1);
+        for (part, factor, order) in [(&self.velocity, &at.s, 1), (&self.inertia, &at.s2, 2)] {
+            let mut beyond = Split::zeros(at.n_lines(), 1);
+            update2(beyond.col_mut(0), factor.col(0), moved.col(0), |_, s, d| s * d);
+            update2(beyond.col_mut(0), part.col(0), moved.col(order), |sd, part, v| part * (v - sd));
+            update(force.col_mut(0), beyond.col(0), |f, v| f + v);
+        }
+        force
+    }
+}
+
+/// (I + kappa C)^-1 line by line.
+fn invert_lines(kappa: &Split, c: &Split, n_w: usize, b: &mut Split) {
+    let mut a = vec![Complex64::default(); n_w * n_w];
+    let mut out = a.clone();
+    for k in 0..c.n_lines() {
+        let factor = kappa.get(0, k);
+        a.iter_mut().enumerate().for_each(|(e, a)| *a = c.get(e, k) * factor);
+        (0..n_w).for_each(|i| a[i * n_w + i] += 1.0);
+        invert(&mut a, n_w, &mut out);
+        out.iter().enumerate().for_each(|(e, v)| b.set(e, k, *v));
+    }
+}
+
+/// Inverse of a small complex matrix by elimination with row pivoting; a zero pivot gives non-finite entries, which the
+/// caller's cost turns down.
+fn invert(a: &mut [Complex64], n: usize, out: &mut [Complex64]) {
+    out.fill(Complex64::default());
+    (0..n).for_each(|i| out[i * n + i] = Complex64::new(1.0, 0.0));
+    for c in 0..n {
+        let pivot = (c..n).max_by(|&i, &j| a[i * n + c].norm().total_cmp(&a[j * n + c].norm())).unwrap_or(c);
+        for j in 0..n {
+            a.swap(c * n + j, pivot * n + j);
+            out.swap(c * n + j, pivot * n + j);
+        }
+        let inv = a[c * n + c].inv();
+        for j in 0..n {
+            a[c * n + j] *= inv;
+            out[c * n + j] *= inv;
+        }
+        for i in (0..n).filter(|&i| i != c) {
+            let f = a[i * n + c];
+            for j in 0..n {
+                let (x, y) = (a[c * n + j], out[c * n + j]);
+                a[i * n + j] -= f * x;
+                out[i * n + j] -= f * y;
+            }
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Free decays that a record's end cuts off: two columns a mode, and those of the laws' inner states.
+
+use super::IdentifyError;
+use super::arrays::{PairMut, Split, update, update2};
+use super::hypothesis::Hypothesis;
+use super::prepared::Prepared;
+use super::response::Response;
+use femend_linalg::Dense;
+use num_complex::Complex64;
+
+/// Power of a mode, relative to the strongest, below which its free decay is not believed to be any smaller.
+const DECAY_FLOOR: f64 = 1e-6;
+
+/// The free decays of one record at one point of the unknowns.
+pub(crate) struct Decays {
+    /// Transforms of exp(pole t) beyond the record's end, a column for each pole and one for its conjugate.
+    tails: Split,
+    /// Forces against the motion of the laws' own decays (n_w columns), whose columns come after the modes'.
+    pub inner: Vec<Split>,
+    /// Inverse prior variances of the amplitudes.
+    pub ridge: Vec<f64>,
+}
+
+impl Decays {
+    pub fn new(
+        at: &Prepared<'_>,
+        response: &Response,
+        hypothesis: &Hypothesis,
+        x: &[f64],
+    ) -> Result<Self, IdentifyError> {
+        let mut tails = Split::zeros(at.n_lines(), 2 * response.poles.len());
+        for (m, pole) in response.poles.iter().enumerate() {
+            at.tail(*pole, tails.col_mut(2 * m));
+            at.tail(pole.conj(), tails.col_mut(2 * m + 1));
+        }
+        let mut ridge = decay_ridge(at, response);
+        let mut inner = Vec::new();
+        for (force, weight) in inner_forces(at, response, hypothesis, x)? {
+            inner.push(force);
+            ridge.push(weight);
+        }
+        Ok(Self { tails, inner, ridge })
+    }
+
+    /// Number of columns.
+    pub fn len(&self) -> usize {
+        self.ridge.len()
+    }
+
+    /// Number of columns of modes.
+    pub fn n_modal(&self) -> usize {
+        self.tails.n_columns()
+    }
+
+    /// Displacement, velocity or acceleration (`order` 0, 1, 2) of modal column `t` without the mode's shape.
+    fn moved(&self, response: &Response, t: usize, order: i32, out: PairMut<'_>) {
+        let pole = response.poles[t / 2];
+        let i = if t % 2 == 0 { Complex64::ONE } else { Complex64::I };
+        let turn = i * pole.powi(order) / pole.norm_sqr();
+        let (own, mirrored) = (self.tails.col(t - t % 2), self.tails.col(t - t % 2 + 1));
+        let back = turn.conj();
+        update2(out, own, mirrored, |_, a, b| turn * a + back * b);
+    }
+
+    /// Displacement, velocity and acceleration of modal column `t`, a column each.
+    pub fn motion(&self, response: &Response, t: usize) -> Split {
+        let mut all = Split::zeros(self.tails.n_lines(), 3);
+        (0..3).for_each(|order| self.moved(response, t, order as i32, all.col_mut(order)));
+        all
+    }
+
+    /// Accelerations of column `t` at the sensors, the answer of a closed loop included.
+    pub fn column(&self, at: &Prepared<'_>, response: &Response, t: usize, y: &mut Split) {
+        if t >= self.n_modal() {
+            (0..y.n_columns()).for_each(|s| y.col_mut(s).0.fill(0.0));
+            (0..y.n_columns()).for_each(|s| y.col_mut(s).1.fill(0.0));
+            let Some(closed) = &response.closed else { return };
+            let none = Split::zeros(at.n_lines(), response.n_w);
+            return response.push(&closed.answer_to_both(none, &self.inner[t - self.n_modal()]), y);
+        }
+        let m = t / 2;
+        let Some(closed) = &response.closed else {
+            let mut acceleration = Split::zeros(at.n_lines(), 1);
+            self.moved(response, t, 2, acceleration.col_mut(0));
+            return response.at_sensors(m, &acceleration, y);
+        };
+        let motion = self.motion(response, t);
+        let force = closed.cut_off(at, &motion);
+        let open = response.at_coordinates(m, -1.0, &motion);
+        let extra = response.at_coordinates(m, 1.0, &force);
+        let (_, acceleration) = motion.split_columns(2);
+        response.at_sensors(m, &acceleration, y);
+        response.push(&closed.answer_to_both(open, &extra), y);
+    }
+
+    /// Adds to the coordinates' displacements what decays of these amplitudes move them by, the law's answer included.
+    pub fn add_motion(&self, at: &Prepared<'_>, response: &Response, amplitudes: &[f64], d: &mut Split) {
+        let mut open = Split::zeros(at.n_lines(), response.n_w);
+        let mut extra = open.clone();
+        let add = |to: &mut Split, part: &Split| {
+            (0..part.n_columns()).for_each(|i| update(to.col_mut(i), part.col(i), |a, b| a + b));
+        };
+        for (t, a) in amplitudes.iter().enumerate().take(self.n_modal()) {
+            let motion = self.motion(response, t);
+            add(&mut open, &response.at_coordinates(t / 2, *a, &motion));
+            if let Some(closed) = &response.closed {
+                add(&mut extra, &response.at_coordinates(t / 2, *a, &closed.cut_off(at, &motion)));
+            }
+        }
+        for (force, a) in self.inner.iter().zip(&amplitudes[self.n_modal()..]) {
+            (0..response.n_w).for_each(|i| update(extra.col_mut(i), force.col(i), |e, f| e + f * *a));
+        }
+        match &response.closed {
+            Some(closed) => {
+                closed.add_compliance(-1.0, &extra, &mut open);
+                add(d, &closed.closed(&open));
+            }
+            None => add(d, &open),
+        }
+    }
+}
+
+/// Forces (n_w columns) of the laws' inner states as they decay beyond a record's end, with their inverse prior
+/// variances: a state is about as strong as the force of the law that moves.
+fn inner_forces(
+    at: &Prepared<'_>,
+    response: &Response,
+    hypothesis: &Hypothesis,
+    x: &[f64],
+) -> Result<Vec<(Split, f64)>, IdentifyError> {
+    let mut all = Vec::new();
+    let Some(closed) = response.closed.as_ref().filter(|_| !response.poles.is_empty()) else {
+        return Ok(all);
+    };
+    let (n, n_w) = (at.n_lines(), response.n_w);
+    for (pole, pair) in hypothesis.inner_poles(x)? {
+        let mut tails = Split::zeros(n, 2);
+        at.tail(pole, tails.col_mut(0));
+        at.tail(pole.conj(), tails.col_mut(1));
+        for i in 0..n_w {
+            let power = (0..n).map(|k| {
+                let s = at.record.s[k];
+                let moving = s * closed.velocity.get(0, k) + s * s * closed.inertia.get(0, k);
+                (moving * response.d.get(i, k)).norm_sqr()
+            });
+            let weight = 1.0 / variance(at, power.sum()).max(f64::MIN_POSITIVE);
+            for part in 0..if pair { 2 } else { 1 } {
+                let mut force = Split::zeros(n, n_w);
+                update2(force.col_mut(i), tails.col(0), tails.col(1), |_, own, mirrored| {
+                    match (pair, part) {
+                        (false, _) => own,
+                        (true, 0) => own + mirrored,
+                        (true, _) => Complex64::I * (own - mirrored),
+                    }
+                });
+                all.push((force, weight));
+            }
+        }
+    }
+    Ok(all)
+}
+
+fn variance(at: &Prepared<'_>, power: f64) -> f64 {
+    2.0 * power * at.record.thinning / (at.record.n_samples * at.record.n_samples)
+}
+
+/// Inverse prior variances of the decay amplitudes: a decay is about as strong as the mode's own answer to the measured
+/// force. Without that, a free force and a decay of the mode it drives could grow against each other without limit.
+fn decay_ridge(at: &Prepared<'_>, response: &Response) -> Vec<f64> {
+    let (re, im) = at.s2.col(0);
+    let factor: Vec<f64> = re.iter().zip(im).map(|(a, b)| a * a + b * b).collect();
+    let power: Vec<f64> = (0..response.poles.len())
+        .map(|m| {
+            let (re, im) = response.q.col(m);
+            let sum: f64 = factor.iter().zip(re.iter().zip(im)).map(|(f, (a, b))| f * (a * a + b * b)).sum();
+            variance(at, sum)
+        })
+        .collect();
+    let floor = DECAY_FLOOR * power.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
+    power.iter().flat_map(|p| [1.0 / p.max(floor), 1.0 / p.max(floor)]).collect()
+}
+
+/// Cholesky factor of the decays' normal equations.
+pub(crate) fn decay_factor(gram: &Dense, ridge: &[f64]) -> Option<Dense> {
+    let n_t = ridge.len();
+    let mut a = Dense::zeros(n_t, n_t);
+    for j in 0..n_t {
+        a.col_mut(j).copy_from_slice(&gram.col(j)[..n_t]);
+        a[(j, j)] += ridge[j] + f64::MIN_POSITIVE;
+    }
+    a.cholesky().ok()
+}
+
+/// Best decay amplitudes and the sum of squares they leave, their prior included; `gram` is over [decays, residual] and
+/// `factor` that of its decays.
+pub(crate) fn eliminate(gram: &Dense, factor: Option<&Dense>, n_t: usize) -> (Vec<f64>, f64) {
+    let total = gram[(n_t, n_t)];
+    if n_t == 0 {
+        return (Vec::new(), total);
+    }
+    let Some(l) = factor else { return (vec![0.0; n_t], f64::NAN) };
+    let right: Vec<f64> = (0..n_t).map(|t| gram[(t, n_t)]).collect();
+    let mut c = Dense::from_vec(n_t, 1, right.clone());
+    l.solve_lower_in_place(false, &mut c);
+    l.solve_lower_in_place(true, &mut c);
+    let c = c.into_vec();
+    let explained: f64 = c.iter().zip(&right).map(|(c, g)| c * g).sum();
+    (c, (total - explained).max(0.0))
+}

@@ -1,0 +1,129 @@
+//! Responses, fitted lines and batches against plain formulas, a line at a time.
+
+use super::*;
+use crate::identify::{Job, fitted, solve, solve_batch};
+use femend_linalg::solve_complex_dense;
+
+/// (dynamic stiffness + what each law adds at its coordinate) q = load, one dense complex system in modal coordinates
+/// with the coordinates' forces as further unknowns: D = W q - compliance F, F = kappa D.
+fn plain(
+    system: &System,
+    record: &RecordLines,
+    hypothesis: &Hypothesis,
+    z: &[f64],
+    k: usize,
+) -> Vec<Complex64> {
+    let (p, x) = z.split_at(system.n_unknowns());
+    let modal = system.modal(p).expect("modes");
+    let (s, n_w) = (record.s[k], hypothesis.w.nrows());
+    let n = R + n_w;
+    let shape =
+        |rows: &Dense, i: usize, m: usize| -> f64 { (0..R).map(|j| rows[(i, j)] * modal.q[(j, m)]).sum() };
+    let kappa = if n_w > 0 { hypothesis.kappa(x, &[s]).expect("law").0[0] } else { Complex64::default() };
+    let (mut a, mut b) = (vec![Complex64::default(); n * n], vec![Complex64::default(); n]);
+    for m in 0..R {
+        let (w, zeta) = (modal.omega[m], modal.zeta[m]);
+        a[m * n + m] = w * w + s * s + 2.0 * zeta * w * s;
+        b[m] =
+            (0..record.n_in()).map(|i| record.u[k * record.n_in() + i] * shape(&record.in_rows, i, m)).sum();
+        for i in 0..n_w {
+            a[(R + i) * n + m] = shape(&hypothesis.w, i, m).into();
+            a[m * n + R + i] = -kappa * shape(&hypothesis.w, i, m);
+        }
+    }
+    (0..n_w).for_each(|i| a[(R + i) * n + R + i] = 1.0 + kappa * hypothesis.compliance[i]);
+    let q = solve_complex_dense(n, &a, &b).expect("regular");
+    (0..record.n_out()).map(|o| (0..R).map(|m| s * s * q[m] * shape(&record.out_rows, o, m)).sum()).collect()
+}
+
+fn all_laws() -> Vec<(Vec<Kind>, Vec<f64>)> {
+    let with = |kinds: &[Kind], values: &[f64]| (kinds.to_vec(), values.iter().map(|v| v.ln()).collect());
+    vec![
+        laws(),
+        with(&[Kind::Absorber], &[0.4, 2500.0, 7.0]),
+        with(&[Kind::Mass, Kind::Structural], &[0.3, 600.0, 0.2]),
+        with(&[Kind::Absorber, Kind::Viscoelastic], &[0.2, 900.0, 30.0, 300.0, 500.0, 0.012]),
+    ]
+}
+
+#[test]
+fn responses_equal_dense_solutions_line_by_line() {
+    let numbers = &mut Numbers(17);
+    for (kinds, x) in all_laws() {
+        for n_w in [0, 1, 3] {
+            let system = system(numbers, 3, 0.02);
+            let record = RecordLines { dt: 0.0, ..record(numbers, 4, 2, 1.5) };
+            let (hypothesis, x) =
+                if n_w == 0 { (nothing(), vec![]) } else { (closed(numbers, n_w, &kinds, &x), x.clone()) };
+            let z = start(&system, &x);
+            let (p, x) = z.split_at(system.n_unknowns());
+            let found = fitted(&system, std::slice::from_ref(&record), &hypothesis, p, x).expect("lines");
+            for k in 0..N_LINES {
+                let expected = plain(&system, &record, &hypothesis, &z, k);
+                let size = expected.iter().fold(0.0_f64, |a, v| a.max(v.norm()));
+                for (a, b) in found[0].y[k * 4..].iter().zip(&expected) {
+                    assert!((a - b).norm() < 1e-10 * size, "{kinds:?} at {n_w}, line {k}: {a} and {b}");
+                }
+            }
+        }
+    }
+}
+
+/// What the cost says is left over is what the fitted lines leave, with the prior of the decays.
+#[test]
+fn fitted_lines_leave_the_cost() {
+    let numbers = &mut Numbers(29);
+    let mut hypotheses = vec![(nothing(), vec![]), (free(numbers, 1), vec![]), (free(numbers, 3), vec![])];
+    for (kinds, x) in all_laws() {
+        hypotheses.extend([1, 3].map(|n_w| (closed(numbers, n_w, &kinds, &x), x.clone())));
+    }
+    for (hypothesis, x) in hypotheses {
+        let system = system(numbers, 3, 0.02);
+        let record = record(numbers, 5, 2, 0.3);
+        let z = start(&system, &x);
+        let p = &z[..system.n_unknowns()];
+        let (modal, prepared) = (system.modal(p).expect("modes"), Prepared::new(&record));
+        let step = Step::new(&prepared, &system, &modal, &hypothesis, &x, &mut Workspace::default());
+        let step = step.expect("response");
+        let lines = fitted(&system, std::slice::from_ref(&record), &hypothesis, p, &x).expect("lines");
+        let left: f64 = (lines[0].y.iter().zip(&record.y).zip(&record.weight))
+            .map(|((a, b), w)| ((a - b) * w).norm_sqr())
+            .sum();
+        let prior: f64 = step.amplitudes.iter().zip(&step.decays.ridge).map(|(a, r)| a * a * r).sum();
+        assert!(step.decays.len() >= 6, "{} decays", step.decays.len());
+        assert!(prior > 0.0);
+        // the sum of squares explained is close to the whole one where there are nearly as many decays as lines
+        assert!((left + prior - step.sum).abs() < 1e-7 * step.sum, "{} + {prior}, not {}", left, step.sum);
+    }
+}
+
+/// Jobs that share a model and its start, jobs that do not, and one whose start has no model.
+#[test]
+fn a_batch_gives_what_its_jobs_give_alone() {
+    let numbers = &mut Numbers(31);
+    let systems = [system(numbers, 3, 0.02), system(numbers, 2, 0.01)];
+    let records = [record(numbers, 4, 1, 0.3), record(numbers, 5, 2, 0.3)];
+    let (kinds, x) = laws();
+    let hypotheses = [nothing(), free(numbers, 1), free(numbers, 2), closed(numbers, 1, &kinds, &x)];
+    let mut jobs = Vec::new();
+    for system in &systems {
+        for hypothesis in &hypotheses {
+            let x = if hypothesis.n_law() > 0 { x.clone() } else { vec![] };
+            jobs.push(Job { system, hypothesis, p: system.mean.clone(), x });
+        }
+    }
+    jobs.push(Job { p: vec![f64::INFINITY; jobs[0].p.len()], ..jobs[0].clone() });
+    jobs.push(Job { p: jobs[1].p.iter().map(|v| v + 0.01).collect(), ..jobs[1].clone() });
+    let settings = Settings { iterations: 3, ..Settings::default() };
+    for (i, (job, found)) in jobs.iter().zip(solve_batch(&jobs, &records, settings)).enumerate() {
+        match (found, solve(job.system, &records, job.hypothesis, &job.p, &job.x, settings)) {
+            (Ok(a), Ok(b)) => {
+                assert_eq!((&a.p, &a.x, a.at.cost), (&b.p, &b.x, b.at.cost), "job {i}");
+                assert_eq!(a.at.hessian, b.at.hessian, "job {i}");
+                assert!(a.iterations > 0);
+            }
+            (Err(a), Err(b)) => assert!(a == b && i == 8, "job {i}: {a:?} and {b:?}"),
+            (a, b) => panic!("job {i}: {} in a batch, {} alone", a.is_ok(), b.is_ok()),
+        }
+    }
+}

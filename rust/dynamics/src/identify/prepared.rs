@@ -1,0 +1,73 @@
+//! What every evaluation of a record needs and no unknown changes, line after line in memory.
+
+use super::RecordLines;
+use super::arrays::{Split, update};
+use femend_linalg::Dense;
+use num_complex::Complex64;
+
+/// A record, its arrays column after column.
+#[derive(Debug)]
+pub(crate) struct Prepared<'a> {
+    pub record: &'a RecordLines,
+    /// Lines s and their squares, one column each.
+    pub s: Split,
+    pub s2: Split,
+    /// exp(-i omega dt), one column.
+    pub turn: Split,
+    /// Spectra of the measured forces, a column each.
+    pub u: Split,
+    /// Spectra of the accelerations, a column each.
+    pub y: Split,
+    /// Square roots of the weights (K, n_out).
+    pub weight: Dense,
+}
+
+impl<'a> Prepared<'a> {
+    pub fn new(record: &'a RecordLines) -> Self {
+        let (n, n_in, n_out) = (record.n_lines(), record.n_in(), record.n_out());
+        let mut weight = Dense::zeros(n, n_out);
+        for s in 0..n_out {
+            (0..n).for_each(|k| weight[(k, s)] = record.weight[k * n_out + s]);
+        }
+        Self {
+            record,
+            s: Split::new(n, 1, |k, _| record.s[k]),
+            s2: Split::new(n, 1, |k, _| record.s[k] * record.s[k]),
+            turn: Split::new(n, 1, |k, _| Complex64::new(0.0, -record.s[k].im * record.dt).exp()),
+            u: Split::new(n, n_in, |k, i| record.u[k * n_in + i]),
+            y: Split::new(n, n_out, |k, s| record.y[k * n_out + s]),
+            weight,
+        }
+    }
+
+    pub fn n_lines(&self) -> usize {
+        self.record.n_lines()
+    }
+
+    pub fn n_out(&self) -> usize {
+        self.record.n_out()
+    }
+
+    /// Length of a weighted column: real and imaginary parts of all lines, sensor after sensor.
+    pub fn n_rows(&self) -> usize {
+        2 * self.n_lines() * self.n_out()
+    }
+
+    /// Writes the weighted accelerations `y` to a column.
+    pub fn fill(&self, column: &mut [f64], y: &Split) {
+        let n = self.n_lines();
+        for (s, part) in column.chunks_exact_mut((2 * n).max(1)).enumerate() {
+            let w = self.weight.col(s);
+            update(part.split_at_mut(n), y.col(s), |_, y| y);
+            for half in part.chunks_exact_mut(n) {
+                super::arrays::wide(|| half.iter_mut().zip(w).for_each(|(v, w)| *v *= w));
+            }
+        }
+    }
+
+    /// Transform of a decay exp(pole t) that begins where the record ends.
+    pub fn tail(&self, pole: Complex64, out: super::arrays::PairMut<'_>) {
+        let lambda = ((pole - self.record.sigma) * self.record.dt).exp();
+        update(out, self.turn.col(0), |_, z| super::arrays::inverse(1.0 - lambda * z));
+    }
+}

@@ -1,0 +1,128 @@
+//! Columns of the Gauss-Newton matrix of one record: what each unknown does to the weighted accelerations.
+
+use super::arrays::{Split, Workspace, update, update2};
+use super::model::{Modal, Slopes};
+use super::normal::Step;
+use super::prepared::Prepared;
+use super::response::Response;
+use super::system::System;
+use femend_linalg::Dense;
+
+/// Writes the columns of one record.
+pub(super) struct Sensitivities<'a> {
+    at: &'a Prepared<'a>,
+    response: &'a Response,
+    modal: &'a Modal,
+    /// Modal response with the force that acts, and the same times the receptances.
+    q: Split,
+    gq: Split,
+    /// Products with a derivative of K or M; and what comes of them at sensors and coordinates.
+    v: Split,
+    y: Split,
+}
+
+impl<'a> Sensitivities<'a> {
+    /// All columns, unknown after unknown, weighted and not projected.
+    pub fn fill(
+        step: &'a Step<'a>,
+        system: &System,
+        modal: &'a Modal,
+        slopes: &Slopes,
+        ws: &mut Workspace,
+    ) -> Dense {
+        let (at, response) = (step.at, &step.response);
+        let (n, r) = (2 * at.n_lines(), system.r);
+        let q =
+            if step.projector.is_some() { response.with_force(&step.force()) } else { response.q.clone() };
+        let mut gq = Split::over(ws.take(n, r));
+        for m in 0..r {
+            update2(gq.col_mut(m), q.col(m), response.g.col(m), |_, q, g| q * g);
+        }
+        let v = Split::over(ws.take(n, r));
+        let y = Split::over(ws.take(n, response.shapes.ncols()));
+        let n_law = response.closed.as_ref().map_or(0, |c| c.slopes.n_columns());
+        let mut columns = ws.take(at.n_rows(), system.n_unknowns() + n_law);
+        let mut this = Self { at, response, modal, q, gq, v, y };
+        this.parameters(slopes, &mut columns, ws);
+        this.tuned(system, &mut columns);
+        this.damping(system, &mut columns);
+        let mut y = Split::zeros(at.n_lines(), at.n_out());
+        for j in 0..n_law {
+            response.law_column(j, &mut y);
+            at.fill(columns.col_mut(system.n_unknowns() + j), &y);
+        }
+        [this.gq, this.v, this.y].into_iter().for_each(|a| ws.give(a.into_dense()));
+        columns
+    }
+
+    /// Columns of the user's parameters: dY = -s² Φ G (dK + s² dM) q, closed loop included.
+    fn parameters(&mut self, slopes: &Slopes, columns: &mut Dense, ws: &mut Workspace) {
+        let mut inertia = None;
+        for (i, (dk, dm)) in slopes.dk.iter().zip(&slopes.dm).enumerate() {
+            self.q.times_into(dk, &mut self.v);
+            if let Some(dm) = dm {
+                let inertia =
+                    inertia.get_or_insert_with(|| Split::zeros(self.v.n_lines(), self.v.n_columns()));
+                self.q.times_into(dm, inertia);
+                for m in 0..inertia.n_columns() {
+                    update2(self.v.col_mut(m), inertia.col(m), self.at.s2.col(0), |v, a, s2| v + s2 * a);
+                }
+            }
+            for m in 0..self.v.n_columns() {
+                update(self.v.col_mut(m), self.response.g.col(m), |v, g| v * g);
+            }
+            self.v.times_into(&self.response.shapes, &mut self.y);
+            self.write(columns.col_mut(i));
+        }
+        inertia.into_iter().for_each(|a| ws.give(a.into_dense()));
+    }
+
+    /// Writes to a column what changes -d of the modal response come to, with d at the sensors and coordinates in `y`.
+    fn write(&mut self, column: &mut [f64]) {
+        let n_out = self.at.n_out();
+        for s in 0..n_out {
+            update(self.y.col_mut(s), self.at.s2.col(0), |y, s2| -s2 * y);
+        }
+        if self.response.closed.is_some() {
+            let mut d = Split::zeros(self.at.n_lines(), self.response.n_w);
+            for i in 0..self.response.n_w {
+                update(d.col_mut(i), self.y.col(n_out + i), |_, d| d);
+            }
+            self.response.feed_back(&d, &mut self.y);
+        }
+        self.at.fill(column, &self.y);
+    }
+
+    /// Columns of the tuned modes' frequency factors and damping ratios; each changes one mode.
+    fn tuned(&mut self, system: &System, columns: &mut Dense) {
+        let shapes = &self.response.shapes;
+        let mut change = Split::zeros(self.at.n_lines(), 1);
+        for m in 0..system.n_tuned {
+            let (w, z) = (self.modal.omega[m], self.modal.zeta[m]);
+            let damping = 2.0 * z * w;
+            for (stiff, at) in [(2.0 * w * w, system.n_par + m), (0.0, system.n_par + system.n_tuned + m)] {
+                update2(change.col_mut(0), self.gq.col(m), self.at.s.col(0), |_, gq, s| {
+                    (damping * s + stiff) * gq
+                });
+                for s in 0..shapes.ncols() {
+                    let shape = shapes[(m, s)];
+                    update(self.y.col_mut(s), change.col(0), |_, v| shape * v);
+                }
+                self.write(columns.col_mut(at));
+            }
+        }
+    }
+
+    /// Column of the damping ratio that all other modes share.
+    fn damping(&mut self, system: &System, columns: &mut Dense) {
+        let mut shapes = self.response.shapes.clone();
+        for s in 0..shapes.ncols() {
+            for (m, v) in shapes.col_mut(s).iter_mut().enumerate() {
+                *v *= if m < system.n_tuned { 0.0 } else { 2.0 * self.modal.zeta[m] * self.modal.omega[m] };
+            }
+        }
+        self.gq.times_into(&shapes, &mut self.y);
+        self.y.times_line(&self.at.s);
+        self.write(columns.col_mut(system.n_unknowns() - 1));
+    }
+}
