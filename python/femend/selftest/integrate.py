@@ -210,8 +210,10 @@ class _Stepper:
         if isinstance(self.law, Friction):
             # the coordinate at the end, by the parabola through start and stages
             c0, c1 = float(_C[0]), float(_C[1])
-            end = d0 * (1 - c0) * (1 - c1) / (c0 * c1) + d[0] * (1 - c1) / (c0 * (c0 - c1)) + d[1] * (1 - c0) / (
-                c1 * (c1 - c0)
+            end = (
+                d0 * (1 - c0) * (1 - c1) / (c0 * c1)
+                + d[0] * (1 - c1) / (c0 * (c0 - c1))
+                + d[1] * (1 - c0) / (c1 * (c1 - c0))
             )
             return (self.law.slipped(zs[1][0], end - d[1]),), end
         if not z:

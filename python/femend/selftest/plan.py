@@ -13,7 +13,7 @@ from femend.errors import StudyError
 from femend.estimate import pair_test
 from femend.estimate.lines import noise_of, used_band
 from femend.estimate.prepare import fit_records, period_of
-from femend.model import Model, Parameter, Pairing, read_model
+from femend.model import Model, Pairing, Parameter, read_model
 from femend.study import Study
 
 __all__ = ["Plan", "Replay", "file_name", "read_plan", "study_text"]
@@ -78,7 +78,7 @@ def _replayable(study: Study, test: Test) -> list[Recording]:
         found = ", ".join(f"{r.name!r} ({_kind(r)})" for r in fit)
         raise StudyError(
             f"{study.file}: a self-test replays the forces of the fit recordings, and none is a time record with "
-            f"measured force: {found}; add a recording with its force channel, excitation = \"measured\" and "
+            f'measured force: {found}; add a recording with its force channel, excitation = "measured" and '
             'role = "fit"',
             key="recording",
         )
