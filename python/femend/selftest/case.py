@@ -223,12 +223,12 @@ def _with(
 
 def _fine(plan: Plan, drawn: Drawn, effect: Effect, state: Any) -> Truth:
     """The truth with the static answer to the effect's direction in its basis; solved for once an effect."""
-    kept = effect.note.get("truth")
+    kept: Truth | None = effect.note.get("truth")
     if kept is None:
         again = np.random.default_rng()
         again.bit_generator.state = state
         kept = effect.note["truth"] = modes_of(again, plan, drawn, [*_patterns(plan), np.asarray(effect.g)])
-    return kept  # type: ignore[no-any-return]
+    return kept
 
 
 def _over(plan: Plan, replay: Replay, *, rough: bool) -> int:

@@ -70,14 +70,17 @@ def integrate(truth: ModalTruth, u: FloatArray, dt: float, over: int, law: Law |
     Forces between the samples are band-limited; responses are sampled without a filter. Raises ConvergenceError where
     the law's implicit equations are not solved or the motion grows without limit.
     """
+    from scipy.fft import next_fast_len
     from scipy.interpolate import CubicSpline
-    from scipy.signal import lfilter, resample_poly
+    from scipy.signal import lfilter, resample
 
     n = u.shape[1]
     h = dt / over
     lam = -truth.zeta * truth.omega + 1j * truth.omega * np.sqrt(1 - truth.zeta**2)
     tables = _tables(lam, h)
-    fine = resample_poly(u, over, 1, axis=1) if over > 1 else u
+    # zeros behind the record keep its end from reaching round to its beginning
+    padded = np.pad(u, ((0, 0), (0, next_fast_len(2 * n) - n)))
+    fine = resample(padded, padded.shape[1] * over, axis=1)[:, : (n + 1) * over]
     spline = CubicSpline(h * np.arange(fine.shape[1]), fine, axis=1)
     times = h * np.arange(n * over)
     stages = [spline(times + c * h) for c in _C]  # (n_in, steps) each

@@ -183,13 +183,14 @@ class Maxwell(Law):
     def loss(k: float, eta: float, low: float, high: float, n: int = 8) -> Maxwell:
         """A spring `k` with a nearly constant loss factor `eta` between `low` and `high` (rad/s), by `n` branches.
 
-        Branches spread evenly over the logarithm of frequency give the loss pi/2 k_b / ln(ratio of neighbours).
+        Equal branches spread evenly over the logarithm of frequency lose alike over it; `k` and `eta` hold in the
+        middle, at sqrt(low high).
         """
         rates = [low * (high / low) ** (i / (n - 1)) for i in range(n)]
-        branch = 2 * math.log(rates[1] / rates[0]) * eta / math.pi * k
-        middle = low * high
-        stored = sum(branch * middle / (middle + w * w) for w in rates)
-        return Maxwell(k - stored, tuple((branch, 1 / w) for w in rates))
+        w = math.sqrt(low * high)
+        branch = eta * k / sum(w * r / (w * w + r * r) for r in rates)
+        stored = branch * sum(w * w / (w * w + r * r) for r in rates)
+        return Maxwell(k - stored, tuple((branch, 1 / r) for r in rates))
 
     def force(self, d: float, v: float, z: States) -> Force:
         """See `Law.force`."""

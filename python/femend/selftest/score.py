@@ -88,20 +88,30 @@ def judge(
     named = verdict == "missing-physics" and bool(findings)
     said = str(findings[0]["physics"]) if named else ""
     effect = str(truth["effect"])
-    about = {"case": case, "effect": effect, "control": str(truth["control"]), "visibility": float(truth["visibility"])}
-    common = {**about, "verdict": verdict, "said": said, "seconds": seconds}
     silent = verdict in (*SILENT, "undetermined")
-    if effect == "none":
-        return Outcome(**common, missed=silent, false=not silent)
-    located = bool(findings) and _located(findings[0]["location"], truth["nodes"], xyz)
+    control = effect == "none"
+    located = not control and bool(findings) and _located(findings[0]["location"], truth["nodes"], xyz)
     right = named and said == effect and located
-    return Outcome(**common, located=located, named=right, wrong=named and not right, missed=silent)
+    return Outcome(
+        case,
+        effect,
+        str(truth["control"]),
+        float(truth["visibility"]),
+        verdict,
+        said,
+        located=located,
+        named=right,
+        wrong=not control and named and not right,
+        missed=silent,
+        false=control and not silent,
+        seconds=seconds,
+    )
 
 
 def _located(location: dict[str, Any], nodes: Sequence[int], xyz: dict[int, FloatArray]) -> bool:
     """Whether the place, or one of the first two others it calls possible, is near every true node."""
     points = np.array(list(xyz.values()))
-    reach = NEAR * float(np.linalg.norm(np.ptp(points, axis=0)))
+    reach = (NEAR + 1e-9) * float(np.linalg.norm(np.ptp(points, axis=0)))
     for told in [location.get("nodes", []), *location.get("also_possible", [])[:2]]:
         got = [xyz[n] for n in told if n in xyz]
         few = 0 < len(got) <= max(2, 2 * len(nodes))

@@ -130,7 +130,7 @@ def modes_of(
     omega, phi = _with_statics(drawn, omega, phi, solver.solve, [np.asarray(T.T @ g) for g in patterns])
     if form:
         omega = omega * np.exp(FORM_SD * np.clip(rng.standard_normal(len(omega)), -CUT, CUT))
-    zeta = plan.study.damping_ratio * np.exp(rng.uniform(*np.log(DAMPING), len(omega)))
+    zeta = plan.study.damping_ratio * np.exp(rng.uniform(np.log(DAMPING[0]), np.log(DAMPING[1]), len(omega)))
     zeta *= np.clip(omega / (1.5 * high), 1.0, 2.0)
     floor = 1e-3 * low  # a free body drifts as slowly as it can
     return Truth(np.maximum(omega, floor), np.minimum(zeta, 0.5), phi, T, drawn.K, drawn.M, solver.solve)
