@@ -1,4 +1,4 @@
-"""The command line: `femend diagnose`, `femend demo`, `femend inspect`, `femend modes`."""
+"""The command line: `femend diagnose`, `femend demo`, `femend inspect`, `femend modes`, `femend selftest`."""
 
 from __future__ import annotations
 
