@@ -59,6 +59,37 @@ def test_every_kind_of_place_is_offered(tmp_path: Path) -> None:
     assert cut(model).to == "member to node 5"
 
 
+def test_moved_supports_carry_the_structure_along(tmp_path: Path) -> None:
+    """Static response to a uniform displacement of all supports is that displacement everywhere."""
+    model = read(tmp_path, frame())
+    moved = [p for p in find_places(model) if p.kind == "base" and p.to == "moved"]
+    assert [p.direction for p in moved] == ["X", "Z"]
+    for place, c in zip(moved, (0, 2), strict=True):
+        pattern = np.zeros(model.fe.n_g)
+        pattern[place.g_rows[0]] = place.g_values[0]
+        T = model.transformation()
+        u = np.asarray(T @ np.linalg.solve(model.matrices()[0].toarray(), np.asarray(T.T @ pattern)))
+        free = [6 * model.index(node) + c for node in (2, 3, 4, 5, 6)]
+        np.testing.assert_allclose(u[free], 1.0, rtol=1e-8)
+
+
+def test_a_long_member_is_offered_in_parts(tmp_path: Path) -> None:
+    """A straight cantilever of six bars: whole, halves, thirds and single bars, each with its own end nodes."""
+    lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "MAT1,1,7.+10,,0.33,2700.", "PBAR,1,1,3.-4,2.-9,2.-8,1.-8"]
+    lines += [f"GRID,{n},,{0.1 * n:.1f},0.,0." for n in range(1, 8)]
+    lines += [f"CBAR,{n},1,{n},{n + 1},0.,0.,1." for n in range(1, 7)]
+    model = read(tmp_path, "\n".join([*lines, "SPC1,1,123456,1", "ENDDATA", ""]))
+    members = [p for p in find_places(model) if p.kind == "member"]
+    assert members[0].nodes == (1, 7)
+    assert not members[0].unlikely
+    by_nodes = {p.nodes: p for p in members[1:]}
+    assert by_nodes[1, 4].elements == (1, 2, 3)
+    assert by_nodes[3, 5].elements == (3, 4)
+    assert {(n, n + 1) for n in range(1, 7)} <= set(by_nodes)
+    assert len(by_nodes) == len(members) - 1
+    assert all(p.unlikely for p in members[1:])
+
+
 def released(model: Model, place: Place) -> tuple[np.ndarray, np.ndarray, float]:
     """K with the cut open, B on the independent DOFs, S."""
     B = np.zeros(model.fe.n_g)

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.diagnose.locate import LINES, Located
+from femend.diagnose.classes import similarity
+from femend.diagnose.locate import ALIKE, COMPARED_LINES, LINES, Located
 from femend.diagnose.receptances import receptances
 from femend.diagnose.settings import Settings
 from femend.estimate import Problem
@@ -26,22 +27,38 @@ TWINS = 0.999
 def with_look_alikes(
     problem: Problem, reduced: ReducedModel, found: Sequence[Located], places: Sequence[Place], settings: Settings
 ) -> list[Located]:
-    """The first places that do not move alike, `settings.places` of them, each with its look-alikes.
+    """The first places that do not move alike, `settings.places` of them, each with its look-alikes; then the first of
+    every other kind that moves the sensors differently, up to `settings.kinds` kinds in all.
 
     Where two look-alikes move differently, a law at one does not do what it would do at the other, so that both are
-    worth trying.
+    worth trying. A free force at a wrong place may leave a little less than one at the right place, since it also takes
+    up what is wrong with the rest of the model; no law does that, so that the other kinds are tried too.
     """
     kept: list[Located] = []
     twins: list[Place] = []
-    for one in found:
-        if len(kept) == settings.places:
-            break
-        if any(one.place is p for p in twins):
+    kind = _kinds(problem, reduced, found)
+    reach = min((one.cost for one in found), default=0.0) + settings.reach
+    for n, one in enumerate(found):
+        new = kind[n] not in kind[:n] and one.cost < reach and len(set(kind[: n + 1])) <= settings.kinds
+        if any(one.place is p for p in twins) or not (len(kept) < settings.places or new):
             continue
         alike = look_alikes(problem, reduced, one, places, settings.margin)
         twins += [a.place for a in alike if a.together > TWINS]
         kept.append(replace(one, alike=tuple(a.place for a in alike)))
     return kept
+
+
+def _kinds(problem: Problem, reduced: ReducedModel, found: Sequence[Located]) -> list[int]:
+    """A number for each place, the same for those with one force that move the sensors alike."""
+    kinds = list(range(len(found)))
+    single = [i for i, one in enumerate(found) if one.place.n_w == 1]
+    if single:
+        few = problem.on(problem.records[:1]).thinned(COMPARED_LINES)
+        p = found[single[0]].fit.p
+        matrix = similarity(few, reduced, [found[i].place for i in single], p)
+        for n, i in enumerate(single):
+            kinds[i] = next((kinds[single[m]] for m in range(n) if matrix[n, m] > ALIKE), i)
+    return kinds
 
 
 @dataclass(frozen=True, eq=False)

@@ -109,9 +109,9 @@ def explain(
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
     tell.start("name it", len(short))
     ranked: list[Ranked] = []
-    if _worth_naming(null, located, settings) and not plainly_unmeasured(
-        split, reduced, located, start.g_rows, settings
-    ):
+    worth = _worth_naming(null, located, settings)
+    plainly = worth and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
+    if worth and not plainly:
         ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, null.p, null_score, tell.advance)
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)
@@ -122,7 +122,7 @@ def explain(
         "", problem, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
         _probabilities(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
     )  # fmt: skip
-    return decide(undecided, split)
+    return decide(undecided, split, plainly)
 
 
 def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool:
@@ -140,15 +140,16 @@ def _probabilities(ranked: list[Ranked], null_score: float) -> list[float]:
     return [float(w) for w in (weights / weights.sum())[:-1]]
 
 
-def decide(found: Diagnosis, split: Split) -> Diagnosis:
-    """The verdict: a law has to win clearly on data it has not seen, and to explain about as much as a free force."""
+def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
+    """The verdict: a law has to win clearly on data it has not seen, and to explain about as much as a free force;
+    `plainly` says that recordings of different level show one and the same force."""
     settings, best = found.settings, (found.ranked[0] if found.ranked else None)
     outlier = _worst_parameter(found)
     quiet = "parameters-only" if _needed_update(found) else "consistent"
     if found.load is not None and (best is None or found.load.score < best.score):
         return replace(found, verdict="missing-physics", place=None)
     named = best is not None and _accepted(found, best)
-    if not (named and best is not None and _adequate(found, best)) and _clearly_missing(found):
+    if not (named and best is not None and _adequate(found, best)) and (plainly or _clearly_missing(found)):
         unmeasured = find_unmeasured(split, found.reduced, found.located, found.g_rows, settings)
         if unmeasured is not None:
             return replace(found, verdict="missing-physics", load=unmeasured)

@@ -121,10 +121,16 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
     start = dict(keep)
     for i, p in keep:
         start.update({j: p for j in kin.of_place(i, todo) if j not in start})
+    # a clamp moves the sensors as motion of the base does, and drives out what it cannot be told from
+    bases = [i for i, place in enumerate(todo) if place.kind == "base"]
+    likely = next((p for i, p in keep if todo[i].n_w == 1), null.p)
+    start.update({i: likely for i in bases if i not in start})
     ranked = _fitted(few, hypotheses, list(start.items()), 0.0, 8, todo)
     first = {i for i, _ in _best(ranked, todo, kin, FULL_LINES)}
     near = NEAR + min((f.cost for i, f in ranked if todo[i].n_w <= 1), default=0.0)
-    chosen = [(i, f.p) for n, (i, f) in enumerate(ranked) if i in first or (n < FULL_ALIKE and f.cost < near)]
+    chosen = [
+        (i, f.p) for n, (i, f) in enumerate(ranked) if i in first or (f.cost < near and (n < FULL_ALIKE or i in bases))
+    ]
     ranked = _fitted(problem.thinned(FINAL_LINES), hypotheses, chosen, 0.0, 5, todo)
     found = [Located(todo[i], f, squares_of(problem, f, 0.0)) for i, f in ranked]
     return sorted(found, key=lambda found: found.cost + TIE * preference(found.place))

@@ -142,7 +142,7 @@ def name_physics(
             tried += new
             opened += [at] if at is not None and place is found.place else []
     if not _linear_suffices(split, reduced, tried, opened, null_score, settings):
-        for at in opened[: settings.nonlinear_places]:
+        for at in _likeliest(opened, tried, settings):
             tried += [_Tried(c, at.found, at.recovered) for c in _nonlinear_laws(split, at)]
     tried = [t for t in tried if np.isfinite(t.candidate.chosen)]
     judge = _widest(split, reduced, tried, settings)
@@ -170,6 +170,20 @@ def _linear_suffices(
     if null_score - min(free, default=np.inf) < settings.gain_nonlinear * n_values:
         return True
     return bool(linear - min(free, default=np.inf) < settings.gain_cost)
+
+
+def _likeliest(opened: Sequence[_Opened], tried: Sequence[_Tried], settings: Settings) -> list[_Opened]:
+    """The places where nonlinear laws are tried: in turns the one a free force fits best at, and the one where a linear
+    law comes nearest, since what it stands in for acts there."""
+
+    def nearest(at: _Opened) -> float:
+        return min((t.candidate.chosen for t in tried if t.found.place is at.found.place), default=np.inf)
+
+    free, linear = sorted(opened, key=lambda at: at.found.cost), sorted(opened, key=nearest)
+    chosen: list[_Opened] = []
+    for pair in zip(free, linear, strict=True):
+        chosen += [at for at in pair if not any(at is c for c in chosen)]
+    return chosen[: settings.nonlinear_places]
 
 
 def _widest(split: Split, reduced: ReducedModel, tried: Sequence[_Tried], settings: Settings) -> _Judge:

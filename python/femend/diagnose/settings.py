@@ -14,6 +14,8 @@ class Settings:
     Attributes:
         places: places whose laws are fitted.
         margin: places within this cost of the best (in tempered log-posterior units) belong to its ambiguity set.
+        kinds: kinds of places, told apart by how they move the sensors, of which at least one place is tried.
+        reach: cost by which a place may be worse than the best (in tempered log-posterior units) to be tried so.
         nonlinear_places: places at which nonlinear laws are tried too.
         refined: candidates that are fitted with all unknowns together.
         gain_cost: fall of the score (tempered log posterior on unseen data) that a law must bring.
@@ -30,6 +32,8 @@ class Settings:
 
     places: int = 3
     margin: float = 10.0
+    kinds: int = 5
+    reach: float = 100.0
     nonlinear_places: int = 3
     refined: int = 2
     gain_cost: float = 40.0

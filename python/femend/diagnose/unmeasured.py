@@ -19,7 +19,7 @@ from femend.diagnose.locate import Located
 from femend.diagnose.name import Split, effective_values, score
 from femend.diagnose.settings import Settings
 from femend.estimate import Problem
-from femend.model import ReducedModel
+from femend.model import Place, ReducedModel
 
 __all__ = ["find_unmeasured", "plainly_unmeasured"]
 
@@ -61,9 +61,8 @@ def find_unmeasured(
     if not _from_outside(problem, recovered):
         return None
     force, repeats = _waveform(recovered)
-    values = _values(
-        problem, force if repeats else recovered.f[int(np.argmin([r.u.std() for r in problem.records]))][0], base
-    )
+    weakest = int(np.argmin([r.u.std() for r in problem.records]))
+    values = _values(problem, force if repeats else recovered.f[weakest][0], best.place)
     direction = best.place.direction
     candidate = _candidate(split, best)
     n_values = effective_values(split.choosing, reduced)
@@ -88,7 +87,7 @@ def plainly_unmeasured(
     No law does that, so that none needs to be tried.
     """
     best, problem = _outside(located, settings.margin), split.whole
-    if best is None or best.place.kind != "ground" or min(r.y.shape[0] for r in problem.records) < 2:
+    if best is None or min(r.y.shape[0] for r in problem.records) < 2:
         return False
     level = np.array([r.u.std() for r in problem.records])
     n = min(r.n for r in problem.records)
@@ -218,12 +217,22 @@ def _waveform(recovered: Recovered) -> tuple[FloatArray, bool]:
     return mean, bool(min(alike) > REPEATS)
 
 
-def _values(problem: Problem, f: FloatArray, base: bool) -> dict[str, tuple[float | None, str]]:
+def _twice_differentiated(f: FloatArray, problem: Problem) -> FloatArray:
+    """Second time derivative of a history, within the band."""
+    record = problem.records[0]
+    freq = np.fft.rfftfreq(len(f), record.dt)
+    F = np.where(freq <= problem.band[1], np.fft.rfft(f) * (2j * np.pi * freq) ** 2, 0.0)
+    return np.asarray(np.fft.irfft(F, len(f)))
+
+
+def _values(problem: Problem, f: FloatArray, place: Place) -> dict[str, tuple[float | None, str]]:
     """Parameters of the contract with their units: frequency (Hz) of a harmonic force and amplitude, or level."""
     rms = float(np.sqrt(np.mean(f**2)))
-    if base:
-        # the coordinate is the base's own acceleration: the pattern holds the masses
-        return {"level": (rms, "acceleration")}
+    if place.kind == "base":
+        # the free force is the base's own acceleration where the pattern holds masses, its displacement where it holds
+        # stiffnesses
+        level = rms if place.to == "inertia" else float(np.sqrt(np.mean(_twice_differentiated(f, problem) ** 2)))
+        return {"level": (level, "acceleration")}
     power = np.abs(np.fft.rfft(f)) ** 2
     top = int(np.argmax(power))
     near = power[max(0, top - NEAR_LINES) : top + NEAR_LINES + 1]

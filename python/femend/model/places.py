@@ -347,8 +347,36 @@ def _pairs_along_axes(model: Model, top: Topology) -> list[Place]:
     return places
 
 
+def _moved_supports(model: Model, held: Sequence[int]) -> list[Place]:
+    """Uniform displacement of the nodes `held` along each axis: the forces with which it drives the rest.
+
+    Responses are then the structure's own (absolute) motion, as accelerometers show it. The little mass that elements
+    next to a support share with it is left out.
+    """
+    nodes = set(held)
+    driving = [eid for eid, _, own in model.fe.elements() if nodes.intersection(own)]
+    ones = np.ones(len(model.parameters))
+    places = []
+    for c in range(3):
+        pattern = np.zeros(model.fe.n_g)
+        shift = np.zeros(model.fe.n_g)
+        for node in held:
+            index = model.index(node)
+            shift[6 * index : 6 * index + 3] = model.fe.frames[index][:, c]
+        for eid in driving:
+            rows, K, _ = model.fe.element_matrices(eid, ones)
+            pattern[rows] -= K @ shift[rows]
+        pattern[held_rows(model)] = 0.0
+        keep = np.flatnonzero(pattern)
+        if len(keep):
+            label = f"base motion, {AXES[c]}"
+            places.append(Place("base", tuple(held), AXES[c], "moved", (keep,), (pattern[keep],), label=label))
+    return places
+
+
 def _bases(model: Model, top: Topology) -> list[Place]:
-    """Uniform motion of everything that is held: the inertia forces it makes."""
+    """Uniform motion of everything that is held, for responses against it (the inertia forces it makes) and for
+    absolute ones."""
     T = model.transformation()
     _, M = model.matrices()
     held = [n for n in model.node_ids.tolist() if top.held[_rows(model, n)[:3]].all()]
@@ -364,7 +392,7 @@ def _bases(model: Model, top: Topology) -> list[Place]:
         pattern = M @ np.divide(a, counts, out=np.zeros_like(a), where=counts > 0)
         if held and np.abs(pattern).max(initial=0.0) > 0:
             places.append(
-                Place("base", tuple(held), AXES[c], "ground", (np.arange(model.fe.n_a),), (pattern,),
+                Place("base", tuple(held), AXES[c], "inertia", (np.arange(model.fe.n_a),), (pattern,),
                       label=f"base motion, {AXES[c]}", independent=True)
             )  # fmt: skip
-    return places
+    return places + _moved_supports(model, held)
