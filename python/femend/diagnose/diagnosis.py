@@ -38,7 +38,8 @@ class Diagnosis:
 
     `verdict` is one of the contract's; `best` the accepted candidate refitted to all records (None where nothing is
     added), `null` the updated model, `nominal` the deck as it is; `ranked` the candidates in order, `located` the
-    places, `probabilities` of the ranked, `load` a finding about the load.
+    places, `probabilities` of the ranked, `load` a finding about the load, `n_values` the effective number of values
+    that scores count on the choosing records.
     """
 
     verdict: str
@@ -57,6 +58,7 @@ class Diagnosis:
     advice: str
     settings: Settings
     g_rows: list[int]
+    n_values: float = 0.0
 
     @property
     def final(self) -> Candidate | None:
@@ -115,12 +117,14 @@ def explain(
         ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, null.p, null_score, tell.advance)
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)
-            null_score = score(baseline, split.choosing, settings, effective_values(split.choosing, reduced, sigma))
+            n_values = effective_values(split.choosing, reduced, sigma)
+            null_score = score(baseline, split.choosing, settings, n_values)
     ranked = [replace(r, name=name_of(r.candidate, r.recovered, settings)) for r in ranked]
     tell.start("fit the final model")
     undecided = Diagnosis(
         "", problem, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
         _probabilities(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
+        n_values,
     )  # fmt: skip
     return decide(undecided, split, plainly)
 
@@ -195,7 +199,20 @@ def _accepted(found: Diagnosis, best: Ranked) -> bool:
     chosen = np.log(found.null_chosen.chosen / max(best.candidate.chosen, 1e-12))
     # what the model can do by itself only far outside its priors is as much missing as what it cannot do
     relieved = found.null_chosen.prior - best.candidate.prior
-    return bool(gain > settings.gain_cost and (chosen > settings.gain_chosen or relieved > settings.gain_cost))
+    won = gain > settings.gain_cost and (chosen > settings.gain_chosen or relieved > settings.gain_cost)
+    return bool(won and _explained(found, best) >= settings.explained)
+
+
+def _explained(found: Diagnosis, best: Ranked) -> float:
+    """Share of what is wrong with the updated model that a law takes away: of its unseen misfit above the noise, or
+    above what a free force leaves where that is less, and of the prior cost of its unknowns.
+
+    A law at the right place leaves hardly anything. What is wrong with the model everywhere (its mesh, its
+    idealisation) is never taken away by one law at one place, however much that gains.
+    """
+    references = [r.candidate.reference for r in found.ranked if np.isfinite(r.candidate.reference)]
+    floor = found.n_values * float(np.log(max(min([1.0, *references]), 1e-12)))
+    return (found.null_score - best.score) / max(found.null_score - floor, 1e-12)
 
 
 def _clearly_missing(found: Diagnosis) -> bool:

@@ -1,8 +1,12 @@
-"""What no deck knows: members and masses are each a little off, whatever their group's factor says.
+"""What no deck knows: members and masses are each a little off, whatever their group's factor says, and so is the mesh.
 
 A group's factor moves all its members together; in the structure each differs by its tolerances, its welds and its
 mesh. Left out, such scatter looks like a small mass or a weak spring somewhere. The scatter of all units together is a
 Gaussian field; of it only the few combinations that change the modes of the band matter, and each becomes one unknown.
+
+Elements that interpolate linearly make modes too stiff, by the square of their size over the wavelength. That is no
+scatter, it grows steadily with frequency, and so it is one unknown of its own: bending waves shorten with the square
+root of frequency, so that the error of a frequency grows in proportion to it.
 """
 
 from __future__ import annotations
@@ -32,6 +36,10 @@ PATCHES = 4
 MOST, WORTH = 12, 0.05
 # neighbouring modes are taken to be at least this share of their frequency squared apart
 APART = 0.1
+# relative standard deviation of the stiffness error of the mesh at the top of the band, of elements with straight edges
+# and nodes at their corners alone: ten of them a wavelength make a frequency some 2 % too high
+MESH_SD = 0.025
+_LINEAR = {"CQUAD4": 4, "CTRIA3": 3, "CHEXA": 8, "CPENTA": 6, "CTETRA": 4, "CPYRAM": 5}
 # a combination is multiplied by exp(p), p with this standard deviation: close to linear over several of them
 SD = 0.02
 
@@ -47,25 +55,26 @@ class _Unit:
 
 @dataclass(frozen=True, eq=False)
 class FormErrors:
-    """Combinations of the units' errors: `weights` (n_combinations, n_units) of one standard deviation each."""
+    """Combinations of the units' errors: `weights` (n_combinations, n_units) of one standard deviation each; `mesh` is
+    the frequency (Hz) at which the mesh's own error has its standard deviation, 0 where it has none to speak of."""
 
     units: tuple[_Unit, ...]
     weights: FloatArray
+    mesh: float = 0.0
 
     def on(self, reduced: ReducedModel) -> ReducedModel:
-        """The reduced model with one more unknown, of prior mean zero, for every combination."""
-        if not len(self.weights):
+        """The reduced model with one more unknown, of prior mean zero, for every combination and for the mesh."""
+        parts = self._parts(reduced)
+        if not parts:
             return reduced
-        K, M = _projected(reduced, self.units)
         first = len(reduced.names)
         K_fixed, M_fixed = reduced.K_fixed.copy(), reduced.M_fixed.copy()
         terms = list(reduced.terms)
-        for i, row in enumerate(self.weights):
-            dK, dM = np.tensordot(row, K, 1) / SD, np.tensordot(row, M, 1) / SD
-            K_fixed -= dK
-            M_fixed -= dM
-            terms.append(Term(((first + i, 1.0),), dK, dM))
-        names = tuple(f"form {i + 1}" for i in range(len(self.weights)))
+        for i, (dK, dM) in enumerate(parts):
+            K_fixed -= dK / SD
+            M_fixed -= dM / SD
+            terms.append(Term(((first + i, 1.0),), dK / SD, dM / SD))
+        names = tuple(f"form {i + 1}" for i in range(len(parts)))
         return replace(
             reduced,
             K_fixed=K_fixed,
@@ -76,12 +85,23 @@ class FormErrors:
             form=self,
         )
 
+    def _parts(self, reduced: ReducedModel) -> list[tuple[FloatArray, FloatArray]]:
+        """Changes of K and M (r, r) by one standard deviation of every unknown."""
+        parts: list[tuple[FloatArray, FloatArray]] = []
+        if len(self.weights):
+            K, M = _projected(reduced, self.units)
+            parts += [(np.tensordot(row, K, 1), np.tensordot(row, M, 1)) for row in self.weights]
+        if self.mesh > 0:
+            dK = _mesh_stiffness(reduced, self.mesh)
+            parts.append((dK, np.zeros_like(dK)))
+        return parts
+
 
 def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
     """The combinations of member and mass errors that change modes up to `f_max` (Hz) most."""
-    units = _units(reduced.model)
+    units, mesh = _units(reduced.model), f_max if _linear(reduced.model) else 0.0
     if not units:
-        return FormErrors((), np.zeros((0, 0)))
+        return FormErrors((), np.zeros((0, 0)), mesh)
     K, M = _projected(reduced, units)
     omega, Q = _modes(reduced)
     n_band = max(1, int((omega < 1.1 * 2 * np.pi * f_max).sum()))
@@ -95,7 +115,21 @@ def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
         effects.append(((k - omega[own, None] ** 2 * m) / gap).ravel())
     U, s, _ = np.linalg.svd(np.array(effects), full_matrices=False)
     kept = int(min(MOST, (s > WORTH * s[0]).sum())) if s.size and s[0] > 0 else 0
-    return FormErrors(units, U[:, :kept].T.copy())
+    return FormErrors(units, U[:, :kept].T.copy(), mesh)
+
+
+def _linear(model: Model) -> bool:
+    """Whether the model has shells or solids that interpolate linearly."""
+    return any(_LINEAR.get(card) == len(nodes) for _, card, nodes in model.fe.elements())
+
+
+def _mesh_stiffness(reduced: ReducedModel, f_top: float) -> FloatArray:
+    """Change of K (r, r) that raises each frequency in proportion to itself, by `MESH_SD` at `f_top` (Hz) and above."""
+    omega, Q = _modes(reduced)
+    M = reduced.M_fixed + sum((t.M for t in reduced.terms if t.M is not None), np.zeros_like(reduced.M_fixed))
+    growth = 2 * MESH_SD * np.minimum(omega / (2 * np.pi * f_top), 1.0)
+    shapes = M @ Q
+    return np.asarray((shapes * (growth * omega**2)) @ shapes.T)
 
 
 def _modes(reduced: ReducedModel) -> tuple[FloatArray, FloatArray]:
