@@ -99,51 +99,93 @@ impl Split {
     }
 }
 
+/// A loop compiled for each width of vector instructions. What a loop calls must be inlined into it: closures around whole
+/// loops are not always.
+pub(crate) trait Loop {
+    type Output;
+    fn run(self) -> Self::Output;
+}
+
 /// Runs a loop in the widest vector instructions the machine has.
-#[inline(always)]
-pub(crate) fn wide<T>(f: impl FnOnce() -> T) -> T {
-    struct Wide<F>(F);
-    impl<T, F: FnOnce() -> T> pulp::WithSimd for Wide<F> {
-        type Output = T;
+pub(crate) fn wide<L: Loop>(l: L) -> L::Output {
+    struct Wide<L>(L);
+    impl<L: Loop> pulp::WithSimd for Wide<L> {
+        type Output = L::Output;
         #[inline(always)]
-        fn with_simd<S: pulp::Simd>(self, _: S) -> T {
-            (self.0)()
+        fn with_simd<S: pulp::Simd>(self, _: S) -> L::Output {
+            self.0.run()
         }
     }
-    pulp::Arch::new().dispatch(Wide(f))
+    pulp::Arch::new().dispatch(Wide(l))
 }
 
 /// y = f(y, a) on every line.
-#[inline(always)]
 pub(crate) fn update(y: PairMut<'_>, a: Pair<'_>, f: impl Fn(Complex64, Complex64) -> Complex64) {
-    wide(|| {
-        let n = y.0.len();
-        let (yr, yi, ar, ai) = (&mut y.0[..n], &mut y.1[..n], &a.0[..n], &a.1[..n]);
-        for k in 0..n {
-            let v = f(Complex64::new(yr[k], yi[k]), Complex64::new(ar[k], ai[k]));
-            (yr[k], yi[k]) = (v.re, v.im);
+    struct Update<'a, F>(PairMut<'a>, Pair<'a>, F);
+    impl<F: Fn(Complex64, Complex64) -> Complex64> Loop for Update<'_, F> {
+        type Output = ();
+        #[inline(always)]
+        fn run(self) {
+            let Self(y, a, f) = self;
+            let n = y.0.len();
+            let (yr, yi, ar, ai) = (&mut y.0[..n], &mut y.1[..n], &a.0[..n], &a.1[..n]);
+            for k in 0..n {
+                let v = f(Complex64::new(yr[k], yi[k]), Complex64::new(ar[k], ai[k]));
+                (yr[k], yi[k]) = (v.re, v.im);
+            }
         }
-    });
+    }
+    wide(Update(y, a, f));
 }
 
 /// y = f(y, a, b) on every line.
-#[inline(always)]
 pub(crate) fn update2(
     y: PairMut<'_>,
     a: Pair<'_>,
     b: Pair<'_>,
     f: impl Fn(Complex64, Complex64, Complex64) -> Complex64,
 ) {
-    wide(|| {
-        let n = y.0.len();
-        let (yr, yi) = (&mut y.0[..n], &mut y.1[..n]);
-        let (ar, ai, br, bi) = (&a.0[..n], &a.1[..n], &b.0[..n], &b.1[..n]);
-        for k in 0..n {
-            let (a, b) = (Complex64::new(ar[k], ai[k]), Complex64::new(br[k], bi[k]));
-            let v = f(Complex64::new(yr[k], yi[k]), a, b);
-            (yr[k], yi[k]) = (v.re, v.im);
+    struct Update<'a, F>(PairMut<'a>, Pair<'a>, Pair<'a>, F);
+    impl<F: Fn(Complex64, Complex64, Complex64) -> Complex64> Loop for Update<'_, F> {
+        type Output = ();
+        #[inline(always)]
+        fn run(self) {
+            let Self(y, a, b, f) = self;
+            let n = y.0.len();
+            let (yr, yi) = (&mut y.0[..n], &mut y.1[..n]);
+            let (ar, ai, br, bi) = (&a.0[..n], &a.1[..n], &b.0[..n], &b.1[..n]);
+            for k in 0..n {
+                let (a, b) = (Complex64::new(ar[k], ai[k]), Complex64::new(br[k], bi[k]));
+                let v = f(Complex64::new(yr[k], yi[k]), a, b);
+                (yr[k], yi[k]) = (v.re, v.im);
+            }
         }
-    });
+    }
+    wide(Update(y, a, b, f));
+}
+
+/// y = f(y, a, w) on every line for a real w.
+pub(crate) fn update_real(
+    y: PairMut<'_>,
+    a: Pair<'_>,
+    w: &[f64],
+    f: impl Fn(Complex64, Complex64, f64) -> Complex64,
+) {
+    struct Update<'a, F>(PairMut<'a>, Pair<'a>, &'a [f64], F);
+    impl<F: Fn(Complex64, Complex64, f64) -> Complex64> Loop for Update<'_, F> {
+        type Output = ();
+        #[inline(always)]
+        fn run(self) {
+            let Self(y, a, w, f) = self;
+            let n = y.0.len();
+            let (yr, yi, ar, ai, w) = (&mut y.0[..n], &mut y.1[..n], &a.0[..n], &a.1[..n], &w[..n]);
+            for k in 0..n {
+                let v = f(Complex64::new(yr[k], yi[k]), Complex64::new(ar[k], ai[k]), w[k]);
+                (yr[k], yi[k]) = (v.re, v.im);
+            }
+        }
+    }
+    wide(Update(y, a, w, f));
 }
 
 /// 1 / a without guards against overflow; a zero gives values that are not finite.

@@ -7,7 +7,7 @@ use super::prepared::Prepared;
 use num_complex::Complex64;
 
 /// The closed loop of a linear law: D = B (D_0 + T_d c), F = -kappa D.
-pub(crate) struct Loop {
+pub(crate) struct ClosedLoop {
     /// kappa, one column.
     pub kappa: Split,
     /// Parts of kappa that act on velocity and on acceleration: kappa = elastic + s velocity + s^2 inertia.
@@ -26,7 +26,7 @@ fn column(values: &[Complex64]) -> Split {
     Split::new(values.len(), 1, |k, _| values[k])
 }
 
-impl Loop {
+impl ClosedLoop {
     /// Closes the loop; `c` is the compliance of the coordinates in the basis.
     pub fn new(
         at: &Prepared<'_>,

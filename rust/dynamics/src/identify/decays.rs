@@ -69,7 +69,17 @@ impl Decays {
         all
     }
 
-    /// Accelerations of column `t` at the sensors, the answer of a closed loop included.
+    /// The same, or where no loop is closed, and they are not needed, without displacement and velocity.
+    pub fn needed_motion(&self, response: &Response, t: usize) -> Split {
+        if response.closed.is_some() {
+            return self.motion(response, t);
+        }
+        let mut acceleration = Split::zeros(self.tails.n_lines(), 1);
+        self.moved(response, t, 2, acceleration.col_mut(0));
+        acceleration
+    }
+
+    /// Accelerations of column `t` at the sensors, without weights, the answer of a closed loop included.
     pub fn column(&self, at: &Prepared<'_>, response: &Response, t: usize, y: &mut Split) {
         if t >= self.n_modal() {
             (0..y.n_columns()).for_each(|s| y.col_mut(s).0.fill(0.0));
@@ -78,13 +88,10 @@ impl Decays {
             let none = Split::zeros(at.n_lines(), response.n_w);
             return response.push(&closed.answer_to_both(none, &self.inner[t - self.n_modal()]), y);
         }
-        let m = t / 2;
+        let (m, motion) = (t / 2, self.motion(response, t));
         let Some(closed) = &response.closed else {
-            let mut acceleration = Split::zeros(at.n_lines(), 1);
-            self.moved(response, t, 2, acceleration.col_mut(0));
-            return response.at_sensors(m, &acceleration, y);
+            return response.at_sensors(m, &motion.split_columns(2).1, y);
         };
-        let motion = self.motion(response, t);
         let force = closed.cut_off(at, &motion);
         let open = response.at_coordinates(m, -1.0, &motion);
         let extra = response.at_coordinates(m, 1.0, &force);

@@ -24,6 +24,7 @@ mod prepared;
 mod projector;
 mod response;
 mod sensitivities;
+mod shapes;
 mod solve;
 mod system;
 

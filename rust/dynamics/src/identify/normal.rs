@@ -1,7 +1,7 @@
 //! Cost, gradient and Gauss-Newton matrix of one hypothesis over all records.
 
 use super::IdentifyError;
-use super::arrays::{Split, Workspace, update};
+use super::arrays::{Split, Workspace, update, update2};
 use super::decays::{Decays, decay_factor, eliminate};
 use super::hypothesis::{Hypothesis, What};
 use super::model::{Modal, Model, Slopes};
@@ -9,6 +9,7 @@ use super::prepared::Prepared;
 use super::projector::Projector;
 use super::response::Response;
 use super::sensitivities::Sensitivities;
+use super::shapes::Shapes;
 use super::system::System;
 use femend_linalg::{Dense, gemm_tn};
 
@@ -32,6 +33,7 @@ pub(crate) struct Step<'a> {
     pub at: &'a Prepared<'a>,
     pub response: Response,
     pub projector: Option<Projector>,
+    pub shapes: Shapes,
     pub decays: Decays,
     pub amplitudes: Vec<f64>,
     /// Weighted columns of the decays, then the residual without them, projected.
@@ -57,36 +59,34 @@ impl<'a> Step<'a> {
         let response = Response::new(at, modal, hypothesis, x, system.n_tuned)?;
         let decays = Decays::new(at, &response, hypothesis, x)?;
         let n_t = decays.len();
+        let projector = matches!(hypothesis.what, What::FreeForce).then(|| Projector::new(at, &response));
+        let n_modes = system.n_tuned.max(response.poles.len());
+        let shapes = Shapes::new(at, &response, projector.as_ref(), n_modes, ws);
         let mut base = ws.take(at.n_rows(), n_t + 1);
+        let n_along = if projector.is_some() { 2 * at.n_lines() * response.n_w } else { 0 };
+        let mut along = ws.take(n_along, n_t + 1);
+        for t in 0..decays.n_modal() {
+            let motion = decays.needed_motion(&response, t);
+            shapes.decay(at, &response, t / 2, &motion, (base.col_mut(t), along.col_mut(t)));
+        }
         let mut y = Split::zeros(at.n_lines(), at.n_out());
-        for t in 0..n_t {
+        for t in decays.n_modal()..n_t {
             decays.column(at, &response, t, &mut y);
             at.fill(base.col_mut(t), &y);
         }
         for s in 0..at.n_out() {
-            let (column, recorded) = (y.col_mut(s), at.y.col(s));
-            update(column, recorded, |_, y| y);
-            update(y.col_mut(s), response.y.col(s), |y, predicted| y - predicted);
+            update2(y.col_mut(s), at.y.col(s), response.y.col(s), |_, recorded, y| recorded - y);
         }
         at.fill(base.col_mut(n_t), &y);
-        let projector = matches!(hypothesis.what, What::FreeForce).then(|| Projector::new(at, &response));
-        let mut along = Dense::zeros(0, n_t + 1);
         if let Some(p) = &projector {
-            along = ws.take(2 * at.n_lines() * response.n_w, n_t + 1);
-            let mut part = Split::zeros(at.n_lines(), response.n_w);
-            for t in 0..=n_t {
-                p.project(base.col_mut(t), &mut part);
-                for (i, out) in along.col_mut(t).chunks_exact_mut((2 * at.n_lines()).max(1)).enumerate() {
-                    update(out.split_at_mut(at.n_lines()), part.col(i), |_, v| v);
-                }
-            }
+            p.project(base.col_mut(n_t), along.col_mut(n_t));
         }
         let gram = gemm_tn(&base, &base);
         let factor = if n_t > 0 { decay_factor(&gram, &decays.ridge) } else { None };
         let (amplitudes, sum) = eliminate(&gram, factor.as_ref(), n_t);
         let lost = if projector.is_some() { response.n_w.min(at.n_out()) } else { 0 };
         let free = (at.n_lines() * (at.n_out() - lost)) as f64;
-        Ok(Self { at, response, projector, decays, amplitudes, base, along, factor, sum, free })
+        Ok(Self { at, response, projector, shapes, decays, amplitudes, base, along, factor, sum, free })
     }
 
     /// Forces on the structure at the coordinates, a column each; those of a free force fit the residual.
@@ -120,12 +120,8 @@ impl<'a> Step<'a> {
         at: &mut Evaluation,
     ) {
         let n_t = self.decays.len();
-        let mut columns = Sensitivities::fill(self, system, modal, slopes, ws);
+        let columns = Sensitivities::fill(self, system, modal, slopes, ws);
         let n = columns.ncols();
-        if let Some(p) = &self.projector {
-            let mut along = Split::zeros(self.at.n_lines(), self.response.n_w);
-            (0..n).for_each(|j| p.project(columns.col_mut(j), &mut along));
-        }
         let cross = gemm_tn(&self.base, &columns);
         let own = gemm_tn(&columns, &columns);
         ws.give(columns);
@@ -150,6 +146,7 @@ impl<'a> Step<'a> {
     }
 
     fn give_back(self, ws: &mut Workspace) {
+        self.shapes.give_back(ws);
         ws.give(self.base);
         ws.give(self.along);
     }

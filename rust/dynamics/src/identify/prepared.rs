@@ -1,7 +1,7 @@
 //! What every evaluation of a record needs and no unknown changes, line after line in memory.
 
 use super::RecordLines;
-use super::arrays::{Split, update};
+use super::arrays::{PairMut, Split, inverse, update, update_real};
 use femend_linalg::Dense;
 use num_complex::Complex64;
 
@@ -53,21 +53,23 @@ impl<'a> Prepared<'a> {
         2 * self.n_lines() * self.n_out()
     }
 
+    /// The parts of a column, sensor after sensor, with their weights.
+    pub fn sensors<'c>(&'c self, column: &'c mut [f64]) -> impl Iterator<Item = (PairMut<'c>, &'c [f64])> {
+        let n = self.n_lines();
+        let parts = column.chunks_exact_mut((2 * n).max(1)).enumerate();
+        parts.map(move |(s, part)| (part.split_at_mut(n), self.weight.col(s)))
+    }
+
     /// Writes the weighted accelerations `y` to a column.
     pub fn fill(&self, column: &mut [f64], y: &Split) {
-        let n = self.n_lines();
-        for (s, part) in column.chunks_exact_mut((2 * n).max(1)).enumerate() {
-            let w = self.weight.col(s);
-            update(part.split_at_mut(n), y.col(s), |_, y| y);
-            for half in part.chunks_exact_mut(n) {
-                super::arrays::wide(|| half.iter_mut().zip(w).for_each(|(v, w)| *v *= w));
-            }
+        for (s, (part, w)) in self.sensors(column).enumerate() {
+            update_real(part, y.col(s), w, |_, y, w| y * w);
         }
     }
 
     /// Transform of a decay exp(pole t) that begins where the record ends.
-    pub fn tail(&self, pole: Complex64, out: super::arrays::PairMut<'_>) {
+    pub fn tail(&self, pole: Complex64, out: PairMut<'_>) {
         let lambda = ((pole - self.record.sigma) * self.record.dt).exp();
-        update(out, self.turn.col(0), |_, z| super::arrays::inverse(1.0 - lambda * z));
+        update(out, self.turn.col(0), |_, z| inverse(1.0 - lambda * z));
     }
 }

@@ -1,8 +1,9 @@
 //! Free forces taken out of weighted columns, line by line.
 
-use super::arrays::{Pair, PairMut, Split, update, update2, wide};
+use super::arrays::{Loop, Pair, Split, update, update_real, wide};
 use super::prepared::Prepared;
 use super::response::Response;
+use femend_linalg::Dense;
 use num_complex::Complex64;
 
 /// Part of a force column, relative to its size, below which it depends on the columns before it.
@@ -10,48 +11,91 @@ const DEPENDENT: f64 = 1e-7;
 
 /// Orthonormal basis of the weighted force columns on every line, and their triangular factor.
 pub(crate) struct Projector {
-    /// Column j n_out + s.
-    basis: Split,
+    /// Vectors of the basis as weighted columns.
+    basis: Dense,
     /// Column j n_w + i for the entry (i, j).
     triangle: Split,
     n_w: usize,
 }
 
-/// sum += conj(v) x on every line.
-fn add_dot(sum: PairMut<'_>, v: Pair<'_>, x: Pair<'_>) {
-    update2(sum, v, x, |sum, v, x| sum + v.conj() * x);
+/// Lines whose sums over sensors stay in registers.
+const BLOCK: usize = 8;
+
+/// a = v^H x over the sensors and x -= v a, on every line; v and x hold sensor after sensor.
+struct TakeOut<'a> {
+    n: usize,
+    v: &'a [f64],
+    x: &'a mut [f64],
+    a: &'a mut [f64],
 }
 
-fn add_power(sum: &mut [f64], v: Pair<'_>) {
-    wide(|| sum.iter_mut().zip(v.0.iter().zip(v.1)).for_each(|(p, (a, b))| *p += a * a + b * b));
+#[inline(always)]
+fn block<const L: usize>(from: &[f64], k: usize) -> [f64; L] {
+    let part = &from[k..k + L];
+    std::array::from_fn(|i| part[i])
+}
+
+impl TakeOut<'_> {
+    #[inline(always)]
+    fn lines<const L: usize>(&mut self, k: usize) {
+        let (mut re, mut im) = ([0.0; L], [0.0; L]);
+        for (v, x) in self.v.chunks_exact(2 * self.n).zip(self.x.chunks_exact(2 * self.n)) {
+            let (vr, vi, xr, xi): ([f64; L], [f64; L], [f64; L], [f64; L]) =
+                (block(v, k), block(v, self.n + k), block(x, k), block(x, self.n + k));
+            for i in 0..L {
+                re[i] += vr[i] * xr[i] + vi[i] * xi[i];
+                im[i] += vr[i] * xi[i] - vi[i] * xr[i];
+            }
+        }
+        self.a[k..k + L].copy_from_slice(&re);
+        self.a[self.n + k..self.n + k + L].copy_from_slice(&im);
+        for (v, x) in self.v.chunks_exact(2 * self.n).zip(self.x.chunks_exact_mut(2 * self.n)) {
+            let (vr, vi): ([f64; L], [f64; L]) = (block(v, k), block(v, self.n + k));
+            let (xr, xi) = x.split_at_mut(self.n);
+            let (xr, xi) = (&mut xr[k..k + L], &mut xi[k..k + L]);
+            for i in 0..L {
+                xr[i] -= vr[i] * re[i] - vi[i] * im[i];
+                xi[i] -= vr[i] * im[i] + vi[i] * re[i];
+            }
+        }
+    }
+}
+
+impl Loop for TakeOut<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run(mut self) {
+        if self.n == 0 {
+            return;
+        }
+        let whole = self.n - self.n % BLOCK;
+        (0..whole).step_by(BLOCK).for_each(|k| self.lines::<BLOCK>(k));
+        (whole..self.n).for_each(|k| self.lines::<1>(k));
+    }
+}
+
+fn add_power(sum: &mut [f64], (re, im): Pair<'_>) {
+    sum.iter_mut().zip(re.iter().zip(im)).for_each(|(p, (a, b))| *p += a * a + b * b);
 }
 
 impl Projector {
     pub fn new(at: &Prepared<'_>, response: &Response) -> Self {
         let (n, n_out, n_w) = (at.n_lines(), at.n_out(), response.n_w);
-        let mut basis = response.h.clone();
+        let mut basis = Dense::zeros(at.n_rows(), n_w);
         let mut triangle = Split::zeros(n, n_w * n_w);
         for j in 0..n_w {
             let (mut size, mut left) = (vec![0.0; n], vec![0.0; n]);
-            for s in 0..n_out {
-                let (w, (re, im)) = (at.weight.col(s), basis.col_mut(j * n_out + s));
-                wide(|| re.iter_mut().zip(w).for_each(|(v, w)| *v *= w));
-                wide(|| im.iter_mut().zip(w).for_each(|(v, w)| *v *= w));
-                add_power(&mut size, basis.col(j * n_out + s));
+            let mut own = vec![0.0; at.n_rows()];
+            for (s, (part, w)) in at.sensors(&mut own).enumerate() {
+                update_real(part, response.h.col(j * n_out + s), w, |_, h, w| h * w);
             }
+            own.chunks_exact((2 * n).max(1)).for_each(|v| add_power(&mut size, v.split_at(n)));
+            let mut dot = vec![0.0; 2 * n];
             for i in 0..j {
-                let mut dot = Split::zeros(n, 1);
-                for s in 0..n_out {
-                    add_dot(dot.col_mut(0), basis.col(i * n_out + s), basis.col(j * n_out + s));
-                }
-                for s in 0..n_out {
-                    let mut taken = Split::zeros(n, 1);
-                    update2(taken.col_mut(0), basis.col(i * n_out + s), dot.col(0), |_, u, dot| u * dot);
-                    update(basis.col_mut(j * n_out + s), taken.col(0), |v, t| v - t);
-                }
-                update(triangle.col_mut(j * n_w + i), dot.col(0), |_, dot| dot);
+                wide(TakeOut { n, v: basis.col(i), x: &mut own, a: &mut dot });
+                update(triangle.col_mut(j * n_w + i), dot.split_at(n), |_, dot| dot);
             }
-            (0..n_out).for_each(|s| add_power(&mut left, basis.col(j * n_out + s)));
+            own.chunks_exact((2 * n).max(1)).for_each(|v| add_power(&mut left, v.split_at(n)));
             // A column that depends on the earlier ones adds nothing to the span and carries no force of its own.
             for (k, (left, size)) in left.iter_mut().zip(&size).enumerate() {
                 let length = left.sqrt();
@@ -59,30 +103,22 @@ impl Projector {
                 triangle.set(j * n_w + j, k, if kept { length.into() } else { Complex64::default() });
                 *left = if kept { 1.0 / length } else { 0.0 };
             }
-            for s in 0..n_out {
-                let (re, im) = basis.col_mut(j * n_out + s);
-                re.iter_mut().zip(&left).for_each(|(v, f)| *v *= f);
-                im.iter_mut().zip(&left).for_each(|(v, f)| *v *= f);
+            for (to, from) in basis.col_mut(j).chunks_exact_mut(n.max(1)).zip(own.chunks_exact(n.max(1))) {
+                to.iter_mut().zip(from.iter().zip(&left)).for_each(|(t, (v, f))| *t = v * f);
             }
         }
         Self { basis, triangle, n_w }
     }
 
-    /// Removes from a weighted column on every line its part in the span of the basis; `along` (n_w columns) becomes
-    /// that part's coordinates.
-    pub fn project(&self, column: &mut [f64], along: &mut Split) {
-        let n = self.basis.n_lines();
-        let n_out = column.len() / (2 * n).max(1);
-        for j in 0..self.n_w {
-            let (re, im) = along.col_mut(j);
-            re.fill(0.0);
-            im.fill(0.0);
-            for (s, x) in column.chunks_exact((2 * n).max(1)).enumerate() {
-                add_dot(along.col_mut(j), self.basis.col(j * n_out + s), x.split_at(n));
-            }
-            for (s, x) in column.chunks_exact_mut((2 * n).max(1)).enumerate() {
-                update2(x.split_at_mut(n), self.basis.col(j * n_out + s), along.col(j), |x, v, a| x - v * a);
-            }
+    /// Removes from a weighted column on every line its part in the span of the basis; `along` (n_w blocks of lines)
+    /// becomes that part's coordinates.
+    pub fn project(&self, column: &mut [f64], along: &mut [f64]) {
+        let n = self.triangle.n_lines();
+        if n == 0 {
+            return;
+        }
+        for (j, a) in along.chunks_exact_mut(2 * n).enumerate() {
+            wide(TakeOut { n, v: self.basis.col(j), x: &mut *column, a });
         }
     }
 

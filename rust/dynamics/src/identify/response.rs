@@ -2,7 +2,7 @@
 
 use super::IdentifyError;
 use super::arrays::{Split, inverse, update, update2};
-use super::attached::Loop;
+use super::attached::ClosedLoop;
 use super::hypothesis::{Hypothesis, What};
 use super::model::Modal;
 use super::prepared::Prepared;
@@ -30,7 +30,7 @@ pub(crate) struct Response {
     pub h: Split,
     /// Coordinates' displacements, a column each; those of a free force without that force.
     pub d: Split,
-    pub closed: Option<Loop>,
+    pub closed: Option<ClosedLoop>,
     /// Poles of the free decays a finite record cuts off; none for an FRF (`dt` = 0).
     pub poles: Vec<Complex64>,
 }
@@ -60,7 +60,7 @@ impl Response {
         h.times_line(&at.s2);
         let mut closed = None;
         if is_law {
-            let law = Loop::new(at, hypothesis, x, c)?;
+            let law = ClosedLoop::new(at, hypothesis, x, c)?;
             d = law.closed(&d);
             let mut force = d.clone();
             (0..n_w).for_each(|i| update(force.col_mut(i), law.kappa.col(0), |d, kappa| -kappa * d));
@@ -82,13 +82,6 @@ impl Response {
         let mut q = self.q.clone();
         add_force(&self.shapes, self.n_out, &self.g, force, &mut q);
         q
-    }
-
-    /// Adds the law's answer to open-loop changes -d of its coordinates to the accelerations.
-    pub fn feed_back(&self, d: &Split, y: &mut Split) {
-        if let Some(closed) = &self.closed {
-            self.push(&closed.answer(d), y);
-        }
     }
 
     /// dY/dx_j of the law's parameters.

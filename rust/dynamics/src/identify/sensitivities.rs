@@ -4,7 +4,9 @@ use super::arrays::{Split, Workspace, update, update2};
 use super::model::{Modal, Slopes};
 use super::normal::Step;
 use super::prepared::Prepared;
+use super::projector::Projector;
 use super::response::Response;
+use super::shapes::Shapes;
 use super::system::System;
 use femend_linalg::Dense;
 
@@ -12,6 +14,8 @@ use femend_linalg::Dense;
 pub(super) struct Sensitivities<'a> {
     at: &'a Prepared<'a>,
     response: &'a Response,
+    projector: Option<&'a Projector>,
+    shapes: &'a Shapes,
     modal: &'a Modal,
     /// Modal response with the force that acts, and the same times the receptances.
     q: Split,
@@ -19,10 +23,12 @@ pub(super) struct Sensitivities<'a> {
     /// Products with a derivative of K or M; and what comes of them at sensors and coordinates.
     v: Split,
     y: Split,
+    /// Coordinates of what is projected, of no further use.
+    along: Vec<f64>,
 }
 
 impl<'a> Sensitivities<'a> {
-    /// All columns, unknown after unknown, weighted and not projected.
+    /// All columns, unknown after unknown, weighted and projected.
     pub fn fill(
         step: &'a Step<'a>,
         system: &System,
@@ -42,7 +48,9 @@ impl<'a> Sensitivities<'a> {
         let y = Split::over(ws.take(n, response.shapes.ncols()));
         let n_law = response.closed.as_ref().map_or(0, |c| c.slopes.n_columns());
         let mut columns = ws.take(at.n_rows(), system.n_unknowns() + n_law);
-        let mut this = Self { at, response, modal, q, gq, v, y };
+        let along = vec![0.0; n * response.n_w];
+        let (projector, shapes) = (step.projector.as_ref(), &step.shapes);
+        let mut this = Self { at, response, projector, shapes, modal, q, gq, v, y, along };
         this.parameters(slopes, &mut columns, ws);
         this.tuned(system, &mut columns);
         this.damping(system, &mut columns);
@@ -79,23 +87,25 @@ impl<'a> Sensitivities<'a> {
 
     /// Writes to a column what changes -d of the modal response come to, with d at the sensors and coordinates in `y`.
     fn write(&mut self, column: &mut [f64]) {
-        let n_out = self.at.n_out();
+        let (at, n_out) = (self.at, self.at.n_out());
         for s in 0..n_out {
-            update(self.y.col_mut(s), self.at.s2.col(0), |y, s2| -s2 * y);
+            update(self.y.col_mut(s), at.s2.col(0), |y, s2| -s2 * y);
         }
-        if self.response.closed.is_some() {
-            let mut d = Split::zeros(self.at.n_lines(), self.response.n_w);
+        if let Some(closed) = &self.response.closed {
+            let mut d = Split::zeros(at.n_lines(), self.response.n_w);
             for i in 0..self.response.n_w {
                 update(d.col_mut(i), self.y.col(n_out + i), |_, d| d);
             }
-            self.response.feed_back(&d, &mut self.y);
+            self.response.push(&closed.answer(&d), &mut self.y);
         }
-        self.at.fill(column, &self.y);
+        at.fill(column, &self.y);
+        if let Some(p) = self.projector {
+            p.project(column, &mut self.along);
+        }
     }
 
     /// Columns of the tuned modes' frequency factors and damping ratios; each changes one mode.
     fn tuned(&mut self, system: &System, columns: &mut Dense) {
-        let shapes = &self.response.shapes;
         let mut change = Split::zeros(self.at.n_lines(), 1);
         for m in 0..system.n_tuned {
             let (w, z) = (self.modal.omega[m], self.modal.zeta[m]);
@@ -104,11 +114,7 @@ impl<'a> Sensitivities<'a> {
                 update2(change.col_mut(0), self.gq.col(m), self.at.s.col(0), |_, gq, s| {
                     (damping * s + stiff) * gq
                 });
-                for s in 0..shapes.ncols() {
-                    let shape = shapes[(m, s)];
-                    update(self.y.col_mut(s), change.col(0), |_, v| shape * v);
-                }
-                self.write(columns.col_mut(at));
+                self.shapes.one_mode(self.at, self.response, m, &change, columns.col_mut(at));
             }
         }
     }
