@@ -142,12 +142,12 @@ def test_exact_truth_has_the_decks_modes_and_static_answers(plan: Plan) -> None:
     g = pick(plan.model, [6 * plan.model.index(9) + 2], [1.0])
     truth = modes_of(rng, plan, drawn, [g], form=False)
     K, M = (a.toarray() for a in plan.model.matrices())
-    exact = np.sqrt(1 / scipy.linalg.eigh(M, K, eigvals_only=True)[::-1][:5])
-    assert truth.omega[:5] == pytest.approx(exact, rel=1e-6)
+    exact = np.sqrt(1 / scipy.linalg.eigh(M, K, eigvals_only=True)[::-1][:4])
+    assert truth.omega[:4] == pytest.approx(exact, rel=1e-6)
     shift = (0.3 * 2 * np.pi * plan.band[0]) ** 2
     assert 1 / np.sum(truth.shape(g) ** 2 / (truth.omega**2 + shift)) == pytest.approx(truth.stiffness(g), rel=1e-6)
     other = modes_of(rng, plan, draw(rng, plan), [g])
-    assert np.abs(other.omega[:5] / exact - 1).max() > 1e-3
+    assert np.abs(other.omega[:4] / exact - 1).max() > 1e-3
 
 
 def test_an_opened_clamp_is_a_hinge(plan: Plan, tmp_path: Path) -> None:
