@@ -229,8 +229,8 @@ def element_stiffness(here: Here, eid: int) -> tuple[NDArray[np.int64], FloatArr
 def _opened(here: Here, place: Place, k: float) -> Any:
     """Change of K (n_a, n_a) when a rigid connection becomes springs of `k` times the element's stiffness there.
 
-    With the drawn element's stiffness S along the cut, S0 as the deck has it, and its pattern B, eliminating the opening
-    leaves K - B (S + k diag S0)^-1 B'.
+    With the drawn element's stiffness S along the cut, S0 as the deck has it, and its pattern B, eliminating the
+    opening leaves K - B (S + k diag S0)^-1 B'.
     """
     model = here.model
     T = model.transformation()
