@@ -23,6 +23,7 @@ from blindgen import (
     excite,
     fe,
     laws,
+    outside,
     plan,
     plates,
     respond,
@@ -332,7 +333,7 @@ def catalogue_forces(d: np.ndarray, v: np.ndarray, a: np.ndarray, dt: float) -> 
         yield np.column_stack(base + columns)
 
 
-@pytest.mark.parametrize("name", effects.OUTSIDE)
+@pytest.mark.parametrize("name", outside.OUTSIDE)
 def test_outside_laws_are_not_in_the_catalogue(name: str) -> None:
     """Whatever law of the catalogue is fitted to a prescribed motion leaves 4 % of the nonlinear force or more."""
     rng, dt, n = np.random.default_rng(4), 5e-4, 6000
@@ -342,7 +343,7 @@ def test_outside_laws_are_not_in_the_catalogue(name: str) -> None:
     d, v, a = (np.fft.irfft(spectrum * omega**q) for q in range(3))
     scale = 1e-3 / d.std()
     d, v, a = d * scale, v * scale, a * scale
-    code, _, par = effects.OUTSIDE[name].shape(rng, effects.Place([1], 3, d.std(), v.std(), 1e4))
+    code, _, par = outside.OUTSIDE[name].shape(rng, effects.Place([1], 3, d.std(), v.std(), 1e4))
     p, z, f = laws.pack(*par(1.0)), np.zeros(laws.N_STATE), np.zeros(n)
     for i in range(n):
         g = np.zeros(laws.N_STATE)
