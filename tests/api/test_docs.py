@@ -15,7 +15,8 @@ PAGES = (
     "CONTRIBUTING.md",
     "benches/README.md",
     *(f"python/docs/{name}.md" for name in ("architecture", "correlation", "laws", "modal", "naming", "operating")),
-    *(f"python/docs/{name}.md" for name in ("elements", "output_only", "pretest", "recordings", "signals", "updating")),
+    *(f"python/docs/{name}.md" for name in ("elements", "output_only", "pretest", "recordings", "selftest", "signals")),
+    "python/docs/updating.md",
 )
 
 

@@ -193,7 +193,7 @@ def _here(plan: Plan, truth: Truth, drawn: Drawn, places: dict[str, list[Place]]
         return Spot(place, g, d, v, truth.stiffness(g), share)
 
     forces = tuple((int(r), int(s)) for r, s in zip(loud.in_rows, loud.in_signs, strict=True))
-    return Here(plan.model, places, _moving_mass(plan, drawn, truth), band, truth.omega, forces, look)
+    return Here(plan.model, drawn, places, _moving_mass(plan, drawn, truth), band, truth.omega, forces, look)
 
 
 def _moving_mass(plan: Plan, drawn: Drawn, truth: Truth) -> float:

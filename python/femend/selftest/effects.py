@@ -14,6 +14,7 @@ from femend.model import Model
 from femend.model.places import Place
 from femend.selftest import laws
 from femend.selftest.laws import Law
+from femend.selftest.truth import Drawn
 
 __all__ = ["Effect", "Here", "Unsuitable", "available", "draw_effect"]
 
@@ -40,10 +41,11 @@ class Spot:
 
 @dataclass(frozen=True, eq=False)
 class Here:
-    """What draws may look at: model, places by kind, its mass, band (rad/s), frequencies (rad/s) of the truth, and
-    the motion at a place."""
+    """What draws may look at: model and drawn structure, places by kind, mass, band (rad/s), frequencies (rad/s) of the
+    truth, and the motion at a place."""
 
     model: Model
+    drawn: Drawn
     places: dict[str, list[Place]]
     mass: float
     band: tuple[float, float]
@@ -218,20 +220,35 @@ def added_mass(rng: np.random.Generator, here: Here) -> Effect:
     )  # fmt: skip
 
 
-def _opened(here: Here, place: Place, k: float) -> Any:
-    """Change of K (n_a, n_a) when a rigid connection becomes springs of `k` times its own stiffness.
+def element_stiffness(here: Here, eid: int) -> tuple[NDArray[np.int64], FloatArray]:
+    """Rows on the g-set and stiffness of an element as it was drawn."""
+    rows, K, _ = here.model.fe.element_matrices(eid, here.model.factors(here.drawn.factors))
+    return rows, K * here.drawn.scatter.get(eid, 1.0)
 
-    The element's stiffness along the cut is S, its pattern B: eliminating the cut's opening leaves
-    K - B (S + k S)^-1 B'.
+
+def _opened(here: Here, place: Place, k: float) -> Any:
+    """Change of K (n_a, n_a) when a rigid connection becomes springs of `k` times the element's stiffness there.
+
+    With the drawn element's stiffness S along the cut, S0 as the deck has it, and its pattern B, eliminating the
+    opening leaves K - B (S + k diag S0)^-1 B'.
     """
     model = here.model
     T = model.transformation()
-    B = np.zeros((int(model.fe.n_g), place.n_w))
-    for i, (rows, values) in enumerate(zip(place.g_rows, place.g_values, strict=True)):
-        np.add.at(B[:, i], rows, values)
-    S = np.asarray(place.release)
-    A = sp.csc_array(T.T @ B)
-    return -(A @ sp.csc_array(np.linalg.inv(S + k * np.diag(np.diag(S)))) @ A.T)
+    (eid,) = place.elements
+    rows, deck, _ = model.fe.element_matrices(eid, np.ones(len(model.parameters)))
+    _, K = element_stiffness(here, eid)
+    at = {int(row): i for i, row in enumerate(rows)}
+    pattern = np.zeros((len(rows), place.n_w))
+    for i, (g_rows, values) in enumerate(zip(place.g_rows, place.g_values, strict=True)):
+        pattern[[at[int(row)] for row in g_rows], i] = values
+    # the motions of the cut, but for rigid ones, which no element feels
+    motion = np.linalg.pinv(deck, rcond=1e-12, hermitian=True) @ pattern
+    B = K @ motion
+    S = motion.T @ B
+    g = np.zeros((int(model.fe.n_g), place.n_w))
+    g[rows] = B
+    A = sp.csc_array(T.T @ g)
+    return -(A @ sp.csc_array(np.linalg.inv(S + k * np.diag(np.diag(np.asarray(place.release))))) @ A.T)
 
 
 def _cut(rng: np.random.Generator, here: Here, kind: str, name: str) -> Effect:
@@ -252,18 +269,17 @@ def joint_stiffness(rng: np.random.Generator, here: Here) -> Effect:
         factor = float(rng.uniform(0.4, 0.7))
         return Effect(
             "joint_stiffness", place.nodes, "", "member", (1.0, 1.0), lambda x: {"factor": factor},
-            change=lambda x: ((factor - 1) * _stiffness(here.model, place.elements), None), fixed=True,
+            change=lambda x: ((factor - 1) * _stiffness(here, place.elements), None), fixed=True,
         )  # fmt: skip
     return _cut(rng, here, "end", "joint_stiffness")
 
 
-def _stiffness(model: Model, elements: tuple[int, ...]) -> Any:
-    """Stiffness (n_a, n_a) of some elements at the deck's values."""
-    T, n = model.transformation(), int(model.fe.n_g)
-    ones = np.ones(len(model.parameters))
+def _stiffness(here: Here, elements: tuple[int, ...]) -> Any:
+    """Stiffness (n_a, n_a) of some elements as they were drawn."""
+    T, n = here.model.transformation(), int(here.model.fe.n_g)
     total = sp.csc_array((n, n))
     for eid in elements:
-        rows, K, _ = model.fe.element_matrices(eid, ones)
+        rows, K = element_stiffness(here, eid)
         index = np.repeat(rows, len(rows)), np.tile(rows, len(rows))
         total = total + sp.csc_array(sp.coo_array((K.ravel(), index), shape=(n, n)))
     return T.T @ total @ T

@@ -8,6 +8,7 @@ return map instead (elastic until it slips).
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 __all__ = ["Absorber", "Bilinear", "BoucWen", "Contact", "Cubic", "Dashpot", "Friction", "Law", "Maxwell", "Quadratic",
@@ -18,7 +19,7 @@ States = tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class Law:
+class Law(ABC):
     """A force law; `n_states` internal states start at zero."""
 
     @property
@@ -26,9 +27,9 @@ class Law:
         """Number of internal states."""
         return 0
 
+    @abstractmethod
     def force(self, d: float, v: float, z: States) -> Force:
         """Force on the structure and its derivatives by d and v at fixed states `z`."""
-        raise NotImplementedError
 
     def rates(self, d: float, v: float, z: States) -> States:
         """Time derivatives of the states at `d`, `v`, `z`."""

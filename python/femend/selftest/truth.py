@@ -26,17 +26,20 @@ DAMPING = (0.6, 1.6)  # times the study's ratio, drawn for every mode
 CUT = 2.2  # deviations beyond which nothing is drawn
 REACH = 4.0  # modes are taken up to this multiple of the band's end ...
 MOST = 160  # ... but no more than these
+SPARE = 60  # static answers beside them at most
 DENSE = 900  # DOFs up to which all modes are solved for at once
 PATCHES = 12
 
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """What a truth's structure is before anything is left out: K, M (n_a, n_a) and the factors of the parameters."""
+    """What a truth's structure is before anything is left out: K, M (n_a, n_a), the factors of the parameters, and by
+    element what its stiffness is times on top."""
 
     K: Any
     M: Any
     factors: dict[str, float]
+    scatter: dict[int, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +76,18 @@ def draw(rng: np.random.Generator, plan: Plan, control: str = "") -> Drawn:
         low, high = p.bounds or (0.0, np.inf)
         factors[p.name] = 1.0 if control in ("exact", "model_form") else float(np.clip(x, low, high))
     K, M = model.matrices(factors)
+    scatter: dict[int, float] = {}
     if control != "exact":
-        dK, dM = scattered(rng, model, factors, 2.0 if control == "model_form" else 1.0)
+        dK, dM, scatter = scattered(rng, model, factors, 2.0 if control == "model_form" else 1.0)
         K, M = K + dK, M + dM
-    return Drawn(K, M, factors)
+    return Drawn(K, M, factors, scatter)
 
 
-def scattered(rng: np.random.Generator, model: Model, factors: dict[str, float], times: float) -> tuple[Any, Any]:
-    """Changes of K and M (n_a, n_a) where members, patches of other elements and lumps each have an error of their own.
+def scattered(
+    rng: np.random.Generator, model: Model, factors: dict[str, float], times: float
+) -> tuple[Any, Any, dict[int, float]]:
+    """Changes of K and M (n_a, n_a) where members, patches of other elements and lumps each have an error of their own,
+    and the factor on every element's stiffness.
 
     Deviations are `times` 0.7 % of a member's stiffness and 1.5 % of a lump's mass.
     """
@@ -91,6 +98,7 @@ def scattered(rng: np.random.Generator, model: Model, factors: dict[str, float],
     centres = model.xyz[rng.integers(len(model.xyz), size=PATCHES)] + 1e-6 * size * rng.standard_normal((PATCHES, 3))
     errors = times * MEMBER_SD * np.clip(rng.standard_normal(n_members + PATCHES), -CUT, CUT)
     rows, columns, stiff, mass = [], [], [], []
+    scatter = {}
     for eid, _, nodes in model.fe.elements():
         if eid == 0:
             continue
@@ -101,6 +109,7 @@ def scattered(rng: np.random.Generator, model: Model, factors: dict[str, float],
         else:
             middle = np.mean([model.xyz[model.index(n)] for n in nodes], axis=0)
             unit = n_members + int(np.argmin(((centres - middle) ** 2).sum(axis=1)))
+        scatter[eid] = 1 + float(errors[unit])
         rows.append(np.repeat(at, len(at)))
         columns.append(np.tile(at, len(at)))
         stiff.append(errors[unit] * K.ravel())
@@ -108,10 +117,10 @@ def scattered(rng: np.random.Generator, model: Model, factors: dict[str, float],
     T, n = model.transformation(), int(model.fe.n_g)
     if not rows:
         empty = sp.csc_array((T.shape[1], T.shape[1]))
-        return empty, empty
+        return empty, empty, scatter
     index = np.concatenate(rows), np.concatenate(columns)
     g = [sp.csc_array(sp.coo_array((np.concatenate(v), index), shape=(n, n))) for v in (stiff, mass)]
-    return T.T @ g[0] @ T, T.T @ g[1] @ T
+    return T.T @ g[0] @ T, T.T @ g[1] @ T, scatter
 
 
 def modes_of(
@@ -128,9 +137,11 @@ def modes_of(
     solver = spla.splu(sp.csc_matrix(drawn.K + shift * drawn.M))
     omega, phi = _modes(drawn, REACH * high, shift)
     omega, phi = _with_statics(drawn, omega, phi, solver.solve, [np.asarray(T.T @ g) for g in patterns])
+    # as many numbers whatever the basis, so that a mode keeps its own with and without an effect
+    errors, shares = rng.standard_normal(MOST + SPARE)[: len(omega)], rng.random(MOST + SPARE)[: len(omega)]
     if form:
-        omega = omega * np.exp(FORM_SD * np.clip(rng.standard_normal(len(omega)), -CUT, CUT))
-    zeta = plan.study.damping_ratio * np.exp(rng.uniform(np.log(DAMPING[0]), np.log(DAMPING[1]), len(omega)))
+        omega = omega * np.exp(FORM_SD * np.clip(errors, -CUT, CUT))
+    zeta = plan.study.damping_ratio * DAMPING[0] * (DAMPING[1] / DAMPING[0]) ** shares
     zeta *= np.clip(omega / (1.5 * high), 1.0, 2.0)
     floor = 1e-3 * low  # a free body drifts as slowly as it can
     return Truth(np.maximum(omega, floor), np.minimum(zeta, 0.5), phi, T, drawn.K, drawn.M, solver.solve)

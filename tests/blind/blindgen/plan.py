@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .effects import OUTSIDE
+from .outside import OUTSIDE
 
 CONTROLS = ["exact", "parameters", "model_form"]
 EFFECTS = [

@@ -21,7 +21,7 @@ NU = 0.33
 class Solid(Structure):
     """Rectangular bar along X, clamped at x = 0, two halves as groups; `cells` deck elements each way, sides in m."""
 
-    cells: tuple[int, int, int] = (20, 3, 2)
+    cells: tuple[int, int, int] = (16, 2, 1)
     sides: tuple[float, float, float] = (0.7, 0.03, 0.014)
 
     @property

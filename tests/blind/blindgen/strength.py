@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .effects import CATALOGUE, Effect, Unsuitable, outside
+from .effects import CATALOGUE, Effect, Unsuitable
 from .integrate import Modal
+from .outside import outside
 from .respond import Parts, modal_of, record, scene
 from .setting import Test
 from .update import Update
