@@ -16,6 +16,8 @@ class Settings:
         margin: places within this cost of the best (in tempered log-posterior units) belong to its ambiguity set.
         kinds: kinds of places, told apart by how they move the sensors, of which at least one place is tried.
         reach: cost by which a place may be worse than the best (in tempered log-posterior units) to be tried so.
+        further: the same as a share of the best one's cost, in addition.
+        members: members whose stiffness factor is tried in any case: a factor explains less than a free force.
         nonlinear_places: places at which nonlinear laws are tried too.
         refined: candidates that are fitted with all unknowns together.
         gain_cost: fall of the score (tempered log posterior on unseen data) that a law must bring.
@@ -33,8 +35,10 @@ class Settings:
 
     places: int = 3
     margin: float = 10.0
-    kinds: int = 5
+    kinds: int = 6
     reach: float = 100.0
+    further: float = 0.1
+    members: int = 3
     nonlinear_places: int = 3
     refined: int = 2
     gain_cost: float = 40.0
