@@ -115,6 +115,15 @@ def explain(
     plainly = worth and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
     if worth and not plainly:
         ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, null.p, null_score, tell.advance)
+        if sigma == 0 and _unclear(null_score, ranked, n_values, settings):
+            tried = {id(one.place) for one in short}
+            others = [one for one in shortlist(located) if id(one.place) not in tried]
+            further = with_look_alikes(problem, reduced, others, places, replace(settings, places=settings.kinds))
+            tell.start("name it", len(further))
+            more, window = name_physics(
+                split, reduced, further, start.g_rows, settings, null.p, null_score, tell.advance
+            )
+            ranked = sorted([*ranked, *more], key=lambda r: r.score) if window == 0 else ranked
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)
             n_values = effective_values(split.choosing, reduced, sigma)
@@ -200,19 +209,31 @@ def _accepted(found: Diagnosis, best: Ranked) -> bool:
     # what the model can do by itself only far outside its priors is as much missing as what it cannot do
     relieved = found.null_chosen.prior - best.candidate.prior
     won = gain > settings.gain_cost and (chosen > settings.gain_chosen or relieved > settings.gain_cost)
-    return bool(won and _explained(found, best) >= settings.explained)
+    share = _explained(found.null_score, best, found.ranked, found.n_values)
+    return bool(won and share >= settings.explained)
 
 
-def _explained(found: Diagnosis, best: Ranked) -> float:
+def _unclear(null_score: float, ranked: Sequence[Ranked], n_values: float, settings: Settings) -> bool:
+    """Whether much is wrong with the updated model and no law at the places tried takes nearly all of it away."""
+    wrong = null_score - _floor(ranked, n_values)
+    share = _explained(null_score, ranked[0], ranked, n_values) if ranked else 0.0
+    return bool(wrong > 2 * settings.gain_cost and share < settings.clear)
+
+
+def _floor(ranked: Sequence[Ranked], n_values: float) -> float:
+    """Score of what a free force leaves at best, or the noise where that is less."""
+    references = [r.candidate.reference for r in ranked if np.isfinite(r.candidate.reference)]
+    return n_values * float(np.log(max(min([1.0, *references]), 1e-12)))
+
+
+def _explained(null_score: float, best: Ranked, ranked: Sequence[Ranked], n_values: float) -> float:
     """Share of what is wrong with the updated model that a law takes away: of its unseen misfit above the noise, or
     above what a free force leaves where that is less, and of the prior cost of its unknowns.
 
     A law at the right place leaves hardly anything. What is wrong with the model everywhere (its mesh, its
     idealisation) is never taken away by one law at one place, however much that gains.
     """
-    references = [r.candidate.reference for r in found.ranked if np.isfinite(r.candidate.reference)]
-    floor = found.n_values * float(np.log(max(min([1.0, *references]), 1e-12)))
-    return (found.null_score - best.score) / max(found.null_score - floor, 1e-12)
+    return (null_score - best.score) / max(null_score - _floor(ranked, n_values), 1e-12)
 
 
 def _clearly_missing(found: Diagnosis) -> bool:

@@ -173,8 +173,8 @@ def _late(
     of: ReducedModel,
 ) -> list[tuple[int, FloatArray]]:
     """Further places for the last stage, with their starts: the best after few steps from unknowns `p` of the model
-    `of` on whole records. Strongly damped lines see the beginning of a record alone, where what is small or late does not
-    show; the updated model is near enough to the truth just where it is small."""
+    `of` on whole records. Strongly damped lines see the beginning of a record alone, where what is small or late does
+    not show; the updated model is near enough to the truth just where it is small."""
     keep = [(i, _with_own(p, of, hypotheses[i].reduced)) for i in kin.first(places) if places[i].n_w <= 1]
     ranked = _fitted(lines, hypotheses, keep, 0.0, LATE_STEPS, places)
     return [(i, f.p) for i, f in _best(ranked, places, kin, LATE)]

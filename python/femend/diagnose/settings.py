@@ -23,6 +23,7 @@ class Settings:
         gain_cost: fall of the score (tempered log posterior on unseen data) that a law must bring.
         gain_chosen: relative fall ln(v0/v) of the unseen misfit that a law must bring.
         explained: share of what is wrong with the updated model that a law must take away.
+        clear: the same share from which no further places are tried.
         gain_nonlinear: the same for a nonlinear law against the best linear one.
         parameter_z: prior deviation beyond which a parameter alone is a finding.
         adequate: unseen misfit, as a multiple of the law-free one, up to which a name is given.
@@ -44,6 +45,7 @@ class Settings:
     gain_cost: float = 40.0
     gain_chosen: float = 0.05
     explained: float = 0.6
+    clear: float = 0.8
     gain_nonlinear: float = 0.15
     parameter_z: float = 5.0
     adequate: float = 1.5
