@@ -48,8 +48,13 @@ impl Slopes {
 
 /// `a` over `b`.
 fn over(a: &Dense, b: &Dense) -> Dense {
-    let columns = (0..a.ncols()).flat_map(|j| a.col(j).iter().chain(b.col(j)).copied()).collect();
-    Dense::from_vec(a.nrows() + b.nrows(), a.ncols(), columns)
+    let mut both = Dense::zeros(a.nrows() + b.nrows(), a.ncols());
+    for j in 0..a.ncols() {
+        let (upper, lower) = both.col_mut(j).split_at_mut(a.nrows());
+        upper.copy_from_slice(a.col(j));
+        lower.copy_from_slice(b.col(j));
+    }
+    both
 }
 
 /// The reduced model at given unknowns, with its derivatives once they were asked for.
