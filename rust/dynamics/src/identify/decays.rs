@@ -90,13 +90,12 @@ impl Decays {
         }
         let (m, motion) = (t / 2, self.motion(response, t));
         let Some(closed) = &response.closed else {
-            return response.at_sensors(m, &motion.split_columns(2).1, y);
+            return response.at_sensors(m, &motion.columns(2, 1), y);
         };
         let force = closed.cut_off(at, &motion);
         let open = response.at_coordinates(m, -1.0, &motion);
         let extra = response.at_coordinates(m, 1.0, &force);
-        let (_, acceleration) = motion.split_columns(2);
-        response.at_sensors(m, &acceleration, y);
+        response.at_sensors(m, &motion.columns(2, 1), y);
         response.push(&closed.answer_to_both(open, &extra), y);
     }
 

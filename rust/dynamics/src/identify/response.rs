@@ -1,7 +1,7 @@
 //! Response of one record under a hypothesis, and its changes.
 
 use super::IdentifyError;
-use super::arrays::{Split, inverse, update, update2};
+use super::arrays::{Split, Workspace, inverse, update, update2};
 use super::attached::ClosedLoop;
 use super::hypothesis::{Hypothesis, What};
 use super::model::Modal;
@@ -24,9 +24,9 @@ pub(crate) struct Response {
     pub g: Split,
     /// Modal response to the measured forces (and to the law's force in a closed loop), a column each.
     pub q: Split,
-    /// Predicted accelerations without free decays, a column for each sensor.
+    /// Predicted accelerations without free decays, a column for each sensor; further columns have no meaning.
     pub y: Split,
-    /// Accelerations per unit force at each coordinate, column i n_out + s for sensor s.
+    /// Accelerations per unit force at each coordinate, column i n_out + s for sensor s; further columns have no meaning.
     pub h: Split,
     /// Coordinates' displacements, a column each; those of a free force without that force.
     pub d: Split,
@@ -42,6 +42,7 @@ impl Response {
         hypothesis: &Hypothesis,
         x: &[f64],
         n_tuned: usize,
+        ws: &mut Workspace,
     ) -> Result<Self, IdentifyError> {
         let (n_out, n_w) = (at.n_out(), hypothesis.w.nrows());
         let mut rows = at.record.out_rows.transposed();
@@ -49,15 +50,26 @@ impl Response {
             rows.append(&hypothesis.w.transposed());
         }
         let shapes = gemm_tn(&modal.q, &rows);
-        let g = receptances(at, modal);
-        let mut q = at.u.times(&gemm_tn(&at.record.in_rows.transposed(), &modal.q));
-        (0..q.n_columns()).for_each(|m| update(q.col_mut(m), g.col(m), |q, g| q * g));
-        let (mut y, mut d) = q.times(&shapes).split_columns(n_out);
-        y.times_line(&at.s2);
+        let r = modal.omega.len();
+        let mut g = ws.split(at.n_lines(), r);
+        receptances(at, modal, &mut g);
+        let mut q = ws.split(at.n_lines(), r);
+        at.u.times_into(&gemm_tn(&at.record.in_rows.transposed(), &modal.q), &mut q);
+        (0..r).for_each(|m| update(q.col_mut(m), g.col(m), |q, g| q * g));
+        let mut y = ws.split(at.n_lines(), n_out + n_w);
+        q.times_into(&shapes, &mut y);
+        let mut d = y.columns(n_out, n_w);
+        for s in 0..n_out {
+            update(y.col_mut(s), at.s2.col(0), |y, s2| y * s2);
+        }
         let is_law = matches!(hypothesis.what, What::Laws(_));
         let joint = joint_shapes(&shapes, n_out, is_law);
-        let (mut h, c) = g.times(&joint).split_columns(n_w * n_out);
-        h.times_line(&at.s2);
+        let mut h = ws.split(at.n_lines(), joint.ncols());
+        g.times_into(&joint, &mut h);
+        let c = h.columns(n_w * n_out, joint.ncols() - n_w * n_out);
+        for j in 0..n_w * n_out {
+            update(h.col_mut(j), at.s2.col(0), |h, s2| h * s2);
+        }
         let mut closed = None;
         if is_law {
             let law = ClosedLoop::new(at, hypothesis, x, c)?;
@@ -78,8 +90,8 @@ impl Response {
     }
 
     /// Modal response with forces at the coordinates added, for the sensitivities of a free force.
-    pub fn with_force(&self, force: &Split) -> Split {
-        let mut q = self.q.clone();
+    pub fn with_force(&self, force: &Split, mut q: Split) -> Split {
+        (0..q.n_columns()).for_each(|m| update(q.col_mut(m), self.q.col(m), |_, q| q));
         add_force(&self.shapes, self.n_out, &self.g, force, &mut q);
         q
     }
@@ -94,6 +106,10 @@ impl Response {
             update(extra.col_mut(i), closed.slopes.col(j), |d, slope| d * slope);
         }
         self.push(&closed.answer_to_both(Split::zeros(extra.n_lines(), self.n_w), &extra), y);
+    }
+
+    pub fn give_back(self, ws: &mut Workspace) {
+        [self.g, self.q, self.y, self.h].into_iter().for_each(|a| ws.give(a.into_dense()));
     }
 
     /// Mode `m` at coordinate `i`.
@@ -155,13 +171,11 @@ fn add_force(shapes: &Dense, n_out: usize, g: &Split, force: &Split, q: &mut Spl
     }
 }
 
-fn receptances(at: &Prepared<'_>, modal: &Modal) -> Split {
-    let mut g = Split::zeros(at.n_lines(), modal.omega.len());
+fn receptances(at: &Prepared<'_>, modal: &Modal, g: &mut Split) {
     for (m, (w, z)) in modal.omega.iter().zip(&modal.zeta).enumerate() {
         let (square, damping) = (w * w, 2.0 * z * w);
         update2(g.col_mut(m), at.s.col(0), at.s2.col(0), |_, s, s2| inverse(s2 + square + damping * s));
     }
-    g
 }
 
 /// Poles of the modes that decay beyond a record's end: the tuned ones, and those above the lines whose skirts reach into
