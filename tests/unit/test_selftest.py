@@ -227,21 +227,21 @@ def test_interrupted_runs_are_reported_and_continued(
     study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
-    monkeypatch.setattr("femend.study.run.diagnose", fake("consistent", stop_at=3))
-    first = run_selftest(study, out, cases=4, seed=3)
+    monkeypatch.setattr("femend.study.run.diagnose", fake("consistent", stop_at=2))
+    first = run_selftest(study, out, cases=3, seed=3)
     assert first.interrupted
-    assert [o.case for o in first.outcomes] == [1, 2]
+    assert [o.case for o in first.outcomes] == [1]
     told = json.loads((out / "selftest.json").read_text())
     assert told["interrupted"]
-    assert told["cases"]["finished"] == 2
+    assert told["cases"]["finished"] == 1
     stamp = (out / "cases/s0001/outcome.json").stat().st_mtime_ns
     monkeypatch.setattr("femend.study.run.diagnose", fake("consistent"))
-    second = run_selftest(study, out, cases=4, seed=3)
+    second = run_selftest(study, out, cases=3, seed=3)
     assert not second.interrupted
-    assert [o.case for o in second.outcomes] == [1, 2, 3, 4]
-    assert second.outcomes[:2] == first.outcomes
+    assert [o.case for o in second.outcomes] == [1, 2, 3]
+    assert second.outcomes[:1] == first.outcomes
     assert (out / "cases/s0001/outcome.json").stat().st_mtime_ns == stamp
-    assert "4 of 4 cases finished" in as_text(second)
+    assert "3 of 3 cases finished" in as_text(second)
     assert "<table>" in as_html(second)
     with pytest.raises(StudyError, match="with seed 3, not of"):
         run_selftest(study, out, cases=4, seed=5)
