@@ -58,6 +58,7 @@ class Candidate:
         reference: what a free force at the same place leaves on that record.
         covariance: of x, where known.
         sigma: decay (1/s) of the window in which a nonlinear law could be followed; 0 for whole records.
+        converged: whether its last fit came to its minimum.
     """
 
     physics: Physics | None
@@ -77,6 +78,7 @@ class Candidate:
     coordinates: FitCoordinates | None = None
     extra: Mapping[str, float] = field(default_factory=dict)
     sigma: float = 0.0
+    converged: bool = True
 
     @property
     def nonlinear(self) -> bool:

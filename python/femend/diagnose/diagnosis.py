@@ -120,9 +120,8 @@ def explain(
             others = [one for one in shortlist(located) if id(one.place) not in tried]
             further = with_look_alikes(problem, reduced, others, places, replace(settings, places=settings.kinds))
             tell.start("name it", len(further))
-            more, window = name_physics(
-                split, reduced, further, start.g_rows, settings, null.p, null_score, tell.advance
-            )
+            beaten = min([null_score, *(r.score for r in ranked)])
+            more, window = name_physics(split, reduced, further, start.g_rows, settings, null.p, beaten, tell.advance)
             ranked = sorted([*ranked, *more], key=lambda r: r.score) if window == 0 else ranked
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)

@@ -161,11 +161,14 @@ def _linear_suffices(
     """Whether the best linear law, or the model alone, comes so near to a free force that no nonlinear law could win by
     what it has to."""
     n_values = effective_values(split.choosing, reduced)
-    linear = min((score(t.candidate, split.choosing, settings, n_values) for t in tried), default=np.inf)
+    scored = [(score(t.candidate, split.choosing, settings, n_values), t.candidate.chosen) for t in tried]
+    linear, chosen = min(scored, default=(np.inf, np.inf))
+    references = [free_reference(split, o.recovered) for o in opened]
+    if chosen * np.exp(-settings.gain_nonlinear) < min(references, default=np.inf):
+        return True
     free = [
-        n_values * np.log(max(free_reference(split, o.recovered), 1e-12))
-        + split.fitting.prior_cost(o.joint.reduced, o.recovered.fit.p)
-        for o in opened
+        n_values * np.log(max(reference, 1e-12)) + split.fitting.prior_cost(o.joint.reduced, o.recovered.fit.p)
+        for o, reference in zip(opened, references, strict=True)
     ]
     if null_score - min(free, default=np.inf) < settings.gain_nonlinear * n_values:
         return True

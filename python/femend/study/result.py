@@ -36,10 +36,19 @@ def result_of(
         "findings": findings,
         "parameters": _parameters(diagnosis),
         "fit": [_fit(p, records, diagnosis.problem.band) for p in predictions if p.recorded is not None],
-        "status": "converged" if diagnosis.null.converged else "stalled",
+        "status": "converged" if _converged(diagnosis) else "stalled",
         "advice": diagnosis.advice,
         "warnings": list(warnings),
     }
+
+
+def _converged(diagnosis: Diagnosis) -> bool:
+    """Whether the fit of the final model came to its minimum."""
+    if diagnosis.best is not None:
+        return diagnosis.best.converged
+    if diagnosis.load is not None and diagnosis.verdict == "missing-physics":
+        return diagnosis.load.fit.converged
+    return diagnosis.null.converged
 
 
 def _fit(prediction: Prediction, records: list[FitRecord], band: tuple[float, float]) -> dict[str, Any]:
