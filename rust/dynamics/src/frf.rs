@@ -5,7 +5,9 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use femend_linalg::{ComplexLu, Dense, Factor, Kind as FactorKind, Symbolic, SymmetricCsc, gemm, gemm_tn};
+use femend_linalg::{
+    ComplexFactor, Dense, Factor, Kind as FactorKind, Ordering, Symbolic, SymmetricCsc, gemm, gemm_tn,
+};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -222,14 +224,21 @@ impl DirectModel<'_> {
         if !(same(self.m) && self.c.is_none_or(same) && self.h.is_none_or(same)) {
             return Err(DynamicsError::Argument("K, M, C and H do not share one pattern".into()));
         }
-        let lu = ComplexLu::new(self.k.pattern())?;
+        let symbolic = Arc::new(Symbolic::new(self.k.pattern().clone(), Ordering::Auto)?);
         let rhs: Vec<Complex64> = b.data().iter().map(|&v| Complex64::from(v)).collect();
         s.par_iter()
-            .map(|&s| {
-                let mut x = rhs.clone();
-                lu.solve_in_place(&self.values(s), &mut x)?;
-                Ok(use_line(s, &x))
-            })
+            .map_init(
+                || None,
+                |kept: &mut Option<ComplexFactor>, &s| {
+                    let factor = match kept.take() {
+                        Some(mut factor) => factor.refresh(&self.values(s)).map(|()| factor),
+                        None => ComplexFactor::new(symbolic.clone(), &self.values(s)),
+                    };
+                    let mut x = rhs.clone();
+                    kept.insert(factor?).solve_in_place(&mut x);
+                    Ok(use_line(s, &x))
+                },
+            )
             .collect()
     }
 
