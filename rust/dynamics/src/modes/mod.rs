@@ -6,6 +6,7 @@
 
 mod basis;
 mod finish;
+mod goal;
 mod lanczos;
 mod product;
 mod shift;

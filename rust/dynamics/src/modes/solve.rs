@@ -6,7 +6,8 @@ use std::sync::Arc;
 use femend_linalg::{Dense, Symbolic, SymmetricCsc};
 
 use super::finish::finish;
-use super::lanczos::{Lanczos, Ritz};
+use super::goal::{BEYOND, Goal, converge, too_few};
+use super::lanczos::Lanczos;
 use super::product::Compact;
 use super::shift::{self, Shifted};
 use super::small::{self, Pairs};
@@ -15,10 +16,6 @@ use crate::DynamicsError;
 
 /// Models up to this size are solved densely.
 const SMALL: usize = 300;
-/// Ritz residual, relative, at which a mode counts as converged (its eigenvalue error is the square).
-const TOLERANCE: f64 = 1e-9;
-/// Residual at which the first value beyond the wanted ones is known well enough to place the upper end.
-const BEYOND: f64 = 1e-3;
 /// Residual K φ - λ M φ above which the vectors are solved for once more.
 const SHARP: f64 = 1e-8;
 
@@ -174,12 +171,6 @@ fn dense(
     finish(k, sigma, Pairs::new(k, m, lambda, phi.select(&columns)), info)
 }
 
-fn too_few(wanted: usize, found: usize) -> DynamicsError {
-    DynamicsError::Argument(format!(
-        "n_modes = {wanted}, but the model has only {found} modes of finite frequency (the rank of M)"
-    ))
-}
-
 /// Lanczos until the wanted modes have converged and their number agrees with the inertia at the upper end.
 fn iterate(
     symbolic: &Arc<Symbolic>,
@@ -243,85 +234,4 @@ fn iterate(
         vectors: process.len(),
         residual: f64::NAN,
     })
-}
-
-/// What the iteration is to reach.
-struct Goal {
-    n_modes: Option<usize>,
-    band: Option<f64>,
-    sigma: f64,
-    /// A number of modes that are known to lie below a value of λ.
-    below: Option<(usize, f64)>,
-}
-
-impl Goal {
-    /// Ritz values wanted among the finite ones.
-    fn wanted(&self, ritz: &Ritz, finite: usize) -> usize {
-        let up_to =
-            |end: f64| ritz.theta[..finite].iter().take_while(|&&t| self.sigma + 1.0 / t <= end).count();
-        match (self.n_modes, self.band) {
-            (Some(n), None) => n,
-            (Some(n), Some(end)) => n.min(up_to(end)),
-            (None, end) => up_to(end.unwrap_or(0.0)),
-        }
-    }
-
-    fn reached(&self, ritz: &Ritz, wanted: usize) -> bool {
-        let known = self.below.is_none_or(|(count, end)| {
-            let converged = |j: &usize| ritz.error[*j] < TOLERANCE && self.sigma + 1.0 / ritz.theta[*j] < end;
-            (0..ritz.theta.len()).filter(converged).count() >= count
-        });
-        known
-            && ritz.theta.len() > wanted
-            && ritz.error[..wanted].iter().all(|&e| e < TOLERANCE)
-            && ritz.error[wanted] < BEYOND
-    }
-}
-
-/// Steps until the goal is reached; returns how many Ritz values are wanted.
-fn converge(process: &mut Lanczos<'_>, goal: &Goal) -> Result<(Ritz, usize), DynamicsError> {
-    // no mode of a large set has converged before the basis is half as large again
-    let mut next_check = process.len() + goal.n_modes.map_or(0, |n| n.min(16).max(n + n / 4));
-    let mut steps = 0;
-    loop {
-        // modes known to be missing: the start was blind to them, so fresh directions widen the block until it holds
-        // as many as coincide
-        if goal.below.is_some() && steps % 4 == 0 {
-            process.inject();
-        }
-        steps += 1;
-        let more = process.step();
-        if more && process.len() < next_check {
-            continue;
-        }
-        let ritz = process.ritz()?;
-        let finite = finite(&ritz);
-        let wanted = goal.wanted(&ritz, finite);
-        if !more {
-            return if wanted > finite { Err(too_few(wanted, finite)) } else { Ok((ritz, wanted)) };
-        }
-        if goal.reached(&ritz, wanted) {
-            return Ok((ritz, wanted));
-        }
-        let expected = wanted.max(goal.below.map_or(0, |(count, _)| count));
-        if process.len() > 10 * expected + 800 {
-            let errors = &ritz.error[..wanted.min(ritz.error.len())];
-            let converged = errors.iter().filter(|&&e| e < TOLERANCE).count();
-            let residual = errors.iter().copied().fold(0.0, f64::max);
-            return Err(DynamicsError::NotConverged {
-                converged,
-                wanted: expected,
-                vectors: process.len(),
-                residual,
-            });
-        }
-        // the dense eigenvalue problem is solved about ten times while the basis doubles
-        next_check = process.len() + process.len() / 12;
-    }
-}
-
-/// Ritz values that are not zero to rounding: those would be massless directions.
-fn finite(ritz: &Ritz) -> usize {
-    let limit = ritz.theta.len() as f64 * f64::EPSILON * ritz.theta.first().copied().unwrap_or(0.0);
-    ritz.theta.iter().take_while(|&&t| t > limit).count()
 }
