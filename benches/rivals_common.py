@@ -22,7 +22,16 @@ def rival(harness: Path, scratch: Path, worker: str, contender: str, model: str,
         out = Path(folder) / "cell.jsonl"
         env = {**os.environ, "BENCH_SCRATCH": str(scratch), "BENCH_OUT": str(out)}
         tail = ["--", *map(str, extra)] if extra else []
-        command = [str(scratch / "venv/bin/python"), str(harness / "run.py"), worker, contender, model, "-t", "1", *tail]
+        command = [
+            str(scratch / "venv/bin/python"),
+            str(harness / "run.py"),
+            worker,
+            contender,
+            model,
+            "-t",
+            "1",
+            *tail,
+        ]
         subprocess.run(command, env=env, capture_output=True, check=False)
         lines = out.read_text().splitlines() if out.exists() else []
     return json.loads(lines[-1]) if lines else {"contender": contender, "model": model, "error": "did not run"}

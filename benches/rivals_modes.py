@@ -1,8 +1,8 @@
-"""Lowest modes beside rivals, on the models of a harness: `python benches/rivals_modes.py HARNESS SCRATCH [MODEL:K ...]`.
+"""Lowest modes beside rivals: `python benches/rivals_modes.py HARNESS SCRATCH [MODEL:K ...]`.
 
-SCRATCH/data holds MODEL_K.npz, MODEL_M.npz (scipy) and MODEL_el.npz. Ours start from K and M on one pattern and
-include the ordering; `femend-again` are the modes after every one of 20 element groups has changed by up to 5 %, from
-those before, on the ordering and memory at hand.
+The models of a harness: SCRATCH/data holds MODEL_K.npz, MODEL_M.npz (scipy) and MODEL_el.npz. Ours start from K and M
+on one pattern and include the ordering; `femend-again` are the modes after every one of 20 element groups has changed
+by up to 5 %, from those before, on the ordering at hand.
 """
 
 from __future__ import annotations

@@ -71,7 +71,12 @@ def worker(contender: str, model: str, data: Path) -> dict[str, Any]:
 
 
 def main(harness: Path, scratch: Path, model: str) -> None:
-    rows: dict[str, list[dict[str, Any]]] = {"dolfinx re-assembly": [], "scipy, sparse product": [], "femend": [], "femend-new": []}
+    rows: dict[str, list[dict[str, Any]]] = {
+        "dolfinx re-assembly": [],
+        "scipy, sparse product": [],
+        "femend": [],
+        "femend-new": [],
+    }
     for _ in range(3):
         cell = rival(harness, scratch, "w_assembly", "dolfinx", model)
         rows["dolfinx re-assembly"].append({**cell, "cpu": cell.get("reassemble_K_cpu")})
