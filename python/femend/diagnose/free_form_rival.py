@@ -27,8 +27,8 @@ __all__ = ["Rival", "find_rival", "refit_rival"]
 
 FloatArray = NDArray[np.float64]
 
-# steps of every start on coarse time steps, of the best one on, with all unknowns, and on all records at last
-FEW, FURTHER, LAST = 3, 8, 6
+# starts that are followed, their steps, those of the best one with all unknowns, and in fine time steps at last
+FOLLOWED, FEW, FURTHER, LAST = 2, 3, 6, 3
 # places at which it is tried: that of the best named law, and the one where a free force leaves least
 PLACES = 2
 
@@ -104,21 +104,23 @@ def _fitted(split: Split, base: Ranked, settings: Settings, n_values: float, sig
     joint, recovered = base.candidate.joint, base.recovered
     assert joint is not None
     assert recovered is not None
-    runs: list[tuple[Descent, Reached]] = []
+    begun: list[tuple[Descent, Reached]] = []
     for p, surrogate in _starts(split.fitting, base):
-        loop = _loop(split.fitting, joint, surrogate, recovered, sigma)
-        descent = _descent(replace(loop, substeps=COARSE), False)
-        x = np.concatenate([surrogate.start(), np.zeros(2)])
-        reached = descent.run(np.concatenate([p, x]), FEW)
-        if reached is not None:
-            runs.append((descent, reached))
+        loop = replace(_loop(split.fitting, joint, surrogate, recovered, sigma), substeps=COARSE)
+        descent = _descent(loop, False)
+        (at,) = descent.at(np.concatenate([p, surrogate.start(), np.zeros(2)]))
+        begun += [(descent, at)] if np.isfinite(at.cost) else []
+    begun.sort(key=lambda run: run[1].cost)
+    runs = [(on, there) for on, at in begun[:FOLLOWED] if (there := on.run(at.z, FEW)) is not None]
     if not runs:
         return None
-    descent, start = min(runs, key=lambda run: run[1].cost)
-    descent = descent.on(replace(descent.loop, substeps=FINE), everything=True)
-    reached = descent.run(start.z, FURTHER)
-    if reached is None:
-        return None
+    descent, reached = min(runs, key=lambda run: run[1].cost)
+    for substeps, steps in ((COARSE, FURTHER), (FINE, LAST)):
+        descent = descent.on(replace(descent.loop, substeps=substeps), everything=True)
+        more = descent.run(reached.z, steps)
+        if more is None:
+            return None
+        reached = more
     candidate = judge_nonlinear(split.choosing, _candidate(descent, reached))
     candidate = replace(candidate, reference=base.candidate.reference)
     value = score(candidate, split.choosing, settings, n_values)
