@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.closed_loop import COARSE, FINE, ClosedLoop
 from femend.diagnose.descent import COMPANION_SD, Descent, Reached
@@ -28,9 +29,12 @@ __all__ = ["Rival", "find_rival", "refit_rival"]
 FloatArray = NDArray[np.float64]
 
 # starts that are followed, their steps, those of the best one with all unknowns, and in fine time steps at last
-FOLLOWED, FEW, FURTHER, LAST = 2, 3, 6, 3
+FOLLOWED, FEW, FURTHER, LAST = 2, 3, 10, 4
 # places at which it is tried: that of the best named law, and the one where a free force leaves least
 PLACES = 2
+# classes of elastic forces, and the share of the other part's bent power below which a part is not told
+_ELASTIC = ("hardening", "softening", "saturating", "contact-like", "asymmetric")
+MINOR = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,14 +65,11 @@ def find_rival(
     """
     if not ranked or any(r.frf is not None for r in split.whole.records):
         return None
-    best: Ranked | None = None
     for base in _bases(ranked, settings, n_values):
         found = _fitted(split, base, settings, n_values, sigma)
-        if found is not None and (best is None or found.score < best.score):
-            best = found
-    if best is None or not _wins(best, ranked, settings, worth):
-        return None
-    return Rival(best, _classes(split.fitting, best))
+        if found is not None and _wins(found, ranked, settings, worth):
+            return Rival(found, _classes(split.fitting, found))
+    return None
 
 
 def _wins(rival: Ranked, ranked: Sequence[Ranked], settings: Settings, worth: float) -> bool:
@@ -196,13 +197,37 @@ def _determined(descent: Descent, reached: Reached) -> int:
 
 
 def _classes(problem: Problem, rival: Ranked) -> tuple[str, ...]:
-    """Classes of the force, read off the motion that it makes itself."""
+    """Classes of the force, read off the motion that it makes itself: those of its elastic and of its dissipative part,
+    but for a part that bends so little beside the other that it may be its shadow."""
     histories = [simulate_candidate(problem, rival.candidate, r) for r in problem.records]
     k = int(np.argmax(sum((h.f**2).sum(axis=1) for h in histories)))
     d, v, f = ([getattr(h, what)[k] for h in histories] for what in ("d", "v", "f"))
     if not all(np.isfinite(x).all() for x in (*d, *v, *f)):
         return ()
-    return classify(d, v, f, problem.records[0].dt).labels
+    dt = problem.records[0].dt
+    elastic, dissipative = _bent(rival.candidate, d, v, dt)
+    largest = max(elastic, dissipative)
+    labels = classify(d, v, f, dt).labels
+    return tuple(x for x in labels if (elastic if x in _ELASTIC else dissipative) >= MINOR * largest)
+
+
+def _bent(candidate: Candidate, d: list[FloatArray], v: list[FloatArray], dt: float) -> tuple[float, float]:
+    """Power of the elastic and of the dissipative part of the force beyond a spring and a dashpot."""
+    assert candidate.coordinates is not None
+    curves, *beside = candidate.coordinates.composite(candidate.values)
+    A = np.array([np.concatenate(d), np.concatenate(v)]).T
+    over = {axis: {key: 0.0 if key.startswith(other) else value for key, value in curves[1].items()}
+            for axis, other in (("d", "fv"), ("v", "fd"))}  # fmt: skip
+    power = []
+    for laws in ([(curves[0], over["d"])], [(curves[0], over["v"]), *beside]):
+        parts = [
+            sum(_core.law_force(name, values, x, y, np.zeros_like(x), dt) for name, values in laws)
+            for x, y in zip(d, v, strict=True)
+        ]
+        f = np.concatenate([np.asarray(part) for part in parts])
+        rest = f - A @ np.linalg.lstsq(A, f, rcond=None)[0]
+        power.append(float(rest @ rest))
+    return power[0], power[1]
 
 
 def refit_rival(problem: Problem, candidate: Candidate) -> Candidate:
