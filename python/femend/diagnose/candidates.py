@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.joint import Joint, Recovered
-from femend.physics import FitCoordinates, Physics, catalogue, physics, shapes
+from femend.physics import FitCoordinates, Physics, Surrogate, catalogue, physics, shapes
 
 __all__ = ["ONLY_GROUND", "Candidate", "Start", "laws_for", "starts"]
 
@@ -75,7 +75,7 @@ class Candidate:
     c: float = 0.0
     reference: float = np.inf
     covariance: FloatArray | None = None
-    coordinates: FitCoordinates | None = None
+    coordinates: FitCoordinates | Surrogate | None = None
     extra: Mapping[str, float] = field(default_factory=dict)
     sigma: float = 0.0
     converged: bool = True

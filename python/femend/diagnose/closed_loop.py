@@ -18,7 +18,7 @@ from femend.diagnose.candidates import Start
 from femend.diagnose.joint import Joint, Recovered
 from femend.errors import ModelError
 from femend.estimate import Problem
-from femend.physics import FitCoordinates
+from femend.physics import FitCoordinates, Surrogate
 
 __all__ = ["COARSE", "FINE", "ClosedLoop", "History", "loop_of", "upsampled"]
 
@@ -74,7 +74,7 @@ class ClosedLoop:
     problem: Problem
     joint: Joint
     law: str
-    coordinates: FitCoordinates
+    coordinates: FitCoordinates | Surrogate
     scale: tuple[float, float]
     substeps: int = FINE
     sigma: float = 0.0
@@ -93,7 +93,7 @@ class ClosedLoop:
         """Composite of every coordinate at fit coordinates `x`, as the core takes it."""
         values, k, c = self.values(x)
         linear = ("linear", {"k": k, "c": c, "m": 0.0})
-        return [[(self.law, values), linear] for _ in range(len(self.joint.w))]
+        return [[*self.coordinates.composite(values), linear] for _ in range(len(self.joint.w))]
 
     def histories(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[list[History]]:
         """What the simulation gives at each of `points` (p, x) and record."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.collapse import collapsed, name_of
+from femend.diagnose.free_form_rival import Rival, find_rival, refit_rival
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
 from femend.diagnose.locate import Located, locate, shortlist
@@ -39,7 +40,8 @@ class Diagnosis:
     `verdict` is one of the contract's; `best` the accepted candidate refitted to all records (None where nothing is
     added), `null` the updated model, `nominal` the deck as it is; `ranked` the candidates in order, `located` the
     places, `probabilities` of the ranked, `load` a finding about the load, `n_values` the effective number of values
-    that scores count on the choosing records.
+    that scores count on the choosing records, windowed by exp(-`sigma` t); `rival` the free-form force where it beats
+    every named law (`best` is it then).
     """
 
     verdict: str
@@ -59,6 +61,8 @@ class Diagnosis:
     settings: Settings
     g_rows: list[int]
     n_values: float = 0.0
+    sigma: float = 0.0
+    rival: Rival | None = None
 
     @property
     def final(self) -> Candidate | None:
@@ -110,7 +114,7 @@ def explain(
     load = None if explained else try_loads(problem, split, reduced, null, baseline, settings)
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
     tell.start("name it", len(short))
-    ranked: list[Ranked] = []
+    ranked, sigma = list[Ranked](), 0.0
     worth = _worth_naming(null, located, settings)
     plainly = worth and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
     if worth and not plainly:
@@ -132,7 +136,7 @@ def explain(
     undecided = Diagnosis(
         "", problem, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
         _probabilities(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
-        n_values,
+        n_values, sigma,
     )  # fmt: skip
     return decide(undecided, split, plainly)
 
@@ -165,6 +169,9 @@ def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
         unmeasured = find_unmeasured(split, found.reduced, found.located, found.g_rows, settings)
         if unmeasured is not None:
             return replace(found, verdict="missing-physics", load=unmeasured)
+    rival = _rival(found, split, named)
+    if rival is not None:
+        return _free_form(found, rival)
     if best is None or not named:
         if not found.located and found.null.score > FAR * settings.consistent:
             return replace(found, verdict="undetermined", place=None, advice=_more_sensors(found))
@@ -189,6 +196,22 @@ def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
         "of the place itself"
     )  # fmt: skip
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
+
+
+def _rival(found: Diagnosis, split: Split, named: bool) -> Rival | None:
+    """The free-form force where it beats every named law and is itself what a law has to be to be accepted."""
+    if not (named or _clearly_missing(found)):
+        return None
+    rival = find_rival(split, found.ranked, found.settings, found.n_values, found.sigma, found.null_score)
+    return rival if rival is not None and _accepted(found, rival.ranked) else None
+
+
+def _free_form(found: Diagnosis, rival: Rival) -> Diagnosis:
+    """The verdict where the free-form force wins: it goes into the final model, and its class is told."""
+    best = refit_rival(found.problem.thinned(600), rival.ranked.candidate)
+    return replace(
+        found, verdict="located-not-named", best=best, place=rival.ranked.located, advice=rival.advice, rival=rival
+    )
 
 
 def _adequate(found: Diagnosis, best: Ranked) -> bool:

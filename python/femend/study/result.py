@@ -113,9 +113,10 @@ def _findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
             "physics": name,
             "probability": round(named, 3),
             "location": _location(diagnosis, diagnosis.place),
-            "parameters": {} if best is None else _law_parameters(diagnosis, best),
+            "parameters": {} if best is None or diagnosis.rival else _law_parameters(diagnosis, best),
             "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in others if p >= 0.001],
             "configurations": ["as modelled"],
+            **({} if diagnosis.rival is None else {"class": ", ".join(diagnosis.rival.labels)}),
         }
     ]
 
