@@ -128,7 +128,7 @@ fn scale_below<T: Scalar>(
         let c = subdiag[k + j];
         if c == T::ZERO {
             let inverse = if d == T::ZERO { T::ZERO } else { T::ONE / d };
-            a[from..].iter_mut().for_each(|v| *v = *v * inverse);
+            a[from..].iter_mut().for_each(|v| *v *= inverse);
             j += 1;
             continue;
         }
@@ -215,7 +215,7 @@ fn eliminate_one<T: Scalar>(a: &mut [T], w: usize, k: usize) {
         let column = &mut right[j * w + k + 1 + j..(j + 1) * w];
         column.iter_mut().zip(&l[j..]).for_each(|(c, &v)| *c -= v * s);
     }
-    l.iter_mut().for_each(|v| *v = *v * inverse);
+    l.iter_mut().for_each(|v| *v *= inverse);
 }
 
 /// The subdiagonal entry of the pivot is cleared: it stands in `subdiag`.

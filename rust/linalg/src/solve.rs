@@ -145,7 +145,7 @@ impl<T: Scalar> Pass<'_, T> {
             let d = panel[j * height + j];
             if subdiag[j] == T::ZERO {
                 let inverse = T::ONE / d;
-                own[j * k..(j + 1) * k].iter_mut().for_each(|v| *v = *v * inverse);
+                own[j * k..(j + 1) * k].iter_mut().for_each(|v| *v *= inverse);
                 j += 1;
                 continue;
             }

@@ -120,7 +120,7 @@ mod tests {
         for j in 0..n {
             for k in pattern.range(j) {
                 let i = pattern.row_idx()[k] as usize;
-                values[k] = if (i + j) % 3 == 0 { 0.0 } else { ((i + j) as f64).sin() };
+                values[k] = if (i + j).is_multiple_of(3) { 0.0 } else { ((i + j) as f64).sin() };
             }
         }
         let a = SymmetricCsc::new(pattern, values, "A").unwrap();
