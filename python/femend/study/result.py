@@ -12,7 +12,7 @@ from femend.diagnose.candidates import Candidate
 from femend.diagnose.locate import Located
 from femend.estimate import FitRecord, noise_floor
 from femend.model.places import Topology, stretches, topology
-from femend.physics import with_companion
+from femend.physics import FitCoordinates, with_companion
 from femend.study.predictions import STAGES, Prediction
 from femend.units import unit_system
 
@@ -193,7 +193,7 @@ def _law_sd(best: Candidate) -> dict[str, float]:
     """Standard deviations from the Gauss-Newton matrix, inflated by what is left above the noise."""
     if best.covariance is None or best.physics is None:
         return {}
-    if best.nonlinear and best.coordinates is not None:
+    if best.nonlinear and isinstance(best.coordinates, FitCoordinates):
         n = len(best.coordinates.free)
         J = best.coordinates.jacobian(best.x[:n])
         covariance = J @ best.covariance[:n, :n] @ J.T
