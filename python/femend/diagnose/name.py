@@ -230,7 +230,9 @@ def _linear_at(
     """All linear laws at a place, or those of a mass alone, and the place opened; a member has its stiffness factor
     alone."""
     if found.place.kind == "member":
-        return [_Tried(null_candidate(split, found.fit, "joint_stiffness"), found, None)], None
+        member = null_candidate(split, found.fit, "joint_stiffness")
+        # a member may be weaker than it is drawn; one that would have to be stiffer stands in for something else
+        return [_Tried(member, found, None)] if member.values["factor"] < 1.0 else [], None
     joint = open_joint(found.place, reduced, split.whole.band[1], g_rows)
     recovered = recover(split.fitting, joint, found.fit.p)
     if recovered is None:
