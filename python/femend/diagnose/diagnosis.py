@@ -109,8 +109,9 @@ def explain(
     null_score = score(baseline, split.choosing, settings, n_values)
     tell.start("try loads")
     located = list(located)
-    # one force at one place cannot stand in for a load that acts elsewhere than recorded
-    explained = any(f.place.n_w == 1 and f.fit.score < settings.adequate for f in located)
+    # one force against the ground cannot stand in for a load that acts elsewhere than recorded; one between the two
+    # places, or at a joint between them, can
+    explained = any(f.place.kind == "ground" and f.fit.score < settings.adequate for f in located)
     load = None if explained else try_loads(problem, split, reduced, null, baseline, settings)
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
     tell.start("name it", len(short))
