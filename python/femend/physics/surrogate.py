@@ -114,8 +114,8 @@ class Surrogate:
 def surrogate_start(
     d: Sequence[Array], v: Sequence[Array], f: Sequence[Array], dt: Sequence[float], part: str
 ) -> Surrogate | None:
-    """A free-form force with the `part` beside its curves, fitted to records of displacement `d`, velocity `v` and force
-    `f` (each (n,)) at steps of `dt` s; None where nothing moves.
+    """A free-form force with the `part` beside its curves, fitted to records of displacement `d`, velocity `v` and
+    force `f` (each (n,)) at steps of `dt` s; None where nothing moves.
 
     Least squares with the prior of the coordinates, the loops not negative.
     """
