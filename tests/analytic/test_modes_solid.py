@@ -77,7 +77,8 @@ def test_warm_start_finds_what_a_cold_one_does(cube: _core.FeModel) -> None:
     cube.refill("K", np.array([1.05, 0.95, 1.0]), refilled)
     cold = _core.modes(indptr, indices, refilled, m, n_modes=20)
     warm = _core.modes(indptr, indices, refilled, m, n_modes=20, start=before, symbolic=symbolic)
-    np.testing.assert_allclose(warm[0][6:], cold[0][6:], rtol=1e-11)
+    # residuals of both are below 1e-7; that of an eigenvalue is about their square, the rest is rounding of the factor
+    np.testing.assert_allclose(warm[0][6:], cold[0][6:], rtol=1e-9)
     assert warm[3]["n_rigid"] == 6
     assert warm[2].max() < 1e-7
     exact, _ = dense(indptr, indices, refilled, m)
