@@ -184,8 +184,8 @@ def _likeliest(opened: Sequence[_Opened], tried: Sequence[_Tried], settings: Set
 
     free, linear = sorted(opened, key=lambda at: at.found.cost), sorted(opened, key=nearest)
     chosen: list[_Opened] = []
-    for pair in zip(free, linear, strict=True):
-        chosen += [at for at in pair if not any(at is c for c in chosen)]
+    for at in (at for pair in zip(free, linear, strict=True) for at in pair):
+        chosen += [] if any(at is c for c in chosen) else [at]
     return chosen[: settings.nonlinear_places]
 
 
