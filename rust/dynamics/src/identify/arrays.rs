@@ -193,9 +193,11 @@ impl Workspace {
     /// An array whose values are of no account.
     pub fn take(&mut self, rows: usize, columns: usize) -> Dense {
         let n = rows * columns;
+        // of equals the one given back last, which is still in the cache
         let fitting = (0..self.free.len())
+            .rev()
             .min_by_key(|&i| (self.free[i].capacity() < n, self.free[i].capacity().abs_diff(n)));
-        let mut values = fitting.map_or_else(Vec::new, |i| self.free.swap_remove(i));
+        let mut values = fitting.map_or_else(Vec::new, |i| self.free.remove(i));
         values.resize(n, 0.0);
         Dense::from_vec(rows, columns, values)
     }

@@ -55,7 +55,7 @@ impl Decays {
     /// Displacement, velocity or acceleration (`order` 0, 1, 2) of modal column `t` without the mode's shape.
     fn moved(&self, response: &Response, t: usize, order: i32, out: PairMut<'_>) {
         let pole = response.poles[t / 2];
-        let i = if t % 2 == 0 { Complex64::ONE } else { Complex64::I };
+        let i = if t.is_multiple_of(2) { Complex64::ONE } else { Complex64::I };
         let turn = i * pole.powi(order) / pole.norm_sqr();
         let (own, mirrored) = (self.tails.col(t - t % 2), self.tails.col(t - t % 2 + 1));
         let back = turn.conj();
