@@ -99,12 +99,12 @@ impl<'a> Sensitivities<'a> {
     /// Writes to a column what changes -d of the modal response come to, with d at the sensors and coordinates in `y`.
     fn write(&mut self, column: &mut [f64]) {
         let (at, n_out) = (self.at, self.at.n_out());
-        if let Some(closed) = &self.response.closed {
+        if self.response.closed.is_some() {
             for s in 0..n_out {
                 update(self.y.col_mut(s), at.s2.col(0), |y, s2| -s2 * y);
             }
             let d = self.y.columns(n_out, self.response.n_w);
-            self.response.push(&closed.answer(&d), &mut self.y);
+            self.response.feed_back(&d, &mut self.y);
             return at.fill(column, &self.y);
         }
         for (s, (part, _)) in at.sensors(column).enumerate() {

@@ -127,3 +127,19 @@ fn a_batch_gives_what_its_jobs_give_alone() {
         }
     }
 }
+
+/// Laws at no coordinate at all leave the model alone.
+#[test]
+fn laws_without_coordinates_change_nothing() {
+    let numbers = &mut Numbers(37);
+    let (system, record) = (system(numbers, 3, 0.02), record(numbers, 4, 1, 0.3));
+    let (kinds, x) = laws();
+    let nowhere = Hypothesis { w: Dense::zeros(0, R), compliance: vec![], ..closed(numbers, 1, &kinds, &x) };
+    let p = system.mean.clone();
+    let with = evaluate(&system, std::slice::from_ref(&record), &nowhere, &p, &x);
+    let without = evaluate(&system, std::slice::from_ref(&record), &nothing(), &p, &[]);
+    assert!((with.cost - without.cost).abs() < 1e-10 * without.cost);
+    for (a, b) in with.gradient.iter().zip(&without.gradient) {
+        assert!((a - b).abs() < 1e-10 * (1.0 + b.abs()), "{a} and {b}");
+    }
+}
