@@ -193,9 +193,14 @@ impl Workspace {
     /// An array whose values are of no account.
     pub fn take(&mut self, rows: usize, columns: usize) -> Dense {
         let n = rows * columns;
+        if n == 0 {
+            return Dense::zeros(rows, columns);
+        }
+        // of equals the one given back last, which is still in the cache
         let fitting = (0..self.free.len())
+            .rev()
             .min_by_key(|&i| (self.free[i].capacity() < n, self.free[i].capacity().abs_diff(n)));
-        let mut values = fitting.map_or_else(Vec::new, |i| self.free.swap_remove(i));
+        let mut values = fitting.map_or_else(Vec::new, |i| self.free.remove(i));
         values.resize(n, 0.0);
         Dense::from_vec(rows, columns, values)
     }
@@ -206,6 +211,15 @@ impl Workspace {
     }
 
     pub fn give(&mut self, array: Dense) {
-        self.free.push(array.into_vec());
+        let values = array.into_vec();
+        if values.capacity() > 0 {
+            self.free.push(values);
+        }
+    }
+
+    /// Number of arrays that wait.
+    #[cfg(test)]
+    pub fn n_free(&self) -> usize {
+        self.free.len()
     }
 }

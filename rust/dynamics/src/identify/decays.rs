@@ -84,9 +84,7 @@ impl Decays {
         if t >= self.n_modal() {
             (0..y.n_columns()).for_each(|s| y.col_mut(s).0.fill(0.0));
             (0..y.n_columns()).for_each(|s| y.col_mut(s).1.fill(0.0));
-            let Some(closed) = &response.closed else { return };
-            let none = Split::zeros(at.n_lines(), response.n_w);
-            return response.push(&closed.answer_to_both(none, &self.inner[t - self.n_modal()]), y);
+            return response.push_back(&self.inner[t - self.n_modal()], y);
         }
         let (m, motion) = (t / 2, self.motion(response, t));
         let Some(closed) = &response.closed else {
@@ -96,7 +94,8 @@ impl Decays {
         let open = response.at_coordinates(m, -1.0, &motion);
         let extra = response.at_coordinates(m, 1.0, &force);
         response.at_sensors(m, &motion.columns(2, 1), y);
-        response.push(&closed.answer_to_both(open, &extra), y);
+        response.feed_back(&open, y);
+        response.push_back(&extra, y);
     }
 
     /// Adds to the coordinates' displacements what decays of these amplitudes move them by, the law's answer included.

@@ -31,6 +31,10 @@ pub(crate) struct Response {
     /// Coordinates' displacements, a column each; those of a free force without that force.
     pub d: Split,
     pub closed: Option<ClosedLoop>,
+    /// Accelerations that a closed loop answers with to an open-loop change -1 of each coordinate, and to a force of 1
+    /// against each one's motion; columns as those of `h`.
+    pub to_change: Split,
+    pub to_force: Split,
     /// Poles of the free decays a finite record cuts off; none for an FRF (`dt` = 0).
     pub poles: Vec<Complex64>,
 }
@@ -70,6 +74,7 @@ impl Response {
         for j in 0..n_w * n_out {
             update(h.col_mut(j), at.s2.col(0), |h, s2| h * s2);
         }
+        let (mut to_change, mut to_force) = (Split::zeros(at.n_lines(), 0), Split::zeros(at.n_lines(), 0));
         let mut closed = None;
         if is_law {
             let law = ClosedLoop::new(at, hypothesis, x, c)?;
@@ -78,15 +83,28 @@ impl Response {
             (0..n_w).for_each(|i| update(force.col_mut(i), law.kappa.col(0), |d, kappa| -kappa * d));
             push_sensors(&h, n_out, &force, &mut y);
             add_force(&shapes, n_out, &g, &force, &mut q);
+            let answer = law.answer();
+            to_change = mixed(&h, n_out, &answer, ws);
+            to_force = mixed(&h, n_out, &law.answer_to_force(&answer), ws);
             closed = Some(law);
         }
         let poles = poles(at, modal, n_tuned);
-        Ok(Self { shapes, n_out, n_w, g, q, y, h, d, closed, poles })
+        Ok(Self { shapes, n_out, n_w, g, q, y, h, d, closed, to_change, to_force, poles })
     }
 
     /// Adds forces at the coordinates, in their directions, to the accelerations of the sensors.
     pub fn push(&self, force: &Split, y: &mut Split) {
         push_sensors(&self.h, self.n_out, force, y);
+    }
+
+    /// Adds the law's answer to open-loop changes -d of its coordinates.
+    pub fn feed_back(&self, d: &Split, y: &mut Split) {
+        push_sensors(&self.to_change, self.n_out, d, y);
+    }
+
+    /// Adds what forces against the motion come to in a closed loop.
+    pub fn push_back(&self, force: &Split, y: &mut Split) {
+        push_sensors(&self.to_force, self.n_out, force, y);
     }
 
     /// Modal response with forces at the coordinates added, for the sensitivities of a free force.
@@ -105,11 +123,13 @@ impl Response {
         for i in 0..self.n_w {
             update(extra.col_mut(i), closed.slopes.col(j), |d, slope| d * slope);
         }
-        self.push(&closed.answer_to_both(Split::zeros(extra.n_lines(), self.n_w), &extra), y);
+        self.push_back(&extra, y);
     }
 
     pub fn give_back(self, ws: &mut Workspace) {
-        [self.g, self.q, self.y, self.h].into_iter().for_each(|a| ws.give(a.into_dense()));
+        [self.g, self.q, self.y, self.h, self.to_change, self.to_force]
+            .into_iter()
+            .for_each(|a| ws.give(a.into_dense()));
     }
 
     /// Mode `m` at coordinate `i`.
@@ -160,6 +180,20 @@ fn push_sensors(h: &Split, n_out: usize, force: &Split, y: &mut Split) {
             update2(y.col_mut(s), h.col(i * n_out + s), force.col(i), |y, h, f| y + h * f);
         }
     }
+}
+
+/// h A for `a` of n_w x n_w entries: columns of the sensors' accelerations for each coordinate.
+fn mixed(h: &Split, n_out: usize, a: &Split, ws: &mut Workspace) -> Split {
+    let n_w = a.n_columns().isqrt();
+    let mut y = ws.split(h.n_lines(), n_w * n_out);
+    for (j, s) in (0..n_w).flat_map(|j| (0..n_out).map(move |s| (j, s))) {
+        let to = j * n_out + s;
+        update2(y.col_mut(to), h.col(s), a.col(j), |_, h, a| h * a);
+        for i in 1..n_w {
+            update2(y.col_mut(to), h.col(i * n_out + s), a.col(i * n_w + j), |y, h, a| y + h * a);
+        }
+    }
+    y
 }
 
 fn add_force(shapes: &Dense, n_out: usize, g: &Split, force: &Split, q: &mut Split) {

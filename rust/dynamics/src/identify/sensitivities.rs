@@ -67,8 +67,10 @@ impl<'a> Sensitivities<'a> {
     fn parameters(&mut self, slopes: &Slopes, columns: &mut Dense, ws: &mut Workspace) {
         let (n, r) = (self.q.n_lines(), self.q.n_columns());
         let any_inertial = slopes.groups.iter().any(|g| g.inertial);
-        let both = ws.split(n, if any_inertial { 2 * r } else { 0 });
-        let both = if any_inertial { self.with_acceleration(both) } else { both };
+        let mut both = ws.split(n, if any_inertial { 2 * r } else { 0 });
+        if any_inertial {
+            self.with_acceleration(&mut both);
+        }
         for group in &slopes.groups {
             let mut v = ws.split(n, group.d.ncols());
             if group.inertial { &both } else { &self.q }.times_into(&group.d, &mut v);
@@ -86,24 +88,23 @@ impl<'a> Sensitivities<'a> {
     }
 
     /// The modal response, then s² times it.
-    fn with_acceleration(&self, mut both: Split) -> Split {
+    fn with_acceleration(&self, both: &mut Split) {
         let r = self.q.n_columns();
         for m in 0..r {
             update(both.col_mut(m), self.q.col(m), |_, q| q);
             update2(both.col_mut(r + m), self.q.col(m), self.at.s2.col(0), |_, q, s2| q * s2);
         }
-        both
     }
 
     /// Writes to a column what changes -d of the modal response come to, with d at the sensors and coordinates in `y`.
     fn write(&mut self, column: &mut [f64]) {
         let (at, n_out) = (self.at, self.at.n_out());
-        if let Some(closed) = &self.response.closed {
+        if self.response.closed.is_some() {
             for s in 0..n_out {
                 update(self.y.col_mut(s), at.s2.col(0), |y, s2| -s2 * y);
             }
             let d = self.y.columns(n_out, self.response.n_w);
-            self.response.push(&closed.answer(&d), &mut self.y);
+            self.response.feed_back(&d, &mut self.y);
             return at.fill(column, &self.y);
         }
         for (s, (part, _)) in at.sensors(column).enumerate() {
