@@ -7,11 +7,12 @@ dashpot that follow its force best, and what is left of its force stays as it wa
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.closed_loop import ClosedLoop, History
+from femend.diagnose.closed_loop import History, Loop
 from femend.diagnose.receptances import receptances
 from femend.estimate.lines import TEMPERING, Lines
 
@@ -19,9 +20,8 @@ __all__ = ["Descent", "Reached"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+L = TypeVar("L", bound=Loop)
 
-# prior standard deviations: fit coordinates of the law (ln units), companion in units of the recovered force and motion
-LAW_SD, COMPANION_SD = 3.0, 3.0
 DIFFERENCE = 1e-4
 LARGEST_STEP = 0.7
 
@@ -38,26 +38,24 @@ class Reached:
 
 
 @dataclass(frozen=True, eq=False)
-class Descent:
+class Descent(Generic[L]):
     """Minimises tempered squares plus prior over the law's unknowns x and, with `everything`, the model's p."""
 
-    loop: ClosedLoop
+    loop: L
     mean: FloatArray
     sd: FloatArray
     n_p: int
     everything: bool
 
     @classmethod
-    def around(cls, loop: ClosedLoop, x: FloatArray, everything: bool) -> Descent:
+    def around(cls, loop: L, x: FloatArray, everything: bool) -> Descent[L]:
         """Priors of the model, and of the law around `x`."""
         mean, sd = loop.problem.prior(loop.joint.reduced)
-        n = len(loop.coordinates.free)
-        law_mean = np.concatenate([x[:n], np.zeros(2)])
-        law_sd = np.concatenate([np.full(n, LAW_SD), np.full(2, COMPANION_SD)])
+        law_mean, law_sd = loop.prior(x)
         both = np.concatenate([mean, law_mean]), np.concatenate([sd, law_sd])
         return cls(loop, *both, len(mean), everything)
 
-    def on(self, loop: ClosedLoop, everything: bool | None = None) -> Descent:
+    def on(self, loop: L, everything: bool | None = None) -> Descent[L]:
         """The same priors on another window, or with more of the unknowns free."""
         return replace(self, loop=loop, everything=self.everything if everything is None else everything)
 
@@ -120,13 +118,13 @@ class Descent:
             points.append(moved)
         columns = [(r.e - now.e) / DIFFERENCE for r in self.at(*points)]
         if self.everything:
-            columns = linearised_columns(self.loop, self.split(now.z)[0], now.histories) + columns
+            columns = linearised_columns(self.loop, *self.split(now.z), now.histories) + columns
         J = np.array(columns).T
         return np.where(np.isfinite(J), J, 0.0)
 
 
-def linearised_columns(loop: ClosedLoop, p: FloatArray, histories: list[History]) -> list[FloatArray]:
-    """Derivatives of the residual over every unknown of the model, the law taken as linear around its histories."""
+def linearised_columns(loop: Loop, p: FloatArray, x: FloatArray, histories: list[History]) -> list[FloatArray]:
+    """Derivatives of the residual over every unknown of the model, laws taken as linear around their histories."""
     problem, reduced = loop.problem, loop.joint.reduced
     system, n_par = problem.system(reduced), len(reduced.names)
     here = system.modal(p)
@@ -137,7 +135,7 @@ def linearised_columns(loop: ClosedLoop, p: FloatArray, histories: list[History]
         moved.append(system.modal(q))
     columns: list[list[FloatArray]] = [[] for _ in p]
     for i, line in enumerate(problem.lines(reduced, loop.sigma)):
-        at = _Linearised.of(loop, i, line, histories[i], here)
+        at = _Linearised.of(loop, i, line, histories[i], here, x)
         y = at.response(here)
         changes = [(at.response(m) - y) / DIFFERENCE for m in moved] + at.tuned(problem.n_tuned)
         for column, dy in zip(columns, changes, strict=True):
@@ -153,7 +151,7 @@ class _Linearised:
     `g` (K, r) receptances of the modes, `C` (K, n_w, n_w) compliance at the joint, `P` (K, r) modal forces.
     """
 
-    loop: ClosedLoop
+    loop: Loop
     line: Lines
     s: ComplexArray
     kappa: ComplexArray
@@ -165,10 +163,16 @@ class _Linearised:
 
     @classmethod
     def of(
-        cls, loop: ClosedLoop, i: int, line: Lines, history: History, modal: tuple[FloatArray, FloatArray, FloatArray]
+        cls,
+        loop: Loop,
+        i: int,
+        line: Lines,
+        history: History,
+        modal: tuple[FloatArray, FloatArray, FloatArray],
+        x: FloatArray,
     ) -> _Linearised:
         s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
-        kappa, rest = _equivalent(loop, i, s, history)
+        kappa, rest = _equivalent(loop, i, s, history, loop.stiffness(x, s))
         empty = np.zeros((0, 0), dtype=np.complex128)
         bare = cls(loop, line, s, kappa, rest, modal, empty, empty, empty)
         g, C, P = bare.forces(modal)
@@ -224,11 +228,17 @@ class _Linearised:
         return [change(m, stiff) for m in single] + [change(m, damping) for m in (*single, slice(n, None))]
 
 
-def _equivalent(loop: ClosedLoop, i: int, s: ComplexArray, history: History) -> tuple[ComplexArray, ComplexArray]:
-    """Dynamic stiffness (K, n_w) of the spring and dashpot that follow the law's force best, and the rest of it."""
+def _equivalent(
+    loop: Loop, i: int, s: ComplexArray, history: History, known: ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Dynamic stiffness (K, n_w) of the spring and dashpot that follow the law's force best, and the rest of it; the
+    law's own where it is `known`."""
     D, F = loop.spectra(history.d, i), loop.spectra(history.f, i)
     kappa = np.zeros_like(D)
     for j in range(D.shape[1]):
+        if np.isfinite(known[:, j]).all():
+            kappa[:, j] = known[:, j]
+            continue
         A = np.column_stack([D[:, j], s * D[:, j]])
         size = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
         both = np.vstack([A.real, A.imag]) / size

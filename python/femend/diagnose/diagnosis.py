@@ -18,6 +18,7 @@ from femend.diagnose.locate import Located, locate, shortlist
 from femend.diagnose.name import Ranked, Split, effective_values, name_physics, null_candidate, score, split_records
 from femend.diagnose.noise import quieter_records
 from femend.diagnose.nonlinear import refit_nonlinear
+from femend.diagnose.second import Further, Searched, look_further
 from femend.diagnose.settings import Settings
 from femend.diagnose.unmeasured import find_unmeasured, plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
@@ -39,7 +40,7 @@ class Diagnosis:
     `verdict` is one of the contract's; `best` the accepted candidate refitted to all records (None where nothing is
     added), `null` the updated model, `nominal` the deck as it is; `ranked` the candidates in order, `located` the
     places, `probabilities` of the ranked, `load` a finding about the load, `n_values` the effective number of values
-    that scores count on the choosing records.
+    that scores count on the choosing records, `further` several effects at once where one does not explain enough.
     """
 
     verdict: str
@@ -59,6 +60,7 @@ class Diagnosis:
     settings: Settings
     g_rows: list[int]
     n_values: float = 0.0
+    further: Further | None = None
 
     @property
     def final(self) -> Candidate | None:
@@ -126,7 +128,11 @@ def explain(
         _probabilities(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
         n_values,
     )  # fmt: skip
-    return decide(undecided, split, plainly)
+    decided = decide(undecided, split, plainly)
+    if decided.load is not None or decided.verdict not in ("missing-physics", "located-not-named"):
+        return decided
+    tell.start("look for more")
+    return with_further(decided, split, places)
 
 
 def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool:
@@ -183,6 +189,24 @@ def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
 
 
+def with_further(found: Diagnosis, split: Split, places: Sequence[Place]) -> Diagnosis:
+    """The diagnosis with more than one effect where one does not explain enough."""
+    settings = found.settings
+    further = look_further(
+        Searched(found.problem, found.reduced, found.g_rows, split, places, found.located, found.ranked, settings,
+                 found.n_values, found.null_score, _floor(found))
+    )  # fmt: skip
+    if further is None:
+        return found
+    adequate = further.terms.chosen <= settings.adequate
+    verdict = "missing-physics" if adequate else "located-not-named"
+    advice = "" if adequate else "the laws found explain part of what free forces at their places do"
+    lead = further.terms.terms[0]
+    return replace(
+        found, verdict=verdict, best=lead.candidate, place=lead.located, advice=advice, further=further
+    )
+
+
 def _adequate(found: Diagnosis, best: Ranked) -> bool:
     """Whether a law explains unseen data about as well as a free force at its place does."""
     return best.candidate.chosen <= found.settings.adequate * max(_reference(found, best), 1.0)
@@ -210,9 +234,13 @@ def _explained(found: Diagnosis, best: Ranked) -> float:
     A law at the right place leaves hardly anything. What is wrong with the model everywhere (its mesh, its
     idealisation) is never taken away by one law at one place, however much that gains.
     """
+    return (found.null_score - best.score) / max(found.null_score - _floor(found), 1e-12)
+
+
+def _floor(found: Diagnosis) -> float:
+    """Score that noise leaves, or a free force where that is less."""
     references = [r.candidate.reference for r in found.ranked if np.isfinite(r.candidate.reference)]
-    floor = found.n_values * float(np.log(max(min([1.0, *references]), 1e-12)))
-    return (found.null_score - best.score) / max(found.null_score - floor, 1e-12)
+    return found.n_values * float(np.log(max(min([1.0, *references]), 1e-12)))
 
 
 def _clearly_missing(found: Diagnosis) -> bool:

@@ -26,6 +26,8 @@ FRF_ALLOWANCE = 0.03
 TEMPERING = 0.1
 # complex degrees of freedom left in a stretch of the noise estimate, and the quantile of the stretches that is taken
 NOISE_FREEDOM, NOISE_QUANTILE = 9, 0.2
+# a repeating record's spectrum is also judged by its stretches where it has more lines than this
+ENOUGH_LINES = 300
 # an FRF is used up to this multiple of the model's last natural frequency
 BEYOND_MODES = 1.3
 # width, in lines, over which a recording's power is smoothed for the allowance
@@ -112,18 +114,20 @@ def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
 def noise_of(u: FloatArray, y: FloatArray, dt: float, period: int) -> FloatArray:
     """Noise standard deviation (n_out,) of responses y (n_out, n) to forces u (n_in, n).
 
-    Repeating records: from the difference of the last two periods. Others: over short stretches of the spectrum
-    response and transient are smooth multiples of the force and of one (local polynomial method, Pintelon and
-    Schoukens, System Identification, 2nd ed., ch. 7); what they leave is noise and distortion, and since noise is white
-    and distortion is not, the quieter stretches tell the noise.
+    Over short stretches of the spectrum response and transient are smooth multiples of the force and of one (local
+    polynomial method, Pintelon and Schoukens, System Identification, 2nd ed., ch. 7); what they leave is noise and
+    distortion, and since noise is white and distortion is not, the quieter stretches tell the noise. Repeating records
+    also tell it by the difference of their last two periods, in which free decays may still show: the smaller holds.
     """
     n = y.shape[1]
-    if period and n >= 2 * period:
+    U, Y = np.fft.rfft(u, axis=1), np.fft.rfft(y, axis=1)
+    found = np.full(len(y), np.inf)
+    repeats = bool(period) and n >= 2 * period
+    if repeats:
         last, before = y[:, n - period :], y[:, n - 2 * period : n - period]
         found = (last - before).std(axis=1) / np.sqrt(2)
-    else:
-        U, Y = np.fft.rfft(u, axis=1), np.fft.rfft(y, axis=1)
-        found = np.sqrt(_local_residuals(U, Y) / n)
+    if not repeats or U.shape[1] > ENOUGH_LINES:
+        found = np.minimum(found, np.sqrt(_local_residuals(U, Y) / n))
     return np.asarray(np.maximum(found, 1e-6 * y.std(axis=1)))
 
 

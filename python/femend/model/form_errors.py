@@ -29,7 +29,7 @@ FloatArray = NDArray[np.float64]
 # relative standard deviations: stiffness and mass of a member or patch, a lumped mass
 STIFFNESS_SD, MASS_SD, LUMP_SD = 0.01, 0.005, 0.02
 # a lump given as a point has this radius of gyration, as a share of the model's diagonal
-GYRATION = 0.015
+GYRATION = 0.025
 # patches along the longest side of the elements of one property that are no beams
 PATCHES = 4
 # at most so many combinations, and none with less than this share of the strongest one's effect
@@ -175,11 +175,14 @@ def _unit(model: Model, elements: tuple[int, ...], stiff: float, mass: float, ra
     values: list[FloatArray] = []
     for eid in elements:
         rows, K, M = model.fe.element_matrices(eid, ones)
-        moving = rows % 6 < 3
-        lump = float(np.trace(M[np.ix_(moving, moving)])) / 3
-        off = mass * M + np.diag(~moving * lump * radius**2)
         at.append(np.array([np.repeat(rows, len(rows)), np.tile(rows, len(rows))]))
-        values.append(np.array([stiff * K.ravel(), off.ravel()]))
+        values.append(np.array([stiff * K.ravel(), mass * M.ravel()]))
+        if radius > 0:
+            moving = rows % 6 < 3
+            lump = float(np.trace(M[np.ix_(moving, moving)])) / 3
+            turns = 6 * np.unique(rows // 6)[:1] + np.arange(3, 6)  # a point mass may have no rows for these
+            at.append(np.array([turns, turns]))
+            values.append(np.array([np.zeros(3), np.full(3, lump * radius**2)]))
     n = int(model.fe.n_g)
     index, both = np.hstack(at), np.hstack(values)
     return _Unit(elements, *(csr_array(coo_array((v, (index[0], index[1])), shape=(n, n))) for v in both))

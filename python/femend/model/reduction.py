@@ -41,7 +41,7 @@ class ReducedModel:
 
     `V` (n_g, r) gives every DOF of the g-set, `V_a` (n_a, r) the independent ones; `freq` (r,) are the Ritz frequencies
     at the deck's values, in Hz. `names` are the model's parameters, then combinations of `form` errors where they were
-    added, then `extra` factors of split parts.
+    added, then `extra` factors of split parts, of which `members` are the places where they are those of members.
     """
 
     model: Model
@@ -55,6 +55,7 @@ class ReducedModel:
     freq: FloatArray
     extra: int = 0
     form: Any = None
+    members: tuple[Any, ...] = ()
 
     @property
     def r(self) -> int:
