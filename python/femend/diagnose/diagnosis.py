@@ -15,7 +15,16 @@ from femend.diagnose.collapse import collapsed, name_of
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
 from femend.diagnose.locate import Located, locate, shortlist
-from femend.diagnose.name import Ranked, Split, effective_values, name_physics, null_candidate, score, split_records
+from femend.diagnose.name import (
+    Ranked,
+    Split,
+    effective_values,
+    name_physics,
+    null_candidate,
+    score,
+    split_records,
+    tempered,
+)
 from femend.diagnose.noise import quieter_records
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.second import Further, Searched, look_further
@@ -125,7 +134,7 @@ def explain(
     tell.start("fit the final model")
     undecided = Diagnosis(
         "", problem, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
-        _probabilities(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
+        tempered(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
         n_values,
     )  # fmt: skip
     decided = decide(undecided, split, plainly)
@@ -141,13 +150,6 @@ def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool
         return False
     gain = null.cost - located[0].cost
     return null.score > settings.consistent or gain > max(settings.worth_naming * null.cost, settings.gain_cost)
-
-
-def _probabilities(ranked: list[Ranked], null_score: float) -> list[float]:
-    """Softmax of -score/2 over the candidates and nothing, tempered so that no choice looks surer than it is."""
-    scores = np.array([r.score for r in ranked] + [null_score]) / 8.0
-    weights = np.exp(-0.5 * (scores - scores.min()))
-    return [float(w) for w in (weights / weights.sum())[:-1]]
 
 
 def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
@@ -202,9 +204,7 @@ def with_further(found: Diagnosis, split: Split, places: Sequence[Place]) -> Dia
     verdict = "missing-physics" if adequate else "located-not-named"
     advice = "" if adequate else "the laws found explain part of what free forces at their places do"
     lead = further.terms.terms[0]
-    return replace(
-        found, verdict=verdict, best=lead.candidate, place=lead.located, advice=advice, further=further
-    )
+    return replace(found, verdict=verdict, best=lead.candidate, place=lead.located, advice=advice, further=further)
 
 
 def _adequate(found: Diagnosis, best: Ranked) -> bool:

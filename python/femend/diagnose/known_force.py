@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -11,9 +12,9 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import enlarged
+from femend.diagnose.name import Split
 from femend.diagnose.nonlinear import simulate_candidate
 from femend.diagnose.receptances import receptances
-from femend.diagnose.name import Split
 from femend.estimate import Fit, FitRecord, Problem
 from femend.model import Place, ReducedModel
 
@@ -35,9 +36,7 @@ class Known:
 
     def and_also(self, other: Known) -> Known:
         """Both together."""
-        return Known(
-            (*self.places, *other.places), {n: (*f, *other.forces[n]) for n, f in self.forces.items()}
-        )
+        return Known((*self.places, *other.places), {n: (*f, *other.forces[n]) for n, f in self.forces.items()})
 
     def on(self, record: FitRecord) -> FitRecord:
         """The record with the forces among its inputs, a row for every DOF they act at."""
@@ -94,7 +93,7 @@ def free_forces(problem: Problem, fit: Fit, places: Sequence[Place]) -> Known:
         full[line.index] = F
         time = np.fft.irfft(full, n=line.record.n, axis=0).T
         ends = np.cumsum([0, *(p.n_w for p in places)])
-        forces[line.record.name] = tuple(time[a:b] for a, b in zip(ends[:-1], ends[1:], strict=True))
+        forces[line.record.name] = tuple(time[a:b] for a, b in itertools.pairwise(ends))
     return Known(tuple(places), forces)
 
 
@@ -120,8 +119,8 @@ def _smooth(power: FloatArray) -> FloatArray:
 
 
 def forces_of_laws(problem: Problem, candidate: Candidate) -> Known | None:
-    """Forces that a fitted law exerts on the structure in the recordings of `problem`; None for a member's factor, which
-    is part of the model, and where the law cannot be followed.
+    """Forces that a fitted law exerts on the structure in the recordings of `problem`; None for a member's factor,
+    which is part of the model, and where the law cannot be followed.
 
     In a cut the rigid connection of the deck stays: what the law leaves of it is a force as large as the opening.
     """

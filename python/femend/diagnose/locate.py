@@ -150,8 +150,8 @@ def locate(
 def _first_glance(
     plain: Problem, reduced: ReducedModel, places: Sequence[Place], kin: _Kin, null: Fit, beside: Sequence[Place]
 ) -> list[tuple[int, FloatArray]]:
-    """Starts of the first place of each kind for the next stage, sorted out on the most strongly damped lines by the model without
-    what its members and masses differ in, which does not show there.
+    """Starts of the first place of each kind for the next stage, sorted out on the most strongly damped lines by the
+    model without what its members and masses differ in, which does not show there.
 
     Each is tried from the deck's values and from the updated model's: the first are nearer to the truth where the
     update has made up for much with the wrong parameters, the second where the deck itself is far off.

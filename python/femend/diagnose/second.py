@@ -13,7 +13,19 @@ from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.classes import similarity
 from femend.diagnose.collapse import name_of
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
-from femend.diagnose.locate import ALIKE, COMPARED_LINES, TIE, Located, locate, preference, shortlist, with_member
+from femend.diagnose.locate import (
+    ALIKE,
+    COMPARED_LINES,
+    LINES,
+    TIE,
+    Located,
+    hypothesis_of,
+    locate,
+    preference,
+    shortlist,
+    squares_of,
+    with_member,
+)
 from femend.diagnose.name import Ranked, Split, name_physics
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms, refit_terms
@@ -64,11 +76,11 @@ class Searched:
 
 @dataclass(frozen=True, eq=False)
 class Further:
-    """Several effects at once: their terms fitted to all records, the laws tried at each, score and misfit on unseen
-    data."""
+    """Several effects at once: their terms fitted to all records, the laws tried at each in the terms' order, and the
+    score on unseen data."""
 
     terms: Terms
-    ranked: tuple[tuple[Ranked, ...], ...]
+    laws: tuple[tuple[Ranked, ...], ...]
     score: float
 
 
@@ -172,8 +184,10 @@ def _alone(first: Searched, place: Place) -> Located | None:
     known = next((f for f in first.located if f.place is place), None)
     if known is not None:
         return known
-    found = locate(first.problem, first.reduced, [place], first.located[0].fit)
-    return found[0] if found else None
+    few, hypothesis = first.problem.thinned(LINES), hypothesis_of(place, first.reduced)
+    p = _with_members(first, _plain(first, first.located[0].fit.p), hypothesis.reduced.extra)
+    (fit,) = few.fit([hypothesis], [(p, np.zeros(0))])
+    return None if fit is None else Located(place, fit, squares_of(few, fit, 0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +223,8 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> list[Ran
     reduced, rows = aside.known.basis(reduced, first.problem.band[1], first.g_rows)
     problem = first.problem.on([aside.known.on(r) for r in first.problem.records])
     split = aside.known.split(first.split)
-    (null,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], [(_with_members(first, aside), np.zeros(0))])
+    start = _with_members(first, aside.p, len(aside.members))
+    (null,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], [(start, np.zeros(0))])
     if null is None:
         return []
     located = locate(problem, reduced, places, null)
@@ -225,9 +240,10 @@ def _plain(first: Searched, p: FloatArray) -> FloatArray:
     return np.concatenate([p[:n], p[len(p) - tuned :]])
 
 
-def _with_members(first: Searched, aside: _Aside) -> FloatArray:
+def _with_members(first: Searched, p: FloatArray, count: int) -> FloatArray:
+    """Unknowns of the model with the factors of `count` members, as they are in the deck."""
     n = len(first.reduced.names)
-    return np.concatenate([aside.p[:n], np.zeros(len(aside.members)), aside.p[n:]])
+    return np.concatenate([p[:n], np.zeros(count), p[n:]])
 
 
 def _free(first: Searched, second: Located, at: Located) -> _Aside:
@@ -257,7 +273,8 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
     best: tuple[float, Terms] | None = None
     for chosen in itertools.product(*(_distinct(first, ranked) for ranked in laws)):
         terms = [Term(replace(r.candidate, name=r.name or r.candidate.name), r.located) for r in chosen]
-        found = fit_terms(first.split.fitting, terms, first.reduced, first.g_rows, _plain(first, chosen[-1].candidate.p))
+        p = _plain(first, chosen[-1].candidate.p)
+        found = fit_terms(first.split.fitting, terms, first.reduced, first.g_rows, p)
         if found is None:
             continue
         found = judge_terms(first.split.choosing, found)
@@ -267,7 +284,8 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
     if best is None or not _won(first, *best):
         return None
     whole = refit_terms(first.problem.thinned(FINAL_LINES), best[1])
-    return Further(whole, tuple(tuple(r) for r in laws), best[0])
+    tried = {id(r.located.place): tuple(every) for every in laws for r in every}
+    return Further(whole, tuple(tried[id(t.located.place)] for t in whole.terms), best[0])
 
 
 def _distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:
