@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from small_study import Truth, write_study
 
 from femend.diagnose.known_force import Known
 from femend.diagnose.terms import relaxing
 from femend.study.run import StudyRun, diagnose
+from small_study import Truth, write_study
 
 SPRING, CUBIC = 2.0e4, 2.0e11
 
