@@ -13,7 +13,6 @@ from femend.diagnose.locate import (
     ALIKE,
     COMPARED_LINES,
     LINES,
-    TIE,
     Located,
     hypothesis_of,
     locate,
@@ -32,6 +31,10 @@ FloatArray = NDArray[np.float64]
 
 # places from which the search for a pair of places starts
 FIRSTS = 3
+# cost by which pairs are put in the order of their places' `preference`
+LIKELIER = 2.0
+# how often a search looks for the first place again
+TURNS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,33 +65,27 @@ def pair(first: Searched) -> tuple[Located, Located] | None:
     the first by itself.
 
     With two effects the best single place may be a compromise; so the search starts from several and, whatever second
-    place it finds, looks for the first one again.
+    place it finds, looks for the first one again. Two forces at wrong places may leave as little as at the right ones;
+    of pairs that the recordings do not tell apart the one with the likelier places is taken.
     """
-    one = [f for f in first.located if f.place.kind != "base"]
-    if not one:
-        return None
-    alone = min(f.cost for f in first.located)
-    best: tuple[float, Located, Located] | None = None
+    found: list[tuple[Located, Located]] = []
     tried: list[Place] = []
     for start in _starts(first):
-        at = start
-        for _ in range(2):
-            if any(at.place is p for p in tried):
+        at: Located | None = start
+        for _ in range(TURNS):
+            if at is None or any(at.place is p for p in tried):
                 break
             tried.append(at.place)
-            second = _beside(first, at)
-            if second is None:
-                break
-            cost = second.cost + TIE * (preference(second.place) + preference(at.place))
-            if best is None or cost < best[0]:
-                best = (cost, second, at)
-            again = _alone(first, second.place)
-            if again is None:
-                break
-            at = again
-    if best is None or alone - best[1].cost < first.settings.gain_cost:
+            beside = _beside(first, at)
+            found += [(second, at) for second in beside]
+            at = _alone(first, beside[0].place) if beside else None
+    if not found:
         return None
-    return best[1], best[2]
+    least = min(second.cost for second, _ in found)
+    alone = min(f.cost for f in first.located)
+    if alone - least < first.settings.gain_cost:
+        return None
+    return min(found, key=lambda f: f[0].cost + LIKELIER * (preference(f[0].place) + preference(f[1].place)))
 
 
 def _starts(first: Searched) -> list[Located]:
@@ -123,13 +120,13 @@ def others(first: Searched, place: Place) -> list[Place]:
     return [p for p in first.places if id(p) not in alike and not set(p.elements) & set(place.elements)]
 
 
-def _beside(first: Searched, at: Located) -> Located | None:
-    """The best place beside another, with forces free at both (a member has its factor)."""
+def _beside(first: Searched, at: Located) -> list[Located]:
+    """The best places beside another, with forces free at both (a member has its factor)."""
     member = at.place.kind == "member"
     reduced = at.fit.hypothesis.reduced if member else first.reduced
     found = locate(first.problem, reduced, others(first, at.place), at.fit, () if member else (at.place,))
     possible = [f for f in shortlist(found) if f.place.kind != "base"]
-    return possible[0] if possible else None
+    return [f for f in possible if f.cost < possible[0].cost + first.settings.margin]
 
 
 def _alone(first: Searched, place: Place) -> Located | None:

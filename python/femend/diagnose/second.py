@@ -28,6 +28,8 @@ TOGETHER = 2
 # how much the score of what was found may be above what noise leaves, in `gain_cost`, before anything further is looked
 # for
 WORTH = 1.5
+# share of what is wrong with the updated model from which the best law is taken for one of the two effects
+FIRST_SHARE = 0.5
 # lines a record on which the terms that are kept are fitted
 FINAL_LINES = 600
 
@@ -70,19 +72,36 @@ class _Aside:
 
 
 def _named(first: Searched, second: Located, at: Located) -> Further | None:
-    """Names both effects, each with the force of the other as an input: of the first place with the free force of the
-    second, then in turns with the forces of the laws; fitted together they have to win against one law alone."""
+    """Names both effects, each with the force of the other as an input; fitted together they have to win against one
+    law alone.
+
+    The best law found so far is taken for one of the two where it explains the greater part; if nothing comes of it,
+    the force read off at the second place.
+    """
+    nothing = Known((), {r.name: () for r in first.problem.records})
+    best = first.ranked[0]
+    if first.null_score - best.score > FIRST_SHARE * (first.null_score - first.floor):
+        found = _in_turns(first, best, first.ranked, _of_law(first, best, nothing))
+        if found is not None:
+            return found
     free = _free(first, second, at)
-    stronger = _search(first, free, [at.place])
-    if not stronger:
+    one = _search(first, free, others(first, second.place))
+    return _in_turns(first, one[0], one, _of_law(first, one[0], free.known)) if one else None
+
+
+def _in_turns(first: Searched, one: Ranked, laws: Sequence[Ranked], aside: _Aside) -> Further | None:
+    """Names the second effect beside the law `one`, whose force is `aside`, and the first again beside the second."""
+    two = _search(first, aside, others(first, one.located.place))
+    if not two:
         return None
-    law = _of_law(first, stronger[0], free.known)
-    weaker = _search(first, law, others(first, at.place))
-    if not weaker:
-        return None
-    other = _of_law(first, weaker[0], law.known)
-    stronger = _search(first, other, others(first, weaker[0].located.place)) or stronger
-    return _together(first, (stronger, weaker))
+    here = [r for r in laws if r.located.place is one.located.place]
+    found = _together(first, (here, two))
+    if found is not None and found.terms.chosen <= first.settings.adequate:
+        return found
+    again = _search(first, _of_law(first, two[0], aside.known), others(first, two[0].located.place))
+    better = _together(first, (again, two)) if again else None
+    both = [f for f in (found, better) if f is not None]
+    return min(both, key=lambda f: f.score, default=None)
 
 
 def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> list[Ranked]:

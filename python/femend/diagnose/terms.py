@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 # windows (in units of `Problem.scale`) by which laws that were found one by one come to terms, and the steps in each
-WINDOWS, STEPS = (3.0, 0.0), (4, 10)
+WINDOWS, STEPS = (3.0, 1.0, 0.0), (6, 6, 30)
 # coordinates that a simulation can carry
 MOST_COORDINATES = 6
 
