@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.joint import enlarged
+from femend.diagnose.joint import enlarged, with_attached
 from femend.diagnose.name import Split
 from femend.diagnose.nonlinear import simulate_candidate
 from femend.diagnose.receptances import receptances
-from femend.estimate import Fit, FitRecord, Problem
+from femend.estimate import Fit, FitRecord, Lines, Problem
 from femend.model import Place, ReducedModel
 
 __all__ = ["Known", "forces_of_laws", "free_forces"]
@@ -29,14 +29,15 @@ ROUNDS, SMOOTH = 6, 31
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """Forces (n_w, n) on the structure at `places`, for every record by its name and place."""
+    """Forces (n_w, n) on the structure at `places`, for every record by its name and place.
+
+    The spring or the mass that does most of what a force does is part of the model (`attached`, stiffness and mass for
+    every place), and the force is what is left: one that undoes a resonance of the model without it had to be exact.
+    """
 
     places: tuple[Place, ...]
     forces: dict[str, tuple[FloatArray, ...]]
-
-    def and_also(self, other: Known) -> Known:
-        """Both together."""
-        return Known((*self.places, *other.places), {n: (*f, *other.forces[n]) for n, f in self.forces.items()})
+    attached: tuple[tuple[float, float], ...] = ()
 
     def on(self, record: FitRecord) -> FitRecord:
         """The record with the forces among its inputs, a row for every DOF they act at."""
@@ -65,7 +66,10 @@ class Known:
         """The model in a basis that holds the response to the forces, with the rows they need."""
         own = {int(g) for place in self.places for rows in place.g_rows for g in rows}
         rows = sorted({*g_rows, *own})
-        return enlarged((), reduced, f_max, rows), rows
+        own_model = enlarged((), reduced, f_max, rows)
+        for place, (k, m) in zip(self.places, self.attached, strict=True):
+            own_model = with_attached(place, k, m, own_model)
+        return own_model, rows
 
 
 def free_forces(problem: Problem, fit: Fit, places: Sequence[Place]) -> Known:
@@ -82,19 +86,53 @@ def free_forces(problem: Problem, fit: Fit, places: Sequence[Place]) -> Known:
     fitted = _core.fitted_lines(system, fit.hypothesis.core(), [line.core for line in lines], fit.p, fit.x)
     omega, zeta, Q = system.modal(fit.p)
     forces: dict[str, tuple[FloatArray, ...]] = {}
-    for line, (y, _, F) in zip(lines, fitted, strict=True):
+    motions, parts, weights = [], [], []
+    for line, (y, D, F) in zip(lines, fitted, strict=True):
         s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
         out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
         g = receptances(omega, zeta, s) * s[:, None] ** 2
         H = np.einsum("kr,sr,wr->ksw", g, out, w @ Q, optimize=True)
         answer = (line.Y - y + np.einsum("ksw,kw->ks", H, F)) * line.weight
-        F = _shrunk(H * line.weight[:, :, None], answer, F)
-        full = np.zeros((line.record.n // 2 + 1, F.shape[1]), dtype=complex)
-        full[line.index] = F
-        time = np.fft.irfft(full, n=line.record.n, axis=0).T
-        ends = np.cumsum([0, *(p.n_w for p in places)])
-        forces[line.record.name] = tuple(time[a:b] for a, b in itertools.pairwise(ends))
-    return Known(tuple(places), forces)
+        H = H * line.weight[:, :, None]
+        motions.append(D)
+        parts.append(_shrunk(H, answer, F))
+        weights.append((np.abs(H) ** 2).sum(axis=1))
+    ends = np.cumsum([0, *(p.n_w for p in places)])
+    spans = [slice(a, b) for a, b in itertools.pairwise(ends)]
+    attached = tuple(
+        _follower(lines, [D[:, i] for D in motions], [F[:, i] for F in parts], [w[:, i] for w in weights])
+        for i in spans
+    )
+    for line, D, F in zip(lines, motions, parts, strict=True):
+        forces[line.record.name] = tuple(
+            _in_time(line, F[:, i], D[:, i], *follower) for i, follower in zip(spans, attached, strict=True)
+        )
+    return Known(tuple(places), forces, attached)
+
+
+def _follower(
+    lines: Sequence[Lines], D: Sequence[ComplexArray], F: Sequence[ComplexArray], weights: Sequence[FloatArray]
+) -> tuple[float, float]:
+    """The spring or the mass, whichever does more, whose force on the structure is most like F (K, n_w) under the
+    motion D (K, n_w)."""
+    tops, bottoms = np.zeros(2), np.zeros(2)
+    for line, d, f, w in zip(lines, D, F, weights, strict=True):
+        s = line.sigma + 2j * np.pi * line.freq
+        for i, shape in enumerate((-d, -((s**2)[:, None]) * d)):
+            tops[i] += float((w * np.real(shape.conj() * f)).sum())
+            bottoms[i] += float((w * np.abs(shape) ** 2).sum())
+    gains = np.where(tops > 0, tops**2 / np.maximum(bottoms, 1e-300), 0.0)
+    best = int(np.argmax(gains))
+    value = float(tops[best] / bottoms[best]) if gains[best] > 0 else 0.0
+    return (value, 0.0) if best == 0 else (0.0, value)
+
+
+def _in_time(line: Lines, F: ComplexArray, D: ComplexArray, k: float, m: float) -> FloatArray:
+    """History (n_w, n) of what is left of a force beside a spring and a mass."""
+    s = line.sigma + 2j * np.pi * line.freq
+    full = np.zeros((line.record.n // 2 + 1, F.shape[1]), dtype=complex)
+    full[line.index] = F + (k + m * s**2)[:, None] * D
+    return np.asarray(np.fft.irfft(full, n=line.record.n, axis=0).T)
 
 
 def _shrunk(H: ComplexArray, answer: ComplexArray, F: ComplexArray) -> ComplexArray:
@@ -128,25 +166,31 @@ def forces_of_laws(problem: Problem, candidate: Candidate) -> Known | None:
     if joint is None or candidate.physics is None:
         return None
     problem = problem.thinned(None)
-    forces: dict[str, tuple[FloatArray, ...]] = {}
-    cut = joint.place.release is not None
-    if candidate.nonlinear:
-        for record in problem.records:
-            history = simulate_candidate(problem, candidate, record)
-            force = history.d if cut else -history.f
-            if not np.isfinite(force).all():
-                return None
-            forces[record.name] = (force[:, : record.n],)
-        return Known((joint.place,), forces)
-    hypothesis = joint.hypothesis(
-        (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), 1.0)
-    )
     lines = problem.lines(joint.reduced)
-    fitted = _core.fitted_lines(
-        problem.system(joint.reduced), hypothesis.core(), [line.core for line in lines], candidate.p, candidate.x
-    )
-    for line, (_, D, F) in zip(lines, fitted, strict=True):
-        full = np.zeros((line.record.n // 2 + 1, F.shape[1]), dtype=complex)
-        full[line.index] = D if cut else F
-        forces[line.record.name] = (np.fft.irfft(full, n=line.record.n, axis=0).T,)
-    return Known((joint.place,), forces)
+    motions, parts = [], []
+    if candidate.nonlinear:
+        for line in lines:
+            history = simulate_candidate(problem, candidate, line.record)
+            if not (np.isfinite(history.f).all() and np.isfinite(history.d).all()):
+                return None
+            both = (np.fft.rfft(x, line.record.n, axis=1)[:, line.index].T for x in (history.d, -history.f))
+            d, f = both
+            motions.append(d)
+            parts.append(f)
+    else:
+        hypothesis = joint.hypothesis(
+            (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), 1.0)
+        )
+        system, cores = problem.system(joint.reduced), [line.core for line in lines]
+        for _, d, f in _core.fitted_lines(system, hypothesis.core(), cores, candidate.p, candidate.x):
+            motions.append(d)
+            parts.append(f)
+    place = joint.place
+    if place.release is not None:
+        opened = {line.record.name: (_in_time(line, d, d, 0.0, 0.0),) for line, d in zip(lines, motions, strict=True)}
+        return Known((place,), opened, ((0.0, 0.0),))
+    follower = _follower(lines, motions, parts, [np.ones(d.shape) for d in motions])
+    left = {
+        line.record.name: (_in_time(line, f, d, *follower),) for line, d, f in zip(lines, motions, parts, strict=True)
+    }
+    return Known((place,), left, (follower,))

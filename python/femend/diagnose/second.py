@@ -129,7 +129,7 @@ def _free(first: Searched, second: Located, at: Located) -> _Aside:
         return _Aside(Known((), {r.name: () for r in first.problem.records}), (second.place,), p)
     both = [f.place for f in (second, at) if f.place.kind != "member"]
     forces = free_forces(first.problem, second.fit, both)
-    known = Known((second.place,), {name: f[:1] for name, f in forces.forces.items()})
+    known = Known((second.place,), {name: f[:1] for name, f in forces.forces.items()}, forces.attached[:1])
     return _Aside(known, (), p)
 
 

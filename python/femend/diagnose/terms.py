@@ -22,8 +22,9 @@ __all__ = ["Term", "Terms", "fit_terms", "judge_terms", "refit_terms", "simulate
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-# windows (in units of `Problem.scale`) by which laws that were found one by one come to terms, and the steps in each
-WINDOWS, STEPS = (3.0, 1.0, 0.0), (6, 6, 30)
+# windows (in units of `Problem.scale`) by which laws that were found one by one also come to terms, where whole records
+# are too far off at first, the steps in each, and those on whole records
+WINDOWS, STEPS = (3.0, 1.0), (6, 6, 30)
 # coordinates that a simulation can carry
 MOST_COORDINATES = 6
 
@@ -163,16 +164,17 @@ def fit_terms(
     if made is None:
         return None
     loop, z = made
-    reached: Reached | None = None
-    for factor, steps in zip(WINDOWS, STEPS, strict=True):
-        sigma = factor * problem.scale()
-        at = replace(loop, sigma=sigma, substeps=COARSE if sigma > 0 else loop.substeps)
-        start = z if reached is None else reached.z
-        new = Descent.around(at, z[len(z) - loop.n_x :], True).run(start, steps)
-        reached = reached if new is None else new
-        if sigma == 0:
-            return None if new is None else _made(loop, new)
-    return None
+    x = z[len(z) - loop.n_x :]
+    whole = Descent.around(loop, x, True)
+    ends = [whole.run(z, STEPS[-1])]
+    start = z
+    for factor, steps in zip(WINDOWS, STEPS, strict=False):
+        windowed = replace(loop, sigma=factor * problem.scale(), substeps=COARSE)
+        reached = Descent.around(windowed, x, True).run(start, steps)
+        start = start if reached is None else reached.z
+    ends.append(whole.run(start, STEPS[-1]))
+    done = [e for e in ends if e is not None]
+    return _made(loop, min(done, key=lambda e: e.cost)) if done else None
 
 
 def refit_terms(problem: Problem, found: Terms, iterations: int = 10) -> Terms:
