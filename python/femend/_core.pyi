@@ -159,6 +159,8 @@ class Symbolic:
     def flops(self) -> float: ...
     @property
     def nnz(self) -> int: ...
+    @property
+    def memory(self) -> int: ...
 
 @final
 class Factor:
@@ -211,6 +213,46 @@ def frf_modal(
     *,
     out: NDArray[np.complex128] | None = None,
 ) -> NDArray[np.complex128]: ...
+def frf_modal_scores(
+    omega: NDArray[np.float64],
+    zeta: NDArray[np.float64],
+    phi_out: NDArray[np.float64],
+    phi_in: NDArray[np.float64],
+    s: NDArray[np.complex128],
+    measured: NDArray[np.complex128],
+    kind: str = "receptance",
+    residual: NDArray[np.float64] | NDArray[np.complex128] | None = None,
+) -> dict[str, Any]:
+    """Agreement of what `frf_modal` would return with `measured` (n_lines, n_out, n_in), never stored.
+
+    `frac` and `faac` (n_out, n_in), `csac` and `csf` (n_lines,), defined as in `femend.correlate`; `misfit`, the sum of
+    |H - measured|^2. NaN where an FRF is zero. Raises ValueError for shapes that do not fit or an undamped pole.
+    """
+
+def frf_reduced(
+    indptr: _Indices,
+    indices: _Indices,
+    matrices: NDArray[np.float64],
+    coefficients: NDArray[np.complex128],
+    b_out: NDArray[np.float64],
+    b_in: NDArray[np.float64],
+    s: NDArray[np.complex128],
+    kind: str = "receptance",
+    *,
+    tolerance: float = 1e-6,
+    max_solutions: int = 60,
+) -> tuple[NDArray[np.complex128], dict[str, Any]]:
+    """FRFs (n_lines, n_out, n_in) of sum_t c_t A_t by reduced direct solution, and an account of it.
+
+    `matrices` (n_t, nnz) real symmetric on one pattern, `coefficients` (n_t, n_lines): 1 for K, s for viscous, i for
+    structural damping, s^2 for M, any function of the line for a viscoelastic part. Some lines are solved directly; all
+    others are solved in the space of those solutions and their slopes (rational Krylov; Beattie and Gugercin 2009).
+
+    The account holds `converged`; `error`, the true error beside the largest magnitude, measured on the lines with the
+    largest residual of all before they joined; `residual`, the largest ||B - Z X|| / ||B||; `solved`, the lines solved
+    directly; `basis`, its size. Raises ValueError for shapes that do not fit or a singular line.
+    """
+
 def frf_direct(
     indptr: _Indices,
     indices: _Indices,
@@ -442,6 +484,13 @@ class FeModel:
         NDArray[np.float64],
     ]:
         """(indptr, indices, K, M, C, H)."""
+
+    def refill(self, matrix: str, factors: NDArray[np.float64] | None, out: NDArray[np.float64]) -> None:
+        """Writes the values of one matrix ("K", "M", "C" or "H") at the factors into `out` (nnz,), on that pattern.
+
+        Where the model is `affine` only the values that factors reach are read: little dearer than a copy. Raises
+        ValueError for another matrix or an array that cannot be written, ModelError for another length.
+        """
 
     def derivative(self, i: int, factors: NDArray[np.float64] | None = None) -> _System:
         """Exact derivatives of (K, M, C, H) with respect to factor i, on the pattern of `assemble`."""

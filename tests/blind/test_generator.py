@@ -381,7 +381,7 @@ def test_update_absorbs_what_it_may_and_nothing_else(short: None) -> None:
     fit = update.Update(test, base)
     theta = 0.02 * rng.standard_normal(len(fit.sd))
     J, h = fit.derivatives(theta, fit.response(theta)[1]), 1e-5
-    for i in range(len(theta)):
+    for i in range(0, len(theta), 4):
         up, down = (fit.response(theta + s * h * np.eye(len(theta))[i])[0] for s in (1, -1))
         assert np.linalg.norm(J[:, i] - (up - down) / (2 * h)) < 0.03 * np.linalg.norm(J[:, i])
     real = dataclasses.replace(test.real, factor={p: 1.06 * f for p, f in test.real.factor.items()})

@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 
 from femend.estimate import Problem
 from femend.model import ReducedModel, form_errors, read_model, reduce_model
-from femend.model.form_errors import MASS_SD, SD, STIFFNESS_SD
+from femend.model.form_errors import GYRATION, LUMP_SD, MASS_SD, SD, STIFFNESS_SD
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -84,3 +84,18 @@ def test_a_problem_takes_the_errors_with_their_prior(reduced: ReducedModel) -> N
     assert np.all(mean[: n + 2] == 0)
     assert np.all(sd[len(reduced.names) : n] == SD)
     assert problem.system(with_errors).modal(mean)[0].shape == (with_errors.r,)
+
+
+def test_a_lump_without_inertia_may_turn(reduced: ReducedModel) -> None:
+    """A mass given as a point has a radius of gyration in reality: its rotations get inertia, its mass scatters."""
+    units = form_errors(reduced, F_MAX).units
+    lumps = [u for u in units if abs(u.stiffness).max() == 0]
+    assert lumps
+    model = reduced.model
+    diagonal = float(np.linalg.norm(np.ptp(model.xyz, axis=0)))
+    for unit in lumps:
+        rows, _, M = model.fe.element_matrices(unit.elements[0], np.ones(len(model.parameters)))
+        first = 6 * int(rows[0] // 6)
+        off = unit.mass.toarray()[first : first + 6, first : first + 6]
+        np.testing.assert_allclose(np.diag(off)[:3], LUMP_SD * np.diag(M)[:3])
+        np.testing.assert_allclose(np.diag(off)[3:], M[0, 0] * (GYRATION * diagonal) ** 2)

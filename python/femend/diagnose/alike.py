@@ -32,15 +32,18 @@ def with_look_alikes(
 
     Where two look-alikes move differently, a law at one does not do what it would do at the other, so that both are
     worth trying. A free force at a wrong place may leave a little less than one at the right place, since it also takes
-    up what is wrong with the rest of the model; no law does that, so that the other kinds are tried too.
+    up what is wrong with the rest of the model; no law does that, so that the other kinds are tried too. Members, which
+    have no force, are tried in any case.
     """
     kept: list[Located] = []
     twins: list[Place] = []
     kind = _kinds(problem, reduced, found)
-    reach = min((one.cost for one in found), default=0.0) + settings.reach
+    reach = min((one.cost for one in found), default=0.0) * (1 + settings.further) + settings.reach
+    members = [one for one in found if one.place.kind == "member"][: settings.members]
     for n, one in enumerate(found):
         new = kind[n] not in kind[:n] and one.cost < reach and len(set(kind[: n + 1])) <= settings.kinds
-        if any(one.place is p for p in twins) or not (len(kept) < settings.places or new):
+        wanted = len(kept) < settings.places or new or any(one is m for m in members)
+        if any(one.place is p for p in twins) or not wanted:
             continue
         alike = look_alikes(problem, reduced, one, places, settings.margin)
         twins += [a.place for a in alike if a.together > TWINS]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.joint import Joint, Recovered
-from femend.physics import FitCoordinates, Physics, catalogue, physics, shapes
+from femend.physics import FitCoordinates, Physics, Surrogate, catalogue, physics, shapes
 
 __all__ = ["ONLY_GROUND", "Candidate", "Start", "laws_for", "starts"]
 
@@ -58,6 +58,7 @@ class Candidate:
         reference: what a free force at the same place leaves on that record.
         covariance: of x, where known.
         sigma: decay (1/s) of the window in which a nonlinear law could be followed; 0 for whole records.
+        converged: whether its last fit came to its minimum.
     """
 
     physics: Physics | None
@@ -74,9 +75,10 @@ class Candidate:
     c: float = 0.0
     reference: float = np.inf
     covariance: FloatArray | None = None
-    coordinates: FitCoordinates | None = None
+    coordinates: FitCoordinates | Surrogate | None = None
     extra: Mapping[str, float] = field(default_factory=dict)
     sigma: float = 0.0
+    converged: bool = True
 
     @property
     def nonlinear(self) -> bool:

@@ -19,7 +19,7 @@ from femend.diagnose.candidates import Start
 from femend.diagnose.joint import Joint, Recovered
 from femend.errors import ModelError
 from femend.estimate import Problem
-from femend.physics import FitCoordinates
+from femend.physics import FitCoordinates, Surrogate
 
 __all__ = ["COARSE", "FINE", "ClosedLoop", "History", "Loop", "companion_prior", "loop_of", "upsampled"]
 
@@ -214,7 +214,7 @@ class ClosedLoop(Loop):
     """A law with its linear companion at a joint; `scale` (k, c) makes the companion's coordinates of the size one."""
 
     law: str
-    coordinates: FitCoordinates
+    coordinates: FitCoordinates | Surrogate
     scale: tuple[float, float]
 
     @property
@@ -231,7 +231,7 @@ class ClosedLoop(Loop):
         """Composite of every coordinate at fit coordinates `x`, as the core takes it."""
         values, k, c = self.values(x)
         linear = ("linear", {"k": k, "c": c, "m": 0.0})
-        return [[(self.law, values), linear] for _ in range(len(self.joint.w))]
+        return [[*self.coordinates.composite(values), linear] for _ in range(len(self.joint.w))]
 
     def prior(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Around `x` for the law, around nothing for the companion."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.collapse import collapsed, name_of
+from femend.diagnose.free_form_rival import Rival, find_rival, refit_rival
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
 from femend.diagnose.locate import Located, locate, shortlist
@@ -49,7 +50,8 @@ class Diagnosis:
     `verdict` is one of the contract's; `best` the accepted candidate refitted to all records (None where nothing is
     added), `null` the updated model, `nominal` the deck as it is; `ranked` the candidates in order, `located` the
     places, `probabilities` of the ranked, `load` a finding about the load, `n_values` the effective number of values
-    that scores count on the choosing records, `further` several effects at once where one does not explain enough.
+    that scores count on the choosing records, windowed by exp(-`sigma` t); `rival` the free-form force where it beats
+    every named law (`best` is it then); `further` several effects at once where one does not explain enough.
     """
 
     verdict: str
@@ -69,6 +71,8 @@ class Diagnosis:
     settings: Settings
     g_rows: list[int]
     n_values: float = 0.0
+    sigma: float = 0.0
+    rival: Rival | None = None
     further: Further | None = None
 
     @property
@@ -116,16 +120,25 @@ def explain(
     null_score = score(baseline, split.choosing, settings, n_values)
     tell.start("try loads")
     located = list(located)
-    # one force at one place cannot stand in for a load that acts elsewhere than recorded
-    explained = any(f.place.n_w == 1 and f.fit.score < settings.adequate for f in located)
+    # one force against the ground cannot stand in for a load that acts elsewhere than recorded; one between the two
+    # places, or at a joint between them, can
+    explained = any(f.place.kind == "ground" and f.fit.score < settings.adequate for f in located)
     load = None if explained else try_loads(problem, split, reduced, null, baseline, settings)
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
     tell.start("name it", len(short))
-    ranked: list[Ranked] = []
+    ranked, sigma = list[Ranked](), 0.0
     worth = _worth_naming(null, located, settings)
     plainly = worth and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
     if worth and not plainly:
         ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, null.p, null_score, tell.advance)
+        if sigma == 0 and _unclear(null_score, ranked, n_values, settings):
+            tried = {id(one.place) for one in short}
+            others = [one for one in shortlist(located) if id(one.place) not in tried]
+            further = with_look_alikes(problem, reduced, others, places, replace(settings, places=settings.kinds))
+            tell.start("name it", len(further))
+            beaten = min([null_score, *(r.score for r in ranked)])
+            more, window = name_physics(split, reduced, further, start.g_rows, settings, null.p, beaten, tell.advance)
+            ranked = sorted([*ranked, *more], key=lambda r: r.score) if window == 0 else ranked
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)
             n_values = effective_values(split.choosing, reduced, sigma)
@@ -135,7 +148,7 @@ def explain(
     undecided = Diagnosis(
         "", problem, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
         tempered(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
-        n_values,
+        n_values, sigma,
     )  # fmt: skip
     decided = decide(undecided, split, plainly)
     if decided.load is not None or decided.verdict not in ("missing-physics", "located-not-named"):
@@ -165,6 +178,9 @@ def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
         unmeasured = find_unmeasured(split, found.reduced, found.located, found.g_rows, settings)
         if unmeasured is not None:
             return replace(found, verdict="missing-physics", load=unmeasured)
+    rival = _rival(found, split, named)
+    if rival is not None:
+        return _free_form(found, rival)
     if best is None or not named:
         if not found.located and found.null.score > FAR * settings.consistent:
             return replace(found, verdict="undetermined", place=None, advice=_more_sensors(found))
@@ -196,7 +212,7 @@ def with_further(found: Diagnosis, split: Split, places: Sequence[Place]) -> Dia
     settings = found.settings
     further = look_further(
         Searched(found.problem, found.reduced, found.g_rows, split, places, found.located, found.ranked, settings,
-                 found.n_values, found.null_score, _floor(found))
+                 found.n_values, found.null_score, _floor(found.ranked, found.n_values))
     )  # fmt: skip
     if further is None:
         return found
@@ -204,7 +220,25 @@ def with_further(found: Diagnosis, split: Split, places: Sequence[Place]) -> Dia
     verdict = "missing-physics" if adequate else "located-not-named"
     advice = "" if adequate else "the laws found explain part of what free forces at their places do"
     lead = further.terms.terms[0]
-    return replace(found, verdict=verdict, best=lead.candidate, place=lead.located, advice=advice, further=further)
+    return replace(
+        found, verdict=verdict, best=lead.candidate, place=lead.located, advice=advice, rival=None, further=further
+    )
+
+
+def _rival(found: Diagnosis, split: Split, named: bool) -> Rival | None:
+    """The free-form force where it beats every named law and is itself what a law has to be to be accepted."""
+    if not (named or _clearly_missing(found)):
+        return None
+    rival = find_rival(split, found.ranked, found.settings, found.n_values, found.sigma, found.null_score)
+    return rival if rival is not None and _accepted(found, rival.ranked) else None
+
+
+def _free_form(found: Diagnosis, rival: Rival) -> Diagnosis:
+    """The verdict where the free-form force wins: it goes into the final model, and its class is told."""
+    best = refit_rival(found.problem.thinned(600), rival.ranked.candidate)
+    return replace(
+        found, verdict="located-not-named", best=best, place=rival.ranked.located, advice=rival.advice, rival=rival
+    )
 
 
 def _adequate(found: Diagnosis, best: Ranked) -> bool:
@@ -224,23 +258,31 @@ def _accepted(found: Diagnosis, best: Ranked) -> bool:
     # what the model can do by itself only far outside its priors is as much missing as what it cannot do
     relieved = found.null_chosen.prior - best.candidate.prior
     won = gain > settings.gain_cost and (chosen > settings.gain_chosen or relieved > settings.gain_cost)
-    return bool(won and _explained(found, best) >= settings.explained)
+    share = _explained(found.null_score, best, found.ranked, found.n_values)
+    return bool(won and share >= settings.explained)
 
 
-def _explained(found: Diagnosis, best: Ranked) -> float:
+def _unclear(null_score: float, ranked: Sequence[Ranked], n_values: float, settings: Settings) -> bool:
+    """Whether much is wrong with the updated model and no law at the places tried takes nearly all of it away."""
+    wrong = null_score - _floor(ranked, n_values)
+    share = _explained(null_score, ranked[0], ranked, n_values) if ranked else 0.0
+    return bool(wrong > 2 * settings.gain_cost and share < settings.clear)
+
+
+def _floor(ranked: Sequence[Ranked], n_values: float) -> float:
+    """Score of what a free force leaves at best, or the noise where that is less."""
+    references = [r.candidate.reference for r in ranked if np.isfinite(r.candidate.reference)]
+    return n_values * float(np.log(max(min([1.0, *references]), 1e-12)))
+
+
+def _explained(null_score: float, best: Ranked, ranked: Sequence[Ranked], n_values: float) -> float:
     """Share of what is wrong with the updated model that a law takes away: of its unseen misfit above the noise, or
     above what a free force leaves where that is less, and of the prior cost of its unknowns.
 
     A law at the right place leaves hardly anything. What is wrong with the model everywhere (its mesh, its
     idealisation) is never taken away by one law at one place, however much that gains.
     """
-    return (found.null_score - best.score) / max(found.null_score - _floor(found), 1e-12)
-
-
-def _floor(found: Diagnosis) -> float:
-    """Score that noise leaves, or a free force where that is less."""
-    references = [r.candidate.reference for r in found.ranked if np.isfinite(r.candidate.reference)]
-    return found.n_values * float(np.log(max(min([1.0, *references]), 1e-12)))
+    return (null_score - best.score) / max(null_score - _floor(ranked, n_values), 1e-12)
 
 
 def _clearly_missing(found: Diagnosis) -> bool:

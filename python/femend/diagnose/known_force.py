@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,7 +36,7 @@ class Known:
     """
 
     places: tuple[Place, ...]
-    forces: dict[str, tuple[FloatArray, ...]]
+    forces: Mapping[str, tuple[FloatArray, ...]]
     attached: tuple[tuple[float, float], ...] = ()
 
     def on(self, record: FitRecord) -> FitRecord:
@@ -85,7 +85,7 @@ def free_forces(problem: Problem, fit: Fit, places: Sequence[Place]) -> Known:
     lines, system = problem.lines(reduced), problem.system(reduced)
     fitted = _core.fitted_lines(system, fit.hypothesis.core(), [line.core for line in lines], fit.p, fit.x)
     omega, zeta, Q = system.modal(fit.p)
-    forces: dict[str, tuple[FloatArray, ...]] = {}
+    forces: Mapping[str, tuple[FloatArray, ...]] = {}
     motions, parts, weights = [], [], []
     for line, (y, D, F) in zip(lines, fitted, strict=True):
         s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)

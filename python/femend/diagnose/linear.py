@@ -184,4 +184,5 @@ def refit_linear(problem: Problem, candidate: Candidate) -> Candidate:
         fitted=fit.score,
         prior=problem.prior_cost(candidate.joint.reduced, fit.p),
         covariance=covariance,
+        converged=fit.converged,
     )

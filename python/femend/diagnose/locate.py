@@ -24,9 +24,9 @@ FloatArray = NDArray[np.float64]
 # decay of the first stage, in units of `Problem.scale`, and its steps
 FIRST_SIGMA, FIRST_STEPS = 8.0, 4
 # how many places reach the next stage: members, places with one unknown force a line, places with several
-FIRST_STAGE, SECOND_STAGE, LAST_STAGE, FULL_LINES = (40, 60, 16), (16, 28, 8), (8, 14, 3), (4, 6, 2)
+FIRST_STAGE, SECOND_STAGE, LAST_STAGE, FULL_LINES = (40, 60, 16), (16, 28, 8), (8, 16, 3), (4, 10, 2)
 # places that come to the last stage from whole records, the lines and steps by which they are chosen
-LATE, LATE_LINES, LATE_STEPS = (4, 8, 0), 100, 2
+LATE, LATE_LINES, LATE_STEPS = (4, 14, 0), 100, 3
 # mean squared correlation of what two places do to the sensors, from which they count as one at the start, and from
 # which only one of them goes on later
 TWINS, ALIKE = 0.999, 0.97
@@ -34,8 +34,8 @@ TWINS, ALIKE = 0.999, 0.97
 OVERLAP = 0.7
 # places that are compared at all, the lines they are compared on, and those like a kept one that are fitted at the end
 MOST_COMPARED, COMPARED_LINES, EXPANDED = 1500, 60, 8
-# places fitted on all lines beside the best of their kind: those within this cost of the best
-FULL_ALIKE, NEAR = 10, 60.0
+# places fitted on all lines beside the best of their kind: those within this cost of the best, and this share of it
+FULL_ALIKE, NEAR, NEARLY = 12, 60.0, 0.25
 # how much more a place with one force must leave than one with several for these to be believed
 SEVERAL_WORTH = 1.3
 # lines a record in the stages, the first ones, and the last: places differ by more than the lines left out could tell
@@ -126,8 +126,15 @@ def locate(
         ranked = _fitted(lines, hypotheses, keep, factor * problem.scale(), iterations, todo)
         ranked = _best(ranked, todo, kin, quota)
         keep = [(i, f.p) for i, f in ranked]
-    keep += _late(problem.thinned(LATE_LINES), hypotheses, todo, kin, null, {i for i, _ in keep})
+    late = problem.thinned(LATE_LINES)
+    keep += _late(late, hypotheses, todo, kin, null.p, reduced)
     ranked = _fitted(few, hypotheses, keep, 0.0, 15, todo)
+    if ranked:
+        # a place near the right one has brought the model's unknowns near the truth, whatever it lacks itself
+        _, fit = ranked[0]
+        near_truth = _without_own(fit.p, reduced, fit.hypothesis.reduced)
+        again = _fitted(few, hypotheses, _late(late, hypotheses, todo, kin, near_truth, reduced), 0.0, 15, todo)
+        ranked = sorted([*ranked, *again], key=lambda item: _order(few, item, 0.0, todo))
     keep = [(i, f.p) for i, f in _best(ranked, todo, kin, FULL_LINES)]
     start = dict(keep)
     for i, p in keep:
@@ -138,7 +145,7 @@ def locate(
     start.update({i: likely for i in bases if i not in start})
     ranked = _fitted(few, hypotheses, list(start.items()), 0.0, 8, todo)
     first = {i for i, _ in _best(ranked, todo, kin, FULL_LINES)}
-    near = NEAR + min((f.cost for i, f in ranked if todo[i].n_w <= 1), default=0.0)
+    near = NEAR + (1 + NEARLY) * min((f.cost for i, f in ranked if todo[i].n_w <= 1), default=0.0)
     chosen = [
         (i, f.p) for n, (i, f) in enumerate(ranked) if i in first or (f.cost < near and (n < FULL_ALIKE or i in bases))
     ]
@@ -173,17 +180,13 @@ def _late(
     hypotheses: Sequence[Hypothesis],
     places: Sequence[Place],
     kin: _Kin,
-    null: Fit,
-    have: set[int],
+    p: FloatArray,
+    of: ReducedModel,
 ) -> list[tuple[int, FloatArray]]:
-    """Further places for the last stage, with their starts: the best after few steps from the updated model on whole
-    records. Strongly damped lines see the beginning of a record alone, where what is small or late does not show; the
-    updated model is near enough to the truth just where it is small."""
-    keep = [
-        (i, _with_own(null.p, null.hypothesis.reduced, hypotheses[i].reduced))
-        for i in kin.first(places)
-        if places[i].n_w <= 1 and i not in have
-    ]
+    """Further places for the last stage, with their starts: the best after few steps from unknowns `p` of the model
+    `of` on whole records. Strongly damped lines see the beginning of a record alone, where what is small or late does
+    not show; the updated model is near enough to the truth just where it is small."""
+    keep = [(i, _with_own(p, of, hypotheses[i].reduced)) for i in kin.first(places) if places[i].n_w <= 1]
     ranked = _fitted(lines, hypotheses, keep, 0.0, LATE_STEPS, places)
     return [(i, f.p) for i, f in _best(ranked, places, kin, LATE)]
 
@@ -192,6 +195,17 @@ def _with_own(p: FloatArray, of: ReducedModel, to: ReducedModel) -> FloatArray:
     """Unknowns `p` of the model `of` as a place has them, which may have one more: the factor of a member, as it is."""
     n = len(of.names)
     return np.concatenate([p[:n], np.zeros(len(to.names) - n), p[n:]])
+
+
+def _without_own(p: FloatArray, of: ReducedModel, place: ReducedModel) -> FloatArray:
+    """Unknowns `p` of a place's model as the model `of` has them."""
+    n = len(of.names)
+    return np.concatenate([p[:n], p[len(place.names) :]])
+
+
+def _order(lines: Problem, item: tuple[int, Fit], sigma: float, places: Sequence[Place]) -> float:
+    """Cost by which fits of places are put in order."""
+    return _rank(lines, item[1], sigma) + (UNLIKELY if places[item[0]].unlikely else 0.0)
 
 
 def _fitted(
@@ -206,7 +220,7 @@ def _fitted(
     starts = [(lines.tuned_like(p, hypotheses[i].reduced), np.zeros(0)) for i, p in keep]
     fits = lines.fit([hypotheses[i] for i, _ in keep], starts, sigma=sigma, iterations=iterations)
     ranked = [(i, f) for (i, _), f in zip(keep, fits, strict=True) if f is not None]
-    return sorted(ranked, key=lambda item: _rank(lines, item[1], sigma) + (UNLIKELY if places[item[0]].unlikely else 0))
+    return sorted(ranked, key=lambda item: _order(lines, item, sigma, places))
 
 
 def _best(

@@ -170,11 +170,14 @@ def _linear_suffices(
     """Whether the best linear law, or the model alone, comes so near to a free force that no nonlinear law could win by
     what it has to."""
     n_values = effective_values(split.choosing, reduced)
-    linear = min((score(t.candidate, split.choosing, settings, n_values) for t in tried), default=np.inf)
+    scored = [(score(t.candidate, split.choosing, settings, n_values), t.candidate.chosen) for t in tried]
+    linear, chosen = min(scored, default=(np.inf, np.inf))
+    references = [free_reference(split, o.recovered) for o in opened]
+    if chosen * np.exp(-settings.gain_nonlinear) < min(references, default=np.inf):
+        return True
     free = [
-        n_values * np.log(max(free_reference(split, o.recovered), 1e-12))
-        + split.fitting.prior_cost(o.joint.reduced, o.recovered.fit.p)
-        for o in opened
+        n_values * np.log(max(reference, 1e-12)) + split.fitting.prior_cost(o.joint.reduced, o.recovered.fit.p)
+        for o, reference in zip(opened, references, strict=True)
     ]
     if null_score - min(free, default=np.inf) < settings.gain_nonlinear * n_values:
         return True
@@ -190,8 +193,8 @@ def _likeliest(opened: Sequence[_Opened], tried: Sequence[_Tried], settings: Set
 
     free, linear = sorted(opened, key=lambda at: at.found.cost), sorted(opened, key=nearest)
     chosen: list[_Opened] = []
-    for pair in zip(free, linear, strict=True):
-        chosen += [at for at in pair if not any(at is c for c in chosen)]
+    for at in (at for pair in zip(free, linear, strict=True) for at in pair):
+        chosen += [] if any(at is c for c in chosen) else [at]
     return chosen[: settings.nonlinear_places]
 
 
@@ -236,7 +239,9 @@ def _linear_at(
     """All linear laws at a place, or those of a mass alone, and the place opened; a member has its stiffness factor
     alone."""
     if found.place.kind == "member":
-        return [_Tried(null_candidate(split, found.fit, "joint_stiffness"), found, None)], None
+        member = null_candidate(split, found.fit, "joint_stiffness")
+        # a member may be weaker than it is drawn; one that would have to be stiffer stands in for something else
+        return [_Tried(member, found, None)] if member.values["factor"] < 1.0 else [], None
     joint = open_joint(found.place, reduced, split.whole.band[1], g_rows)
     recovered = recover(split.fitting, joint, found.fit.p)
     if recovered is None:

@@ -16,11 +16,14 @@ class Settings:
         margin: places within this cost of the best (in tempered log-posterior units) belong to its ambiguity set.
         kinds: kinds of places, told apart by how they move the sensors, of which at least one place is tried.
         reach: cost by which a place may be worse than the best (in tempered log-posterior units) to be tried so.
+        further: the same as a share of the best one's cost, in addition.
+        members: members whose stiffness factor is tried in any case: a factor explains less than a free force.
         nonlinear_places: places at which nonlinear laws are tried too.
         refined: candidates that are fitted with all unknowns together.
         gain_cost: fall of the score (tempered log posterior on unseen data) that a law must bring.
         gain_chosen: relative fall ln(v0/v) of the unseen misfit that a law must bring.
         explained: share of what is wrong with the updated model that a law must take away.
+        clear: the same share from which no further places are tried.
         gain_nonlinear: the same for a nonlinear law against the best linear one.
         parameter_z: prior deviation beyond which a parameter alone is a finding.
         adequate: unseen misfit, as a multiple of the law-free one, up to which a name is given.
@@ -33,13 +36,16 @@ class Settings:
 
     places: int = 3
     margin: float = 10.0
-    kinds: int = 5
+    kinds: int = 6
     reach: float = 100.0
+    further: float = 0.1
+    members: int = 3
     nonlinear_places: int = 3
     refined: int = 2
     gain_cost: float = 40.0
     gain_chosen: float = 0.05
     explained: float = 0.6
+    clear: float = 0.8
     gain_nonlinear: float = 0.15
     parameter_z: float = 5.0
     adequate: float = 1.5

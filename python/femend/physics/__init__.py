@@ -10,12 +10,14 @@ from femend.physics.own import register
 from femend.physics.rotor import SpeedStiffness, gyroscopic_matrix, receptance_with_pair
 from femend.physics.shape import Shape
 from femend.physics.starts import linear_sizes, shapes
+from femend.physics.surrogate import PARTS, Surrogate, surrogate_start
 from femend.physics.transform import FitCoordinates
 
 __all__ = [
     "CATALOGUE",
     "CLASSES",
     "FAMILIES",
+    "PARTS",
     "Classified",
     "FitCoordinates",
     "FreeForm",
@@ -23,6 +25,7 @@ __all__ = [
     "Physics",
     "Shape",
     "SpeedStiffness",
+    "Surrogate",
     "catalogue",
     "classify",
     "fit_free_form",
@@ -35,5 +38,6 @@ __all__ = [
     "selected",
     "shapes",
     "simpler",
+    "surrogate_start",
     "with_companion",
 ]

@@ -76,6 +76,10 @@ class FitCoordinates:
             f"{self.physics.name}: {name} = {value:g}, it must be {need}", law=self.physics.name, parameter=name
         )
 
+    def composite(self, values: Mapping[str, float]) -> list[tuple[str, dict[str, float]]]:
+        """The core's laws whose sum the force is at parameter `values`: one."""
+        return [(self.physics.law or self.physics.name, dict(values))]
+
     def start(self) -> Array:
         """Coordinates (n_free,) of the values this map was made with."""
         return self.coordinates(self.values)

@@ -236,6 +236,8 @@ def _located(finding: Result, result: Result) -> str:
     what = physics_name(physics) if physics in PHYSICS else "something"
     place = place_text(mapping(finding.get("location")))
     gain = _gain(result, "parameters", "final")
+    if finding.get("class"):
+        what = f"a force ({finding['class']})"
     return f"The model lacks {what} {place}, but no law tried explains it well enough to be named{gain}."
 
 

@@ -34,9 +34,11 @@ diagnosed blind. Shares with Wilson 95 % intervals.</p>
 {% endfor %}</table>
 {% endfor %}
 <h2>Every case</h2>
-<table><tr><th>case</th><th>concealed</th><th>seen at</th><th>verdict</th><th>said</th><th>seconds</th></tr>
+<table><tr><th>case</th><th>concealed</th><th>seen at</th><th>beyond an update</th>
+<th>verdict</th><th>said</th><th>seconds</th></tr>
 {% for o in outcomes %}<tr><td>{{ o.case }}</td><td>{{ o.effect }} {{ o.control }}</td>
 <td>{% if o.visibility %}{{ '%.3g' % o.visibility }} x noise{% endif %}</td>
+<td>{% if o.visibility %}{{ '%.2g' % o.beyond }} x noise{% endif %}</td>
 <td>{{ o.verdict }}</td><td>{{ o.said }}</td><td>{{ '%.1f' % o.seconds }}</td></tr>
 {% endfor %}</table>
 {% for case, reason in failed.items() %}<p>case {{ case + 1 }}: {{ reason }}</p>
@@ -53,7 +55,7 @@ def as_dict(found: Selftest) -> dict[str, Any]:
         "cases": {"asked": found.asked, "finished": len(found.outcomes), "failed": _failed(found)},
         "interrupted": found.interrupted,
         "by_effect": _plain(grouped(found.outcomes, lambda o: o.effect)),
-        "by_visibility": _plain(grouped(found.outcomes, bin_of)),
+        "by_size_beyond_update": _plain(grouped(found.outcomes, bin_of)),
         "false_claims": {kind: _share(s) for kind, s in false_claims(found.outcomes).items()},
         "outcomes": [asdict(o) for o in found.outcomes],
     }
@@ -75,7 +77,7 @@ def _share(share: Share) -> dict[str, Any]:
 def _tables(outcomes: tuple[Outcome, ...]) -> Tables:
     """The tables by title: rows of named shares."""
     tables: Tables = {}
-    for title, key in (("Per effect", lambda o: o.effect), ("Per size at the sensors", bin_of)):
+    for title, key in (("Per effect", lambda o: o.effect), ("Size beyond an update", bin_of)):
         rows = grouped(outcomes, key)
         if rows:
             tables[title] = {name: {_HEAD[c]: cells[c] for c in COLUMNS} for name, cells in rows.items()}

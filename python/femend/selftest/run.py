@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
@@ -115,7 +116,10 @@ def _work(plan: Plan, folder: Path, seed: int, todo: list[int], jobs: int) -> It
         for index in todo:
             yield index, _one(plan, places, folder, seed, index)
         return
-    pool = ProcessPoolExecutor(jobs, get_context("spawn"))
+    # an interruption is the parent's business: cases under way are finished and kept, no others begun
+    pool = ProcessPoolExecutor(
+        jobs, get_context("spawn"), initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN)
+    )
     try:
         waiting: dict[Future[Outcome | str], int] = {
             pool.submit(_one_of_file, str(plan.study.file), str(folder), seed, index): index for index in todo

@@ -16,7 +16,7 @@ __all__ = ["BINS", "COLUMNS", "Outcome", "Share", "grouped", "judge", "wilson"]
 FloatArray = NDArray[np.float64]
 
 NEAR = 0.10  # of the model's diagonal: a place as near as this is the right one
-BINS = (0.0, 5.0, 15.0, math.inf)
+BINS = (0.0, 1.0, 3.0, 10.0, math.inf)
 SILENT = ("consistent", "parameters-only")
 COLUMNS = ("located", "named", "wrong", "missed")
 
@@ -26,13 +26,15 @@ class Outcome:
     """What was true of a case and what was said.
 
     `located`: the place is right; `named`: the name and the place; `wrong`: another name was given, or the right one
-    elsewhere; `missed`: nothing was said to be missing; `false`: something was, in a control.
+    elsewhere; `missed`: nothing was said to be missing; `false`: something was, in a control. `visibility` is the
+    effect's size at the sensors in units of their noise, `beyond` what an update of the model leaves of it.
     """
 
     case: int
     effect: str
     control: str
     visibility: float
+    beyond: float
     verdict: str
     said: str
     located: bool = False
@@ -97,6 +99,7 @@ def judge(
         effect,
         str(truth["control"]),
         float(truth["visibility"]),
+        float(truth["visibility_beyond_update"]),
         verdict,
         said,
         located=located,
@@ -145,8 +148,8 @@ def false_claims(outcomes: Sequence[Outcome]) -> dict[str, Share]:
 
 
 def bin_of(outcome: Outcome) -> str:
-    """The bin of an outcome's visibility, in words."""
+    """The bin of what an update leaves of an outcome's visibility, in words."""
     for low, high in pairwise(BINS):
-        if low <= outcome.visibility < high:
+        if low <= outcome.beyond < high:
             return f"{low:4g} x noise and more" if math.isinf(high) else f"{low:4g} to {high:g} x noise"
     return ""

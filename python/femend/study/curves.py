@@ -143,6 +143,8 @@ def accepted(diagnosis: Diagnosis) -> Ranked | None:
     """The ranked candidate behind the verdict's law or place; None where nothing was located."""
     if diagnosis.place is None:
         return None
+    if diagnosis.rival is not None:
+        return diagnosis.rival.ranked
     ranked = diagnosis.ranked if diagnosis.further is None else diagnosis.further.laws[0]
     here = [r for r in ranked if r.located is diagnosis.place]
     if diagnosis.best is None:
@@ -196,12 +198,16 @@ def law_along(candidate: Candidate, recovered: Recovered, i: int, k: int) -> Flo
     if candidate.physics is None:
         return None
     law = candidate.physics.law or candidate.physics.name
+    laws = [(law, dict(candidate.values))]
+    if candidate.coordinates is not None:
+        laws = candidate.coordinates.composite(candidate.values)
     record, index = recovered.records[i], recovered.index[i]
     n = record.n
     F = np.zeros(n // 2 + 1, dtype=complex)
     if candidate.nonlinear:
         d, v, a = (x[i][k] for x in (recovered.d, recovered.v, recovered.a))
-        force = _core.law_force(law, dict(candidate.values), d, v, a, record.dt) + candidate.k * d + candidate.c * v
+        force = candidate.k * d + candidate.c * v
+        force = force + sum(_core.law_force(name, values, d, v, a, record.dt) for name, values in laws)
         F[index] = np.fft.rfft(force)[index]
     else:
         s = np.asarray(2j * np.pi * np.fft.rfftfreq(n, record.dt)[index], dtype=np.complex128)

@@ -24,6 +24,7 @@ def deck_cards(model: Model, diagnosis: Diagnosis, result: dict[str, Any]) -> li
         )
         nodes = ", ".join(str(n) for n in where["nodes"])
         name = finding["physics"] or "unnamed"
+        words = words or finding.get("class", "")
         cards = _term(id_, finding["physics"], where, values)
         id_ += len(cards)
         lines += [

@@ -13,7 +13,7 @@ from femend.diagnose.locate import Located
 from femend.diagnose.name import Ranked, tempered
 from femend.estimate import FitRecord, noise_floor
 from femend.model.places import Topology, stretches, topology
-from femend.physics import with_companion
+from femend.physics import FitCoordinates, with_companion
 from femend.study.predictions import STAGES, Prediction
 from femend.units import unit_system
 
@@ -37,10 +37,19 @@ def result_of(
         "findings": findings,
         "parameters": _parameters(diagnosis),
         "fit": [_fit(p, records, diagnosis.problem.band) for p in predictions if p.recorded is not None],
-        "status": "converged" if diagnosis.null.converged else "stalled",
+        "status": "converged" if _converged(diagnosis) else "stalled",
         "advice": diagnosis.advice,
         "warnings": list(warnings),
     }
+
+
+def _converged(diagnosis: Diagnosis) -> bool:
+    """Whether the fit of the final model came to its minimum."""
+    if diagnosis.best is not None:
+        return diagnosis.best.converged
+    if diagnosis.load is not None and diagnosis.verdict == "missing-physics":
+        return diagnosis.load.fit.converged
+    return diagnosis.null.converged
 
 
 def _fit(prediction: Prediction, records: list[FitRecord], band: tuple[float, float]) -> dict[str, Any]:
@@ -111,14 +120,15 @@ def _finding(
     name = best.name if best is not None else ""
     named = probabilities.pop(name, 0.0)
     others = sorted(probabilities.items(), key=lambda item: -item[1])[:ALTERNATIVES]
-    return {
+    found = {
         "physics": name,
         "probability": round(named, 3),
         "location": _location(diagnosis, place),
-        "parameters": {} if best is None else _law_parameters(diagnosis, best),
+        "parameters": {} if best is None or diagnosis.rival else _law_parameters(diagnosis, best),
         "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in others if p >= 0.001],
         "configurations": ["as modelled"],
     }
+    return found if diagnosis.rival is None else {**found, "class": ", ".join(diagnosis.rival.labels)}
 
 
 def _rounded(value: float | str | None) -> float | str | None:
@@ -194,7 +204,7 @@ def _law_sd(best: Candidate) -> dict[str, float]:
     """Standard deviations from the Gauss-Newton matrix, inflated by what is left above the noise."""
     if best.covariance is None or best.physics is None:
         return {}
-    if best.nonlinear and best.coordinates is not None:
+    if best.nonlinear and isinstance(best.coordinates, FitCoordinates):
         n = len(best.coordinates.free)
         J = best.coordinates.jacobian(best.x[:n])
         covariance = J @ best.covariance[:n, :n] @ J.T

@@ -45,6 +45,7 @@ def places(diagnosis: Diagnosis) -> tuple[Place, ...]:
 def laws(diagnosis: Diagnosis) -> tuple[LawRow, ...]:
     """The candidates in their order, and the updated model without any addition."""
     taken = accepted(diagnosis) if diagnosis.best is not None else None
+    free = diagnosis.rival.ranked if diagnosis.rival is not None else None
     probability = list(diagnosis.probabilities)
     pairs = list(zip(diagnosis.ranked, probability, strict=True))
     first = sorted(pairs, key=lambda pair: not _finite(pair[0]))[:LAW_ROWS]
@@ -54,6 +55,9 @@ def laws(diagnosis: Diagnosis) -> tuple[LawRow, ...]:
         named = diagnosis.verdict == "missing-physics" and diagnosis.best is None
         where = f"node {', '.join(map(str, load.nodes))}, {load.direction}"
         rows.insert(0, _row(load.physics, where, load.candidate, None, "", named))
+    if free is not None:
+        where = "" if free.located is None else free.located.place.text
+        rows.insert(0, _row("free form", where, free.candidate, None, "a smooth force, no law", True))
     quiet = diagnosis.verdict in ("consistent", "parameters-only")
     rows.append(_row("none", "", diagnosis.null_chosen, max(0.0, 1.0 - sum(probability)), "", quiet))
     return tuple(rows)

@@ -11,7 +11,9 @@ mod sensitivity;
 pub mod simulate;
 
 pub use error::DynamicsError;
-pub use frf::{DirectModel, FrfKind, ModalModel, residual_vectors};
+pub use frf::{
+    DirectModel, FrfKind, FrfScores, LineModel, ModalModel, ReducedFrf, ReducedOptions, residual_vectors,
+};
 pub use modes::{ModeOptions, Modes, ModesInfo, modes};
 pub use reduction::{RitzBasis, RitzOptions, ritz_basis};
 pub use sensitivity::{

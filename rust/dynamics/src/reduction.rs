@@ -5,7 +5,7 @@ use std::sync::Arc;
 use femend_linalg::{Dense, Symbolic, SymmetricCsc};
 
 use crate::frf::residual_vectors;
-use crate::modes::{Basis, ModeOptions, modes};
+use crate::modes::{Basis, Compact, ModeOptions, modes};
 use crate::{DynamicsError, Modes, ParameterDerivatives};
 
 /// What a basis is to hold.
@@ -67,17 +67,18 @@ pub fn ritz_basis(
         }
         b.append(&load);
     }
-    let mut basis = Basis::new(k.n());
+    let compact = Compact::new(m);
+    let mut basis = Basis::with_room(k.n(), 0);
     basis.v = found.phi.clone();
     if b.ncols() > 0 {
         let mut x = residual_vectors(symbolic, k, m, &found.phi, &b)?;
-        let norms = crate::modes::norms(m, &x);
+        let norms = crate::modes::norms(&compact, &x);
         let own: Vec<usize> = (0..x.ncols()).filter(|&j| norms[j] > 0.0).collect();
         x = x.select(&own);
         for (c, &j) in own.iter().enumerate() {
             x.col_mut(c).iter_mut().for_each(|v| *v /= norms[j]);
         }
-        let fresh = basis.split(m, &x, options.drop);
+        let fresh = basis.split(&compact, &x, options.drop);
         basis.v.append(&fresh.q);
     }
     Ok(RitzBasis { v: basis.v, modes: found })

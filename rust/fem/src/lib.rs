@@ -1,5 +1,6 @@
 //! From a deck to sparse K, M, C: cards, elements, constraints, assembly, parameters.
 
+mod affine;
 pub mod assembly;
 pub mod constraint;
 pub mod deck;
@@ -19,3 +20,6 @@ pub mod rotor;
 pub mod scalar;
 pub mod small;
 pub mod stress;
+mod system;
+
+pub use system::Part;

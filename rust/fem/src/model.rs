@@ -8,49 +8,20 @@ use crate::error::FemError;
 use crate::mesh::{Id, Mesh, NodeComponent, Options};
 use crate::parameter::{Factors, N_SLOTS, Parameter, Quantity, Target};
 use crate::resolve::resolve;
-use crate::scalar::{Dual, Scalar};
+use crate::scalar::Scalar;
 use crate::small::Mat;
+use crate::system::{Increment, Part, Parts, refill};
 use femend_linalg::Pattern;
 use rayon::prelude::*;
 
 /// Elements evaluated at once before they are scattered; bounds the memory of element matrices.
 pub(crate) const BATCH: usize = 4096;
 
-/// Values of K, M, C and of the structural damping matrix (imaginary part of K) on [`Pattern`].
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct System {
-    /// Stiffness.
-    pub k: Vec<f64>,
-    /// Mass.
-    pub m: Vec<f64>,
-    /// Viscous damping.
-    pub c: Vec<f64>,
-    /// Structural damping: `K (1 + i eta)` has this imaginary part.
-    pub h: Vec<f64>,
-}
-
-impl System {
-    fn zeros(nnz: usize) -> Self {
-        Self { k: vec![0.0; nnz], m: vec![0.0; nnz], c: vec![0.0; nnz], h: vec![0.0; nnz] }
-    }
-
-    fn arrays(&mut self) -> [&mut Vec<f64>; 4] {
-        [&mut self.k, &mut self.m, &mut self.c, &mut self.h]
-    }
-
-    fn axpy(&mut self, w: f64, other: &Self) {
-        let o = [&other.k, &other.m, &other.c, &other.h];
-        for (a, b) in self.arrays().into_iter().zip(o) {
-            for (x, y) in a.iter_mut().zip(b) {
-                *x += w * y;
-            }
-        }
-    }
-}
+pub use crate::system::System;
 
 /// One factor acting on one element.
 #[derive(Debug, Clone, Copy)]
-struct Application {
+pub(crate) struct Application {
     parameter: usize,
     quantity: Quantity,
     slots: u8,
@@ -72,14 +43,37 @@ pub struct Model {
     /// Rows of T: `u_g = T u_a`, for every g-set row its (a-set DOF, coefficient).
     pub t_rows: Vec<Vec<(u32, f64)>>,
     options: Options,
-    applied: Vec<Vec<Application>>,
+    pub(crate) applied: Vec<Vec<Application>>,
     pub(crate) scatter: Scatter,
     /// Elements each parameter acts on.
-    touched: Vec<Vec<usize>>,
+    pub(crate) touched: Vec<Vec<usize>>,
     /// Sum of the elements no parameter acts on.
-    fixed: System,
+    pub(crate) fixed: Parts,
     /// Values at factors one and derivatives, when both are all there is to know.
-    affine: Option<(System, Vec<System>)>,
+    pub(crate) affine: Option<Affine>,
+}
+
+/// Matrices that are affine in all factors.
+#[derive(Debug)]
+pub(crate) struct Affine {
+    /// Values at factors one.
+    pub(crate) nominal: Parts,
+    /// What each factor adds, K, M, C and H.
+    pub(crate) derivatives: Vec<[Increment; 4]>,
+}
+
+impl Affine {
+    /// What one matrix is the sum of at the factors.
+    fn terms(&self, part: Part, factors: &[f64]) -> (Option<&[f64]>, Vec<(f64, &Increment)>) {
+        let which = part as usize;
+        let terms = factors
+            .iter()
+            .zip(&self.derivatives)
+            .filter(|(f, d)| **f != 1.0 && !d[which].is_empty())
+            .map(|(f, d)| (f - 1.0, &d[which]))
+            .collect();
+        (self.nominal.0[which].as_deref(), terms)
+    }
 }
 
 impl Model {
@@ -119,7 +113,7 @@ impl Model {
             scatter: Scatter::new(a_rows.len(), placements)?,
             options: mesh.options.clone(),
             parameters: parameters.to_vec(),
-            fixed: System::default(),
+            fixed: Parts::default(),
             affine: None,
             nodes,
             elements,
@@ -157,22 +151,50 @@ impl Model {
     /// matrices with these factors.
     pub fn assemble(&self, factors: &[f64]) -> Result<System, FemError> {
         self.check_factors(factors)?;
-        if let Some((nominal, derivatives)) = &self.affine {
-            let mut out = nominal.clone();
-            for (f, d) in factors.iter().zip(derivatives) {
-                if *f != 1.0 {
-                    out.axpy(f - 1.0, d);
+        let nnz = self.pattern().nnz();
+        if let Some(affine) = &self.affine {
+            let filled = [Part::K, Part::M, Part::C, Part::H].map(|part| {
+                let (base, terms) = affine.terms(part, factors);
+                let mut values = vec![0.0; nnz];
+                if base.is_some() || !terms.is_empty() {
+                    refill(base, &terms, &mut values);
                 }
-            }
-            return Ok(out);
+                Some(values)
+            });
+            return Ok(Parts(filled).into_system(nnz));
         }
-        let mut out = self.fixed.clone();
         let changing: Vec<usize> =
             (0..self.elements.len()).filter(|&e| !self.applied[e].is_empty()).collect();
-        let mut part = System::zeros(self.pattern().nnz());
-        self.add_elements(&changing, factors, &mut part)?;
-        out.axpy(1.0, &part);
-        Ok(out)
+        let mut parts = self.add_elements(&changing, factors)?;
+        parts.add(&self.fixed);
+        Ok(parts.into_system(nnz))
+    }
+
+    /// Writes one matrix at the given factors into `out`, in the order of the pattern. Where the model is affine only
+    /// what the factors reach is read, so that a new parameter set costs little more than a copy.
+    ///
+    /// # Errors
+    /// As [`Model::assemble`]; [`FemError::Shape`] when `out` has another length than the pattern.
+    pub fn refill(&self, part: Part, factors: &[f64], out: &mut [f64]) -> Result<(), FemError> {
+        self.check_factors(factors)?;
+        if out.len() != self.pattern().nnz() {
+            return Err(FemError::Shape {
+                what: "the array",
+                got: out.len(),
+                expected: self.pattern().nnz(),
+            });
+        }
+        match &self.affine {
+            Some(affine) => {
+                let (base, terms) = affine.terms(part, factors);
+                refill(base, &terms, out);
+            }
+            None => {
+                let system = self.assemble(factors)?;
+                out.copy_from_slice([&system.k, &system.m, &system.c, &system.h][part as usize]);
+            }
+        }
+        Ok(())
     }
 
     /// Derivative of K, M, C and structural damping with respect to factor `i`, at the given factors.
@@ -185,8 +207,11 @@ impl Model {
             return Err(FemError::FactorCount { count: i + 1, expected: self.parameters.len() });
         }
         match &self.affine {
-            Some((_, derivatives)) => Ok(derivatives[i].clone()),
-            None => self.evaluate_derivative(i, factors),
+            Some(affine) => {
+                let [k, m, c, h] = affine.derivatives[i].each_ref().map(|d| d.dense(self.pattern().nnz()));
+                Ok(System { k, m, c, h })
+            }
+            None => Ok(self.evaluate_derivative(i, factors)?.into_system(self.pattern().nnz())),
         }
     }
 
@@ -273,7 +298,7 @@ impl Model {
     }
 
     /// Element matrices with PARAM,G and WTMASS, in the element's own rows.
-    fn evaluate<S: Scalar>(&self, e: usize, factor: impl Fn(usize) -> S) -> Matrices<S> {
+    pub(crate) fn evaluate<S: Scalar>(&self, e: usize, factor: impl Fn(usize) -> S) -> Matrices<S> {
         let mut out = self.elements[e].matrices(&self.element_factors(e, factor));
         if let Some(m) = out.m.as_mut().filter(|_| self.options.wtmass != 1.0) {
             *m = m.scaled(S::c(self.options.wtmass));
@@ -287,98 +312,6 @@ impl Model {
         }
         out
     }
-
-    /// Adds elements with factors into both triangles of `out`.
-    fn add_elements(&self, list: &[usize], factors: &[f64], out: &mut System) -> Result<(), FemError> {
-        self.scatter_all(list, |e| self.evaluate(e, |i| factors[i]), out)
-    }
-
-    fn scatter_all(
-        &self,
-        list: &[usize],
-        matrices: impl Fn(usize) -> Matrices<f64> + Sync,
-        out: &mut System,
-    ) -> Result<(), FemError> {
-        for batch in list.chunks(BATCH) {
-            let evaluated: Vec<Matrices<f64>> =
-                batch.par_iter().with_min_len(64).map(|&e| matrices(e)).collect();
-            for (&e, Matrices { k, m, c, h }) in batch.iter().zip(&evaluated) {
-                for (a, values) in [k, m, c, h].into_iter().zip(out.arrays()) {
-                    let Some(a) = a else { continue };
-                    if a.data.iter().any(|v| !v.is_finite()) {
-                        let element = &self.elements[e];
-                        let why = "has no finite stiffness or mass with these values".to_owned();
-                        return Err(FemError::Element { what: element.card.to_owned(), id: element.id, why });
-                    }
-                    self.scatter.add(e, a, values);
-                }
-            }
-        }
-        for values in out.arrays() {
-            self.scatter.symmetrise(values);
-        }
-        Ok(())
-    }
-
-    fn evaluate_derivative(&self, i: usize, factors: &[f64]) -> Result<System, FemError> {
-        let part =
-            |a: Mat<Dual>| Mat { rows: a.rows, cols: a.cols, data: a.data.iter().map(|x| x.d).collect() };
-        let matrices = |e: usize| {
-            let at = |j: usize| Dual { v: factors[j], d: f64::from(u8::from(j == i)) };
-            let Matrices { k, m, c, h } = self.evaluate(e, at);
-            Matrices { k: k.map(part), m: m.map(part), c: c.map(part), h: h.map(part) }
-        };
-        let mut out = System::zeros(self.pattern().nnz());
-        self.scatter_all(&self.touched[i], matrices, &mut out)?;
-        Ok(out)
-    }
-
-    /// Sums the elements no parameter acts on, refuses parameters without effect, and finds out whether the model is
-    /// affine: then the derivatives at two different points agree.
-    fn prepare(&mut self) -> Result<(), FemError> {
-        let nnz = self.pattern().nnz();
-        let constant: Vec<usize> = (0..self.elements.len()).filter(|&e| self.applied[e].is_empty()).collect();
-        let ones = vec![1.0; self.parameters.len()];
-        let mut fixed = System::zeros(nnz);
-        self.add_elements(&constant, &ones, &mut fixed)?;
-        self.fixed = fixed;
-        // an irregular second point, so that no product of factors is constant along the way
-        let other: Vec<f64> =
-            (0..ones.len()).map(|i| 1.0 + 0.37 * ((i as f64 * 0.618_034 + 0.3) % 1.0) + 0.11).collect();
-        let mut derivatives = Vec::with_capacity(ones.len());
-        let mut affine = true;
-        for i in 0..ones.len() {
-            let here = self.evaluate_derivative(i, &ones)?;
-            let there = self.evaluate_derivative(i, &other)?;
-            if !changes(&here) && !changes(&there) {
-                let p = &self.parameters[i];
-                let (noun, ids) = p.target.ids();
-                let why = format!(
-                    "its factor changes nothing: {:?} of {noun} {ids:?} has no part in K, M or C; correct property or target",
-                    p.quantity
-                );
-                return Err(FemError::Parameter { name: p.name.clone(), why });
-            }
-            affine = affine && agree(&here, &there);
-            derivatives.push(here);
-        }
-        if affine {
-            let nominal = self.assemble(&ones)?;
-            self.affine = Some((nominal, derivatives));
-        }
-        Ok(())
-    }
-}
-
-fn changes(d: &System) -> bool {
-    [&d.k, &d.m, &d.c, &d.h].into_iter().any(|a| a.iter().any(|v| *v != 0.0))
-}
-
-fn agree(a: &System, b: &System) -> bool {
-    [(&a.k, &b.k), (&a.m, &b.m), (&a.c, &b.c), (&a.h, &b.h)].into_iter().all(|(x, y)| {
-        let largest = x.iter().fold(0.0_f64, |s, v| s.max(v.abs()));
-        x.iter().zip(y).all(|(p, q)| (p - q).abs() <= 1e-10 * largest)
-    })
 }
 
 /// a-set rows and rows of T after holding some of the free DOFs.

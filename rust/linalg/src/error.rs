@@ -64,14 +64,21 @@ pub enum LinalgError {
         tolerance: f64,
     },
     /// Not enough memory.
-    #[error("factorisation needs {bytes} bytes, more than the machine gives")]
+    #[error("needs {:.2} GB of memory, {}; use a machine with more, a coarser model or a reduction to fewer DOFs",
+            *bytes as f64 * 1e-9, left(*free))]
     Memory {
         /// Bytes wanted.
         bytes: usize,
+        /// Bytes free, where the system says.
+        free: Option<usize>,
     },
     /// A library routine did not converge or refused its input.
     #[error("{0}")]
     Library(String),
+}
+
+fn left(free: Option<usize>) -> String {
+    free.map_or("more than the machine gives".into(), |f| format!("{:.2} GB are free", f as f64 * 1e-9))
 }
 
 fn list(pivots: &[ZeroPivot]) -> String {

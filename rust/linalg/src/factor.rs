@@ -2,16 +2,7 @@
 
 use std::sync::Arc;
 
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::perm::PermRef;
-use faer::sparse::linalg::cholesky::supernodal::{
-    SupernodalIntranodeLbltRef, SupernodalLltRef, SupernodeRef,
-};
-use faer::sparse::linalg::cholesky::{IntranodeLbltRef, LltRef};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par, Side};
-use rayon::prelude::*;
-
+use crate::numeric::Store;
 use crate::sparse::times_values;
 use crate::{Dense, LinalgError, Pattern, Symbolic};
 
@@ -25,10 +16,7 @@ pub const PROBE_TOLERANCE: f64 = 1e-8;
 
 /// Diagonal change, relative to the diagonal, by which elimination is led around a pivot that vanishes although the
 /// matrix has an inverse (pivots are sought inside supernodes only). Refinement takes the change out of solutions.
-const DETOUR: f64 = 1e-10;
-
-/// Right-hand sides per parallel task.
-const BLOCK: usize = 8;
+pub(crate) const DETOUR: f64 = 1e-10;
 
 /// How a matrix is factorised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,10 +50,7 @@ pub struct ZeroPivot {
 pub struct Factor {
     symbolic: Arc<Symbolic>,
     kind: Kind,
-    values: Vec<f64>,
-    subdiag: Vec<f64>,
-    perm: Vec<u32>,
-    perm_inverse: Vec<u32>,
+    store: Store<f64>,
     inertia: Inertia,
     probe: f64,
     /// The exact values where the factor is that of a slightly changed diagonal.
@@ -86,18 +71,12 @@ impl Factor {
         kind: Kind,
         scale: Option<&[f64]>,
     ) -> Result<Self, LinalgError> {
-        let (n, nnz) = (symbolic.pattern().n(), symbolic.nnz());
-        let mut store = Vec::new();
-        store.try_reserve_exact(nnz).map_err(|_| LinalgError::Memory { bytes: 8 * nnz })?;
-        store.resize(nnz, 0.0);
-        let pivots = if kind == Kind::Indefinite { n } else { 0 };
+        let n = symbolic.pattern().n();
+        let store = Store::new(&symbolic, kind)?;
         let mut factor = Self {
             symbolic,
             kind,
-            values: store,
-            subdiag: vec![0.0; pivots],
-            perm: vec![0; pivots],
-            perm_inverse: vec![0; pivots],
+            store,
             inertia: Inertia { negative: 0, positive: n },
             probe: 0.0,
             detour: None,
@@ -121,7 +100,7 @@ impl Factor {
         }
         let diagonal = scale.map_or_else(|| diagonal_scale(pattern, values), <[f64]>::to_vec);
         self.detour = None;
-        self.factorise(&symbolic, values)?;
+        self.store.factorise(&symbolic, values, self.kind)?;
         let (inertia, zero) = self.pivots(&diagonal);
         self.inertia = inertia;
         if !zero.is_empty() {
@@ -158,7 +137,7 @@ impl Factor {
                     None => return Err(singular),
                 }
             }
-            self.factorise(symbolic, &moved)?;
+            self.store.factorise(symbolic, &moved, self.kind)?;
             let (inertia, zero) = self.pivots(diagonal);
             if !zero.is_empty() {
                 return Err(singular);
@@ -173,57 +152,11 @@ impl Factor {
         Ok(())
     }
 
-    fn factorise(&mut self, symbolic: &Symbolic, values: &[f64]) -> Result<(), LinalgError> {
-        let (pattern, inner) = (symbolic.pattern(), symbolic.inner());
-        let n = pattern.n();
-        let matrix = SparseColMatRef::new(
-            SymbolicSparseColMatRef::new_checked(n, n, pattern.col_ptr(), None, pattern.row_idx()),
-            values,
-        );
-        match self.kind {
-            Kind::Cholesky => {
-                let mut memory =
-                    scratch(inner.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()))?;
-                let stack = MemStack::new(&mut memory);
-                inner
-                    .factorize_numeric_llt(
-                        &mut self.values,
-                        matrix,
-                        Side::Lower,
-                        Default::default(),
-                        Par::Seq,
-                        stack,
-                        Default::default(),
-                    )
-                    .map_err(|_| LinalgError::NotPositiveDefinite)?;
-            }
-            Kind::Indefinite => {
-                let mut memory = scratch(
-                    inner.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Default::default()),
-                )?;
-                let stack = MemStack::new(&mut memory);
-                inner.factorize_numeric_intranode_lblt(
-                    &mut self.values,
-                    &mut self.subdiag,
-                    &mut self.perm,
-                    &mut self.perm_inverse,
-                    matrix,
-                    Side::Lower,
-                    Par::Seq,
-                    stack,
-                    Default::default(),
-                );
-            }
-        }
-        Ok(())
-    }
-
     /// Counts signs and collects pivots that vanish beside `scale` (n).
     fn pivots(&self, scale: &[f64]) -> (Inertia, Vec<ZeroPivot>) {
         let mut count = Inertia { negative: 0, positive: 0 };
         let mut zero = Vec::new();
         let forward = &self.symbolic.permutation().forward;
-        let Some(supernodes) = self.symbolic.supernodes() else { return (count, zero) };
         let mut take = |position: usize, pivot: f64| {
             let dof = forward[position] as usize;
             let ratio = if scale[dof] > 0.0 { pivot / scale[dof] } else { 0.0 };
@@ -232,25 +165,29 @@ impl Factor {
             }
             if pivot < 0.0 { count.negative += 1 } else { count.positive += 1 }
         };
-        for s in 0..supernodes.n_supernodes() {
-            let node = self.supernode(s);
-            let (first, block) = (node.start(), node.val());
+        for node in self.symbolic.supernodes() {
+            let (first, height) = (node.columns.start, node.height());
+            let panel = &self.store.values[node.panel.clone()];
+            let diagonal = |j: usize| panel[j * height + j];
             let mut j = 0;
-            while j < block.ncols() {
+            while j < node.width() {
                 if self.kind == Kind::Cholesky {
-                    take(first + j, block[(j, j)] * block[(j, j)]);
+                    take(first + j, diagonal(j) * diagonal(j));
                     j += 1;
-                } else if self.subdiag[first + j] == 0.0 {
-                    take(self.perm[first + j] as usize, block[(j, j)]);
+                    continue;
+                }
+                let (c, perm) = (self.store.subdiag[first + j], &self.store.perm[first..]);
+                if c == 0.0 {
+                    take(first + perm[j] as usize, diagonal(j));
                     j += 1;
                 } else {
-                    let (a, b, c) = (block[(j, j)], block[(j + 1, j + 1)], self.subdiag[first + j]);
+                    let (a, b) = (diagonal(j), diagonal(j + 1));
                     let (mean, radius) = (0.5 * (a + b), (0.5 * (a - b)).hypot(c));
                     let large = mean + radius.copysign(mean);
                     // the small eigenvalue from the determinant, free of cancellation
                     let small = if large == 0.0 { 0.0 } else { (a * b - c * c) / large };
-                    take(self.perm[first + j] as usize, large);
-                    take(self.perm[first + j + 1] as usize, small);
+                    take(first + perm[j] as usize, large);
+                    take(first + perm[j + 1] as usize, small);
                     j += 2;
                 }
             }
@@ -258,21 +195,10 @@ impl Factor {
         (count, zero)
     }
 
-    fn supernode(&self, s: usize) -> SupernodeRef<'_, u32, f64> {
-        let supernodes = self.symbolic.supernodes().expect("the symbolic factor is always supernodal");
-        match self.kind {
-            Kind::Cholesky => SupernodalLltRef::new(supernodes, &self.values).supernode(s),
-            Kind::Indefinite => {
-                let perm = PermRef::new_checked(&self.perm, &self.perm_inverse, self.n());
-                SupernodalIntranodeLbltRef::new(supernodes, &self.values, &self.subdiag, perm).supernode(s)
-            }
-        }
-    }
-
     /// Relative residual of A x = b for b = A times a fixed uneven vector.
     fn probe_residual(&self, values: &[f64]) -> f64 {
         let n = self.n();
-        let exact: Vec<f64> = (0..n).map(|i| 1.0 + (i as f64 * 0.754_877_666).fract()).collect();
+        let exact: Vec<f64> = uneven(n).collect();
         let pattern = self.symbolic.pattern();
         let b = times_values(pattern, values, &Dense::from_vec(n, 1, exact));
         let mut x = b.clone();
@@ -302,35 +228,8 @@ impl Factor {
     }
 
     fn substitute(&self, b: &mut Dense) {
-        let n = self.n();
-        assert_eq!(b.nrows(), n);
-        if n == 0 || b.ncols() == 0 {
-            return;
-        }
-        // equal shares for the threads, in blocks that keep the kernels busy
-        let share = b.ncols().div_ceil(rayon::current_num_threads()).clamp(1, BLOCK);
-        b.data_mut().par_chunks_mut(share * n).for_each(|part| {
-            let k = part.len() / n;
-            let rhs = MatMut::from_column_major_slice_mut(part, n, k);
-            let inner = self.symbolic.inner();
-            let need = inner.solve_in_place_scratch::<f64>(k, Par::Seq);
-            let mut memory = MemBuffer::new(need);
-            let stack = MemStack::new(&mut memory);
-            match self.kind {
-                Kind::Cholesky => {
-                    LltRef::new(inner, &self.values).solve_in_place_with_conj(Conj::No, rhs, Par::Seq, stack);
-                }
-                Kind::Indefinite => {
-                    let perm = PermRef::new_checked(&self.perm, &self.perm_inverse, n);
-                    IntranodeLbltRef::new(inner, &self.values, &self.subdiag, perm).solve_in_place_with_conj(
-                        Conj::No,
-                        rhs,
-                        Par::Seq,
-                        stack,
-                    );
-                }
-            }
-        });
+        assert_eq!(b.nrows(), self.n());
+        self.store.substitute(&self.symbolic, self.kind, b.data_mut());
     }
 
     /// Solves A X = B.
@@ -366,9 +265,9 @@ impl Factor {
     }
 }
 
-fn scratch(need: StackReq) -> Result<MemBuffer, LinalgError> {
-    let bytes = need.size_bytes();
-    MemBuffer::try_new(need).map_err(|_| LinalgError::Memory { bytes })
+/// The vector that factors are probed with.
+pub(crate) fn uneven(n: usize) -> impl Iterator<Item = f64> {
+    (0..n).map(|i| 1.0 + (i as f64 * 0.754_877_666).fract())
 }
 
 /// Magnitude of the diagonal, or of the largest entry of the row where the diagonal is zero.

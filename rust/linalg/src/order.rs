@@ -4,16 +4,15 @@
 //! one supernode and makes the ordering about ten times cheaper. `Auto` runs approximate minimum degree and nested
 //! dissection and keeps the cheaper by its exact number of operations: dissection wins on solids, minimum degree on shells.
 
-use std::collections::HashMap;
-
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::SymbolicSparseColMatRef;
-use faer::sparse::linalg::amd;
-
+use crate::nodes::Nodes;
 use crate::{LinalgError, Pattern};
 
 /// Graphs below this many nodes are ordered by minimum degree alone in `Auto`: dissection has nothing to gain.
 const DISSECTION_FROM: usize = 400;
+
+/// Operations of a factorisation from which dissection is tried from further seeds: one trial costs about as much as 2e10
+/// operations, and the seeds differ by up to a third.
+const SEEDS_FROM: f64 = 1e11;
 
 /// Which ordering to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -59,156 +58,47 @@ pub struct Permutation {
     pub ordering: Ordering,
 }
 
-/// The graph of nodes: DOFs grouped by identical closed adjacency.
-struct Nodes {
-    dofs: Vec<Vec<u32>>,
-    ptr: Vec<u32>,
-    adj: Vec<u32>,
+/// An order of nodes with its cost.
+pub(crate) struct NodeOrder {
+    pub(crate) order: Vec<u32>,
+    flops: f64,
+    nnz: f64,
+    ordering: Ordering,
 }
 
-impl Nodes {
-    fn new(pattern: &Pattern) -> Self {
-        let n = pattern.n();
-        let mut group = vec![u32::MAX; n];
-        let mut dofs: Vec<Vec<u32>> = Vec::new();
-        let mut by_hash: HashMap<u64, Vec<u32>> = HashMap::new();
-        for j in 0..n {
-            let found = by_hash.entry(hash(pattern, j)).or_default();
-            let same =
-                found.iter().copied().find(|&g| closed_equal(pattern, dofs[g as usize][0] as usize, j));
-            let g = same.unwrap_or_else(|| {
-                found.push(dofs.len() as u32);
-                dofs.push(Vec::new());
-                dofs.len() as u32 - 1
-            });
-            dofs[g as usize].push(j as u32);
-            group[j] = g;
-        }
-        let mut seen = vec![u32::MAX; dofs.len()];
-        let (mut ptr, mut adj) = (vec![0u32], Vec::new());
-        for (g, members) in dofs.iter().enumerate() {
-            seen[g] = g as u32;
-            let first = adj.len();
-            for &i in pattern.column(members[0] as usize) {
-                let h = group[i as usize];
-                if seen[h as usize] != g as u32 {
-                    seen[h as usize] = g as u32;
-                    adj.push(h);
-                }
-            }
-            adj[first..].sort_unstable();
-            ptr.push(adj.len() as u32);
-        }
-        Self { dofs, ptr, adj }
+impl NodeOrder {
+    fn new(nodes: &Nodes, order: Vec<u32>, ordering: Ordering) -> Self {
+        let (flops, nnz) = nodes.cost(&order);
+        Self { order, flops, nnz, ordering }
     }
 
-    fn len(&self) -> usize {
-        self.dofs.len()
-    }
-
-    fn neighbours(&self, g: usize) -> &[u32] {
-        &self.adj[self.ptr[g] as usize..self.ptr[g + 1] as usize]
-    }
-
-    /// Exact operations and entries of the factor under an order of nodes, by walking row subtrees of the
-    /// elimination tree (Liu 1990) with nodes weighted by their DOFs.
-    fn cost(&self, order: &[u32]) -> (f64, f64) {
-        let n = self.len();
-        let mut at = vec![0u32; n];
-        order.iter().enumerate().for_each(|(new, &old)| at[old as usize] = new as u32);
-        let (mut parent, mut mark) = (vec![u32::MAX; n], vec![u32::MAX; n]);
-        let mut below = vec![0.0f64; n];
-        for i in 0..n {
-            mark[i] = i as u32;
-            let old = order[i] as usize;
-            let weight = self.dofs[old].len() as f64;
-            for &h in self.neighbours(old) {
-                let mut k = at[h as usize] as usize;
-                while k < i && mark[k] != i as u32 {
-                    mark[k] = i as u32;
-                    below[k] += weight;
-                    if parent[k] == u32::MAX {
-                        parent[k] = i as u32;
-                    }
-                    k = parent[k] as usize;
-                }
-            }
-        }
-        let (mut flops, mut nnz) = (0.0, 0.0);
-        for i in 0..n {
-            for d in 0..self.dofs[order[i] as usize].len() {
-                let count = below[i] + (d + 1) as f64;
-                flops += count * count;
-                nnz += count;
-            }
-        }
-        (flops, nnz)
-    }
-
-    fn amd(&self) -> Result<Vec<u32>, LinalgError> {
-        let n = self.len();
-        let nnz = self.adj.len();
-        let (mut forward, mut inverse) = (vec![0u32; n], vec![0u32; n]);
-        let graph = SymbolicSparseColMatRef::new_checked(n, n, &self.ptr, None, &self.adj);
-        let need = amd::order_maybe_unsorted_scratch::<u32>(n, nnz);
-        let mut memory = MemBuffer::try_new(need).map_err(|_| LinalgError::Memory { bytes: 4 * nnz })?;
-        let stack = MemStack::new(&mut memory);
-        amd::order_maybe_unsorted(&mut forward, &mut inverse, graph, amd::Control::default(), stack)
-            .map_err(|e| LinalgError::Library(format!("minimum-degree ordering failed: {e:?}")))?;
-        Ok(forward)
-    }
-
-    fn dissection(&self) -> Result<Vec<u32>, LinalgError> {
-        let ptr: Vec<i32> = self.ptr.iter().map(|&v| v as i32).collect();
-        let adj: Vec<i32> = self.adj.iter().map(|&v| v as i32).collect();
-        let fail = |text: String| LinalgError::Library(format!("nested dissection failed: {text}"));
-        let graph = feral_metis::CscPattern::new(self.len(), &ptr, &adj)
-            .ok_or_else(|| fail("graph too large".into()))?;
-        let order = feral_metis::metis_order(&graph).map_err(|e| fail(format!("{e:?}")))?;
-        Ok(order.into_iter().map(|v| v as u32).collect())
-    }
-
-    fn expand(&self, order: &[u32], ordering: Ordering) -> Permutation {
-        let (flops, nnz) = self.cost(order);
-        let forward: Vec<u32> = order.iter().flat_map(|&g| self.dofs[g as usize].iter().copied()).collect();
+    /// The permutation of DOFs under an order of nodes with the same cost as this one.
+    pub(crate) fn expand(&self, nodes: &Nodes, order: &[u32]) -> Permutation {
+        let forward: Vec<u32> = order.iter().flat_map(|&g| nodes.dofs[g as usize].iter().copied()).collect();
         let mut inverse = vec![0u32; forward.len()];
         forward.iter().enumerate().for_each(|(new, &old)| inverse[old as usize] = new as u32);
-        Permutation { forward, inverse, flops, nnz, ordering }
+        Permutation { forward, inverse, flops: self.flops, nnz: self.nnz, ordering: self.ordering }
     }
 }
 
-/// Order-free hash of the closed adjacency of DOF `j`.
-fn hash(pattern: &Pattern, j: usize) -> u64 {
-    let mix = |v: u64| {
-        let v = (v ^ (v >> 31)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        v ^ (v >> 29)
-    };
-    let column = pattern.column(j);
-    let own = if column.binary_search(&(j as u32)).is_ok() { 0 } else { mix(j as u64 + 1) };
-    column.iter().fold(own, |sum, &i| sum.wrapping_add(mix(i as u64 + 1)))
+/// Nested dissection; where the factorisation is dear, the cheapest from several seeds.
+fn dissect(nodes: &Nodes) -> Result<NodeOrder, LinalgError> {
+    let from = |seed| nodes.dissection(seed).map(|o| NodeOrder::new(nodes, o, Ordering::NestedDissection));
+    let first = from(1)?;
+    if first.flops < SEEDS_FROM {
+        return Ok(first);
+    }
+    let (second, third) = rayon::join(|| from(2), || from(3));
+    let cheaper = |a: NodeOrder, b: NodeOrder| if b.flops < a.flops { b } else { a };
+    Ok(cheaper(cheaper(first, second?), third?))
 }
 
-/// Whether DOFs a and b have the same neighbours, themselves included.
-fn closed_equal(pattern: &Pattern, a: usize, b: usize) -> bool {
-    let (ca, cb) = (pattern.column(a), pattern.column(b));
-    let has = |c: &[u32], j: usize| c.binary_search(&(j as u32)).is_ok();
-    // a stored diagonal is the rule; without it the DOF is left alone
-    a == b || (has(ca, a) && has(cb, b) && ca == cb)
-}
-
-/// Orders a pattern for elimination.
-///
-/// # Errors
-/// [`LinalgError::Library`] or [`LinalgError::Memory`] when an ordering fails.
-pub fn order(pattern: &Pattern, ordering: Ordering) -> Result<Permutation, LinalgError> {
-    let nodes = Nodes::new(pattern);
-    let amd = || nodes.amd().map(|o| nodes.expand(&o, Ordering::Amd));
-    let nd = || nodes.dissection().map(|o| nodes.expand(&o, Ordering::NestedDissection));
+/// Orders the graph of nodes.
+pub(crate) fn choose(nodes: &Nodes, ordering: Ordering) -> Result<NodeOrder, LinalgError> {
+    let amd = || nodes.amd().map(|o| NodeOrder::new(nodes, o, Ordering::Amd));
+    let nd = || dissect(nodes);
     match ordering {
-        Ordering::Natural => {
-            let natural: Vec<u32> = (0..nodes.len() as u32).collect();
-            Ok(nodes.expand(&natural, Ordering::Natural))
-        }
+        Ordering::Natural => Ok(NodeOrder::new(nodes, (0..nodes.len() as u32).collect(), Ordering::Natural)),
         Ordering::Amd => amd(),
         Ordering::NestedDissection => nd(),
         Ordering::Auto if nodes.len() < DISSECTION_FROM => amd(),
@@ -218,6 +108,16 @@ pub fn order(pattern: &Pattern, ordering: Ordering) -> Result<Permutation, Linal
             Ok(if b.flops < a.flops { b } else { a })
         }
     }
+}
+
+/// Orders a pattern for elimination.
+///
+/// # Errors
+/// [`LinalgError::Library`] or [`LinalgError::Memory`] when an ordering fails.
+pub fn order(pattern: &Pattern, ordering: Ordering) -> Result<Permutation, LinalgError> {
+    let nodes = Nodes::new(pattern);
+    let chosen = choose(&nodes, ordering)?;
+    Ok(chosen.expand(&nodes, &chosen.order))
 }
 
 #[cfg(test)]

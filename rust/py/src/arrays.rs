@@ -47,6 +47,18 @@ pub(crate) fn matrix(
     SymmetricCsc::new(pattern.clone(), values.as_array().to_vec(), what).map_err(linalg_error)
 }
 
+/// One matrix per row of values (n_p, nnz).
+pub(crate) fn family(
+    pattern: &Arc<Pattern>,
+    values: &PyReadonlyArray2<f64>,
+    what: &'static str,
+) -> PyResult<Vec<SymmetricCsc>> {
+    let rows = values.as_array();
+    rows.outer_iter()
+        .map(|row| SymmetricCsc::new(pattern.clone(), row.to_vec(), what).map_err(linalg_error))
+        .collect()
+}
+
 /// Ordering by name, then the symbolic factor.
 pub(crate) fn symbolic(py: Python<'_>, pattern: &Arc<Pattern>, ordering: &str) -> PyResult<Arc<Symbolic>> {
     let ordering: Ordering = ordering.parse().map_err(linalg_error)?;

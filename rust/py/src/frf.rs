@@ -1,14 +1,15 @@
-//! `frf_modal`, `frf_direct` and `residual_vectors`.
+//! `frf_modal`, `frf_modal_scores`, `frf_direct`, `frf_reduced` and `residual_vectors`.
 
-use femend_dynamics::{DirectModel, FrfKind, ModalModel};
+use femend_dynamics::{DirectModel, FrfKind, LineModel, ModalModel, ReducedOptions};
 use femend_linalg::SymmetricCsc;
 use num_complex::Complex64;
 use numpy::{
-    PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray3,
-    PyUntypedArrayMethods,
+    PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+    PyReadwriteArray3, PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::arrays::{self, Indices};
 use crate::modes::{PySymbolic, prepare};
@@ -80,6 +81,93 @@ fn frf_modal<'py>(
     Ok(out)
 }
 
+/// FRAC, FAAC, CSAC, CSF and squared misfit of modal FRFs with measured ones, for one model.
+#[pyfunction]
+#[pyo3(signature = (omega, zeta, phi_out, phi_in, s, measured, kind = "receptance", residual = None))]
+#[expect(clippy::too_many_arguments, reason = "a Python signature, by keyword")]
+fn frf_modal_scores<'py>(
+    py: Python<'py>,
+    omega: PyReadonlyArray1<f64>,
+    zeta: PyReadonlyArray1<f64>,
+    phi_out: PyReadonlyArray2<f64>,
+    phi_in: PyReadonlyArray2<f64>,
+    s: PyReadonlyArray1<Complex64>,
+    measured: PyReadonlyArray3<Complex64>,
+    kind: &str,
+    residual: Option<Residual>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let kind: FrfKind = kind.parse().map_err(arrays::dynamics_error)?;
+    let model = ModalModel {
+        omega: omega.as_array().to_vec(),
+        zeta: zeta.as_array().to_vec(),
+        phi_out: arrays::dense(&phi_out),
+        phi_in: arrays::dense(&phi_in),
+    };
+    let s = s.as_array().to_vec();
+    let places = (model.phi_out.nrows(), model.phi_in.nrows());
+    let residual = residual.map(|r| r.values(places)).transpose()?;
+    let expected = [s.len(), places.0, places.1];
+    let values = match measured.as_slice() {
+        Ok(values) if measured.shape() == expected => values,
+        _ => {
+            let text =
+                format!("measured has shape {:?}; a C-contiguous {expected:?} is expected", measured.shape());
+            return Err(PyValueError::new_err(text));
+        }
+    };
+    let found =
+        py.detach(|| model.scores(&s, kind, residual.as_deref(), values)).map_err(arrays::dynamics_error)?;
+    let out = PyDict::new(py);
+    for (name, values) in [("frac", found.frac), ("faac", found.faac)] {
+        let table = ndarray::Array2::from_shape_vec(places, values);
+        let table = table.map_err(|e| PyValueError::new_err(e.to_string()))?;
+        out.set_item(name, PyArray2::from_owned_array(py, table))?;
+    }
+    out.set_item("csac", PyArray1::from_vec(py, found.csac))?;
+    out.set_item("csf", PyArray1::from_vec(py, found.csf))?;
+    out.set_item("misfit", found.misfit)?;
+    Ok(out)
+}
+
+/// FRFs by reduced direct solution: a few lines are solved, the others in the space of those solutions.
+#[pyfunction]
+#[pyo3(signature = (indptr, indices, matrices, coefficients, b_out, b_in, s, kind = "receptance", *,
+                    tolerance = 1e-6, max_solutions = 60))]
+#[expect(clippy::too_many_arguments, reason = "a Python signature, by keyword")]
+fn frf_reduced<'py>(
+    py: Python<'py>,
+    indptr: Indices,
+    indices: Indices,
+    matrices: PyReadonlyArray2<f64>,
+    coefficients: PyReadonlyArray2<Complex64>,
+    b_out: PyReadonlyArray2<f64>,
+    b_in: PyReadonlyArray2<f64>,
+    s: PyReadonlyArray1<Complex64>,
+    kind: &str,
+    tolerance: f64,
+    max_solutions: usize,
+) -> PyResult<(Bound<'py, PyArray3<Complex64>>, Bound<'py, PyDict>)> {
+    let kind: FrfKind = kind.parse().map_err(arrays::dynamics_error)?;
+    let pattern = std::sync::Arc::new(arrays::pattern(&indptr, &indices)?);
+    let matrices = arrays::family(&pattern, &matrices, "matrices")?;
+    let coefficients = coefficients.as_array().outer_iter().map(|row| row.to_vec()).collect();
+    let (b_out, b_in, s) = (arrays::dense(&b_out), arrays::dense(&b_in), s.as_array().to_vec());
+    let model = LineModel { matrices: matrices.iter().collect(), coefficients };
+    let options = ReducedOptions { tolerance, max_solutions };
+    let found =
+        py.detach(|| model.frf_reduced(&b_out, &b_in, &s, kind, options)).map_err(arrays::dynamics_error)?;
+    let info = PyDict::new(py);
+    info.set_item("converged", found.converged)?;
+    info.set_item("error", found.error)?;
+    info.set_item("residual", found.residual)?;
+    info.set_item("solved", found.solved)?;
+    info.set_item("basis", found.basis)?;
+    let shape = (s.len(), b_out.ncols(), b_in.ncols());
+    let array = ndarray::Array3::from_shape_vec(shape, found.values)
+        .map_err(|e| PyValueError::new_err(e.to_string()))?;
+    Ok((PyArray3::from_owned_array(py, array), info))
+}
+
 /// FRFs by direct solution of the dynamic stiffness on each line.
 #[pyfunction]
 #[pyo3(signature = (indptr, indices, k, m, b_out, b_in, s, kind = "receptance", *, c = None, h = None))]
@@ -149,6 +237,8 @@ fn residual_vectors<'py>(
 /// Adds this file's classes and functions to `_core`.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(frf_modal, module)?)?;
+    module.add_function(wrap_pyfunction!(frf_modal_scores, module)?)?;
     module.add_function(wrap_pyfunction!(frf_direct, module)?)?;
+    module.add_function(wrap_pyfunction!(frf_reduced, module)?)?;
     module.add_function(wrap_pyfunction!(residual_vectors, module)?)
 }

@@ -1,6 +1,7 @@
 //! `_core.FeModel`: the finite-element model for Python.
 
 use crate::deck::{PyDeck, deck_error};
+use femend_fem::Part;
 use femend_fem::deck::{Choice, Selection, build};
 use femend_fem::element::spin::SpinAxes;
 use femend_fem::error::FemError;
@@ -11,8 +12,10 @@ use femend_fem::project::Reduced;
 use femend_fem::rotor::Spin;
 use ndarray::{Array1, Array2, Array3};
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyUntypedArrayMethods,
 };
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 pyo3::import_exception!(femend.errors, ModelError);
@@ -216,6 +219,25 @@ impl FeModel {
         let int = |v: &[u32]| Array1::from_iter(v.iter().map(|&i| i as i32)).into_pyarray(py);
         let (k, m, c, h) = arrays(py, system);
         Ok((int(p.col_ptr()), int(p.row_idx()), k, m, c, h))
+    }
+
+    /// Writes the values of one matrix ("K", "M", "C", "H") at the factors into `out` (nnz,), on the pattern of `assemble`.
+    #[pyo3(signature = (matrix, factors, out))]
+    fn refill(
+        &self,
+        py: Python<'_>,
+        matrix: &str,
+        factors: Option<PyReadonlyArray1<'_, f64>>,
+        out: &Bound<'_, PyArray1<f64>>,
+    ) -> PyResult<()> {
+        let part = Part::parse(matrix).ok_or_else(|| {
+            PyValueError::new_err(format!("matrix '{matrix}' is unknown; use K, M, C or H"))
+        })?;
+        let factors = self.factors(factors);
+        let mut view =
+            out.try_readwrite().map_err(|e| PyValueError::new_err(format!("out cannot be written: {e}")))?;
+        let values = view.as_slice_mut().map_err(|e| PyValueError::new_err(e.to_string()))?;
+        py.detach(|| self.model.refill(part, &factors, values)).map_err(model_error)
     }
 
     /// Derivatives of K, M, C and structural damping with respect to factor `i`, on the same pattern.

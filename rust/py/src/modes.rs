@@ -48,6 +48,12 @@ impl PySymbolic {
     fn nnz(&self) -> usize {
         self.inner.nnz()
     }
+
+    /// Bytes a real factorisation will add to what is in use; a complex one adds twice as much.
+    #[getter]
+    fn memory(&self) -> usize {
+        self.inner.memory().numeric(8)
+    }
 }
 
 /// Factor of a sparse symmetric matrix: Cholesky where it is positive definite, else with 1x1 and 2x2 pivots.

@@ -5,26 +5,14 @@ use std::sync::Arc;
 use femend_dynamics::{
     DirectDerivative, DirectModel, FrfKind, ModalDerivatives, ModalModel, ParameterDerivatives, RitzOptions,
 };
-use femend_linalg::{Dense, Pattern, SymmetricCsc};
+use femend_linalg::Dense;
 use num_complex::Complex64;
 use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::arrays::{self, Indices};
+use crate::arrays::{self, Indices, family};
 use crate::modes::{PySymbolic, prepare};
-
-/// One matrix per row of values (n_p, nnz).
-fn family(
-    pattern: &Arc<Pattern>,
-    values: &PyReadonlyArray2<f64>,
-    what: &'static str,
-) -> PyResult<Vec<SymmetricCsc>> {
-    let rows = values.as_array();
-    rows.outer_iter()
-        .map(|row| SymmetricCsc::new(pattern.clone(), row.to_vec(), what).map_err(arrays::linalg_error))
-        .collect()
-}
 
 /// One square block per parameter, from (n_p, r, r).
 fn blocks(values: &PyReadonlyArray3<f64>) -> Vec<Dense> {

@@ -67,28 +67,16 @@ impl Split {
         (re[k], im[k]) = (v.re, v.im);
     }
 
-    /// This array times a real matrix.
-    pub fn times(&self, b: &Dense) -> Self {
-        let mut y = Self::zeros(self.n_lines(), b.ncols());
-        gemm(&mut y.data, 1.0, 1.0, &self.data, b);
-        y
-    }
-
-    /// [`Split::times`] into an array that exists; what it held is of no account, were it not finite.
+    /// This array times a real matrix, into an array that exists; what it held is of no account, were it not finite.
     pub fn times_into(&self, b: &Dense, y: &mut Self) {
         y.data.data_mut().fill(0.0);
         gemm(&mut y.data, 1.0, 1.0, &self.data, b);
     }
 
-    /// The columns before `j`, and those from `j` on.
-    pub fn split_columns(self, j: usize) -> (Self, Self) {
-        let (rows, columns) = (self.data.nrows(), self.data.ncols());
-        let mut first = self.data.into_vec();
-        let second = first.split_off(rows * j);
-        (
-            Self { data: Dense::from_vec(rows, j, first) },
-            Self { data: Dense::from_vec(rows, columns - j, second) },
-        )
+    /// A copy of `n` columns from `j` on.
+    pub fn columns(&self, j: usize, n: usize) -> Self {
+        let rows = self.data.nrows();
+        Self { data: Dense::from_vec(rows, n, self.data.data()[rows * j..rows * (j + n)].to_vec()) }
     }
 
     /// Multiplies every column by `factor`, an array of one column.
@@ -205,14 +193,33 @@ impl Workspace {
     /// An array whose values are of no account.
     pub fn take(&mut self, rows: usize, columns: usize) -> Dense {
         let n = rows * columns;
+        if n == 0 {
+            return Dense::zeros(rows, columns);
+        }
+        // of equals the one given back last, which is still in the cache
         let fitting = (0..self.free.len())
+            .rev()
             .min_by_key(|&i| (self.free[i].capacity() < n, self.free[i].capacity().abs_diff(n)));
-        let mut values = fitting.map_or_else(Vec::new, |i| self.free.swap_remove(i));
+        let mut values = fitting.map_or_else(Vec::new, |i| self.free.remove(i));
         values.resize(n, 0.0);
         Dense::from_vec(rows, columns, values)
     }
 
+    /// [`Workspace::take`] for an array over (line, column).
+    pub fn split(&mut self, n_lines: usize, n_columns: usize) -> Split {
+        Split::over(self.take(2 * n_lines, n_columns))
+    }
+
     pub fn give(&mut self, array: Dense) {
-        self.free.push(array.into_vec());
+        let values = array.into_vec();
+        if values.capacity() > 0 {
+            self.free.push(values);
+        }
+    }
+
+    /// Number of arrays that wait.
+    #[cfg(test)]
+    pub fn n_free(&self) -> usize {
+        self.free.len()
     }
 }

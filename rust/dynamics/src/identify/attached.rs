@@ -19,6 +19,8 @@ pub(crate) struct ClosedLoop {
     pub b: Split,
     /// Joint compliance C = W G W^T, likewise.
     pub c: Split,
+    /// Whether a part of kappa acts on velocity or acceleration.
+    pub moving: bool,
     n_w: usize,
 }
 
@@ -40,6 +42,7 @@ impl ClosedLoop {
         for (i, own) in hypothesis.compliance.iter().enumerate() {
             c.col_mut(i * n_w + i).0.iter_mut().for_each(|v| *v += own);
         }
+        let moving = velocity.iter().chain(&inertia).any(|v| *v != Complex64::default());
         let kappa = column(&kappa);
         let mut b = Split::zeros(n, n_w * n_w);
         if n_w == 1 {
@@ -48,7 +51,7 @@ impl ClosedLoop {
             invert_lines(&kappa, &c, n_w, &mut b);
         }
         let slopes = Split::new(n, slopes.len(), |k, j| slopes[j][k]);
-        Ok(Self { kappa, velocity: column(&velocity), inertia: column(&inertia), slopes, b, c, n_w })
+        Ok(Self { kappa, velocity: column(&velocity), inertia: column(&inertia), slopes, b, c, moving, n_w })
     }
 
     /// y += A x on every line for `a` of n_w x n_w entries.
@@ -74,20 +77,28 @@ impl ClosedLoop {
         (0..self.n_w).for_each(|i| update(d.col_mut(i), cf.col(i), |d, v| d + sign * v));
     }
 
-    /// The law's force kappa B d against open-loop changes -d of its coordinates.
-    pub fn answer(&self, d: &Split) -> Split {
-        let mut f = self.closed(d);
-        f.times_line(&self.kappa);
-        f
+    /// What multiplies open-loop changes -d of the coordinates to give the law's answer: kappa B.
+    pub fn answer(&self) -> Split {
+        let mut a = self.b.clone();
+        a.times_line(&self.kappa);
+        a
     }
 
-    /// What forces `extra` against the motion come to in the closed loop, with open-loop changes -d of the coordinates:
-    /// kappa B (d + C extra) - extra.
-    pub fn answer_to_both(&self, mut d: Split, extra: &Split) -> Split {
-        self.add_compliance(1.0, extra, &mut d);
-        let mut f = self.answer(&d);
-        (0..self.n_w).for_each(|i| update(f.col_mut(i), extra.col(i), |f, e| f - e));
-        f
+    /// What multiplies forces against the motion to give all that acts in their wake: kappa B C - I.
+    pub fn answer_to_force(&self, answer: &Split) -> Split {
+        let n_w = self.n_w;
+        let mut a = Split::zeros(answer.n_lines(), n_w * n_w);
+        for (i, j) in (0..n_w).flat_map(|i| (0..n_w).map(move |j| (i, j))) {
+            let entry = i * n_w + j;
+            for l in 0..n_w {
+                let (left, right) = (answer.col(i * n_w + l), self.c.col(l * n_w + j));
+                update2(a.col_mut(entry), left, right, |a, b, c| a + b * c);
+            }
+            if i == j {
+                a.col_mut(entry).0.iter_mut().for_each(|v| *v -= 1.0);
+            }
+        }
+        a
     }
 
     /// Force of the law beyond kappa times the displacement where the coordinates decay with displacement, velocity and

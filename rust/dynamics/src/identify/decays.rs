@@ -55,7 +55,7 @@ impl Decays {
     /// Displacement, velocity or acceleration (`order` 0, 1, 2) of modal column `t` without the mode's shape.
     fn moved(&self, response: &Response, t: usize, order: i32, out: PairMut<'_>) {
         let pole = response.poles[t / 2];
-        let i = if t % 2 == 0 { Complex64::ONE } else { Complex64::I };
+        let i = if t.is_multiple_of(2) { Complex64::ONE } else { Complex64::I };
         let turn = i * pole.powi(order) / pole.norm_sqr();
         let (own, mirrored) = (self.tails.col(t - t % 2), self.tails.col(t - t % 2 + 1));
         let back = turn.conj();
@@ -84,20 +84,18 @@ impl Decays {
         if t >= self.n_modal() {
             (0..y.n_columns()).for_each(|s| y.col_mut(s).0.fill(0.0));
             (0..y.n_columns()).for_each(|s| y.col_mut(s).1.fill(0.0));
-            let Some(closed) = &response.closed else { return };
-            let none = Split::zeros(at.n_lines(), response.n_w);
-            return response.push(&closed.answer_to_both(none, &self.inner[t - self.n_modal()]), y);
+            return response.push_back(&self.inner[t - self.n_modal()], y);
         }
         let (m, motion) = (t / 2, self.motion(response, t));
         let Some(closed) = &response.closed else {
-            return response.at_sensors(m, &motion.split_columns(2).1, y);
+            return response.at_sensors(m, &motion.columns(2, 1), y);
         };
         let force = closed.cut_off(at, &motion);
         let open = response.at_coordinates(m, -1.0, &motion);
         let extra = response.at_coordinates(m, 1.0, &force);
-        let (_, acceleration) = motion.split_columns(2);
-        response.at_sensors(m, &acceleration, y);
-        response.push(&closed.answer_to_both(open, &extra), y);
+        response.at_sensors(m, &motion.columns(2, 1), y);
+        response.feed_back(&open, y);
+        response.push_back(&extra, y);
     }
 
     /// Adds to the coordinates' displacements what decays of these amplitudes move them by, the law's answer included.

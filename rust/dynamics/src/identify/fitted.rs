@@ -26,7 +26,7 @@ fn line_after_line(a: &Split) -> Vec<Complex64> {
 fn of_record(step: &Step<'_>) -> Fitted {
     let (at, response) = (step.at, &step.response);
     let mut force = step.force();
-    let mut y = response.y.clone();
+    let mut y = response.y.columns(0, at.n_out());
     let mut column = Split::zeros(at.n_lines(), at.n_out());
     for (t, a) in step.amplitudes.iter().enumerate() {
         step.decays.column(at, response, t, &mut column);
@@ -35,7 +35,10 @@ fn of_record(step: &Step<'_>) -> Fitted {
     // Displacements of the coordinates answer to a free force through the whole model; free decays move them too.
     let mut d = if step.projector.is_some() {
         response.push(&force, &mut y);
-        response.with_force(&force).times(&response.shapes).split_columns(at.n_out()).1
+        let q = response.with_force(&force, Split::zeros(at.n_lines(), response.q.n_columns()));
+        let mut all = Split::zeros(at.n_lines(), response.shapes.ncols());
+        q.times_into(&response.shapes, &mut all);
+        all.columns(at.n_out(), response.n_w)
     } else {
         response.d.clone()
     };

@@ -14,13 +14,47 @@ pub struct Modal {
     pub q: Dense,
 }
 
+/// Parameters whose derivatives are multiplied at once: with more, the products leave the cache.
+const GROUP: usize = 4;
+
+/// Derivatives for some parameters in modal coordinates, side by side.
+#[derive(Debug, Clone)]
+pub(crate) struct Group {
+    pub parameters: Vec<usize>,
+    /// Whether these parameters move mass.
+    pub inertial: bool,
+    /// dK/dθ of each (r, r); over dM/dθ (2 r, r) where they move mass.
+    pub d: Dense,
+}
+
 /// Derivatives of the reduced model at given unknowns.
 #[derive(Debug, Clone)]
 pub(crate) struct Slopes {
-    /// dK/dθ_i in modal coordinates.
-    pub dk: Vec<Dense>,
-    /// dM/dθ_i in modal coordinates, where the parameter moves mass.
-    pub dm: Vec<Option<Dense>>,
+    pub groups: Vec<Group>,
+}
+
+impl Slopes {
+    fn push(&mut self, parameter: usize, dk: &Dense, dm: Option<&Dense>) {
+        let block = dm.map_or_else(|| dk.clone(), |dm| over(dk, dm));
+        let fits = |g: &&mut Group| g.inertial == dm.is_some() && g.parameters.len() < GROUP;
+        if let Some(group) = self.groups.iter_mut().find(fits) {
+            group.parameters.push(parameter);
+            group.d.append(&block);
+        } else {
+            self.groups.push(Group { parameters: vec![parameter], inertial: dm.is_some(), d: block });
+        }
+    }
+}
+
+/// `a` over `b`.
+fn over(a: &Dense, b: &Dense) -> Dense {
+    let mut both = Dense::zeros(a.nrows() + b.nrows(), a.ncols());
+    for j in 0..a.ncols() {
+        let (upper, lower) = both.col_mut(j).split_at_mut(a.nrows());
+        upper.copy_from_slice(a.col(j));
+        lower.copy_from_slice(b.col(j));
+    }
+    both
 }
 
 /// The reduced model at given unknowns, with its derivatives once they were asked for.
@@ -84,7 +118,7 @@ impl System {
     /// Derivatives of K and M at the unknowns `p` between the modes `q` there.
     pub(crate) fn slopes(&self, p: &[f64], q: &Dense) -> Slopes {
         let factors = self.factors(p);
-        let (mut dk, mut dm) = (Vec::new(), Vec::new());
+        let mut slopes = Slopes { groups: Vec::new() };
         for i in 0..self.n_par {
             let mut k = Dense::zeros(self.r, self.r);
             let mut m: Option<Dense> = None;
@@ -101,9 +135,8 @@ impl System {
                     add(m.get_or_insert_with(|| Dense::zeros(self.r, self.r)), slope, part);
                 }
             }
-            dk.push(sandwich(q, &k));
-            dm.push(m.map(|m| sandwich(q, &m)));
+            slopes.push(i, &sandwich(q, &k), m.map(|m| sandwich(q, &m)).as_ref());
         }
-        Slopes { dk, dm }
+        slopes
     }
 }

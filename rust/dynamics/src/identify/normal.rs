@@ -56,7 +56,7 @@ impl<'a> Step<'a> {
         x: &[f64],
         ws: &mut Workspace,
     ) -> Result<Self, IdentifyError> {
-        let response = Response::new(at, modal, hypothesis, x, system.n_tuned)?;
+        let response = Response::new(at, modal, hypothesis, x, system.n_tuned, ws)?;
         let decays = Decays::new(at, &response, hypothesis, x)?;
         let n_t = decays.len();
         let projector = matches!(hypothesis.what, What::FreeForce).then(|| Projector::new(at, &response));
@@ -146,6 +146,7 @@ impl<'a> Step<'a> {
     }
 
     fn give_back(self, ws: &mut Workspace) {
+        self.response.give_back(ws);
         self.shapes.give_back(ws);
         ws.give(self.base);
         ws.give(self.along);

@@ -20,6 +20,8 @@ pub(crate) struct Prepared<'a> {
     pub y: Split,
     /// Square roots of the weights (K, n_out).
     pub weight: Dense,
+    /// Their products with s², a column for each sensor.
+    pub weighted_s2: Split,
 }
 
 impl<'a> Prepared<'a> {
@@ -36,6 +38,7 @@ impl<'a> Prepared<'a> {
             turn: Split::new(n, 1, |k, _| Complex64::new(0.0, -record.s[k].im * record.dt).exp()),
             u: Split::new(n, n_in, |k, i| record.u[k * n_in + i]),
             y: Split::new(n, n_out, |k, s| record.y[k * n_out + s]),
+            weighted_s2: Split::new(n, n_out, |k, s| record.s[k] * record.s[k] * weight[(k, s)]),
             weight,
         }
     }

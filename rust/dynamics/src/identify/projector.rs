@@ -69,8 +69,15 @@ impl Loop for TakeOut<'_> {
             return;
         }
         let whole = self.n - self.n % BLOCK;
-        (0..whole).step_by(BLOCK).for_each(|k| self.lines::<BLOCK>(k));
-        (whole..self.n).for_each(|k| self.lines::<1>(k));
+        let mut k = 0;
+        while k < whole {
+            self.lines::<BLOCK>(k);
+            k += BLOCK;
+        }
+        while k < self.n {
+            self.lines::<1>(k);
+            k += 1;
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Response of one record under a hypothesis, and its changes.
 
 use super::IdentifyError;
-use super::arrays::{Split, inverse, update, update2};
+use super::arrays::{Split, Workspace, inverse, update, update2};
 use super::attached::ClosedLoop;
 use super::hypothesis::{Hypothesis, What};
 use super::model::Modal;
@@ -24,13 +24,17 @@ pub(crate) struct Response {
     pub g: Split,
     /// Modal response to the measured forces (and to the law's force in a closed loop), a column each.
     pub q: Split,
-    /// Predicted accelerations without free decays, a column for each sensor.
+    /// Predicted accelerations without free decays, a column for each sensor; further columns have no meaning.
     pub y: Split,
-    /// Accelerations per unit force at each coordinate, column i n_out + s for sensor s.
+    /// Accelerations per unit force at each coordinate, column i n_out + s for sensor s; further columns have no meaning.
     pub h: Split,
     /// Coordinates' displacements, a column each; those of a free force without that force.
     pub d: Split,
     pub closed: Option<ClosedLoop>,
+    /// Accelerations that a closed loop answers with to an open-loop change -1 of each coordinate, and to a force of 1
+    /// against each one's motion; columns as those of `h`.
+    pub to_change: Split,
+    pub to_force: Split,
     /// Poles of the free decays a finite record cuts off; none for an FRF (`dt` = 0).
     pub poles: Vec<Complex64>,
 }
@@ -42,6 +46,7 @@ impl Response {
         hypothesis: &Hypothesis,
         x: &[f64],
         n_tuned: usize,
+        ws: &mut Workspace,
     ) -> Result<Self, IdentifyError> {
         let (n_out, n_w) = (at.n_out(), hypothesis.w.nrows());
         let mut rows = at.record.out_rows.transposed();
@@ -49,15 +54,27 @@ impl Response {
             rows.append(&hypothesis.w.transposed());
         }
         let shapes = gemm_tn(&modal.q, &rows);
-        let g = receptances(at, modal);
-        let mut q = at.u.times(&gemm_tn(&at.record.in_rows.transposed(), &modal.q));
-        (0..q.n_columns()).for_each(|m| update(q.col_mut(m), g.col(m), |q, g| q * g));
-        let (mut y, mut d) = q.times(&shapes).split_columns(n_out);
-        y.times_line(&at.s2);
+        let r = modal.omega.len();
+        let mut g = ws.split(at.n_lines(), r);
+        receptances(at, modal, &mut g);
+        let mut q = ws.split(at.n_lines(), r);
+        at.u.times_into(&gemm_tn(&at.record.in_rows.transposed(), &modal.q), &mut q);
+        (0..r).for_each(|m| update(q.col_mut(m), g.col(m), |q, g| q * g));
+        let mut y = ws.split(at.n_lines(), n_out + n_w);
+        q.times_into(&shapes, &mut y);
+        let mut d = y.columns(n_out, n_w);
+        for s in 0..n_out {
+            update(y.col_mut(s), at.s2.col(0), |y, s2| y * s2);
+        }
         let is_law = matches!(hypothesis.what, What::Laws(_));
         let joint = joint_shapes(&shapes, n_out, is_law);
-        let (mut h, c) = g.times(&joint).split_columns(n_w * n_out);
-        h.times_line(&at.s2);
+        let mut h = ws.split(at.n_lines(), joint.ncols());
+        g.times_into(&joint, &mut h);
+        let c = h.columns(n_w * n_out, joint.ncols() - n_w * n_out);
+        for j in 0..n_w * n_out {
+            update(h.col_mut(j), at.s2.col(0), |h, s2| h * s2);
+        }
+        let (mut to_change, mut to_force) = (Split::zeros(at.n_lines(), 0), Split::zeros(at.n_lines(), 0));
         let mut closed = None;
         if is_law {
             let law = ClosedLoop::new(at, hypothesis, x, c)?;
@@ -66,10 +83,13 @@ impl Response {
             (0..n_w).for_each(|i| update(force.col_mut(i), law.kappa.col(0), |d, kappa| -kappa * d));
             push_sensors(&h, n_out, &force, &mut y);
             add_force(&shapes, n_out, &g, &force, &mut q);
+            let answer = law.answer();
+            to_change = mixed(&h, n_out, &answer, ws);
+            to_force = mixed(&h, n_out, &law.answer_to_force(&answer), ws);
             closed = Some(law);
         }
         let poles = poles(at, modal, n_tuned);
-        Ok(Self { shapes, n_out, n_w, g, q, y, h, d, closed, poles })
+        Ok(Self { shapes, n_out, n_w, g, q, y, h, d, closed, to_change, to_force, poles })
     }
 
     /// Adds forces at the coordinates, in their directions, to the accelerations of the sensors.
@@ -77,9 +97,19 @@ impl Response {
         push_sensors(&self.h, self.n_out, force, y);
     }
 
+    /// Adds the law's answer to open-loop changes -d of its coordinates.
+    pub fn feed_back(&self, d: &Split, y: &mut Split) {
+        push_sensors(&self.to_change, self.n_out, d, y);
+    }
+
+    /// Adds what forces against the motion come to in a closed loop.
+    pub fn push_back(&self, force: &Split, y: &mut Split) {
+        push_sensors(&self.to_force, self.n_out, force, y);
+    }
+
     /// Modal response with forces at the coordinates added, for the sensitivities of a free force.
-    pub fn with_force(&self, force: &Split) -> Split {
-        let mut q = self.q.clone();
+    pub fn with_force(&self, force: &Split, mut q: Split) -> Split {
+        (0..q.n_columns()).for_each(|m| update(q.col_mut(m), self.q.col(m), |_, q| q));
         add_force(&self.shapes, self.n_out, &self.g, force, &mut q);
         q
     }
@@ -93,7 +123,13 @@ impl Response {
         for i in 0..self.n_w {
             update(extra.col_mut(i), closed.slopes.col(j), |d, slope| d * slope);
         }
-        self.push(&closed.answer_to_both(Split::zeros(extra.n_lines(), self.n_w), &extra), y);
+        self.push_back(&extra, y);
+    }
+
+    pub fn give_back(self, ws: &mut Workspace) {
+        [self.g, self.q, self.y, self.h, self.to_change, self.to_force]
+            .into_iter()
+            .for_each(|a| ws.give(a.into_dense()));
     }
 
     /// Mode `m` at coordinate `i`.
@@ -146,6 +182,20 @@ fn push_sensors(h: &Split, n_out: usize, force: &Split, y: &mut Split) {
     }
 }
 
+/// h A for `a` of n_w x n_w entries: columns of the sensors' accelerations for each coordinate.
+fn mixed(h: &Split, n_out: usize, a: &Split, ws: &mut Workspace) -> Split {
+    let n_w = a.n_columns().isqrt();
+    let mut y = ws.split(h.n_lines(), n_w * n_out);
+    for (j, s) in (0..n_w).flat_map(|j| (0..n_out).map(move |s| (j, s))) {
+        let to = j * n_out + s;
+        update2(y.col_mut(to), h.col(s), a.col(j), |_, h, a| h * a);
+        for i in 1..n_w {
+            update2(y.col_mut(to), h.col(i * n_out + s), a.col(i * n_w + j), |y, h, a| y + h * a);
+        }
+    }
+    y
+}
+
 fn add_force(shapes: &Dense, n_out: usize, g: &Split, force: &Split, q: &mut Split) {
     for i in 0..force.n_columns() {
         for m in 0..q.n_columns() {
@@ -155,13 +205,11 @@ fn add_force(shapes: &Dense, n_out: usize, g: &Split, force: &Split, q: &mut Spl
     }
 }
 
-fn receptances(at: &Prepared<'_>, modal: &Modal) -> Split {
-    let mut g = Split::zeros(at.n_lines(), modal.omega.len());
+fn receptances(at: &Prepared<'_>, modal: &Modal, g: &mut Split) {
     for (m, (w, z)) in modal.omega.iter().zip(&modal.zeta).enumerate() {
         let (square, damping) = (w * w, 2.0 * z * w);
         update2(g.col_mut(m), at.s.col(0), at.s2.col(0), |_, s, s2| inverse(s2 + square + damping * s));
     }
-    g
 }
 
 /// Poles of the modes that decay beyond a record's end: the tuned ones, and those above the lines whose skirts reach into

@@ -20,8 +20,8 @@ pub(super) struct Sensitivities<'a> {
     /// Modal response with the force that acts, and the same times the receptances.
     q: Split,
     gq: Split,
-    /// Products with a derivative of K or M; and what comes of them at sensors and coordinates.
-    v: Split,
+    /// A change of the modal response, and what comes of it at sensors and coordinates.
+    gv: Split,
     y: Split,
     /// Coordinates of what is projected, of no further use.
     along: Vec<f64>,
@@ -37,20 +37,20 @@ impl<'a> Sensitivities<'a> {
         ws: &mut Workspace,
     ) -> Dense {
         let (at, response) = (step.at, &step.response);
-        let (n, r) = (2 * at.n_lines(), system.r);
-        let q =
-            if step.projector.is_some() { response.with_force(&step.force()) } else { response.q.clone() };
-        let mut gq = Split::over(ws.take(n, r));
+        let r = system.r;
+        let force = if step.projector.is_some() { step.force() } else { Split::zeros(at.n_lines(), 0) };
+        let q = response.with_force(&force, ws.split(at.n_lines(), r));
+        let mut gq = ws.split(at.n_lines(), r);
         for m in 0..r {
             update2(gq.col_mut(m), q.col(m), response.g.col(m), |_, q, g| q * g);
         }
-        let v = Split::over(ws.take(n, r));
-        let y = Split::over(ws.take(n, response.shapes.ncols()));
+        let gv = ws.split(at.n_lines(), r);
+        let y = ws.split(at.n_lines(), response.shapes.ncols());
         let n_law = response.closed.as_ref().map_or(0, |c| c.slopes.n_columns());
         let mut columns = ws.take(at.n_rows(), system.n_unknowns() + n_law);
-        let along = vec![0.0; n * response.n_w];
+        let along = vec![0.0; 2 * at.n_lines() * response.n_w];
         let (projector, shapes) = (step.projector.as_ref(), &step.shapes);
-        let mut this = Self { at, response, projector, shapes, modal, q, gq, v, y, along };
+        let mut this = Self { at, response, projector, shapes, modal, q, gq, gv, y, along };
         this.parameters(slopes, &mut columns, ws);
         this.tuned(system, &mut columns);
         this.damping(system, &mut columns);
@@ -59,46 +59,57 @@ impl<'a> Sensitivities<'a> {
             response.law_column(j, &mut y);
             at.fill(columns.col_mut(system.n_unknowns() + j), &y);
         }
-        [this.gq, this.v, this.y].into_iter().for_each(|a| ws.give(a.into_dense()));
+        [this.q, this.gq, this.gv, this.y].into_iter().for_each(|a| ws.give(a.into_dense()));
         columns
     }
 
     /// Columns of the user's parameters: dY = -s² Φ G (dK + s² dM) q, closed loop included.
     fn parameters(&mut self, slopes: &Slopes, columns: &mut Dense, ws: &mut Workspace) {
-        let mut inertia = None;
-        for (i, (dk, dm)) in slopes.dk.iter().zip(&slopes.dm).enumerate() {
-            self.q.times_into(dk, &mut self.v);
-            if let Some(dm) = dm {
-                let inertia =
-                    inertia.get_or_insert_with(|| Split::zeros(self.v.n_lines(), self.v.n_columns()));
-                self.q.times_into(dm, inertia);
-                for m in 0..inertia.n_columns() {
-                    update2(self.v.col_mut(m), inertia.col(m), self.at.s2.col(0), |v, a, s2| v + s2 * a);
-                }
-            }
-            for m in 0..self.v.n_columns() {
-                update(self.v.col_mut(m), self.response.g.col(m), |v, g| v * g);
-            }
-            self.v.times_into(&self.response.shapes, &mut self.y);
-            self.write(columns.col_mut(i));
+        let (n, r) = (self.q.n_lines(), self.q.n_columns());
+        let any_inertial = slopes.groups.iter().any(|g| g.inertial);
+        let mut both = ws.split(n, if any_inertial { 2 * r } else { 0 });
+        if any_inertial {
+            self.with_acceleration(&mut both);
         }
-        inertia.into_iter().for_each(|a| ws.give(a.into_dense()));
+        for group in &slopes.groups {
+            let mut v = ws.split(n, group.d.ncols());
+            if group.inertial { &both } else { &self.q }.times_into(&group.d, &mut v);
+            for (p, parameter) in group.parameters.iter().enumerate() {
+                for m in 0..r {
+                    let (v, g) = (v.col(p * r + m), self.response.g.col(m));
+                    update2(self.gv.col_mut(m), v, g, |_, v, g| v * g);
+                }
+                self.gv.times_into(&self.response.shapes, &mut self.y);
+                self.write(columns.col_mut(*parameter));
+            }
+            ws.give(v.into_dense());
+        }
+        ws.give(both.into_dense());
+    }
+
+    /// The modal response, then s² times it.
+    fn with_acceleration(&self, both: &mut Split) {
+        let r = self.q.n_columns();
+        for m in 0..r {
+            update(both.col_mut(m), self.q.col(m), |_, q| q);
+            update2(both.col_mut(r + m), self.q.col(m), self.at.s2.col(0), |_, q, s2| q * s2);
+        }
     }
 
     /// Writes to a column what changes -d of the modal response come to, with d at the sensors and coordinates in `y`.
     fn write(&mut self, column: &mut [f64]) {
         let (at, n_out) = (self.at, self.at.n_out());
-        for s in 0..n_out {
-            update(self.y.col_mut(s), at.s2.col(0), |y, s2| -s2 * y);
-        }
-        if let Some(closed) = &self.response.closed {
-            let mut d = Split::zeros(at.n_lines(), self.response.n_w);
-            for i in 0..self.response.n_w {
-                update(d.col_mut(i), self.y.col(n_out + i), |_, d| d);
+        if self.response.closed.is_some() {
+            for s in 0..n_out {
+                update(self.y.col_mut(s), at.s2.col(0), |y, s2| -s2 * y);
             }
-            self.response.push(&closed.answer(&d), &mut self.y);
+            let d = self.y.columns(n_out, self.response.n_w);
+            self.response.feed_back(&d, &mut self.y);
+            return at.fill(column, &self.y);
         }
-        at.fill(column, &self.y);
+        for (s, (part, _)) in at.sensors(column).enumerate() {
+            update2(part, self.y.col(s), at.weighted_s2.col(s), |_, y, ws2| -ws2 * y);
+        }
         if let Some(p) = self.projector {
             p.project(column, &mut self.along);
         }

@@ -1,7 +1,7 @@
 //! What one mode alone does to the weighted accelerations: each has two free decays, a frequency factor and a damping
 //! ratio, whose columns differ by a factor on every line.
 
-use super::arrays::{Pair, Split, Workspace, update, update_real, update2};
+use super::arrays::{Loop, Pair, PairMut, Split, Workspace, update, update_real, update2, wide};
 use super::prepared::Prepared;
 use super::projector::Projector;
 use super::response::Response;
@@ -13,19 +13,76 @@ pub(crate) struct Shapes {
     first: Dense,
     /// The projected part's coordinates in the projector's basis.
     along: Dense,
-    /// In a closed loop h (kappa B C w - w), what forces on the mode beyond the law's come to.
+    /// In a closed loop of laws that move, h (kappa B C w - w): what forces on the mode beyond the law's come to.
     second: Option<Dense>,
 }
 
 /// column = factor times `shape` on every line, sensor after sensor (or coordinate after coordinate).
-fn times(column: &mut [f64], shape: &[f64], factor: Pair<'_>, add: bool) {
+fn times(column: &mut [f64], shape: &[f64], factor: Pair<'_>) {
     let n = factor.0.len();
     for (to, shape) in column.chunks_exact_mut((2 * n).max(1)).zip(shape.chunks_exact((2 * n).max(1))) {
-        let (to, shape) = (to.split_at_mut(n), shape.split_at(n));
-        if add {
-            update2(to, shape, factor, |y, e, a| y + e * a);
-        } else {
-            update2(to, shape, factor, |_, e, a| e * a);
+        update2(to.split_at_mut(n), shape.split_at(n), factor, |_, e, a| e * a);
+    }
+}
+
+/// The same, added.
+fn add_times(column: &mut [f64], shape: &[f64], factor: Pair<'_>) {
+    let n = factor.0.len();
+    for (to, shape) in column.chunks_exact_mut((2 * n).max(1)).zip(shape.chunks_exact((2 * n).max(1))) {
+        update2(to.split_at_mut(n), shape.split_at(n), factor, |y, e, a| y + e * a);
+    }
+}
+
+/// y = scale w a + e b on every line.
+struct Both<'a> {
+    y: PairMut<'a>,
+    scale: f64,
+    w: &'a [f64],
+    a: Pair<'a>,
+    e: Pair<'a>,
+    b: Pair<'a>,
+}
+
+impl Loop for Both<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let n = self.y.0.len();
+        let (yr, yi, w) = (&mut self.y.0[..n], &mut self.y.1[..n], &self.w[..n]);
+        let (ar, ai, er, ei) = (&self.a.0[..n], &self.a.1[..n], &self.e.0[..n], &self.e.1[..n]);
+        let (br, bi) = (&self.b.0[..n], &self.b.1[..n]);
+        for k in 0..n {
+            let own = self.scale * w[k];
+            yr[k] = own * ar[k] + er[k] * br[k] - ei[k] * bi[k];
+            yi[k] = own * ai[k] + er[k] * bi[k] + ei[k] * br[k];
+        }
+    }
+}
+
+/// The column of a mode in a closed loop: its shape at the sensors times `a`, and the law's answer `e` times `b`.
+fn answered(
+    at: &Prepared<'_>,
+    response: &Response,
+    m: usize,
+    (column, a): (&mut [f64], Pair<'_>),
+    (e, b): (&[f64], Pair<'_>),
+) {
+    let n = at.n_lines();
+    let parts = at.sensors(column).zip(e.chunks_exact((2 * n).max(1)));
+    for (s, ((y, w), e)) in parts.enumerate() {
+        wide(Both { y, scale: response.shapes[(m, s)], w, a, e: e.split_at(n), b });
+    }
+}
+
+/// Weighted columns of `responses` (as those of [`Response::h`]) to mode `m` at the coordinates.
+fn close(at: &Prepared<'_>, response: &Response, responses: &Split, m: usize, column: &mut [f64]) {
+    for (s, ((re, im), w)) in at.sensors(column).enumerate() {
+        re.fill(0.0);
+        im.fill(0.0);
+        for i in 0..response.n_w {
+            let shape = response.w(i, m);
+            let h = responses.col(i * response.n_out + s);
+            update_real((&mut *re, &mut *im), h, w, |y, h, w| y + h * (w * shape));
         }
     }
 }
@@ -42,12 +99,15 @@ impl Shapes {
         let mut first = ws.take(at.n_rows(), n);
         let n_along = if projector.is_some() { 2 * at.n_lines() * response.n_w } else { 0 };
         let mut along = ws.take(n_along, n);
-        if response.closed.is_some() {
-            let mut second = ws.take(at.n_rows(), n);
+        if let Some(closed) = &response.closed {
+            let mut second = closed.moving.then(|| ws.take(at.n_rows(), n));
             for m in 0..n {
-                Self::close(at, response, m, first.col_mut(m), second.col_mut(m));
+                close(at, response, &response.to_change, m, first.col_mut(m));
+                if let Some(second) = &mut second {
+                    close(at, response, &response.to_force, m, second.col_mut(m));
+                }
             }
-            return Self { first, along, second: Some(second) };
+            return Self { first, along, second };
         }
         for m in 0..n {
             for (s, ((re, im), w)) in at.sensors(first.col_mut(m)).enumerate() {
@@ -62,19 +122,6 @@ impl Shapes {
         Self { first, along, second: None }
     }
 
-    fn close(at: &Prepared<'_>, response: &Response, m: usize, first: &mut [f64], second: &mut [f64]) {
-        let Some(closed) = &response.closed else { return };
-        let (n, n_w) = (at.n_lines(), response.n_w);
-        let mut w = Split::zeros(n, n_w);
-        (0..n_w).for_each(|i| w.col_mut(i).0.fill(response.w(i, m)));
-        let mut y = Split::zeros(n, response.n_out);
-        response.push(&closed.answer(&w), &mut y);
-        at.fill(first, &y);
-        let mut y = Split::zeros(n, response.n_out);
-        response.push(&closed.answer_to_both(Split::zeros(n, n_w), &w), &mut y);
-        at.fill(second, &y);
-    }
-
     /// Column of the free decay of mode `m` with the given motion; `along` becomes the coordinates of what was
     /// projected.
     pub fn decay(
@@ -86,18 +133,16 @@ impl Shapes {
         (column, along): (&mut [f64], &mut [f64]),
     ) {
         let acceleration = motion.col(motion.n_columns() - 1);
-        let (Some(closed), Some(second)) = (&response.closed, &self.second) else {
-            times(column, self.first.col(m), acceleration, false);
-            return times(along, self.along.col(m), acceleration, false);
+        let Some(closed) = &response.closed else {
+            times(column, self.first.col(m), acceleration);
+            return times(along, self.along.col(m), acceleration);
         };
-        for (s, (part, w)) in at.sensors(column).enumerate() {
-            let o = response.shapes[(m, s)];
-            update_real(part, acceleration, w, |_, a, w| a * (o * w));
-        }
         let mut back = Split::zeros(at.n_lines(), 1);
         update(back.col_mut(0), motion.col(0), |_, d| -d);
-        times(column, self.first.col(m), back.col(0), true);
-        times(column, second.col(m), closed.cut_off(at, motion).col(0), true);
+        answered(at, response, m, (&mut *column, acceleration), (self.first.col(m), back.col(0)));
+        if let Some(second) = &self.second {
+            add_times(column, second.col(m), closed.cut_off(at, motion).col(0));
+        }
     }
 
     /// Column of what changes mode `m` alone by -`change` (one column).
@@ -112,13 +157,9 @@ impl Shapes {
         let mut acceleration = Split::zeros(at.n_lines(), 1);
         update2(acceleration.col_mut(0), at.s2.col(0), change.col(0), |_, s2, v| -s2 * v);
         if response.closed.is_none() {
-            return times(column, self.first.col(m), acceleration.col(0), false);
+            return times(column, self.first.col(m), acceleration.col(0));
         }
-        for (s, (part, w)) in at.sensors(column).enumerate() {
-            let o = response.shapes[(m, s)];
-            update_real(part, acceleration.col(0), w, |_, a, w| a * (o * w));
-        }
-        times(column, self.first.col(m), change.col(0), true);
+        answered(at, response, m, (column, acceleration.col(0)), (self.first.col(m), change.col(0)));
     }
 
     pub fn give_back(self, ws: &mut Workspace) {

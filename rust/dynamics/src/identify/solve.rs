@@ -9,6 +9,7 @@ use super::system::System;
 use super::{IdentifyError, RecordLines, check, expect};
 use femend_linalg::Dense;
 use rayon::prelude::*;
+use std::sync::{Mutex, MutexGuard};
 
 /// How long and how far the minimisation goes.
 #[derive(Debug, Clone, Copy)]
@@ -73,7 +74,8 @@ pub fn solve(
     check(system, records, hypothesis, p, x)?;
     let prepared: Vec<Prepared<'_>> = records.iter().map(Prepared::new).collect();
     let model = Model { modal: system.modal(p)?, slopes: None };
-    minimise(system, &prepared, hypothesis, (model, p.to_vec(), x.to_vec()), settings)
+    let start = (model, p.to_vec(), x.to_vec());
+    minimise(system, &prepared, hypothesis, start, settings, &mut Workspace::default())
 }
 
 /// The minimisation itself, from a start where the model is solved.
@@ -83,8 +85,8 @@ fn minimise(
     hypothesis: &Hypothesis,
     start: (Model, Vec<f64>, Vec<f64>),
     settings: Settings,
+    ws: &mut Workspace,
 ) -> Result<Solution, IdentifyError> {
-    let ws = &mut Workspace::default();
     let mut here = Point::new(system, records, hypothesis, start, ws)?;
     here.derive(system, hypothesis, ws);
     let mut lambda = 1e-4;
@@ -184,13 +186,20 @@ pub fn solve_batch(
         return jobs.iter().map(|_| Err(error.clone())).collect();
     }
     let prepared: Vec<Prepared<'_>> = records.iter().map(Prepared::new).collect();
+    let spaces = Mutex::new(Vec::new());
     jobs.par_iter()
         .zip(whose)
         .map(|(job, start)| {
             checked(job)?;
             let model = starts[start].2.clone()?;
             let start = (model, job.p.clone(), job.x.clone());
-            minimise(job.system, &prepared, job.hypothesis, start, settings)
+            let spare = |mut spares: MutexGuard<'_, Vec<Workspace>>| spares.pop();
+            let mut ws = spaces.lock().ok().and_then(spare).unwrap_or_default();
+            let found = minimise(job.system, &prepared, job.hypothesis, start, settings, &mut ws);
+            if let Ok(mut spares) = spaces.lock() {
+                spares.push(ws);
+            }
+            found
         })
         .collect()
 }

@@ -1,6 +1,12 @@
 //! A growing M-orthonormal basis.
 
-use femend_linalg::{Dense, SymmetricCsc, gemm, gemm_tn};
+use femend_linalg::{Dense, gemm, gemm_tn};
+
+use super::product::Compact;
+
+/// A column left smaller than this beside what it was before the projection is projected again: what the basis lacks in
+/// orthogonality grows by that ratio from block to block.
+const AGAIN: f64 = 0.5;
 
 /// M-orthonormal columns V (n, k).
 #[derive(Debug)]
@@ -12,13 +18,16 @@ pub(crate) struct Basis {
 pub(crate) struct Split {
     /// M-orthonormal columns (n, q), q <= columns of the block.
     pub q: Dense,
+    /// M q.
+    pub mq: Dense,
     /// Coefficients with q r = what was left (q, p).
     pub r: Dense,
 }
 
 impl Basis {
-    pub fn new(n: usize) -> Self {
-        Self { v: Dense::zeros(n, 0) }
+    /// An empty basis with room for so many columns.
+    pub fn with_room(n: usize, columns: usize) -> Self {
+        Self { v: Dense::from_vec(n, 0, Vec::with_capacity(n * columns)) }
     }
 
     pub fn len(&self) -> usize {
@@ -28,52 +37,99 @@ impl Basis {
     /// M-orthonormalises `w` against the basis and in itself. Directions whose M norm falls below `drop` times their
     /// norm before are left out; so are directions in the null space of M. Columns are scaled one by one, so blocks of
     /// mixed size and unit are safe.
-    pub fn split(&self, m: &SymmetricCsc, w: &Dense, drop: f64) -> Split {
+    pub fn split(&self, m: &Compact, w: &Dense, drop: f64) -> Split {
         let mw = m.times(w);
         let inside = gemm_tn(&self.v, &mw);
-        self.split_known(m, w, &mw, &inside, drop)
+        self.split_known(m, w.clone(), norms_known(w, &mw), &inside, vec![0.0; w.ncols()], drop)
     }
 
-    /// [`Basis::split`] with M w and Vᵀ M w at hand.
-    pub fn split_known(&self, m: &SymmetricCsc, w: &Dense, mw: &Dense, inside: &Dense, drop: f64) -> Split {
+    /// [`Basis::split`] with the M norms of w and Vᵀ M w at hand, where parts with the squared norms `taken` have been
+    /// taken out of w before.
+    pub fn split_known(
+        &self,
+        m: &Compact,
+        mut w: Dense,
+        norms: Vec<f64>,
+        inside: &Dense,
+        taken: Vec<f64>,
+        drop: f64,
+    ) -> Split {
         let p = w.ncols();
-        let before = norms_known(w, mw);
-        let mut w = w.clone();
+        let before: Vec<f64> = norms.iter().zip(taken).map(|(n, t)| (n * n + t).sqrt()).collect();
         if self.len() > 0 {
             gemm(&mut w, 1.0, -1.0, &self.v, inside);
         }
-        self.remove(m, &mut w);
-        let (mut q, mut r, mut safe) = orthonormal(m, &w, &before, drop);
+        let mut mw = m.times(&w);
+        // one projection leaves rounding of the part taken out; twice is enough (Giraud, Langou, Rozloznik 2005)
+        let cancelled = |(after, before): (f64, &f64)| after < AGAIN * before;
+        if norms_known(&w, &mw).into_iter().zip(&norms).any(cancelled) {
+            self.remove(m, &mut w, &mut mw);
+        }
+        let mut out = orthonormal(&w, &mw, &before, drop);
         // a nearly dependent block lets cancellation back in
         for _ in 0..2 {
-            if q.ncols() == 0 || safe {
+            if out.0.q.ncols() == 0 || out.1 {
                 break;
             }
-            self.remove(m, &mut q);
+            let Split { mut q, mut mq, r } = out.0;
+            self.remove(m, &mut q, &mut mq);
             let ones = vec![1.0; q.ncols()];
-            let (again, change, now_safe) = orthonormal(m, &q, &ones, 1e-4);
-            let mut product = Dense::zeros(again.ncols(), p);
-            gemm(&mut product, 0.0, 1.0, &change, &r);
-            (q, r, safe) = (again, product, now_safe);
+            let (mut again, safe) = orthonormal(&q, &mq, &ones, 1e-4);
+            let mut product = Dense::zeros(again.q.ncols(), p);
+            gemm(&mut product, 0.0, 1.0, &again.r, &r);
+            again.r = product;
+            out = (again, safe);
         }
-        Split { q, r }
+        let mut split = out.0;
+        self.add_small(m, &w, &mw, &mut split, drop);
+        split
     }
 
-    /// w -= V Vᵀ M w.
-    pub fn remove(&self, m: &SymmetricCsc, w: &mut Dense) {
+    /// Directions of `w` that its Gram matrix, which holds their squares, cannot tell from rounding: what the block lacks
+    /// of them shows when the others are taken out of it.
+    fn add_small(&self, m: &Compact, w: &Dense, mw: &Dense, split: &mut Split, drop: f64) {
+        if split.q.ncols() == w.ncols() {
+            return;
+        }
+        let before = norms_known(w, mw);
+        let (mut rest, mut m_rest) = (w.clone(), mw.clone());
+        for _ in 0..2 {
+            let inside = gemm_tn(&split.q, &m_rest);
+            gemm(&mut rest, 1.0, -1.0, &split.q, &inside);
+            m_rest = m.times(&rest);
+            self.remove(m, &mut rest, &mut m_rest);
+        }
+        let (more, _) = orthonormal(&rest, &m_rest, &before, drop);
+        if more.q.ncols() > 0 {
+            let rows = gemm_tn(&more.mq, w);
+            let (old, new) = (split.r.nrows(), rows.nrows());
+            let mut r = Dense::zeros(old + new, w.ncols());
+            for j in 0..w.ncols() {
+                r.col_mut(j)[..old].copy_from_slice(split.r.col(j));
+                r.col_mut(j)[old..].copy_from_slice(rows.col(j));
+            }
+            split.q.append(&more.q);
+            split.mq.append(&more.mq);
+            split.r = r;
+        }
+    }
+
+    /// w -= V Vᵀ M w, and M w after it.
+    fn remove(&self, m: &Compact, w: &mut Dense, mw: &mut Dense) {
         if self.len() > 0 && w.ncols() > 0 {
-            let c = gemm_tn(&self.v, &m.times(w));
+            let c = gemm_tn(&self.v, mw);
             gemm(w, 1.0, -1.0, &self.v, &c);
+            *mw = m.times(w);
         }
     }
 }
 
 /// M norms of columns.
-pub(crate) fn norms(m: &SymmetricCsc, w: &Dense) -> Vec<f64> {
+pub(crate) fn norms(m: &Compact, w: &Dense) -> Vec<f64> {
     norms_known(w, &m.times(w))
 }
 
-fn norms_known(w: &Dense, mw: &Dense) -> Vec<f64> {
+pub(crate) fn norms_known(w: &Dense, mw: &Dense) -> Vec<f64> {
     (0..w.ncols())
         .map(|j| w.col(j).iter().zip(mw.col(j)).map(|(a, b)| a * b).sum::<f64>().max(0.0).sqrt())
         .collect()
@@ -81,15 +137,15 @@ fn norms_known(w: &Dense, mw: &Dense) -> Vec<f64> {
 
 /// M-orthonormal basis of the span of `w` by the eigenvectors of its scaled Gram matrix; W = Q R to rounding. The flag tells
 /// that no direction was so small, beside its column before or beside the block, that digits were lost.
-fn orthonormal(m: &SymmetricCsc, w: &Dense, before: &[f64], drop: f64) -> (Dense, Dense, bool) {
+fn orthonormal(w: &Dense, mw: &Dense, before: &[f64], drop: f64) -> (Split, bool) {
     let (n, p) = (w.nrows(), w.ncols());
-    let mw = m.times(w);
-    let mut gram = gemm_tn(w, &mw);
+    let none = || (Split { q: Dense::zeros(n, 0), mq: Dense::zeros(n, 0), r: Dense::zeros(0, p) }, true);
+    let mut gram = gemm_tn(w, mw);
     let size: Vec<f64> = (0..p).map(|j| gram[(j, j)].max(0.0).sqrt()).collect();
     let keep: Vec<usize> = (0..p).filter(|&j| size[j] > drop * before[j] && size[j] > 0.0).collect();
     let k = keep.len();
     if k == 0 {
-        return (Dense::zeros(n, 0), Dense::zeros(0, p), true);
+        return none();
     }
     let mut scaled = Dense::zeros(k, k);
     for (a, &i) in keep.iter().enumerate() {
@@ -97,7 +153,7 @@ fn orthonormal(m: &SymmetricCsc, w: &Dense, before: &[f64], drop: f64) -> (Dense
             scaled[(a, b)] = 0.5 * (gram[(i, j)] + gram[(j, i)]) / (size[i] * size[j]);
         }
     }
-    let Ok(eigen) = scaled.symmetric_eigen() else { return (Dense::zeros(n, 0), Dense::zeros(0, p), true) };
+    let Ok(eigen) = scaled.symmetric_eigen() else { return none() };
     let good: Vec<usize> = (0..k).filter(|&e| eigen.values[e] > 1e-13 * k as f64).collect();
     let mut to_q = Dense::zeros(p, good.len());
     for (g, &e) in good.iter().enumerate() {
@@ -108,6 +164,8 @@ fn orthonormal(m: &SymmetricCsc, w: &Dense, before: &[f64], drop: f64) -> (Dense
     }
     let mut q = Dense::zeros(n, good.len());
     gemm(&mut q, 0.0, 1.0, w, &to_q);
+    let mut mq = Dense::zeros(n, good.len());
+    gemm(&mut mq, 0.0, 1.0, mw, &to_q);
     // R = Qᵀ M W, from the Gram matrix at hand
     for j in 0..p {
         for i in 0..j {
@@ -118,5 +176,5 @@ fn orthonormal(m: &SymmetricCsc, w: &Dense, before: &[f64], drop: f64) -> (Dense
     }
     let safe =
         keep.iter().all(|&j| size[j] > 1e-4 * before[j]) && good.iter().all(|&e| eigen.values[e] > 1e-3);
-    (q, gemm_tn(&to_q, &gram), safe)
+    (Split { q, mq, r: gemm_tn(&to_q, &gram) }, safe)
 }

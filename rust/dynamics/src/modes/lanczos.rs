@@ -1,9 +1,10 @@
 //! Block Lanczos on A = (K - σM)⁻¹ M, self-adjoint and positive semi-definite in the M inner product for σ below the
 //! lowest mode.
 
-use femend_linalg::{Dense, Factor, LinalgError, SymmetricCsc, gemm, gemm_tn};
+use femend_linalg::{Dense, Factor, LinalgError, gemm, gemm_tn};
 
-use super::basis::Basis;
+use super::basis::{Basis, norms_known};
+use super::product::Compact;
 
 /// Directions of a new block smaller than this beside what they were before orthogonalisation are rounding.
 const DROP: f64 = 1e-10;
@@ -11,14 +12,17 @@ const DROP: f64 = 1e-10;
 /// The Krylov process. It holds an M-orthonormal basis V, the projection T = Vᵀ M A V of all but the last block, and the
 /// block that comes next.
 pub(crate) struct Lanczos<'a> {
-    m: &'a SymmetricCsc,
+    m: &'a Compact,
     factor: &'a Factor,
     basis: Basis,
     /// Column blocks of T, one per expanded basis column, each as long as the basis was then.
     projected: Vec<Vec<f64>>,
-    /// Next block (n, q) and R with A V_last = V T + next R.
+    /// Next block (n, q), M times it, and R with A V_last = V T + next R.
     next: Dense,
+    m_next: Dense,
     residual: Dense,
+    /// The last block in the basis and M times it.
+    last: [Dense; 2],
     block: usize,
     seed: u64,
     /// Right-hand sides solved.
@@ -35,37 +39,57 @@ pub(crate) struct Ritz {
 }
 
 impl<'a> Lanczos<'a> {
-    /// Starts from `start` (n, p), or from a fixed pseudo-random block of `block` columns.
-    pub fn new(m: &'a SymmetricCsc, factor: &'a Factor, block: usize, start: Option<&Dense>) -> Self {
+    /// Starts from `start` (n, p), or from a fixed pseudo-random block of `block` columns; `room` is the expected size
+    /// of the basis.
+    pub fn new(m: &'a Compact, factor: &'a Factor, block: usize, start: Option<&Dense>, room: usize) -> Self {
         let n = m.n();
         let mut process = Self {
             m,
             factor,
-            basis: Basis::new(n),
+            basis: Basis::with_room(n, room),
             projected: Vec::new(),
             next: Dense::zeros(n, 0),
+            m_next: Dense::zeros(n, 0),
             residual: Dense::zeros(0, 0),
+            last: [Dense::zeros(n, 0), Dense::zeros(n, 0)],
             block,
             seed: 0x1234_5678_9abc_def1,
             solves: 0,
         };
-        let mut first = start.cloned().unwrap_or_else(|| Dense::zeros(n, 0));
-        first.append(&process.random(if start.is_some() { 2 } else { block }));
+        let mut first = match start {
+            Some(start) => process.mixed(start),
+            None => process.random(block),
+        };
         process.apply(&mut first);
         let split = process.basis.split(m, &first, DROP);
-        process.next = split.q;
-        process.residual = Dense::zeros(process.next.ncols(), 0);
+        process.residual = Dense::zeros(split.q.ncols(), 0);
+        (process.next, process.m_next) = (split.q, split.mq);
         process
+    }
+
+    /// A block that holds parts of all given shapes, and two columns for what they are blind to. More columns would
+    /// make the Krylov space shallower for its size.
+    fn mixed(&mut self, start: &Dense) -> Dense {
+        let mut first = start.clone();
+        if start.ncols() > self.block {
+            let mut mix = Dense::zeros(start.ncols(), self.block);
+            mix.data_mut().iter_mut().for_each(|v| *v = self.draw());
+            first = Dense::zeros(start.nrows(), self.block);
+            gemm(&mut first, 0.0, 1.0, start, &mix);
+        }
+        first.append(&self.random(2));
+        first
+    }
+
+    fn draw(&mut self) -> f64 {
+        self.seed = self.seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
     }
 
     /// Fixed sequence, so that two runs give the same digits.
     fn random(&mut self, columns: usize) -> Dense {
         let mut x = Dense::zeros(self.m.n(), columns);
-        for v in x.data_mut() {
-            self.seed =
-                self.seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            *v = (self.seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
-        }
+        x.data_mut().iter_mut().for_each(|v| *v = self.draw());
         x
     }
 
@@ -90,18 +114,34 @@ impl<'a> Lanczos<'a> {
                 return false;
             }
         }
-        let block = std::mem::replace(&mut self.next, Dense::zeros(self.m.n(), 0));
-        self.basis.v.append(&block);
-        let mut w = block;
-        self.apply(&mut w);
+        let none = || Dense::zeros(self.m.n(), 0);
+        let (q, mq) =
+            (std::mem::replace(&mut self.next, none()), std::mem::replace(&mut self.m_next, none()));
+        let mut w = mq.clone();
+        self.solves += w.ncols();
+        self.factor.solve_in_place(&mut w);
+        // the two blocks that hold nearly all of it first, then what rounding has left in the whole basis
+        let [last, m_last] = std::mem::replace(&mut self.last, [none(), none()]);
+        let (near, nearer) = (gemm_tn(&m_last, &w), gemm_tn(&mq, &w));
+        gemm(&mut w, 1.0, -1.0, &last, &near);
+        gemm(&mut w, 1.0, -1.0, &q, &nearer);
+        self.basis.v.append(&q);
         let mw = self.m.times(&w);
-        let t = gemm_tn(&self.basis.v, &mw);
-        for j in 0..t.ncols() {
-            self.projected.push(t.col(j).to_vec());
+        let rest = gemm_tn(&self.basis.v, &mw);
+        let mut taken = vec![0.0; w.ncols()];
+        let first = self.basis.len() - q.ncols() - last.ncols();
+        for j in 0..rest.ncols() {
+            let mut column = rest.col(j).to_vec();
+            for (t, c) in column[first..].iter_mut().zip(near.col(j).iter().chain(nearer.col(j))) {
+                *t += c;
+                taken[j] += c * c;
+            }
+            self.projected.push(column);
         }
-        let split = self.basis.split_known(self.m, &w, &mw, &t, DROP);
-        self.next = split.q;
-        self.residual = split.r;
+        let norms = norms_known(&w, &mw);
+        let split = self.basis.split_known(self.m, w, norms, &rest, taken, DROP);
+        (self.next, self.m_next, self.residual) = (split.q, split.mq, split.r);
+        self.last = [q, mq];
         true
     }
 
@@ -109,7 +149,7 @@ impl<'a> Lanczos<'a> {
     pub fn inject(&mut self) {
         let mut fresh = self.random(self.block);
         self.apply(&mut fresh);
-        let mut all = Basis::new(self.m.n());
+        let mut all = Basis::with_room(self.m.n(), self.basis.len() + self.next.ncols());
         all.v.append(&self.basis.v);
         all.v.append(&self.next);
         let split = all.split(self.m, &fresh, 1e-8);
@@ -120,6 +160,7 @@ impl<'a> Lanczos<'a> {
         }
         self.residual = residual;
         self.next.append(&split.q);
+        self.m_next.append(&split.mq);
     }
 
     /// Rayleigh-Ritz on the basis.
@@ -154,13 +195,27 @@ impl<'a> Lanczos<'a> {
         Ok(Ritz { theta, error, y })
     }
 
-    /// Ritz vectors of the first `count` values (n, count), applied to A once more: this takes out what the null space
-    /// of M has let in (Nour-Omid, Parlett, Ericsson, Jensen 1987) and sharpens each vector.
-    pub fn vectors(&mut self, ritz: &Ritz, count: usize) -> Dense {
+    /// A times the Ritz vectors of the first `count` values (n, count). A V y = θ V y + next R y_last is at hand without
+    /// a solve; it takes out what the null space of M has let in and sharpens each vector (Nour-Omid, Parlett, Ericsson
+    /// and Jensen 1987).
+    pub fn vectors(&self, ritz: &Ritz, count: usize) -> Dense {
         let columns: Vec<usize> = (0..count).collect();
+        let mut y = ritz.y.select(&columns);
         let mut x = Dense::zeros(self.m.n(), count);
-        gemm(&mut x, 0.0, 1.0, &self.basis.v, &ritz.y.select(&columns));
-        self.apply(&mut x);
+        let (k, p) = (y.nrows(), self.residual.ncols());
+        if p > 0 && self.next.ncols() > 0 {
+            let mut tail = Dense::zeros(p, count);
+            for j in 0..count {
+                tail.col_mut(j).copy_from_slice(&y.col(j)[k - p..]);
+            }
+            let mut part = Dense::zeros(self.next.ncols(), count);
+            gemm(&mut part, 0.0, 1.0, &self.residual, &tail);
+            gemm(&mut x, 0.0, 1.0, &self.next, &part);
+        }
+        for (j, theta) in ritz.theta[..count].iter().enumerate() {
+            y.col_mut(j).iter_mut().for_each(|v| *v *= theta);
+        }
+        gemm(&mut x, 1.0, 1.0, &self.basis.v, &y);
         x
     }
 }

@@ -5,13 +5,18 @@
 //! reorthogonalisation; the count of modes below the upper end comes from the inertia of K - σM (Sylvester's law).
 
 mod basis;
+mod finish;
+mod goal;
 mod lanczos;
+mod product;
 mod shift;
 mod small;
 mod solve;
+mod upper;
 
 pub use solve::{ModeOptions, Modes, ModesInfo, modes};
 
 pub(crate) use basis::{Basis, norms};
+pub(crate) use product::Compact;
 pub(crate) use shift::static_shift;
-pub(crate) use solve::count_below;
+pub(crate) use upper::count_below;

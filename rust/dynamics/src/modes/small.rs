@@ -2,6 +2,7 @@
 
 use femend_linalg::{Dense, SymmetricCsc, gemm, gemm_tn};
 
+use super::product::Compact;
 use crate::DynamicsError;
 
 /// Full matrix of a sparse one.
@@ -44,20 +45,68 @@ pub(crate) fn all_modes(
     Ok((lambda, phi))
 }
 
-/// Rayleigh-Ritz of S = K - σM and M in the span of X: M-orthonormal vectors and λ, rising.
+/// Solutions of a projected problem with their products.
+#[derive(Debug)]
+pub(crate) struct Pairs {
+    /// λ, rising.
+    pub lambda: Vec<f64>,
+    /// M-orthonormal vectors (n, r).
+    pub phi: Dense,
+    /// K φ.
+    pub k_phi: Dense,
+    /// M φ.
+    pub m_phi: Dense,
+}
+
+impl Pairs {
+    /// The products of given vectors.
+    pub fn new(k: &SymmetricCsc, m: &SymmetricCsc, lambda: Vec<f64>, phi: Dense) -> Self {
+        let (k_phi, m_phi) = (k.times(&phi), m.times(&phi));
+        Self { lambda, phi, k_phi, m_phi }
+    }
+
+    /// The first `count` of them.
+    pub fn first(&self, count: usize) -> Self {
+        let columns: Vec<usize> = (0..count).collect();
+        let cut = |a: &Dense| a.select(&columns);
+        Self {
+            lambda: self.lambda[..count].to_vec(),
+            phi: cut(&self.phi),
+            k_phi: cut(&self.k_phi),
+            m_phi: cut(&self.m_phi),
+        }
+    }
+
+    /// ‖K φ - λ M φ‖ / (|λ - σ| ‖M φ‖) of each.
+    pub fn residuals(&self, sigma: f64) -> Vec<f64> {
+        let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|a| a * a).sum::<f64>().sqrt();
+        (0..self.lambda.len())
+            .map(|j| {
+                let (lambda, kp, mp) = (self.lambda[j], self.k_phi.col(j), self.m_phi.col(j));
+                let r = norm(&mut kp.iter().zip(mp).map(|(a, b)| a - lambda * b));
+                r / ((lambda - sigma).abs() * norm(&mut mp.iter().copied()))
+            })
+            .collect()
+    }
+}
+
+/// Rayleigh-Ritz of S = K - σM and M in the span of X.
 pub(crate) fn rayleigh_ritz(
     k: &SymmetricCsc,
-    m: &SymmetricCsc,
+    m: &Compact,
     sigma: f64,
-    x: &Dense,
-) -> Result<(Vec<f64>, Dense), DynamicsError> {
+    mut x: Dense,
+) -> Result<Pairs, DynamicsError> {
+    let (mut kx, mut mx) = (k.times(&x), m.times(&x));
     // unit M norm first: columns of A X differ by θ
-    let mut x = x.clone();
-    for (j, norm) in super::basis::norms(m, &x).into_iter().enumerate() {
-        x.col_mut(j).iter_mut().for_each(|v| *v /= norm);
+    for (j, norm) in super::basis::norms_known(&x, &mx).into_iter().enumerate() {
+        for block in [&mut x, &mut kx, &mut mx] {
+            block.col_mut(j).iter_mut().for_each(|v| *v /= norm);
+        }
     }
-    let mut s = gemm_tn(&x, &k.plus(-sigma, m).times(&x));
-    let mut g = gemm_tn(&x, &m.times(&x));
+    let mut s = gemm_tn(&x, &kx);
+    let mut g = gemm_tn(&x, &mx);
+    s.data_mut().iter_mut().zip(g.data()).for_each(|(s, g)| *s -= sigma * g);
     symmetrise(&mut s);
     symmetrise(&mut g);
     // pencil (G, S): θ = 1/(λ - σ) through S = L Lᵀ, accurate for the lowest modes
@@ -73,9 +122,13 @@ pub(crate) fn rayleigh_ritz(
         let scale = 1.0 / eigen.values[e].sqrt();
         y.col_mut(j).iter_mut().for_each(|v| *v *= scale);
     }
-    let mut phi = Dense::zeros(x.nrows(), x.ncols());
-    gemm(&mut phi, 0.0, 1.0, &x, &y);
-    Ok((order.iter().map(|&e| sigma + 1.0 / eigen.values[e]).collect(), phi))
+    let turned = |a: &Dense| {
+        let mut out = Dense::zeros(a.nrows(), a.ncols());
+        gemm(&mut out, 0.0, 1.0, a, &y);
+        out
+    };
+    let lambda = order.iter().map(|&e| sigma + 1.0 / eigen.values[e]).collect();
+    Ok(Pairs { lambda, phi: turned(&x), k_phi: turned(&kx), m_phi: turned(&mx) })
 }
 
 fn symmetrise(a: &mut Dense) {

@@ -3,21 +3,21 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use femend_linalg::{Dense, Factor, Kind, LinalgError, Symbolic, SymmetricCsc};
+use femend_linalg::{Dense, Symbolic, SymmetricCsc};
 
-use super::lanczos::{Lanczos, Ritz};
+use super::finish::finish;
+use super::goal::{BEYOND, Goal, converge, too_few};
+use super::lanczos::Lanczos;
+use super::product::Compact;
 use super::shift::{self, Shifted};
-use super::small;
+use super::small::{self, Pairs};
+use super::upper::{count_below, upper_end};
 use crate::DynamicsError;
 
 /// Models up to this size are solved densely.
 const SMALL: usize = 300;
-/// Ritz residual, relative, at which a mode counts as converged (its eigenvalue error is the square).
-const TOLERANCE: f64 = 1e-9;
-/// Residual at which the first value beyond the wanted ones is known well enough to place the upper end.
-const BEYOND: f64 = 1e-3;
-/// Relative gap in λ below which two modes are not separated by an inertia count.
-const GAP: f64 = 1e-6;
+/// Residual K φ - λ M φ above which the vectors are solved for once more.
+const SHARP: f64 = 1e-8;
 
 /// What to compute.
 #[derive(Debug, Clone, Default)]
@@ -92,8 +92,8 @@ pub fn modes(
             shifted = raise(symbolic, k, m, shifted, &mut info)?;
         }
     }
-    let (lambda, phi) = iterate(symbolic, k, m, options, band, &shifted, &mut info)?;
-    finish(k, m, shifted.sigma, lambda, phi, info)
+    let found = iterate(symbolic, k, m, options, band, &shifted, &mut info)?;
+    finish(k, shifted.sigma, found, info)
 }
 
 fn check(k: &SymmetricCsc, m: &SymmetricCsc, options: &ModeOptions) -> Result<Option<f64>, DynamicsError> {
@@ -122,7 +122,8 @@ fn raise(
     low: Shifted,
     info: &mut ModesInfo,
 ) -> Result<Shifted, DynamicsError> {
-    let mut process = Lanczos::new(m, &low.factor, 4, None);
+    let compact = Compact::new(m);
+    let mut process = Lanczos::new(&compact, &low.factor, 4, None, 32);
     loop {
         let more = process.step();
         let ritz = process.ritz()?;
@@ -167,13 +168,7 @@ fn dense(
     }
     let columns: Vec<usize> = (0..count).collect();
     lambda.truncate(count);
-    finish(k, m, sigma, lambda, phi.select(&columns), info)
-}
-
-fn too_few(wanted: usize, found: usize) -> DynamicsError {
-    DynamicsError::Argument(format!(
-        "n_modes = {wanted}, but the model has only {found} modes of finite frequency (the rank of M)"
-    ))
+    finish(k, sigma, Pairs::new(k, m, lambda, phi.select(&columns)), info)
 }
 
 /// Lanczos until the wanted modes have converged and their number agrees with the inertia at the upper end.
@@ -185,10 +180,12 @@ fn iterate(
     band: Option<f64>,
     shifted: &Shifted,
     info: &mut ModesInfo,
-) -> Result<(Vec<f64>, Dense), DynamicsError> {
+) -> Result<Pairs, DynamicsError> {
     let sigma = shifted.sigma;
     let block = if options.n_modes.is_some_and(|n| n < 8) { 4 } else { 8 };
-    let mut process = Lanczos::new(m, &shifted.factor, block, options.start.as_ref());
+    let compact = Compact::new(m);
+    let room = options.n_modes.map_or(64, |n| 3 * n + 8 * block);
+    let mut process = Lanczos::new(&compact, &shifted.factor, block, options.start.as_ref(), room);
     let mut goal = Goal { n_modes: options.n_modes, band, sigma, below: None };
     for round in 0..4 {
         let (ritz, wanted) = converge(&mut process, &goal)?;
@@ -196,7 +193,7 @@ fn iterate(
             // an empty band is a claim like any other
             return if options.unchecked || count_below(symbolic, k, m, band.unwrap_or(0.0), &[], info)?.0 == 0
             {
-                Ok((Vec::new(), Dense::zeros(k.n(), 0)))
+                Ok(Pairs::new(k, m, Vec::new(), Dense::zeros(k.n(), 0)))
             } else {
                 process.inject();
                 continue;
@@ -206,25 +203,29 @@ fn iterate(
         let known = goal.below.map_or(0, |(count, _)| count.saturating_sub(wanted));
         let beyond =
             (wanted..ritz.theta.len()).take_while(|&j| ritz.error[j] < BEYOND).take(known + 4).count();
-        let x = process.vectors(&ritz, wanted + beyond);
-        let (lambda, phi) = small::rayleigh_ritz(k, m, sigma, &x)?;
+        let mut found = small::rayleigh_ritz(k, &compact, sigma, process.vectors(&ritz, wanted + beyond))?;
+        if found.residuals(sigma)[..wanted].iter().any(|r| r.is_nan() || *r > SHARP) {
+            let mut x = found.phi;
+            process.apply(&mut x);
+            found = small::rayleigh_ritz(k, &compact, sigma, x)?;
+        }
         info.vectors = process.len();
+        let lambda = &found.lambda;
         let agreed = options.unchecked || {
-            let upper = upper_end(&lambda, wanted, options.n_modes.is_some(), band);
-            let (counted, upper) = count_below(symbolic, k, m, upper, &lambda, info)?;
-            let found = lambda.iter().filter(|&&l| l < upper).count();
+            let upper = upper_end(lambda, wanted, options.n_modes.is_some(), band);
+            let (counted, upper) = count_below(symbolic, k, m, upper, lambda, info)?;
+            let below = lambda.iter().filter(|&&l| l < upper).count();
             goal.below = Some((counted, upper));
-            if found > counted || (found < counted && round == 3) {
+            if below > counted || (below < counted && round == 3) {
                 let freq_hz = upper.max(0.0).sqrt() / TAU;
-                return Err(DynamicsError::Missing { counted, found, freq_hz });
+                return Err(DynamicsError::Missing { counted, found: below, freq_hz });
             }
-            found == counted
+            below == counted
         };
         info.solves += process.solves;
         process.solves = 0;
         if agreed {
-            let columns: Vec<usize> = (0..wanted).collect();
-            return Ok((lambda[..wanted].to_vec(), phi.select(&columns)));
+            return Ok(found.first(wanted));
         }
     }
     Err(DynamicsError::NotConverged {
@@ -233,168 +234,4 @@ fn iterate(
         vectors: process.len(),
         residual: f64::NAN,
     })
-}
-
-/// What the iteration is to reach.
-struct Goal {
-    n_modes: Option<usize>,
-    band: Option<f64>,
-    sigma: f64,
-    /// A number of modes that are known to lie below a value of λ.
-    below: Option<(usize, f64)>,
-}
-
-impl Goal {
-    /// Ritz values wanted among the finite ones.
-    fn wanted(&self, ritz: &Ritz, finite: usize) -> usize {
-        let up_to =
-            |end: f64| ritz.theta[..finite].iter().take_while(|&&t| self.sigma + 1.0 / t <= end).count();
-        match (self.n_modes, self.band) {
-            (Some(n), None) => n,
-            (Some(n), Some(end)) => n.min(up_to(end)),
-            (None, end) => up_to(end.unwrap_or(0.0)),
-        }
-    }
-
-    fn reached(&self, ritz: &Ritz, wanted: usize) -> bool {
-        let known = self.below.is_none_or(|(count, end)| {
-            let converged = |j: &usize| ritz.error[*j] < TOLERANCE && self.sigma + 1.0 / ritz.theta[*j] < end;
-            (0..ritz.theta.len()).filter(converged).count() >= count
-        });
-        known
-            && ritz.theta.len() > wanted
-            && ritz.error[..wanted].iter().all(|&e| e < TOLERANCE)
-            && ritz.error[wanted] < BEYOND
-    }
-}
-
-/// Steps until the goal is reached; returns how many Ritz values are wanted.
-fn converge(process: &mut Lanczos<'_>, goal: &Goal) -> Result<(Ritz, usize), DynamicsError> {
-    let mut next_check = process.len() + goal.n_modes.unwrap_or(0).min(16);
-    let mut steps = 0;
-    loop {
-        // modes known to be missing: the start was blind to them, so fresh directions widen the block until it holds
-        // as many as coincide
-        if goal.below.is_some() && steps % 4 == 0 {
-            process.inject();
-        }
-        steps += 1;
-        let more = process.step();
-        if more && process.len() < next_check {
-            continue;
-        }
-        let ritz = process.ritz()?;
-        let finite = finite(&ritz);
-        let wanted = goal.wanted(&ritz, finite);
-        if !more {
-            return if wanted > finite { Err(too_few(wanted, finite)) } else { Ok((ritz, wanted)) };
-        }
-        if goal.reached(&ritz, wanted) {
-            return Ok((ritz, wanted));
-        }
-        let expected = wanted.max(goal.below.map_or(0, |(count, _)| count));
-        if process.len() > 10 * expected + 800 {
-            let errors = &ritz.error[..wanted.min(ritz.error.len())];
-            let converged = errors.iter().filter(|&&e| e < TOLERANCE).count();
-            let residual = errors.iter().copied().fold(0.0, f64::max);
-            return Err(DynamicsError::NotConverged {
-                converged,
-                wanted: expected,
-                vectors: process.len(),
-                residual,
-            });
-        }
-        // the dense eigenvalue problem is solved about ten times while the basis doubles
-        next_check = process.len() + process.len() / 12;
-    }
-}
-
-/// Ritz values that are not zero to rounding: those would be massless directions.
-fn finite(ritz: &Ritz) -> usize {
-    let limit = ritz.theta.len() as f64 * f64::EPSILON * ritz.theta.first().copied().unwrap_or(0.0);
-    ritz.theta.iter().take_while(|&&t| t > limit).count()
-}
-
-/// Where to count: the end of the band, or the first clear gap from the last wanted mode on.
-fn upper_end(lambda: &[f64], wanted: usize, by_number: bool, band: Option<f64>) -> f64 {
-    let gap = |j: usize| lambda[j + 1] - lambda[j] > GAP * lambda[j + 1].abs();
-    let from_gap = || {
-        let last = (wanted - 1..lambda.len().saturating_sub(1)).find(|&j| gap(j)).unwrap_or(lambda.len() - 1);
-        match lambda.get(last + 1) {
-            Some(next) => lambda[last] + 0.5 * (next - lambda[last]).min(0.02 * next.abs()),
-            None => lambda[last] * (1.0 + 1e-3),
-        }
-    };
-    match band {
-        Some(b) if !by_number || lambda.get(wanted).is_none_or(|&next| next > b) => b,
-        _ => from_gap(),
-    }
-}
-
-/// Modes below `upper` by inertia. The end is moved off modes on which it falls, and returned as used.
-pub(crate) fn count_below(
-    symbolic: &Arc<Symbolic>,
-    k: &SymmetricCsc,
-    m: &SymmetricCsc,
-    upper: f64,
-    lambda: &[f64],
-    info: &mut ModesInfo,
-) -> Result<(usize, f64), DynamicsError> {
-    let mut upper = upper;
-    for attempt in 1..=6 {
-        while lambda.iter().any(|l| (l - upper).abs() < 0.1 * GAP * upper.abs()) {
-            upper *= 1.0 + GAP;
-        }
-        info.factorisations += 1;
-        match Factor::new(symbolic.clone(), k.plus(-upper, m).values(), Kind::Indefinite, None) {
-            Ok(factor) => {
-                let counted = factor.inertia().negative;
-                info.counted = Some(counted);
-                return Ok((counted, upper));
-            }
-            Err(LinalgError::Singular { .. } | LinalgError::Probe { .. }) if attempt < 6 => {
-                upper *= 1.0 + 3.0 * GAP * f64::from(attempt);
-            }
-            Err(other) => return Err(other.into()),
-        }
-    }
-    unreachable!("the last attempt returns")
-}
-
-/// Signs, rigid-body modes, residuals.
-fn finish(
-    k: &SymmetricCsc,
-    m: &SymmetricCsc,
-    sigma: f64,
-    mut lambda: Vec<f64>,
-    mut phi: Dense,
-    mut info: ModesInfo,
-) -> Result<Modes, DynamicsError> {
-    let magnitude =
-        SymmetricCsc::new(k.pattern().clone(), k.values().iter().map(|v| v.abs()).collect(), "K")?;
-    let absolute = Dense::from_vec(phi.nrows(), phi.ncols(), phi.data().iter().map(|v| v.abs()).collect());
-    let bound = magnitude.times(&absolute);
-    for j in 0..lambda.len() {
-        // rounding of φᵀ K φ is a few units in the last place of |φ|ᵀ |K| |φ|
-        let rounding: f64 = absolute.col(j).iter().zip(bound.col(j)).map(|(a, b)| a * b).sum();
-        if lambda[j].abs() <= 64.0 * f64::EPSILON * rounding {
-            lambda[j] = 0.0;
-            info.n_rigid += 1;
-        }
-        let largest = phi.col(j).iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0);
-        if largest < 0.0 {
-            phi.col_mut(j).iter_mut().for_each(|v| *v = -*v);
-        }
-    }
-    let (kp, mp) = (k.times(&phi), m.times(&phi));
-    let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|a| a * a).sum::<f64>().sqrt();
-    let residual = (0..lambda.len())
-        .map(|j| {
-            let r = norm(&mut kp.col(j).iter().zip(mp.col(j)).map(|(a, b)| a - lambda[j] * b));
-            r / ((lambda[j] - sigma).abs() * norm(&mut mp.col(j).iter().copied()))
-        })
-        .collect();
-    let freq_hz = lambda.iter().map(|l| l.max(0.0).sqrt() / TAU).collect();
-    info.sigma = sigma;
-    Ok(Modes { lambda, freq_hz, phi, residual, info })
 }

@@ -5,10 +5,11 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::DynamicsError;
+use crate::frf::tile::{NARROW, Panels, Sink, Tile, multiply};
 use crate::frf::{DirectModel, FrfKind, ModalModel};
 
-/// Lines per parallel task.
-const LINES: usize = 8;
+/// Pairs of line and input worked on at once.
+const COLUMNS: usize = 1024;
 
 /// dK and dM of each parameter in the modal coordinates of a model, A_p = Φᵀ dK_p Φ and B_p = Φᵀ dM_p Φ.
 #[derive(Debug, Clone)]
@@ -46,103 +47,130 @@ impl ModalDerivatives {
                 "A and B must hold one ({r}, {r}) matrix per parameter"
             )));
         }
-        let stacked = self.stacked(model);
-        let (n_out, n_in, n_p) = (model.phi_out.nrows(), model.phi_in.nrows(), self.a.len());
-        let pairs = n_out * n_in;
-        let parts: Vec<Vec<Complex64>> = s
-            .par_chunks(LINES)
-            .map(|s| self.lines(model, &stacked, s, kind))
-            .collect::<Result<_, DynamicsError>>()?;
-        // tasks are (line, parameter, pair); the result has the parameter first
+        let (n_p, pairs) = (self.a.len(), model.phi_out.nrows() * model.phi_in.nrows());
         let mut out = vec![Complex64::ZERO; n_p * s.len() * pairs];
-        for (chunk, part) in parts.iter().enumerate() {
-            for (index, values) in part.chunks_exact(pairs.max(1)).enumerate() {
-                let (line, p) = (chunk * LINES + index / n_p, index % n_p);
-                let at = (p * s.len() + line) * pairs;
-                out[at..at + pairs].copy_from_slice(values);
-            }
+        if out.is_empty() || r == 0 {
+            return Ok(out);
+        }
+        let stacked: Vec<Dense> = (0..n_p).into_par_iter().map(|p| self.beside(model, p)).collect();
+        let outputs = Panels::new(r, model.phi_out.nrows(), |mode, first, lanes| {
+            lanes.copy_from_slice(&model.phi_out.col(mode)[first..first + lanes.len()]);
+        });
+        // lines whose right-hand sides stay in the second-level caches
+        let step = (COLUMNS / model.phi_in.nrows()).max(1);
+        for first in (0..s.len()).step_by(step) {
+            let lines = &s[first..s.len().min(first + step)];
+            let input = Input::new(model, lines, kind, self.blocks())?;
+            out.par_chunks_mut(s.len() * pairs).zip(&stacked).for_each(|(out, stacked)| {
+                let out = &mut out[first * pairs..(first + lines.len()) * pairs];
+                input.derivative(stacked, &outputs, out);
+            });
         }
         Ok(out)
     }
 
-    /// A, C and (if any) B of all parameters below one another.
-    fn stacked(&self, model: &ModalModel) -> Dense {
+    fn blocks(&self) -> usize {
+        if self.b.is_some() { 3 } else { 2 }
+    }
+
+    /// A, C and (if any) B of a parameter beside one another (r, blocks r).
+    fn beside(&self, model: &ModalModel, p: usize) -> Dense {
         let r = model.omega.len();
-        let blocks = if self.b.is_some() { 3 } else { 2 };
-        let mut stacked = Dense::zeros(blocks * r * self.a.len(), r);
+        let mut out = Dense::zeros(r, self.blocks() * r);
         for j in 0..r {
             for i in 0..r {
                 let (kappa, eta) = damping_slopes(model, i, j);
-                for (p, a) in self.a.iter().enumerate() {
-                    let at = p * blocks * r + i;
-                    let b = self.b.as_ref().map_or(0.0, |b| b[p][(i, j)]);
-                    stacked[(at, j)] = a[(i, j)];
-                    stacked[(at + r, j)] = 2.0 * kappa * a[(i, j)] + 2.0 * eta * b;
-                    if blocks == 3 {
-                        stacked[(at + 2 * r, j)] = b;
+                let (a, b) = (self.a[p][(i, j)], self.b.as_ref().map_or(0.0, |b| b[p][(i, j)]));
+                out[(i, j)] = a;
+                out[(i, r + j)] = 2.0 * kappa * a + 2.0 * eta * b;
+                if self.b.is_some() {
+                    out[(i, 2 * r + j)] = b;
+                }
+            }
+        }
+        out
+    }
+}
+
+/// Inputs of some lines: what A, C and B multiply, and what their product is multiplied with.
+struct Input {
+    /// s^k g φ_in below one another, real and imaginary parts of (line, input) as columns (blocks r, 2 n_in lines).
+    q: Dense,
+    /// - s^kind g, real and imaginary parts as columns (r, 2 lines).
+    left: Dense,
+    n_in: usize,
+}
+
+impl Input {
+    fn new(model: &ModalModel, s: &[Complex64], kind: FrfKind, blocks: usize) -> Result<Self, DynamicsError> {
+        let (n_in, r) = (model.phi_in.nrows(), model.omega.len());
+        let mut gains = vec![Complex64::ZERO; r];
+        let (mut q, mut left) = (Dense::zeros(blocks * r, 2 * n_in * s.len()), Dense::zeros(r, 2 * s.len()));
+        for (l, &s) in s.iter().enumerate() {
+            model.gains(s, &mut gains)?;
+            let factor = -kind.factor(s);
+            for (mode, &g) in gains.iter().enumerate() {
+                let value = factor * g;
+                (left[(mode, 2 * l)], left[(mode, 2 * l + 1)]) = (value.re, value.im);
+                for i in 0..n_in {
+                    let mut value = g * model.phi_in[(i, mode)];
+                    let column = 2 * (l * n_in + i);
+                    for block in 0..blocks {
+                        (q[(block * r + mode, column)], q[(block * r + mode, column + 1)]) =
+                            (value.re, value.im);
+                        value *= s;
                     }
                 }
             }
         }
-        stacked
+        Ok(Self { q, left, n_in })
     }
 
-    fn lines(
-        &self,
-        model: &ModalModel,
-        stacked: &Dense,
-        s: &[Complex64],
-        kind: FrfKind,
-    ) -> Result<Vec<Complex64>, DynamicsError> {
-        let (n_out, n_in, n_p, r) =
-            (model.phi_out.nrows(), model.phi_in.nrows(), self.a.len(), model.omega.len());
-        let blocks = if self.b.is_some() { 3 } else { 2 };
-        let mut gains = vec![vec![Complex64::ZERO; r]; s.len()];
-        let mut q = Dense::zeros(r, 2 * n_in * s.len());
-        for (l, &s) in s.iter().enumerate() {
-            model.gains(s, &mut gains[l])?;
-            for i in 0..n_in {
-                for (mode, g) in gains[l].iter().enumerate() {
-                    let value = g * model.phi_in[(i, mode)];
-                    q[(mode, 2 * (l * n_in + i))] = value.re;
-                    q[(mode, 2 * (l * n_in + i) + 1)] = value.im;
-                }
+    /// Φ_out G (A + s C + s² B) G Φ_in of one parameter to `out` (lines, n_out, n_in).
+    fn derivative(&self, stacked: &Dense, outputs: &Panels, out: &mut [Complex64]) {
+        let (r, columns) = (self.left.nrows(), self.q.ncols() / 2);
+        let mut w = Dense::zeros(r, self.q.ncols());
+        gemm(&mut w, 0.0, 1.0, stacked, &self.q);
+        let mut rows = vec![[0.0; NARROW]; r * columns.div_ceil(NARROW / 2)];
+        for c in 0..columns {
+            let l = c / self.n_in;
+            let (g_re, g_im) = (self.left.col(2 * l), self.left.col(2 * l + 1));
+            let (re, im) = (w.col(2 * c), w.col(2 * c + 1));
+            let at = 2 * (c % (NARROW / 2));
+            let rows = &mut rows[c / (NARROW / 2) * r..][..r];
+            for (mode, row) in rows.iter_mut().enumerate() {
+                row[at] = g_re[mode] * re[mode] - g_im[mode] * im[mode];
+                row[at + 1] = g_re[mode] * im[mode] + g_im[mode] * re[mode];
             }
         }
-        let mut w = Dense::zeros(stacked.nrows(), q.ncols());
-        gemm(&mut w, 0.0, 1.0, stacked, &q);
-        let mut out = Vec::with_capacity(s.len() * n_p * n_out * n_in);
-        for (l, &s) in s.iter().enumerate() {
-            // G (A + s C + s² B) G Φ_i of all parameters, real and imaginary parts as columns
-            let mut y = Dense::zeros(r, 2 * n_in * n_p);
-            let powers = [Complex64::ONE, s, s * s];
-            for p in 0..n_p {
-                for i in 0..n_in {
-                    for mode in 0..r {
-                        let mut sum = Complex64::ZERO;
-                        for (block, power) in powers.iter().take(blocks).enumerate() {
-                            let row = (p * blocks + block) * r + mode;
-                            let column = 2 * (l * n_in + i);
-                            sum += power * Complex64::new(w[(row, column)], w[(row, column + 1)]);
-                        }
-                        let value = -kind.factor(s) * gains[l][mode] * sum;
-                        y[(mode, 2 * (p * n_in + i))] = value.re;
-                        y[(mode, 2 * (p * n_in + i) + 1)] = value.im;
-                    }
-                }
+        let n_out = out.len() / columns.max(1);
+        multiply(outputs, &rows, &mut Spread { out, n_out, n_in: self.n_in });
+    }
+}
+
+/// Writes tiles of (line, input) rows and output columns to (lines, n_out, n_in).
+struct Spread<'a> {
+    out: &'a mut [Complex64],
+    n_out: usize,
+    n_in: usize,
+}
+
+impl Sink for Spread<'_> {
+    #[inline(always)]
+    fn take(&mut self, group: usize, first: usize, tile: &Tile) {
+        let (n_out, n_in) = (self.n_out, self.n_in);
+        for (c, rows) in tile.chunks_exact(2).enumerate() {
+            let column = group * (NARROW / 2) + c;
+            let start = (column / n_in * n_out + first) * n_in + column % n_in;
+            if start >= self.out.len() {
+                break;
             }
-            let mut h = Dense::zeros(n_out, y.ncols());
-            gemm(&mut h, 0.0, 1.0, &model.phi_out, &y);
-            for p in 0..n_p {
-                for o in 0..n_out {
-                    for i in 0..n_in {
-                        let column = 2 * (p * n_in + i);
-                        out.push(Complex64::new(h[(o, column)], h[(o, column + 1)]));
-                    }
-                }
+            let lanes = rows[0].len().min(n_out - first);
+            let places = self.out[start..].iter_mut().step_by(n_in).take(lanes);
+            for (place, (&re, &im)) in places.zip(rows[0].iter().zip(&rows[1])) {
+                *place = Complex64::new(re, im);
             }
         }
-        Ok(out)
     }
 }
 

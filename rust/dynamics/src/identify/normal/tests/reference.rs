@@ -127,3 +127,43 @@ fn a_batch_gives_what_its_jobs_give_alone() {
         }
     }
 }
+
+/// Laws at no coordinate at all leave the model alone.
+#[test]
+fn laws_without_coordinates_change_nothing() {
+    let numbers = &mut Numbers(37);
+    let (system, record) = (system(numbers, 3, 0.02), record(numbers, 4, 1, 0.3));
+    let (kinds, x) = laws();
+    let nowhere = Hypothesis { w: Dense::zeros(0, R), compliance: vec![], ..closed(numbers, 1, &kinds, &x) };
+    let p = system.mean.clone();
+    let with = evaluate(&system, std::slice::from_ref(&record), &nowhere, &p, &x);
+    let without = evaluate(&system, std::slice::from_ref(&record), &nothing(), &p, &[]);
+    assert!((with.cost - without.cost).abs() < 1e-10 * without.cost);
+    for (a, b) in with.gradient.iter().zip(&without.gradient) {
+        assert!((a - b).abs() < 1e-10 * (1.0 + b.abs()), "{a} and {b}");
+    }
+}
+
+/// What an evaluation takes it gives back: a minimisation of any length keeps the same arrays.
+#[test]
+fn evaluations_do_not_gather_arrays() {
+    let numbers = &mut Numbers(43);
+    let system = system(numbers, 3, 0.02);
+    let records = [record(numbers, 4, 1, 0.3), record(numbers, 5, 2, 0.3)];
+    let prepared: Vec<Prepared<'_>> = records.iter().map(Prepared::new).collect();
+    for (kinds, x) in all_laws() {
+        for hypothesis in [nothing(), free(numbers, 2), closed(numbers, 2, &kinds, &x)] {
+            let x = if hypothesis.n_law() > 0 { x.clone() } else { vec![] };
+            let ws = &mut Workspace::default();
+            let mut held = Vec::new();
+            for _ in 0..4 {
+                let model = Model { modal: system.modal(&system.mean).expect("modes"), slopes: None };
+                let start = (model, system.mean.clone(), x.clone());
+                let mut point = Point::new(&system, &prepared, &hypothesis, start, ws).expect("cost");
+                point.derive(&system, &hypothesis, ws);
+                held.push(ws.n_free());
+            }
+            assert!(held[0] > 0 && held[1] == held[3], "{held:?} arrays");
+        }
+    }
+}

@@ -13,8 +13,8 @@ fn answer(
 ) {
     let (p, x) = z.split_at(system.n_unknowns());
     let modal = system.modal(p).expect("modes");
-    let response =
-        Response::new(&Prepared::new(record), &modal, hypothesis, x, system.n_tuned).expect("response");
+    let (prepared, ws) = (Prepared::new(record), &mut Workspace::default());
+    let response = Response::new(&prepared, &modal, hypothesis, x, system.n_tuned, ws).expect("response");
     let n_out = record.n_out();
     let size = (0..N_LINES * n_out).map(|i| response.y.get(i % n_out, i / n_out).norm()).fold(0.0, f64::max);
     for k in 0..N_LINES {

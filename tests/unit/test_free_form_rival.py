@@ -1,0 +1,114 @@
+"""A law outside the catalogue is flagged with its class and still improves the model; a law of the catalogue stays."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femend import _core
+from femend.diagnose import Diagnosis
+from femend.diagnose.diagnosis import explain
+from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.diagnose.predict import predict_candidate
+from femend.diagnose.settings import Settings
+from femend.diagnose.update import update_model
+from femend.estimate import FitRecord
+from femend.model import find_places, read_model
+from femend.physics import PARTS, physics, surrogate_start
+from femend.physics.catalogue import selected
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
+
+NODE = 7
+# those of the catalogue that come near, so that the test is quick
+LAWS = ("viscous_damper", "quadratic_damping", "cubic_stiffness", "coulomb_friction")
+E = (7.1e10, 6.9e10)
+
+
+def rows(model: object, nodes: tuple[int, ...]) -> np.ndarray:
+    return np.array([6 * model.index(node) + 2 for node in nodes])  # type: ignore[attr-defined]
+
+
+def diagnosed(folder: Path, law: str, values: dict[str, float]) -> tuple[Diagnosis, FitRecord]:
+    """The diagnosis with the place known, and a record that took no part."""
+    truth = small_study.Truth(E, laws=[(NODE, law, values)])
+    (folder / "model.bdf").write_text(small_study.deck())
+    model = read_model(folder / "model.bdf", parameters=small_study.PARAMETERS)
+    n = int(small_study.RATE * small_study.SECONDS)
+    records = []
+    for i, level in enumerate((1.5, 5.0, 3.0, 4.0)):
+        u = small_study.force(level, 10 + i, n)
+        y = small_study.respond(folder, truth, u)
+        noise = small_study.NOISE * y.std(axis=1)
+        y = y + np.random.default_rng(50 + i).standard_normal(y.shape) * noise[:, None]
+        out, into = rows(model, small_study.SENSORS), rows(model, (small_study.SHAKER,))
+        step = 1 / small_study.RATE
+        records.append(FitRecord(str(i), u[None], y, step, into, out, np.ones(1), np.ones(len(out)), noise))
+    start = update_model(model, records[:3], 0.01)
+    places = find_places(model)
+    place = next(p for p in places if p.kind == "ground" and p.nodes == (NODE,) and p.direction == "Z")
+    (free,) = start.problem.fit([hypothesis_of(place, start.reduced)], [(start.null.p, np.zeros(0))])
+    assert free is not None
+    located = Located(place, free, squares_of(start.problem, free, 0.0))
+    with selected(LAWS):
+        return explain(start, [located], [place], Settings()), records[3]
+
+
+def unseen(found: Diagnosis, record: FitRecord) -> float:
+    assert found.best is not None
+    y = predict_candidate(found.problem, found.best, found.null.hypothesis, record)
+    return float(np.linalg.norm(y - record.y) / np.linalg.norm(record.y))
+
+
+def test_a_law_outside_the_catalogue_is_flagged(tmp_path: Path) -> None:
+    # a dashpot that grows with the square of displacement; only asked for is it in the catalogue
+    found, record = diagnosed(tmp_path, "displacement_damping", {"c": 2.0, "beta": 6e6})
+    assert found.verdict == "located-not-named"
+    assert found.rival is not None
+    assert found.rival.labels == ("dissipative growing with displacement",)
+    assert "growing with displacement" in found.advice
+    # noise alone leaves 0.01
+    assert unseen(found, record) < 0.02
+
+
+def test_a_law_of_the_catalogue_is_named(tmp_path: Path) -> None:
+    found, record = diagnosed(tmp_path, "cubic_stiffness", {"k3": 1e9})
+    assert found.verdict == "missing-physics"
+    assert found.rival is None
+    assert found.best is not None
+    assert found.best.name == "cubic_stiffness"
+    assert unseen(found, record) < 0.02
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_coordinates_of_the_free_form_go_back_and_forth(part: str) -> None:
+    t = 1e-3 * np.arange(3000)
+    d, v = np.sin(7 * t) + 0.5 * np.sin(23 * t), 7 * np.cos(7 * t) + 11.5 * np.cos(23 * t)
+    surrogate = surrogate_start([d], [v], [3 * d + d**3 + 0.1 * v], [1e-3], part)
+    assert surrogate is not None
+    values = surrogate.parameters(surrogate.start())
+    for name in surrogate.free:
+        assert values[name] == pytest.approx(surrogate.values[name], rel=1e-9, abs=1e-9)
+
+
+def test_damping_over_displacement_needs_the_products() -> None:
+    t = 1e-3 * np.arange(3000)
+    d, v = np.sin(7 * t) + 0.5 * np.sin(23 * t), 7 * np.cos(7 * t) + 11.5 * np.cos(23 * t)
+    f = np.abs(d) * v
+
+    def left(part: str) -> float:
+        surrogate = surrogate_start([d], [v], [f], [1e-3], part)
+        assert surrogate is not None
+        told = sum(_core.law_force(n, p, d, v, 0 * d, 1e-3) for n, p in surrogate.composite(surrogate.values))
+        return float(np.std(f - told) / np.std(f))
+
+    assert left("cross") < 0.01  # |d| v is one of the products
+    assert left("") > 0.3  # a sum of curves has only the mean of |d| for it
+
+
+def test_the_free_form_has_no_name_in_the_contract() -> None:
+    assert physics("free_form").reported == ""
