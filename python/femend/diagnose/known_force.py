@@ -85,7 +85,7 @@ def free_forces(problem: Problem, fit: Fit, places: Sequence[Place]) -> Known:
     lines, system = problem.lines(reduced), problem.system(reduced)
     fitted = _core.fitted_lines(system, fit.hypothesis.core(), [line.core for line in lines], fit.p, fit.x)
     omega, zeta, Q = system.modal(fit.p)
-    forces: Mapping[str, tuple[FloatArray, ...]] = {}
+    forces: dict[str, tuple[FloatArray, ...]] = {}
     motions, parts, weights = [], [], []
     for line, (y, D, F) in zip(lines, fitted, strict=True):
         s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
