@@ -21,7 +21,7 @@ from femend.errors import ModelError
 from femend.estimate import Problem
 from femend.physics import FitCoordinates, Surrogate
 
-__all__ = ["COARSE", "FINE", "ClosedLoop", "History", "Loop", "companion_prior", "loop_of", "upsampled"]
+__all__ = ["COARSE", "FINE", "ClosedLoop", "History", "Loop", "Modal", "companion_prior", "loop_of", "upsampled"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -12,8 +12,9 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.closed_loop import History, Loop
+from femend.diagnose.closed_loop import History, Loop, Modal
 from femend.diagnose.receptances import receptances
+from femend.errors import ModelError
 from femend.estimate.lines import TEMPERING, Lines
 
 __all__ = ["Descent", "Reached"]
@@ -24,6 +25,8 @@ L = TypeVar("L", bound=Loop)
 
 DIFFERENCE = 1e-4
 LARGEST_STEP = 0.7
+# multiples of the damping that are tried, together those in one line, and its factor where they lead down
+TRIED = (((1.0, 0.1),), ((30.0, 10.0), (1000.0, 300.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,29 +88,46 @@ class Descent(Generic[L]):
         if not np.isfinite(now.cost):
             return None
         damping = 1e-3
+        normal: tuple[FloatArray, FloatArray] | None = None
         for _ in range(iterations):
-            J = self.jacobian(now)
-            H = TEMPERING * (J.T @ J) + np.diag(1 / self.sd[self.free] ** 2)
-            g = TEMPERING * (J.T @ now.e) + ((now.z - self.mean) / self.sd**2)[self.free]
+            normal = normal or self._normal(now)
+            H, g = normal
             now = replace(now, H=H)
+            reached = self._tried(now, H, g, damping)
+            if reached is None:
+                damping *= 1e4
+                if damping > 1e6:
+                    break
+                continue
+            there, taken = reached
+            gained, now = now.cost - there.cost, replace(there, H=H)
+            damping = max(damping * taken, 1e-8)
+            if gained < 1e-2 * (1 + 1e-2 * now.cost):
+                break
+            normal = None
+        return now
+
+    def _normal(self, now: Reached) -> tuple[FloatArray, FloatArray]:
+        """Gauss-Newton matrix and gradient of half the cost over what is free."""
+        J = self.jacobian(now)
+        H = TEMPERING * (J.T @ J) + np.diag(1 / self.sd[self.free] ** 2)
+        return H, TEMPERING * (J.T @ now.e) + ((now.z - self.mean) / self.sd**2)[self.free]
+
+    def _tried(self, now: Reached, H: FloatArray, g: FloatArray, damping: float) -> tuple[Reached, float] | None:
+        """Where a step leads, and the factor on the damping after it; two shorter steps are tried where the whole one
+        does not lead down, and None is returned where these do not either."""
+        for factors in TRIED:
             trials = []
-            for factor in (1.0, 30.0, 1000.0):
+            for factor, _ in factors:
                 step = np.linalg.solve(H + damping * factor * np.diag(np.diag(H)), -g)
                 trial = now.z.copy()
                 trial[self.free] += np.clip(step, -LARGEST_STEP, LARGEST_STEP)
                 trials.append(trial)
             reached = self.at(*trials)
             best = int(np.argmin([r.cost for r in reached]))
-            if not reached[best].cost < now.cost:
-                damping *= 1e4
-                if damping > 1e6:
-                    break
-                continue
-            gained, now = now.cost - reached[best].cost, replace(reached[best], H=H)
-            damping = max(damping * (0.1, 10.0, 300.0)[best], 1e-8)
-            if gained < 1e-2 * (1 + 1e-2 * now.cost):
-                break
-        return now
+            if reached[best].cost < now.cost:
+                return reached[best], factors[best][1]
+        return None
 
     def jacobian(self, now: Reached) -> FloatArray:
         """Derivatives (n_residual, n_free) of the residual: by differences over x, by linearisation over p."""
@@ -128,20 +148,30 @@ def linearised_columns(loop: Loop, p: FloatArray, x: FloatArray, histories: list
     problem, reduced = loop.problem, loop.joint.reduced
     system, n_par = problem.system(reduced), len(reduced.names)
     here = system.modal(p)
-    moved = []
-    for i in range(n_par):
-        q = p.copy()
-        q[i] += DIFFERENCE
-        moved.append(system.modal(q))
+    moved = [_beside(loop, p, i) for i in range(n_par)]
     columns: list[list[FloatArray]] = [[] for _ in p]
     for i, line in enumerate(problem.lines(reduced, loop.sigma)):
         at = _Linearised.of(loop, i, line, histories[i], here, x)
         y = at.response(here)
-        changes = [(at.response(m) - y) / DIFFERENCE for m in moved] + at.tuned(problem.n_tuned)
+        changes = [(at.response(m) - y) / step for m, step in moved] + at.tuned(problem.n_tuned)
         for column, dy in zip(columns, changes, strict=True):
             de = (-dy * line.weight).ravel()
             column += [de.real, de.imag]
     return [np.concatenate(parts) for parts in columns]
+
+
+def _beside(loop: Loop, p: FloatArray, i: int) -> tuple[Modal, float]:
+    """Modes of the model with unknown i moved, and by how much; inwards at the edge of what has any, and not at all in
+    a corner."""
+    system = loop.problem.system(loop.joint.reduced)
+    for step in (DIFFERENCE, -DIFFERENCE):
+        q = p.copy()
+        q[i] += step
+        try:
+            return system.modal(q), step
+        except ModelError:
+            continue
+    return system.modal(p), 1.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -59,7 +59,7 @@ def _worth_looking(first: Searched) -> bool:
         return False
     best = first.ranked[0]
     left = best.score - first.price * best.candidate.n_law - first.floor
-    return left > WORTH * first.settings.gain_cost
+    return best.candidate.chosen > first.settings.adequate and left > WORTH * first.settings.gain_cost
 
 
 @dataclass(frozen=True, eq=False)
