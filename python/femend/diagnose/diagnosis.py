@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.collapse import collapsed, name_of
+from femend.diagnose.collapse import collapsed
 from femend.diagnose.free_form_rival import Rival, find_rival, refit_rival
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
@@ -143,7 +143,7 @@ def explain(
             baseline = null_candidate(split, null, sigma=sigma)
             n_values = effective_values(split.choosing, reduced, sigma)
             null_score = score(baseline, split.choosing, settings, n_values)
-    ranked = [replace(r, name=name_of(r.candidate, r.recovered, settings)) for r in ranked]
+    ranked = [replace(r, name=collapsed(r.candidate, r.recovered, settings).name) for r in ranked]
     tell.start("fit the final model")
     undecided = Diagnosis(
         "", problem, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
-from femend.diagnose.collapse import name_of
+from femend.diagnose.collapse import collapsed
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
 from femend.diagnose.locate import Located, locate, shortlist, with_member
 from femend.diagnose.name import Ranked, name_physics
@@ -119,7 +119,7 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> list[Ran
     located = locate(problem, reduced, places, null)
     short = with_look_alikes(problem, reduced, shortlist(located), places, first.settings)
     ranked, _ = name_physics(split, reduced, short, rows, first.settings, null.p)
-    return [replace(r, name=name_of(r.candidate, r.recovered, first.settings)) for r in ranked]
+    return [replace(r, name=collapsed(r.candidate, r.recovered, first.settings).name) for r in ranked]
 
 
 def _free(first: Searched, second: Located, at: Located) -> _Aside:
@@ -148,7 +148,7 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
     """The best of the laws at each place fitted together; None where they do not win against less."""
     best: tuple[float, Terms] | None = None
     for chosen in itertools.product(*(_distinct(first, ranked) for ranked in laws)):
-        terms = [Term(replace(r.candidate, name=r.name or r.candidate.name), r.located) for r in chosen]
+        terms = [Term(collapsed(r.candidate, r.recovered, first.settings), r.located) for r in chosen]
         p = plain(first, chosen[-1].candidate.p)
         found = fit_terms(first.split.fitting, terms, first.reduced, first.g_rows, p)
         if found is None:
@@ -157,7 +157,7 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
         value = _score(first, found)
         if np.isfinite(value) and (best is None or value < best[0]):
             best = (value, found)
-    if best is None or not _won(first, *best):
+    if best is None or not _won(first, *best) or _needless(first, *best):
         return None
     whole = refit_terms(first.problem.thinned(FINAL_LINES), best[1])
     tried = {id(r.located.place): tuple(every) for every in laws for r in every}
@@ -176,14 +176,32 @@ def _distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 def _won(first: Searched, value: float, found: Terms) -> bool:
     """Whether several laws bring against one what one has to bring against none."""
-    settings, one = first.settings, first.ranked[0]
-    gain = one.score - value
-    chosen = float(np.log(one.candidate.chosen / max(found.chosen, 1e-12)))
-    relieved = one.candidate.prior - found.prior
-    share = gain / max(one.score - first.floor, 1e-12)
+    one = first.ranked[0]
+    share = (one.score - value) / max(one.score - first.floor, 1e-12)
     whole = (first.null_score - value) / max(first.null_score - first.floor, 1e-12)
-    won = gain > settings.gain_cost and (chosen > settings.gain_chosen or relieved > settings.gain_cost)
-    return bool(won and min(share, whole) >= settings.explained)
+    gained = _gained(first, one.score - value, one.candidate.chosen, one.candidate.prior, found)
+    return gained and bool(min(share, whole) >= first.settings.explained)
+
+
+def _gained(first: Searched, gain: float, chosen: float, prior: float, found: Terms) -> bool:
+    """Whether terms bring what a law has to bring, against what leaves `chosen` on unseen data with `prior`."""
+    settings = first.settings
+    less = float(np.log(chosen / max(found.chosen, 1e-12)))
+    won = gain > settings.gain_cost and (less > settings.gain_chosen or prior - found.prior > settings.gain_cost)
+    return bool(won)
+
+
+def _needless(first: Searched, value: float, found: Terms) -> bool:
+    """Whether one of the terms, fitted as thoroughly as all of them together, does as well by itself."""
+    for term in found.terms:
+        p = plain(first, found.p)
+        alone = None if term.member else fit_terms(first.split.fitting, [term], first.reduced, first.g_rows, p)
+        if alone is None:
+            continue
+        alone = judge_terms(first.split.choosing, alone)
+        if not _gained(first, _score(first, alone) - value, alone.chosen, alone.prior, found):
+            return True
+    return False
 
 
 def _score(first: Searched, found: Terms) -> float:
