@@ -30,6 +30,8 @@ TOGETHER = 2
 WORTH = 1.5
 # share of what is wrong with the updated model from which the best law is taken for one of the two effects
 FIRST_SHARE = 0.5
+# standard deviation of the best determined parameter of a law (ln units) from which its size is not known
+UNDETERMINED = 0.33
 # lines a record on which the terms that are kept are fitted
 FINAL_LINES = 600
 
@@ -157,7 +159,7 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
         value = _score(first, found)
         if np.isfinite(value) and (best is None or value < best[0]):
             best = (value, found)
-    if best is None or not _won(first, *best) or _needless(first, *best):
+    if best is None or not _won(first, *best) or not all(map(_determined, best[1].terms)) or _needless(first, *best):
         return None
     whole = refit_terms(first.problem.thinned(FINAL_LINES), best[1])
     tried = {id(r.located.place): tuple(every) for every in laws for r in every}
@@ -189,6 +191,15 @@ def _gained(first: Searched, gain: float, chosen: float, prior: float, found: Te
     less = float(np.log(chosen / max(found.chosen, 1e-12)))
     won = gain > settings.gain_cost and (less > settings.gain_chosen or prior - found.prior > settings.gain_cost)
     return bool(won)
+
+
+def _determined(term: Term) -> bool:
+    """Whether the recordings tell the size of a law at all: at least one of its parameters (ln units)."""
+    candidate = term.candidate
+    if candidate.covariance is None:
+        return True
+    n = len(candidate.x) if candidate.coordinates is None else len(candidate.x) - 2
+    return bool(np.sqrt(np.diag(candidate.covariance)[:n].min(initial=np.inf)) < UNDETERMINED)
 
 
 def _needless(first: Searched, value: float, found: Terms) -> bool:
