@@ -6,9 +6,10 @@ damping stand beside the law, since the local stiffness of the model is not know
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +21,14 @@ from femend.errors import ModelError
 from femend.estimate import Problem
 from femend.physics import FitCoordinates, Surrogate
 
-__all__ = ["COARSE", "FINE", "ClosedLoop", "History", "loop_of", "upsampled"]
+__all__ = ["COARSE", "FINE", "ClosedLoop", "History", "Loop", "Modal", "companion_prior", "loop_of", "upsampled"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 # omega (r,) in rad/s, zeta (r,), modes (r, r) in the basis
 Modal = tuple[FloatArray, FloatArray, FloatArray]
+# name and parameters of a law
+LawSpec = tuple[str, dict[str, float]]
 
 # steps of a sample in which the force is linear, while laws are sorted out and for what is kept; the loss of amplitude
 # in the band is made good beforehand
@@ -33,6 +36,8 @@ COARSE, FINE = 4, 8
 # modes faster than this times a substep, or (while laws are sorted out) this times the band, follow their force
 # statically: their compliance stays, their inertia does not
 STATIC, STATIC_COARSE = 2.4, 3.0
+# prior standard deviations: fit coordinates of a law (ln units), companion in units of the recovered force and motion
+LAW_SD, COMPANION_SD = 3.0, 3.0
 # a window exp(-sigma t) has ended where sigma t is this
 WINDOW_END = 8.0
 SHORTEST = 64
@@ -65,35 +70,33 @@ class History:
 
 
 @dataclass(frozen=True, eq=False)
-class ClosedLoop:
-    """A law with its linear companion at a joint; `scale` (k, c) makes the companion's coordinates of the size one.
+class Loop(ABC):
+    """Laws at an opened joint and the simulation with them.
 
     With `sigma` > 0 (1/s) records are windowed by exp(-sigma t) and simulated only as far as the window lets through.
     """
 
     problem: Problem
     joint: Joint
-    law: str
-    coordinates: FitCoordinates | Surrogate
-    scale: tuple[float, float]
-    substeps: int = FINE
-    sigma: float = 0.0
+    substeps: int = field(default=FINE, kw_only=True)
+    sigma: float = field(default=0.0, kw_only=True)
 
     @property
+    @abstractmethod
     def n_x(self) -> int:
-        """Number of fit coordinates: the law's free ones and the companion's two."""
-        return len(self.coordinates.free) + 2
+        """Number of fit coordinates."""
 
-    def values(self, x: FloatArray) -> tuple[dict[str, float], float, float]:
-        """Law parameters, companion k and c at fit coordinates x."""
-        n = len(self.coordinates.free)
-        return self.coordinates.parameters(x[:n]), float(x[n] * self.scale[0]), float(x[n + 1] * self.scale[1])
-
-    def laws(self, x: FloatArray) -> list[list[tuple[str, dict[str, float]]]]:
+    @abstractmethod
+    def laws(self, x: FloatArray) -> list[list[LawSpec]]:
         """Composite of every coordinate at fit coordinates `x`, as the core takes it."""
-        values, k, c = self.values(x)
-        linear = ("linear", {"k": k, "c": c, "m": 0.0})
-        return [[*self.coordinates.composite(values), linear] for _ in range(len(self.joint.w))]
+
+    @abstractmethod
+    def prior(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Prior means and standard deviations of the fit coordinates for a fit that starts at `x`."""
+
+    def stiffness(self, x: FloatArray, s: ComplexArray) -> ComplexArray:
+        """Dynamic stiffness (K, n_w) of coordinates with nothing but linear laws, NaN for the others."""
+        return np.full((len(s), len(self.joint.w)), np.nan, dtype=np.complex128)
 
     def histories(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[list[History]]:
         """What the simulation gives at each of `points` (p, x) and record."""
@@ -182,10 +185,10 @@ class ClosedLoop:
         return out, kept
 
     def _exists(self, x: FloatArray) -> bool:
-        """Whether the law has finite parameters there; a step may go beyond what numbers can hold."""
+        """Whether the laws have finite parameters there; a step may go beyond what numbers can hold."""
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            values, k, c = self.values(x)
-        numbers = [*values.values(), k, c]
+            laws = self.laws(x)
+        numbers = [v for composite in laws for _, values in composite for v in values.values()]
         return all(np.isfinite(v) and abs(v) < 1e60 for v in numbers)
 
     def _modes(self, p: FloatArray) -> Modal | None:
@@ -201,9 +204,45 @@ class ClosedLoop:
         """Number of complex values of the residual."""
         return int(sum(line.Y.size for line in self.problem.lines(self.joint.reduced, self.sigma)))
 
-    def at(self, sigma: float) -> ClosedLoop:
+    def at(self, sigma: float) -> Self:
         """The same with another window."""
         return replace(self, sigma=sigma)
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedLoop(Loop):
+    """A law with its linear companion at a joint; `scale` (k, c) makes the companion's coordinates of the size one."""
+
+    law: str
+    coordinates: FitCoordinates | Surrogate
+    scale: tuple[float, float]
+
+    @property
+    def n_x(self) -> int:
+        """Number of fit coordinates: the law's free ones and the companion's two."""
+        return len(self.coordinates.free) + 2
+
+    def values(self, x: FloatArray) -> tuple[dict[str, float], float, float]:
+        """Law parameters, companion k and c at fit coordinates x."""
+        n = len(self.coordinates.free)
+        return self.coordinates.parameters(x[:n]), float(x[n] * self.scale[0]), float(x[n + 1] * self.scale[1])
+
+    def laws(self, x: FloatArray) -> list[list[LawSpec]]:
+        """Composite of every coordinate at fit coordinates `x`, as the core takes it."""
+        values, k, c = self.values(x)
+        linear = ("linear", {"k": k, "c": c, "m": 0.0})
+        return [[*self.coordinates.composite(values), linear] for _ in range(len(self.joint.w))]
+
+    def prior(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Around `x` for the law, around nothing for the companion."""
+        return companion_prior(x)
+
+
+def companion_prior(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Prior of a law's coordinates with the two of a companion at their end."""
+    n = len(x) - 2
+    mean = np.concatenate([x[:n], np.zeros(2)])
+    return mean, np.concatenate([np.full(n, LAW_SD), np.full(2, COMPANION_SD)])
 
 
 def _with_static(history: Sequence[Any], u: FloatArray, from_u: FloatArray, from_f: FloatArray, dt: float) -> History:

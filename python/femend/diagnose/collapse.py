@@ -10,9 +10,9 @@ from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import Recovered
 from femend.diagnose.settings import Settings
-from femend.physics import physics
+from femend.physics import FitCoordinates, physics
 
-__all__ = ["SHARP", "collapsed", "name_of"]
+__all__ = ["SHARP", "collapsed"]
 
 # exponent n from which the knee of a Bouc-Wen loop is as sharp as that of friction with a spring before it
 SHARP = 8.0
@@ -20,16 +20,11 @@ SHARP = 8.0
 _SPRING = {"end": "joint_stiffness", "clamp": "compliant_support"}
 
 
-def name_of(candidate: Candidate, recovered: Recovered | None, settings: Settings) -> str:
-    """Name of the simplest law that does the same: a Bouc-Wen loop with a sharp knee is friction."""
-    if candidate.name == "bouc_wen" and candidate.values.get("n", 0.0) > SHARP:
-        return "coulomb_friction"
-    return collapsed(candidate, recovered, settings).name
-
-
 def collapsed(candidate: Candidate, recovered: Recovered | None, settings: Settings) -> Candidate:
-    """The linear law as the simplest one whose force at the joint is the same but for `settings.same_law`; a nonlinear
-    law or a place without recovered motion stays as it is."""
+    """The linear law as the simplest one whose force at the joint is the same but for `settings.same_law`, a Bouc-Wen
+    loop with a sharp knee as friction; another nonlinear law or a place without recovered motion stays as it is."""
+    if candidate.name == "bouc_wen" and candidate.values["n"] > SHARP:
+        return _friction(candidate)
     if candidate.physics is None or candidate.joint is None or candidate.nonlinear or recovered is None:
         return candidate
     kind = candidate.joint.place.kind
@@ -47,6 +42,29 @@ def collapsed(candidate: Candidate, recovered: Recovered | None, settings: Setti
             own = {entry.parameter_names[0]: value}
             return replace(candidate, physics=entry, name=reported, values=own, x=np.log([value]), n_law=1)
     return candidate
+
+
+def _friction(candidate: Candidate) -> Candidate:
+    """A Bouc-Wen loop as friction behind a spring beside the companion: it slips at the yield force
+    (1 - alpha) k (beta + gamma)^(-1/n), and what is left after yield is a spring of its own."""
+    law = candidate.values
+    moving = (1.0 - law["alpha"]) * law["k"]
+    slip = moving * (law["beta"] + law["gamma"]) ** (-1.0 / law["n"])
+    k = candidate.k + law["alpha"] * law["k"]
+    entry = physics("coulomb_friction")
+    coordinates = FitCoordinates(entry, {"f": slip, "kt": moving})
+    companion = [k / candidate.extra["k_scale"], candidate.c / candidate.extra["c_scale"]]
+    return replace(
+        candidate,
+        physics=entry,
+        name=entry.name,
+        values=dict(coordinates.values),
+        x=np.concatenate([coordinates.start(), companion]),
+        n_law=len(coordinates.free) + 2,
+        k=k,
+        covariance=None,
+        coordinates=coordinates,
+    )
 
 
 def _same_force(

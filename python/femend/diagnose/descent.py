@@ -7,23 +7,26 @@ dashpot that follow its force best, and what is left of its force stays as it wa
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.closed_loop import ClosedLoop, History
+from femend.diagnose.closed_loop import History, Loop, Modal
 from femend.diagnose.receptances import receptances
+from femend.errors import ModelError
 from femend.estimate.lines import TEMPERING, Lines
 
 __all__ = ["Descent", "Reached"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+L = TypeVar("L", bound=Loop)
 
-# prior standard deviations: fit coordinates of the law (ln units), companion in units of the recovered force and motion
-LAW_SD, COMPANION_SD = 3.0, 3.0
 DIFFERENCE = 1e-4
 LARGEST_STEP = 0.7
+# multiples of the damping that are tried, together those in one line, and its factor where they lead down
+TRIED = (((1.0, 0.1),), ((30.0, 10.0), (1000.0, 300.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,26 +41,24 @@ class Reached:
 
 
 @dataclass(frozen=True, eq=False)
-class Descent:
+class Descent(Generic[L]):
     """Minimises tempered squares plus prior over the law's unknowns x and, with `everything`, the model's p."""
 
-    loop: ClosedLoop
+    loop: L
     mean: FloatArray
     sd: FloatArray
     n_p: int
     everything: bool
 
     @classmethod
-    def around(cls, loop: ClosedLoop, x: FloatArray, everything: bool) -> Descent:
+    def around(cls, loop: L, x: FloatArray, everything: bool) -> Descent[L]:
         """Priors of the model, and of the law around `x`."""
         mean, sd = loop.problem.prior(loop.joint.reduced)
-        n = len(loop.coordinates.free)
-        law_mean = np.concatenate([x[:n], np.zeros(2)])
-        law_sd = np.concatenate([np.full(n, LAW_SD), np.full(2, COMPANION_SD)])
+        law_mean, law_sd = loop.prior(x)
         both = np.concatenate([mean, law_mean]), np.concatenate([sd, law_sd])
         return cls(loop, *both, len(mean), everything)
 
-    def on(self, loop: ClosedLoop, everything: bool | None = None) -> Descent:
+    def on(self, loop: L, everything: bool | None = None) -> Descent[L]:
         """The same priors on another window, or with more of the unknowns free."""
         return replace(self, loop=loop, everything=self.everything if everything is None else everything)
 
@@ -87,29 +88,46 @@ class Descent:
         if not np.isfinite(now.cost):
             return None
         damping = 1e-3
+        normal: tuple[FloatArray, FloatArray] | None = None
         for _ in range(iterations):
-            J = self.jacobian(now)
-            H = TEMPERING * (J.T @ J) + np.diag(1 / self.sd[self.free] ** 2)
-            g = TEMPERING * (J.T @ now.e) + ((now.z - self.mean) / self.sd**2)[self.free]
+            normal = normal or self._normal(now)
+            H, g = normal
             now = replace(now, H=H)
+            reached = self._tried(now, H, g, damping)
+            if reached is None:
+                damping *= 1e4
+                if damping > 1e6:
+                    break
+                continue
+            there, taken = reached
+            gained, now = now.cost - there.cost, replace(there, H=H)
+            damping = max(damping * taken, 1e-8)
+            if gained < 1e-2 * (1 + 1e-2 * now.cost):
+                break
+            normal = None
+        return now
+
+    def _normal(self, now: Reached) -> tuple[FloatArray, FloatArray]:
+        """Gauss-Newton matrix and gradient of half the cost over what is free."""
+        J = self.jacobian(now)
+        H = TEMPERING * (J.T @ J) + np.diag(1 / self.sd[self.free] ** 2)
+        return H, TEMPERING * (J.T @ now.e) + ((now.z - self.mean) / self.sd**2)[self.free]
+
+    def _tried(self, now: Reached, H: FloatArray, g: FloatArray, damping: float) -> tuple[Reached, float] | None:
+        """Where a step leads, and the factor on the damping after it; two shorter steps are tried where the whole one
+        does not lead down, and None is returned where these do not either."""
+        for factors in TRIED:
             trials = []
-            for factor in (1.0, 30.0, 1000.0):
+            for factor, _ in factors:
                 step = np.linalg.solve(H + damping * factor * np.diag(np.diag(H)), -g)
                 trial = now.z.copy()
                 trial[self.free] += np.clip(step, -LARGEST_STEP, LARGEST_STEP)
                 trials.append(trial)
             reached = self.at(*trials)
             best = int(np.argmin([r.cost for r in reached]))
-            if not reached[best].cost < now.cost:
-                damping *= 1e4
-                if damping > 1e6:
-                    break
-                continue
-            gained, now = now.cost - reached[best].cost, replace(reached[best], H=H)
-            damping = max(damping * (0.1, 10.0, 300.0)[best], 1e-8)
-            if gained < 1e-2 * (1 + 1e-2 * now.cost):
-                break
-        return now
+            if reached[best].cost < now.cost:
+                return reached[best], factors[best][1]
+        return None
 
     def jacobian(self, now: Reached) -> FloatArray:
         """Derivatives (n_residual, n_free) of the residual: by differences over x, by linearisation over p."""
@@ -120,30 +138,40 @@ class Descent:
             points.append(moved)
         columns = [(r.e - now.e) / DIFFERENCE for r in self.at(*points)]
         if self.everything:
-            columns = linearised_columns(self.loop, self.split(now.z)[0], now.histories) + columns
+            columns = linearised_columns(self.loop, *self.split(now.z), now.histories) + columns
         J = np.array(columns).T
         return np.where(np.isfinite(J), J, 0.0)
 
 
-def linearised_columns(loop: ClosedLoop, p: FloatArray, histories: list[History]) -> list[FloatArray]:
-    """Derivatives of the residual over every unknown of the model, the law taken as linear around its histories."""
+def linearised_columns(loop: Loop, p: FloatArray, x: FloatArray, histories: list[History]) -> list[FloatArray]:
+    """Derivatives of the residual over every unknown of the model, laws taken as linear around their histories."""
     problem, reduced = loop.problem, loop.joint.reduced
     system, n_par = problem.system(reduced), len(reduced.names)
     here = system.modal(p)
-    moved = []
-    for i in range(n_par):
-        q = p.copy()
-        q[i] += DIFFERENCE
-        moved.append(system.modal(q))
+    moved = [_beside(loop, p, i) for i in range(n_par)]
     columns: list[list[FloatArray]] = [[] for _ in p]
     for i, line in enumerate(problem.lines(reduced, loop.sigma)):
-        at = _Linearised.of(loop, i, line, histories[i], here)
+        at = _Linearised.of(loop, i, line, histories[i], here, x)
         y = at.response(here)
-        changes = [(at.response(m) - y) / DIFFERENCE for m in moved] + at.tuned(problem.n_tuned)
+        changes = [(at.response(m) - y) / step for m, step in moved] + at.tuned(problem.n_tuned)
         for column, dy in zip(columns, changes, strict=True):
             de = (-dy * line.weight).ravel()
             column += [de.real, de.imag]
     return [np.concatenate(parts) for parts in columns]
+
+
+def _beside(loop: Loop, p: FloatArray, i: int) -> tuple[Modal, float]:
+    """Modes of the model with unknown i moved, and by how much; inwards at the edge of what has any, and not at all in
+    a corner."""
+    system = loop.problem.system(loop.joint.reduced)
+    for step in (DIFFERENCE, -DIFFERENCE):
+        q = p.copy()
+        q[i] += step
+        try:
+            return system.modal(q), step
+        except ModelError:
+            continue
+    return system.modal(p), 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +181,7 @@ class _Linearised:
     `g` (K, r) receptances of the modes, `C` (K, n_w, n_w) compliance at the joint, `P` (K, r) modal forces.
     """
 
-    loop: ClosedLoop
+    loop: Loop
     line: Lines
     s: ComplexArray
     kappa: ComplexArray
@@ -165,10 +193,16 @@ class _Linearised:
 
     @classmethod
     def of(
-        cls, loop: ClosedLoop, i: int, line: Lines, history: History, modal: tuple[FloatArray, FloatArray, FloatArray]
+        cls,
+        loop: Loop,
+        i: int,
+        line: Lines,
+        history: History,
+        modal: tuple[FloatArray, FloatArray, FloatArray],
+        x: FloatArray,
     ) -> _Linearised:
         s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
-        kappa, rest = _equivalent(loop, i, s, history)
+        kappa, rest = _equivalent(loop, i, s, history, loop.stiffness(x, s))
         empty = np.zeros((0, 0), dtype=np.complex128)
         bare = cls(loop, line, s, kappa, rest, modal, empty, empty, empty)
         g, C, P = bare.forces(modal)
@@ -224,11 +258,17 @@ class _Linearised:
         return [change(m, stiff) for m in single] + [change(m, damping) for m in (*single, slice(n, None))]
 
 
-def _equivalent(loop: ClosedLoop, i: int, s: ComplexArray, history: History) -> tuple[ComplexArray, ComplexArray]:
-    """Dynamic stiffness (K, n_w) of the spring and dashpot that follow the law's force best, and the rest of it."""
+def _equivalent(
+    loop: Loop, i: int, s: ComplexArray, history: History, known: ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Dynamic stiffness (K, n_w) of the spring and dashpot that follow the law's force best, and the rest of it; the
+    law's own where it is `known`."""
     D, F = loop.spectra(history.d, i), loop.spectra(history.f, i)
     kappa = np.zeros_like(D)
     for j in range(D.shape[1]):
+        if np.isfinite(known[:, j]).all():
+            kappa[:, j] = known[:, j]
+            continue
         A = np.column_stack([D[:, j], s * D[:, j]])
         size = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
         both = np.vstack([A.real, A.imag]) / size

@@ -11,14 +11,24 @@ from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.collapse import collapsed, name_of
+from femend.diagnose.collapse import collapsed
 from femend.diagnose.free_form_rival import Rival, find_rival, refit_rival
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
 from femend.diagnose.locate import Located, locate, shortlist
-from femend.diagnose.name import Ranked, Split, effective_values, name_physics, null_candidate, score, split_records
+from femend.diagnose.name import (
+    Ranked,
+    Split,
+    effective_values,
+    name_physics,
+    null_candidate,
+    score,
+    split_records,
+    tempered,
+)
 from femend.diagnose.noise import quieter_records
 from femend.diagnose.nonlinear import refit_nonlinear
+from femend.diagnose.second import Further, Searched, look_further
 from femend.diagnose.settings import Settings
 from femend.diagnose.unmeasured import find_unmeasured, plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
@@ -41,7 +51,7 @@ class Diagnosis:
     added), `null` the updated model, `nominal` the deck as it is; `ranked` the candidates in order, `located` the
     places, `probabilities` of the ranked, `load` a finding about the load, `n_values` the effective number of values
     that scores count on the choosing records, windowed by exp(-`sigma` t); `rival` the free-form force where it beats
-    every named law (`best` is it then).
+    every named law (`best` is it then); `further` several effects at once where one does not explain enough.
     """
 
     verdict: str
@@ -63,6 +73,7 @@ class Diagnosis:
     n_values: float = 0.0
     sigma: float = 0.0
     rival: Rival | None = None
+    further: Further | None = None
 
     @property
     def final(self) -> Candidate | None:
@@ -132,14 +143,18 @@ def explain(
             baseline = null_candidate(split, null, sigma=sigma)
             n_values = effective_values(split.choosing, reduced, sigma)
             null_score = score(baseline, split.choosing, settings, n_values)
-    ranked = [replace(r, name=name_of(r.candidate, r.recovered, settings)) for r in ranked]
+    ranked = [replace(r, name=collapsed(r.candidate, r.recovered, settings).name) for r in ranked]
     tell.start("fit the final model")
     undecided = Diagnosis(
         "", problem, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
-        _probabilities(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
+        tempered(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
         n_values, sigma,
     )  # fmt: skip
-    return decide(undecided, split, plainly)
+    decided = decide(undecided, split, plainly)
+    if decided.load is not None or decided.verdict not in ("missing-physics", "located-not-named"):
+        return decided
+    tell.start("look for more")
+    return with_further(decided, split, places)
 
 
 def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool:
@@ -148,13 +163,6 @@ def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool
         return False
     gain = null.cost - located[0].cost
     return null.score > settings.consistent or gain > max(settings.worth_naming * null.cost, settings.gain_cost)
-
-
-def _probabilities(ranked: list[Ranked], null_score: float) -> list[float]:
-    """Softmax of -score/2 over the candidates and nothing, tempered so that no choice looks surer than it is."""
-    scores = np.array([r.score for r in ranked] + [null_score]) / 8.0
-    weights = np.exp(-0.5 * (scores - scores.min()))
-    return [float(w) for w in (weights / weights.sum())[:-1]]
 
 
 def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
@@ -197,6 +205,24 @@ def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
         "of the place itself"
     )  # fmt: skip
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
+
+
+def with_further(found: Diagnosis, split: Split, places: Sequence[Place]) -> Diagnosis:
+    """The diagnosis with more than one effect where one does not explain enough."""
+    settings = found.settings
+    further = look_further(
+        Searched(found.problem, found.reduced, found.g_rows, split, places, found.located, found.ranked, settings,
+                 found.n_values, found.null_score, _floor(found.ranked, found.n_values))
+    )  # fmt: skip
+    if further is None:
+        return found
+    adequate = further.terms.chosen <= settings.adequate
+    verdict = "missing-physics" if adequate else "located-not-named"
+    advice = "" if adequate else "the laws found explain part of what free forces at their places do"
+    lead = further.terms.terms[0]
+    return replace(
+        found, verdict=verdict, best=lead.candidate, place=lead.located, advice=advice, rival=None, further=further
+    )
 
 
 def _rival(found: Diagnosis, split: Split, named: bool) -> Rival | None:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.closed_loop import COARSE, FINE, ClosedLoop
-from femend.diagnose.descent import COMPANION_SD, Descent, Reached
+from femend.diagnose.closed_loop import COARSE, COMPANION_SD, FINE, ClosedLoop
+from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.joint import Joint, Recovered
 from femend.diagnose.name import Ranked, Split, score
 from femend.diagnose.nonlinear import judge_nonlinear, simulate_candidate
@@ -105,7 +105,7 @@ def _fitted(split: Split, base: Ranked, settings: Settings, n_values: float, sig
     joint, recovered = base.candidate.joint, base.recovered
     assert joint is not None
     assert recovered is not None
-    begun: list[tuple[Descent, Reached]] = []
+    begun: list[tuple[Descent[ClosedLoop], Reached]] = []
     for p, surrogate in _starts(split.fitting, base):
         loop = replace(_loop(split.fitting, joint, surrogate, recovered, sigma), substeps=COARSE)
         descent = _descent(loop, False)
@@ -154,7 +154,7 @@ def _loop(problem: Problem, joint: Joint, surrogate: Surrogate, recovered: Recov
     return ClosedLoop(problem, joint, "free_form", surrogate, (rms[0] / rms[1], rms[0] / rms[2]), sigma=sigma)
 
 
-def _descent(loop: ClosedLoop, everything: bool) -> Descent:
+def _descent(loop: ClosedLoop, everything: bool) -> Descent[ClosedLoop]:
     """Priors of the model, of the force's slopes, bends and other parts, and of the companion."""
     assert isinstance(loop.coordinates, Surrogate)
     mean, sd = loop.problem.prior(loop.joint.reduced)
@@ -163,7 +163,7 @@ def _descent(loop: ClosedLoop, everything: bool) -> Descent:
     return Descent(loop, np.concatenate(means), np.concatenate(sds), len(mean), everything)
 
 
-def _candidate(descent: Descent, reached: Reached) -> Candidate:
+def _candidate(descent: Descent[ClosedLoop], reached: Reached) -> Candidate:
     loop = descent.loop
     p, x = descent.split(reached.z)
     values, k, c = loop.values(x)
@@ -186,7 +186,7 @@ def _candidate(descent: Descent, reached: Reached) -> Candidate:
     )
 
 
-def _determined(descent: Descent, reached: Reached) -> int:
+def _determined(descent: Descent[ClosedLoop], reached: Reached) -> int:
     """Number of the force's parameters that the records determine, not the prior (MacKay 1992, gamma): a curve held
     straight by its prior is two."""
     n = len(reached.z) - descent.n_p

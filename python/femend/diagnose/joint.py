@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
+from femend.diagnose.locate import with_member
 from femend.diagnose.receptances import receptances
 from femend.estimate import Fit, FitRecord, Hypothesis, Lines, Problem
 from femend.model import Place, ReducedModel, reduce_model
 
-__all__ = ["Joint", "Recovered", "open_joint", "recover"]
+__all__ = ["Joint", "Recovered", "enlarged", "open_joint", "open_joints", "recover", "with_attached"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -42,26 +44,58 @@ class Joint:
 
 def open_joint(place: Place, reduced: ReducedModel, f_max: float, g_rows: list[int]) -> Joint:
     """Opens a place in a basis that holds its own static response; `f_max` in Hz, `g_rows` as for `reduce_model`."""
+    return open_joints([place], reduced, f_max, g_rows)
+
+
+def open_joints(places: Sequence[Place], reduced: ReducedModel, f_max: float, g_rows: list[int]) -> Joint:
+    """Opens several places at once: their coordinates after each other, named by the first of them.
+
+    Cuts must not be of one element: its ends would couple.
+    """
+    own = enlarged(places, reduced, f_max, g_rows)
+    rows, compliances = [np.zeros((0, own.r))], [np.zeros(0)]
+    for place in places:
+        B = place.w(own.V, own.V_a)
+        if place.release is None:
+            rows.append(B)
+            compliances.append(np.zeros(place.n_w))
+            continue
+        # Cuts of one member end do not couple (axes of the section), so that S is diagonal and so is the compliance.
+        inverse = 1 / np.diag(place.release)
+        own = own.minus(B.T @ (inverse[:, None] * B), place.parameter)
+        rows.append(inverse[:, None] * B)
+        compliances.append(inverse)
+    return Joint(places[0], own, np.vstack(rows), np.concatenate(compliances))
+
+
+def enlarged(places: Sequence[Place], reduced: ReducedModel, f_max: float, g_rows: list[int]) -> ReducedModel:
+    """The model in a basis that holds the static response to forces at `places` too."""
     model = reduced.model
     T = model.transformation()
-    if place.independent:
-        loads = np.zeros((model.fe.n_a, place.n_w))
-        for j, (rows, values) in enumerate(zip(place.g_rows, place.g_values, strict=True)):
-            loads[rows, j] = values
-    else:
-        pattern = np.zeros((model.fe.n_g, place.n_w))
+    loads = [np.zeros((model.fe.n_a, 0))]
+    for place in places:
+        pattern = np.zeros((model.fe.n_a if place.independent else model.fe.n_g, place.n_w))
         for j, (rows, values) in enumerate(zip(place.g_rows, place.g_values, strict=True)):
             pattern[rows, j] = values
-        loads = np.asarray(T.T @ pattern)
-    own = reduce_model(model, f_max, g_rows, loads)
+        loads.append(pattern if place.independent else np.asarray(T.T @ pattern))
+    own = reduce_model(model, f_max, g_rows, np.hstack(loads))
     own = own if reduced.form is None else reduced.form.on(own)
-    B = place.w(own.V, own.V_a)
-    if place.release is None:
-        return Joint(place, own, B, np.zeros(place.n_w))
-    # Cuts of one member end do not couple (axes of the section), so that S is diagonal and so is the compliance.
-    inverse = 1 / np.diag(place.release)
-    released = own.minus(B.T @ (inverse[:, None] * B), place.parameter)
-    return Joint(place, released, inverse[:, None] * B, inverse)
+    for member in reduced.members:
+        own = with_member(member, own)
+    for place, k, m in reduced.attached:
+        own = with_attached(place, k, m, own)
+    return own
+
+
+def with_attached(place: Place, k: float, m: float, reduced: ReducedModel) -> ReducedModel:
+    """The model with a spring `k` and a mass `m` (deck units) on every coordinate of a place."""
+    B = place.w(reduced.V, reduced.V_a)
+    return replace(
+        reduced,
+        K_fixed=reduced.K_fixed + k * (B.T @ B),
+        M_fixed=reduced.M_fixed + m * (B.T @ B),
+        attached=(*reduced.attached, (place, k, m)),
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ in few steps on whole records; the best of both on all.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,12 +66,19 @@ class Located:
         return self.fit.prior + self.squares + (UNLIKELY if self.place.unlikely else 0.0)
 
 
-def hypothesis_of(place: Place, reduced: ReducedModel) -> Hypothesis:
-    """Law-free hypothesis of a place: a free force along its directions, or a factor on a member's own stiffness."""
+def hypothesis_of(place: Place, reduced: ReducedModel, beside: Sequence[Place] = ()) -> Hypothesis:
+    """Law-free hypothesis of a place: a free force along its directions, or a factor on a member's own stiffness; with
+    free forces at the places `beside` too."""
+    w = [b.w(reduced.V, reduced.V_a) for b in beside]
     if place.kind == "member":
-        K = member_stiffness(place, reduced)
-        return Hypothesis(reduced.with_part("member", K, place.parameter, MEMBER_SD), np.zeros((0, reduced.r)))
-    return Hypothesis(reduced, place.w(reduced.V, reduced.V_a))
+        return Hypothesis(with_member(place, reduced), np.vstack([np.zeros((0, reduced.r)), *w]))
+    return Hypothesis(reduced, np.vstack([place.w(reduced.V, reduced.V_a), *w]))
+
+
+def with_member(place: Place, reduced: ReducedModel) -> ReducedModel:
+    """The model with a factor of its own on the stiffness of the member at a place."""
+    split = reduced.with_part("member", member_stiffness(place, reduced), place.parameter, MEMBER_SD)
+    return replace(split, members=(*reduced.members, place))
 
 
 def member_stiffness(place: Place, reduced: ReducedModel) -> np.ndarray:
@@ -91,17 +98,21 @@ def squares_of(problem: Problem, fit: Fit, sigma: float) -> float:
     return float(sum(line.share * line.Y.size * misfit for line, misfit in zip(lines, fit.misfit, strict=True)))
 
 
-def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> list[Located]:
+def locate(
+    problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit, beside: Sequence[Place] = ()
+) -> list[Located]:
     """Places in rising order of cost, after the last stage, places with one and with several forces each by themselves
-    until there, since more forces explain more; `null` is the fit of the model as it is.
+    until there, since more forces explain more; `null` is the fit of the model as it is. At the places `beside` forces
+    are free all the time.
 
     Of places that move the sensors alike one goes on at a time, so that the stages sort out what can be told apart; at
     the end those like the best ones are fitted too. Places that need as many forces as there are sensors, or more,
     cannot be judged and are left out.
     """
     n_out = min(r.y.shape[0] for r in problem.records)
-    todo = [p for p in places if p.n_w < n_out]
-    hypotheses = [hypothesis_of(p, reduced) for p in todo]
+    free = sum(b.n_w for b in beside)
+    todo = [p for p in places if p.n_w + free < n_out]
+    hypotheses = [hypothesis_of(p, reduced, beside) for p in todo]
     few = problem.thinned(LINES)
     plain = problem.thinned(FEWEST_LINES).untuned()
     kin = _Kin.of(problem, reduced, todo, null)
@@ -109,7 +120,7 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
         (plain, 8.0, 5, SECOND_STAGE),
         (few, 2.0, 6, LAST_STAGE),
     )
-    keep = _first_glance(plain, reduced, todo, kin.first(todo), kin, null)
+    keep = _first_glance(plain, reduced, todo, kin, null, beside)
     ranked: list[tuple[int, Fit]] = []
     for lines, factor, iterations, quota in stages:
         ranked = _fitted(lines, hypotheses, keep, factor * problem.scale(), iterations, todo)
@@ -144,16 +155,16 @@ def locate(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
 
 
 def _first_glance(
-    plain: Problem, reduced: ReducedModel, places: Sequence[Place], keep: Sequence[int], kin: _Kin, null: Fit
+    plain: Problem, reduced: ReducedModel, places: Sequence[Place], kin: _Kin, null: Fit, beside: Sequence[Place]
 ) -> list[tuple[int, FloatArray]]:
-    """Starts of the places `keep` for the next stage, sorted out on the most strongly damped lines by the model without
-    what its members and masses differ in, which does not show there.
+    """Starts of the first place of each kind for the next stage, sorted out on the most strongly damped lines by the
+    model without what its members and masses differ in, which does not show there.
 
     Each is tried from the deck's values and from the updated model's: the first are nearer to the truth where the
     update has made up for much with the wrong parameters, the second where the deck itself is far off.
     """
     bare = reduced if reduced.form is None else reduced.bare()
-    hypotheses = {i: hypothesis_of(places[i], bare) for i in keep}
+    hypotheses = {i: hypothesis_of(places[i], bare, beside) for i in kin.first(places)}
     own, form = len(reduced.model.parameters), len(reduced.names) - len(bare.names)
     updated = np.concatenate([null.p[:own], null.p[own + form :]])
     starts = [

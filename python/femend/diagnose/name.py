@@ -21,7 +21,7 @@ from femend.model.places import mass_place
 
 FloatArray = NDArray[np.float64]
 
-__all__ = ["Ranked", "Split", "name_physics", "score", "split_records"]
+__all__ = ["Ranked", "Split", "name_physics", "score", "split_records", "tempered"]
 
 # starts of a nonlinear law that are followed
 NONLINEAR_STARTS = 3
@@ -72,6 +72,15 @@ def score(candidate: Candidate, choosing: Problem, settings: Settings, n_values:
     """Tempered squares on unseen data, prior of the model's unknowns, and a price for every parameter of the law."""
     price = settings.price * float(np.log(max(n_values, np.e)))
     return n_values * float(np.log(max(candidate.chosen, 1e-12))) + candidate.prior + price * candidate.n_law
+
+
+def tempered(ranked: Sequence[Ranked], null_score: float = np.inf) -> list[float]:
+    """Softmax of -score/2 over the candidates and nothing, tempered so that no choice looks surer than it is."""
+    if not ranked:
+        return []
+    scores = np.array([r.score for r in ranked] + [null_score]) / 8.0
+    weights = np.exp(-0.5 * (scores - scores.min()))
+    return [float(w) for w in (weights / weights.sum())[:-1]]
 
 
 def effective_values(choosing: Problem, reduced: ReducedModel, sigma: float = 0.0) -> float:

@@ -34,7 +34,7 @@ class _Run:
 
     name: str
     start: Start
-    descent: Descent
+    descent: Descent[ClosedLoop]
     reached: Reached
 
     @property

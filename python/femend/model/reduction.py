@@ -41,7 +41,8 @@ class ReducedModel:
 
     `V` (n_g, r) gives every DOF of the g-set, `V_a` (n_a, r) the independent ones; `freq` (r,) are the Ritz frequencies
     at the deck's values, in Hz. `names` are the model's parameters, then combinations of `form` errors where they were
-    added, then `extra` factors of split parts.
+    added, then `extra` factors of split parts, of which `members` are the places where they are those of members;
+    `attached` are places with the stiffness and mass that were added there.
     """
 
     model: Model
@@ -55,6 +56,8 @@ class ReducedModel:
     freq: FloatArray
     extra: int = 0
     form: Any = None
+    members: tuple[Any, ...] = ()
+    attached: tuple[tuple[Any, float, float], ...] = ()
 
     @property
     def r(self) -> int:

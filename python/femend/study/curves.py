@@ -145,7 +145,8 @@ def accepted(diagnosis: Diagnosis) -> Ranked | None:
         return None
     if diagnosis.rival is not None:
         return diagnosis.rival.ranked
-    here = [r for r in diagnosis.ranked if r.located is diagnosis.place]
+    ranked = diagnosis.ranked if diagnosis.further is None else diagnosis.further.laws[0]
+    here = [r for r in ranked if r.located is diagnosis.place]
     if diagnosis.best is None:
         return here[0] if here else None
     joint = diagnosis.best.joint

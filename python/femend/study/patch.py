@@ -13,31 +13,33 @@ __all__ = ["deck_cards", "deck_changes"]
 
 
 def deck_cards(model: Model, diagnosis: Diagnosis, result: dict[str, Any]) -> list[str]:
-    """Bulk-data lines for the new term: a card where Nastran has one that fits, its description as comments."""
-    if not result["findings"]:
-        return []
-    finding = result["findings"][0]
-    where = finding["location"]
-    values = {name: v["value"] for name, v in finding["parameters"].items()}
-    words = ", ".join(
-        f"{name} = {value} {finding['parameters'][name]['unit']}".strip() for name, value in values.items()
-    )
-    nodes = ", ".join(str(n) for n in where["nodes"])
-    name = finding["physics"] or "unnamed"
-    words = words or finding.get("class", "")
-    lines = [
-        f"$ femend: {name} at node {nodes} {where['direction']} to {where['to'] or 'nothing'}",
-        f"$ femend: {words}",
-    ]
-    return lines + _term(model, finding["physics"], where, values)
+    """Bulk-data lines for the new terms: cards where Nastran has some that fit, their descriptions as comments."""
+    lines: list[str] = []
+    id_ = next_id(model.deck, "element")
+    for finding in result["findings"]:
+        where = finding["location"]
+        values = {name: v["value"] for name, v in finding["parameters"].items()}
+        words = ", ".join(
+            f"{name} = {value} {finding['parameters'][name]['unit']}".strip() for name, value in values.items()
+        )
+        nodes = ", ".join(str(n) for n in where["nodes"])
+        name = finding["physics"] or "unnamed"
+        words = words or finding.get("class", "")
+        cards = _term(id_, finding["physics"], where, values)
+        id_ += len(cards)
+        lines += [
+            f"$ femend: {name} at node {nodes} {where['direction']} to {where['to'] or 'nothing'}",
+            f"$ femend: {words}",
+            *cards,
+        ]
+    return lines
 
 
-def _term(model: Model, physics: str, where: dict[str, Any], values: dict[str, Any]) -> list[str]:
+def _term(id_: int, physics: str, where: dict[str, Any], values: dict[str, Any]) -> list[str]:
     axes = {"X": 1, "Y": 2, "Z": 3}
     if len(where["nodes"]) != 1 or where["to"] != "ground" or where["direction"] not in axes:
         return []
     node, component = where["nodes"][0], axes[where["direction"]]
-    id_ = next_id(model.deck, "element")
     if physics == "support_stiffness":
         return [f"CELAS2,{id_},{values['k']:.6E},{node},{component}"]
     if physics == "viscous_damper":

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from femend.data import FRF, Channel, Recording, Test, TimeData
 from femend.diagnose import Diagnosis
 from femend.diagnose.predict import predict_candidate, predict_frf, predict_model
+from femend.diagnose.terms import simulate_terms
 from femend.estimate import FitRecord
 from femend.estimate.frf import ORDER
 from femend.estimate.prepare import frf_records
@@ -143,7 +144,10 @@ def _stages(diagnosis: Diagnosis, record: FitRecord) -> dict[str, Values]:
     nominal = predict(problem, null.hypothesis, diagnosis.nominal, nothing, record)
     updated = predict(problem, null.hypothesis, null.p, nothing, record)
     final = updated
-    if diagnosis.best is not None:
+    if diagnosis.further is not None and record.frf is None:
+        final = simulate_terms(problem, diagnosis.further.terms, record)
+        final = final if np.isfinite(final).all() else updated
+    elif diagnosis.best is not None:
         fallback = diagnosis.place.fit.hypothesis if diagnosis.place is not None else null.hypothesis
         final = predict_candidate(problem, diagnosis.best, fallback, record)
         if not np.isfinite(final).all():

@@ -10,6 +10,7 @@ import numpy as np
 from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.locate import Located
+from femend.diagnose.name import Ranked, tempered
 from femend.estimate import FitRecord, noise_floor
 from femend.model.places import Topology, stretches, topology
 from femend.physics import FitCoordinates, with_companion
@@ -103,22 +104,31 @@ def _findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         ]
     if diagnosis.place is None or diagnosis.verdict not in ("missing-physics", "located-not-named"):
         return []
-    best = diagnosis.best
+    if diagnosis.further is not None:
+        return [
+            _finding(diagnosis, term.located, term.candidate, _by_name(ranked, tempered(ranked)))
+            for term, ranked in zip(diagnosis.further.terms.terms, diagnosis.further.laws, strict=True)
+        ]
+    probabilities = _by_name(diagnosis.ranked, diagnosis.probabilities)
+    return [_finding(diagnosis, diagnosis.place, diagnosis.best, probabilities)]
+
+
+def _finding(
+    diagnosis: Diagnosis, place: Located, best: Candidate | None, probabilities: dict[str, float]
+) -> dict[str, Any]:
+    """One name (or none) at one place, with the laws that are as likely."""
     name = best.name if best is not None else ""
-    probabilities = _by_name(diagnosis)
     named = probabilities.pop(name, 0.0)
     others = sorted(probabilities.items(), key=lambda item: -item[1])[:ALTERNATIVES]
-    return [
-        {
-            "physics": name,
-            "probability": round(named, 3),
-            "location": _location(diagnosis, diagnosis.place),
-            "parameters": {} if best is None or diagnosis.rival else _law_parameters(diagnosis, best),
-            "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in others if p >= 0.001],
-            "configurations": ["as modelled"],
-            **({} if diagnosis.rival is None else {"class": ", ".join(diagnosis.rival.labels)}),
-        }
-    ]
+    found = {
+        "physics": name,
+        "probability": round(named, 3),
+        "location": _location(diagnosis, place),
+        "parameters": {} if best is None or diagnosis.rival else _law_parameters(diagnosis, best),
+        "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in others if p >= 0.001],
+        "configurations": ["as modelled"],
+    }
+    return found if diagnosis.rival is None else {**found, "class": ", ".join(diagnosis.rival.labels)}
 
 
 def _rounded(value: float | str | None) -> float | str | None:
@@ -132,9 +142,9 @@ def _load_unit(diagnosis: Diagnosis, quantity: str) -> str:
     return written.get(quantity, quantity)
 
 
-def _by_name(diagnosis: Diagnosis) -> dict[str, float]:
+def _by_name(laws: Sequence[Ranked], probabilities: Sequence[float]) -> dict[str, float]:
     total: dict[str, float] = {}
-    for ranked, p in zip(diagnosis.ranked, diagnosis.probabilities, strict=True):
+    for ranked, p in zip(laws, probabilities, strict=True):
         name = ranked.name or ranked.candidate.name
         total[name] = total.get(name, 0.0) + p
     return total
@@ -152,9 +162,10 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
     single = [p.nodes[0] for p in like if len(p.nodes) == 1]
     group = {node: nodes for nodes in stretches(top, single) for node in _along(nodes, single, top)}
     others: list[list[int]] = []
+    # with several effects the places of one alone are no measure
     close = [
         found.place
-        for found in diagnosis.located
+        for found in (diagnosis.located if diagnosis.further is None else ())
         if found.cost - place.cost < diagnosis.settings.margin and found.place.kind != "base"
     ]
     covered = set(place.place.nodes)

@@ -1,0 +1,196 @@
+"""Forces at places taken as known: two free forces read off together, and records with one of them as an input."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.joint import enlarged, with_attached
+from femend.diagnose.name import Split
+from femend.diagnose.nonlinear import simulate_candidate
+from femend.diagnose.receptances import receptances
+from femend.estimate import Fit, FitRecord, Lines, Problem
+from femend.model import Place, ReducedModel
+
+__all__ = ["Known", "forces_of_laws", "free_forces"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# rounds in which the power of free forces is estimated, and the lines over which it is smoothed
+ROUNDS, SMOOTH = 6, 31
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """Forces (n_w, n) on the structure at `places`, for every record by its name and place.
+
+    The spring or the mass that does most of what a force does is part of the model (`attached`, stiffness and mass for
+    every place), and the force is what is left: one that undoes a resonance of the model without it had to be exact.
+    """
+
+    places: tuple[Place, ...]
+    forces: Mapping[str, tuple[FloatArray, ...]]
+    attached: tuple[tuple[float, float], ...] = ()
+
+    def on(self, record: FitRecord) -> FitRecord:
+        """The record with the forces among its inputs, a row for every DOF they act at."""
+        rows, u = [record.in_rows], [record.u]
+        for place, force in zip(self.places, self.forces[record.name], strict=True):
+            for j, (g, values) in enumerate(zip(place.g_rows, place.g_values, strict=True)):
+                rows.append(np.asarray(g, dtype=np.int64))
+                u.append(np.asarray(values)[:, None] * force[j][None, :])
+        in_rows = np.concatenate(rows)
+        signs = np.concatenate([record.in_signs, np.ones(len(in_rows) - len(record.in_rows))])
+        return replace(record, in_rows=in_rows, in_signs=signs, u=np.ascontiguousarray(np.vstack(u)))
+
+    def split(self, split: Split) -> Split:
+        """The records of a split with the forces among their inputs."""
+        made = {id(r): self.on(r) for r in split.whole.records}
+
+        def part(problem: Problem) -> Problem:
+            return problem.on([made[id(r)] for r in problem.records])
+
+        whole = part(split.whole)
+        if split.fitting is split.whole:
+            return Split(whole, whole, whole)
+        return Split(whole, part(split.fitting), part(split.choosing))
+
+    def basis(self, reduced: ReducedModel, f_max: float, g_rows: Sequence[int]) -> tuple[ReducedModel, list[int]]:
+        """The model in a basis that holds the response to the forces, with the rows they need."""
+        own = {int(g) for place in self.places for rows in place.g_rows for g in rows}
+        rows = sorted({*g_rows, *own})
+        own_model = enlarged((), reduced, f_max, rows)
+        for place, (k, m) in zip(self.places, self.attached, strict=True):
+            own_model = with_attached(place, k, m, own_model)
+        return own_model, rows
+
+
+def free_forces(problem: Problem, fit: Fit, places: Sequence[Place]) -> Known:
+    """Forces at `places` as the recordings show them, the model being that of `fit`, whose hypothesis has a free force
+    at each of them in their order.
+
+    A least-squares force is noise on lines where the sensors hardly see it, or cannot tell it from the other. So every
+    force has a prior of a power that is smooth over the lines, and that power is estimated from the forces themselves
+    (empirical Bayes by expectation maximisation; Dempster, Laird and Rubin 1977).
+    """
+    problem = problem.thinned(None)
+    reduced, w = fit.hypothesis.reduced, fit.hypothesis.w
+    lines, system = problem.lines(reduced), problem.system(reduced)
+    fitted = _core.fitted_lines(system, fit.hypothesis.core(), [line.core for line in lines], fit.p, fit.x)
+    omega, zeta, Q = system.modal(fit.p)
+    forces: dict[str, tuple[FloatArray, ...]] = {}
+    motions, parts, weights = [], [], []
+    for line, (y, D, F) in zip(lines, fitted, strict=True):
+        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
+        out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
+        g = receptances(omega, zeta, s) * s[:, None] ** 2
+        H = np.einsum("kr,sr,wr->ksw", g, out, w @ Q, optimize=True)
+        answer = (line.Y - y + np.einsum("ksw,kw->ks", H, F)) * line.weight
+        H = H * line.weight[:, :, None]
+        motions.append(D)
+        parts.append(_shrunk(H, answer, F))
+        weights.append((np.abs(H) ** 2).sum(axis=1))
+    ends = np.cumsum([0, *(p.n_w for p in places)])
+    spans = [slice(a, b) for a, b in itertools.pairwise(ends)]
+    attached = tuple(
+        _follower(lines, [D[:, i] for D in motions], [F[:, i] for F in parts], [w[:, i] for w in weights])
+        for i in spans
+    )
+    for line, D, F in zip(lines, motions, parts, strict=True):
+        forces[line.record.name] = tuple(
+            _in_time(line, F[:, i], D[:, i], *follower) for i, follower in zip(spans, attached, strict=True)
+        )
+    return Known(tuple(places), forces, attached)
+
+
+def _follower(
+    lines: Sequence[Lines], D: Sequence[ComplexArray], F: Sequence[ComplexArray], weights: Sequence[FloatArray]
+) -> tuple[float, float]:
+    """The spring or the mass, whichever does more, whose force on the structure is most like F (K, n_w) under the
+    motion D (K, n_w)."""
+    tops, bottoms = np.zeros(2), np.zeros(2)
+    for line, d, f, w in zip(lines, D, F, weights, strict=True):
+        s = line.sigma + 2j * np.pi * line.freq
+        for i, shape in enumerate((-d, -((s**2)[:, None]) * d)):
+            tops[i] += float((w * np.real(shape.conj() * f)).sum())
+            bottoms[i] += float((w * np.abs(shape) ** 2).sum())
+    gains = np.where(tops > 0, tops**2 / np.maximum(bottoms, 1e-300), 0.0)
+    best = int(np.argmax(gains))
+    value = float(tops[best] / bottoms[best]) if gains[best] > 0 else 0.0
+    return (value, 0.0) if best == 0 else (0.0, value)
+
+
+def _in_time(line: Lines, F: ComplexArray, D: ComplexArray, k: float, m: float) -> FloatArray:
+    """History (n_w, n) of what is left of a force beside a spring and a mass."""
+    s = line.sigma + 2j * np.pi * line.freq
+    full = np.zeros((line.record.n // 2 + 1, F.shape[1]), dtype=complex)
+    full[line.index] = F + (k + m * s**2)[:, None] * D
+    return np.asarray(np.fft.irfft(full, n=line.record.n, axis=0).T)
+
+
+def _shrunk(H: ComplexArray, answer: ComplexArray, F: ComplexArray) -> ComplexArray:
+    """Forces (K, n_w) behind weighted answers (K, n_out) of the sensors, from least-squares ones `F`."""
+    gram = np.einsum("ksv,ksw->kvw", H.conj(), H)
+    seen = np.einsum("ksw,ks->kw", H.conj(), answer)[:, :, None]
+    power = _smooth(np.abs(F) ** 2)
+    for _ in range(ROUNDS):
+        covariance = np.linalg.inv(gram + np.einsum("kw,wv->kwv", 1 / power, np.eye(F.shape[1])))
+        F = np.asarray((covariance @ seen)[:, :, 0])
+        power = _smooth(np.abs(F) ** 2 + np.real(np.einsum("kww->kw", covariance)))
+    return F
+
+
+def _smooth(power: FloatArray) -> FloatArray:
+    """Running mean (K, n_w) over lines, never zero."""
+    width = min(SMOOTH, len(power))
+    kernel = np.ones(width)
+    count = np.convolve(np.ones(len(power)), kernel, "same")
+    mean = np.array([np.convolve(column, kernel, "same") / count for column in power.T]).T
+    return np.asarray(np.maximum(mean, 1e-12 * max(float(mean.max()), 1e-300)))
+
+
+def forces_of_laws(problem: Problem, candidate: Candidate) -> Known | None:
+    """Forces that a fitted law exerts on the structure in the recordings of `problem`; None for a member's factor,
+    which is part of the model, and where the law cannot be followed.
+
+    In a cut the rigid connection of the deck stays: what the law leaves of it is a force as large as the opening.
+    """
+    joint = candidate.joint
+    if joint is None or candidate.physics is None:
+        return None
+    problem = problem.thinned(None)
+    lines = problem.lines(joint.reduced)
+    motions, parts = [], []
+    if candidate.nonlinear:
+        for line in lines:
+            history = simulate_candidate(problem, candidate, line.record)
+            if not (np.isfinite(history.f).all() and np.isfinite(history.d).all()):
+                return None
+            both = (np.fft.rfft(x, line.record.n, axis=1)[:, line.index].T for x in (history.d, -history.f))
+            d, f = both
+            motions.append(d)
+            parts.append(f)
+    else:
+        hypothesis = joint.hypothesis(
+            (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), 1.0)
+        )
+        system, cores = problem.system(joint.reduced), [line.core for line in lines]
+        for _, d, f in _core.fitted_lines(system, hypothesis.core(), cores, candidate.p, candidate.x):
+            motions.append(d)
+            parts.append(f)
+    place = joint.place
+    if place.release is not None:
+        opened = {line.record.name: (_in_time(line, d, d, 0.0, 0.0),) for line, d in zip(lines, motions, strict=True)}
+        return Known((place,), opened, ((0.0, 0.0),))
+    follower = _follower(lines, motions, parts, [np.ones(d.shape) for d in motions])
+    left = {
+        line.record.name: (_in_time(line, f, d, *follower),) for line, d, f in zip(lines, motions, parts, strict=True)
+    }
+    return Known((place,), left, (follower,))

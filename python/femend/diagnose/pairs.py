@@ -1,0 +1,153 @@
+"""Two places at once: the pair whose free forces together leave least."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.classes import similarity
+from femend.diagnose.locate import (
+    ALIKE,
+    COMPARED_LINES,
+    LINES,
+    Located,
+    hypothesis_of,
+    locate,
+    preference,
+    shortlist,
+    squares_of,
+)
+from femend.diagnose.name import Ranked, Split
+from femend.diagnose.settings import Settings
+from femend.estimate import Problem
+from femend.model import Place, ReducedModel
+
+__all__ = ["Searched", "others", "pair", "plain", "with_members"]
+
+FloatArray = NDArray[np.float64]
+
+# places from which the search for a pair of places starts
+FIRSTS = 3
+# cost by which pairs are put in the order of their places' `preference`
+LIKELIER = 2.0
+# how often a search looks for the first place again
+TURNS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """What the search for one effect worked on and found: the records apart, places, laws in order of score, and the
+    score of what they have to beat, `floor` the score that noise alone leaves."""
+
+    problem: Problem
+    reduced: ReducedModel
+    g_rows: list[int]
+    split: Split
+    places: Sequence[Place]
+    located: Sequence[Located]
+    ranked: Sequence[Ranked]
+    settings: Settings
+    n_values: float
+    null_score: float
+    floor: float
+
+    @property
+    def price(self) -> float:
+        """Score that a parameter of a law costs."""
+        return self.settings.price * float(np.log(max(self.n_values, np.e)))
+
+
+def pair(first: Searched) -> tuple[Located, Located] | None:
+    """Two places whose free forces together leave least, if that is clearly less than one leaves: the fit of both, and
+    the first by itself.
+
+    With two effects the best single place may be a compromise; so the search starts from several and, whatever second
+    place it finds, looks for the first one again. Two forces at wrong places may leave as little as at the right ones;
+    of pairs that the recordings do not tell apart the one with the likelier places is taken.
+    """
+    found: list[tuple[Located, Located]] = []
+    tried: list[Place] = []
+    for start in _starts(first):
+        at: Located | None = start
+        for _ in range(TURNS):
+            if at is None or any(at.place is p for p in tried):
+                break
+            tried.append(at.place)
+            beside = _beside(first, at)
+            found += [(second, at) for second in beside]
+            at = _alone(first, beside[0].place) if beside else None
+    if not found:
+        return None
+    least = min(second.cost for second, _ in found)
+    alone = min(f.cost for f in first.located)
+    if alone - least < first.settings.gain_cost:
+        return None
+    return min(found, key=lambda f: f[0].cost + LIKELIER * (preference(f[0].place) + preference(f[1].place)))
+
+
+def _starts(first: Searched) -> list[Located]:
+    """Places to start from: the best law's, and the best that do not move the sensors alike."""
+    found = [first.ranked[0].located, *shortlist(first.located)]
+    kept: list[Located] = []
+    for one in found:
+        if len(kept) < FIRSTS and not any(_same(first, one.place, k.place) for k in kept):
+            kept.append(one)
+    return kept
+
+
+def _same(first: Searched, a: Place, b: Place) -> bool:
+    """Whether two places move the sensors alike, or share an element."""
+    if a is b or set(a.elements) & set(b.elements):
+        return True
+    if a.n_w != 1 or b.n_w != 1:
+        return a.kind == b.kind and a.nodes == b.nodes
+    few = first.problem.on(first.problem.records[:1]).thinned(COMPARED_LINES)
+    matrix = similarity(few, first.reduced, [a, b], first.problem.prior(first.reduced)[0])
+    return bool(matrix[0, 1] > ALIKE)
+
+
+def others(first: Searched, place: Place) -> list[Place]:
+    """Places at which something further may be missing beside a place: those that move the sensors otherwise."""
+    if place.n_w != 1:
+        return [p for p in first.places if p is not place and not set(p.elements) & set(place.elements)]
+    single = [p for p in first.places if p.n_w == 1]
+    few = first.problem.on(first.problem.records[:1]).thinned(COMPARED_LINES)
+    matrix = similarity(few, first.reduced, [place, *single], first.problem.prior(first.reduced)[0])
+    alike = {id(p) for p, r in zip(single, matrix[0, 1:], strict=True) if r > ALIKE}
+    return [p for p in first.places if id(p) not in alike and not set(p.elements) & set(place.elements)]
+
+
+def _beside(first: Searched, at: Located) -> list[Located]:
+    """The best places beside another, with forces free at both (a member has its factor)."""
+    member = at.place.kind == "member"
+    reduced = at.fit.hypothesis.reduced if member else first.reduced
+    found = locate(first.problem, reduced, others(first, at.place), at.fit, () if member else (at.place,))
+    possible = [f for f in shortlist(found) if f.place.kind != "base"]
+    return [f for f in possible if f.cost < possible[0].cost + first.settings.margin]
+
+
+def _alone(first: Searched, place: Place) -> Located | None:
+    """A place by itself, as the search for one place found it or from the deck's values."""
+    known = next((f for f in first.located if f.place is place), None)
+    if known is not None:
+        return known
+    few, hypothesis = first.problem.thinned(LINES), hypothesis_of(place, first.reduced)
+    p = with_members(first, plain(first, first.located[0].fit.p), hypothesis.reduced.extra)
+    (fit,) = few.fit([hypothesis], [(p, np.zeros(0))])
+    return None if fit is None else Located(place, fit, squares_of(few, fit, 0.0))
+
+
+def plain(first: Searched, p: FloatArray) -> FloatArray:
+    """Unknowns `p` of a model with members' factors without these."""
+    n = len(first.reduced.names)
+    tuned = len(first.problem.prior(first.reduced)[0]) - n
+    return np.concatenate([p[:n], p[len(p) - tuned :]])
+
+
+def with_members(first: Searched, p: FloatArray, count: int) -> FloatArray:
+    """Unknowns of the model with the factors of `count` members, as they are in the deck."""
+    n = len(first.reduced.names)
+    return np.concatenate([p[:n], np.zeros(count), p[n:]])

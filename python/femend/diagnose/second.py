@@ -1,0 +1,221 @@
+"""More than one effect: what is left beside the first law is looked for in the same way, with its force as an input."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.alike import with_look_alikes
+from femend.diagnose.collapse import collapsed
+from femend.diagnose.known_force import Known, forces_of_laws, free_forces
+from femend.diagnose.locate import Located, locate, shortlist, with_member
+from femend.diagnose.name import Ranked, name_physics
+from femend.diagnose.pairs import Searched, others, pair, plain, with_members
+from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms, refit_terms
+from femend.estimate import Hypothesis
+from femend.model import Place
+
+__all__ = ["Further", "Searched", "look_further"]
+
+FloatArray = NDArray[np.float64]
+
+# laws of different names at a place that are tried together with those at the other
+TOGETHER = 2
+# how much the score of what was found may be above what noise leaves, in `gain_cost`, before anything further is looked
+# for
+WORTH = 1.5
+# share of what is wrong with the updated model from which the best law is taken for one of the two effects
+FIRST_SHARE = 0.5
+# standard deviation of the best determined parameter of a law (ln units) from which its size is not known
+UNDETERMINED = 0.33
+# lines a record on which the terms that are kept are fitted
+FINAL_LINES = 600
+
+
+@dataclass(frozen=True, eq=False)
+class Further:
+    """Several effects at once: their terms fitted to all records, the laws tried at each in the terms' order, and the
+    score on unseen data."""
+
+    terms: Terms
+    laws: tuple[tuple[Ranked, ...], ...]
+    score: float
+
+
+def look_further(first: Searched) -> Further | None:
+    """Two effects where one law at one place leaves much that two laws at two places explain; None otherwise."""
+    if not _worth_looking(first):
+        return None
+    places = pair(first)
+    return None if places is None else _named(first, *places)
+
+
+def _worth_looking(first: Searched) -> bool:
+    """Whether more is left than a law can be asked to explain, with sensors enough to tell two forces."""
+    records = first.problem.records
+    if not first.ranked or min(r.y.shape[0] for r in records) < 3 or any(r.frf is not None for r in records):
+        return False
+    best = first.ranked[0]
+    left = best.score - first.price * best.candidate.n_law - first.floor
+    return best.candidate.chosen > first.settings.adequate and left > WORTH * first.settings.gain_cost
+
+
+@dataclass(frozen=True, eq=False)
+class _Aside:
+    """What is taken as known while one effect is looked for: forces, members with a factor, unknowns p of the model."""
+
+    known: Known
+    members: tuple[Place, ...]
+    p: FloatArray
+
+
+def _named(first: Searched, second: Located, at: Located) -> Further | None:
+    """Names both effects, each with the force of the other as an input; fitted together they have to win against one
+    law alone.
+
+    The best law found so far is taken for one of the two where it explains the greater part; if nothing comes of it,
+    the force read off at the second place.
+    """
+    nothing = Known((), {r.name: () for r in first.problem.records})
+    best = first.ranked[0]
+    if first.null_score - best.score > FIRST_SHARE * (first.null_score - first.floor):
+        found = _in_turns(first, best, first.ranked, _of_law(first, best, nothing))
+        if found is not None:
+            return found
+    free = _free(first, second, at)
+    one = _search(first, free, others(first, second.place))
+    return _in_turns(first, one[0], one, _of_law(first, one[0], free.known)) if one else None
+
+
+def _in_turns(first: Searched, one: Ranked, laws: Sequence[Ranked], aside: _Aside) -> Further | None:
+    """Names the second effect beside the law `one`, whose force is `aside`, and the first again beside the second."""
+    two = _search(first, aside, others(first, one.located.place))
+    if not two:
+        return None
+    here = [r for r in laws if r.located.place is one.located.place]
+    found = _together(first, (here, two))
+    if found is not None and found.terms.chosen <= first.settings.adequate:
+        return found
+    again = _search(first, _of_law(first, two[0], aside.known), others(first, two[0].located.place))
+    better = _together(first, (again, two)) if again else None
+    both = [f for f in (found, better) if f is not None]
+    return min(both, key=lambda f: f.score, default=None)
+
+
+def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> list[Ranked]:
+    """Laws at the best of the places, in order of score: the search for one effect again, beside what is known."""
+    reduced = first.reduced
+    for member in aside.members:
+        reduced = with_member(member, reduced)
+    reduced, rows = aside.known.basis(reduced, first.problem.band[1], first.g_rows)
+    problem = first.problem.on([aside.known.on(r) for r in first.problem.records])
+    split = aside.known.split(first.split)
+    start = with_members(first, aside.p, len(aside.members))
+    (null,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], [(start, np.zeros(0))])
+    if null is None:
+        return []
+    located = locate(problem, reduced, places, null)
+    short = with_look_alikes(problem, reduced, shortlist(located), places, first.settings)
+    ranked, _ = name_physics(split, reduced, short, rows, first.settings, null.p)
+    return [replace(r, name=collapsed(r.candidate, r.recovered, first.settings).name) for r in ranked]
+
+
+def _free(first: Searched, second: Located, at: Located) -> _Aside:
+    """The free force at the second place as the recordings show it."""
+    p = plain(first, second.fit.p)
+    if second.place.kind == "member":
+        return _Aside(Known((), {r.name: () for r in first.problem.records}), (second.place,), p)
+    both = [f.place for f in (second, at) if f.place.kind != "member"]
+    forces = free_forces(first.problem, second.fit, both)
+    known = Known((second.place,), {name: f[:1] for name, f in forces.forces.items()}, forces.attached[:1])
+    return _Aside(known, (), p)
+
+
+def _of_law(first: Searched, ranked: Ranked, given: Known) -> _Aside:
+    """The force of a law that was found."""
+    nothing = Known((), {r.name: () for r in first.problem.records})
+    candidate = ranked.candidate
+    p = plain(first, candidate.p)
+    if candidate.joint is None:
+        return _Aside(nothing, (ranked.located.place,), p)
+    known = forces_of_laws(first.problem.on([given.on(r) for r in first.problem.records]), candidate)
+    return _Aside(nothing if known is None else known, (), p)
+
+
+def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | None:
+    """The best of the laws at each place fitted together; None where they do not win against less."""
+    best: tuple[float, Terms] | None = None
+    for chosen in itertools.product(*(_distinct(first, ranked) for ranked in laws)):
+        terms = [Term(collapsed(r.candidate, r.recovered, first.settings), r.located) for r in chosen]
+        p = plain(first, chosen[-1].candidate.p)
+        found = fit_terms(first.split.fitting, terms, first.reduced, first.g_rows, p)
+        if found is None:
+            continue
+        found = judge_terms(first.split.choosing, found)
+        value = _score(first, found)
+        if np.isfinite(value) and (best is None or value < best[0]):
+            best = (value, found)
+    if best is None or not _won(first, *best) or not all(map(_determined, best[1].terms)) or _needless(first, *best):
+        return None
+    whole = refit_terms(first.problem.thinned(FINAL_LINES), best[1])
+    tried = {id(r.located.place): tuple(every) for every in laws for r in every}
+    return Further(whole, tuple(tried[id(t.located.place)] for t in whole.terms), best[0])
+
+
+def _distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """The first laws of different names that score about as well as the best."""
+    kept: list[Ranked] = []
+    for r in ranked:
+        new = r.name not in [k.name for k in kept]
+        if new and len(kept) < TOGETHER and r.score < ranked[0].score + first.settings.gain_cost:
+            kept.append(r)
+    return kept
+
+
+def _won(first: Searched, value: float, found: Terms) -> bool:
+    """Whether several laws bring against one what one has to bring against none."""
+    one = first.ranked[0]
+    share = (one.score - value) / max(one.score - first.floor, 1e-12)
+    whole = (first.null_score - value) / max(first.null_score - first.floor, 1e-12)
+    gained = _gained(first, one.score - value, one.candidate.chosen, one.candidate.prior, found)
+    return gained and bool(min(share, whole) >= first.settings.explained)
+
+
+def _gained(first: Searched, gain: float, chosen: float, prior: float, found: Terms) -> bool:
+    """Whether terms bring what a law has to bring, against what leaves `chosen` on unseen data with `prior`."""
+    settings = first.settings
+    less = float(np.log(chosen / max(found.chosen, 1e-12)))
+    won = gain > settings.gain_cost and (less > settings.gain_chosen or prior - found.prior > settings.gain_cost)
+    return bool(won)
+
+
+def _determined(term: Term) -> bool:
+    """Whether the recordings tell the size of a law at all: at least one of its parameters (ln units)."""
+    candidate = term.candidate
+    if candidate.covariance is None:
+        return True
+    n = len(candidate.x) if candidate.coordinates is None else len(candidate.x) - 2
+    return bool(np.sqrt(np.diag(candidate.covariance)[:n].min(initial=np.inf)) < UNDETERMINED)
+
+
+def _needless(first: Searched, value: float, found: Terms) -> bool:
+    """Whether one of the terms, fitted as thoroughly as all of them together, does as well by itself."""
+    for term in found.terms:
+        p = plain(first, found.p)
+        alone = None if term.member else fit_terms(first.split.fitting, [term], first.reduced, first.g_rows, p)
+        if alone is None:
+            continue
+        alone = judge_terms(first.split.choosing, alone)
+        if not _gained(first, _score(first, alone) - value, alone.chosen, alone.prior, found):
+            return True
+    return False
+
+
+def _score(first: Searched, found: Terms) -> float:
+    """Tempered squares on unseen data, prior of the model's unknowns, and a price for every parameter."""
+    squares = first.n_values * float(np.log(max(found.chosen, 1e-12)))
+    return squares + found.prior + first.price * found.n_law

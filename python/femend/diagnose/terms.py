@@ -1,0 +1,245 @@
+"""Several laws at several places at once: fitted together with the whole model by simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.closed_loop import COARSE, LAW_SD, LawSpec, Loop, companion_prior
+from femend.diagnose.descent import Descent, Reached
+from femend.diagnose.joint import Joint, open_joints
+from femend.diagnose.locate import Located, with_member
+from femend.estimate import FitRecord, Problem
+from femend.model import ReducedModel
+
+__all__ = ["Term", "Terms", "fit_terms", "judge_terms", "refit_terms", "simulate_terms"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# windows (in units of `Problem.scale`) by which laws that were found one by one also come to terms, where whole records
+# are too far off at first, the steps in each, and those on whole records
+WINDOWS, STEPS = (3.0, 1.0), (6, 6, 30)
+# coordinates that a simulation can carry
+MOST_COORDINATES = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """A law at a place, as it was found by itself or as it came out together with others."""
+
+    candidate: Candidate
+    located: Located
+
+    @property
+    def member(self) -> bool:
+        """Whether it is a factor on a member's own stiffness."""
+        return self.candidate.joint is None
+
+    @property
+    def n_w(self) -> int:
+        """Number of its coordinates."""
+        return 0 if self.candidate.joint is None else len(self.candidate.joint.w)
+
+    @property
+    def n_x(self) -> int:
+        """Number of its fit coordinates outside the model."""
+        return 0 if self.member else len(self.candidate.x)
+
+    def values(self, x: FloatArray) -> tuple[dict[str, float], float, float]:
+        """Law parameters and companion k, c at the fit coordinates x."""
+        c = self.candidate
+        assert c.physics is not None
+        if c.coordinates is None:
+            return dict(zip(c.physics.parameter_names, np.exp(x).tolist(), strict=True)), 0.0, 0.0
+        n = len(c.coordinates.free)
+        return c.coordinates.parameters(x[:n]), float(x[n] * c.extra["k_scale"]), float(x[n + 1] * c.extra["c_scale"])
+
+    def composite(self, x: FloatArray, omega: tuple[float, float]) -> list[LawSpec]:
+        """The law as the simulation takes it; `omega` are the ends of the band, rad/s."""
+        c = self.candidate
+        assert c.physics is not None
+        values, k, damping = self.values(x)
+        law = c.physics.law or c.physics.name
+        if law == "structural_damping":
+            return [("generalised_maxwell_3", relaxing(values, omega))]
+        if c.coordinates is None:
+            return [(law, values)]
+        return [(law, values), ("linear", {"k": k, "c": damping, "m": 0.0})]
+
+
+def relaxing(values: Mapping[str, float], omega: tuple[float, float]) -> dict[str, float]:
+    """A generalised Maxwell chain whose loss is about that of structural damping k (1 + i eta) over a band (rad/s).
+
+    Structural damping has no response in time. Branches whose relaxation times are a factor r apart have a loss of
+    about pi/(2 ln r) times the stiffness of one of them (Bland, Linear Viscoelasticity, 1960, ch. 2).
+
+    >>> chain = relaxing({"k": 1.0, "eta": 0.1}, (10.0, 1000.0))
+    >>> round(float(chain["k1"]), 4)
+    0.1466
+    """
+    tau = np.geomspace(1 / omega[0], 1 / omega[1], 3)
+    own = float(2 * np.log(tau[0] / tau[1]) / np.pi * values["k"] * values["eta"])
+    branches = {f"{name}{i + 1}": v for i, t in enumerate(tau) for name, v in (("k", own), ("tau", float(t)))}
+    return {"k0": max(values["k"] - 1.5 * own, 0.0), **branches}
+
+
+@dataclass(frozen=True, eq=False)
+class TermsLoop(Loop):
+    """Terms with coordinates of their own, one after the other; members are part of the model."""
+
+    terms: tuple[Term, ...]
+
+    @property
+    def n_x(self) -> int:
+        """Fit coordinates of all terms."""
+        return sum(t.n_x for t in self.terms)
+
+    def parts(self, x: FloatArray) -> list[FloatArray]:
+        """Fit coordinates of every term."""
+        return np.split(x, np.cumsum([t.n_x for t in self.terms])[:-1])
+
+    def laws(self, x: FloatArray) -> list[list[LawSpec]]:
+        """Composite of every coordinate."""
+        band = (2 * np.pi * self.problem.band[0], 2 * np.pi * self.problem.band[1])
+        return [
+            t.composite(part, band)
+            for t, part in zip(self.terms, self.parts(x), strict=True)
+            for _ in range(t.n_w)
+        ]  # fmt: skip
+
+    def prior(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Around `x` for laws, around nothing for the companions of nonlinear ones."""
+        found = [
+            companion_prior(part) if t.candidate.nonlinear else (part, np.full(len(part), LAW_SD))
+            for t, part in zip(self.terms, self.parts(x), strict=True)
+        ]
+        return np.concatenate([m for m, _ in found]), np.concatenate([s for _, s in found])
+
+    def stiffness(self, x: FloatArray, s: ComplexArray) -> ComplexArray:
+        """Dynamic stiffness of the linear terms' coordinates."""
+        columns = []
+        for composite in self.laws(x):
+            law, values = composite[0]
+            known = len(composite) == 1
+            kappa = _core.law_dynamic_stiffness(law, values, s)[0] if known else np.full(len(s), np.nan)
+            columns.append(kappa)
+        return np.array(columns, dtype=np.complex128).reshape(-1, len(s)).T
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """Laws fitted together: `terms` with their values, unknowns p of the model, `score` parts as of a candidate."""
+
+    terms: tuple[Term, ...]
+    joint: Joint
+    p: FloatArray
+    x: FloatArray
+    n_law: int
+    prior: float
+    fitted: float
+    chosen: float
+    covariance: FloatArray | None = None
+
+    def loop(self, problem: Problem, sigma: float = 0.0) -> TermsLoop:
+        """The simulation of the terms for the records of a problem."""
+        return TermsLoop(problem, self.joint, self.terms, sigma=sigma)
+
+
+def fit_terms(
+    problem: Problem,
+    terms: Sequence[Term],
+    reduced: ReducedModel,
+    g_rows: list[int],
+    p: FloatArray,
+) -> Terms | None:
+    """Terms fitted together from where each was found, with the model's unknowns from `p` (those of `reduced`); None
+    where they cannot be simulated together."""
+    made = _opened(problem, terms, reduced, g_rows, p)
+    if made is None:
+        return None
+    loop, z = made
+    x = z[len(z) - loop.n_x :]
+    whole = Descent.around(loop, x, True)
+    ends = [whole.run(z, STEPS[-1])]
+    start = z
+    for factor, steps in zip(WINDOWS, STEPS, strict=False):
+        windowed = replace(loop, sigma=factor * problem.scale(), substeps=COARSE)
+        reached = Descent.around(windowed, x, True).run(start, steps)
+        start = start if reached is None else reached.z
+    ends.append(whole.run(start, STEPS[-1]))
+    done = [e for e in ends if e is not None]
+    return _made(loop, min(done, key=lambda e: e.cost)) if done else None
+
+
+def refit_terms(problem: Problem, found: Terms, iterations: int = 10) -> Terms:
+    """The terms fitted to all records of a problem, with the covariance of their laws."""
+    loop = found.loop(problem)
+    reached = Descent.around(loop, found.x, True).run(np.concatenate([found.p, found.x]), iterations)
+    return found if reached is None else replace(_made(loop, reached), chosen=found.chosen)
+
+
+def judge_terms(choosing: Problem, found: Terms, sigma: float = 0.0) -> Terms:
+    """The terms with the misfit they leave on records they have not seen, windowed by exp(-sigma t)."""
+    loop = found.loop(choosing, sigma)
+    (e,), _ = loop.residuals([(found.p, found.x)])
+    value = float(e @ e) / loop.size()
+    return replace(found, chosen=value if np.isfinite(value) else np.inf)
+
+
+def simulate_terms(problem: Problem, found: Terms, record: FitRecord) -> FloatArray:
+    """Accelerations (n_out, n) of the model with its terms for one record's forces."""
+    return found.loop(problem.on([record])).histories([(found.p, found.x)])[0][0].y
+
+
+def _opened(
+    problem: Problem, terms: Sequence[Term], reduced: ReducedModel, g_rows: list[int], p: FloatArray
+) -> tuple[TermsLoop, FloatArray] | None:
+    attached = [t for t in terms if not t.member]
+    elements = [e for t in attached for e in t.located.place.elements]
+    if not attached or sum(t.n_w for t in terms) > MOST_COORDINATES or len(elements) != len(set(elements)):
+        return None
+    n, factors = len(reduced.names), []
+    for t in terms:
+        if t.member:
+            reduced = with_member(t.located.place, reduced)
+            factors.append(np.log(t.candidate.values["factor"]))
+    start = np.concatenate([p[:n], factors, p[n:]])
+    places = [t.candidate.joint.place for t in attached if t.candidate.joint is not None]
+    joint = open_joints(places, reduced, problem.band[1], g_rows)
+    ordered = (*attached, *(t for t in terms if t.member))
+    x = np.concatenate([np.zeros(0), *(t.candidate.x for t in attached)])
+    return TermsLoop(problem, joint, ordered), np.concatenate([start, x])
+
+
+def _made(loop: TermsLoop, reached: Reached) -> Terms:
+    problem, reduced = loop.problem, loop.joint.reduced
+    n_p = len(problem.prior(reduced)[0])
+    p, x = reached.z[:n_p], reached.z[n_p:]
+    fitted = float(reached.e @ reached.e) / loop.size()
+    mean, sd = problem.prior(reduced)
+    n = len(reduced.names)
+    deviations = ((p - mean) / sd) ** 2
+    members = slice(n - reduced.extra, n)
+    covariance = None if reached.H is None else np.asarray(np.linalg.pinv(reached.H))
+    terms, first, member = [], n_p, n - reduced.extra
+    for term, part in zip(loop.terms, loop.parts(x), strict=True):
+        if term.member:
+            candidate = replace(term.candidate, values={"factor": float(np.exp(p[member]))}, p=p, fitted=fitted)
+            member += 1
+        else:
+            values, k, c = term.values(part)
+            own = slice(first, first + len(part))
+            own_covariance = None if covariance is None else covariance[own, own]
+            candidate = replace(
+                term.candidate, values=values, k=k, c=c, p=p, x=part, fitted=fitted, covariance=own_covariance
+            )
+        first += len(part)
+        terms.append(replace(term, candidate=candidate))
+    prior = float(deviations.sum() - deviations[members].sum())
+    return Terms(tuple(terms), loop.joint, p, x, loop.n_x + reduced.extra, prior, fitted, np.nan, covariance)

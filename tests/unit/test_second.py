@@ -1,0 +1,57 @@
+"""Two effects at once: both found and fitted together; forces known from one of them as inputs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from femend.diagnose.known_force import Known
+from femend.diagnose.terms import relaxing
+from femend.study.run import StudyRun, diagnose
+from small_study import Truth, write_study
+
+DASHPOT, CUBIC = 20.0, 2.0e9
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
+    laws = [(7, "viscous_damper", {"c": DASHPOT}), (13, "cubic_stiffness", {"k3": CUBIC})]
+    found = diagnose(write_study(tmp_path_factory.mktemp("two"), Truth((7.3e10, 6.8e10), laws=laws)))
+    assert isinstance(found, StudyRun)
+    return found
+
+
+def test_two_effects_have_a_finding_each(run: StudyRun) -> None:
+    findings = {f["physics"]: f for f in run.result["findings"]}
+    assert set(findings) == {"viscous_damper", "cubic_stiffness"}
+    assert findings["viscous_damper"]["location"]["nodes"] == [7]
+    assert findings["viscous_damper"]["parameters"]["c"]["value"] == pytest.approx(DASHPOT, rel=0.1)
+    assert findings["cubic_stiffness"]["location"]["nodes"] == [13]
+
+
+def test_the_final_model_holds_both(run: StudyRun) -> None:
+    held = next(p for p in run.predictions if p.name == "held")
+    # noise is one per cent; either law alone leaves several times as much
+    assert held.error("final") < 0.03
+    assert held.error("final") < 0.3 * held.error("parameters")
+
+
+def test_a_known_force_is_one_more_input(run: StudyRun) -> None:
+    place = run.diagnosis.located[0].place
+    record = run.records[0]
+    force = np.arange(record.n, dtype=float)[None, :]
+    known = Known((place,), {record.name: (force,)}).on(record)
+    more = len(place.g_rows[0])
+    assert known.u.shape == (record.u.shape[0] + more, record.n)
+    assert known.in_rows.tolist() == [*record.in_rows, *place.g_rows[0]]
+    np.testing.assert_array_equal(known.u[-1], place.g_values[0][-1] * force[0])
+
+
+def test_a_maxwell_chain_has_the_loss_of_structural_damping() -> None:
+    values = relaxing({"k": 3.0, "eta": 0.1}, (10.0, 1000.0))
+    omega = np.geomspace(20.0, 500.0, 9)
+    kappa = values["k0"] + sum(
+        values[f"k{i}"] * 1j * omega * values[f"tau{i}"] / (1 + 1j * omega * values[f"tau{i}"]) for i in (1, 2, 3)
+    )
+    np.testing.assert_allclose(kappa.imag, 0.3, rtol=0.25)
+    assert kappa.real[4] == pytest.approx(3.0, rel=0.01)
