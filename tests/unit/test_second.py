@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from femend.diagnose.known_force import Known
 from femend.diagnose.terms import relaxing
 from femend.study.run import StudyRun, diagnose
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import Truth, write_study
 
 DASHPOT, CUBIC = 20.0, 2.0e9

@@ -95,7 +95,8 @@ class Loop(ABC):
         """Prior means and standard deviations of the fit coordinates for a fit that starts at `x`."""
 
     def stiffness(self, x: FloatArray, s: ComplexArray) -> ComplexArray:
-        """Dynamic stiffness (K, n_w) of coordinates with nothing but linear laws, NaN for the others."""
+        """Dynamic stiffness (K, n_w) at `s` (K,) of coordinates with nothing but linear laws at fit coordinates `x`
+        (n_x,), NaN for the others."""
         return np.full((len(s), len(self.joint.w)), np.nan, dtype=np.complex128)
 
     def histories(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[list[History]]:
@@ -239,7 +240,7 @@ class ClosedLoop(Loop):
 
 
 def companion_prior(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Prior of a law's coordinates with the two of a companion at their end."""
+    """Prior of a law's coordinates `x` (n_x,) with the two of a companion at their end."""
     n = len(x) - 2
     mean = np.concatenate([x[:n], np.zeros(2)])
     return mean, np.concatenate([np.full(n, LAW_SD), np.full(2, COMPANION_SD)])

@@ -148,6 +148,6 @@ def plain(first: Searched, p: FloatArray) -> FloatArray:
 
 
 def with_members(first: Searched, p: FloatArray, count: int) -> FloatArray:
-    """Unknowns of the model with the factors of `count` members, as they are in the deck."""
+    """Unknowns `p` (n_p,) of the model with the factors of `count` members, as they are in the deck."""
     n = len(first.reduced.names)
     return np.concatenate([p[:n], np.zeros(count), p[n:]])

@@ -177,10 +177,11 @@ def _distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def _won(first: Searched, value: float, found: Terms) -> bool:
-    """Whether several laws bring against one what one has to bring against none."""
+    """Whether several laws bring against one what one has to bring against none: the noise is what they can reach (a
+    score of nothing), since free forces at two places leave less than any law where sensors are few."""
     one = first.ranked[0]
-    share = (one.score - value) / max(one.score - first.floor, 1e-12)
-    whole = (first.null_score - value) / max(first.null_score - first.floor, 1e-12)
+    share = (one.score - value) / max(one.score, 1e-12)
+    whole = (first.null_score - value) / max(first.null_score, 1e-12)
     gained = _gained(first, one.score - value, one.candidate.chosen, one.candidate.prior, found)
     return gained and bool(min(share, whole) >= first.settings.explained)
 

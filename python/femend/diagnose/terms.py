@@ -61,7 +61,8 @@ class Term:
         return c.coordinates.parameters(x[:n]), float(x[n] * c.extra["k_scale"]), float(x[n + 1] * c.extra["c_scale"])
 
     def composite(self, x: FloatArray, omega: tuple[float, float]) -> list[LawSpec]:
-        """The law as the simulation takes it; `omega` are the ends of the band, rad/s."""
+        """The law at its fit coordinates `x` (n_x,) as the simulation takes it; `omega` are the ends of the band,
+        rad/s."""
         c = self.candidate
         assert c.physics is not None
         values, k, damping = self.values(x)
