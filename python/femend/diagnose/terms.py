@@ -24,7 +24,7 @@ ComplexArray = NDArray[np.complex128]
 
 # windows (in units of `Problem.scale`) by which laws that were found one by one also come to terms, where whole records
 # are too far off at first, the steps in each, and those on whole records
-WINDOWS, STEPS = (3.0, 1.0), (6, 6, 30)
+WINDOWS, STEPS = (3.0, 1.0), (6, 6, 40)
 # coordinates that a simulation can carry
 MOST_COORDINATES = 6
 
@@ -178,7 +178,7 @@ def fit_terms(
     return _made(loop, min(done, key=lambda e: e.cost)) if done else None
 
 
-def refit_terms(problem: Problem, found: Terms, iterations: int = 10) -> Terms:
+def refit_terms(problem: Problem, found: Terms, iterations: int = STEPS[-1]) -> Terms:
     """The terms fitted to all records of a problem, with the covariance of their laws."""
     loop = found.loop(problem)
     reached = Descent.around(loop, found.x, True).run(np.concatenate([found.p, found.x]), iterations)
