@@ -40,6 +40,8 @@ def summary(result: Mapping[str, Any]) -> str:
             parts.append(f"          an area that {span} span")
         elif also:
             parts.append(f"          not told apart from {', '.join(words.nodes_text(place) for place in also)}")
+            if sensor := words.sensor_text(location):
+                parts.append(f"          {sensor}")
     updated = [
         f"{name} {factor_as_percent(factor)}"
         for name, entry in words.mapping(result.get("parameters")).items()

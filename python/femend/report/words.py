@@ -92,6 +92,17 @@ def span_text(location: Mapping[str, Any]) -> str:
     return nodes_text(also[0]) if location.get("region") and also else ""
 
 
+def sensor_text(location: Mapping[str, Any]) -> str:
+    """What sensor would split the set of places: "a sensor at node 7 in Z would tell 2 of 3 from it"; empty where none
+    is known to."""
+    sensor = mapping(location.get("next_sensor"))
+    if not sensor:
+        return ""
+    apart, rivals = int(sensor.get("tells_apart") or 0), int(sensor.get("of") or 0)
+    which = "the other" if rivals == 1 else f"all {rivals}" if apart == rivals else f"{apart} of {rivals}"
+    return f"a sensor at node {sensor.get('node')} in {sensor.get('direction')} would tell {which} from it"
+
+
 def sentence(text: str) -> str:
     """`text` with a capital at its beginning."""
     return text[:1].upper() + text[1:]

@@ -11,7 +11,9 @@ from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.locate import Located
 from femend.diagnose.name import Ranked, tempered
+from femend.diagnose.next_sensor import next_sensor
 from femend.estimate import FitRecord, noise_floor
+from femend.model import Place
 from femend.model.places import Topology, stretches, topology
 from femend.physics import FitCoordinates, with_companion
 from femend.study.predictions import STAGES, Prediction
@@ -162,6 +164,7 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
     single = [p.nodes[0] for p in like if len(p.nodes) == 1]
     group = {node: nodes for nodes in stretches(top, single) for node in _along(nodes, single, top)}
     others: list[list[int]] = []
+    rivals: list[Place] = []
     # with several effects the places of one alone are no measure
     close = [
         found.place
@@ -174,13 +177,25 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
         pair = other.kind == "pair" and set(nodes) != set(place.place.nodes)
         if list(nodes) not in others and (pair or not covered.issuperset(other.nodes)):
             others.append(list(nodes))
+            rivals.append(other)
             covered.update(other.nodes)
-    return {
+    said = {
         "nodes": list(place.place.nodes),
         "to": place.place.to,
         "direction": place.place.direction,
         "also_possible": others[:ALSO],
     }
+    # with several effects the force at one place is not what its fit says
+    sensor = None if diagnosis.further is not None else _next_sensor(diagnosis, place, rivals[:ALSO])
+    return said if sensor is None else {**said, "next_sensor": sensor}
+
+
+def _next_sensor(diagnosis: Diagnosis, place: Located, rivals: Sequence[Place]) -> dict[str, Any] | None:
+    """The sensor that would split the set of places."""
+    found = next_sensor(diagnosis.problem, diagnosis.reduced, place, rivals, diagnosis.settings.margin)
+    if found is None:
+        return None
+    return {"node": found.node, "direction": found.axis, "tells_apart": found.apart, "of": found.rivals}
 
 
 def _law_parameters(diagnosis: Diagnosis, best: Candidate) -> dict[str, Any]:
