@@ -59,6 +59,7 @@ class Candidate:
         covariance: of x, where known.
         sigma: decay (1/s) of the window in which a nonlinear law could be followed; 0 for whole records.
         converged: whether its last fit came to its minimum.
+        p_sd: standard deviations of p beside everything else that is unknown, where known.
     """
 
     physics: Physics | None
@@ -79,6 +80,7 @@ class Candidate:
     extra: Mapping[str, float] = field(default_factory=dict)
     sigma: float = 0.0
     converged: bool = True
+    p_sd: FloatArray | None = None
 
     @property
     def nonlinear(self) -> bool:

@@ -197,7 +197,9 @@ def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
         )
     elif best.located is not None:
         (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
-        refitted = candidate if fit is None else replace(candidate, p=fit.p, fitted=fit.score)
+        if fit is not None:
+            p_sd = np.sqrt(np.maximum(np.diag(np.linalg.pinv(fit.hessian))[: len(fit.p)], 0.0))
+            refitted = replace(candidate, p=fit.p, fitted=fit.score, p_sd=p_sd)
     adequate = _adequate(found, best)
     verdict = "missing-physics" if adequate else "located-not-named"
     advice = "" if adequate else (

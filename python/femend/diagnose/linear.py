@@ -174,7 +174,8 @@ def refit_linear(problem: Problem, candidate: Candidate) -> Candidate:
     (fit,) = problem.fit([hypothesis], [(candidate.p, candidate.x)], iterations=25, tolerance=1e-3)
     if fit is None:
         return candidate
-    covariance = np.asarray(np.linalg.pinv(fit.hessian)[len(fit.p) :, len(fit.p) :], dtype=np.float64)
+    covariance = np.asarray(np.linalg.pinv(fit.hessian), dtype=np.float64)
+    n_p = len(fit.p)
     values = dict(zip(candidate.physics.parameter_names, np.exp(fit.x).tolist()))
     return replace(
         candidate,
@@ -183,6 +184,7 @@ def refit_linear(problem: Problem, candidate: Candidate) -> Candidate:
         x=fit.x,
         fitted=fit.score,
         prior=problem.prior_cost(candidate.joint.reduced, fit.p),
-        covariance=covariance,
+        covariance=covariance[n_p:, n_p:],
         converged=fit.converged,
+        p_sd=np.sqrt(np.maximum(np.diag(covariance)[:n_p], 0.0)),
     )

@@ -159,11 +159,12 @@ def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JO
         return candidate
     n_p = len(candidate.p)
     start = Start(candidate.physics, candidate.values, candidate.k, candidate.c, 0.0)
-    covariance = np.asarray(np.linalg.pinv(reached.H)[n_p:, n_p:], dtype=np.float64)
+    covariance = np.asarray(np.linalg.pinv(reached.H), dtype=np.float64)
     return replace(
-        _candidate(loop, start, candidate.name, reached, covariance),
+        _candidate(loop, start, candidate.name, reached, covariance[n_p:, n_p:]),
         chosen=candidate.chosen,
         reference=candidate.reference,
+        p_sd=np.sqrt(np.maximum(np.diag(covariance)[:n_p], 0.0)),
     )
 
 

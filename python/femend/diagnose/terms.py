@@ -238,8 +238,9 @@ def _made(loop: TermsLoop, reached: Reached) -> Terms:
             own = slice(first, first + len(part))
             own_covariance = None if covariance is None else covariance[own, own]
             candidate = replace(
-                term.candidate, values=values, k=k, c=c, p=p, x=part, fitted=fitted, covariance=own_covariance
-            )
+                term.candidate, values=values, k=k, c=c, p=p, x=part, fitted=fitted, covariance=own_covariance,
+                p_sd=None if covariance is None else np.sqrt(np.maximum(np.diag(covariance)[:n_p], 0.0)),
+            )  # fmt: skip
         first += len(part)
         terms.append(replace(term, candidate=candidate))
     prior = float(deviations.sum() - deviations[members].sum())

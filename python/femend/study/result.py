@@ -72,12 +72,22 @@ def _parameters(diagnosis: Diagnosis) -> dict[str, Any]:
     p = diagnosis.null.p if diagnosis.best is None else diagnosis.best.p
     if diagnosis.load is not None and diagnosis.best is None and diagnosis.verdict == "missing-physics":
         p = diagnosis.load.fit.p
-    covariance = np.linalg.pinv(diagnosis.null.hessian)
-    sd = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    sd = _model_sd(diagnosis)
     return {
         name: {"factor": _round(float(np.exp(p[i]))), "sd": _round(float(np.exp(p[i]) * sd[i]))}
         for i, name in enumerate(names)
     }
+
+
+def _model_sd(diagnosis: Diagnosis) -> np.ndarray:
+    """Standard deviations of the model's unknowns beside what was added, inflated by what is left above the noise; those
+    of the updated model where nothing was."""
+    best = diagnosis.best
+    if best is not None and best.p_sd is not None:
+        return np.asarray(best.p_sd * np.sqrt(max(1.0, best.fitted)))
+    null = diagnosis.null
+    covariance = np.linalg.pinv(null.hessian)
+    return np.asarray(np.sqrt(np.maximum(np.diag(covariance), 0.0) * max(1.0, null.score)))
 
 
 def _findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
