@@ -80,8 +80,8 @@ def _parameters(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _model_sd(diagnosis: Diagnosis) -> np.ndarray:
-    """Standard deviations of the model's unknowns beside what was added, inflated by what is left above the noise; those
-    of the updated model where nothing was."""
+    """Standard deviations of the model's unknowns beside what was added, inflated by what is left above the noise;
+    those of the updated model where nothing was."""
     best = diagnosis.best
     if best is not None and best.p_sd is not None:
         return np.asarray(best.p_sd * np.sqrt(max(1.0, best.fitted)))
