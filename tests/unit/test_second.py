@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from femend.diagnose.known_force import Known
+from femend.diagnose.locate import refitted
+from femend.diagnose.noise import UNDERRATED, louder
 from femend.diagnose.terms import relaxing
+from femend.diagnose.update import UpdatedModel
 from femend.study.run import StudyRun, diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -39,6 +43,20 @@ def test_the_final_model_holds_both(run: StudyRun) -> None:
     # noise is one per cent; either law alone leaves several times as much
     assert held.error("final") < 0.03
     assert held.error("final") < 0.3 * held.error("parameters")
+
+
+def test_what_no_force_explains_is_noise_to_a_single_law(run: StudyRun) -> None:
+    d = run.diagnosis
+    quiet = [replace(r, noise=r.noise / 3) for r in d.problem.records]
+    problem = d.problem.on(quiet)
+    loud = louder(UpdatedModel(problem, d.reduced, d.null, d.g_rows), refitted(problem, d.located))
+    assert loud is not None
+    assert set(loud.factor) == {"low", "high"}
+    assert max(loud.factor.values()) > UNDERRATED
+    for before, after in zip(quiet, loud.start.problem.records, strict=True):
+        np.testing.assert_allclose(after.noise, before.noise * np.sqrt(loud.factor[before.name]))
+    assert loud.located[0].fit.score == pytest.approx(1.0, abs=0.25)
+    assert louder(loud.start, loud.located) is None
 
 
 def test_a_known_force_is_one_more_input(run: StudyRun) -> None:

@@ -26,7 +26,7 @@ from femend.diagnose.name import (
     split_records,
     tempered,
 )
-from femend.diagnose.noise import quieter_records
+from femend.diagnose.noise import Louder, louder, quieter_records
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.second import Further, Searched, look_further
 from femend.diagnose.settings import Settings
@@ -113,6 +113,9 @@ def explain(
 ) -> Diagnosis:
     """Names what is missing at the places `located` (of all `places`), or says that nothing is."""
     tell = tell or _Teller(None)
+    plain, plainly_located, loud = start, located, louder(start, located)
+    if loud is not None:
+        start, located = loud.start, loud.located
     problem, reduced, null = start.problem, start.reduced, start.null
     split = split_records(problem)
     baseline = null_candidate(split, null)
@@ -154,7 +157,7 @@ def explain(
     if decided.load is not None or decided.verdict not in ("missing-physics", "located-not-named"):
         return decided
     tell.start("look for more")
-    return with_further(decided, split, places)
+    return with_further(decided, plain, plainly_located, places, loud)
 
 
 def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool:
@@ -209,12 +212,24 @@ def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
 
 
-def with_further(found: Diagnosis, split: Split, places: Sequence[Place]) -> Diagnosis:
-    """The diagnosis with more than one effect where one does not explain enough."""
-    settings = found.settings
+def with_further(
+    found: Diagnosis, start: UpdatedModel, located: Sequence[Located], places: Sequence[Place], loud: Louder | None
+) -> Diagnosis:
+    """The diagnosis with more than one effect where one does not explain enough.
+
+    What one force leaves may be a second effect: it is looked for from the `start` and its places as they were before
+    that counted as noise (`loud`).
+    """
+    settings, ranked, null_score = found.settings, found.ranked, found.null_score
+    split = split_records(start.problem)
+    if loud is not None:
+        factor = loud.factor[split.choosing.records[0].name]
+        shift = found.n_values * float(np.log(factor))
+        ranked = [_shifted(r, factor, shift) for r in ranked]
+        null_score += shift
     further = look_further(
-        Searched(found.problem, found.reduced, found.g_rows, split, places, found.located, found.ranked, settings,
-                 found.n_values, found.null_score, _floor(found.ranked, found.n_values))
+        Searched(start.problem, found.reduced, found.g_rows, split, places, located, ranked, settings,
+                 found.n_values, null_score, _floor(ranked, found.n_values))
     )  # fmt: skip
     if further is None:
         return found
@@ -223,7 +238,18 @@ def with_further(found: Diagnosis, split: Split, places: Sequence[Place]) -> Dia
     advice = "" if adequate else "the laws found explain part of what free forces at their places do"
     lead = further.terms.terms[0]
     return replace(
-        found, verdict=verdict, best=lead.candidate, place=lead.located, advice=advice, rival=None, further=further
+        found, verdict=verdict, problem=start.problem, best=lead.candidate, place=lead.located, advice=advice,
+        rival=None, further=further,
+    )  # fmt: skip
+
+
+def _shifted(ranked: Ranked, factor: float, shift: float) -> Ranked:
+    """A law as it is judged where squares are `factor` times as large, which raises every score by `shift`."""
+    c = ranked.candidate
+    return replace(
+        ranked,
+        candidate=replace(c, chosen=c.chosen * factor, reference=c.reference * factor),
+        score=ranked.score + shift,
     )
 
 

@@ -17,7 +17,7 @@ from femend.diagnose.classes import similarity
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Located", "locate", "shortlist"]
+__all__ = ["Located", "locate", "refitted", "shortlist"]
 
 FloatArray = NDArray[np.float64]
 
@@ -150,8 +150,19 @@ def locate(
         (i, f.p) for n, (i, f) in enumerate(ranked) if i in first or (f.cost < near and (n < FULL_ALIKE or i in bases))
     ]
     ranked = _fitted(problem.thinned(FINAL_LINES), hypotheses, chosen, 0.0, 5, todo)
-    found = [Located(todo[i], f, squares_of(problem, f, 0.0)) for i, f in ranked]
-    return sorted(found, key=lambda found: found.cost + TIE * preference(found.place))
+    return _in_order(problem, [(todo[i], f) for i, f in ranked])
+
+
+def refitted(problem: Problem, located: Sequence[Located]) -> list[Located]:
+    """The same places fitted again to another problem of the same records, in its order."""
+    few = problem.thinned(FINAL_LINES)
+    fits = few.fit([f.fit.hypothesis for f in located], [(f.fit.p, f.fit.x) for f in located])
+    return _in_order(problem, [(one.place, f) for one, f in zip(located, fits, strict=True) if f is not None])
+
+
+def _in_order(problem: Problem, fits: Sequence[tuple[Place, Fit]]) -> list[Located]:
+    found = [Located(place, f, squares_of(problem, f, 0.0)) for place, f in fits]
+    return sorted(found, key=lambda one: one.cost + TIE * preference(one.place))
 
 
 def _first_glance(

@@ -317,7 +317,7 @@ class _Judge:
     def simple_first(self, ranked: list[Ranked]) -> list[Ranked]:
         """Puts the best linear law before nonlinear ones that leave hardly less: what is wrong with the rest of the
         model gives a law with more freedom that much by itself."""
-        ranked = _friction_first(ranked)
+        ranked = self.simplest_linear(_friction_first(ranked))
         linear = next((r for r in ranked if not r.candidate.nonlinear), None)
         if linear is None or linear is ranked[0]:
             return ranked
@@ -331,6 +331,28 @@ class _Judge:
             replace(r, score=max(r.score, enough)) if r.candidate.nonlinear else r for r in ranked if r is not linear
         ]
         return [linear, *sorted(behind, key=lambda r: r.score)]
+
+    def simplest_linear(self, ranked: list[Ranked]) -> list[Ranked]:
+        """Puts a linear law with fewer parameters before the best one at the same place, where this does not bring
+        against it what a law has to bring against none."""
+        for r in ranked:
+            first = next((f for f in ranked if not f.candidate.nonlinear), None)
+            if first is None or r.candidate.nonlinear or r.located.place is not first.located.place:
+                continue
+            if r.candidate.n_law < first.candidate.n_law and not self.won(first, r):
+                ahead = replace(r, score=first.score)
+                # what the other lacks of the evidence that a law has to bring
+                lacks = max(self.settings.gain_cost - (r.score - first.score), 0.0)
+                behind = [replace(f, score=f.score + lacks) if f is first else f for f in ranked if f is not r]
+                ranked = [ahead, *sorted(behind, key=lambda o: o.score)]
+        return ranked
+
+    def won(self, rich: Ranked, simple: Ranked) -> bool:
+        """Whether a law brings against a simpler one what a law has to bring."""
+        less = float(np.log(simple.candidate.chosen / max(rich.candidate.chosen, 1e-12)))
+        relieved = simple.candidate.prior - rich.candidate.prior
+        cost = self.settings.gain_cost
+        return bool(simple.score - rich.score > cost and (less > self.settings.gain_chosen or relieved > cost))
 
 
 def _friction_first(ranked: list[Ranked]) -> list[Ranked]:

@@ -1,0 +1,61 @@
+"""Of linear laws at a place the simplest is named that a richer one does not clearly beat."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.name import Ranked, _Judge, tempered
+from femend.diagnose.settings import Settings
+from femend.physics import physics
+
+N_VALUES = 1000.0
+HERE, THERE = object(), object()
+
+
+class _At:
+    def __init__(self, place: object) -> None:
+        self.place = place
+
+
+def ranked(name: str, chosen: float, prior: float, place: object = HERE) -> Ranked:
+    entry = physics(name)
+    n = len(entry.parameters)
+    empty = np.zeros(0)
+    candidate = Candidate(entry, name, None, {}, empty, empty, n, prior, chosen, chosen)
+    value = N_VALUES * np.log(chosen) + prior + n * np.log(N_VALUES)
+    located: Any = _At(place)
+    return Ranked(candidate, located, float(value))
+
+
+def first(*laws: Ranked) -> list[Ranked]:
+    nothing: Any = None
+    judge = _Judge(nothing, Settings(), N_VALUES, 0.0)
+    return judge.simplest_linear(sorted(laws, key=lambda r: r.score))
+
+
+def names(laws: list[Ranked]) -> list[str]:
+    return [r.candidate.name for r in laws]
+
+
+def test_a_richer_law_has_to_win_clearly() -> None:
+    # three per cent less misfit: more than the price of two parameters, not what a law has to bring
+    found = first(ranked("viscoelastic", 1.00, 10.0), ranked("viscous_damper", 1.03, 20.0))
+    assert names(found) == ["viscous_damper", "viscoelastic"]
+    assert found[0].score < found[1].score
+    assert tempered(found)[0] > 0.5
+
+
+def test_a_richer_law_that_wins_clearly_is_named() -> None:
+    assert names(first(ranked("viscoelastic", 1.0, 10.0), ranked("viscous_damper", 1.2, 10.0)))[0] == "viscoelastic"
+    # the same misfit, but the model's unknowns come back to what is known of them
+    assert names(first(ranked("viscoelastic", 1.0, 10.0), ranked("viscous_damper", 1.0, 90.0)))[0] == "viscoelastic"
+
+
+@pytest.mark.parametrize("other", [("viscous_damper", THERE), ("quadratic_damping", HERE)])
+def test_only_linear_laws_at_the_same_place_are_simpler(other: tuple[str, object]) -> None:
+    name, place = other
+    assert names(first(ranked("viscoelastic", 1.0, 10.0), ranked(name, 1.03, 10.0, place)))[0] == "viscoelastic"
