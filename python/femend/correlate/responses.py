@@ -123,8 +123,7 @@ def coherence_criterion(H_a: ArrayLike, H_b: ArrayLike) -> NDArray[np.float64]:
     [[[1.0]], [[0.5]]]
     """
     a, b = _frf_pair(H_a, H_b)
-    unit = np.maximum(np.abs(a), np.abs(b))
-    a, b = (np.divide(x, unit, out=np.zeros_like(x), where=unit > 0) for x in (a, b))
+    a, b = _scaled_alike(a, b)
     return fraction(modulus2(a + b), 2 * (modulus2(a) + modulus2(b)))
 
 
@@ -134,9 +133,13 @@ def _shape_agreement(a: NDArray[Any], b: NDArray[Any], axis: int | tuple[int, ..
 
 
 def _scale_agreement(a: NDArray[Any], b: NDArray[Any], axis: int | tuple[int, ...]) -> NDArray[np.float64]:
-    peak = np.maximum(np.max(np.abs(a), axis=axis, keepdims=True), np.max(np.abs(b), axis=axis, keepdims=True))
-    a, b = (np.divide(x, peak, out=np.zeros_like(x), where=peak > 0) for x in (a, b))
+    a, b = _scaled_alike(a, b, *np.atleast_1d(axis).tolist())
     return fraction(2 * np.abs(np.sum(a.conj() * b, axis=axis)), square(a, axis) + square(b, axis))
+
+
+def _scaled_alike(a: NDArray[Any], b: NDArray[Any], *axes: int) -> NDArray[Any]:
+    """Both, one after the other, by one factor along `axes` where squares would leave the range of the numbers."""
+    return scaled(np.stack(np.broadcast_arrays(a, b)), (0, *axes))
 
 
 def _frf(H: ArrayLike, what: str) -> NDArray[np.complex128]:
