@@ -294,7 +294,7 @@ def test_numbers_of_any_size_give_the_same(size: float) -> None:
     # Squares of 1e180 overflow and those of 1e-180 are lost.
     for criterion in (co.mac, co.macx, co.comac, co.ecomac, co.macco, co.subspace_mac):
         assert criterion(size * A, size * B) == pytest.approx(criterion(A, B), abs=1e-12), criterion.__name__
-    for criterion in (co.frac, co.faac, co.csac, co.csf, co.rvac, co.fdac, co.coherence_criterion):
+    for criterion in (co.frac, co.faac, co.csac, co.csf, co.rvac, co.fdac, co.lac, co.coherence_criterion):
         assert criterion(size * H_A, size * H_B) == pytest.approx(criterion(H_A, H_B), abs=1e-12), criterion.__name__
     for criterion in (co.mpc, co.mpd, co.mcf_area, co.mean_phase):
         assert criterion(size * A) == pytest.approx(criterion(A), abs=1e-10), criterion.__name__
@@ -319,7 +319,7 @@ def test_numbers_at_the_ends_of_the_range() -> None:
 def test_one_frf_is_compared_with_a_batch_from_either_side() -> None:
     """Samples of a model against one test: every criterion of pairs broadcasts."""
     batch = np.stack([H_A, 2 * H_B])
-    for criterion in (co.frac, co.faac, co.csac, co.csf, co.rvac, co.coherence_criterion):
+    for criterion in (co.frac, co.faac, co.csac, co.csf, co.rvac, co.lac, co.coherence_criterion):
         from_left, from_right = criterion(batch, H_A), criterion(H_A, batch)
         for k in range(2):
             assert from_left[k] == pytest.approx(criterion(batch[k], H_A), abs=DIGITS), criterion.__name__

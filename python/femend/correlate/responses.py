@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from femend.correlate._arrays import finite, fraction, modulus2, ratio, scaled, square
 from femend.errors import CorrelationError
 
-__all__ = ["coherence_criterion", "csac", "csf", "faac", "fdac", "frac", "rvac"]
+__all__ = ["coherence_criterion", "csac", "csf", "faac", "fdac", "frac", "lac", "rvac"]
 
 _LINES, _PLACES, _OUT = -3, (-2, -1), -2
 
@@ -125,6 +125,21 @@ def coherence_criterion(H_a: ArrayLike, H_b: ArrayLike) -> NDArray[np.float64]:
     a, b = _frf_pair(H_a, H_b)
     a, b = _scaled_alike(a, b)
     return fraction(modulus2(a + b), 2 * (modulus2(a) + modulus2(b)))
+
+
+def lac(H_a: ArrayLike, H_b: ArrayLike) -> NDArray[np.float64]:
+    """Local amplitude criterion, each FRF at each line: (..., n_freq, n_out, n_in) in [0, 1] of `H_a`, `H_b` alike.
+
+    LAC = 2 |H_a conj(H_b)| / (|H_a|^2 + |H_b|^2): the cross signature scale factor (Dascotte and Strobbe 1999) of one
+    FRF alone, as frequency-based substructuring uses it. Amplitude counts, phase and sign do not: see
+    `coherence_criterion`. NaN where both are 0. Raises CorrelationError for sizes that do not fit or values that are
+    not finite.
+
+    >>> lac([[[1.0]], [[1.0]]], [[[2j]], [[-1.0]]]).tolist()
+    [[[0.8]], [[1.0]]]
+    """
+    a, b = _scaled_alike(*_frf_pair(H_a, H_b))
+    return fraction(2 * np.abs(a * b.conj()), modulus2(a) + modulus2(b))
 
 
 def _shape_agreement(a: NDArray[Any], b: NDArray[Any], axis: int | tuple[int, ...]) -> NDArray[np.float64]:
