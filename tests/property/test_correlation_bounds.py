@@ -46,7 +46,7 @@ def test_all_criteria_stay_in_their_bounds(size: tuple[int, int, int]) -> None:
     H_a, H_b = (rng.standard_normal((3, n_dof, n_modes)) * np.exp(1j * rng.random((3, n_dof, n_modes))) for _ in "ab")
     values = [co.mac(a, b), co.macx(a, b), co.comac(a, b), co.mpc(a), co.mcf(a), co.mcf_area(a), co.mpd(a) / 90]
     values += [co.subspace_mac(a, b), co.principal_cosines(a, b), co.fdac(H_a, H_b), co.coherence_criterion(H_a, H_b)]
-    values += [f(H_a, H_b) for f in (co.frac, co.faac, co.csac, co.csf, co.rvac)]
+    values += [f(H_a, H_b) for f in (co.frac, co.faac, co.csac, co.csf, co.rvac, co.lac)]
     for value in values:
         assert (value >= 0).all()
         assert (value <= 1).all()

@@ -252,6 +252,12 @@ def test_where_nothing_moves_there_is_no_number() -> None:
         (lambda: co.mac([1.0, np.inf], [1.0, 1.0]), "1 values that are not finite, the first at (1,)"),
         (lambda: co.mac([1.0, 1.0], [1.0, 1.0], np.eye(3)), "shape (3, 3) does not fit shapes with 2 DOFs"),
         (lambda: co.mac([1.0, 1.0], [1.0, 1.0], [-1.0, 0.0]), "gives a shape the square -1"),
+        # (1 + 1/8)^2 / (1 - 1/8)^2 = 81/49: this weight is negative at the second DOF
+        (lambda: co.mac([1.0, 0.5], [1.0, -0.5], [1.0, -0.5]), "the quotient 1.653, where 1 is the most"),
+        (lambda: co.mac([1.0, 0.0], [0.0, 1.0], [[1.0, 0.5], [0.0, 1.0]]), "differs from its transpose by 0.5"),
+        (lambda: co.orthogonality(np.eye(2), scipy.sparse.csr_array([[1.0, 0.5], [0.0, 1.0]])), "both triangles"),
+        (lambda: co.mac([1.0, 0.0], [0.0, 1.0], scipy.sparse.csr_array(np.diag([np.nan, 1.0]))), "not finite"),
+        (lambda: co.mac(2.0, 3.0), "a single number"),
         (lambda: co.comac(np.ones((3, 2)), np.ones((3, 1))), "2 and 1 modes"),
         (lambda: co.ecomac([0.0, 0.0], [1.0, 1.0]), "zero at all DOFs"),
         (lambda: co.macco([1.0], [1.0]), "only one DOF"),
@@ -285,10 +291,10 @@ def test_mac_of_large_sets_is_quick() -> None:
 
 @pytest.mark.parametrize("size", [1e-180, 1e-90, 1e90, 1e180])
 def test_numbers_of_any_size_give_the_same(size: float) -> None:
-    # Squares of 1e180 overflow and those of 1e-180 are lost;
+    # Squares of 1e180 overflow and those of 1e-180 are lost.
     for criterion in (co.mac, co.macx, co.comac, co.ecomac, co.macco, co.subspace_mac):
         assert criterion(size * A, size * B) == pytest.approx(criterion(A, B), abs=1e-12), criterion.__name__
-    for criterion in (co.frac, co.faac, co.csac, co.csf, co.rvac, co.fdac, co.coherence_criterion):
+    for criterion in (co.frac, co.faac, co.csac, co.csf, co.rvac, co.fdac, co.lac, co.coherence_criterion):
         assert criterion(size * H_A, size * H_B) == pytest.approx(criterion(H_A, H_B), abs=1e-12), criterion.__name__
     for criterion in (co.mpc, co.mpd, co.mcf_area, co.mean_phase):
         assert criterion(size * A) == pytest.approx(criterion(A), abs=1e-10), criterion.__name__
@@ -296,3 +302,25 @@ def test_numbers_of_any_size_give_the_same(size: float) -> None:
     M = np.diag(RNG.uniform(1, 2, 7))
     for use in (lambda a, b: co.mac(a, b, M), lambda a, b: co.cross_orthogonality(a, b, M)):
         assert use(size * A, size * B) == pytest.approx(use(A, B), abs=1e-12)
+
+
+def test_numbers_at_the_ends_of_the_range() -> None:
+    # The modulus of the first number is 2.4e308, which does not exist; the smallest number there is divides by nothing.
+    largest, smallest = 1.7e308, 5e-324
+    # |(1 - i) + 1|^2 / ((2 + 1) 2) = 5/6
+    assert co.mac([largest * (1 + 1j), largest], [1.0, 1.0])[0, 0] == pytest.approx(5 / 6, rel=1e-15)
+    assert co.mac([smallest, smallest], [largest, largest])[0, 0] == pytest.approx(1.0, rel=1e-15)
+    assert co.mpc([smallest, 1j * smallest]) == pytest.approx([0.0], abs=1e-15)
+    H = np.full((1, 1, 1), largest * (1 + 1j))
+    assert co.csf(H, H) == pytest.approx([1.0], rel=1e-15)
+    assert co.coherence_criterion(H, -H).ravel() == pytest.approx([0.0], abs=1e-15)
+
+
+def test_one_frf_is_compared_with_a_batch_from_either_side() -> None:
+    """Samples of a model against one test: every criterion of pairs broadcasts."""
+    batch = np.stack([H_A, 2 * H_B])
+    for criterion in (co.frac, co.faac, co.csac, co.csf, co.rvac, co.lac, co.coherence_criterion):
+        from_left, from_right = criterion(batch, H_A), criterion(H_A, batch)
+        for k in range(2):
+            assert from_left[k] == pytest.approx(criterion(batch[k], H_A), abs=DIGITS), criterion.__name__
+            assert from_right[k] == pytest.approx(criterion(H_A, batch[k]), abs=DIGITS), criterion.__name__

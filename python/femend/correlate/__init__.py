@@ -11,7 +11,7 @@ from femend.correlate.labelled import DofMatch, ModeComparison, compare_modes, m
 from femend.correlate.labelled_frf import FrfComparison, MatchedFrf, compare_frfs, match_frfs
 from femend.correlate.orthogonality import cross_orthogonality, orthogonality
 from femend.correlate.pairing import ModePair, ModePairing, pair_modes
-from femend.correlate.responses import coherence_criterion, csac, csf, faac, fdac, frac, rvac
+from femend.correlate.responses import coherence_criterion, csac, csf, faac, fdac, frac, lac, rvac
 from femend.correlate.sensor_faults import SensorFault, sensor_faults
 from femend.correlate.tables import ModeRow, ModeTable, mode_table
 
@@ -44,6 +44,7 @@ __all__ = [
     "faac",
     "fdac",
     "frac",
+    "lac",
     "mac",
     "mac_of_modes",
     "macco",

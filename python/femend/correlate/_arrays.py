@@ -13,6 +13,10 @@ __all__: list[str] = []
 
 # Products of squared lengths inside these limits neither overflow nor underflow.
 _SAFE = (1e-140, 1e140)
+# A mass matrix written out with seven digits is symmetric to this share of its largest entry.
+_ASYMMETRY = 1e-6
+# Rounding lifts a quotient above 1 by a few last digits per DOF; a weight that is not positive by more than that.
+_OVER = 1e-9
 
 
 def finite(values: ArrayLike, what: str) -> NDArray[Any]:
@@ -31,6 +35,8 @@ def finite(values: ArrayLike, what: str) -> NDArray[Any]:
 def shapes(values: ArrayLike, what: str) -> NDArray[Any]:
     """Shapes (..., n_dof, n_modes); one vector (n_dof,) becomes one column."""
     array = finite(values, what)
+    if array.ndim == 0:
+        raise CorrelationError(f"{what} is a single number; shapes are (n_dof, n_modes), one DOF is [value]")
     return array[:, None] if array.ndim == 1 else array
 
 
@@ -75,9 +81,18 @@ def scaled(a: NDArray[Any], axis: int | tuple[int, ...]) -> NDArray[Any]:
         length2 = square(a, axis)
     if np.all((length2 > _SAFE[0]) & (length2 < _SAFE[1])):
         return a
+    if not np.iscomplexobj(a):
+        return np.ldexp(a, -_exponent(a, axis))  # a power of two changes no digit
+    out = np.empty_like(a)
+    power = -np.maximum(_exponent(a.real, axis), _exponent(a.imag, axis))
+    out.real, out.imag = np.ldexp(a.real, power), np.ldexp(a.imag, power)
+    return out
+
+
+def _exponent(a: NDArray[np.float64], axis: int | tuple[int, ...]) -> NDArray[np.int32]:
+    """Power of two just above the largest modulus along `axis`, far below any other where all is zero."""
     peak = np.max(np.abs(a), axis=axis, keepdims=True)
-    divisor = np.where(peak > 0, peak, 1.0)
-    return a / 2.0 ** np.floor(np.log2(divisor))  # a power of two changes no digit
+    return np.where(peak > 0, np.frexp(peak)[1], -1074).astype(np.int32)
 
 
 def ratio(numerator: NDArray[Any], denominator: NDArray[Any]) -> NDArray[Any]:
@@ -92,24 +107,53 @@ def fraction(numerator: NDArray[Any], denominator: NDArray[Any]) -> NDArray[np.f
     return np.clip(ratio(numerator, denominator), 0.0, 1.0)
 
 
-def mass_times(M: Any, b: NDArray[Any]) -> NDArray[Any]:
-    """M b for a vector of diagonal masses (n_dof,), a dense or a sparse matrix (n_dof, n_dof)."""
+def weighted_fraction(numerator: NDArray[Any], denominator: NDArray[Any]) -> NDArray[np.float64]:
+    """`fraction` over a weight, for which Cauchy-Schwarz holds only where it is positive; raises where it is not."""
+    value = ratio(numerator, denominator)
+    if (value > 1.0 + _OVER).any():
+        raise CorrelationError(
+            f"over this weight two shapes have the quotient {np.nanmax(value):.4g}, where 1 is the most: the weight is "
+            "not positive; take a mass matrix (reduced, not cut out), or none"
+        )
+    return np.clip(value, 0.0, 1.0)
+
+
+def mass_matrix(M: Any, n_dof: int) -> Any:
+    """`M` checked: a vector of diagonal masses (n_dof,), a dense or a sparse matrix (n_dof, n_dof), symmetric."""
     import scipy.sparse
 
-    n_dof = b.shape[-2]
     if scipy.sparse.issparse(M):
         sparse: Any = M
+        finite(sparse.data if sparse.nnz else np.zeros(1), "the mass matrix")
         if sparse.shape != (n_dof, n_dof):
             raise CorrelationError(_misfit(sparse.shape, n_dof))
+        rows = sparse.tocsr()
+        off, peak = abs(rows - rows.conj().T.tocsr()).max(), abs(rows).max()
+    else:
+        mass = finite(M, "the mass matrix")
+        if mass.shape == (n_dof,):
+            return mass
+        if mass.shape != (n_dof, n_dof):
+            raise CorrelationError(_misfit(mass.shape, n_dof))
+        sparse = mass
+        off, peak = np.abs(mass - mass.conj().T).max(), np.abs(mass).max()
+    if off > _ASYMMETRY * peak:
+        raise CorrelationError(
+            f"the mass matrix differs from its transpose by {off:.4g}, with {peak:.4g} its largest entry; give both "
+            "triangles of it"
+        )
+    return sparse
+
+
+def mass_times(mass: Any, b: NDArray[Any]) -> NDArray[Any]:
+    """M b for what `mass_matrix` gave."""
+    import scipy.sparse
+
+    if scipy.sparse.issparse(mass):
         if b.ndim != 2:
             raise CorrelationError(f"a sparse mass matrix takes one set of shapes, not a batch of shape {b.shape}")
-        return np.asarray(sparse @ b)
-    mass = finite(M, "the mass matrix")
-    if mass.ndim == 1 and mass.shape == (n_dof,):
-        return mass[:, None] * b
-    if mass.shape != (n_dof, n_dof):
-        raise CorrelationError(_misfit(mass.shape, n_dof))
-    return np.matmul(mass, b)
+        return np.asarray(mass @ b)
+    return mass[:, None] * b if mass.ndim == 1 else np.matmul(mass, b)
 
 
 def _misfit(shape: tuple[int, ...], n_dof: int) -> str:

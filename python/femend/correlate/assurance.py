@@ -7,7 +7,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femend.correlate._arrays import fraction, gram, mass_times, modulus2, ratio, scaled, shape_pair, shapes, square
+from femend.correlate._arrays import (
+    fraction,
+    gram,
+    mass_matrix,
+    mass_times,
+    modulus2,
+    ratio,
+    scaled,
+    shape_pair,
+    shapes,
+    square,
+    weighted_fraction,
+)
 from femend.errors import CorrelationError
 
 __all__ = ["automac", "dac", "mac", "macx", "msf", "principal_cosines", "subspace_mac"]
@@ -21,7 +33,7 @@ def mac(phi_a: ArrayLike, phi_b: ArrayLike, weight: Any = None) -> NDArray[np.fl
     symmetric matrix (n_dof, n_dof), dense or sparse: with the mass matrix the root of MAC is the cross-orthogonality.
     NaN for a shape that is zero. Leading axes are a batch; one vector (n_dof,) counts as one mode. Independent of
     scale, sign and complex phase. Raises CorrelationError for sizes that do not fit, values that are not finite, or a
-    weight that gives a shape a negative square.
+    weight that is not symmetric, or not positive on these shapes.
 
     >>> mac([[1.0, 1.0], [1.0, -1.0]], [[1.0], [0.0]]).round(12).tolist()
     [[0.5], [0.5]]
@@ -29,12 +41,11 @@ def mac(phi_a: ArrayLike, phi_b: ArrayLike, weight: Any = None) -> NDArray[np.fl
     a, b = shape_pair(phi_a, phi_b)
     a, b = scaled(a, -2), scaled(b, -2)
     if weight is None:
-        top, na, nb = gram(a, b), square(a, -2), square(b, -2)
-    else:
-        heavy = mass_times(weight, b)
-        top = gram(a, heavy)
-        na, nb = _weighted_square(a, mass_times(weight, a)), _weighted_square(b, heavy)
-    return fraction(modulus2(top), na[..., :, None] * nb[..., None, :])
+        return fraction(modulus2(gram(a, b)), square(a, -2)[..., :, None] * square(b, -2)[..., None, :])
+    mass = mass_matrix(weight, b.shape[-2])
+    heavy = mass_times(mass, b)
+    na, nb = _weighted_square(a, mass_times(mass, a)), _weighted_square(b, heavy)
+    return weighted_fraction(modulus2(gram(a, heavy)), na[..., :, None] * nb[..., None, :])
 
 
 def automac(phi: ArrayLike, weight: Any = None) -> NDArray[np.float64]:

@@ -19,9 +19,10 @@ def comac(phi_a: ArrayLike, phi_b: ArrayLike, *, normalise: bool = True) -> NDAr
 
     CoMAC_q = |sum_r a_qr conj(b_qr)|^2 / (sum_r |a_qr|^2 sum_r |b_qr|^2) (Lieven and Ewins, IMAC VI, 1988; in this
     form Allemang 2003, "COMAC"). The formula wants shapes that are scaled and signed alike: with `normalise` each is
-    brought to unit length and `phi_b` to the phase of `phi_a`; without it, the shapes are taken as given. A sensor
-    that is upside down in every mode keeps CoMAC = 1: `ecomac` sees it. NaN where a DOF moves in no mode. Raises
-    CorrelationError for sizes that do not fit or values that are not finite.
+    brought to unit length and `phi_b` to the phase of `phi_a`; without it, the shapes are taken as given. Some texts
+    put the modulus inside the sum, which needs no signs and does not see any. A sensor that is upside down in every
+    mode keeps CoMAC = 1: `ecomac` sees it. NaN where a DOF moves in no mode. Raises CorrelationError for sizes that do
+    not fit or values that are not finite.
 
     >>> comac([[1.0, 1.0], [1.0, -1.0]], [[1.0, 1.0], [1.0, 1.0]], normalise=False).tolist()
     [1.0, 0.0]

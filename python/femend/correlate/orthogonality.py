@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femend.correlate._arrays import gram, mass_times, scaled, shape_pair, shapes
+from femend.correlate._arrays import gram, mass_matrix, mass_times, scaled, shape_pair, shapes
 from femend.errors import CorrelationError
 
 __all__ = ["cross_orthogonality", "orthogonality"]
@@ -19,7 +19,7 @@ def orthogonality(phi: ArrayLike, M: Any) -> NDArray[Any]:
     O_rs = phi_r^H M phi_s / sqrt((phi_r^H M phi_r)(phi_s^H M phi_s)) (Ewins, Modal Testing, 2nd ed. 2000, chapter 5).
     `M` is (n_dof, n_dof), dense or sparse, or its diagonal (n_dof,); for measured shapes reduce it to the measured
     DOFs (TAM). The diagonal is 1; NASA-STD-5002 asks |O_rs| <= 0.1 off it. Raises CorrelationError for sizes that do
-    not fit, values that are not finite, or a shape without positive modal mass.
+    not fit, values that are not finite, an M that is not symmetric, or a shape without positive modal mass.
 
     >>> orthogonality([[1.0, 1.0], [1.0, -1.0]], [3.0, 1.0]).round(12).tolist()
     [[1.0, 0.5], [0.5, 1.0]]
@@ -33,15 +33,17 @@ def cross_orthogonality(phi_a: ArrayLike, phi_b: ArrayLike, M: Any) -> NDArray[A
 
     X_rs = a_r^H M b_s / sqrt((a_r^H M a_r)(b_s^H M b_s)) (Ewins 2000, chapter 5). `M` as in `orthogonality`; |X|^2 is
     the MAC weighted by M. NASA-STD-5002 asks |X| >= 0.9 for pairs and <= 0.1 otherwise. Raises CorrelationError for
-    sizes that do not fit, values that are not finite, or a shape without positive modal mass.
+    sizes that do not fit, values that are not finite, an M that is not symmetric, or a shape without positive modal
+    mass.
 
     >>> cross_orthogonality([1.0, 1.0], [1.0, -1.0], [3.0, 1.0]).round(12).tolist()
     [[0.5]]
     """
     a, b = shape_pair(phi_a, phi_b)
     a, b = scaled(a, -2), scaled(b, -2)
-    heavy = mass_times(M, b)
-    ma, mb = _modal_mass(a, mass_times(M, a), "first"), _modal_mass(b, heavy, "second")
+    mass = mass_matrix(M, b.shape[-2])
+    heavy = mass_times(mass, b)
+    ma, mb = _modal_mass(a, mass_times(mass, a), "first"), _modal_mass(b, heavy, "second")
     return gram(a, heavy) / (np.sqrt(ma)[..., :, None] * np.sqrt(mb)[..., None, :])
 
 

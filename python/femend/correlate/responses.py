@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from femend.correlate._arrays import finite, fraction, modulus2, ratio, scaled, square
 from femend.errors import CorrelationError
 
-__all__ = ["coherence_criterion", "csac", "csf", "faac", "fdac", "frac", "rvac"]
+__all__ = ["coherence_criterion", "csac", "csf", "faac", "fdac", "frac", "lac", "rvac"]
 
 _LINES, _PLACES, _OUT = -3, (-2, -1), -2
 
@@ -123,9 +123,23 @@ def coherence_criterion(H_a: ArrayLike, H_b: ArrayLike) -> NDArray[np.float64]:
     [[[1.0]], [[0.5]]]
     """
     a, b = _frf_pair(H_a, H_b)
-    unit = np.maximum(np.abs(a), np.abs(b))
-    a, b = (np.divide(x, unit, out=np.zeros_like(x), where=unit > 0) for x in (a, b))
+    a, b = _scaled_alike(a, b)
     return fraction(modulus2(a + b), 2 * (modulus2(a) + modulus2(b)))
+
+
+def lac(H_a: ArrayLike, H_b: ArrayLike) -> NDArray[np.float64]:
+    """Local amplitude criterion, each FRF at each line: (..., n_freq, n_out, n_in) in [0, 1] of `H_a`, `H_b` alike.
+
+    LAC = 2 |H_a conj(H_b)| / (|H_a|^2 + |H_b|^2): the cross signature scale factor (Dascotte and Strobbe 1999) of one
+    FRF alone, as frequency-based substructuring uses it. Amplitude counts, phase and sign do not: see
+    `coherence_criterion`. NaN where both are 0. Raises CorrelationError for sizes that do not fit or values that are
+    not finite.
+
+    >>> lac([[[1.0]], [[1.0]]], [[[2j]], [[-1.0]]]).tolist()
+    [[[0.8]], [[1.0]]]
+    """
+    a, b = _scaled_alike(*_frf_pair(H_a, H_b))
+    return fraction(2 * np.abs(a * b.conj()), modulus2(a) + modulus2(b))
 
 
 def _shape_agreement(a: NDArray[Any], b: NDArray[Any], axis: int | tuple[int, ...]) -> NDArray[np.float64]:
@@ -134,9 +148,13 @@ def _shape_agreement(a: NDArray[Any], b: NDArray[Any], axis: int | tuple[int, ..
 
 
 def _scale_agreement(a: NDArray[Any], b: NDArray[Any], axis: int | tuple[int, ...]) -> NDArray[np.float64]:
-    peak = np.maximum(np.max(np.abs(a), axis=axis, keepdims=True), np.max(np.abs(b), axis=axis, keepdims=True))
-    a, b = (np.divide(x, peak, out=np.zeros_like(x), where=peak > 0) for x in (a, b))
+    a, b = _scaled_alike(a, b, *np.atleast_1d(axis).tolist())
     return fraction(2 * np.abs(np.sum(a.conj() * b, axis=axis)), square(a, axis) + square(b, axis))
+
+
+def _scaled_alike(a: NDArray[Any], b: NDArray[Any], *axes: int) -> NDArray[Any]:
+    """Both, one after the other, by one factor along `axes` where squares would leave the range of the numbers."""
+    return scaled(np.stack(np.broadcast_arrays(a, b)), (0, *axes))
 
 
 def _frf(H: ArrayLike, what: str) -> NDArray[np.complex128]:

@@ -116,7 +116,8 @@ class CrossOrthogonality:
     """phi_test^T M phi of the paired modes, 0 off the diagonal where the model is right, over `sd`.
 
     `phi` (n_sensors, n_test) are real test shapes, `M` (n_sensors, n_sensors) a mass matrix reduced to the sensors;
-    both shapes are scaled to 1 in it.
+    both shapes are scaled to 1 in it. Raises UpdatingError for an `M` of another size, shapes without positive modal
+    mass and an `sd` that is not above 0.
     """
 
     phi: FloatArray
@@ -127,6 +128,16 @@ class CrossOrthogonality:
     def __post_init__(self) -> None:
         object.__setattr__(self, "phi", np.asarray(self.phi, dtype=np.float64))
         deviation(self.sd, (), self.name)
+        if np.shape(self.M) != (self.phi.shape[0],) * 2:
+            raise UpdatingError(
+                f"a mass matrix of shape {np.shape(self.M)} for {self.phi.shape[0]} sensors; reduce it to the sensors"
+            )
+        mass = np.einsum("it,ij,jt->t", self.phi, self.M, self.phi)
+        if not (mass > 0).all():
+            mode = int(np.flatnonzero(~(mass > 0))[0])
+            raise UpdatingError(
+                f"test mode {mode + 1} has the modal mass {mass[mode]:g} over M; leave it out, or mend M"
+            )
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
         """Residuals of the paired modes of `state`, row by row of `mates`, the diagonal left out."""

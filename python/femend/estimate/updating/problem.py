@@ -234,10 +234,21 @@ class Problem:
         residual = np.concatenate([o.residual for o in parts]) if parts else np.zeros(0)
         if residual.size == 0:
             raise UpdatingError("no measured mode has a mate in the model: " + self.unpaired(found))
-        if not np.isfinite(residual).all():
-            raise UpdatingError(f"residual {int(np.flatnonzero(~np.isfinite(residual))[0])} is not a number")
+        self._numbers([o.residual for o in parts], "")
         jacobian = np.concatenate(rows) if slopes else None
+        self._numbers(rows, "derivative of the ")
         return Evaluation(p, residual, jacobian, self.prior_cost(p), found, tuple(mates))
+
+    def _numbers(self, parts: Sequence[FloatArray], what: str) -> None:
+        """Raises UpdatingError naming the response of the first of `parts` that holds anything but numbers."""
+        names = [(c.name, r.name) for c in self.configurations for r in c.responses]
+        for (configuration, response), part in zip(names, parts, strict=False):
+            bad = np.argwhere(~np.isfinite(part))
+            if bad.size:
+                raise UpdatingError(
+                    f"{configuration}: the {what}difference {int(bad[0, 0]) + 1} of {response} is not a number; what "
+                    "was measured or what the model gives there is not one"
+                )
 
     def unpaired(self, states: Sequence[State]) -> str:
         """The best MAC of every measured mode in words, for `states` of all configurations."""

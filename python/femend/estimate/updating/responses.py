@@ -66,9 +66,9 @@ def deviation(sd: ArrayLike, shape: tuple[int, ...], what: str) -> FloatArray:
         raise UpdatingError(f"deviations of {what} have shape {np.shape(sd)}, the values {shape}") from None
     bad = ~(np.isfinite(out) & (out > 0))
     if bad.any():
-        at = ", ".join(str(int(i)) for i in np.argwhere(bad)[0])
+        at = f" at [{', '.join(str(int(i)) for i in np.argwhere(bad)[0])}]" if shape else ""
         raise UpdatingError(
-            f"the deviation of {what} is {out[bad][0]:g} at [{at}]: a value without scatter would outweigh all others; "
+            f"the deviation of {what} is {out[bad][0]:g}{at}: a value without scatter would outweigh all others; "
             "give its standard deviation, or leave the value out"
         )
     return out

@@ -71,8 +71,9 @@ class UpdateResult:
 
     @property
     def advice(self) -> str:
-        """What the status asks for, "" if nothing."""
-        return ADVICE[self.status]
+        """What the status asks for, "" if nothing; where the model failed on the last step, how."""
+        failed = [n for n in self.history[-1].notes if n.startswith("no ")] if self.status == "stalled" else []
+        return "; ".join([ADVICE[self.status], *failed[-1:]])
 
     @property
     def p(self) -> FloatArray:

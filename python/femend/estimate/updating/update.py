@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -59,9 +59,10 @@ def update(
     True ("stopped").
 
     `history` is a file that keeps every iteration; with `resume` the search goes on from it where it exists. A point at
-    which a model has no solution is not taken, and noted. Raises UpdatingError for fewer data than unknowns without
-    prior, where no mode pairs, a start outside the limits or a history of another problem, and what the start's models
-    raise.
+    which a model has no solution or no derivative is not taken, and noted; where none can be taken the search has
+    stalled, keeps what it had and says why in its advice. Raises UpdatingError for fewer data than unknowns without
+    prior, where no mode pairs, a start outside the limits, values that are no numbers or a history of another problem,
+    and what the start's models raise.
     """
     lower, upper = limits(problem.unknowns)
     kept = read_history(history, problem) if resume and history is not None and Path(history).exists() else []
@@ -104,7 +105,7 @@ def _begin(
     if p.shape != (len(problem.unknowns),):
         raise UpdatingError(f"the start has shape {p.shape}, there are {len(problem.unknowns)} unknowns")
     if not (np.all(p >= lower - 1e-12) and np.all(p <= upper + 1e-12)):
-        i = int(np.flatnonzero((p < lower) | (p > upper))[0])
+        i = int(np.flatnonzero(~((p >= lower - 1e-12) & (p <= upper + 1e-12)))[0])
         u = problem.unknowns.items[i]
         raise UpdatingError(f"the start of {u.name!r} is {u.value(p[i]):g}, outside its bounds {u.bounds}")
     states = problem.states(p)
@@ -156,7 +157,8 @@ def _advance(
             residual, jacobian, np.maximum(lower - here.p, -box), np.minimum(upper - here.p, box), scale
         )
         length = float(np.abs(step / scale).max())
-        if promised <= tolerance**2 * here.cost or length <= tolerance:
+        # a step that only the trust region keeps short is no sign of a minimum
+        if promised <= tolerance**2 * here.cost or length <= min(tolerance, 0.99 * search.radius):
             return "converged"
         p = np.clip(here.p + step, lower, upper)
         try:
@@ -171,24 +173,34 @@ def _advance(
         elif ratio > GOOD and length > 0.99 * search.radius:
             search.radius *= 2.0
         if ratio > ACCEPT:
-            _accept(problem, search, trial, notes)
+            try:
+                _accept(problem, search, trial, notes)
+            except (FemendError, ArithmeticError) as error:
+                notes.append(f"no derivative at a trial point: {error}")
+                search.radius = 0.25 * length
+                continue
             return None
+    # what stood in the way would be lost with the step that was not taken
+    last = search.iterations[-1]
+    search.iterations[-1] = replace(last, notes=(*last.notes, *dict.fromkeys(notes)))
     return "stalled"
 
 
 def _accept(problem: Problem, search: _Search, trial: Evaluation, notes: list[str]) -> None:
     """Takes a point: measured modes that have found a mate join, changed pairs are noted."""
     joined: list[NDArray[np.bool_] | None] = []
+    found: list[str] = []
     for c, old, new in zip(problem.configurations, search.active, problem.active(trial.states), strict=True):
         both = None if old is None or new is None else old | new
         if old is not None and both is not None and (both & ~old).any():
-            notes.append(
+            found.append(
                 f"{c.name}: test modes {', '.join(str(i + 1) for i in np.flatnonzero(both & ~old))} found mates"
             )
         joined.append(both)
     before = search.here.mates
-    search.active = tuple(joined)
-    search.here = problem.evaluate(trial.p, slopes=True, active=search.active, states=trial.states)
+    there = problem.evaluate(trial.p, slopes=True, active=tuple(joined), states=trial.states)
+    search.here, search.active = there, tuple(joined)
+    notes += found
     for c, old_pairs, new_pairs in zip(problem.configurations, before, search.here.mates, strict=True):
         if old_pairs is None or new_pairs is None:
             continue
