@@ -8,10 +8,9 @@ frequencies proves nothing. What tells is at the end: each frequency predicted f
 is not fitted at all, against what the damping layer can give at most. With OUT the updated deck is written there.
 
 Balmes, Wright: GARTEUR group on ground vibration testing, results from the test of a single structure by 12
-laboratories in Europe, ASME DETC 1997 (drawing, figure 5: modes). Gravelle (ed.): GARTEUR TP-115, 1999. Link, Friswell:
-Generation of validated structural dynamic models, Mech. Syst. Signal Process. 17 (2003) 9-20. Degener, Hermes: Ground
-vibration test and finite element analysis of the GARTEUR SM-AG19 testbed, DLR IB 232-96 J 08, 1996. Dimensions and
-modes were taken as the public tutorials of FinEtoolsFlexStructures.jl and pystran (P. Krysl) reproduce them.
+laboratories in Europe, ASME DETC 1997 (drawing, figure 5: modes). Gravelle (ed.): GARTEUR TP-115, 1999. Both were read
+as the public tutorials of FinEtoolsFlexStructures.jl and pystran (P. Krysl) reproduce them. The benchmark of updating:
+Link, Friswell, Mech. Syst. Signal Process. 17 (2003) 9-20.
 """
 
 from __future__ import annotations
