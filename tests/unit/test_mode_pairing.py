@@ -50,6 +50,20 @@ def test_two_modes_keep_their_names_through_a_veering_free_crossing(gap: float) 
     assert mated(pair_modes(phi, phi, f_test, f_model)) == {0: 0, 1: 1}
 
 
+def test_close_modes_that_crossed_are_followed_by_their_shapes() -> None:
+    # Two torsions 1.2 % apart in the test have changed places in the model, one with a twentieth of a third mode:
+    # frequencies, and the space of both, would pair them wrongly.
+    test = np.eye(6)[:, :3]
+    model = np.eye(6)[:, [1, 0, 3]]
+    model[3, 1] = np.sqrt(0.05)
+    pairing = pair_modes(test[:, :2], model, [33.13, 33.53], [33.18, 33.46, 48.0])
+    assert mated(pairing) == {0: 1, 1: 0}
+    assert [round(p.mac, 2) for p in pairing.pairs] == [0.95, 1.0]
+    # shapes turned by 45 degrees in their plane say nothing, and frequencies decide
+    mixed = np.eye(6)[:, :2] @ np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2)
+    assert mated(pair_modes(test[:, :2], mixed, [33.13, 33.53], [33.18, 33.46])) == {0: 0, 1: 1}
+
+
 def test_assignment_beats_taking_the_best_first() -> None:
     # Both modes like b0 best (0.90); taking a0-b0 first leaves a1 with 0.15.
     a = np.array([[1.0, 0.8], [0.0, 0.6], [0.0, 0.0]])

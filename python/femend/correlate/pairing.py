@@ -18,7 +18,7 @@ __all__ = ["ModePair", "ModePairing", "pair_modes"]
 # Of the longest shape: what is shorter is rounding, and the mode does not move at the DOFs compared. Far below any
 # difference in scale, since shapes may be scaled one by one; who knows the whole mode gives `seen_a`, `seen_b`.
 _UNSEEN = 1e-14
-# Share of a mode's own MAC in what is assigned, so that inside a cluster the likeliest modes meet.
+# Share of a mode's own MAC in what is assigned, so that the likeliest modes meet where agreement says nothing.
 _OWN_SHARE = 1e-3
 
 
@@ -83,7 +83,8 @@ def pair_modes(
     `mac`. With frequencies `freq_a` (n_a,), `freq_b` (n_b,) in Hz, modes closer than `closeness` are a cluster
     (repeated modes, symmetric structures: their shapes are any mixture), and agreement is with its whole space:
     1 - (1 - s)(n - 1)/(n - k), the share s of `subspace_mac` less what chance gives a space of k among n dimensions
-    (as an adjusted R^2 does); a crowd of more than n / 2 close modes explains nothing and is not a cluster. The
+    (as an adjusted R^2 does); a crowd of more than n / 2 close modes explains nothing and is not a cluster. Which mode
+    of a cluster meets which is then decided by their own MAC, so that close modes that crossed are followed. The
     distance in frequency decides where too few DOFs make several shapes look alike. At the default, a factor of two
     in frequency weighs as 0.07 of MAC: modes that changed places are still found by shape. `seen_a`, `seen_b` are
     False for modes that hardly move at the DOFs compared (by default those that are zero but for rounding): they are
@@ -118,6 +119,7 @@ def pair_modes(
         agreement[:, list(unseen_b)] = 0.0
         distance = _log_distance(fa, fb)
     chosen = _assign(agreement, own, distance, mac_min, frequency_weight)
+    chosen = _inside_clusters(chosen, agreement, own - frequency_weight * distance, mac_min, cluster_a, cluster_b)
     pairs = _pairs(chosen, own, agreement, cluster_a, cluster_b)
     rest_a = tuple(i for i in range(a.shape[1]) if i not in {p.a for p in pairs} and i not in unseen_a)
     rest_b = tuple(j for j in range(b.shape[1]) if j not in {p.b for p in pairs} and j not in unseen_b)
@@ -142,6 +144,44 @@ def _assign(
     return [
         (int(i), int(j)) for i, j in zip(rows, columns, strict=True) if agreement[i, j] >= mac_min and value[i, j] > 0
     ]
+
+
+def _inside_clusters(
+    chosen: list[tuple[int, int]],
+    agreement: NDArray[np.float64],
+    worth: NDArray[np.float64],
+    mac_min: float,
+    cluster_a: NDArray[np.int64],
+    cluster_b: NDArray[np.int64],
+) -> list[tuple[int, int]]:
+    """The pairs of each cluster anew by `worth`, their own MAC less the distance in frequency.
+
+    Agreement is with a space and hardly tells its members apart, so that frequencies would undo a crossing of two close
+    modes whose shapes are clear; where the shapes are a mixture, the MACs are alike and frequencies decide.
+    """
+    groups: dict[tuple[str, int], list[tuple[int, int]]] = {}
+    out = []
+    for i, j in chosen:
+        if cluster_b[j] >= 0 or cluster_a[i] >= 0:
+            key = ("b", int(cluster_b[j])) if cluster_b[j] >= 0 else ("a", int(cluster_a[i]))
+            groups.setdefault(key, []).append((i, j))
+        else:
+            out.append((i, j))
+    for pairs in groups.values():
+        out += _best_of(pairs, agreement, worth, mac_min)
+    return out
+
+
+def _best_of(
+    pairs: list[tuple[int, int]], agreement: NDArray[np.float64], worth: NDArray[np.float64], mac_min: float
+) -> list[tuple[int, int]]:
+    import scipy.optimize
+
+    at = np.ix_([i for i, _ in pairs], [j for _, j in pairs])
+    # a forbidden pair costs more than any other choice can win; the pairs as they came are allowed
+    value = np.where(agreement[at] >= mac_min, worth[at], worth.min() - 10.0 * len(pairs) * (1.0 + np.ptp(worth)))
+    rows, columns = scipy.optimize.linear_sum_assignment(value, maximize=True)
+    return [(pairs[r][0], pairs[c][1]) for r, c in zip(rows, columns, strict=True)]
 
 
 def _with_clusters(
