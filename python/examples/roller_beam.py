@@ -10,15 +10,17 @@ Nobody measured a force: every step of the roller leaves a free decay, whose pol
 three bending frequencies at each stop. One support raises mode i to between modes i and i + 1 of the cantilever, so
 bands to look in are the cantilever's. The model is the plain cantilever from its stated dimensions; what nobody states
 is fitted with every rival alike: E / rho within what metals have, and a lumped mass somewhere (sensors and the like).
-Rivals have one value of their own for every stop. They are fitted to test 0 and chosen on tests 1 and 2: what the
-stops share stays, the own value comes from the first frequency alone, the second and third are predicted. The recorded
-position says when the roller stands still, and is held against the located places at the very end; nothing is fitted
-to it but that line.
+Rivals have one value of their own for every stop. They are fitted to test 0 and chosen on test 1, test 2 is reported:
+what the stops share stays, the own value comes from the first frequency alone, the second and third are predicted. The
+recorded position says when the roller stands still, and is held against the located places at the very end; nothing is
+fitted to it but that line. Which poles count as a mode was settled looking at the poles of all three tests, that there
+is a lumped mass at the misfit in test 0.
 
-What comes out: a pinned support that moves, told from every rival (an elastic one takes the largest stiffness it may
-have and so is the same). Its places follow the sensor at every step; R^2 of the line is 0.997 in test 0 and 0.999 in
-tests 1 and 2, 55 mm/V. The model lacks a mass as well, 0.10 kg at 335 mm, which nobody states: without it the places
-follow the sensor all the same (R^2 0.995 in test 0), but a support predicts no better than a clamp that moves.
+What comes out: a pinned support that moves, told from every rival: modes 2 and 3 of test 2 are predicted to 1.5 % RMS,
+by the next rival, a clamp that moves, to 3.0 % (an elastic support takes the largest stiffness it may have and so is
+the same). Its places follow the sensor at every step; R^2 of the line is 0.997 in test 0, 0.998 and 0.9996 in tests 1
+and 2, 55 mm/V. The model lacks a mass as well, 0.10 kg at 335 mm, which nobody states: without it the places follow the
+sensor all the same (R^2 0.995 in test 0), but a support predicts about as badly as a clamp that moves.
 
 What does not come out: the contact. Where every stop has a stiffness of its own, one frequency tells no place, and two
 or three put the first and second stop up to 26 mm further out and give R^2 0.97: there the recorded modes are softer
@@ -47,7 +49,7 @@ from femend.model import read_model
 
 FloatArray = NDArray[np.float64]
 
-TESTS, FITTED = (0, 1, 2), 0
+TESTS, FITTED, CHOOSING, REPORTED = (0, 1, 2), 0, 1, 2
 # m: what is stated of the beam
 LENGTH, WIDTH, THICKNESS = 0.501, 0.051, 0.00666
 # Pa, kg/m^3: nobody states the material, but frequencies hold E / rho alone, which is 25.5 to 26.8 (km/s)^2 for steels
@@ -415,12 +417,13 @@ def line(volt: FloatArray, x: FloatArray) -> Line:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """The stops by test; rivals by their unseen error, best first; the first rival without a lumped mass; places with
-    the best rival's shared values, support rigid and elastic."""
+    """The stops by test; rivals with their errors of unseen modes in the choosing and in the reported test, best of the
+    former first; the first rival without a lumped mass; places with the shared values of the support that moves, it
+    being rigid and elastic."""
 
     stops: dict[int, list[Stop]]
-    ranked: list[tuple[float, Fit]]
-    bare: tuple[float, Fit]
+    ranked: list[tuple[float, float, Fit]]
+    bare: tuple[float, float, Fit]
     rigid: dict[int, list[Located]]
     elastic: dict[int, list[Located]]
 
@@ -448,15 +451,14 @@ def run(folder: Path) -> Outcome:
     beam = Beam()
     stops = {test: read(folder, test, beam.drawn) for test in TESTS}
     fitter = Fitter(beam)
-    others = [s for test, there in stops.items() if test != FITTED for s in there]
 
-    def tried(rival: Rival) -> tuple[float, Fit]:
+    def tried(rival: Rival) -> tuple[float, float, Fit]:
         fit = fitter.fit(rival, stops[FITTED])
-        return fitter.unseen(fit, others), fit
+        return fitter.unseen(fit, stops[CHOOSING]), fitter.unseen(fit, stops[REPORTED]), fit
 
     # of two that predict alike to 0.01 %, the one with fewer values
-    ranked = sorted((tried(rival) for rival in RIVALS), key=lambda item: (round(item[0], 4), len(item[1].rival.shared)))
-    shared = next(fit for _, fit in ranked if fit.rival is RIVALS[0]).shared
+    ranked = sorted((tried(rival) for rival in RIVALS), key=lambda item: (round(item[0], 4), len(item[2].rival.shared)))
+    shared = next(fit for _, _, fit in ranked if fit.rival is RIVALS[0]).shared
     locator = Locator(fitter, shared)
     rigid, elastic = (
         {test: [locator.located(s, elastic=give) for s in there] for test, there in stops.items()}
@@ -484,11 +486,16 @@ def main() -> None:
         for stop, rigid, elastic in zip(stops, out.rigid[test], out.elastic[test], strict=True):
             freq = " ".join(f"{f:8.2f}" for f in stop.freq)
             print(f"{test} {stop.volt:8.3f} {freq}   {told(rigid):17} {told(elastic)}")
-    print("\nmissing; cost and RMS error at test 0; RMS error of modes 2 and 3 of tests 1 and 2, unseen; shared values")
-    for error, fit in (*out.ranked, out.bare):
+    print(
+        "\nmissing; cost and RMS error at test 0; RMS error of modes 2 and 3, unseen, of test 1 and of test 2; shared"
+    )
+    for chosen, reported, fit in (*out.ranked, out.bare):
         shared = ", ".join(f"{n} {v:.3g}" for n, v in fit.shared.items() if (n, v) not in fit.rival.fixed)
-        print(f"{fit.rival.name:30} {fit.cost:7.1f} {100 * fit.rms:6.2f} % {100 * error:6.2f} %   {shared}")
-    best, bare = out.ranked[0][1], out.bare[1]
+        print(
+            f"{fit.rival.name:30} {fit.cost:7.1f} {100 * fit.rms:6.2f} %"
+            f" {100 * chosen:6.2f} % {100 * reported:6.2f} %   {shared}"
+        )
+    best, bare = out.ranked[0][2], out.bare[2]
     print(f"\n{best.rival.name}: places of test 0 with the shared values uncertain ± {span(1e3 * best.sd)} mm")
     print(f"without the lumped mass: R^2 {line(out.volts(FITTED), bare.own).R2:.4f} in test {FITTED}")
     for tests in ((0,), (1,), (2,), (1, 2)):
