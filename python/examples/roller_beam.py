@@ -55,9 +55,8 @@ LENGTH, WIDTH, THICKNESS = 0.501, 0.051, 0.00666
 # Pa, kg/m^3: nobody states the material, but frequencies hold E / rho alone, which is 25.5 to 26.8 (km/s)^2 for steels
 # and 25.5 to 25.7 for alloys of aluminium and titanium; with a thickness known to 0.01 mm, 4 % cover it
 E, RHO, E_SD = 200e9, 7850.0, 0.04
-ELEMENTS, MODES = 40, 30
-# what no parameter describes, per mode: a diagnosis allows its frequency factors as much
-MODEL_SD = 0.005
+# MODEL_SD: what no parameter describes, per mode; a diagnosis allows its frequency factors as much
+ELEMENTS, MODES, MODEL_SD = 40, 30, 0.005
 # Hz; the roller stands where its sensor moves less than STILL (V) over PAUSE (s); steps are 0.43 V
 RATE, STILL, PAUSE = 5000.0, 0.03, 0.1
 # s: a decay begins so long after the roller has stopped, and lasts no longer than stops do (the last one is longer)
@@ -68,8 +67,7 @@ PERIODS, DELAYS, ORDERS = 16, 4, range(6, 31, 2)
 # the sensors see as well
 TORSION = 500.0
 # N/m: a stiffness that the beam cannot tell from a rigid support, and those between which it may lie
-RIGID = 1e9
-STIFFNESSES = np.geomspace(1e5, RIGID, 65)
+RIGID, STIFFNESSES = 1e9, np.geomspace(1e5, 1e9, 65)
 # m: places tried; a place is told from the best one where the cost is higher by LEVEL (95 % of one unknown)
 GRID, LEVEL = 0.003, 3.84
 
@@ -242,11 +240,10 @@ def read(folder: Path, test: int, drawn: FloatArray) -> list[Stop]:
     bands = [(float(drawn[0]), float(drawn[1])), (float(drawn[1]), float(drawn[2])), (TORSION, float(drawn[3]))]
     stops = []
     for part in standing(table[:, 2]):
-        found = np.array([identified(table[part, 0], band) for band in bands])
-        freq, scatter = found.T
+        freq, scatter = np.array([identified(table[part, 0], band) for band in bands]).T
         # a mode that the decay does not tell to what the model is allowed is not seen
-        freq = np.where(scatter < MODEL_SD, freq, np.nan)
-        stops.append(Stop(test, float(table[part, 2].mean()), freq, np.hypot(scatter, MODEL_SD)))
+        seen = np.where(scatter < MODEL_SD, freq, np.nan)
+        stops.append(Stop(test, float(table[part, 2].mean()), seen, np.hypot(scatter, MODEL_SD)))
     return stops
 
 
@@ -308,8 +305,7 @@ class Fitter:
 
         def jacobian(x: FloatArray) -> FloatArray:
             base = residuals(x)
-            J = np.zeros((len(base), len(x)))
-            h = 1e-5
+            J, h = np.zeros((len(base), len(x))), 1e-5
             for j in range(n):
                 J[:, j] = (residuals(x + h * (np.arange(len(x)) == j)) - base) / h
             for i, stop in enumerate(stops):
@@ -318,9 +314,8 @@ class Fitter:
                 J[3 * i : 3 * i + 3, n + i] = (self.residual(stop, values(moved, i)) - base[3 * i : 3 * i + 3]) / h
             return J
 
-        starts = product(*(STARTS[name] for name in (*shared, own)))
         fits = []
-        for start in starts:
+        for start in product(*(STARTS[name] for name in (*shared, own))):
             x0 = [inner(name, v) for name, v in zip((*shared, own), start, strict=True)]
             x0 += [x0[-1]] * (len(stops) - 1)
             fits.append(least_squares(residuals, x0, jac=jacobian, max_nfev=40))
@@ -328,12 +323,12 @@ class Fitter:
         all_values = [values(best.x, i) for i in range(len(stops))]
         off = [np.log(self.beam.frequencies(v) / s.freq) for v, s in zip(all_values, stops, strict=True)]
         slope = [(outer(own, c + 1e-5) - outer(own, c)) / 1e-5 for c in best.x[n:]]
-        covariance = np.linalg.pinv(np.asarray(best.jac, dtype=np.float64).T @ np.asarray(best.jac))
+        J = np.asarray(best.jac, dtype=np.float64)
         return Fit(
             rival,
             {name: all_values[0][name] for name in shared} | given,
             np.array([v[own] for v in all_values]),
-            np.sqrt(np.diag(covariance)[n:]) * np.abs(slope),
+            np.sqrt(np.diag(np.linalg.pinv(J.T @ J))[n:]) * np.abs(slope),
             float(2 * best.cost),
             float(np.sqrt(np.nanmean(np.square(off)))),
         )
@@ -389,11 +384,6 @@ class Located:
 
     x: float
     spans: tuple[tuple[float, float], ...]
-
-    @property
-    def width(self) -> float:
-        """Length (m) of all stretches together; one of a single grid point counts as GRID."""
-        return sum(b - a + GRID for a, b in self.spans)
 
 
 @dataclass(frozen=True, eq=False)
@@ -472,11 +462,6 @@ def told(one: Located) -> str:
     return f"{1e3 * one.x:6.1f} ({', '.join(f'{1e3 * a:.0f}-{1e3 * b:.0f}' for a, b in one.spans)})"
 
 
-def span(values: FloatArray) -> str:
-    """The smallest and the largest of values."""
-    return f"{values.min():.1f} to {values.max():.1f}"
-
-
 def main() -> None:
     """Prints frequencies, rivals, places and the line against the sensor."""
     out = run(data_folder())
@@ -495,8 +480,9 @@ def main() -> None:
             f"{fit.rival.name:30} {fit.cost:7.1f} {100 * fit.rms:6.2f} %"
             f" {100 * chosen:6.2f} % {100 * reported:6.2f} %   {shared}"
         )
-    best, bare = out.ranked[0][2], out.bare[2]
-    print(f"\n{best.rival.name}: places of test 0 with the shared values uncertain ± {span(1e3 * best.sd)} mm")
+    (_, _, best), (_, _, bare) = out.ranked[0], out.bare
+    low, high = 1e3 * best.sd.min(), 1e3 * best.sd.max()
+    print(f"\n{best.rival.name}: places of test 0 with the shared values uncertain ± {low:.1f} to {high:.1f} mm")
     print(f"without the lumped mass: R^2 {line(out.volts(FITTED), bare.own).R2:.4f} in test {FITTED}")
     for tests in ((0,), (1,), (2,), (1, 2)):
         for kind in ("rigid", "elastic"):
@@ -506,8 +492,8 @@ def main() -> None:
                 f"test {' and '.join(map(str, tests)):7} {kind:8} R^2 {fitted.R2:.4f},"
                 f" {fitted.slope:.1f} ± {fitted.sd:.1f} mm/V, at most {fitted.largest:.1f} mm off the line"
             )
-    travel = 1e3 * np.ptp(out.places(*TESTS))
-    print(f"monotonic: {[out.monotonic(test) for test in TESTS]}; travel {travel:.0f} mm")
+    moved = [out.monotonic(test) for test in TESTS]
+    print(f"monotonic: {moved}; travel {1e3 * np.ptp(out.places(*TESTS)):.0f} mm")
 
 
 if __name__ == "__main__":
