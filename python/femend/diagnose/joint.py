@@ -53,8 +53,17 @@ def open_joints(places: Sequence[Place], reduced: ReducedModel, f_max: float, g_
     Cuts must not be of one element: its ends would couple.
     """
     own = enlarged(places, reduced, f_max, g_rows)
+    last = own.r
+    for place in places:
+        own = own if place.motion is None else own.freed(place)
     rows, compliances = [np.zeros((0, own.r))], [np.zeros(0)]
     for place in places:
+        if place.motion is not None:
+            # as the opening of a cut: the structure moves away from what held it
+            rows.append(-np.eye(own.r)[last : last + 1])
+            compliances.append(np.zeros(1))
+            last += 1
+            continue
         B = place.w(own.V, own.V_a)
         if place.release is None:
             rows.append(B)
@@ -118,8 +127,8 @@ class Recovered:
 def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | None:
     """Reads off what the coordinate of an opened joint did.
 
-    `start` are unknowns of the model. An equivalent spring and dashpot give force, displacement and free decays; what
-    the sensors still see beyond them goes to the force as far as they see the joint at all (Wiener form). A bare
+    `start` are unknowns of the model. A spring and dashpot in each record give force, displacement and free decays;
+    what the sensors still see beyond them goes to the force as far as they see the joint at all (Wiener form). A bare
     least-squares force would be noise where the joint is hardly seen, and could trade any free decay against itself
     near a resonance.
     """
@@ -128,14 +137,13 @@ def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | No
         return None
     lines = problem.lines(joint.reduced)
     system = problem.system(joint.reduced)
-    cores = [line.core for line in lines]
     equal = equivalent_linear(problem, joint, fit.p)
     if equal is None:
         return None
-    stiff = _core.fitted_lines(system, equal.hypothesis.core(), cores, fit.p, equal.x)
     omega, zeta, Q = _core_modal(system, fit.p)
     out = Recovered(fit, equal, [], [], [], [], [], [], [], problem.records, [line.index for line in lines])
-    for line, (y, D, F_eq) in zip(lines, stiff, strict=True):
+    for i, line in enumerate(lines):
+        y, D, F_eq, misfit = _nearest_element(problem, joint, i, fit.p, equal)
         s: ComplexArray = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
         rows = joint.reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
         w = joint.w @ Q
@@ -145,7 +153,7 @@ def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | No
         left = (line.Y - y) * line.weight
         gram = np.einsum("ksv,ksw->kvw", weighted.conj(), weighted)
         # where the equivalent element explains little, the force is not known to be like its own
-        spread = _smooth(np.abs(F_eq) ** 2) * max(1.0, equal.score / max(fit.score, 1e-12))
+        spread = _smooth(np.abs(F_eq) ** 2) * max(1.0, misfit / max(float(fit.misfit[i]), 1e-12))
         ridge = gram + np.eye(len(w))[None] / spread[:, None, :]
         more = np.linalg.solve(ridge, np.einsum("ksw,ks->kw", weighted.conj(), left)[:, :, None])[:, :, 0]
         F = F_eq + more
@@ -157,6 +165,24 @@ def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | No
         out.weight.append(weight)
         _to_time(out, line, s)
     return out
+
+
+def _nearest_element(
+    problem: Problem, joint: Joint, i: int, p: FloatArray, equal: Fit
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, float]:
+    """Responses, motion and force of a spring and dashpot at the joint on record i, and the misfit they leave: those
+    that explain the record by itself, or those of all records (`equal`) where they do better. What depends on the level
+    is another element in each record: friction that sticks in one slips in the next."""
+    line = problem.lines(joint.reduced)[i]
+    system = problem.system(joint.reduced)
+    own = equivalent_linear(problem.on([problem.records[i]]), joint, p) if len(problem.records) > 1 else None
+    found = []
+    for one in (equal, own):
+        if one is not None:
+            ((y, D, F),) = _core.fitted_lines(system, one.hypothesis.core(), [line.core], p, one.x)
+            left = float(np.mean(np.abs((line.Y - y) * line.weight) ** 2))
+            found.append((y, D, F, left))
+    return min(found, key=lambda element: element[3])
 
 
 def _to_time(out: Recovered, line: Lines, s: ComplexArray) -> None:

@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.model.model import Model
+from femend.model.place import AXES, Place
+from femend.model.support_places import support_places
 
 __all__ = ["Place", "Topology", "find_places", "stretches", "topology"]
 
 FloatArray = NDArray[np.float64]
-AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
-
 # element cards that connect two nodes and carry bending
 _BEAMS = ("CBAR", "CBEAM")
 # two joints on a line as near to an axis as this have one place along both
@@ -33,55 +33,6 @@ PARTED = 4
 MAX_PAIRED_JOINTS = 40
 # and beyond this number not along the axes either, only along the line between them
 MAX_PAIRED_ALONG_AXES = 16
-
-
-@dataclass(frozen=True, eq=False)
-class Place:
-    """A place with its direction vectors.
-
-    Attributes:
-        kind: "ground", "pair", "end", "clamp", "member" or "base".
-        nodes: ids of the nodes that name the place.
-        direction: "X" ... "RZ", "R" for all rotations, "" where none applies.
-        to: what it connects to: "ground", a node id as text, or a member as text.
-        g_rows, g_values: force pattern of every direction vector on the g-set, one pair of arrays each.
-        release: stiffness S (n_w, n_w) of a cut, None for an attached place.
-        parameter: parameter that scales the member's stiffness, None where there is none.
-        elements: elements of a member, or the one whose end is cut.
-        label: the place in words.
-        unlikely: whether nothing of the model suggests that something is attached there.
-        independent: whether g_rows are rows of the independent DOFs instead of the g-set.
-    """
-
-    kind: str
-    nodes: tuple[int, ...]
-    direction: str
-    to: str
-    g_rows: tuple[NDArray[np.int64], ...] = ()
-    g_values: tuple[FloatArray, ...] = ()
-    release: FloatArray | None = None
-    parameter: int | None = None
-    elements: tuple[int, ...] = ()
-    label: str = ""
-    independent: bool = False
-    unlikely: bool = False
-
-    @property
-    def n_w(self) -> int:
-        """Number of direction vectors."""
-        return len(self.g_rows)
-
-    def w(self, V: FloatArray, V_a: FloatArray) -> FloatArray:
-        """Direction vectors (n_w, r) in a basis V (n_g, r), V_a (n_a, r): unit force patterns (a cut: B, unscaled)."""
-        if not self.g_rows:
-            return np.zeros((0, V.shape[1]))
-        basis = V_a if self.independent else V
-        return np.array([x @ basis[g] for g, x in zip(self.g_rows, self.g_values)])
-
-    @property
-    def text(self) -> str:
-        """The place in words."""
-        return self.label
 
 
 @dataclass(eq=False)
@@ -182,6 +133,7 @@ def find_places(model: Model, top: Topology | None = None) -> list[Place]:
                 Place("member", (start, end), "", label, elements=part, label=label, parameter=parameter,
                       unlikely=part is not chain)
             )  # fmt: skip
+    places += support_places(model, top.held, list(top.ends))
     places += _pairs(model, top)
     places += _bases(model, top)
     return places

@@ -1,0 +1,70 @@
+"""A place of a model where something may be missing, by the directions that forces there take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["AXES", "Pattern", "Place"]
+
+FloatArray = NDArray[np.float64]
+
+# rows of the g-set and a value at each
+Pattern = tuple[NDArray[np.int64], FloatArray]
+
+AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A place with its direction vectors.
+
+    Attributes:
+        kind: "ground", "pair", "end", "clamp", "member" or "base".
+        nodes: ids of the nodes that name the place.
+        direction: "X" ... "RZ", "R" for all rotations, "" where none applies.
+        to: what it connects to: "ground", a node id as text, or a member as text.
+        g_rows, g_values: force pattern of every direction vector on the g-set, one pair of arrays each.
+        release: stiffness S (n_w, n_w) of a cut, None for an attached place.
+        parameter: parameter that scales the member's stiffness, None where there is none.
+        elements: elements of a member, or the one whose end is cut.
+        label: the place in words.
+        unlikely: whether nothing of the model suggests that something is attached there.
+        motion, inertia: of a support of shells or solids, held DOFs of the g-set with how far each moves as it gives
+            way, and the forces of inertia on the g-set for that motion; None elsewhere.
+        independent: whether g_rows are rows of the independent DOFs instead of the g-set.
+    """
+
+    kind: str
+    nodes: tuple[int, ...]
+    direction: str
+    to: str
+    g_rows: tuple[NDArray[np.int64], ...] = ()
+    g_values: tuple[FloatArray, ...] = ()
+    release: FloatArray | None = None
+    parameter: int | None = None
+    elements: tuple[int, ...] = ()
+    label: str = ""
+    independent: bool = False
+    unlikely: bool = False
+    motion: Pattern | None = None
+    inertia: Pattern | None = None
+
+    @property
+    def n_w(self) -> int:
+        """Number of direction vectors."""
+        return len(self.g_rows)
+
+    def w(self, V: FloatArray, V_a: FloatArray) -> FloatArray:
+        """Direction vectors (n_w, r) in a basis V (n_g, r), V_a (n_a, r): unit force patterns (a cut: B, unscaled)."""
+        if not self.g_rows:
+            return np.zeros((0, V.shape[1]))
+        basis = V_a if self.independent else V
+        return np.array([x @ basis[g] for g, x in zip(self.g_rows, self.g_values)])
+
+    @property
+    def text(self) -> str:
+        """The place in words."""
+        return self.label

@@ -1,0 +1,151 @@
+"""Supports of shells and solids as places: what the deck holds, point by point or region by region, may give way.
+
+A region of held nodes that share elements is cut loose from its support along one rigid motion of the region, t on its
+held DOFs: K_e and M_e are the sums over the elements around the region, B = K_e t on the free DOFs, S = tᵀ K_e t.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.model.model import Model
+from femend.model.place import AXES, Pattern, Place
+
+__all__ = ["support_places"]
+
+FloatArray = NDArray[np.float64]
+
+# regions beyond this number are idealisations of the deck (a plane model, a symmetry), not supports
+MAX_REGIONS = 60
+# elements around a region beyond which it is left out: the matrices would outgrow what a place is worth
+MAX_ELEMENTS = 1000
+
+
+def support_places(model: Model, held: NDArray[np.bool_], without: Sequence[int]) -> list[Place]:
+    """Places where held nodes of shells and solids give way: each region of nodes held along an axis as a whole, in
+    that direction, and each clamped region in rotation about its middle; nodes `without` are left out (ends of beams,
+    which have places of their own). `held` (n_g,) are the DOFs of the g-set that cannot move."""
+    around = _around(model, set(without))
+    places: list[Place] = []
+    for c in range(6):
+        needed = [c] if c < 3 else [0, 1, 2]
+        nodes = {n for n in around if all(held[6 * model.index(n) + k] for k in needed)}
+        regions = _regions(nodes, around)
+        if len(regions) > MAX_REGIONS:
+            continue
+        for region in regions:
+            place = _place(model, held, region, around, c)
+            if place is not None:
+                places.append(place)
+    return places
+
+
+def _around(model: Model, without: set[int]) -> dict[int, list[tuple[int, tuple[int, ...]]]]:
+    """Elements (id, nodes) at every node that shells and solids alone share."""
+    around: dict[int, list[tuple[int, tuple[int, ...]]]] = {}
+    for eid, card, nodes in model.fe.elements():
+        if len(nodes) < 3 or not card.startswith(("CQUAD", "CTRIA", "CHEXA", "CPENTA", "CTETRA", "CPYRAM")):
+            without = without | set(nodes)
+            continue
+        for n in nodes:
+            around.setdefault(n, []).append((eid, tuple(nodes)))
+    return {n: elements for n, elements in around.items() if n not in without}
+
+
+def _regions(nodes: set[int], around: dict[int, list[tuple[int, tuple[int, ...]]]]) -> list[list[int]]:
+    """Groups of nodes that share elements, each sorted."""
+    left, regions = set(nodes), []
+    while left:
+        todo = [left.pop()]
+        region = set(todo)
+        while todo:
+            for _, members in around[todo.pop()]:
+                new = left.intersection(members)
+                left -= new
+                region |= new
+                todo += new
+        regions.append(sorted(region))
+    return sorted(regions)
+
+
+def _place(
+    model: Model,
+    held: NDArray[np.bool_],
+    region: list[int],
+    around: dict[int, list[tuple[int, tuple[int, ...]]]],
+    c: int,
+) -> Place | None:
+    """The region cut loose in one rigid motion; None where nothing resists that, or no one parameter scales it all."""
+    elements = sorted({eid for n in region for eid, _ in around[n]})
+    motion = _rigid(model, held, region, c)
+    if len(elements) > MAX_ELEMENTS or not motion:
+        return None
+    ones = np.ones(len(model.parameters))
+    scaled = {_scaling(model, eid) for eid in elements}
+    if len(scaled) > 1 or -1 in scaled:
+        return None
+    force: dict[int, float] = {}
+    inertia: dict[int, float] = {}
+    size = 0.0
+    for eid in elements:
+        rows, K, M = model.fe.element_matrices(eid, ones)
+        t = np.array([motion.get(int(r), 0.0) for r in rows])
+        size = max(size, float(np.abs(K @ t).max()))
+        for total, pattern in ((force, K @ t), (inertia, M @ t)):
+            for row, value in zip(rows.tolist(), pattern.tolist(), strict=True):
+                total[row] = total.get(row, 0.0) + value
+    S = sum(force.get(row, 0.0) * value for row, value in motion.items())
+    free = np.array([force[row] for row in force if not held[row]])
+    if S <= 0 or np.abs(free).max(initial=0.0) < 1e-9 * size:
+        return None
+    rows_of_force, values = _pattern(force)
+    shown = ", ".join(str(n) for n in region[:4]) + (f" and {len(region) - 4} more" if len(region) > 4 else "")
+    label = f"support at node{'s' if len(region) > 1 else ''} {shown}, {AXES[c]}"
+    (parameter,) = scaled
+    return Place(
+        "clamp", tuple(region), AXES[c], "ground", (rows_of_force,), (values,), np.array([[S]]),
+        parameter, tuple(elements), label, motion=_pattern(motion), inertia=_pattern(inertia),
+    )  # fmt: skip
+
+
+def _pattern(values: dict[int, float]) -> Pattern:
+    rows = np.array(sorted(row for row, value in values.items() if value != 0.0), dtype=np.int64)
+    return rows, np.array([values[int(row)] for row in rows])
+
+
+def _rigid(model: Model, held: NDArray[np.bool_], region: list[int], c: int) -> dict[int, float]:
+    """Held DOFs of a region in a unit translation along basic axis c, or rotation about its middle by axis c - 3; the
+    same about a line of nodes or a single node is none but where rotations are held."""
+    at = [model.index(n) for n in region]
+    middle = model.xyz[at].mean(axis=0)
+    axis = np.eye(3)[c % 3]
+    motion: dict[int, float] = {}
+    for i in at:
+        frame = np.asarray(model.fe.frames[i])
+        shift = axis if c < 3 else np.cross(axis, model.xyz[i] - middle)
+        turn = np.zeros(3) if c < 3 else axis
+        for k, value in enumerate([*(frame @ shift), *(frame @ turn)]):
+            if held[6 * i + k] and abs(value) > 1e-12:
+                motion[6 * i + k] = float(value)
+    return motion
+
+
+def _scaling(model: Model, eid: int) -> int | None:
+    """The parameter whose factor multiplies an element's whole stiffness, None where no parameter changes it, -1 where
+    one changes it otherwise."""
+    ones = np.ones(len(model.parameters))
+    K = np.asarray(model.fe.element_matrices(eid, ones)[1])
+    scaled: int | None = None
+    for i in range(len(ones)):
+        factors = ones.copy()
+        factors[i] = 2.0
+        changed = np.asarray(model.fe.element_matrices(eid, factors)[1])
+        if np.allclose(changed, K, rtol=1e-9, atol=1e-12 * np.abs(K).max()):
+            continue
+        if scaled is not None or not np.allclose(changed, 2 * K, rtol=1e-9, atol=1e-12 * np.abs(K).max()):
+            return -1
+        scaled = i
+    return scaled
