@@ -91,12 +91,17 @@ class Candidate:
 def laws_for(kind: str) -> list[tuple[str, Physics]]:
     """(reported name, law) worth trying at a kind of place."""
     found: list[tuple[str, Physics]] = []
+    if kind == "support":
+        return [("compliant_support", physics("released_support"))]
     if kind in _SPRING:
         found.append((_SPRING[kind], physics("support_stiffness")))
         for entry in catalogue():
             if entry.name in _NOT_NAMED or (entry.name in ONLY_GROUND and kind != "ground"):
                 continue
             found.append((entry.name, entry))
+            if entry.name == "structural_damping":
+                # a constant loss with all that causality asks for with it
+                found.append((entry.name, physics("springpot")))
     return found
 
 

@@ -53,17 +53,8 @@ def open_joints(places: Sequence[Place], reduced: ReducedModel, f_max: float, g_
     Cuts must not be of one element: its ends would couple.
     """
     own = enlarged(places, reduced, f_max, g_rows)
-    last = own.r
-    for place in places:
-        own = own if place.motion is None else own.freed(place)
     rows, compliances = [np.zeros((0, own.r))], [np.zeros(0)]
     for place in places:
-        if place.motion is not None:
-            # as the opening of a cut: the structure moves away from what held it
-            rows.append(-np.eye(own.r)[last : last + 1])
-            compliances.append(np.zeros(1))
-            last += 1
-            continue
         B = place.w(own.V, own.V_a)
         if place.release is None:
             rows.append(B)
@@ -207,6 +198,8 @@ def _smooth(power: FloatArray, width: int = 31) -> FloatArray:
 
 def stiffness_scale(problem: Problem, joint: Joint) -> tuple[float, float]:
     """Stiffness (deck units) that a term at the joint has to have to matter, and a circular frequency of the band."""
+    if joint.place.support:
+        return joint.place.support, middle(problem)
     if joint.place.release is not None:
         return float(np.mean(np.diag(joint.place.release))), middle(problem)
     system = problem.system(joint.reduced)

@@ -7,12 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["AXES", "Pattern", "Place"]
+__all__ = ["AXES", "Place"]
 
 FloatArray = NDArray[np.float64]
-
-# rows of the g-set and a value at each
-Pattern = tuple[NDArray[np.int64], FloatArray]
 
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 
@@ -22,7 +19,7 @@ class Place:
     """A place with its direction vectors.
 
     Attributes:
-        kind: "ground", "pair", "end", "clamp", "member" or "base".
+        kind: "ground", "pair", "end", "clamp", "support" (of shells and solids), "member" or "base".
         nodes: ids of the nodes that name the place.
         direction: "X" ... "RZ", "R" for all rotations, "" where none applies.
         to: what it connects to: "ground", a node id as text, or a member as text.
@@ -32,8 +29,8 @@ class Place:
         elements: elements of a member, or the one whose end is cut.
         label: the place in words.
         unlikely: whether nothing of the model suggests that something is attached there.
-        motion, inertia: of a support of shells or solids, held DOFs of the g-set with how far each moves as it gives
-            way, and the forces of inertia on the g-set for that motion; None elsewhere.
+        support: of a support of shells or solids, the stiffness S of what is around it at the deck's values; it gives
+            way by a spring k where the model loses S²/(k + S) along the direction vector. 0 elsewhere.
         independent: whether g_rows are rows of the independent DOFs instead of the g-set.
     """
 
@@ -49,8 +46,7 @@ class Place:
     label: str = ""
     independent: bool = False
     unlikely: bool = False
-    motion: Pattern | None = None
-    inertia: Pattern | None = None
+    support: float = 0.0
 
     @property
     def n_w(self) -> int:

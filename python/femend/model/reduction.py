@@ -13,7 +13,6 @@ from femend import _core
 from femend.dof import Dof
 from femend.errors import ModelError, SingularModelError
 from femend.model.model import Model
-from femend.model.place import Place
 
 __all__ = ["ReducedModel", "Term", "reduce_model"]
 
@@ -106,51 +105,11 @@ class ReducedModel:
             extra=self.extra + 1,
         )
 
-    def freed(self, place: Place) -> ReducedModel:
-        """The model with one more coordinate, the last: how far a support moves as it gives way. The basis has to hold
-        the static response to that."""
-        assert place.motion is not None
-        assert place.inertia is not None
-        assert place.release is not None
-        motion = np.zeros(len(self.V))
-        motion[place.motion[0]] = place.motion[1]
-        rows, values = place.inertia
-        K, M = (_bordered(a) for a in (self.K_fixed, self.M_fixed))
-        M += _border(values @ self.V[rows], float(values @ motion[rows]))
-        own = _border(place.w(self.V, self.V_a)[0], float(place.release[0, 0]))
-        terms = [replace(t, K=_bordered(t.K), M=_bordered(t.M)) for t in self.terms]
-        if place.parameter is None:
-            K = K + own
-        else:
-            terms.append(Term(((place.parameter, 1.0),), own))
-        return replace(
-            self,
-            V=np.column_stack([self.V, motion]),
-            V_a=np.column_stack([self.V_a, np.zeros(len(self.V_a))]),
-            K_fixed=K,
-            M_fixed=M,
-            terms=tuple(terms),
-            freq=np.append(self.freq, np.inf),
-        )
-
     def minus(self, K: FloatArray, parameter: int | None) -> ReducedModel:
         """The model without a stiffness part K (r, r) that scales with a parameter, or with none."""
         if parameter is None:
             return replace(self, K_fixed=self.K_fixed - K)
         return replace(self, terms=(*self.terms, Term(((parameter, 1.0),), -K)))
-
-
-def _bordered(a: Any) -> Any:
-    """A matrix (r, r) with a row and a column of zeros more; None as it is."""
-    return None if a is None else np.pad(a, (0, 1))
-
-
-def _border(row: FloatArray, corner: float) -> FloatArray:
-    """A matrix (r + 1, r + 1) of nothing but a last row, the same column, and their corner."""
-    out = np.zeros((len(row) + 1, len(row) + 1))
-    out[-1, :-1] = out[:-1, -1] = row
-    out[-1, -1] = corner
-    return out
 
 
 def reduce_model(model: Model, f_max: float, g_rows: Sequence[int], loads: FloatArray | None = None) -> ReducedModel:

@@ -1,7 +1,10 @@
 """Supports of shells and solids as places: what the deck holds, point by point or region by region, may give way.
 
-A region of held nodes that share elements is cut loose from its support along one rigid motion of the region, t on its
-held DOFs: K_e and M_e are the sums over the elements around the region, B = K_e t on the free DOFs, S = tᵀ K_e t.
+A region of held nodes that share elements gives way along one rigid motion of the region, t on its held DOFs. With K_e
+the sum of the elements around it, B = K_e t on the free DOFs and S = tᵀ K_e t, a spring k between the region and what
+holds it leaves K - B Bᵀ/(k + S): along w = B/S the model loses S²/(k + S). That keeps the modes of the model as it is,
+with all that is known of their frequencies and damping, where the support hardly gives way. The inertia of the region
+itself in that motion is left out.
 """
 
 from __future__ import annotations
@@ -12,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.model.model import Model
-from femend.model.place import AXES, Pattern, Place
+from femend.model.place import AXES, Place
 
 __all__ = ["support_places"]
 
@@ -88,32 +91,25 @@ def _place(
     if len(scaled) > 1 or -1 in scaled:
         return None
     force: dict[int, float] = {}
-    inertia: dict[int, float] = {}
     size = 0.0
     for eid in elements:
-        rows, K, M = model.fe.element_matrices(eid, ones)
-        t = np.array([motion.get(int(r), 0.0) for r in rows])
-        size = max(size, float(np.abs(K @ t).max()))
-        for total, pattern in ((force, K @ t), (inertia, M @ t)):
-            for row, value in zip(rows.tolist(), pattern.tolist(), strict=True):
-                total[row] = total.get(row, 0.0) + value
+        rows, K, _ = model.fe.element_matrices(eid, ones)
+        pattern = K @ np.array([motion.get(int(r), 0.0) for r in rows])
+        size = max(size, float(np.abs(pattern).max()))
+        for row, value in zip(rows.tolist(), pattern.tolist(), strict=True):
+            force[row] = force.get(row, 0.0) + value
     S = sum(force.get(row, 0.0) * value for row, value in motion.items())
     free = np.array([force[row] for row in force if not held[row]])
     if S <= 0 or np.abs(free).max(initial=0.0) < 1e-9 * size:
         return None
-    rows_of_force, values = _pattern(force)
+    keep = np.array(sorted(row for row, value in force.items() if value != 0.0), dtype=np.int64)
+    w = np.array([force[int(row)] for row in keep]) / S
     shown = ", ".join(str(n) for n in region[:4]) + (f" and {len(region) - 4} more" if len(region) > 4 else "")
     label = f"support at node{'s' if len(region) > 1 else ''} {shown}, {AXES[c]}"
     (parameter,) = scaled
     return Place(
-        "clamp", tuple(region), AXES[c], "ground", (rows_of_force,), (values,), np.array([[S]]),
-        parameter, tuple(elements), label, motion=_pattern(motion), inertia=_pattern(inertia),
-    )  # fmt: skip
-
-
-def _pattern(values: dict[int, float]) -> Pattern:
-    rows = np.array(sorted(row for row, value in values.items() if value != 0.0), dtype=np.int64)
-    return rows, np.array([values[int(row)] for row in rows])
+        "support", tuple(region), AXES[c], "ground", (keep,), (w,), None, parameter, tuple(elements), label, support=S
+    )
 
 
 def _rigid(model: Model, held: NDArray[np.bool_], region: list[int], c: int) -> dict[int, float]:

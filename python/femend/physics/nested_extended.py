@@ -28,6 +28,8 @@ def simpler_extended(
             return _maxwell(p, band)
         case "fractional":
             return _fractional(p, band)
+        case "springpot":
+            return _fractional({"k": 0.0, **p}, band)
         case "saturating_stiffness" if amplitude < _LINEAR * p["d0"]:
             return "support_stiffness", {"k": p["k"]}
         case "preloaded_contact" if p["preload"] >= p["k"] * amplitude:

@@ -14,6 +14,7 @@ EXTENDED_STARTS = (
     "generalised_maxwell",
     "generalised_maxwell_3",
     "fractional",
+    "springpot",
     "saturating_stiffness",
     "preloaded_contact",
     "hertz_contact",
@@ -24,6 +25,8 @@ EXTENDED_STARTS = (
 )
 _GAP, _SLIP = (0.25, 0.45, 0.7), (0.03, 0.1, 0.25, 0.5)
 _POWER = (0.2, 0.4, 0.6, 0.8)
+# of loss factors 0.05, 0.15 and 0.5, and the steep ones above
+_LOSS_POWER = (0.03, 0.1, 0.3, 0.6)
 _KNEE = (0.1, 0.3, 1.0, 3.0)
 _PRELOAD = (0.05, 0.2, 0.45, 0.7)
 _PLAY = (0.05, 0.2, 0.45)
@@ -49,6 +52,8 @@ def extended_shapes(physics: Physics, amplitude: float, band: tuple[float, float
                 )
                 for power in _POWER
             ]
+        case "springpot":
+            return [one({"c": middle**-power, "alpha": power}, "c") for power in _LOSS_POWER]
         case "saturating_stiffness":
             return [one({"k": 1.0, "d0": knee * amplitude}, "k") for knee in _KNEE]
         case "preloaded_contact":

@@ -46,13 +46,10 @@ class Case:
 
 
 def places_of(plan: Plan) -> dict[str, list[Place]]:
-    """The places of the user's model where something may be left out, by kind; to ground only where things attach.
-
-    Supports of shells and solids are left out: the cuts made here have no inertia.
-    """
+    """The places of the user's model where something may be left out, by kind; to ground only where things attach."""
     out: dict[str, list[Place]] = {}
     for place in find_places(plan.model):
-        if not place.unlikely and place.motion is None:
+        if not place.unlikely:
             out.setdefault(place.kind, []).append(place)
     return out
 

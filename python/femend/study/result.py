@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import Candidate
@@ -15,8 +16,9 @@ from femend.diagnose.next_sensor import next_sensor
 from femend.estimate import FitRecord, noise_floor
 from femend.model import Place
 from femend.model.places import Topology, stretches, topology
-from femend.physics import FitCoordinates, with_companion
+from femend.physics import FitCoordinates
 from femend.study.predictions import STAGES, Prediction
+from femend.study.told import told
 from femend.units import unit_system
 
 __all__ = ["result_of"]
@@ -213,28 +215,31 @@ def _law_parameters(diagnosis: Diagnosis, best: Candidate) -> dict[str, Any]:
         return {name: {"value": _round(v), "sd": None, "unit": ""} for name, v in best.values.items()}
     system = unit_system(diagnosis.reduced.model.units)
     turning = best.joint is not None and best.joint.place.direction.startswith("R")
-    values = with_companion(best.physics, best.values, best.k) if best.nonlinear else dict(best.values)
-    sd = _law_sd(best)
+    parameters, values, J = told(diagnosis, best)
+    sd = _law_sd(best, [p.name for p in parameters], J)
     return {
         p.name: {
             "value": _round(values[p.name]),
             "sd": _round(sd.get(p.name)),
             "unit": p.unit(system, rotational=turning),
         }
-        for p in best.physics.parameters
+        for p in parameters
     }
 
 
-def _law_sd(best: Candidate) -> dict[str, float]:
-    """Standard deviations from the Gauss-Newton matrix, inflated by what is left above the noise."""
+def _law_sd(best: Candidate, names: Sequence[str], J: NDArray[np.float64] | None) -> dict[str, float]:
+    """Standard deviations of what a law is told by, from the Gauss-Newton matrix, inflated by what is left above the
+    noise; `J` as of `told`."""
     if best.covariance is None or best.physics is None:
         return {}
     if best.nonlinear and isinstance(best.coordinates, FitCoordinates):
         n = len(best.coordinates.free)
         J = best.coordinates.jacobian(best.x[:n])
         covariance = J @ best.covariance[:n, :n] @ J.T
+    elif J is not None:
+        covariance = J @ best.covariance @ J.T
     else:
         scale = np.array([best.values[name] for name in best.physics.parameter_names])
         covariance = best.covariance * np.outer(scale, scale)
     sd = np.sqrt(np.maximum(np.diag(covariance) * max(1.0, best.fitted), 0.0))
-    return dict(zip(best.physics.parameter_names, sd.tolist()))
+    return dict(zip(names, sd.tolist(), strict=True))

@@ -26,12 +26,14 @@ macro_rules! laws {
 
 laws! {
     Spring => super::spring::Spring,
+    Released => super::released::Released,
     Mass => super::mass::Mass,
     Dashpot => super::dashpot::Dashpot,
     Viscoelastic => super::viscoelastic::Viscoelastic,
     Maxwell2 => super::maxwell::Maxwell2,
     Maxwell3 => super::maxwell::Maxwell3,
     Fractional => super::fractional::Fractional,
+    Springpot => super::springpot::Springpot,
     Absorber => super::absorber::Absorber,
     Structural => super::structural::Structural,
     Linear => super::linear::Linear,

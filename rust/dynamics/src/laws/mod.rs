@@ -32,8 +32,10 @@ mod play_friction;
 mod preloaded;
 mod quadratic_damping;
 mod quadratic_stiffness;
+mod released;
 mod saturating;
 mod spring;
+mod springpot;
 mod structural;
 pub mod tape;
 #[cfg(test)]

@@ -1,0 +1,39 @@
+"""Laws as they are told: with the parameters that the contract has for their name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose import Diagnosis
+from femend.diagnose.candidates import Candidate
+from femend.physics import Parameter, physics, with_companion
+from femend.physics.causal import structural, structural_jacobian
+
+__all__ = ["told"]
+
+FloatArray = NDArray[np.float64]
+
+
+def told(diagnosis: Diagnosis, best: Candidate) -> tuple[Sequence[Parameter], dict[str, float], FloatArray | None]:
+    """Parameters a law is told by, their values, and how these change with the law's own over their logarithms (n, m);
+    None for the last where they are the law's own.
+
+    A springpot is told as structural damping in the middle of the band, what a model loses at a support by the spring
+    on which it stands.
+    """
+    assert best.physics is not None
+    values = with_companion(best.physics, best.values, best.k) if best.nonlinear else dict(best.values)
+    if best.physics.law == "springpot":
+        low, high = diagnosis.problem.band
+        omega = 2 * np.pi * float(np.sqrt(low * high))
+        return physics("structural_damping").parameters, structural(values, omega), structural_jacobian(values, omega)
+    if best.physics.law == "released_support" and best.joint is not None:
+        place = best.joint.place
+        factor = 1.0 if place.parameter is None else float(np.exp(best.p[place.parameter]))
+        S = factor * place.support
+        whole = S**2 / values["g"]
+        return physics("compliant_support").parameters, {"k": max(whole - S, 0.0)}, np.array([[-whole]])
+    return best.physics.parameters, values, None
