@@ -55,6 +55,12 @@ def test_a_richer_law_that_wins_clearly_is_named() -> None:
     assert names(first(ranked("viscoelastic", 1.0, 10.0), ranked("viscous_damper", 1.0, 90.0)))[0] == "viscoelastic"
 
 
+def test_a_nonlinear_law_that_is_better_stays_first() -> None:
+    best = ranked("cubic_stiffness", 0.7, 10.0)
+    found = first(best, ranked("viscoelastic", 1.00, 10.0), ranked("viscous_damper", 1.03, 20.0))
+    assert names(found) == ["cubic_stiffness", "viscous_damper", "viscoelastic"]
+
+
 @pytest.mark.parametrize("other", [("viscous_damper", THERE), ("quadratic_damping", HERE)])
 def test_only_linear_laws_at_the_same_place_are_simpler(other: tuple[str, object]) -> None:
     name, place = other

@@ -344,7 +344,7 @@ class _Judge:
                 # what the other lacks of the evidence that a law has to bring
                 lacks = max(self.settings.gain_cost - (r.score - first.score), 0.0)
                 behind = [replace(f, score=f.score + lacks) if f is first else f for f in ranked if f is not r]
-                ranked = [ahead, *sorted(behind, key=lambda o: o.score)]
+                ranked = sorted([ahead, *behind], key=lambda o: o.score)
         return ranked
 
     def won(self, rich: Ranked, simple: Ranked) -> bool:
