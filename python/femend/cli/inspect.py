@@ -44,7 +44,9 @@ def _deck_text(file: Path) -> str:
 
     deck = read_deck(file)
     xyz = deck.xyz
-    lines = [f"{file}: Nastran deck, {len(deck.node_ids)} nodes, {len(deck.elements())} elements"]
+    n_scalar = len(deck.scalar_points)
+    points = f", {n_scalar} scalar points" if n_scalar else ""
+    lines = [f"{file}: Nastran deck, {len(deck.node_ids)} nodes{points}, {len(deck.elements())} elements"]
     if len(xyz):
         sides = " by ".join(f"{side:.6g}" for side in np.ptp(xyz, axis=0))
         lines.append(f"{sides} along X, Y, Z in units of the deck")
