@@ -55,7 +55,7 @@ const REFUSED: &[(&str, &str)] = &[
     ("MPCY SPCOFF SPCOFF1 SPCR", "use MPC, SPC or SPC1"),
     (
         "SEBULK SECONCT SEBNDRY SEELT SEEXCLD SELABEL SELOC SEMPLN SENQSET SETREE RELEASE EXTRN",
-        "superelements are not read",
+        "superelements are not read; femend op4-to-dmig puts their reduced matrices into a deck",
     ),
     ("PLSOLID PLPLANE PSHEARN PAABSF CAABSF CFLUID2 CFLUID3 CFLUID4", "this property or element is not read"),
     ("CORD3G CORD3R GMCORD", "use CORD2R, CORD2C or CORD2S"),
