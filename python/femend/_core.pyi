@@ -289,9 +289,17 @@ class Deck:
     @property
     def files(self) -> list[str]: ...
     @property
-    def node_ids(self) -> NDArray[np.int64]: ...
+    def node_ids(self) -> NDArray[np.int64]:
+        """Of the GRIDs (n,), ascending."""
+
     @property
-    def xyz(self) -> NDArray[np.float64]: ...
+    def scalar_points(self) -> NDArray[np.int64]:
+        """Ids of SPOINT and of what CELAS3, 4, CDAMP3, 4 and CMASS3, 4 name, ascending."""
+
+    @property
+    def xyz(self) -> NDArray[np.float64]:
+        """Of the GRIDs (n, 3), basic coordinates."""
+
     def card_counts(self) -> dict[str, int]: ...
     def ignored(self) -> dict[str, int]: ...
     def case_control(self) -> dict[str, str]: ...
@@ -435,7 +443,12 @@ class FeModel:
 
     @property
     def node_ids(self) -> NDArray[np.int64]:
-        """(n_nodes,), in the order of the g-set."""
+        """(n_nodes,), in the order of the g-set, scalar points included."""
+
+    @property
+    def scalar_points(self) -> NDArray[np.int64]:
+        """Ids of the nodes that are scalar points: their one DOF is carried as component 4, the others are held, and
+        `xyz` has them in the middle of the other nodes."""
 
     @property
     def xyz(self) -> NDArray[np.float64]:

@@ -15,7 +15,6 @@ from femend.io.deck import read_deck
 
 # cards, or faults, for which a deck of the collection is refused (punched results are no decks); any other is news
 REASONS = {
-    "SPOINT",
     "PCOMP",
     "MAT10",
     "DMIG",

@@ -25,7 +25,7 @@ def model_modes(
 ) -> ModeSet:
     """The lowest `n_modes` of `model` (10 by default), or all up to `f_max` in Hz, at every DOF of its nodes.
 
-    Rows are all nodes times X, Y, Z, RX, RY, RZ in the directions of the node's own system, held and tied ones with
+    Rows are all GRIDs times X, Y, Z, RX, RY, RZ in the directions of the node's own system, held and tied ones with
     what they do (0 where held). Shapes are mass-normalised; `zeta` is the damping fraction given to them, `factors` are
     factors on parameters by name. Raises what `solve_modes` raises, and ModelError for a parameter that is none.
 
@@ -40,5 +40,7 @@ def model_modes(
     if n_modes is not None:
         n_modes = min(n_modes, len(names))
     found = solve_modes(K.indptr, K.indices, K.data, M.data, names, n_modes=n_modes, f_max=f_max, zeta=zeta).modes
-    dofs = tuple(Dof(int(n), c) for n in model.node_ids for c in range(1, 7))
-    return ModeSet(found.freq, found.zeta, np.asarray(model.transformation() @ found.phi), dofs, found.scaling)
+    grid = ~model.is_scalar
+    dofs = tuple(Dof(int(n), c) for n in model.node_ids[grid] for c in range(1, 7))
+    phi = np.asarray(model.transformation() @ found.phi)[np.repeat(grid, 6)]
+    return ModeSet(found.freq, found.zeta, phi, dofs, found.scaling)

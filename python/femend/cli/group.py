@@ -17,6 +17,7 @@ from femend.cli.demo import demo
 from femend.cli.diagnose import diagnose
 from femend.cli.inspect import inspect
 from femend.cli.modes import modes
+from femend.cli.op4_to_dmig import op4_to_dmig
 from femend.cli.selftest import selftest
 from femend.errors import FemendError
 
@@ -79,4 +80,5 @@ main.add_command(diagnose)
 main.add_command(demo)
 main.add_command(inspect)
 main.add_command(modes)
+main.add_command(op4_to_dmig)
 main.add_command(selftest)

@@ -22,12 +22,15 @@ def inspect(file: Path) -> None:
     """Say what is in FILE.
 
     Of a Nastran deck (.bdf .dat .nas): cards, size, parameters. Of recordings (.uff .unv): channels, directions,
-    units, rates and levels.
+    units, rates and levels. Of OUTPUT4 files (.op4): matrices with their sizes and types.
     """
     from femend.io import read_recordings
 
     if file.suffix.lower() in _DECKS:
         click.echo(_deck_text(file))
+        return
+    if file.suffix.lower() == ".op4":
+        click.echo(_op4_text(file))
         return
     test = read_recordings(file, role="predict")
     for recording in test:
@@ -41,7 +44,9 @@ def _deck_text(file: Path) -> str:
 
     deck = read_deck(file)
     xyz = deck.xyz
-    lines = [f"{file}: Nastran deck, {len(deck.node_ids)} nodes, {len(deck.elements())} elements"]
+    n_scalar = len(deck.scalar_points)
+    points = f", {n_scalar} scalar points" if n_scalar else ""
+    lines = [f"{file}: Nastran deck, {len(deck.node_ids)} nodes{points}, {len(deck.elements())} elements"]
     if len(xyz):
         sides = " by ".join(f"{side:.6g}" for side in np.ptp(xyz, axis=0))
         lines.append(f"{sides} along X, Y, Z in units of the deck")
@@ -55,6 +60,19 @@ def _deck_text(file: Path) -> str:
     if ignored:
         lines.append(f"without influence on modes, left out: {', '.join(ignored)}")
     return "\n".join(lines)
+
+
+def _op4_text(file: Path) -> str:
+    from femend.io.op4 import read_op4
+    from femend.io.op4.matrix import FORMS, TYPES
+
+    matrices = read_op4(file)
+    rows = [
+        [m.name, str(m.shape[0]), str(m.shape[1]), FORMS.get(m.form, str(m.form)), TYPES[m.type], str(m.data.nnz)]
+        for m in matrices
+    ]
+    head = f"{file}: Nastran OUTPUT4, {len(matrices)} matrices"
+    return f"{head}\n\n{table(['matrix', 'rows', 'columns', 'form', 'type', 'terms'], rows, 'lrrllr')}"
 
 
 def _recording_text(recording: Recording) -> str:

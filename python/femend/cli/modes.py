@@ -42,7 +42,9 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     M = csc_matrix((m, indices, indptr), shape=(model.n_a, model.n_a))
     share = effective_mass(np.asarray(M @ phi), R) / model.total_mass() * 100.0
     mass = f"{significant(model.total_mass())} {pretty_unit(unit_system(units).text('mass'))}"
-    click.echo(f"{deck}: {len(model.node_ids)} nodes, {model.n_a} free DOFs, mass {mass}")
+    n_scalar = len(model.scalar_points)
+    nodes = f"{len(model.node_ids) - n_scalar} nodes" + (f", {n_scalar} scalar points" if n_scalar else "")
+    click.echo(f"{deck}: {nodes}, {model.n_a} free DOFs, mass {mass}")
     if model.auto_constrained:
         names = ", ".join(model.auto_constrained[:8]) + (", …" if len(model.auto_constrained) > 8 else "")
         click.echo(f"held because nothing resists them: {len(model.auto_constrained)} DOFs ({names})")

@@ -34,7 +34,8 @@ def pair_test(test: Test, model: Model) -> Pairing:
         channels += [*recording.sensors, *recording.inputs]
         if recording.geometry is not None:
             places.update(zip(recording.geometry.ids.tolist(), recording.geometry.xyz))
-    return pair_sensors(channels, model.node_ids, model.xyz, sensor_xyz=places)
+    grid = ~model.is_scalar
+    return pair_sensors(channels, model.node_ids[grid], model.xyz[grid], sensor_xyz=places)
 
 
 def period_of(u: FloatArray) -> int:

@@ -52,12 +52,17 @@ class Model:
 
     @property
     def node_ids(self) -> NDArray[np.int64]:
-        """Ids of all nodes (n,), in the order of the g-set."""
+        """Ids of all nodes (n,), in the order of the g-set, scalar points included."""
         return self.fe.node_ids
 
     @property
+    def is_scalar(self) -> NDArray[np.bool_]:
+        """Which of `node_ids` are scalar points (n,): one DOF each, in no direction and at no place."""
+        return np.asarray(np.isin(self.node_ids, self.fe.scalar_points))
+
+    @property
     def xyz(self) -> FloatArray:
-        """Coordinates (n, 3) in the basic system."""
+        """Coordinates (n, 3) in the basic system; scalar points have none and stand in the middle of the others."""
         return self.fe.xyz
 
     def index(self, node: int) -> int:
@@ -68,7 +73,11 @@ class Model:
         return int(at[0])
 
     def row(self, dof: Dof) -> int:
-        """Row of a DOF in the g-set, its sign left aside."""
+        """Row of a DOF in the g-set, its sign left aside; raises PairingError as `index`, and for a scalar point."""
+        if self.is_scalar[self.index(dof.node)]:
+            raise PairingError(
+                f"{dof}: {dof.node} is a scalar point, which has no direction in space; give a GRID of the deck"
+            )
         return 6 * self.index(dof.node) + dof.component - 1
 
     def transformation(self) -> csc_array:

@@ -331,7 +331,8 @@ def _bases(model: Model, top: Topology) -> list[Place]:
     absolute ones."""
     T = model.transformation()
     _, M = model.matrices()
-    held = [n for n in model.node_ids.tolist() if top.held[_rows(model, n)[:3]].all()]
+    grids = model.node_ids[~model.is_scalar].tolist()
+    held = [n for n in grids if top.held[_rows(model, n)[:3]].all()]
     places = []
     for c in range(3):
         shift = np.zeros(model.fe.n_g)

@@ -27,8 +27,12 @@ _SHELL_CORNERS = {"CTRIA3": 3, "CTRIA6": 3, "CTRIAR": 3, "CQUAD4": 4, "CQUAD8": 
 
 
 def mesh_picture(model: Model) -> MeshPicture:
-    """Lines, faces (of solids the outer skin alone) and supports of a model; coordinates in its length unit."""
-    at = {int(node): i for i, node in enumerate(model.node_ids)}
+    """Lines, faces (of solids the outer skin alone) and supports of a model; coordinates in its length unit.
+
+    Scalar points have no place in it.
+    """
+    grid = ~model.is_scalar
+    at = {int(node): i for i, node in enumerate(model.node_ids[grid])}
     lines: list[tuple[int, int]] = []
     faces: list[list[int]] = []
     sides: list[tuple[int, ...]] = []
@@ -44,15 +48,15 @@ def mesh_picture(model: Model) -> MeshPicture:
     times = Counter(frozenset(side) for side in sides)
     faces += [list(side) for side in sides if times[frozenset(side)] == 1]
     quads = [[*face, *face[-1:] * (4 - len(face))] for face in faces]
-    held = np.array([rows[:3].all() for rows in held_rows(model).reshape(-1, 6)], dtype=np.bool_)
+    held = np.array([rows[:3].all() for rows in held_rows(model).reshape(-1, 6)[grid]], dtype=np.bool_)
     used = np.zeros(len(held), dtype=np.bool_)
     used[[k for part in (*lines, *faces) for k in part]] = True
     return MeshPicture(
-        np.asarray(model.node_ids),
-        np.asarray(model.xyz),
+        np.asarray(model.node_ids[grid]),
+        np.asarray(model.xyz[grid]),
         np.array(lines, dtype=np.int64).reshape(-1, 2),
         np.array(quads, dtype=np.int64).reshape(-1, 4),
-        tuple(int(n) for n in model.node_ids[held & used]),
+        tuple(int(n) for n in model.node_ids[grid][held & used]),
         unit_system(model.units).length_text,
     )
 

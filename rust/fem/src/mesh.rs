@@ -51,6 +51,12 @@ pub struct NodeComponent {
     pub component: u8,
 }
 
+/// Component that carries the one DOF of a scalar point (SPOINT); its other five are held.
+///
+/// A rotation, because whoever looks for motion in space (sensors, forces, supports, mass along an axis) looks at
+/// translations, and those of a scalar point stand still.
+pub const SCALAR_COMPONENT: u8 = 4;
+
 /// GRID: position and displacement frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Node {
@@ -353,9 +359,9 @@ pub struct Rod {
 /// Value of a scalar spring.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SpringSource {
-    /// CELAS1: id of a [`SpringProperty`].
+    /// CELAS1, CELAS3: id of a [`SpringProperty`].
     Property(Id),
-    /// CELAS2.
+    /// CELAS2, CELAS4.
     Inline {
         /// Stiffness.
         k: f64,
@@ -364,7 +370,7 @@ pub enum SpringSource {
     },
 }
 
-/// CELAS1, CELAS2.
+/// CELAS1 to 4.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spring {
     /// Element id.
@@ -378,13 +384,13 @@ pub struct Spring {
 /// Value of a scalar dashpot.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DamperSource {
-    /// CDAMP1: id of a [`DamperProperty`].
+    /// CDAMP1, CDAMP3: id of a [`DamperProperty`].
     Property(Id),
-    /// CDAMP2: viscous coefficient.
+    /// CDAMP2, CDAMP4: viscous coefficient.
     Inline(f64),
 }
 
-/// CDAMP1, CDAMP2.
+/// CDAMP1 to 4.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Damper {
     /// Element id.
@@ -646,6 +652,8 @@ impl Default for Options {
 #[allow(missing_docs)]
 pub struct Mesh {
     pub nodes: Vec<Node>,
+    /// Ids of the nodes that are scalar points, ascending.
+    pub scalar_points: Vec<Id>,
     pub materials: Vec<Material>,
     pub plane_materials: Vec<PlaneMaterial>,
     pub solid_materials: Vec<SolidMaterial>,

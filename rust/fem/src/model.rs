@@ -32,6 +32,8 @@ pub(crate) struct Application {
 pub struct Model {
     /// Nodes.
     pub nodes: NodeTable,
+    /// Ids of the nodes that are scalar points, ascending.
+    pub scalar_points: Vec<Id>,
     /// Elements.
     pub elements: Vec<Element>,
     /// Parameters.
@@ -112,6 +114,7 @@ impl Model {
             auto_constrained: held.iter().map(|&i| nodes.component(elimination.free[i])).collect(),
             scatter: Scatter::new(a_rows.len(), placements)?,
             options: mesh.options.clone(),
+            scalar_points: mesh.scalar_points.clone(),
             parameters: parameters.to_vec(),
             fixed: Parts::default(),
             affine: None,
@@ -248,9 +251,20 @@ impl Model {
         let along_x = |e: usize| {
             let element = &self.elements[e];
             let Some(m) = self.evaluate(e, |_| 1.0).m else { return 0.0 };
-            let moves: Vec<usize> =
-                (0..element.rows.len()).filter(|&i| element.rows[i].is_multiple_of(6)).collect();
-            moves.iter().flat_map(|&i| moves.iter().map(move |&j| (i, j))).map(|p| m[p]).sum()
+            // displacement of a row when the structure moves by one along the basic X
+            let shift = |&g: &usize| match self.nodes.frame(g / 6).filter(|_| element.in_displacement_frames)
+            {
+                _ if g % 6 >= 3 => 0.0,
+                Some(frame) => frame[g % 6][0],
+                None => f64::from(u8::from(g.is_multiple_of(6))),
+            };
+            let x: Vec<f64> = element.rows.iter().map(shift).collect();
+            let moves: Vec<usize> = (0..x.len()).filter(|&i| x[i] != 0.0).collect();
+            moves
+                .iter()
+                .flat_map(|&i| moves.iter().map(move |&j| (i, j)))
+                .map(|p| x[p.0] * m[p] * x[p.1])
+                .sum()
         };
         (0..self.elements.len()).map(along_x).sum()
     }

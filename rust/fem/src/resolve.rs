@@ -364,6 +364,10 @@ impl Resolver<'_> {
     fn added_mass(&self, node: Id, m: f64) -> Result<Element, FemError> {
         let kind = MassKind::Conm2 { m, offset: [0.0; 3], inertia: [[0.0; 3]; 3] };
         let at = self.nodes.find(node, "added mass at node", node)?;
+        if self.mesh.scalar_points.contains(&node) {
+            let why = "it is a scalar point, which has no place in space; give a GRID".to_owned();
+            return Err(FemError::Element { what: "added mass at node".to_owned(), id: node, why });
+        }
         let mut element = self.mass(&Mass { id: 0, node: self.nodes.nodes[at].id, kind })?;
         element.card = "added mass";
         Ok(element)

@@ -7,7 +7,7 @@ use approx::assert_abs_diff_eq;
 use femend_fem::deck::{Choice, Deck, DeckError, Selection, build};
 use femend_fem::mesh::{
     BushFrame, Components, DirectKind, LaminateParts, MassKind, MaterialAxis, Mesh, NodeComponent,
-    Orientation, PlaneLaw,
+    Orientation, PlaneLaw, SCALAR_COMPONENT,
 };
 
 static COUNTER: AtomicUsize = AtomicUsize::new(0);
@@ -324,4 +324,27 @@ fn direct_matrices_are_selected_scaled_and_checked() {
     broken("DMIG,KS,0,6,2,0", "DMIG,KS,0,6,3,0", "complex");
     broken("DMIG,KS,2,1,,2,1,10.", "DMIG,KS,2,1,,2,1,10.,,\n+,1,1,-10.", "stands twice");
     broken("DMIG,MS,2,3,,2,3,4.", "DMIG,MS,2,3,,9,3,4.", "GRID 9");
+}
+
+#[test]
+fn scalar_points_have_one_held_free_component() {
+    let built = mesh(
+        "GRID,5,,2.,0.,0.\nGRID,9,,4.,0.,0.\nSPOINT,6,THRU,7\nCELAS4,1,10.,7,8\nCMASS4,2,3.,8\nCELAS2,3,1.,5,1,6\n",
+    );
+    assert_eq!(built.scalar_points, [6, 7, 8]);
+    assert_eq!(built.nodes.iter().map(|n| n.id).collect::<Vec<_>>(), [5, 6, 7, 8, 9]);
+    assert_eq!(built.nodes[1].xyz, [3.0, 0.0, 0.0]);
+    let dof = |node| Some(NodeComponent { node, component: SCALAR_COMPONENT });
+    assert_eq!(built.springs[1].ends, [dof(7), dof(8)]);
+    assert_eq!(built.springs[0].ends[1], dof(6));
+    let held: Vec<_> = built.spc.iter().map(|s| (s.node, s.components.iter().count())).collect();
+    assert_eq!(held, [(6, 5), (7, 5), (8, 5)]);
+    let refuse = |text: &str, word: &str| {
+        let error = try_mesh(text, &Selection::default()).unwrap_err().to_string();
+        assert!(error.contains(word), "{error}");
+    };
+    refuse("GRID,5\nCELAS4,1,10.,5\n", "5 is a GRID; CELAS4 connects scalar points");
+    refuse("GRID,5\nSPOINT,5\n", "GRID 5");
+    refuse("SPOINT,5,THRU,90000000\n", "more than");
+    refuse("GRID,4\nSPOINT,5\nCONM2,1,5,,1.\n", "no place");
 }

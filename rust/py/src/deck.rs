@@ -35,6 +35,11 @@ pub(crate) struct PyDeck {
 type Element<'py> = (u32, &'static str, Option<u32>, Bound<'py, PyTuple>);
 
 impl PyDeck {
+    fn points(&self, scalar: bool) -> Vec<i64> {
+        let entries = self.deck.ids(Space::Node).iter().filter(|entry| entry.scalar == scalar);
+        entries.map(|entry| i64::from(entry.id)).collect()
+    }
+
     fn space(kind: &str) -> Option<Space> {
         Some(match kind {
             "node" => Space::Node,
@@ -98,15 +103,16 @@ impl PyDeck {
         self.deck.params()
     }
 
-    /// Ids of all nodes, ascending, (n,).
+    /// Ids of all GRIDs, ascending, (n,).
     #[getter]
     fn node_ids<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        self.deck
-            .ids(Space::Node)
-            .iter()
-            .map(|entry| i64::from(entry.id))
-            .collect::<Vec<_>>()
-            .into_pyarray(py)
+        self.points(false).into_pyarray(py)
+    }
+
+    /// Ids of all scalar points, ascending, (n,).
+    #[getter]
+    fn scalar_points<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        self.points(true).into_pyarray(py)
     }
 
     /// Positions of the nodes in basic coordinates, (n, 3). Raises `DeckError`.
@@ -171,7 +177,7 @@ impl PyDeck {
 
     fn __repr__(&self) -> String {
         let cards: usize = self.deck.card_counts().values().sum();
-        format!("Deck('{}', {} nodes, {cards} cards)", self.deck.path(), self.deck.ids(Space::Node).len())
+        format!("Deck('{}', {} nodes, {cards} cards)", self.deck.path(), self.points(false).len())
     }
 }
 

@@ -5,7 +5,7 @@ use femend_fem::Part;
 use femend_fem::deck::{Choice, Selection, build};
 use femend_fem::element::spin::SpinAxes;
 use femend_fem::error::FemError;
-use femend_fem::mesh::Id;
+use femend_fem::mesh::{Id, NodeComponent};
 use femend_fem::model::{Model, System};
 use femend_fem::parameter::Parameter;
 use femend_fem::project::Reduced;
@@ -117,6 +117,12 @@ impl FeModel {
         ids.into_pyarray(py)
     }
 
+    /// Ids of the nodes that are scalar points: one DOF each, without a place (`xyz` has the middle of the others).
+    #[getter]
+    fn scalar_points<'py>(&self, py: Python<'py>) -> Indices<'py> {
+        self.model.scalar_points.iter().map(|&id| i64::from(id)).collect::<Vec<_>>().into_pyarray(py)
+    }
+
     /// Node positions, basic coordinates, (n_nodes, 3).
     #[getter]
     fn xyz<'py>(&self, py: Python<'py>) -> Matrix<'py> {
@@ -170,7 +176,9 @@ impl FeModel {
     /// DOFs held because no element resists or loads them, as "node:component".
     #[getter]
     fn auto_constrained(&self) -> Vec<String> {
-        self.model.auto_constrained.iter().map(|d| format!("{}:{}", d.node, d.component)).collect()
+        let scalar = |node| self.model.scalar_points.binary_search(&node).is_ok();
+        let component = |d: &NodeComponent| if scalar(d.node) { 0 } else { d.component };
+        self.model.auto_constrained.iter().map(|d| format!("{}:{}", d.node, component(d))).collect()
     }
 
     /// Names of the parameters.

@@ -236,6 +236,7 @@ def _rigid(free: Model, held: NDArray[np.int64], directions: Sequence[str], node
     at_node = np.asarray(free.fe.dof_nodes)[held]
     component = np.asarray(free.fe.dof_components)[held]
     moving = np.ones(len(held), dtype=bool) if nodes is None else np.isin(at_node, np.asarray(nodes))
+    moving &= ~np.isin(at_node, free.fe.scalar_points)  # a mode of a superelement that is held moves with nothing
     if not moving.any():
         raise ModelError(
             "the model holds no DOF" if nodes is None else f"none of the nodes {list(nodes)[:8]} is held by the model"

@@ -282,12 +282,14 @@ def deck_system(
 
 
 def _rigid(model: Model) -> FloatArray:
-    """Rigid-body motions (n_a, 6) about the origin of the basic system."""
+    """Rigid-body motions (n_a, 6) about the origin of the basic system; scalar points take no part."""
     fe = model.fe
     index = {int(n): i for i, n in enumerate(fe.node_ids)}
     at = np.array([index[int(n)] for n in fe.dof_nodes])
-    R = np.zeros((fe.n_a, 6))
+    R, scalar = np.zeros((fe.n_a, 6)), model.is_scalar
     for row, (i, c) in enumerate(zip(at, fe.dof_components - 1, strict=True)):
+        if scalar[i]:
+            continue
         axis, x = fe.frames[i][c % 3], fe.xyz[i]
         if c < 3:
             R[row, :3], R[row, 3:] = axis, np.cross(x, axis)

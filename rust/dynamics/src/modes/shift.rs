@@ -8,6 +8,9 @@ use crate::DynamicsError;
 
 /// First shift of a free model beside the smallest k_jj / m_jj, which bounds the lowest eigenvalue from above.
 const FREE: f64 = 1e-9;
+/// Further shifts, one after the other, where the first is lost in the round-off of K: soft modal coordinates of a reduced
+/// part bound the lowest eigenvalue far below what its stiff interface can show.
+const RAISED: [f64; 2] = [1e-6, 1e-3];
 
 /// K - σM with its factor.
 pub(crate) struct Shifted {
@@ -71,7 +74,16 @@ pub(crate) fn automatic(
     };
     // a band in rad²/s² is the scale itself; else start low, the caller raises it when it knows the first elastic mode
     let size = band.map_or(FREE * bound, |b| (0.01 * b).min(bound));
-    Ok((below(symbolic, k, m, -size)?, true))
+    let first = below(symbolic, k, m, -size);
+    if !matches!(first, Err(DynamicsError::Mechanism { .. })) {
+        return Ok((first?, true));
+    }
+    for share in RAISED.into_iter().filter(|share| share * bound > size) {
+        if let Ok(shifted) = below(symbolic, k, m, -share * bound) {
+            return Ok((shifted, true));
+        }
+    }
+    Ok((first?, true))
 }
 
 /// A shift for static solutions beside known modes `phi` (n, r): zero, or for a free model minus the least non-rigid

@@ -211,9 +211,30 @@ impl<'d> CardRef<'d> {
         }
     }
 
+    /// Ids from field `from` to the end of the card as ranges (first, last): `5 THRU 9` is one, `5` is (5, 5).
+    pub fn id_ranges(&self, from: usize) -> Result<Vec<(Id, Id)>> {
+        let mut fields = self.fields_from(from).filter(|&field| !self.blank(field)).peekable();
+        let mut ranges = Vec::new();
+        while let Some(field) = fields.next() {
+            let first = self.id(field, "an id")?;
+            let mut last = first;
+            if fields.next_if(|&f| self.text(f).eq_ignore_ascii_case(b"THRU")).is_some() {
+                let end = fields
+                    .next()
+                    .ok_or_else(|| self.value_error("THRU without the id that ends the range"))?;
+                last = self.id(end, "end of the THRU range")?;
+                if last < first {
+                    return Err(self.value_error(format!("range {first} THRU {last} runs backwards")));
+                }
+            }
+            ranges.push((first, last));
+        }
+        Ok(ranges)
+    }
+
     /// Node ids from field `from` to the end of the card, each with its field. `THRU` (and `BY`) stand for the nodes
     /// of the range that exist; an id that stands alone is returned whether it exists or not. With `real_ends` a real
-    /// behind the ids ends the list.
+    /// behind the ids ends the list, and ranges pass over scalar points: so it is where nodes are bound rigidly.
     pub fn node_list(&self, from: usize, real_ends: bool) -> Result<Vec<(usize, Id)>> {
         let fields: Vec<usize> = self.fields_from(from).filter(|&field| !self.blank(field)).collect();
         let mut list = Vec::with_capacity(fields.len());
@@ -238,9 +259,11 @@ impl<'d> CardRef<'d> {
                     step = self.id(fields[i + 1], "step of the THRU range")?;
                     i += 2;
                 }
-                let ids =
-                    self.deck.index.nodes_between(first, last).filter(|id| (id - first).is_multiple_of(step));
-                list.extend(ids.map(|id| (*end, id)));
+                let met =
+                    self.deck.index.nodes_between(first, last).filter(|entry| {
+                        (entry.id - first).is_multiple_of(step) && !(real_ends && entry.scalar)
+                    });
+                list.extend(met.map(|entry| (*end, entry.id)));
             } else {
                 list.push((fields[i], first));
                 i += 1;

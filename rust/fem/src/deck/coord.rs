@@ -214,7 +214,8 @@ impl<'d> Coords<'d> {
     /// Position of the node that `field` of `card` names.
     fn node(&mut self, card: CardRef<'d>, field: usize) -> Result<V3> {
         let id = card.id(field, "a node")?;
-        let entry = self.deck.index.get(Space::Node, id).ok_or_else(|| card.missing(field, "GRID", id))?;
+        let entry = self.deck.index.get(Space::Node, id).filter(|entry| !entry.scalar);
+        let entry = entry.ok_or_else(|| card.missing(field, "GRID", id))?;
         self.position(self.deck.card(entry.card as usize))
     }
 

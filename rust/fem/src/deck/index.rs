@@ -5,11 +5,12 @@ use super::error::{DeckError, Result};
 use super::number::parse_int;
 use super::read::Content;
 use crate::mesh::Id;
+use std::collections::HashSet;
 
 /// Kinds of things that have ids of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Space {
-    /// GRID.
+    /// GRID, SPOINT.
     Node,
     /// CORDi.
     Coord,
@@ -44,7 +45,12 @@ pub struct Entry {
     pub card: u32,
     /// Which of the several things the card defines: their fields are shifted by `slot * stride`.
     pub slot: u8,
+    /// Is it a scalar point?
+    pub scalar: bool,
 }
+
+/// More scalar points than a reduced model has: a range that nobody meant.
+const MAX_SCALAR_POINTS: usize = 1_000_000;
 
 /// Ids of every space, ascending.
 #[derive(Default)]
@@ -59,7 +65,7 @@ pub fn space_of(name: &str) -> Option<(Space, usize)> {
         "GRID" => (Space::Node, 0),
         "CORD1R" | "CORD1C" | "CORD1S" => (Space::Coord, 4),
         "CORD2R" | "CORD2C" | "CORD2S" => (Space::Coord, 0),
-        "CONM1" | "CONM2" | "CMASS1" | "CMASS2" => (Space::Mass, 0),
+        "CONM1" | "CONM2" | "CMASS1" | "CMASS2" | "CMASS3" | "CMASS4" => (Space::Mass, 0),
         "RBAR" | "RBE2" | "RBE3" => (Space::Rigid, 0),
         "PBAR" | "PBARL" | "PBEAM" | "PBEAML" | "PROD" | "PSHELL" | "PCOMP" | "PCOMPG" | "PSOLID" => {
             (Space::Property, 0)
@@ -94,9 +100,10 @@ impl Index {
                     Some(id @ 1..=2_147_483_647) => id as Id,
                     _ => this.id(field, "the id")?,
                 };
-                entries.push(Entry { id, card: i as u32, slot: slot as u8 });
+                entries.push(Entry { id, card: i as u32, slot: slot as u8, scalar: false });
             }
         }
+        index.scalar_points(content, &card)?;
         for entries in &mut index.spaces {
             if !entries.is_sorted_by_key(|entry| entry.id) {
                 entries.sort_by_key(|entry| entry.id);
@@ -108,6 +115,44 @@ impl Index {
             }
         }
         Ok(index)
+    }
+
+    /// Adds the scalar points: those of SPOINT, and those that CELAS3, CELAS4, CDAMP3, CDAMP4, CMASS3 and CMASS4 name,
+    /// each once however often it is named (Nastran asks for SPOINT only where no such card names the point).
+    fn scalar_points<'d>(
+        &mut self,
+        content: &'d Content,
+        card: &impl Fn(usize) -> CardRef<'d>,
+    ) -> Result<()> {
+        let mut points: Vec<Entry> = Vec::new();
+        for i in 0..content.cards.len() {
+            let this = card(i);
+            let ranges = match this.name() {
+                "SPOINT" => this.id_ranges(2)?,
+                "CELAS3" | "CELAS4" | "CDAMP3" | "CDAMP4" | "CMASS3" | "CMASS4" => {
+                    let ends = [this.opt_id(4)?, this.opt_id(5)?];
+                    ends.into_iter().flatten().map(|id| (id, id)).collect()
+                }
+                _ => continue,
+            };
+            for (first, last) in ranges {
+                if points.len() + (last - first) as usize >= MAX_SCALAR_POINTS {
+                    return Err(this.value_error(format!(
+                        "more than {MAX_SCALAR_POINTS} scalar points; correct the range {first} THRU {last}"
+                    )));
+                }
+                points.extend((first..=last).map(|id| Entry { id, card: i as u32, slot: 0, scalar: true }));
+            }
+        }
+        points.sort_by_key(|entry| entry.id);
+        points.dedup_by_key(|entry| entry.id);
+        if !points.is_empty() {
+            // an element between scalar points that names a GRID is told when it is built; SPOINT is a second definition
+            let grids: HashSet<Id> = self.spaces[Space::Node as usize].iter().map(|entry| entry.id).collect();
+            points.retain(|entry| card(entry.card as usize).name() == "SPOINT" || !grids.contains(&entry.id));
+        }
+        self.spaces[Space::Node as usize].append(&mut points);
+        Ok(())
     }
 
     /// Entry of `id`.
@@ -128,10 +173,10 @@ impl Index {
         &self.spaces[space as usize]
     }
 
-    /// Ids of nodes in `first..=last`, ascending.
-    pub fn nodes_between(&self, first: Id, last: Id) -> impl Iterator<Item = Id> {
+    /// Nodes with an id in `first..=last`, ascending.
+    pub fn nodes_between(&self, first: Id, last: Id) -> impl Iterator<Item = &Entry> {
         let nodes = &self.spaces[Space::Node as usize];
         let start = nodes.partition_point(|entry| entry.id < first);
-        nodes[start..].iter().map(|entry| entry.id).take_while(move |id| *id <= last)
+        nodes[start..].iter().take_while(move |entry| entry.id <= last)
     }
 }

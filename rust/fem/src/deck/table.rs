@@ -23,14 +23,15 @@ fn ends(ends: &[Option<NodeComponent>; 2]) -> Vec<Id> {
 }
 
 impl Deck {
-    /// Positions of all nodes in basic coordinates, in the order of [`Deck::ids`] (ascending).
+    /// Positions of all GRIDs in basic coordinates, ascending by id.
     ///
     /// # Errors
     /// As [`build`], for GRID and CORDi.
     pub fn positions(&self) -> Result<Vec<[f64; 3]>> {
         let default_cp = self.cards("GRDSET").next().map_or(Ok(None), |card| card.opt_id(3))?;
         let mut coords = Coords::new(self, default_cp);
-        self.ids(Space::Node).iter().map(|entry| coords.position(self.card(entry.card as usize))).collect()
+        let grids = self.ids(Space::Node).iter().filter(|entry| !entry.scalar);
+        grids.map(|entry| coords.position(self.card(entry.card as usize))).collect()
     }
 
     /// All elements: beams, rods, springs, dampers, bushes, masses, shells, solids, rigid elements.
@@ -51,17 +52,16 @@ impl Deck {
                 RodSource::Inline(_) => push(e.id, "CONROD", None, e.nodes.to_vec()),
             }
         }
+        let name = |space, id, otherwise| {
+            self.index.get(space, id).map_or(otherwise, |entry| self.card(entry.card as usize).name())
+        };
         for e in &mesh.springs {
-            match e.source {
-                SpringSource::Property(id) => push(e.id, "CELAS1", Some(id), ends(&e.ends)),
-                SpringSource::Inline { .. } => push(e.id, "CELAS2", None, ends(&e.ends)),
-            }
+            let property = if let SpringSource::Property(id) = e.source { Some(id) } else { None };
+            push(e.id, name(Space::Element, e.id, "CELAS2"), property, ends(&e.ends));
         }
         for e in &mesh.dampers {
-            match e.source {
-                DamperSource::Property(id) => push(e.id, "CDAMP1", Some(id), ends(&e.ends)),
-                DamperSource::Inline(_) => push(e.id, "CDAMP2", None, ends(&e.ends)),
-            }
+            let property = if let DamperSource::Property(id) = e.source { Some(id) } else { None };
+            push(e.id, name(Space::Element, e.id, "CDAMP2"), property, ends(&e.ends));
         }
         for e in &mesh.bushes {
             push(e.id, "CBUSH", Some(e.property), e.nodes.iter().flatten().copied().collect());
@@ -76,11 +76,7 @@ impl Deck {
             push(e.id, solid_card(e.kind), Some(e.property), e.nodes.clone());
         }
         for e in &mesh.masses {
-            let card = self
-                .index
-                .get(Space::Mass, e.id)
-                .map_or("CONM2", |entry| self.card(entry.card as usize).name());
-            push(e.id, card, None, vec![e.node]);
+            push(e.id, name(Space::Mass, e.id, "CONM2"), None, vec![e.node]);
         }
         for e in &mesh.rbe2 {
             push(

@@ -3,7 +3,7 @@
 use super::{Builder, Choice, Selection};
 use crate::deck::number::{parse_int, parse_real};
 use crate::deck::{CardRef, Result};
-use crate::mesh::{Components, Id, Mpc, NodeComponent, Rbar, Rbe2, Rbe3, Rbe3Group, Spc};
+use crate::mesh::{Components, Id, Mpc, NodeComponent, Rbar, Rbe2, Rbe3, Rbe3Group, SCALAR_COMPONENT, Spc};
 
 impl<'d> Builder<'d> {
     pub(super) fn rigid(&mut self) -> Result<()> {
@@ -83,7 +83,8 @@ impl<'d> Builder<'d> {
                 if let Some(group) = rbe3.groups.last_mut()
                     && let Some(&first) = group.nodes.last()
                 {
-                    group.nodes.extend(self.deck.index.nodes_between(first.saturating_add(1), last));
+                    let between = self.deck.index.nodes_between(first.saturating_add(1), last);
+                    group.nodes.extend(between.filter(|entry| !entry.scalar).map(|entry| entry.id));
                 }
             } else {
                 let weight =
@@ -179,12 +180,8 @@ impl<'d> Builder<'d> {
                 .take_while(|&field| card.fields_from(field).next().is_some());
             let mut terms = Vec::new();
             for field in starts {
-                let Some(node) = self.opt_node(card, field)? else { continue };
-                let Some(component) = card.component(field + 1)? else {
-                    return Err(card
-                        .value_error(format!("field {}: node {node} needs a component 1 to 6", field + 1)));
-                };
-                terms.push((NodeComponent { node, component }, card.real_or(field + 2, 0.0)?));
+                let Some(dof) = self.opt_dof(card, field)? else { continue };
+                terms.push((dof, card.real_or(field + 2, 0.0)?));
             }
             match terms.first() {
                 Some((_, a)) if *a != 0.0 => self.mesh.mpc.push(Mpc { id: set, terms }),
@@ -205,8 +202,8 @@ impl<'d> Builder<'d> {
                 continue;
             }
             for field in [3, 6] {
-                if let Some(node) = self.opt_node(card, field)? {
-                    let components = self.some_components(card, field + 1)?;
+                if let Some(node) = card.opt_id(field)? {
+                    let components = self.held_components(card, field, node, field + 1)?;
                     self.mesh.spc.push(Spc { id: set, node, components });
                 }
             }
@@ -215,12 +212,23 @@ impl<'d> Builder<'d> {
             if card.id(2, "the set id")? != set {
                 continue;
             }
-            let components = self.some_components(card, 3)?;
-            for (field, id) in card.node_list(4, false)? {
-                let node = self.known_node(card, field, id)?;
+            for (field, node) in card.node_list(4, false)? {
+                let components = self.held_components(card, field, node, 3)?;
                 self.mesh.spc.push(Spc { id: set, node, components });
             }
         }
         Ok(())
+    }
+
+    /// What `components` holds of the node in `field`: of a scalar point its only DOF, given as 0, blank or with 1.
+    fn held_components(&self, card: CardRef<'d>, field: usize, node: Id, at: usize) -> Result<Components> {
+        if !self.is_scalar(card, field, node)? {
+            return self.some_components(card, at);
+        }
+        let components = card.components(at)?;
+        if components.is_empty() || components.contains(1) {
+            return Ok(Components::from_list(&[SCALAR_COMPONENT]));
+        }
+        Err(card.value_error(format!("field {at}: scalar point {node} has component 0 alone")))
     }
 }

@@ -122,13 +122,8 @@ impl<'d> Builder<'d> {
     }
 
     fn dof(&self, card: CardRef<'d>, field: usize) -> Result<NodeComponent> {
-        let node = self.node(card, field)?;
-        match card.component(field + 1)? {
-            Some(component) => Ok(NodeComponent { node, component }),
-            None => {
-                Err(card.value_error(format!("field {}: node {node} needs a component 1 to 6", field + 1)))
-            }
-        }
+        card.id(field, "a node")?;
+        self.opt_dof(card, field)?.ok_or_else(|| card.wrong(field, "a node"))
     }
 }
 

@@ -1,10 +1,10 @@
-//! CONM1, CONM2, and CMASS1, CMASS2 with one end on the ground.
+//! CONM1, CONM2, and CMASS1 to 4 with one end on the ground.
 
 use super::Builder;
 use crate::deck::coord::{sub, tensor_to_basic, to_basic};
 use crate::deck::index::Space;
 use crate::deck::{CardRef, Result};
-use crate::mesh::{Id, Mass, MassKind, Rotation};
+use crate::mesh::{Id, Mass, MassKind, NodeComponent, Rotation};
 
 impl<'d> Builder<'d> {
     pub(super) fn masses(&mut self) -> Result<()> {
@@ -19,11 +19,21 @@ impl<'d> Builder<'d> {
         for card in self.deck.cards("CMASS1") {
             let id = self.property(card, 3, Space::ScalarMass, &["PMASS"])?;
             let (property, shift) = self.deck.find("PMASS", id)?;
-            let mass = self.scalar_mass(card, property.real(3 + shift, "mass")?)?;
+            let mass = self.scalar_mass(card, property.real(3 + shift, "mass")?, self.ends(card)?)?;
             self.mesh.masses.push(mass);
         }
         for card in self.deck.cards("CMASS2") {
-            let mass = self.scalar_mass(card, card.real(3, "mass")?)?;
+            let mass = self.scalar_mass(card, card.real(3, "mass")?, self.ends(card)?)?;
+            self.mesh.masses.push(mass);
+        }
+        for card in self.deck.cards("CMASS3") {
+            let id = self.property(card, 3, Space::ScalarMass, &["PMASS"])?;
+            let (property, shift) = self.deck.find("PMASS", id)?;
+            let mass = self.scalar_mass(card, property.real(3 + shift, "mass")?, self.scalar_ends(card)?)?;
+            self.mesh.masses.push(mass);
+        }
+        for card in self.deck.cards("CMASS4") {
+            let mass = self.scalar_mass(card, card.real(3, "mass")?, self.scalar_ends(card)?)?;
             self.mesh.masses.push(mass);
         }
         Ok(())
@@ -64,9 +74,9 @@ impl<'d> Builder<'d> {
         Ok(Mass { id, node, kind: MassKind::Conm1(blocks_to_basic(&frame, &m)) })
     }
 
-    fn scalar_mass(&self, card: CardRef<'d>, m: f64) -> Result<Mass> {
+    fn scalar_mass(&self, card: CardRef<'d>, m: f64, ends: [Option<NodeComponent>; 2]) -> Result<Mass> {
         let id: Id = card.id(2, "the element id")?;
-        let [one, two] = self.ends(card)?;
+        let [one, two] = ends;
         let end = match (one, two) {
             (Some(end), None) | (None, Some(end)) => end,
             _ => {

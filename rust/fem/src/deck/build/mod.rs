@@ -16,7 +16,7 @@ use super::card::CardRef;
 use super::coord::{Coords, V3};
 use super::index::Space;
 use super::{Deck, Result};
-use crate::mesh::{Id, Mesh, Node, Options, Rotation};
+use crate::mesh::{Id, Mesh, Node, NodeComponent, Options, Rotation, SCALAR_COMPONENT};
 
 /// Which set of constraints to take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -113,10 +113,42 @@ impl<'d> Builder<'d> {
     }
 
     fn known_node(&self, card: CardRef<'d>, field: usize, id: Id) -> Result<Id> {
-        match self.deck.index.position(Space::Node, id) {
+        match self.deck.index.get(Space::Node, id) {
+            Some(entry) if entry.scalar => Err(card.value_error(format!(
+                "field {field}: {id} is a scalar point, which has no place in space; give a GRID"
+            ))),
             Some(_) => Ok(id),
             None => Err(card.missing(field, "GRID", id)),
         }
+    }
+
+    /// Is this node of the deck a scalar point? Error where it is neither GRID nor SPOINT.
+    fn is_scalar(&self, card: CardRef<'d>, field: usize, id: Id) -> Result<bool> {
+        let entry = self.deck.index.get(Space::Node, id);
+        entry.map(|entry| entry.scalar).ok_or_else(|| card.missing(field, "GRID or SPOINT", id))
+    }
+
+    /// The DOF of node and component in `field` and the one behind; `None` where no node is given. A scalar point has
+    /// component 0, blank or 1.
+    fn opt_dof(&self, card: CardRef<'d>, field: usize) -> Result<Option<NodeComponent>> {
+        let Some(node) = card.opt_id(field)? else { return Ok(None) };
+        let scalar = self.is_scalar(card, field, node)?;
+        let component = match (scalar, card.component(field + 1)?) {
+            (true, None | Some(1)) => SCALAR_COMPONENT,
+            (true, Some(c)) => {
+                return Err(card.value_error(format!(
+                    "field {}: scalar point {node} has no component {c}; give 0",
+                    field + 1
+                )));
+            }
+            (false, Some(component)) => component,
+            (false, None) => {
+                return Err(
+                    card.value_error(format!("field {}: node {node} needs a component 1 to 6", field + 1))
+                );
+            }
+        };
+        Ok(Some(NodeComponent { node, component }))
     }
 
     /// The node as built; `id` was checked.

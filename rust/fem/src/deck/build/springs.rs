@@ -1,10 +1,12 @@
-//! CELAS1, CELAS2, CDAMP1, CDAMP2, CBUSH.
+//! CELAS1 to 4, CDAMP1 to 4, CBUSH.
 
 use super::Builder;
 use crate::deck::coord::to_basic;
 use crate::deck::index::Space;
 use crate::deck::{CardRef, Result};
-use crate::mesh::{Bush, BushFrame, Damper, DamperSource, NodeComponent, Spring, SpringSource};
+use crate::mesh::{
+    Bush, BushFrame, Damper, DamperSource, NodeComponent, SCALAR_COMPONENT, Spring, SpringSource,
+};
 
 impl<'d> Builder<'d> {
     pub(super) fn springs(&mut self) -> Result<()> {
@@ -18,6 +20,16 @@ impl<'d> Builder<'d> {
             let ends = self.ends(card)?;
             self.mesh.springs.push(Spring { id: card.id(2, "the element id")?, source, ends });
         }
+        for card in self.deck.cards("CELAS3") {
+            let source = SpringSource::Property(self.property(card, 3, Space::Spring, &["PELAS"])?);
+            let ends = self.scalar_ends(card)?;
+            self.mesh.springs.push(Spring { id: card.id(2, "the element id")?, source, ends });
+        }
+        for card in self.deck.cards("CELAS4") {
+            let source = SpringSource::Inline { k: card.real(3, "stiffness")?, ge: 0.0 };
+            let ends = self.scalar_ends(card)?;
+            self.mesh.springs.push(Spring { id: card.id(2, "the element id")?, source, ends });
+        }
         for card in self.deck.cards("CDAMP1") {
             let source = DamperSource::Property(self.property(card, 3, Space::Damper, &["PDAMP"])?);
             let ends = self.ends(card)?;
@@ -26,6 +38,16 @@ impl<'d> Builder<'d> {
         for card in self.deck.cards("CDAMP2") {
             let source = DamperSource::Inline(card.real(3, "damping coefficient")?);
             let ends = self.ends(card)?;
+            self.mesh.dampers.push(Damper { id: card.id(2, "the element id")?, source, ends });
+        }
+        for card in self.deck.cards("CDAMP3") {
+            let source = DamperSource::Property(self.property(card, 3, Space::Damper, &["PDAMP"])?);
+            let ends = self.scalar_ends(card)?;
+            self.mesh.dampers.push(Damper { id: card.id(2, "the element id")?, source, ends });
+        }
+        for card in self.deck.cards("CDAMP4") {
+            let source = DamperSource::Inline(card.real(3, "damping coefficient")?);
+            let ends = self.scalar_ends(card)?;
             self.mesh.dampers.push(Damper { id: card.id(2, "the element id")?, source, ends });
         }
         for card in self.deck.cards("CBUSH") {
@@ -37,18 +59,28 @@ impl<'d> Builder<'d> {
 
     /// Ends of a scalar element: node and component in fields 4, 5 and 6, 7; no node = ground.
     pub(super) fn ends(&self, card: CardRef<'d>) -> Result<[Option<NodeComponent>; 2]> {
-        let mut ends = [None, None];
-        for (end, field) in [4, 6].into_iter().enumerate() {
-            let Some(node) = self.opt_node(card, field)? else { continue };
-            let Some(component) = card.component(field + 1)? else {
-                return Err(
-                    card.value_error(format!("field {}: node {node} needs a component 1 to 6", field + 1))
-                );
-            };
-            ends[end] = Some(NodeComponent { node, component });
-        }
+        let ends = [self.opt_dof(card, 4)?, self.opt_dof(card, 6)?];
         if ends == [None, None] {
             return Err(card.value_error("both ends are ground; give at least one node"));
+        }
+        Ok(ends)
+    }
+
+    /// Ends of an element between scalar points alone: fields 4 and 5; no point = ground.
+    pub(super) fn scalar_ends(&self, card: CardRef<'d>) -> Result<[Option<NodeComponent>; 2]> {
+        let mut ends = [None, None];
+        for (end, field) in [4, 5].into_iter().enumerate() {
+            let Some(node) = card.opt_id(field)? else { continue };
+            if !self.is_scalar(card, field, node)? {
+                return Err(card.value_error(format!(
+                    "field {field}: {node} is a GRID; {} connects scalar points",
+                    card.name()
+                )));
+            }
+            ends[end] = Some(NodeComponent { node, component: SCALAR_COMPONENT });
+        }
+        if ends == [None, None] {
+            return Err(card.value_error("both ends are ground; give at least one scalar point"));
         }
         Ok(ends)
     }
