@@ -11,7 +11,7 @@ root of frequency, so that the error of a frequency grows in proportion to it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,6 +39,11 @@ APART = 0.1
 # relative standard deviation of the stiffness error of the mesh at the top of the band, of elements with straight edges
 # and nodes at their corners alone: ten of them a wavelength make a frequency some 2 % too high
 MESH_SD = 0.025
+# relative standard deviation by which each mode's frequency is off by itself, and in solids of straight edges and nodes
+# at their corners alone: bending about either axis, torsion and stretching each have a mesh error of their own (0.4 to
+# 1.5 % beside what grows with frequency, on generated cases without any other error)
+MODE_SD, SOLID_MODE_SD = 0.005, 0.012
+_SOLIDS = ("CHEXA", "CPENTA", "CTETRA", "CPYRAM")
 _LINEAR = {"CQUAD4": 4, "CTRIA3": 3, "CHEXA": 8, "CPENTA": 6, "CTETRA": 4, "CPYRAM": 5}
 # a combination is multiplied by exp(p), p with this standard deviation: close to linear over several of them
 SD = 0.02
@@ -56,11 +61,13 @@ class _Unit:
 @dataclass(frozen=True, eq=False)
 class FormErrors:
     """Combinations of the units' errors: `weights` (n_combinations, n_units) of one standard deviation each; `mesh` is
-    the frequency (Hz) at which the mesh's own error has its standard deviation, 0 where it has none to speak of."""
+    the frequency (Hz) at which the mesh's own error has its standard deviation, 0 where it has none to speak of;
+    `mode_sd` is by how much (relative) each mode's frequency may be off by itself."""
 
     units: tuple[_Unit, ...]
     weights: FloatArray
     mesh: float = 0.0
+    mode_sd: float = MODE_SD
 
     def on(self, reduced: ReducedModel) -> ReducedModel:
         """The reduced model with one more unknown, of prior mean zero, for every combination and for the mesh."""
@@ -100,8 +107,9 @@ class FormErrors:
 def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
     """The combinations of member and mass errors that change modes up to `f_max` (Hz) most."""
     units, mesh = _units(reduced.model), f_max if _linear(reduced.model) else 0.0
+    mode_sd = SOLID_MODE_SD if _linear(reduced.model, _SOLIDS) else MODE_SD
     if not units:
-        return FormErrors((), np.zeros((0, 0)), mesh)
+        return FormErrors((), np.zeros((0, 0)), mesh, mode_sd)
     K, M = _projected(reduced, units)
     omega, Q = _modes(reduced)
     n_band = max(1, int((omega < 1.1 * 2 * np.pi * f_max).sum()))
@@ -115,12 +123,12 @@ def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
         effects.append(((k - omega[own, None] ** 2 * m) / gap).ravel())
     U, s, _ = np.linalg.svd(np.array(effects), full_matrices=False)
     kept = int(min(MOST, (s > WORTH * s[0]).sum())) if s.size and s[0] > 0 else 0
-    return FormErrors(units, U[:, :kept].T.copy(), mesh)
+    return FormErrors(units, U[:, :kept].T.copy(), mesh, mode_sd)
 
 
-def _linear(model: Model) -> bool:
-    """Whether the model has shells or solids that interpolate linearly."""
-    return any(_LINEAR.get(card) == len(nodes) for _, card, nodes in model.fe.elements())
+def _linear(model: Model, among: Collection[str] = tuple(_LINEAR)) -> bool:
+    """Whether the model has shells or solids that interpolate linearly, of the cards `among`."""
+    return any(card in among and _LINEAR.get(card) == len(nodes) for _, card, nodes in model.fe.elements())
 
 
 def _mesh_stiffness(reduced: ReducedModel, f_top: float) -> FloatArray:
