@@ -21,7 +21,7 @@ from femend.model.places import mass_place
 
 FloatArray = NDArray[np.float64]
 
-__all__ = ["Ranked", "Split", "name_physics", "score", "split_records", "tempered"]
+__all__ = ["SUREST", "Ranked", "Split", "name_physics", "score", "split_records", "tempered"]
 
 # starts of a nonlinear law that are followed
 NONLINEAR_STARTS = 3
@@ -31,6 +31,9 @@ START_REACH, MOST_STARTS = 1.6, 9
 ALIKE_TRIED, MOST_ALIKE = 3, 12
 # a law that leaves at most so many times what another leaves does as well
 NEARLY = 1.15
+# what scores are divided by before they become probabilities, and the probability that any of the names is right at
+# most: of 18 names given on generated cases (seed 1) 16 were, 13 of the 14 with the highest probability
+TEMPERATURE, SUREST = 4.0, 0.93
 # lines a record while laws are compared; the chosen one is fitted on all
 NAMING_LINES = 400
 
@@ -75,12 +78,13 @@ def score(candidate: Candidate, choosing: Problem, settings: Settings, n_values:
 
 
 def tempered(ranked: Sequence[Ranked], null_score: float = np.inf) -> list[float]:
-    """Softmax of -score/2 over the candidates and nothing, tempered so that no choice looks surer than it is."""
+    """Softmax of -score/2 over the candidates and nothing, tempered so that no choice looks surer than it is; what none
+    of them says keeps the rest to one."""
     if not ranked:
         return []
-    scores = np.array([r.score for r in ranked] + [null_score]) / 8.0
+    scores = np.array([r.score for r in ranked] + [null_score]) / TEMPERATURE
     weights = np.exp(-0.5 * (scores - scores.min()))
-    return [float(w) for w in (weights / weights.sum())[:-1]]
+    return [SUREST * float(w) for w in (weights / weights.sum())[:-1]]
 
 
 def effective_values(choosing: Problem, reduced: ReducedModel, sigma: float = 0.0) -> float:
