@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -67,10 +68,15 @@ class Model:
 
     def index(self, node: int) -> int:
         """Position of a node in the g-set; raises PairingError where the model has no such node."""
-        at = np.flatnonzero(self.node_ids == node)
-        if at.size == 0:
+        at = self._positions.get(int(node))
+        if at is None:
             raise PairingError(f"the model has no node {node}; give a node of the deck")
-        return int(at[0])
+        return at
+
+    @cached_property
+    def _positions(self) -> dict[int, int]:
+        """Position of every node; built once, since large models are asked for them node by node."""
+        return {node: i for i, node in enumerate(self.node_ids.tolist())}
 
     def row(self, dof: Dof) -> int:
         """Row of a DOF in the g-set, its sign left aside; raises PairingError as `index`, and for a scalar point."""

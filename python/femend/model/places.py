@@ -306,6 +306,7 @@ def _moved_supports(model: Model, held: Sequence[int]) -> list[Place]:
     next to a support share with it is left out.
     """
     nodes = set(held)
+    frames = np.asarray(model.fe.frames)
     driving = [eid for eid, _, own in model.fe.elements() if nodes.intersection(own)]
     ones = np.ones(len(model.parameters))
     places = []
@@ -314,7 +315,7 @@ def _moved_supports(model: Model, held: Sequence[int]) -> list[Place]:
         shift = np.zeros(model.fe.n_g)
         for node in held:
             index = model.index(node)
-            shift[6 * index : 6 * index + 3] = model.fe.frames[index][:, c]
+            shift[6 * index : 6 * index + 3] = frames[index, :, c]
         for eid in driving:
             rows, K, _ = model.fe.element_matrices(eid, ones)
             pattern[rows] -= K @ shift[rows]
@@ -331,13 +332,13 @@ def _bases(model: Model, top: Topology) -> list[Place]:
     absolute ones."""
     T = model.transformation()
     _, M = model.matrices()
+    frames = np.asarray(model.fe.frames)
     grids = model.node_ids[~model.is_scalar].tolist()
     held = [n for n in grids if top.held[_rows(model, n)[:3]].all()]
     places = []
     for c in range(3):
         shift = np.zeros(model.fe.n_g)
-        for index in range(len(model.node_ids)):
-            shift[6 * index : 6 * index + 3] = model.fe.frames[index][:, c]
+        shift.reshape(-1, 6)[:, :3] = frames[:, :, c]
         shift[top.held] = 0.0
         # T^+ of the rigid shift: independent DOFs carry it as they are
         a = np.asarray(T.T @ shift)

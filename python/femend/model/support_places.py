@@ -31,16 +31,17 @@ def support_places(model: Model, held: NDArray[np.bool_], without: Sequence[int]
     """Places where held nodes of shells and solids give way: each region of nodes held along an axis as a whole, in
     that direction, and each clamped region in rotation about its middle; nodes `without` are left out (ends of beams,
     which have places of their own). `held` (n_g,) are the DOFs of the g-set that cannot move."""
+    at = {int(n): i for i, n in enumerate(model.node_ids)}
     around = _around(model, set(without))
     places: list[Place] = []
     for c in range(6):
         needed = [c] if c < 3 else [0, 1, 2]
-        nodes = {n for n in around if all(held[6 * model.index(n) + k] for k in needed)}
+        nodes = {n for n in around if all(held[6 * at[n] + k] for k in needed)}
         regions = _regions(nodes, around)
         if len(regions) > MAX_REGIONS:
             continue
         for region in regions:
-            place = _place(model, held, region, around, c)
+            place = _place(model, held, {n: at[n] for n in region}, around, c)
             if place is not None:
                 places.append(place)
     return places
@@ -77,14 +78,17 @@ def _regions(nodes: set[int], around: dict[int, list[tuple[int, tuple[int, ...]]
 def _place(
     model: Model,
     held: NDArray[np.bool_],
-    region: list[int],
+    region: dict[int, int],
     around: dict[int, list[tuple[int, tuple[int, ...]]]],
     c: int,
 ) -> Place | None:
-    """The region cut loose in one rigid motion; None where nothing resists that, or no one parameter scales it all."""
+    """The region (nodes with their positions) cut loose in one rigid motion; None where nothing resists that, or no one
+    parameter scales it all."""
     elements = sorted({eid for n in region for eid, _ in around[n]})
-    motion = _rigid(model, held, region, c)
-    if len(elements) > MAX_ELEMENTS or not motion:
+    if len(elements) > MAX_ELEMENTS:
+        return None
+    motion = _rigid(model, held, list(region.values()), c)
+    if not motion:
         return None
     ones = np.ones(len(model.parameters))
     scaled = {_scaling(model, eid) for eid in elements}
@@ -104,7 +108,7 @@ def _place(
         return None
     keep = np.array(sorted(row for row, value in force.items() if value != 0.0), dtype=np.int64)
     w = np.array([force[int(row)] for row in keep]) / S
-    shown = ", ".join(str(n) for n in region[:4]) + (f" and {len(region) - 4} more" if len(region) > 4 else "")
+    shown = ", ".join(str(n) for n in [*region][:4]) + (f" and {len(region) - 4} more" if len(region) > 4 else "")
     label = f"support at node{'s' if len(region) > 1 else ''} {shown}, {AXES[c]}"
     (parameter,) = scaled
     return Place(
@@ -112,16 +116,16 @@ def _place(
     )
 
 
-def _rigid(model: Model, held: NDArray[np.bool_], region: list[int], c: int) -> dict[int, float]:
-    """Held DOFs of a region in a unit translation along basic axis c, or rotation about its middle by axis c - 3; the
-    same about a line of nodes or a single node is none but where rotations are held."""
-    at = [model.index(n) for n in region]
-    middle = model.xyz[at].mean(axis=0)
+def _rigid(model: Model, held: NDArray[np.bool_], at: list[int], c: int) -> dict[int, float]:
+    """Held DOFs of a region, nodes at the positions `at`, in a unit translation along basic axis c, or rotation about
+    its middle by axis c - 3; the same about a line of nodes or a single node is none but where rotations are held."""
+    xyz, frames = model.xyz, np.asarray(model.fe.frames)
+    middle = xyz[at].mean(axis=0)
     axis = np.eye(3)[c % 3]
     motion: dict[int, float] = {}
     for i in at:
-        frame = np.asarray(model.fe.frames[i])
-        shift = axis if c < 3 else np.cross(axis, model.xyz[i] - middle)
+        frame = frames[i]
+        shift = axis if c < 3 else np.cross(axis, xyz[i] - middle)
         turn = np.zeros(3) if c < 3 else axis
         for k, value in enumerate([*(frame @ shift), *(frame @ turn)]):
             if held[6 * i + k] and abs(value) > 1e-12:
