@@ -115,13 +115,13 @@ class Recovered:
     index: list[NDArray[np.int64]]
 
 
-def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | None:
+def recover(problem: Problem, joint: Joint, start: FloatArray, *, by_record: bool = False) -> Recovered | None:
     """Reads off what the coordinate of an opened joint did.
 
-    `start` are unknowns of the model. A spring and dashpot in each record give force, displacement and free decays;
-    what the sensors still see beyond them goes to the force as far as they see the joint at all (Wiener form). A bare
-    least-squares force would be noise where the joint is hardly seen, and could trade any free decay against itself
-    near a resonance.
+    `start` are unknowns of the model. An equivalent spring and dashpot, the same in all records or one in each
+    (`by_record`, for what depends on the level), give force, displacement and free decays; what the sensors still see
+    beyond them goes to the force as far as they see the joint at all (Wiener form). A bare least-squares force would be
+    noise where the joint is hardly seen, and could trade any free decay against itself near a resonance.
     """
     (fit,) = problem.fit([joint.hypothesis(None)], [(start, np.zeros(0))], iterations=8)
     if fit is None:
@@ -134,7 +134,7 @@ def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | No
     omega, zeta, Q = _core_modal(system, fit.p)
     out = Recovered(fit, equal, [], [], [], [], [], [], [], problem.records, [line.index for line in lines])
     for i, line in enumerate(lines):
-        y, D, F_eq, misfit = _nearest_element(problem, joint, i, fit.p, equal)
+        y, D, F_eq, misfit = _nearest_element(problem, joint, i, fit.p, equal, by_record)
         s: ComplexArray = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
         rows = joint.reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
         w = joint.w @ Q
@@ -144,7 +144,8 @@ def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | No
         left = (line.Y - y) * line.weight
         gram = np.einsum("ksv,ksw->kvw", weighted.conj(), weighted)
         # where the equivalent element explains little, the force is not known to be like its own
-        spread = _smooth(np.abs(F_eq) ** 2) * max(1.0, misfit / max(float(fit.misfit[i]), 1e-12))
+        more_than = misfit / max(float(fit.misfit[i]), 1e-12) if by_record else equal.score / max(fit.score, 1e-12)
+        spread = _smooth(np.abs(F_eq) ** 2) * max(1.0, more_than)
         ridge = gram + np.eye(len(w))[None] / spread[:, None, :]
         more = np.linalg.solve(ridge, np.einsum("ksw,ks->kw", weighted.conj(), left)[:, :, None])[:, :, 0]
         F = F_eq + more
@@ -159,14 +160,15 @@ def recover(problem: Problem, joint: Joint, start: FloatArray) -> Recovered | No
 
 
 def _nearest_element(
-    problem: Problem, joint: Joint, i: int, p: FloatArray, equal: Fit
+    problem: Problem, joint: Joint, i: int, p: FloatArray, equal: Fit, by_record: bool
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray, float]:
-    """Responses, motion and force of a spring and dashpot at the joint on record i, and the misfit they leave: those
-    that explain the record by itself, or those of all records (`equal`) where they do better. What depends on the level
-    is another element in each record: friction that sticks in one slips in the next."""
+    """Responses, motion and force of a spring and dashpot at the joint on record i, and the misfit they leave: those of
+    all records (`equal`), or `by_record` those that explain the record by itself where they do better. What depends on
+    the level is another element in each record: friction that sticks in one slips in the next."""
     line = problem.lines(joint.reduced)[i]
     system = problem.system(joint.reduced)
-    own = equivalent_linear(problem.on([problem.records[i]]), joint, p) if len(problem.records) > 1 else None
+    several = by_record and len(problem.records) > 1
+    own = equivalent_linear(problem.on([problem.records[i]]), joint, p) if several else None
     found = []
     for one in (equal, own):
         if one is not None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.candidates import ONLY_GROUND, Candidate, laws_for, starts
+from femend.diagnose.candidates import ONLY_GROUND, Candidate, Start, laws_for, starts
 from femend.diagnose.collapse import SHARP
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
 from femend.diagnose.linear import fit_linear, fit_mass, judge_linear
@@ -26,7 +26,7 @@ __all__ = ["SUREST", "Ranked", "Split", "name_physics", "score", "split_records"
 # starts of a nonlinear law that are followed
 NONLINEAR_STARTS = 3
 # starts within this factor of the best regression are followed, at most so many at a place
-START_REACH, MOST_STARTS = 1.6, 9
+START_REACH, MOST_STARTS = 1.6, 6
 # look-alikes of a place at which linear laws are tried too, of the nearest so many
 ALIKE_TRIED, MOST_ALIKE = 3, 12
 # a law that leaves at most so many times what another leaves does as well
@@ -268,14 +268,19 @@ def _nonlinear_laws(split: Split, at: _Opened) -> list[Candidate]:
         return []
     lines = split.fitting.lines(at.joint.reduced)
     s = [np.asarray(2j * np.pi * line.freq, dtype=np.complex128) for line in lines]
-    begun = [
-        (name, start)
-        for name, entry in laws_for(at.joint.place.kind)
-        if entry.kind == "nonlinear"
-        for start in starts(entry, at.joint, at.recovered, s, NONLINEAR_STARTS)
-    ]
-    begun.sort(key=lambda item: item[1].left)
-    worth = [b for b in begun if b[1].left < START_REACH * begun[0][1].left][:MOST_STARTS]
+    worth: list[tuple[str, Start]] = []
+    # by one element in all records and by one in each: which of them comes nearer is not known beforehand
+    for recovered in (at.recovered, recover(split.fitting, at.joint, at.found.fit.p, by_record=True)):
+        if recovered is None:
+            continue
+        begun = [
+            (name, start)
+            for name, entry in laws_for(at.joint.place.kind)
+            if entry.kind == "nonlinear"
+            for start in starts(entry, at.joint, recovered, s, NONLINEAR_STARTS)
+        ]
+        begun.sort(key=lambda item: item[1].left)
+        worth += [b for b in begun if b[1].left < START_REACH * begun[0][1].left][:MOST_STARTS]
     return fit_nonlinear(split.fitting, split.choosing, at.joint, at.recovered, worth)
 
 
