@@ -1,13 +1,15 @@
-"""Of linear laws at a place the simplest is named that a richer one does not clearly beat."""
+"""Which law is taken: the simplest that a richer one does not clearly beat, and none for a model at the noise."""
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from femend.diagnose.candidates import Candidate
+from femend.diagnose.diagnosis import _accepted
 from femend.diagnose.name import Ranked, _Judge, tempered
 from femend.diagnose.settings import Settings
 from femend.physics import physics
@@ -53,6 +55,16 @@ def test_a_richer_law_that_wins_clearly_is_named() -> None:
     assert names(first(ranked("viscoelastic", 1.0, 10.0), ranked("viscous_damper", 1.2, 10.0)))[0] == "viscoelastic"
     # the same misfit, but the model's unknowns come back to what is known of them
     assert names(first(ranked("viscoelastic", 1.0, 10.0), ranked("viscous_damper", 1.0, 90.0)))[0] == "viscoelastic"
+
+
+@pytest.mark.parametrize(("null", "prior", "accepted"), [(1.5, 10.0, True), (1.1, 10.0, False), (1.1, 90.0, True)])
+def test_a_model_at_the_noise_lacks_what_its_priors_tell_alone(null: float, prior: float, accepted: bool) -> None:
+    best, without = ranked("viscous_damper", 0.9, 10.0), ranked("viscous_damper", null, prior)
+    found: Any = SimpleNamespace(
+        settings=Settings(), ranked=[best], n_values=N_VALUES, null_score=without.score,
+        null=SimpleNamespace(score=null), null_chosen=without.candidate,
+    )  # fmt: skip
+    assert _accepted(found, best) is accepted
 
 
 def test_a_nonlinear_law_that_is_better_stays_first() -> None:

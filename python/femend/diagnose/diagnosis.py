@@ -285,7 +285,10 @@ def _accepted(found: Diagnosis, best: Ranked) -> bool:
     chosen = np.log(found.null_chosen.chosen / max(best.candidate.chosen, 1e-12))
     # what the model can do by itself only far outside its priors is as much missing as what it cannot do
     relieved = found.null_chosen.prior - best.candidate.prior
-    won = gain > settings.gain_cost and (chosen > settings.gain_chosen or relieved > settings.gain_cost)
+    # a model that explains the recordings as they are lacks nothing that they could show
+    enough = max(found.null.score, found.null_chosen.chosen) <= settings.consistent
+    less = chosen > settings.gain_chosen and not enough
+    won = gain > settings.gain_cost and (less or relieved > settings.gain_cost)
     share = _explained(found.null_score, best, found.ranked, found.n_values)
     return bool(won and share >= settings.explained)
 

@@ -31,7 +31,8 @@ class Settings:
         same_law: relative difference of two laws' forces below which the simpler one is named.
         worth_naming: share of the updated model's cost that a free force somewhere has to take away, where the model is
             at the noise already, before laws are tried at all.
-        consistent: misfit up to which the deck as it stands explains the recordings.
+        consistent: misfit up to which the deck as it stands explains the recordings; where the updated model does, a
+            law is given only for what it takes off the model's own priors.
     """
 
     places: int = 3
