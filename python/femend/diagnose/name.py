@@ -32,8 +32,8 @@ ALIKE_TRIED, MOST_ALIKE = 3, 12
 # a law that leaves at most so many times what another leaves does as well
 NEARLY = 1.15
 # what scores are divided by before they become probabilities, and the probability that any of the names is right at
-# most: of 18 names given on generated cases (seed 1) 16 were, 13 of the 14 with the highest probability
-TEMPERATURE, SUREST = 4.0, 0.93
+# most: of the 25 names with the highest probability on generated cases (seeds 1 and 104) 21 were
+TEMPERATURE, SUREST = 4.0, 0.85
 # lines a record while laws are compared; the chosen one is fitted on all
 NAMING_LINES = 400
 
