@@ -72,7 +72,8 @@ def test_a_spring_to_ground_is_found_and_named(spring: Done) -> None:
     k = finding["parameters"]["k"]
     assert k["unit"] == "N/m"
     assert abs(k["value"] - STIFFNESS) < 4 * k["sd"]
-    assert k["sd"] < 0.05 * STIFFNESS
+    # never surer than what the rest of a model is off by
+    assert 0.1 * STIFFNESS < k["sd"] < 0.2 * STIFFNESS
     assert spring.seconds < 20
 
 

@@ -149,21 +149,47 @@ def _of_law(first: Searched, ranked: Ranked, given: Known) -> _Aside:
 def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | None:
     """The best of the laws at each place fitted together; None where they do not win against less."""
     best: tuple[float, Terms] | None = None
-    for chosen in itertools.product(*(_distinct(first, ranked) for ranked in laws)):
-        terms = [Term(collapsed(r.candidate, r.recovered, first.settings), r.located) for r in chosen]
-        p = plain(first, chosen[-1].candidate.p)
-        found = fit_terms(first.split.fitting, terms, first.reduced, first.g_rows, p)
-        if found is None:
-            continue
-        found = judge_terms(first.split.choosing, found)
-        value = _score(first, found)
-        if np.isfinite(value) and (best is None or value < best[0]):
-            best = (value, found)
+    tries = [
+        ([Term(collapsed(r.candidate, r.recovered, first.settings), r.located) for r in chosen], chosen[-1].candidate.p)
+        for chosen in itertools.product(*(_distinct(first, ranked) for ranked in laws))
+    ]
+    for terms, p in tries:
+        best = _better(first, best, _fitted(first, terms, p))
+    if best is not None and len(tries) > 1:
+        # once more from where the best came to: a descent that stopped short is no reason for another name
+        reached = {(t.candidate.name, id(t.located.place)): t for t in best[1].terms}
+        p = plain(first, best[1].p)
+        for terms, _ in tries:
+            again = [reached.get((t.candidate.name, id(t.located.place)), t) for t in terms]
+            best = _better(first, best, _fitted(first, again, p))
     if best is None or not _won(first, *best) or not all(map(_determined, best[1].terms)) or _needless(first, *best):
         return None
     whole = refit_terms(first.problem.thinned(FINAL_LINES), best[1])
     tried = {id(r.located.place): tuple(every) for every in laws for r in every}
     return Further(whole, tuple(tried[id(t.located.place)] for t in whole.terms), best[0])
+
+
+def _fitted(first: Searched, terms: Sequence[Term], p: FloatArray) -> tuple[float, Terms] | None:
+    """Terms fitted together from unknowns `p` of the model, with their score; None where they cannot be judged."""
+    found = fit_terms(first.split.fitting, terms, first.reduced, first.g_rows, p)
+    if found is None:
+        return None
+    found = judge_terms(first.split.choosing, found)
+    value = _score(first, found)
+    return (value, found) if np.isfinite(value) else None
+
+
+def _better(
+    first: Searched, best: tuple[float, Terms] | None, found: tuple[float, Terms] | None
+) -> tuple[float, Terms] | None:
+    """The one with the lower score; with fewer parameters unless the other wins by what a law has to bring."""
+    if best is None or found is None:
+        return found if best is None else best
+    if best[1].n_law == found[1].n_law:
+        return min(best, found, key=lambda one: one[0])
+    simple, rich = sorted((best, found), key=lambda one: one[1].n_law)
+    gained = _gained(first, simple[0] - rich[0], simple[1].chosen, simple[1].prior, rich[1])
+    return rich if gained else simple
 
 
 def _distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:
