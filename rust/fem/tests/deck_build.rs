@@ -323,7 +323,7 @@ fn direct_matrices_are_selected_scaled_and_checked() {
     broken("DMIG,MS,3,3,,2,3,1.", "DMIG,MS,3,3,,2,3,1.5", "not symmetric");
     broken("DMIG,KS,0,6,2,0", "DMIG,KS,0,6,3,0", "complex");
     broken("DMIG,KS,2,1,,2,1,10.", "DMIG,KS,2,1,,2,1,10.,,\n+,1,1,-10.", "stands twice");
-    broken("DMIG,MS,2,3,,2,3,4.", "DMIG,MS,2,3,,9,3,4.", "GRID 9");
+    broken("DMIG,MS,2,3,,2,3,4.", "DMIG,MS,2,3,,9,3,4.", "GRID or SPOINT 9");
 }
 
 #[test]
