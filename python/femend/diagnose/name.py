@@ -25,8 +25,9 @@ __all__ = ["SUREST", "Ranked", "Split", "name_physics", "score", "split_records"
 
 # starts of a nonlinear law that are followed
 NONLINEAR_STARTS = 3
-# starts within this factor of the best regression are followed, at most so many at a place
-START_REACH, MOST_STARTS = 1.6, 6
+# starts within this factor of the best regression are followed, at most so many at a place by one equivalent element in
+# all records, and by one in each
+START_REACH, MOST_STARTS = 1.6, (9, 5)
 # look-alikes of a place at which linear laws are tried too, of the nearest so many
 ALIKE_TRIED, MOST_ALIKE = 3, 12
 # a law that leaves at most so many times what another leaves does as well
@@ -270,7 +271,10 @@ def _nonlinear_laws(split: Split, at: _Opened) -> list[Candidate]:
     s = [np.asarray(2j * np.pi * line.freq, dtype=np.complex128) for line in lines]
     worth: list[tuple[str, Start]] = []
     # by one element in all records and by one in each: which of them comes nearer is not known beforehand
-    for recovered in (at.recovered, recover(split.fitting, at.joint, at.found.fit.p, by_record=True)):
+    readings: list[Recovered | None] = [at.recovered]
+    if len(split.fitting.records) > 1:
+        readings.append(recover(split.fitting, at.joint, at.found.fit.p, by_record=True))
+    for recovered, most in zip(readings, MOST_STARTS, strict=False):
         if recovered is None:
             continue
         begun = [
@@ -280,7 +284,7 @@ def _nonlinear_laws(split: Split, at: _Opened) -> list[Candidate]:
             for start in starts(entry, at.joint, recovered, s, NONLINEAR_STARTS)
         ]
         begun.sort(key=lambda item: item[1].left)
-        worth += [b for b in begun if b[1].left < START_REACH * begun[0][1].left][:MOST_STARTS]
+        worth += [b for b in begun if b[1].left < START_REACH * begun[0][1].left][:most]
     return fit_nonlinear(split.fitting, split.choosing, at.joint, at.recovered, worth)
 
 
