@@ -48,7 +48,7 @@ def test_linearised_columns_are_those_of_a_simulation(tmp_path: Path) -> None:
     loop = ClosedLoop(problem, joint, "cubic_stiffness", coordinates, (8e3, 10.0), sigma=10.0)
     p, x = problem.prior(joint.reduced)[0], np.concatenate([coordinates.start(), [1.0, 1.0]])
     (base,), (histories,) = loop.residuals([(p, x)])
-    columns = linearised_columns(loop, p, histories)
+    columns = linearised_columns(loop, p, x, histories)
     largest = max(np.linalg.norm(column) for column in columns)
     for i, column in enumerate(columns):
         moved = p.copy()
