@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from femend import _core
 from femend.diagnose.joint import Joint, Recovered
 from femend.physics import FitCoordinates, Physics, Surrogate, catalogue, physics, shapes
 
-__all__ = ["ONLY_GROUND", "Candidate", "Start", "laws_for", "starts"]
+__all__ = ["ONLY_GROUND", "Candidate", "Start", "standard_deviations", "laws_for", "starts"]
 
 FloatArray = NDArray[np.float64]
 
@@ -86,6 +87,12 @@ class Candidate:
     def nonlinear(self) -> bool:
         """Whether its response needs a simulation."""
         return self.physics is not None and self.physics.kind == "nonlinear"
+
+
+def standard_deviations(covariance: NDArray[np.floating[Any]], n: int | None = None) -> FloatArray:
+    """Standard deviations (n,) of the first unknowns of a covariance, of all without `n`; rounding may have left a
+    variance below zero."""
+    return np.asarray(np.sqrt(np.maximum(np.diag(covariance)[:n], 0.0)))
 
 
 def laws_for(kind: str) -> list[tuple[str, Physics]]:

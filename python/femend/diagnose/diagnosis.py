@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
-from femend.diagnose.candidates import Candidate
+from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.free_form_rival import Rival, find_rival, refit_rival
 from femend.diagnose.linear import refit_linear
@@ -201,7 +201,7 @@ def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
     elif best.located is not None:
         (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
         if fit is not None:
-            p_sd = np.sqrt(np.maximum(np.diag(np.linalg.pinv(fit.hessian))[: len(fit.p)], 0.0))
+            p_sd = standard_deviations(np.linalg.pinv(fit.hessian), len(fit.p))
             refitted = replace(candidate, p=fit.p, fitted=fit.score, p_sd=p_sd)
     adequate = _adequate(found, best)
     verdict = "missing-physics" if adequate else "located-not-named"
@@ -287,8 +287,7 @@ def _accepted(found: Diagnosis, best: Ranked) -> bool:
     relieved = found.null_chosen.prior - best.candidate.prior
     # a model that explains the recordings as they are lacks nothing that they could show
     enough = max(found.null.score, found.null_chosen.chosen) <= settings.consistent
-    less = chosen > settings.gain_chosen and not enough
-    won = gain > settings.gain_cost and (less or relieved > settings.gain_cost)
+    won = settings.wins(gain, -np.inf if enough else chosen, relieved)
     share = _explained(found.null_score, best, found.ranked, found.n_values)
     return bool(won and share >= settings.explained)
 

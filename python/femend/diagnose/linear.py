@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.candidates import Candidate
+from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.followed import followed
 from femend.diagnose.joint import Joint, Recovered, stiffness_scale
 from femend.estimate import Problem
@@ -191,5 +191,5 @@ def refit_linear(problem: Problem, candidate: Candidate) -> Candidate:
         prior=problem.prior_cost(candidate.joint.reduced, fit.p),
         covariance=covariance[n_p:, n_p:],
         converged=fit.converged,
-        p_sd=np.sqrt(np.maximum(np.diag(covariance)[:n_p], 0.0)),
+        p_sd=standard_deviations(covariance, n_p),
     )

@@ -364,8 +364,7 @@ class _Judge:
         """Whether a law brings against a simpler one what a law has to bring."""
         less = float(np.log(simple.candidate.chosen / max(rich.candidate.chosen, 1e-12)))
         relieved = simple.candidate.prior - rich.candidate.prior
-        cost = self.settings.gain_cost
-        return bool(simple.score - rich.score > cost and (less > self.settings.gain_chosen or relieved > cost))
+        return self.settings.wins(simple.score - rich.score, less, relieved)
 
 
 def _friction_first(ranked: list[Ranked]) -> list[Ranked]:

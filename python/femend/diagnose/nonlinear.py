@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.candidates import Candidate, Start
+from femend.diagnose.candidates import Candidate, Start, standard_deviations
 from femend.diagnose.closed_loop import COARSE, ClosedLoop, History, loop_of
 from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.joint import Joint, Recovered
@@ -164,7 +164,7 @@ def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JO
         _candidate(loop, start, candidate.name, reached, covariance[n_p:, n_p:]),
         chosen=candidate.chosen,
         reference=candidate.reference,
-        p_sd=np.sqrt(np.maximum(np.diag(covariance)[:n_p], 0.0)),
+        p_sd=standard_deviations(covariance, n_p),
     )
 
 

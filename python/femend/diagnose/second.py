@@ -214,10 +214,8 @@ def _won(first: Searched, value: float, found: Terms) -> bool:
 
 def _gained(first: Searched, gain: float, chosen: float, prior: float, found: Terms) -> bool:
     """Whether terms bring what a law has to bring, against what leaves `chosen` on unseen data with `prior`."""
-    settings = first.settings
     less = float(np.log(chosen / max(found.chosen, 1e-12)))
-    won = gain > settings.gain_cost and (less > settings.gain_chosen or prior - found.prior > settings.gain_cost)
-    return bool(won)
+    return first.settings.wins(gain, less, prior - found.prior)
 
 
 def _determined(term: Term) -> bool:

@@ -54,3 +54,8 @@ class Settings:
     consistent: float = 1.2
     same_law: float = 0.08
     worth_naming: float = 0.02
+
+    def wins(self, gain: float, less: float, relieved: float) -> bool:
+        """Whether a fall of the score by `gain` is what a law has to bring: with a relative fall `less` of the unseen
+        misfit, or with as much prior cost `relieved` of the model's own unknowns."""
+        return bool(gain > self.gain_cost and (less > self.gain_chosen or relieved > self.gain_cost))

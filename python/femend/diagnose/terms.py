@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.diagnose.candidates import Candidate
+from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.closed_loop import COARSE, LAW_SD, LawSpec, Loop, companion_prior
 from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.joint import Joint, open_joints
@@ -239,7 +239,7 @@ def _made(loop: TermsLoop, reached: Reached) -> Terms:
             own_covariance = None if covariance is None else covariance[own, own]
             candidate = replace(
                 term.candidate, values=values, k=k, c=c, p=p, x=part, fitted=fitted, covariance=own_covariance,
-                p_sd=None if covariance is None else np.sqrt(np.maximum(np.diag(covariance)[:n_p], 0.0)),
+                p_sd=None if covariance is None else standard_deviations(covariance, n_p),
             )  # fmt: skip
         first += len(part)
         terms.append(replace(term, candidate=candidate))

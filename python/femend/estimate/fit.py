@@ -12,14 +12,12 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.estimate.lines import FitRecord, Lines, spectral_lines
 from femend.model import ReducedModel
+from femend.model.form_errors import MODE_SD
 
 __all__ = ["Fit", "Hypothesis", "Problem"]
 
 FloatArray = NDArray[np.float64]
 
-# every mode in the band may be off by this much in frequency for reasons no physical parameter has (mesh, formulation);
-# what is known of a model's form says it better
-FREQUENCY_SD = 0.005
 # ln standard deviation of a damping ratio
 DAMPING_SD = 0.5
 # decays of the windows by which a fit comes down to the unwindowed lines, in units of `Problem.scale`, and how tightly
@@ -128,7 +126,7 @@ class Problem:
     def prior(self, reduced: ReducedModel) -> tuple[FloatArray, FloatArray]:
         """Prior means and standard deviations of all unknowns of a reduced model."""
         n = len(reduced.names)
-        mode_sd = FREQUENCY_SD if reduced.form is None else reduced.form.mode_sd
+        mode_sd = MODE_SD if reduced.form is None else reduced.form.mode_sd
         mean = np.concatenate([np.zeros(n + self.n_tuned), np.full(self.n_tuned + 1, np.log(self.zeta))])
         sd = np.concatenate([reduced.prior_sd, np.full(self.n_tuned, mode_sd), np.full(self.n_tuned + 1, DAMPING_SD)])
         return mean, sd

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from femend.model.model import Model
 from femend.model.place import AXES, Place
+from femend.model.supports import connected
 
 __all__ = ["support_places"]
 
@@ -37,7 +38,7 @@ def support_places(model: Model, held: NDArray[np.bool_], without: Sequence[int]
     for c in range(6):
         needed = [c] if c < 3 else [0, 1, 2]
         nodes = {n for n in around if all(held[6 * at[n] + k] for k in needed)}
-        regions = _regions(nodes, around)
+        regions = sorted(sorted(group) for group in connected(model, nodes))
         if len(regions) > MAX_REGIONS:
             continue
         for region in regions:
@@ -47,44 +48,28 @@ def support_places(model: Model, held: NDArray[np.bool_], without: Sequence[int]
     return places
 
 
-def _around(model: Model, without: set[int]) -> dict[int, list[tuple[int, tuple[int, ...]]]]:
-    """Elements (id, nodes) at every node that shells and solids alone share."""
-    around: dict[int, list[tuple[int, tuple[int, ...]]]] = {}
+def _around(model: Model, without: set[int]) -> dict[int, list[int]]:
+    """Elements at every node that shells and solids alone share."""
+    around: dict[int, list[int]] = {}
     for eid, card, nodes in model.fe.elements():
         if len(nodes) < 3 or not card.startswith(("CQUAD", "CTRIA", "CHEXA", "CPENTA", "CTETRA", "CPYRAM")):
             without = without | set(nodes)
             continue
         for n in nodes:
-            around.setdefault(n, []).append((eid, tuple(nodes)))
+            around.setdefault(n, []).append(eid)
     return {n: elements for n, elements in around.items() if n not in without}
-
-
-def _regions(nodes: set[int], around: dict[int, list[tuple[int, tuple[int, ...]]]]) -> list[list[int]]:
-    """Groups of nodes that share elements, each sorted."""
-    left, regions = set(nodes), []
-    while left:
-        todo = [left.pop()]
-        region = set(todo)
-        while todo:
-            for _, members in around[todo.pop()]:
-                new = left.intersection(members)
-                left -= new
-                region |= new
-                todo += new
-        regions.append(sorted(region))
-    return sorted(regions)
 
 
 def _place(
     model: Model,
     held: NDArray[np.bool_],
     region: dict[int, int],
-    around: dict[int, list[tuple[int, tuple[int, ...]]]],
+    around: dict[int, list[int]],
     c: int,
 ) -> Place | None:
     """The region (nodes with their positions) cut loose in one rigid motion; None where nothing resists that, or no one
     parameter scales it all."""
-    elements = sorted({eid for n in region for eid, _ in around[n]})
+    elements = sorted({eid for n in region for eid in around[n]})
     if len(elements) > MAX_ELEMENTS:
         return None
     motion = _rigid(model, held, list(region.values()), c)

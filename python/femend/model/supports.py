@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femend.model.model import Model
 
-__all__ = ["SupportRegion", "held_rows", "nodal_areas", "support_regions"]
+__all__ = ["SupportRegion", "connected", "held_rows", "nodal_areas", "support_regions"]
 
 FloatArray = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def support_regions(free: Model, rows: NDArray[np.int64]) -> tuple[SupportRegion
     }
     areas = nodal_areas(free)
     found = []
-    for group in _connected(free, set(clamped)):
+    for group in connected(free, set(clamped)):
         nodes = tuple(sorted(group))
         inside = np.array([areas.get(n, 0.0) for n in nodes])
         if len(nodes) < FEWEST:
@@ -98,7 +98,7 @@ def support_regions(free: Model, rows: NDArray[np.int64]) -> tuple[SupportRegion
     return tuple(sorted(found, key=lambda r: -len(r.nodes)))
 
 
-def _connected(model: Model, nodes: set[int]) -> list[set[int]]:
+def connected(model: Model, nodes: set[int]) -> list[set[int]]:
     """Groups of `nodes` that share elements."""
     parent = {n: n for n in nodes}
 

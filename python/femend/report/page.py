@@ -100,7 +100,7 @@ def _findings(result: Mapping[str, Any]) -> list[dict[str, Any]]:
                 "span": span,
                 "also": also[:6],
                 "also_more": max(0, len(also) - 6),
-                "sensor": words.sensor_text(location) if also else "",
+                "sensor": words.sentence(words.sensor_text(location)) if also else "",
                 "alternatives": alternatives[:3],
                 "values": [
                     words.parameter_text(k, v, physics) for k, v in words.by_importance(parameters) if k != "sides"

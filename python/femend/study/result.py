@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
-from femend.diagnose.candidates import Candidate
+from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.locate import Located
 from femend.diagnose.name import SUREST, Ranked, tempered
 from femend.diagnose.next_sensor import next_sensor
@@ -91,8 +91,8 @@ def _model_sd(diagnosis: Diagnosis) -> np.ndarray:
     if best is not None and best.p_sd is not None:
         return np.asarray(np.hypot(best.p_sd * np.sqrt(max(1.0, best.fitted)), OFF_MODEL))
     null = diagnosis.null
-    covariance = np.linalg.pinv(null.hessian)
-    return np.asarray(np.hypot(np.sqrt(np.maximum(np.diag(covariance), 0.0) * max(1.0, null.score)), OFF_MODEL))
+    own = standard_deviations(np.linalg.pinv(null.hessian))
+    return np.asarray(np.hypot(own * np.sqrt(max(1.0, null.score)), OFF_MODEL))
 
 
 def _findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
@@ -249,5 +249,5 @@ def _law_sd(best: Candidate, names: Sequence[str], J: NDArray[np.float64] | None
     else:
         scale = np.array([best.values[name] for name in best.physics.parameter_names])
         covariance = best.covariance * np.outer(scale, scale)
-    sd = np.sqrt(np.maximum(np.diag(covariance) * max(1.0, best.fitted), 0.0))
+    sd = standard_deviations(covariance) * np.sqrt(max(1.0, best.fitted))
     return dict(zip(names, sd.tolist(), strict=True))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import Candidate
+from femend.diagnose.joint import middle
 from femend.physics import Parameter, physics, with_companion
 from femend.physics.causal import structural, structural_jacobian
 
@@ -27,8 +28,7 @@ def told(diagnosis: Diagnosis, best: Candidate) -> tuple[Sequence[Parameter], di
     assert best.physics is not None
     values = with_companion(best.physics, best.values, best.k) if best.nonlinear else dict(best.values)
     if best.physics.law == "springpot":
-        low, high = diagnosis.problem.band
-        omega = 2 * np.pi * float(np.sqrt(low * high))
+        omega = middle(diagnosis.problem)
         return physics("structural_damping").parameters, structural(values, omega), structural_jacobian(values, omega)
     if best.physics.law == "released_support" and best.joint is not None:
         place = best.joint.place
