@@ -133,7 +133,8 @@ def assemble(s: Solid, real, get) -> tuple[sp.coo_matrix, sp.coo_matrix]:
     for i, j, k in product(*(range(c) for c in cells)):
         pid = 1 if i < cells[0] // 2 else 2
         at = 2 * np.array([i, j, k]) + POINTS.astype(int) + 1
-        dofs = np.array([get(place(p), c) for p in at for c in (1, 2, 3)])
+        # the whole end face is clamped, as in the deck: also the nodes that only the truth has
+        dofs = np.array([get(place(p), c) if p[0] > 0 else -1 for p in at for c in (1, 2, 3)])
         K, M = brick(*h, s.E * real.factor[pid], 2700.0 * real.density[pid])
         on = np.flatnonzero(dofs >= 0)
         I, J = np.meshgrid(dofs[on], dofs[on], indexing="ij")
