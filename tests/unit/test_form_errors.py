@@ -10,8 +10,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from femend.diagnose.joint import open_joint
 from femend.estimate import Problem
-from femend.model import ReducedModel, form_errors, read_model, reduce_model
+from femend.model import ReducedModel, find_places, form_errors, read_model, reduce_model
 from femend.model.form_errors import GYRATION, LUMP_SD, MASS_SD, SD, STIFFNESS_SD
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -99,3 +100,24 @@ def test_a_lump_without_inertia_may_turn(reduced: ReducedModel) -> None:
         off = unit.mass.toarray()[first : first + 6, first : first + 6]
         np.testing.assert_allclose(np.diag(off)[:3], LUMP_SD * np.diag(M)[:3])
         np.testing.assert_allclose(np.diag(off)[3:], M[0, 0] * (GYRATION * diagonal) ** 2)
+
+
+def test_a_cut_takes_no_more_than_a_softer_element_has(reduced: ReducedModel) -> None:
+    """With a member far softer than drawn, cutting its end leaves it a mechanism at most: no negative stiffness."""
+    errors = form_errors(reduced, F_MAX)
+    model = reduced.model
+    place = next(p for p in find_places(model) if p.kind == "clamp" and p.direction == "RY")
+    unit = next(i for i, u in enumerate(errors.units) if place.elements[0] in u.elements)
+    joint = open_joint(place, errors.on(reduced), F_MAX, [6 * model.index(13) + 2])
+    p = np.zeros(len(joint.reduced.names))
+    own = len(reduced.names)
+    direction = errors.weights[:, unit]
+    # a combination of errors by which the member has lost a tenth of its stiffness
+    p[own : own + len(direction)] = np.log1p(-0.1 * SD / STIFFNESS_SD * direction / (direction @ direction))
+    K, M = at(joint.reduced, p)
+    lowest = eigh(K, M, eigvals_only=True)[0]
+    highest = (2 * np.pi * F_MAX) ** 2
+    assert lowest > -1e-6 * highest
+    # without the errors' share the cut takes more than there is
+    taken = place.w(joint.reduced.V, joint.reduced.V_a)
+    assert eigh(K - 0.1 * taken.T @ taken / place.release[0, 0], M, eigvals_only=True)[0] < -1e-6 * highest

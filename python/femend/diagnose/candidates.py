@@ -17,6 +17,9 @@ __all__ = ["ONLY_GROUND", "Candidate", "Start", "standard_deviations", "laws_for
 
 FloatArray = NDArray[np.float64]
 
+# slip of friction that is taken to be stuck, as a share of the largest motion
+STUCK = 0.02
+
 # laws tried at each kind of place; the name of a plain spring depends on what the model has there
 _SPRING = {
     "ground": "support_stiffness",
@@ -30,8 +33,8 @@ _NOT_NAMED = ("support_stiffness", "joint_stiffness", "compliant_support", "spri
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where the fit of a law begins: parameter values, the companion's k and c beside it, the share of the recovered
-    force that it leaves unexplained."""
+    """Where the fit of a law begins: parameter values, the companion's k and c beside it, the share `left` of the
+    recovered force that it leaves unexplained; NaN where that could not be told."""
 
     physics: Physics
     values: Mapping[str, float]
@@ -153,7 +156,19 @@ def starts(
         sides = start.values.get("sides")
         if len(kept) < count and (sides is None or sides not in [o.values.get("sides") for o in kept]):
             kept.append(start)
-    return kept
+    return [*_stuck(entry, recovered), *kept]
+
+
+def _stuck(entry: Physics, recovered: Recovered) -> list[Start]:
+    """Starts of friction that hardly gives before it slips, at the force of each record.
+
+    Where it sticks, its displacement is lost in the noise and no regression on it finds the law; its force shows.
+    """
+    if entry.name != "coulomb_friction":
+        return []
+    slip = STUCK * float(max(d.std() for d in recovered.d))
+    sizes = [float(f.std()) for f in recovered.f]
+    return [Start(entry, {"f": f, "kt": f / slip}, 0.0, 0.0, np.nan) for f in sizes if f > 0 and slip > 0]
 
 
 def _solve(A: FloatArray, b: FloatArray, n_terms: int, entry: Physics) -> FloatArray:

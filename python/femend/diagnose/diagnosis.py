@@ -18,18 +18,17 @@ from femend.diagnose.loads import LoadFinding, try_loads
 from femend.diagnose.locate import Located, locate, shortlist
 from femend.diagnose.name import (
     Ranked,
-    Split,
     effective_values,
     name_physics,
     null_candidate,
     score,
-    split_records,
     tempered,
 )
 from femend.diagnose.noise import Louder, louder, quieter_records
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.second import Further, Searched, look_further
 from femend.diagnose.settings import Settings
+from femend.diagnose.split import Split, split_records
 from femend.diagnose.unmeasured import find_unmeasured, plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import Fit, FitRecord, Problem
@@ -47,15 +46,17 @@ FAR = 3.0
 class Diagnosis:
     """Everything a diagnosis found.
 
-    `verdict` is one of the contract's; `best` the accepted candidate refitted to all records (None where nothing is
-    added), `null` the updated model, `nominal` the deck as it is; `ranked` the candidates in order, `located` the
-    places, `probabilities` of the ranked, `load` a finding about the load, `n_values` the effective number of values
-    that scores count on the choosing records, windowed by exp(-`sigma` t); `rival` the free-form force where it beats
-    every named law (`best` is it then); `further` several effects at once where one does not explain enough.
+    `verdict` is one of the contract's; `split` says which recordings choose between laws; `best` is the accepted
+    candidate refitted to all records (None where nothing is added), `null` the updated model, `nominal` the deck as it
+    is; `ranked` are the candidates in order, `located` the places, `probabilities` of the ranked, `load` a finding
+    about the load, `n_values` the effective number of values that scores count on the choosing records, windowed by
+    exp(-`sigma` t); `rival` is the free-form force where it beats every named law (`best` is it then); `further` are
+    several effects at once where one does not explain enough.
     """
 
     verdict: str
     problem: Problem
+    split: Split
     reduced: ReducedModel
     nominal: FloatArray
     null: Fit
@@ -117,7 +118,7 @@ def explain(
     if loud is not None:
         start, located = loud.start, loud.located
     problem, reduced, null = start.problem, start.reduced, start.null
-    split = split_records(problem)
+    split = split_records(problem, null, located)
     baseline = null_candidate(split, null)
     n_values = effective_values(split.choosing, reduced)
     null_score = score(baseline, split.choosing, settings, n_values)
@@ -149,11 +150,11 @@ def explain(
     ranked = [replace(r, name=collapsed(r.candidate, r.recovered, settings).name) for r in ranked]
     tell.start("fit the final model")
     undecided = Diagnosis(
-        "", problem, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
+        "", problem, split, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
         tempered(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
         n_values, sigma,
     )  # fmt: skip
-    decided = decide(undecided, split, plainly)
+    decided = decide(undecided, plainly)
     if decided.load is not None or decided.verdict not in ("missing-physics", "located-not-named"):
         return decided
     tell.start("look for more")
@@ -168,7 +169,7 @@ def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool
     return null.score > settings.consistent or gain > max(settings.worth_naming * null.cost, settings.gain_cost)
 
 
-def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
+def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
     """The verdict: a law has to win clearly on data it has not seen, and to explain about as much as a free force;
     `plainly` says that recordings of different level show one and the same force."""
     settings, best = found.settings, (found.ranked[0] if found.ranked else None)
@@ -178,10 +179,10 @@ def decide(found: Diagnosis, split: Split, plainly: bool = False) -> Diagnosis:
         return replace(found, verdict="missing-physics", place=None)
     named = best is not None and _accepted(found, best)
     if not (named and best is not None and _adequate(found, best)) and (plainly or _clearly_missing(found)):
-        unmeasured = find_unmeasured(split, found.reduced, found.located, found.g_rows, settings)
+        unmeasured = find_unmeasured(found.split, found.reduced, found.located, found.g_rows, settings)
         if unmeasured is not None:
             return replace(found, verdict="missing-physics", load=unmeasured)
-    rival = _rival(found, split, named)
+    rival = _rival(found, named)
     if rival is not None:
         return _free_form(found, rival)
     if best is None or not named:
@@ -221,9 +222,9 @@ def with_further(
     that counted as noise (`loud`).
     """
     settings, ranked, null_score = found.settings, found.ranked, found.null_score
-    split = split_records(start.problem)
+    split = found.split.of(start.problem)
     if loud is not None:
-        factor = loud.factor[split.choosing.records[0].name]
+        factor = float(np.mean([loud.factor[r.name] for r in split.choosing.records]))
         shift = found.n_values * float(np.log(factor))
         ranked = [_shifted(r, factor, shift) for r in ranked]
         null_score += shift
@@ -253,11 +254,11 @@ def _shifted(ranked: Ranked, factor: float, shift: float) -> Ranked:
     )
 
 
-def _rival(found: Diagnosis, split: Split, named: bool) -> Rival | None:
+def _rival(found: Diagnosis, named: bool) -> Rival | None:
     """The free-form force where it beats every named law and is itself what a law has to be to be accepted."""
     if not (named or _clearly_missing(found)):
         return None
-    rival = find_rival(split, found.ranked, found.settings, found.n_values, found.sigma, found.null_score)
+    rival = find_rival(found.split, found.ranked, found.settings, found.n_values, found.sigma, found.null_score)
     return rival if rival is not None and _accepted(found, rival.ranked) else None
 
 

@@ -62,7 +62,9 @@ def open_joints(places: Sequence[Place], reduced: ReducedModel, f_max: float, g_
             continue
         # Cuts of one member end do not couple (axes of the section), so that S is diagonal and so is the compliance.
         inverse = 1 / np.diag(place.release)
-        own = own.minus(B.T @ (inverse[:, None] * B), place.parameter)
+        taken = B.T @ (inverse[:, None] * B)
+        own = own.minus(taken, place.parameter)
+        own = own if own.form is None else own.form.cut(own, place.elements[0], taken)
         rows.append(inverse[:, None] * B)
         compliances.append(inverse)
     return Joint(places[0], own, np.vstack(rows), np.concatenate(compliances))
@@ -118,13 +120,14 @@ class Recovered:
 def recover(problem: Problem, joint: Joint, start: FloatArray, *, by_record: bool = False) -> Recovered | None:
     """Reads off what the coordinate of an opened joint did.
 
-    `start` are unknowns of the model. An equivalent spring and dashpot, the same in all records or one in each
-    (`by_record`, for what depends on the level), give force, displacement and free decays; what the sensors still see
-    beyond them goes to the force as far as they see the joint at all (Wiener form). A bare least-squares force would be
-    noise where the joint is hardly seen, and could trade any free decay against itself near a resonance.
+    `start` are unknowns of the model; None where the opened model falls apart there. An equivalent spring and dashpot,
+    the same in all records or one in each (`by_record`, for what depends on the level), give force, displacement and
+    free decays; what the sensors still see beyond them goes to the force as far as they see the joint at all (Wiener
+    form). A bare least-squares force would be noise where the joint is hardly seen, and could trade any free decay
+    against itself near a resonance.
     """
     (fit,) = problem.fit([joint.hypothesis(None)], [(start, np.zeros(0))], iterations=8)
-    if fit is None:
+    if fit is None or not np.isfinite(fit.score):
         return None
     lines = problem.lines(joint.reduced)
     system = problem.system(joint.reduced)

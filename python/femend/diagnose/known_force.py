@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import enlarged, with_attached
-from femend.diagnose.name import Split
 from femend.diagnose.nonlinear import simulate_candidate
 from femend.diagnose.receptances import receptances
+from femend.diagnose.split import Split
 from femend.estimate import Fit, FitRecord, Lines, Problem
 from femend.model import Place, ReducedModel
 

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.name import Split, effective_values, null_candidate, score
+from femend.diagnose.name import effective_values, null_candidate, score
 from femend.diagnose.settings import Settings
+from femend.diagnose.split import Split
 from femend.dof import Dof
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel, reduce_model

@@ -17,7 +17,7 @@ from femend.diagnose.classes import similarity
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Located", "locate", "refitted", "shortlist"]
+__all__ = ["Located", "locate", "order", "refitted", "shortlist"]
 
 FloatArray = NDArray[np.float64]
 
@@ -162,7 +162,12 @@ def refitted(problem: Problem, located: Sequence[Located]) -> list[Located]:
 
 def _in_order(problem: Problem, fits: Sequence[tuple[Place, Fit]]) -> list[Located]:
     found = [Located(place, f, squares_of(problem, f, 0.0)) for place, f in fits]
-    return sorted(found, key=lambda one: one.cost + TIE * preference(one.place))
+    return sorted(found, key=order)
+
+
+def order(located: Located) -> float:
+    """Cost by which places are put in order: of those that fit as well, the likelier first."""
+    return located.cost + TIE * preference(located.place)
 
 
 def _first_glance(

@@ -12,16 +12,17 @@ from femend.diagnose.candidates import ONLY_GROUND, Candidate, Start, laws_for, 
 from femend.diagnose.collapse import SHARP
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
 from femend.diagnose.linear import fit_linear, fit_mass, judge_linear
-from femend.diagnose.locate import Located
+from femend.diagnose.locate import Located, order
 from femend.diagnose.nonlinear import fit_nonlinear, judge_nonlinear, refit_nonlinear
 from femend.diagnose.settings import Settings
-from femend.estimate import Fit, Problem
+from femend.diagnose.split import Split
+from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 from femend.model.places import mass_place
 
 FloatArray = NDArray[np.float64]
 
-__all__ = ["SUREST", "Ranked", "Split", "name_physics", "score", "split_records", "tempered"]
+__all__ = ["SUREST", "Ranked", "name_physics", "score", "tempered"]
 
 # starts of a nonlinear law that are followed
 NONLINEAR_STARTS = 3
@@ -35,17 +36,6 @@ NEARLY = 1.15
 # what scores are divided by before they become probabilities, and the probability that any of the names is right at
 # most: of the 25 names with the highest probability on generated cases (seeds 1 and 104) 21 were
 TEMPERATURE, SUREST = 4.0, 0.85
-# lines a record while laws are compared; the chosen one is fitted on all
-NAMING_LINES = 400
-
-
-@dataclass(frozen=True, eq=False)
-class Split:
-    """The fit recordings apart: `fitting` for estimates, `choosing` for the choice between laws, `whole` both."""
-
-    whole: Problem
-    fitting: Problem
-    choosing: Problem
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,18 +48,6 @@ class Ranked:
     score: float
     recovered: Recovered | None = None
     name: str = ""
-
-
-def split_records(problem: Problem) -> Split:
-    """Keeps the record of middle level for choosing; a single record is cut, its last third is kept."""
-    problem = problem.thinned(NAMING_LINES)
-    records = problem.records
-    if len(records) > 1:
-        order = np.argsort([r.u.std() for r in records])
-        kept = int(order[(len(order) - 1) // 2 if len(order) < 3 else len(order) // 2])
-        rest = [r for i, r in enumerate(records) if i != kept]
-        return Split(problem, problem.on(rest), problem.on([records[kept]]))
-    return Split(problem, problem, problem)
 
 
 def score(candidate: Candidate, choosing: Problem, settings: Settings, n_values: float) -> float:
@@ -159,7 +137,7 @@ def name_physics(
         for at in _likeliest(opened, tried, settings):
             tried += [_Tried(c, at.found, at.recovered) for c in _nonlinear_laws(split, at)]
     tried = [t for t in tried if np.isfinite(t.candidate.chosen)]
-    judge = _widest(split, reduced, tried, settings)
+    judge = _widest(split, reduced, tried, settings, updated)
     ranked = [judge.ranked(t) for t in tried]
     return judge.refined([r for r in ranked if np.isfinite(r.score)]), judge.sigma
 
@@ -196,17 +174,24 @@ def _likeliest(opened: Sequence[_Opened], tried: Sequence[_Tried], settings: Set
     def nearest(at: _Opened) -> float:
         return min((t.candidate.chosen for t in tried if t.found.place is at.found.place), default=np.inf)
 
-    free, linear = sorted(opened, key=lambda at: at.found.cost), sorted(opened, key=nearest)
+    free, linear = sorted(opened, key=lambda at: order(at.found)), sorted(opened, key=nearest)
     chosen: list[_Opened] = []
     for at in (at for pair in zip(free, linear, strict=True) for at in pair):
         chosen += [] if any(at is c for c in chosen) else [at]
     return chosen[: settings.nonlinear_places]
 
 
-def _widest(split: Split, reduced: ReducedModel, tried: Sequence[_Tried], settings: Settings) -> _Judge:
-    """The widest window in which some law explains what it has not seen adequately; whole records where none does."""
+def _widest(
+    split: Split, reduced: ReducedModel, tried: Sequence[_Tried], settings: Settings, updated: FloatArray
+) -> _Judge:
+    """The widest window in which some law explains what it has not seen adequately; whole records where none does, or
+    none but in the beginning, where the updated model (unknowns `updated`) does without any."""
+    bare = Hypothesis(reduced, np.zeros((0, reduced.r)))
     for sigma in sorted({t.candidate.sigma for t in tried} | {0.0}):
         judge = _Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
+        (alone,) = split.choosing.fit([bare], [(updated, np.zeros(0))], sigma=sigma, iterations=0)
+        if sigma > 0 and alone is not None and alone.score <= settings.adequate:
+            break
         for one in tried:
             if one.candidate.sigma <= sigma and judge.adequate(judge.ranked(one).candidate):
                 return judge
@@ -250,6 +235,9 @@ def _linear_at(
     joint = open_joint(found.place, reduced, split.whole.band[1], g_rows)
     recovered = recover(split.fitting, joint, found.fit.p)
     if recovered is None:
+        # a cut member may be as soft there as the model's unknowns go: what the update found is more modest
+        recovered = recover(split.fitting, joint, updated)
+    if recovered is None:
         return [], None
     fitted = [
         fit_linear(split.fitting, split.choosing, joint, recovered, name, entry, updated)
@@ -283,8 +271,9 @@ def _nonlinear_laws(split: Split, at: _Opened) -> list[Candidate]:
             if entry.kind == "nonlinear"
             for start in starts(entry, at.joint, recovered, s, NONLINEAR_STARTS)
         ]
-        begun.sort(key=lambda item: item[1].left)
-        worth += [b for b in begun if b[1].left < START_REACH * begun[0][1].left][:most]
+        untold = [b for b in begun if np.isnan(b[1].left) and recovered is at.recovered]
+        told = sorted((b for b in begun if not np.isnan(b[1].left)), key=lambda item: item[1].left)
+        worth += [*untold, *(b for b in told if b[1].left < START_REACH * told[0][1].left)][: most + len(untold)]
     return fit_nonlinear(split.fitting, split.choosing, at.joint, at.recovered, worth)
 
 

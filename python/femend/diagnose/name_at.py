@@ -12,8 +12,9 @@ import numpy as np
 
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
-from femend.diagnose.name import Ranked, effective_values, name_physics, null_candidate, score, split_records
+from femend.diagnose.name import Ranked, effective_values, name_physics, null_candidate, score
 from femend.diagnose.settings import Settings
+from femend.diagnose.split import split_records
 from femend.diagnose.update import UpdatedModel
 from femend.errors import RecordingError
 from femend.estimate import Problem
@@ -66,8 +67,8 @@ def name_at(found: UpdatedModel, place: Place, settings: Settings | None = None)
     (free,) = problem.fit([hypothesis_of(place, reduced)], [(prior, np.zeros(0))])
     if free is None:
         raise RecordingError(f"a force at {place.text} cannot be fitted; the place does not move in the model")
-    split = split_records(problem)
     located = Located(place, free, squares_of(problem, free, 0.0))
+    split = split_records(problem, null, [located])
     ranked, sigma = name_physics(split, reduced, [located], found.g_rows, settings, null.p)
     if not ranked:
         raise RecordingError(f"no law could be fitted at {place.text}; the recordings do not show it moving")

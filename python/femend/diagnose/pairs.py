@@ -20,8 +20,9 @@ from femend.diagnose.locate import (
     shortlist,
     squares_of,
 )
-from femend.diagnose.name import Ranked, Split
+from femend.diagnose.name import Ranked
 from femend.diagnose.settings import Settings
+from femend.diagnose.split import Split
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 

@@ -16,8 +16,9 @@ from femend.diagnose.harmonic import fit_harmonic
 from femend.diagnose.joint import Recovered, open_joint, recover
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import Located
-from femend.diagnose.name import Split, effective_values, score
+from femend.diagnose.name import effective_values, score
 from femend.diagnose.settings import Settings
+from femend.diagnose.split import Split
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 

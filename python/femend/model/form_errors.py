@@ -52,11 +52,13 @@ SD = 0.02
 
 @dataclass(frozen=True, eq=False)
 class _Unit:
-    """Elements that are off together: one standard deviation of their stiffness and mass on the g-set (n_g, n_g)."""
+    """Elements that are off together: one standard deviation of their stiffness and mass on the g-set (n_g, n_g), and
+    of their stiffness relative to itself (`sd`)."""
 
     elements: tuple[int, ...]
     stiffness: csr_array
     mass: csr_array
+    sd: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +93,20 @@ class FormErrors:
             names=(*reduced.names, *names),
             prior_sd=np.concatenate([reduced.prior_sd, np.full(len(names), SD)]),
             form=self,
+        )
+
+    def cut(self, reduced: ReducedModel, element: int, K: FloatArray) -> ReducedModel:
+        """The reduced model with these errors where a cut of `element` takes away K (r, r) at the deck's values: the
+        cut takes as much less as the element is less stiff, or the model would have negative stiffness."""
+        share = self.weights @ np.array([u.sd if element in u.elements else 0.0 for u in self.units])
+        if not share.any():
+            return reduced
+        first = reduced.names.index("form 1")
+        parts = [(i, (s / SD) * K) for i, s in enumerate(share) if s != 0]
+        return replace(
+            reduced,
+            K_fixed=reduced.K_fixed + np.sum([part for _, part in parts], axis=0),
+            terms=(*reduced.terms, *(Term(((first + i, 1.0),), -part) for i, part in parts)),
         )
 
     def _parts(self, reduced: ReducedModel) -> list[tuple[FloatArray, FloatArray]]:
@@ -194,7 +210,8 @@ def _unit(model: Model, elements: tuple[int, ...], stiff: float, mass: float, ra
             values.append(np.array([np.zeros(3), np.full(3, lump * radius**2)]))
     n = int(model.fe.n_g)
     index, both = np.hstack(at), np.hstack(values)
-    return _Unit(elements, *(csr_array(coo_array((v, (index[0], index[1])), shape=(n, n))) for v in both))
+    stiffness, inertia = (csr_array(coo_array((v, (index[0], index[1])), shape=(n, n))) for v in both)
+    return _Unit(elements, stiffness, inertia, stiff)
 
 
 def _turns(M: FloatArray, rows: NDArray[np.int64]) -> bool:

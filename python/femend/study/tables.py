@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.name import Ranked, split_records
+from femend.diagnose.name import Ranked
 from femend.estimate import noise_floor
 from femend.report import words
 from femend.report.content import Check, LawRow, ParameterRow, Place
@@ -15,6 +15,7 @@ from femend.study.curves import accepted
 
 if TYPE_CHECKING:
     from femend.diagnose import Diagnosis
+    from femend.diagnose.split import Split
     from femend.study.run import StudyRun
 
 __all__ = ["checks", "laws", "notes", "parameters", "places", "references"]
@@ -147,15 +148,23 @@ def checks(run: StudyRun) -> tuple[Check, ...]:
     return tuple(found)
 
 
+def _chosen_on(split: Split) -> str:
+    """The recordings that choose between laws, in words."""
+    kept = [r.name for r in split.unseen]
+    if not kept:
+        return "on the only recording there is to fit"
+    seen = [r.name for r in split.choosing.records if r.name not in kept]
+    beside = f", with {', '.join(seen)}, the only one that shows it" if seen else ""
+    return f"recording {', '.join(kept)}, kept for choosing{beside}"
+
+
 def _gain_checks(diagnosis: Diagnosis) -> list[Check]:
     """Gain of the best candidate on the record no law was fitted to, and what a free force there leaves."""
     finite = [r for r in diagnosis.ranked if _finite(r)]
     if not finite:
         return []
     settings, best = diagnosis.settings, accepted(diagnosis) or finite[0]
-    split = split_records(diagnosis.problem)
-    kept = [r.name for r in split.choosing.records if all(r is not o for o in split.fitting.records)]
-    where = f"recording {', '.join(kept)}, kept for choosing" if kept else "on the only recording there is to fit"
+    where = _chosen_on(diagnosis.split)
     before, after = diagnosis.null_chosen.chosen, best.candidate.chosen
     gain = math.log(before / after) if before > 0 and 0 < after < math.inf else -math.inf
     score = diagnosis.null_score - best.score

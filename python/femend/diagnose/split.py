@@ -1,0 +1,76 @@
+"""Which recordings estimate, and which choose between laws."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from femend.diagnose.locate import Located
+from femend.estimate import Fit, FitRecord, Problem
+
+__all__ = ["Split", "split_records"]
+
+# lines a record while laws are compared; the chosen one is fitted on all
+NAMING_LINES = 400
+# share of what a recording shows most of: below the first a recording shows nothing, from the second on as much
+SILENT, TELLING = 0.1, 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Split:
+    """The fit recordings apart: `fitting` for estimates, `choosing` for the choice between laws, `whole` both."""
+
+    whole: Problem
+    fitting: Problem
+    choosing: Problem
+
+    def of(self, problem: Problem) -> Split:
+        """The same split of the same recordings in another problem (with other noise, say)."""
+        problem = problem.thinned(NAMING_LINES)
+        named = {r.name: r for r in problem.records}
+        fitting, choosing = (
+            problem.on([named[r.name] for r in part.records]) for part in (self.fitting, self.choosing)
+        )
+        return Split(problem, fitting, choosing)
+
+    @property
+    def unseen(self) -> list[FitRecord]:
+        """Recordings that choose and that no law is fitted to."""
+        return [r for r in self.choosing.records if all(r.name != o.name for o in self.fitting.records)]
+
+
+def split_records(problem: Problem, null: Fit | None = None, located: Sequence[Located] = ()) -> Split:
+    """Keeps the record of middle level for choosing.
+
+    A law that acts at high level alone (a stop that is reached, a stiffness that grows) leaves no trace there. Where
+    the middle record hardly shows what a free force at the best place takes away from the updated model `null`, the
+    lowest one that shows it is kept instead; if the highest alone does, it is fitted and chooses too, beside the middle
+    one that the law has to leave as it is. A single record does both.
+    """
+    problem = problem.thinned(NAMING_LINES)
+    records = problem.records
+    if len(records) < 2:
+        return Split(problem, problem, problem)
+    order = [int(i) for i in np.argsort([r.u.std() for r in records])]
+    middle = order[(len(order) - 1) // 2 if len(order) < 3 else len(order) // 2]
+    fitted, choosing = [i for i in order if i != middle], [middle]
+    drops = np.zeros(len(records)) if null is None or not located else _drops(null, located[0].fit, records)
+    if drops[middle] < SILENT * drops.max():
+        telling = [i for i in order if drops[i] >= TELLING * drops.max()]
+        if len(telling) > 1:
+            fitted, choosing = [i for i in order if i != telling[0]], telling[:1]
+        else:
+            choosing = [middle, *telling]
+
+    def part(chosen: list[int]) -> Problem:
+        return problem.on([r for i, r in enumerate(records) if i in chosen])
+
+    return Split(problem, part(fitted), part(choosing))
+
+
+def _drops(null: Fit, free: Fit, records: Sequence[FitRecord]) -> np.ndarray:
+    """Weighted squares (n_records,) that a free force takes away from the updated model in each record."""
+    sizes = np.array([r.y.size for r in records])
+    return np.maximum(np.asarray(null.misfit) - np.asarray(free.misfit), 0.0) * sizes
