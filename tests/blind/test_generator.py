@@ -195,9 +195,7 @@ def test_solid_frequencies_and_deck() -> None:
     s = solids.solid(np.random.default_rng(0))
     s.lumps = {}
     built = truth.build(s, dataclasses.replace(truth.nominal(s), n_sub=2))
-    assert not [
-        place for place, _ in built.names if isinstance(place, tuple) and place[1] == 0
-    ]  # all held
+    assert not [place for place, _ in built.names if isinstance(place, tuple) and place[1] == 0]  # all held
     w, _ = fe.modes(built.system, 500.0)
     slender = [1.8751040687**2 * np.sqrt(s.E * d**2 / 12 / 2700.0) / s.sides[0] ** 2 for d in sorted(s.sides[1:])]
     assert w[0] == pytest.approx(slender[0], rel=0.02)

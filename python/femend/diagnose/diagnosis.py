@@ -124,14 +124,16 @@ def explain(
     null_score = score(baseline, split.choosing, settings, n_values)
     tell.start("try loads")
     located = list(located)
-    # one force against the ground cannot stand in for a load that acts elsewhere than recorded; one between the two
-    # places, or at a joint between them, can
+    # one force against the ground cannot stand in for a load that acts elsewhere than recorded, though it can for one
+    # turned round where it is; one between the two places, or at a joint between them, can
     explained = any(f.place.kind == "ground" and f.fit.score < settings.adequate for f in located)
-    load = None if explained else try_loads(problem, split, reduced, null, baseline, settings)
+    load = try_loads(problem, split, reduced, null, baseline, settings, turned=explained)
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
     tell.start("name it", len(short))
     ranked, sigma = list[Ranked](), 0.0
-    worth = _worth_naming(null, located, settings)
+    # a load that explains the recordings leaves nothing to name
+    settled = load is not None and load.fit.score <= settings.consistent
+    worth = not settled and _worth_naming(null, located, settings)
     plainly = worth and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
     if worth and not plainly:
         ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, null.p, null_score, tell.advance)

@@ -90,7 +90,8 @@ def _bases(ranked: Sequence[Ranked], settings: Settings, n_values: float) -> lis
         if not any(r.recovered is other.recovered for other in at):
             at.append(r)
     nearest = min(r.candidate.chosen for r in ranked)
-    far = [r for r in at if n_values * np.log(nearest / _within_reach(r)) > settings.gain_cost]
+    enough = max(settings.gain_cost / max(n_values, 1e-12), settings.gain_nonlinear)
+    far = [r for r in at if np.log(nearest / _within_reach(r)) > enough]
     first = [r for r in far if r is at[0]]
     free = sorted((r for r in far if r is not at[0]), key=lambda r: r.candidate.reference)
     return [*first, *free][: PLACES if not first or first[0].candidate.reference > 1.0 else 1]

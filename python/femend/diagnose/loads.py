@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,30 +51,38 @@ class LoadFinding:
 
 
 def try_loads(
-    problem: Problem, split: Split, reduced: ReducedModel, null: Fit, baseline: Candidate, settings: Settings
+    problem: Problem,
+    split: Split,
+    reduced: ReducedModel,
+    null: Fit,
+    baseline: Candidate,
+    settings: Settings,
+    turned: bool = False,
 ) -> LoadFinding | None:
-    """Moves the measured force to every other translation of the model and refits; None where nothing gains.
+    """Moves the measured force to every other translation of the model, in either sense, turns it round where it is
+    (that alone if `turned`), and refits; None where nothing gains.
 
     Costs no extra unknown, so that the fits compare directly.
     """
     if null.score < WORTH or any(len(r.in_rows) != 1 for r in problem.records):
         return None
     model = reduced.model
-    own = {int(r.in_rows[0]) for r in problem.records}
+    own = {(int(r.in_rows[0]), float(r.in_signs[0])) for r in problem.records}
     moving = np.linalg.norm(reduced.V, axis=1) > 0
-    rows = [
-        6 * i + c for i in range(len(model.node_ids)) for c in range(3) if moving[6 * i + c] and 6 * i + c not in own
-    ]
+    rows = [6 * i + c for i in range(len(model.node_ids)) for c in range(3) if moving[6 * i + c]]
+    rows = [row for row in rows if not turned or row in {at for at, _ in own}]
     few = problem.thinned(LINES).untuned()
     tried: list[tuple[float, int, float]] = []
-    for row in rows:
-        moved = few.on([_moved(r, row, 1.0) for r in few.records])
+    for row, sign in product(rows, (1.0, -1.0)):
+        if (row, sign) in own:
+            continue
+        moved = few.on([_moved(r, row, sign) for r in few.records])
         start = (few.prior(reduced)[0], null.x)
         for factor in (30.0, 8.0):
             (fit,) = moved.fit([null.hypothesis], [start], iterations=8, sigma=factor * problem.scale())
             start = start if fit is None else (fit.p, fit.x)
         if fit is not None:
-            tried.append((fit.cost, row, 1.0))
+            tried.append((fit.cost, row, sign))
     tried.sort()
     best: LoadFinding | None = None
     for _, row, sign in tried[:KEPT]:
