@@ -2,11 +2,12 @@
 
 use crate::deck::{PyDeck, deck_error};
 use femend_fem::Part;
-use femend_fem::deck::{Choice, Selection, build};
+use femend_fem::deck::{Choice, Deck, Positions, Selection, build, build_moved};
 use femend_fem::element::spin::SpinAxes;
 use femend_fem::error::FemError;
-use femend_fem::mesh::{Id, NodeComponent};
+use femend_fem::mesh::{Id, Mesh, NodeComponent};
 use femend_fem::model::{Model, System};
+use femend_fem::morph::Moved;
 use femend_fem::parameter::Parameter;
 use femend_fem::project::Reduced;
 use femend_fem::rotor::Spin;
@@ -17,7 +18,10 @@ use numpy::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::sync::Arc;
 
+pyo3::import_exception!(femend.errors, GeometryError);
 pyo3::import_exception!(femend.errors, ModelError);
 
 type Vector<'py> = Bound<'py, PyArray1<f64>>;
@@ -31,18 +35,125 @@ fn model_error(error: FemError) -> PyErr {
     ModelError::new_err(error.to_string())
 }
 
+/// The error of a model with moved nodes: `femend.errors.GeometryError` where an element is to blame.
+fn moved_error(py: Python<'_>, error: FemError) -> PyErr {
+    let element = match &error {
+        FemError::ZeroLength { what, id, .. }
+        | FemError::Orientation { what, id }
+        | FemError::Element { what, id, .. }
+        | FemError::Jacobian { what, id, .. }
+        | FemError::InsideOut { what, id, .. } => format!("{what} {id}"),
+        FemError::Constraint { what, id, .. } => format!("{what} {id}"),
+        _ => return model_error(error),
+    };
+    let make = || -> PyResult<PyErr> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("element", element)?;
+        Ok(PyErr::from_value(py.get_type::<GeometryError>().call((error.to_string(),), Some(&keywords))?))
+    };
+    make().unwrap_or_else(|other| other)
+}
+
+/// The deck's mesh with some nodes elsewhere. `xyz` is (n, 3).
+fn moved_mesh(
+    py: Python<'_>,
+    deck: &Deck,
+    selection: &Selection,
+    ids: &[Id],
+    xyz: &PyReadonlyArray2<'_, f64>,
+) -> PyResult<Mesh> {
+    let xyz = xyz.as_array();
+    if xyz.dim() != (ids.len(), 3) {
+        let (rows, columns) = xyz.dim();
+        let n = ids.len();
+        return Err(ModelError::new_err(format!(
+            "{n} nodes and positions ({rows}, {columns}); give ({n}, 3)"
+        )));
+    }
+    let at = |(i, id): (usize, &Id)| (*id, [xyz[(i, 0)], xyz[(i, 1)], xyz[(i, 2)]]);
+    let moved: Positions = ids.iter().enumerate().map(at).collect();
+    py.detach(|| build_moved(deck, selection, &moved)).map_err(|e| deck_error(py, &e))
+}
+
+/// Elements of a model with their nodes elsewhere: what that adds to K, M, C and structural damping.
+#[pyclass(frozen, module = "femend._core")]
+pub(crate) struct MovedNodes {
+    model: Arc<Model>,
+    moved: Moved,
+    rows: Vec<usize>,
+}
+
+#[pymethods]
+impl MovedNodes {
+    /// g-set rows whose row of T is another one there.
+    #[getter]
+    fn rows<'py>(&self, py: Python<'py>) -> Indices<'py> {
+        self.rows.iter().map(|&g| g as i64).collect::<Vec<_>>().into_pyarray(py)
+    }
+
+    /// What the new positions add to (K, M, C, H) at the factors, on the pattern of `FeModel.assemble`.
+    #[pyo3(signature = (factors=None))]
+    fn change<'py>(
+        &self,
+        py: Python<'py>,
+        factors: Option<PyReadonlyArray1<'py, f64>>,
+    ) -> PyResult<(Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>)> {
+        let factors = factors_of(&self.model, factors);
+        let system =
+            py.detach(|| self.model.change(&self.moved, &factors)).map_err(|e| moved_error(py, e))?;
+        Ok(arrays(py, system))
+    }
+
+    /// (K, M, C, H) at these positions less those at the positions of `other`, at the factors.
+    #[pyo3(signature = (other, factors=None))]
+    fn minus<'py>(
+        &self,
+        py: Python<'py>,
+        other: &Self,
+        factors: Option<PyReadonlyArray1<'py, f64>>,
+    ) -> PyResult<(Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>)> {
+        if !Arc::ptr_eq(&self.model, &other.model) {
+            return Err(ModelError::new_err("these are moved nodes of another model; take both of one"));
+        }
+        let factors = factors_of(&self.model, factors);
+        let system = py.detach(|| self.model.between(&self.moved, &other.moved, &factors));
+        Ok(arrays(py, system.map_err(|e| moved_error(py, e))?))
+    }
+
+    /// What the new positions add to the derivatives of (K, M, C, H) with respect to factor `i`.
+    #[pyo3(signature = (i, factors=None))]
+    fn derivative<'py>(
+        &self,
+        py: Python<'py>,
+        i: usize,
+        factors: Option<PyReadonlyArray1<'py, f64>>,
+    ) -> PyResult<(Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>)> {
+        let factors = factors_of(&self.model, factors);
+        let system = py
+            .detach(|| self.model.derivative_change(&self.moved, i, &factors))
+            .map_err(|e| moved_error(py, e))?;
+        Ok(arrays(py, system))
+    }
+}
+
 /// Finite-element model with constraints eliminated: `u_g = T u_a`.
 #[pyclass(frozen, module = "femend._core")]
 pub(crate) struct FeModel {
-    pub(crate) model: Model,
+    pub(crate) model: Arc<Model>,
+    deck: Arc<Deck>,
+    selection: Selection,
+}
+
+fn factors_of(model: &Model, factors: Option<PyReadonlyArray1<'_, f64>>) -> Vec<f64> {
+    match factors {
+        Some(f) => f.as_array().to_vec(),
+        None => vec![1.0; model.parameters.len()],
+    }
 }
 
 impl FeModel {
     fn factors(&self, factors: Option<PyReadonlyArray1<'_, f64>>) -> Vec<f64> {
-        match factors {
-            Some(f) => f.as_array().to_vec(),
-            None => vec![1.0; self.model.parameters.len()],
-        }
+        factors_of(&self.model, factors)
     }
 }
 
@@ -70,13 +181,14 @@ fn cube<'py>(
 #[pymethods]
 impl FeModel {
     #[new]
-    #[pyo3(signature = (deck, spc=None, parameters=None, added_mass=None))]
+    #[pyo3(signature = (deck, spc=None, parameters=None, added_mass=None, moving=None))]
     fn new(
         py: Python<'_>,
         deck: &PyDeck,
         spc: Option<Id>,
         parameters: Option<Vec<ParameterSpec>>,
         added_mass: Option<Vec<(Id, f64)>>,
+        moving: Option<(Vec<Id>, PyReadonlyArray2<'_, f64>)>,
     ) -> PyResult<Self> {
         // 0 is no set, as SPC = 0 in case control
         let spc = match spc {
@@ -84,9 +196,12 @@ impl FeModel {
             Some(0) => Choice::Nothing,
             Some(id) => Choice::Set(id),
         };
-        let mesh = py
-            .detach(|| build(&deck.deck, &Selection { spc, ..Selection::default() }))
-            .map_err(|e| deck_error(py, &e))?;
+        let selection = Selection { spc, ..Selection::default() };
+        let mesh = py.detach(|| build(&deck.deck, &selection)).map_err(|e| deck_error(py, &e))?;
+        let probe = match &moving {
+            Some((ids, xyz)) => Some(moved_mesh(py, &deck.deck, &selection, ids, xyz)?),
+            None => None,
+        };
         let added_mass = added_mass.unwrap_or_default();
         let parameters = parameters
             .unwrap_or_default()
@@ -94,8 +209,25 @@ impl FeModel {
             .map(|(name, property, kind, ids)| Parameter::parse(&name, &property, &kind, ids))
             .collect::<Result<Vec<_>, _>>()
             .map_err(model_error)?;
-        let model = py.detach(|| Model::new(&mesh, &parameters, &added_mass)).map_err(model_error)?;
-        Ok(Self { model })
+        let make = || Model::with_probe(&mesh, probe.as_ref(), &parameters, &added_mass);
+        let model =
+            py.detach(make).map_err(|e| if probe.is_some() { moved_error(py, e) } else { model_error(e) })?;
+        Ok(Self { model: Arc::new(model), deck: Arc::clone(&deck.deck), selection })
+    }
+
+    /// The model with nodes `ids` (n,) at `xyz` (n, 3), basic coordinates: what that changes.
+    #[pyo3(signature = (ids, xyz))]
+    fn moved(&self, py: Python<'_>, ids: Vec<Id>, xyz: PyReadonlyArray2<'_, f64>) -> PyResult<MovedNodes> {
+        let mesh = moved_mesh(py, &self.deck, &self.selection, &ids, &xyz)?;
+        let make = || Ok((self.model.moved(&mesh)?, self.model.moved_rows(&mesh)?));
+        let (moved, rows) = py.detach(make).map_err(|e| moved_error(py, e))?;
+        Ok(MovedNodes { model: Arc::clone(&self.model), moved, rows })
+    }
+
+    /// Indices into `elements()` of what moving nodes reaches.
+    #[getter]
+    fn reached<'py>(&self, py: Python<'py>) -> Indices<'py> {
+        self.model.reached().iter().map(|&e| e as i64).collect::<Vec<_>>().into_pyarray(py)
     }
 
     /// Number of independent DOFs.
@@ -366,5 +498,6 @@ fn rows_of(v: &PyReadonlyArray2<'_, f64>) -> (Vec<f64>, usize) {
 
 /// Adds this file's classes and functions to `_core`.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<MovedNodes>()?;
     module.add_class::<FeModel>()
 }

@@ -15,6 +15,7 @@ from femend.dof import Dof
 from femend.errors import UpdatingError
 from femend.estimate.updating.dense import DenseSystem
 from femend.estimate.updating.matrices import DeckMatrices, Matrices
+from femend.estimate.updating.morphed import MorphedMatrices
 from femend.estimate.updating.requests import DAMPING, Frfs, Statics, damping_matrix
 from femend.estimate.updating.state import State
 from femend.model import Model
@@ -164,9 +165,9 @@ class ModalSystem:
     def _damping(self, K: FloatArray, M: FloatArray, factors: FloatArray) -> tuple[FloatArray, FloatArray]:
         n = len(self.matrices.names)
         C, H = damping_matrix(K, M, factors[n:])
-        if isinstance(self.matrices, DeckMatrices):
-            own = self.matrices.model.fe.assemble(np.ascontiguousarray(factors[:n]))
-            C, H = C + own[4], H + own[5]
+        if isinstance(self.matrices, (DeckMatrices, MorphedMatrices)):
+            own = self.matrices.damping(factors[:n])
+            C, H = C + own[0], H + own[1]
         return C, H
 
     def _ends(self) -> tuple[FloatArray, FloatArray]:
@@ -189,9 +190,9 @@ class ModalSystem:
         n = len(self.matrices.names)
         alpha, beta, eta = factors[n:]
         dC, dH = alpha * dM + beta * dK, eta * dK
-        if isinstance(self.matrices, DeckMatrices):
-            own = [self.matrices.model.fe.derivative(i, np.ascontiguousarray(factors[:n])) for i in range(n)]
-            dC, dH = dC + np.array([p[2] for p in own]), dH + np.array([p[3] for p in own])
+        if isinstance(self.matrices, (DeckMatrices, MorphedMatrices)):
+            own = self.matrices.damping_slopes(factors[:n])
+            dC, dH = dC + own[0], dH + own[1]
         zero = np.zeros_like(K)
         dk = np.vstack([dK, zero, zero, zero])
         dm = np.vstack([dM, zero, zero, zero])
@@ -264,21 +265,42 @@ def deck_system(
     frfs: Frfs | None = None,
     inertia: bool = False,
 ) -> ModalSystem | DenseSystem:
-    """A deck with parameters, seen at `sensors` in their signed directions; `inertia` asks for mass and centre of
-    gravity.
+    """A deck with parameters and morphs, seen at `sensors` in their signed directions; `inertia` asks for mass and
+    centre of gravity.
 
-    `n_modes`, `shapes`, `frfs` as of `ModalSystem`. DOFs that the deck holds have no mass here: read it with `spc=0`
-    for the inertia. Raises PairingError for a sensor at a node that the deck does not have.
+    `n_modes`, `shapes`, `frfs` as of `ModalSystem`; a morph is a parameter that is 0 as the deck stands. DOFs that the
+    deck holds have no mass here: read it with `spc=0` for the inertia. Raises PairingError for a sensor at a node that
+    the deck does not have, and UpdatingError for one on a rigid element that a morph moves, and for the inertia of a
+    model with morphs.
     """
     from scipy.sparse import csr_array, diags_array
 
     T = csr_array(model.transformation())
     signs = diags_array(np.array([float(d.sign) for d in sensors]))
     B = signs @ T[[model.row(d) for d in sensors]]
+    if model.morphs:
+        _check_morphs(model, sensors, inertia)
+        still = {m.name: 0.0 for m in model.morphs}
+        return ModalSystem(MorphedMatrices(model), csr_array(B), n_modes, shapes, frfs, defaults=still)
     system = modal_system(DeckMatrices(model), B, n_modes, shapes=shapes, frfs=frfs)
     if not inertia:
         return system
     return ModalSystem(DeckMatrices(model), csr_array(B), n_modes, shapes, frfs, rigid=_rigid(model))
+
+
+def _check_morphs(model: Model, sensors: Sequence[Dof], inertia: bool) -> None:
+    """Refuses what would have to follow the nodes and does not."""
+    if inertia:
+        raise UpdatingError(
+            "mass and centre of gravity do not follow morphs; weigh in a configuration of its own, without them"
+        )
+    rows = set(model.fe.moved(model.fields.nodes.tolist(), model.fields.probe).rows.tolist())
+    for sensor in sensors:
+        if model.row(sensor) in rows:
+            raise UpdatingError(
+                f"sensor {sensor} hangs on a rigid element (or MPC) that a morph moves, and would see other DOFs with "
+                "every amplitude; take the sensor at the element's independent node, or leave that node where it is"
+            )
 
 
 def _rigid(model: Model) -> FloatArray:
