@@ -1,13 +1,13 @@
 //! `_core.FeModel`: the finite-element model for Python.
 
 use crate::deck::{PyDeck, deck_error};
+use crate::moved::{MovedNodes, moved_error, moved_mesh};
 use femend_fem::Part;
-use femend_fem::deck::{Choice, Deck, Positions, Selection, build, build_moved};
+use femend_fem::deck::{Choice, Deck, Selection, build};
 use femend_fem::element::spin::SpinAxes;
 use femend_fem::error::FemError;
-use femend_fem::mesh::{Id, Mesh, NodeComponent};
+use femend_fem::mesh::{Id, NodeComponent};
 use femend_fem::model::{Model, System};
-use femend_fem::morph::Moved;
 use femend_fem::parameter::Parameter;
 use femend_fem::project::Reduced;
 use femend_fem::rotor::Spin;
@@ -18,122 +18,19 @@ use numpy::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use std::sync::Arc;
 
-pyo3::import_exception!(femend.errors, GeometryError);
 pyo3::import_exception!(femend.errors, ModelError);
 
-type Vector<'py> = Bound<'py, PyArray1<f64>>;
+pub(crate) type Vector<'py> = Bound<'py, PyArray1<f64>>;
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 type Cube<'py> = Bound<'py, PyArray3<f64>>;
 /// Name, property, kind of target, ids.
 type ParameterSpec = (String, String, String, Vec<Id>);
-type Indices<'py> = Bound<'py, PyArray1<i64>>;
+pub(crate) type Indices<'py> = Bound<'py, PyArray1<i64>>;
 
-fn model_error(error: FemError) -> PyErr {
+pub(crate) fn model_error(error: FemError) -> PyErr {
     ModelError::new_err(error.to_string())
-}
-
-/// The error of a model with moved nodes: `femend.errors.GeometryError` where an element is to blame.
-fn moved_error(py: Python<'_>, error: FemError) -> PyErr {
-    let element = match &error {
-        FemError::ZeroLength { what, id, .. }
-        | FemError::Orientation { what, id }
-        | FemError::Element { what, id, .. }
-        | FemError::Jacobian { what, id, .. }
-        | FemError::InsideOut { what, id, .. } => format!("{what} {id}"),
-        FemError::Constraint { what, id, .. } => format!("{what} {id}"),
-        _ => return model_error(error),
-    };
-    let make = || -> PyResult<PyErr> {
-        let keywords = PyDict::new(py);
-        keywords.set_item("element", element)?;
-        Ok(PyErr::from_value(py.get_type::<GeometryError>().call((error.to_string(),), Some(&keywords))?))
-    };
-    make().unwrap_or_else(|other| other)
-}
-
-/// The deck's mesh with some nodes elsewhere. `xyz` is (n, 3).
-fn moved_mesh(
-    py: Python<'_>,
-    deck: &Deck,
-    selection: &Selection,
-    ids: &[Id],
-    xyz: &PyReadonlyArray2<'_, f64>,
-) -> PyResult<Mesh> {
-    let xyz = xyz.as_array();
-    if xyz.dim() != (ids.len(), 3) {
-        let (rows, columns) = xyz.dim();
-        let n = ids.len();
-        return Err(ModelError::new_err(format!(
-            "{n} nodes and positions ({rows}, {columns}); give ({n}, 3)"
-        )));
-    }
-    let at = |(i, id): (usize, &Id)| (*id, [xyz[(i, 0)], xyz[(i, 1)], xyz[(i, 2)]]);
-    let moved: Positions = ids.iter().enumerate().map(at).collect();
-    py.detach(|| build_moved(deck, selection, &moved)).map_err(|e| deck_error(py, &e))
-}
-
-/// Elements of a model with their nodes elsewhere: what that adds to K, M, C and structural damping.
-#[pyclass(frozen, module = "femend._core")]
-pub(crate) struct MovedNodes {
-    model: Arc<Model>,
-    moved: Moved,
-    rows: Vec<usize>,
-}
-
-#[pymethods]
-impl MovedNodes {
-    /// g-set rows whose row of T is another one there.
-    #[getter]
-    fn rows<'py>(&self, py: Python<'py>) -> Indices<'py> {
-        self.rows.iter().map(|&g| g as i64).collect::<Vec<_>>().into_pyarray(py)
-    }
-
-    /// What the new positions add to (K, M, C, H) at the factors, on the pattern of `FeModel.assemble`.
-    #[pyo3(signature = (factors=None))]
-    fn change<'py>(
-        &self,
-        py: Python<'py>,
-        factors: Option<PyReadonlyArray1<'py, f64>>,
-    ) -> PyResult<(Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>)> {
-        let factors = factors_of(&self.model, factors);
-        let system =
-            py.detach(|| self.model.change(&self.moved, &factors)).map_err(|e| moved_error(py, e))?;
-        Ok(arrays(py, system))
-    }
-
-    /// (K, M, C, H) at these positions less those at the positions of `other`, at the factors.
-    #[pyo3(signature = (other, factors=None))]
-    fn minus<'py>(
-        &self,
-        py: Python<'py>,
-        other: &Self,
-        factors: Option<PyReadonlyArray1<'py, f64>>,
-    ) -> PyResult<(Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>)> {
-        if !Arc::ptr_eq(&self.model, &other.model) {
-            return Err(ModelError::new_err("these are moved nodes of another model; take both of one"));
-        }
-        let factors = factors_of(&self.model, factors);
-        let system = py.detach(|| self.model.between(&self.moved, &other.moved, &factors));
-        Ok(arrays(py, system.map_err(|e| moved_error(py, e))?))
-    }
-
-    /// What the new positions add to the derivatives of (K, M, C, H) with respect to factor `i`.
-    #[pyo3(signature = (i, factors=None))]
-    fn derivative<'py>(
-        &self,
-        py: Python<'py>,
-        i: usize,
-        factors: Option<PyReadonlyArray1<'py, f64>>,
-    ) -> PyResult<(Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>)> {
-        let factors = factors_of(&self.model, factors);
-        let system = py
-            .detach(|| self.model.derivative_change(&self.moved, i, &factors))
-            .map_err(|e| moved_error(py, e))?;
-        Ok(arrays(py, system))
-    }
 }
 
 /// Finite-element model with constraints eliminated: `u_g = T u_a`.
@@ -144,7 +41,7 @@ pub(crate) struct FeModel {
     selection: Selection,
 }
 
-fn factors_of(model: &Model, factors: Option<PyReadonlyArray1<'_, f64>>) -> Vec<f64> {
+pub(crate) fn factors_of(model: &Model, factors: Option<PyReadonlyArray1<'_, f64>>) -> Vec<f64> {
     match factors {
         Some(f) => f.as_array().to_vec(),
         None => vec![1.0; model.parameters.len()],
@@ -157,7 +54,10 @@ impl FeModel {
     }
 }
 
-fn arrays<'py>(py: Python<'py>, s: System) -> (Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>) {
+pub(crate) fn arrays<'py>(
+    py: Python<'py>,
+    s: System,
+) -> (Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>) {
     (s.k.into_pyarray(py), s.m.into_pyarray(py), s.c.into_pyarray(py), s.h.into_pyarray(py))
 }
 
@@ -221,7 +121,7 @@ impl FeModel {
         let mesh = moved_mesh(py, &self.deck, &self.selection, &ids, &xyz)?;
         let make = || Ok((self.model.moved(&mesh)?, self.model.moved_rows(&mesh)?));
         let (moved, rows) = py.detach(make).map_err(|e| moved_error(py, e))?;
-        Ok(MovedNodes { model: Arc::clone(&self.model), moved, rows })
+        Ok(MovedNodes::new(Arc::clone(&self.model), moved, rows))
     }
 
     /// Indices into `elements()` of what moving nodes reaches.
@@ -498,6 +398,5 @@ fn rows_of(v: &PyReadonlyArray2<'_, f64>) -> (Vec<f64>, usize) {
 
 /// Adds this file's classes and functions to `_core`.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_class::<MovedNodes>()?;
     module.add_class::<FeModel>()
 }

@@ -259,10 +259,10 @@ impl<'d> Coords<'d> {
 
     /// Position of a GRID in basic coordinates.
     pub fn position(&mut self, grid: CardRef<'_>) -> Result<V3> {
-        if !self.moved.is_empty() {
-            if let Some(moved) = self.moved.get(&grid.id(2, "the id")?) {
-                return Ok(*moved);
-            }
+        if !self.moved.is_empty()
+            && let Some(moved) = self.moved.get(&grid.id(2, "the id")?)
+        {
+            return Ok(*moved);
         }
         let point = grid.vector([4, 5, 6])?;
         Ok(self.system(grid)?.point(point))

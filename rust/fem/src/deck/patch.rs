@@ -80,7 +80,10 @@ impl Deck {
         };
         let cell = card.cell(field);
         if cell.format == Format::Absent {
-            return Err(error("is not written on the card, so it has no place for a new value".to_owned()));
+            return Err(error(
+                "is not written on the card, so it has no place for a new value; write its value there first"
+                    .to_owned(),
+            ));
         }
         let text = &self.content.files[card.file_index()].text;
         let room = Room::of(&cell, text);
