@@ -13,7 +13,16 @@ from scipy.sparse import csc_array
 
 from femend.dof import Dof
 from femend.errors import DeckError, GeometryError, ModelError, UpdatingError
-from femend.estimate.updating import MorphedMatrices, deck_system, unknowns_of, updated_deck
+from femend.estimate.updating import (
+    Configuration,
+    Frequencies,
+    ModeTest,
+    MorphedMatrices,
+    Problem,
+    deck_system,
+    unknowns_of,
+    updated_deck,
+)
 from femend.model import (
     Model,
     Morph,
@@ -203,7 +212,7 @@ def test_what_cannot_follow_is_refused(tmp_path: Path) -> None:
     model = mixed(tmp_path)
     with pytest.raises(UpdatingError, match=r"sensor 8:\+Z hangs on a rigid element"):
         deck_system(model, [Dof.parse("8:+Z")], 2)
-    with pytest.raises(UpdatingError, match="mass and centre of gravity do not follow morphs"):
+    with pytest.raises(UpdatingError, match="gravity: node 5 has displacement axes of its own"):
         deck_system(model, [Dof.parse("3:+Z")], 2, inertia=True)
     short = tmp_path / "short.bdf"
     short.write_text(
@@ -230,3 +239,38 @@ def test_unknowns_of_a_model(tmp_path: Path) -> None:
     assert unknowns.names == ("E", "rise")
     assert unknowns.items[1].unit == "m"
     assert unknowns.values(unknowns.mean).tolist() == [1.0, 0.0]
+    assert np.array_equal(model.moved({}), model.xyz)
+
+
+def test_a_morph_that_no_unknown_moves_stays_where_it_is(tmp_path: Path) -> None:
+    plain = read_model(frame_deck(tmp_path), parameters=[Parameter("E", "E", "material", (1,), 0.05)])
+    model = plain.with_morphs([Morph.of("rise", {21: (0, 0, 1)}, 0.01)])
+    system, before = (deck_system(m, [Dof.parse("21:+Z")], 3) for m in (model, plain))
+    freq = np.ones(3)
+    E = unknowns_of(plain)
+    problem = Problem(E, (Configuration("a", system, (Frequencies(freq, 0.01),), ModeTest(freq)),))
+    assert problem.factors(E.mean, 0).tolist() == [1.0, 0.0]
+    at_rest = problem.states(E.mean)[0].value("freq")
+    assert at_rest == pytest.approx(before.solve(np.ones(1)).value("freq"), rel=1e-9)
+
+
+def test_mass_and_centre_follow_the_nodes(tmp_path: Path) -> None:
+    model = read_model(frame_deck(tmp_path), parameters=[Parameter("rho", "rho", "material", (1,))], spc=0)
+    apex = joint_moved(model, "apex", 0.05, [21], (0, 0, 1), held=[4, 41])
+    model = model.with_morphs(
+        [apex, grown(model, "wide", 0.05, [41, 42, 43, 44], (0, 0, 0), axis=(1, 0, 0), along=True)]
+    )
+    system = deck_system(model, [Dof.parse("21:+Z")], 0, inertia=True)
+    at = np.array([1.1, 0.1, -0.05])
+    state = system.solve(at)
+    updated_deck(model, {"rho": 1.1, "apex": 0.1, "wide": -0.05}).write(tmp_path / "new")
+    again = deck_system(read_model(tmp_path / "new" / "frame.bdf", spc=0), [Dof.parse("21:+Z")], 0, inertia=True)
+    there = again.solve(np.ones(0))
+    h = 1e-4
+    for name in ("mass", "centre"):
+        # eight columns hold the coordinates of the right column to 5e-7
+        assert state.value(name) == pytest.approx(there.value(name), rel=1e-6, abs=1e-9)
+        for i in range(3):
+            up, down = (system.solve(at + s * h * np.eye(3)[i]).value(name) for s in (1, -1))
+            # second order of the step of 1e-4
+            assert state.slope(name)[i] == pytest.approx((up - down) / (2 * h), rel=1e-6, abs=1e-6)

@@ -138,7 +138,8 @@ class Model:
         for a name that is no morph."""
         out = self.xyz.copy()
         values = amplitudes_of(self, amplitudes)
-        out[[self.index(n) for n in self.fields.nodes.tolist()]] = self.fields.positions(values)
+        if self.morphs:
+            out[[self.index(n) for n in self.fields.nodes.tolist()]] = self.fields.positions(values)
         return out
 
     def transformation(self) -> csc_array:
