@@ -214,14 +214,6 @@ def test_what_cannot_follow_is_refused(tmp_path: Path) -> None:
         deck_system(model, [Dof.parse("8:+Z")], 2)
     with pytest.raises(UpdatingError, match="gravity: node 5 has displacement axes of its own"):
         deck_system(model, [Dof.parse("3:+Z")], 2, inertia=True)
-    short = tmp_path / "short.bdf"
-    short.write_text(
-        "BEGIN BULK\nMAT1,1,2.1E11,,.3,7850.\nPBAR,1,1,1.E-4,1.E-8,1.E-8,1.E-8\nGRID,1,,0.,0.,0.\nGRID,2,,1.\n"
-        "CBAR,1,1,1,2,0.,1.,0.\nSPC1,1,123456,1\nENDDATA\n"
-    )
-    bent = read_model(short).with_morphs([Morph.of("up", {2: (0, 0, 1)}, 0.1)])
-    with pytest.raises(DeckError, match="line 5: GRID 2 field 6: is not written .* write its value there first"):
-        updated_deck(bent, {"up": 0.1})
     with pytest.raises(UpdatingError, match="no parameter 'nowhere'"):
         updated_deck(model, {"nowhere": 1.0})
     truss = tmp_path / "truss.bdf"
