@@ -38,8 +38,7 @@ impl Deck {
     /// or too narrow for the value.
     pub fn patched(&self, changes: &[Change], additions: &[String]) -> Result<BTreeMap<PathBuf, Vec<u8>>> {
         let mut edits: BTreeMap<usize, Vec<Edit>> = BTreeMap::new();
-        let mut behind: BTreeMap<(usize, usize), (CardRef<'_>, LineEnd, Vec<(usize, &Change)>)> =
-            BTreeMap::new();
+        let mut behind: BTreeMap<(usize, usize), Behind<'_>> = BTreeMap::new();
         for change in changes {
             let (card, shift) = self.find(&change.card, change.id)?;
             let field = change.field + shift;
@@ -186,6 +185,9 @@ impl Deck {
         self.ids(space).last().map_or(1, |entry| entry.id.saturating_add(1))
     }
 }
+
+/// What to put behind the line of a card: values by field.
+type Behind<'a> = (CardRef<'a>, LineEnd, Vec<(usize, &'a Change)>);
 
 /// The end of a card's first line: its last field, where that ends, how it is written, its bytes.
 struct LineEnd {
