@@ -146,3 +146,21 @@ def test_frfs_alone_tell_where_the_joint_is(tmp_path: Path) -> None:
     result = update(problem)
     # the prior of 0.03 holds back by (sd / 0.03)^2 of the way: sd is 1.3e-4
     assert result.values["apex"] == pytest.approx(-0.02, abs=2e-6)
+
+
+def test_a_trial_point_without_shape_shortens_the_step(tmp_path: Path) -> None:
+    sensors = [Dof.parse(f"{n}:+{d}") for n in (35, 37, 38, 40, 67, 69, 70, 72) for d in "YZ"]
+    model = read_model(rib_deck(tmp_path, wide=True))
+    lid = offset_along_normal(model, "lid", 1.0, properties=(4,))
+    up = float(lid.field[0, 2])
+    model = model.with_morphs([lid])
+    system = deck_system(model, sensors, 8)
+    # elements fold at 0.05, and the first step from 0 wants to go beyond
+    state = system.solve(np.array([-0.045 * up]))
+    freq, phi = state.value("freq")[:6], state.value("phi")[:, :6]
+    responses = (Frequencies(freq, 1e-3 * freq), ShapeDifferences(phi, 0.01))
+    result = update(Problem(unknowns_of(model), (Configuration("channel", system, responses, ModeTest(freq, phi)),)))
+    notes = " ".join(note for step in result.history for note in step.notes)
+    assert "no result at a trial point: CQUAD4" in notes
+    assert result.status == "converged"
+    assert result.values["lid"] * up == pytest.approx(-0.045, abs=1e-6)

@@ -16,8 +16,8 @@ __all__ = ["NodeFields", "node_fields"]
 
 FloatArray = NDArray[np.float64]
 
-# share of an element's size that central differences move nodes by: the error is its square (4e-10) and, of rounding,
-# 1e-16 of the element's stiffness over it, the lesser below some 1e-5
+# share of an element's size that central differences move nodes by: truncation is of the order of its square (4e-10),
+# rounding of 1e-16 over it (5e-12, more where coordinates are large beside elements)
 STEP = 2e-5
 # irregular share of an element's size at which no term of K vanishes by coincidence
 PROBE = 0.0137

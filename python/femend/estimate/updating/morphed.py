@@ -24,8 +24,8 @@ class MorphedMatrices:
     """K and M (and C and H for FRFs) of `model` with its parameters and morphs.
 
     Derivatives with respect to a factor are exact; those with respect to an amplitude are central differences of the
-    elements that moving nodes changes, with a relative error of some 1e-9 (`femend.model.node_fields.STEP`). Raises
-    GeometryError where an element has no shape. Two points more than a morph's are built for each of its derivatives.
+    elements that moving nodes changes, with a relative error of some 1e-9 (`femend.model.node_fields.STEP`); each takes
+    the geometry at two further points. Raises GeometryError where an element has no shape.
     """
 
     model: Model
