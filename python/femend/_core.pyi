@@ -304,6 +304,9 @@ class Deck:
     def ignored(self) -> dict[str, int]: ...
     def case_control(self) -> dict[str, str]: ...
     def params(self) -> dict[str, str]: ...
+    def grid_coordinates(self, ids: Sequence[int], xyz: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n, 3) of basic points `xyz` (n, 3) as fields 4 to 6 of the GRIDs `ids` have them, angles in degrees."""
+
     def elements(self) -> list[tuple[int, str, int | None, tuple[int, ...]]]: ...
     def find(self, card: str, id: int) -> tuple[str, int]: ...
     def field_text(self, card: str, id: int, field: int) -> str: ...
@@ -411,6 +414,23 @@ def ritz_basis(
 _System: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 @final
+class MovedNodes:
+    """Elements of a model with some of its nodes elsewhere: `FeModel.moved`."""
+
+    @property
+    def rows(self) -> NDArray[np.int64]:
+        """g-set rows whose row of T is another one there."""
+
+    def change(self, factors: NDArray[np.float64] | None = None) -> _System:
+        """What the new positions add to (K, M, C, H) at the factors, on the pattern of `FeModel.assemble`."""
+
+    def minus(self, other: MovedNodes, factors: NDArray[np.float64] | None = None) -> _System:
+        """(K, M, C, H) at these positions less those at the positions of `other`, a position of the same model."""
+
+    def derivative(self, i: int, factors: NDArray[np.float64] | None = None) -> _System:
+        """What the new positions add to `FeModel.derivative` with respect to factor i."""
+
+@final
 class FeModel:
     """Finite-element model of a deck with constraints eliminated: `u_g = T u_a`.
 
@@ -426,12 +446,24 @@ class FeModel:
         spc: int | None = None,
         parameters: Sequence[tuple[str, str, str, Sequence[int]]] | None = None,
         added_mass: Sequence[tuple[int, float]] | None = None,
+        moving: tuple[Sequence[int], NDArray[np.float64]] | None = None,
     ) -> FeModel:
         """Model with SPC set `spc` (None: the one case control selects; 0: no set, all supports free).
 
         `parameters` are (name, property, target, ids): property one of E G nu rho eta A I1 I2 J t k1..k6 c1..c6 m,
-        target one of material, property_id, elements, mass. `added_mass` are (node, mass) on top of the deck.
+        target one of material, property_id, elements, mass. `added_mass` are (node, mass) on top of the deck. `moving`
+        are the ids of nodes that may move (`moved`) and a probe position (n, 3) of theirs: the pattern holds both.
         """
+
+    def moved(self, ids: Sequence[int], xyz: NDArray[np.float64]) -> MovedNodes:
+        """The model with nodes `ids` at `xyz` (n, 3), basic coordinates: what that changes.
+
+        Raises GeometryError where an element has no shape there and ModelError for a model not made with `moving`.
+        """
+
+    @property
+    def reached(self) -> NDArray[np.int64]:
+        """Positions in `elements()` of the elements that moving nodes changes."""
 
     @property
     def n_a(self) -> int:

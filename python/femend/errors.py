@@ -14,6 +14,7 @@ __all__ = [
     "ExternalSolverError",
     "FemendError",
     "FormatError",
+    "GeometryError",
     "LawParameterError",
     "LoadError",
     "ModelError",
@@ -58,6 +59,19 @@ class SingularModelError(ModelError):
     def __init__(self, message: str, *, dofs: tuple[str, ...] = ()) -> None:
         super().__init__(message)
         self.dofs = dofs
+
+
+class GeometryError(ModelError):
+    """Nodes moved to where an element has no shape: turned inside out, without length.
+
+    Attributes: `element` (card and id), and `limits`, the amplitudes by morph up to which all elements have a shape on
+    the way there; empty where that was not looked for.
+    """
+
+    def __init__(self, message: str, *, element: str | None = None, limits: dict[str, float] | None = None) -> None:
+        super().__init__(message)
+        self.element = element
+        self.limits = dict(limits or {})
 
 
 class ConvergenceError(FemendError, ArithmeticError):

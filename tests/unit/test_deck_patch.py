@@ -132,3 +132,38 @@ def test_any_value_is_read_back(tmp_path_factory: pytest.TempPathFactory, value:
     read = _real(read_deck(folder / "model.bdf").field_text("MAT1", material, 3))
     digits = {1: 5e-4, 2: 1e-10, 3: 0.0, 4: 5e-3}[material]
     assert abs(read - value) <= digits * value
+
+
+@pytest.mark.parametrize(
+    ("line", "fields", "wanted"),
+    [
+        ("GRID,2,,1.   $ tip", {6: 0.25}, "GRID,2,,1.,,.25$ tip"),
+        ("GRID,2,,1.", {5: 0.5, 6: 0.25}, "GRID,2,,1.,.5,.25"),
+        ("GRID,2", {4: 2.0, 6: 0.25}, "GRID,2,,2.,,.25"),
+        ("GRID,2,,1.,.1", {4: 2.0, 6: 0.25}, "GRID,2,,2.,.1,.25"),
+        (
+            "GRID    2               1.                 $ tip",
+            {6: 0.25},
+            "GRID    2               1.              .25$ tip",
+        ),
+        ("GRID    2               1.0", {5: -0.5, 6: 0.25}, "GRID    2               1.0     -.5     .25"),
+        ("GRID    2", {6: 1 / 3}, "GRID    2                               .3333333"),
+        ("GRID           2              1.", {5: 0.5}, "GRID           2              1..5"),
+    ],
+)
+def test_a_coordinate_left_off_is_put_behind(tmp_path: Path, line: str, fields: dict[int, float], wanted: str) -> None:
+    text = f"BEGIN BULK\nGRID,1,,9.,9.,9.\n{line}\nENDDATA\n"
+    new = patch(tmp_path, [("GRID", 2, f, v) for f, v in fields.items()], text=text)
+    assert only_change(text, new) == [(line, wanted)]
+    again = tmp_path / "again.bdf"
+    again.write_text(new)
+    deck = read_deck(again)
+    for field, value in fields.items():
+        assert float(deck.field_text("GRID", 2, field)) == pytest.approx(value, abs=5e-8)
+
+
+@pytest.mark.parametrize("line", ["GRID*                  2                              1.", "GRID\t2\t\t1."])
+def test_a_coordinate_without_a_place_is_refused(tmp_path: Path, line: str) -> None:
+    text = f"BEGIN BULK\nGRID,1,,9.,9.,9.\n{line}\nENDDATA\n"
+    with pytest.raises(DeckError, match="GRID 2 field 6: is not written on the card, .*write its value there first"):
+        patch(tmp_path, [("GRID", 2, 6, 1.0)], text=text)

@@ -19,6 +19,7 @@ from femend.correlate._arrays import (
     shapes,
     square,
     weighted_fraction,
+    with_square,
 )
 from femend.errors import CorrelationError
 
@@ -38,10 +39,9 @@ def mac(phi_a: ArrayLike, phi_b: ArrayLike, weight: Any = None) -> NDArray[np.fl
     >>> mac([[1.0, 1.0], [1.0, -1.0]], [[1.0], [0.0]]).round(12).tolist()
     [[0.5], [0.5]]
     """
-    a, b = shape_pair(phi_a, phi_b)
-    a, b = scaled(a, -2), scaled(b, -2)
+    (a, a2), (b, b2) = (with_square(x) for x in shape_pair(phi_a, phi_b))
     if weight is None:
-        return fraction(modulus2(gram(a, b)), square(a, -2)[..., :, None] * square(b, -2)[..., None, :])
+        return fraction(modulus2(gram(a, b)), a2[..., :, None] * b2[..., None, :])
     mass = mass_matrix(weight, b.shape[-2])
     heavy = mass_times(mass, b)
     na, nb = _weighted_square(a, mass_times(mass, a)), _weighted_square(b, heavy)

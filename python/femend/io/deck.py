@@ -44,7 +44,8 @@ def patch_deck(
 
     `changes` are `FieldChange` or plain (card, id, field, value). Each number is written where the old one stands, as
     exactly as the field's columns allow (8, 16, or as many as needed in free field). `additions` are lines of bulk data
-    put before ENDDATA, or at the end of a deck without one. Everything else keeps its bytes, line ends included.
+    put before ENDDATA, or at the end of a deck without one. Everything else keeps its bytes, line ends included. A
+    coordinate that the line of a GRID ends before (free and small fields) is put at its end.
 
     Raises `DeckError` for a card that is not there, a field that is not on its card, and a value its columns
     cannot hold.

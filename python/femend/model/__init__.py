@@ -2,6 +2,9 @@
 
 from femend.model.form_errors import FormErrors, form_errors
 from femend.model.model import Model, Parameter, model_of, read_model
+from femend.model.morph import Morph
+from femend.model.morph_shapes import grown, joint_moved, nodes_moved, offset_along_normal
+from femend.model.moved import amplitude_limits
 from femend.model.pairing import Pair, Pairing, pair_sensors
 from femend.model.places import Place, find_places
 from femend.model.reduction import ReducedModel, Term, reduce_model
@@ -9,15 +12,21 @@ from femend.model.reduction import ReducedModel, Term, reduce_model
 __all__ = [
     "FormErrors",
     "Model",
+    "Morph",
     "Pair",
     "Pairing",
     "Parameter",
     "Place",
     "ReducedModel",
     "Term",
+    "amplitude_limits",
     "find_places",
     "form_errors",
+    "grown",
+    "joint_moved",
     "model_of",
+    "nodes_moved",
+    "offset_along_normal",
     "pair_sensors",
     "read_model",
     "reduce_model",

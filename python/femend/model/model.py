@@ -13,7 +13,10 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.dof import Dof
-from femend.errors import ModelError, PairingError
+from femend.errors import GeometryError, ModelError, PairingError
+from femend.model.morph import Morph
+from femend.model.moved import amplitudes_of, moved_nodes
+from femend.model.node_fields import NodeFields, node_fields
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -44,12 +47,16 @@ class Model:
 
     `deck` is the `_core.Deck`, `fe` the `_core.FeModel` (constraints eliminated: u_g = T u_a), `units` the deck's
     unit system. Degrees of freedom of the g-set stand node after node, six each, in the node's displacement frame.
+    `spc` and `added_mass` are as of `read_model`. `morphs` move nodes; everything here is with them at amplitude 0.
     """
 
     deck: _core.Deck
     fe: _core.FeModel
     parameters: tuple[Parameter, ...]
     units: str
+    spc: int | None = None
+    added_mass: tuple[tuple[int, float], ...] = ()
+    morphs: tuple[Morph, ...] = ()
 
     @property
     def node_ids(self) -> NDArray[np.int64]:
@@ -86,6 +93,55 @@ class Model:
             )
         return 6 * self.index(dof.node) + dof.component - 1
 
+    @cached_property
+    def fields(self) -> NodeFields:
+        """The morphs together, on all nodes that any of them moves."""
+        return node_fields(self.deck, self.morphs)
+
+    def with_morphs(self, morphs: Sequence[Morph]) -> Model:
+        """The same model with the geometry parameters `morphs` in place of those it has.
+
+        Raises ModelError for a node that is not in the deck, a name that stands twice, nodes that no element depends
+        on, and a DOF that is resisted only when nodes move; GeometryError where the bounds of a morph let an element
+        turn inside out; DeckError for a node that a coordinate system (CORD1) stands on.
+        """
+        taken = {p.name for p in self.parameters}
+        for morph in morphs:
+            if morph.name in taken:
+                raise ModelError(f"a parameter and a morph are called {morph.name!r}; give them different names")
+        moving = None
+        if morphs:
+            fields = node_fields(self.deck, morphs)
+            moving = (fields.nodes.tolist(), fields.probe)
+        fe = _core.FeModel(self.deck, self.spc, _specs(self.parameters), list(self.added_mass), moving)
+        model = Model(self.deck, fe, self.parameters, self.units, self.spc, self.added_mass, tuple(morphs))
+        for i, morph in enumerate(morphs):
+            alone = np.where(np.arange(len(morphs)) == i, model.fields.far, 0.0)
+            if not any(np.any(part) for part in moved_nodes(model, alone).change()):
+                raise ModelError(
+                    f"morph {morph.name!r}: moving its {morph.nodes.size} nodes changes nothing in K, M or C; correct "
+                    "the ids"
+                )
+            for end in morph.bounds or ():
+                try:
+                    moved_nodes(model, amplitudes_of(model, {morph.name: end}))
+                except GeometryError as error:
+                    raise GeometryError(
+                        f"morph {morph.name!r}: at its bound {end:g} {error}",
+                        element=error.element,
+                        limits=error.limits,
+                    ) from None
+        return model
+
+    def moved(self, amplitudes: Mapping[str, float]) -> FloatArray:
+        """Coordinates (n, 3) as `xyz` with the morphs at `amplitudes` by name (0 where not given); raises ModelError
+        for a name that is no morph."""
+        out = self.xyz.copy()
+        values = amplitudes_of(self, amplitudes)
+        if self.morphs:
+            out[[self.index(n) for n in self.fields.nodes.tolist()]] = self.fields.positions(values)
+        return out
+
     def transformation(self) -> csc_array:
         """T (n_g, n_a) of u_g = T u_a."""
         from scipy.sparse import csc_array
@@ -118,14 +174,16 @@ def read_model(
     parameters: Sequence[Parameter] = (),
     spc: int | None = None,
     added_mass: Sequence[tuple[int, float]] = (),
+    morphs: Sequence[Morph] = (),
 ) -> Model:
     """Reads a Nastran bulk-data deck into a model.
 
-    `spc` selects a constraint set other than the deck's own, `added_mass` adds (node, mass) pairs. Raises DeckError for
-    a deck that cannot be read and ModelError for a model that cannot be used or a parameter without target.
+    `spc` selects a constraint set other than the deck's own, `added_mass` adds (node, mass) pairs, `morphs` are
+    geometry that may be updated. Raises DeckError for a deck that cannot be read and ModelError for a model that cannot
+    be used or a parameter without target; for morphs as `Model.with_morphs`.
     """
     deck = _core.Deck.read(str(path))
-    return model_of(deck, units=units, parameters=parameters, spc=spc, added_mass=added_mass)
+    return model_of(deck, units=units, parameters=parameters, spc=spc, added_mass=added_mass, morphs=morphs)
 
 
 def model_of(
@@ -135,8 +193,13 @@ def model_of(
     parameters: Sequence[Parameter] = (),
     spc: int | None = None,
     added_mass: Sequence[tuple[int, float]] = (),
+    morphs: Sequence[Morph] = (),
 ) -> Model:
     """A deck that was already read as a model; arguments and errors as of `read_model`."""
-    wanted = [(p.name, p.property, p.target, list(p.ids)) for p in parameters]
-    fe = _core.FeModel(deck, spc, wanted, list(added_mass))
-    return Model(deck, fe, tuple(parameters), units)
+    fe = _core.FeModel(deck, spc, _specs(parameters), list(added_mass))
+    model = Model(deck, fe, tuple(parameters), units, spc, tuple(added_mass))
+    return model.with_morphs(morphs) if morphs else model
+
+
+def _specs(parameters: Sequence[Parameter]) -> list[tuple[str, str, str, list[int]]]:
+    return [(p.name, p.property, p.target, list(p.ids)) for p in parameters]

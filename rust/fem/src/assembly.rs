@@ -10,7 +10,7 @@ use crate::small::Mat;
 use femend_linalg::Pattern;
 
 /// From an element's rows to the DOFs it acts on.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Map {
     /// Every row is one DOF or none: local row of each DOF.
     Select(Vec<u16>),
@@ -19,7 +19,7 @@ pub(crate) enum Map {
 }
 
 /// An element's DOFs (ascending) and map.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Placement {
     pub(crate) dofs: Vec<u32>,
     pub(crate) map: Map,
@@ -52,6 +52,22 @@ impl Placement {
             }
         }
         Self { dofs, map: Map::Dense(t) }
+    }
+
+    /// The same placement over more DOFs (ascending); `None` when one of its own is not among them.
+    pub(crate) fn on(&self, dofs: &[u32], n_rows: usize) -> Option<Self> {
+        if self.dofs == dofs {
+            return Some(self.clone());
+        }
+        let mut t = Mat::zeros(n_rows, dofs.len());
+        for (p, dof) in self.dofs.iter().enumerate() {
+            let q = dofs.binary_search(dof).ok()?;
+            match &self.map {
+                Map::Select(select) => t[(select[p] as usize, q)] = 1.0,
+                Map::Dense(own) => (0..n_rows).for_each(|i| t[(i, q)] = own[(i, p)]),
+            }
+        }
+        Some(Self { dofs: dofs.to_vec(), map: Map::Dense(t) })
     }
 
     /// Calls `entry(local row, local column, value)` for the lower triangle of `T_eᵀ A T_e`.
@@ -139,8 +155,13 @@ impl Scatter {
 
     /// Adds element `e`'s matrix to the lower triangle of `values`.
     pub(crate) fn add(&self, e: usize, a: &Mat<f64>, values: &mut [f64]) {
+        self.add_placed(e, &self.placements[e], a, values);
+    }
+
+    /// As [`Self::add`], through a `placement` of its own on the same DOFs.
+    pub(crate) fn add_placed(&self, e: usize, placement: &Placement, a: &Mat<f64>, values: &mut [f64]) {
         let mut position = self.positions(e).iter();
-        self.placements[e].lower(a, |_, _, v| {
+        placement.lower(a, |_, _, v| {
             if let Some(&p) = position.next() {
                 values[p as usize] += v;
             }

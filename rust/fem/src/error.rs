@@ -31,6 +31,15 @@ pub enum FemError {
         "{what} {id}: Jacobian determinant is {det:.3e} at node {corner}; it must be positive: check the node order and shape"
     )]
     Jacobian { what: String, id: Id, det: f64, corner: usize },
+    #[error("{what} {id} turns inside out: {why}")]
+    InsideOut { what: String, id: Id, why: String },
+    #[error(
+        "DOF {}:{} is {state} once the nodes move, and not where they stand: the model has no fixed set of DOFs; hold it \
+         (SPC), or give it stiffness", dof.node, dof.component
+    )]
+    Resistance { dof: NodeComponent, state: &'static str },
+    #[error("the model was not made for moving nodes {0}; name all nodes that may move when it is built")]
+    NotMade(String),
     #[error("{what} {id}: thickness {t} is not positive; give T on the property or the element")]
     Thickness { what: String, id: Id, t: f64 },
     #[error("element {id} ({what}) is not available: {missing}")]

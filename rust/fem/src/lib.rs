@@ -9,6 +9,7 @@ pub mod element;
 pub mod error;
 pub mod mesh;
 pub mod model;
+pub mod morph;
 pub mod parameter;
 pub mod pattern;
 pub mod project;

@@ -6,6 +6,7 @@ use crate::dof::NodeTable;
 use crate::element::{Element, Matrices};
 use crate::error::FemError;
 use crate::mesh::{Id, Mesh, NodeComponent, Options};
+use crate::morph::{Built, Reach};
 use crate::parameter::{Factors, N_SLOTS, Parameter, Quantity, Target};
 use crate::resolve::resolve;
 use crate::scalar::Scalar;
@@ -53,6 +54,8 @@ pub struct Model {
     pub(crate) fixed: Parts,
     /// Values at factors one and derivatives, when both are all there is to know.
     pub(crate) affine: Option<Affine>,
+    /// What moving nodes reaches, where the model was made for it.
+    pub(crate) reach: Option<Reach>,
 }
 
 /// Matrices that are affine in all factors.
@@ -86,26 +89,39 @@ impl Model {
     /// # Errors
     /// A [`FemError`] naming element, constraint, DOF or parameter.
     pub fn new(mesh: &Mesh, parameters: &[Parameter], added_mass: &[(Id, f64)]) -> Result<Self, FemError> {
+        Self::with_probe(mesh, None, parameters, added_mass)
+    }
+
+    /// As [`Model::new`], with a pattern that also holds what moving nodes couples: `probe` is the same mesh with all
+    /// nodes that may move away from any position in which terms vanish by coincidence.
+    ///
+    /// # Errors
+    /// As [`Model::new`] for both meshes, and [`FemError::Resistance`] where a DOF is resisted in one of them alone.
+    pub fn with_probe(
+        mesh: &Mesh,
+        probe: Option<&Mesh>,
+        parameters: &[Parameter],
+        added_mass: &[(Id, f64)],
+    ) -> Result<Self, FemError> {
         let nodes = NodeTable::new(&mesh.nodes)?;
         let elements = resolve(mesh, &nodes, added_mass)?;
         let elimination = eliminate(mesh, &nodes)?;
-        let free: Vec<Placement> =
-            elements.par_iter().map(|e| Placement::new(e, &nodes, &elimination.rows)).collect();
-        let ones = Factors::<f64>::ones();
-        let nominal = |e: usize| {
-            let Matrices { k, m, c, .. } = elements[e].matrices(&ones);
-            [k, m, c]
-                .into_iter()
-                .map(|a| a.unwrap_or_else(|| Mat::zeros(elements[e].rows.len(), elements[e].rows.len())))
-                .collect()
-        };
-        let held = unresisted(&elimination, &free, nominal);
+        let held = unheld(&nodes, &elements, &elimination);
         let (a_rows, t_rows) = drop_free(&elimination, &held);
         if a_rows.is_empty() {
             let why = format!("{} nodes, all held or without elements", nodes.len());
             return Err(FemError::Empty { why });
         }
-        let placements = elements.par_iter().map(|e| Placement::new(e, &nodes, &t_rows)).collect();
+        let mut placements: Vec<Placement> =
+            elements.par_iter().map(|e| Placement::new(e, &nodes, &t_rows)).collect();
+        let reach = match probe {
+            Some(probe) => {
+                let built =
+                    Built { nodes: &nodes, elements: &elements, held: &held, elimination: &elimination };
+                Some(Reach::new(&built, probe, added_mass, &mut placements)?)
+            }
+            None => None,
+        };
         let applied = apply(parameters, &elements)?;
         let touched = (0..parameters.len())
             .map(|i| (0..elements.len()).filter(|&e| applied[e].iter().any(|a| a.parameter == i)).collect())
@@ -118,6 +134,7 @@ impl Model {
             parameters: parameters.to_vec(),
             fixed: Parts::default(),
             affine: None,
+            reach,
             nodes,
             elements,
             a_rows,
@@ -313,7 +330,17 @@ impl Model {
 
     /// Element matrices with PARAM,G and WTMASS, in the element's own rows.
     pub(crate) fn evaluate<S: Scalar>(&self, e: usize, factor: impl Fn(usize) -> S) -> Matrices<S> {
-        let mut out = self.elements[e].matrices(&self.element_factors(e, factor));
+        self.evaluate_as(e, &self.elements[e], factor)
+    }
+
+    /// As [`Self::evaluate`], of `element` in the place of element `e`: the same one with its nodes elsewhere.
+    pub(crate) fn evaluate_as<S: Scalar>(
+        &self,
+        e: usize,
+        element: &Element,
+        factor: impl Fn(usize) -> S,
+    ) -> Matrices<S> {
+        let mut out = element.matrices(&self.element_factors(e, factor));
         if let Some(m) = out.m.as_mut().filter(|_| self.options.wtmass != 1.0) {
             *m = m.scaled(S::c(self.options.wtmass));
         }
@@ -328,8 +355,20 @@ impl Model {
     }
 }
 
+/// Free DOFs that no element resists or loads, at factors one.
+pub(crate) fn unheld(nodes: &NodeTable, elements: &[Element], elimination: &Elimination) -> Vec<usize> {
+    let free: Vec<Placement> =
+        elements.par_iter().map(|e| Placement::new(e, nodes, &elimination.rows)).collect();
+    let ones = Factors::<f64>::ones();
+    unresisted(elimination, &free, |e| {
+        let Matrices { k, m, c, .. } = elements[e].matrices(&ones);
+        let n = elements[e].rows.len();
+        [k, m, c].into_iter().map(|a| a.unwrap_or_else(|| Mat::zeros(n, n))).collect()
+    })
+}
+
 /// a-set rows and rows of T after holding some of the free DOFs.
-fn drop_free(elimination: &Elimination, held: &[usize]) -> (Vec<usize>, Vec<Vec<(u32, f64)>>) {
+pub(crate) fn drop_free(elimination: &Elimination, held: &[usize]) -> (Vec<usize>, Vec<Vec<(u32, f64)>>) {
     let mut number = vec![None; elimination.free.len()];
     let mut a_rows = Vec::new();
     let mut next = held.iter().peekable();

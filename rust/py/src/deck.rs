@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use femend_fem::deck::{Change, Deck, DeckError, Space};
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
@@ -121,6 +121,21 @@ impl PyDeck {
         let xyz = py.detach(|| self.deck.positions()).map_err(|error| deck_error(py, &error))?;
         let flat = ndarray::Array2::from_shape_fn((xyz.len(), 3), |(i, j)| xyz[i][j]);
         Ok(flat.into_pyarray(py))
+    }
+
+    /// Coordinates (n, 3) of basic points `xyz` (n, 3) as fields 4 to 6 of the GRIDs `ids` (n,) have them, in the system
+    /// each is given in, angles in degrees. Raises `DeckError`.
+    #[pyo3(signature = (ids, xyz))]
+    fn grid_coordinates<'py>(
+        &self,
+        py: Python<'py>,
+        ids: Vec<u32>,
+        xyz: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let points: Vec<[f64; 3]> = xyz.as_array().rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect();
+        let found = py.detach(|| self.deck.grid_coordinates(&ids, &points));
+        let found = found.map_err(|error| deck_error(py, &error))?;
+        Ok(ndarray::Array2::from_shape_fn((found.len(), 3), |(i, j)| found[i][j]).into_pyarray(py))
     }
 
     /// (id, card, property id or None, node ids) of every element. Raises `DeckError`.

@@ -9,6 +9,7 @@ mod frf;
 mod laws;
 mod model;
 mod modes;
+mod moved;
 mod own_law;
 mod sensitivity;
 
@@ -17,6 +18,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     deck::register(module)?;
     model::register(module)?;
+    moved::register(module)?;
     modes::register(module)?;
     frf::register(module)?;
     sensitivity::register(module)?;

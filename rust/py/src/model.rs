@@ -1,8 +1,9 @@
 //! `_core.FeModel`: the finite-element model for Python.
 
 use crate::deck::{PyDeck, deck_error};
+use crate::moved::{MovedNodes, moved_error, moved_mesh};
 use femend_fem::Part;
-use femend_fem::deck::{Choice, Selection, build};
+use femend_fem::deck::{Choice, Deck, Selection, build};
 use femend_fem::element::spin::SpinAxes;
 use femend_fem::error::FemError;
 use femend_fem::mesh::{Id, NodeComponent};
@@ -17,36 +18,46 @@ use numpy::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use std::sync::Arc;
 
 pyo3::import_exception!(femend.errors, ModelError);
 
-type Vector<'py> = Bound<'py, PyArray1<f64>>;
+pub(crate) type Vector<'py> = Bound<'py, PyArray1<f64>>;
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 type Cube<'py> = Bound<'py, PyArray3<f64>>;
 /// Name, property, kind of target, ids.
 type ParameterSpec = (String, String, String, Vec<Id>);
-type Indices<'py> = Bound<'py, PyArray1<i64>>;
+pub(crate) type Indices<'py> = Bound<'py, PyArray1<i64>>;
 
-fn model_error(error: FemError) -> PyErr {
+pub(crate) fn model_error(error: FemError) -> PyErr {
     ModelError::new_err(error.to_string())
 }
 
 /// Finite-element model with constraints eliminated: `u_g = T u_a`.
 #[pyclass(frozen, module = "femend._core")]
 pub(crate) struct FeModel {
-    pub(crate) model: Model,
+    pub(crate) model: Arc<Model>,
+    deck: Arc<Deck>,
+    selection: Selection,
+}
+
+pub(crate) fn factors_of(model: &Model, factors: Option<PyReadonlyArray1<'_, f64>>) -> Vec<f64> {
+    match factors {
+        Some(f) => f.as_array().to_vec(),
+        None => vec![1.0; model.parameters.len()],
+    }
 }
 
 impl FeModel {
     fn factors(&self, factors: Option<PyReadonlyArray1<'_, f64>>) -> Vec<f64> {
-        match factors {
-            Some(f) => f.as_array().to_vec(),
-            None => vec![1.0; self.model.parameters.len()],
-        }
+        factors_of(&self.model, factors)
     }
 }
 
-fn arrays<'py>(py: Python<'py>, s: System) -> (Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>) {
+pub(crate) fn arrays<'py>(
+    py: Python<'py>,
+    s: System,
+) -> (Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>) {
     (s.k.into_pyarray(py), s.m.into_pyarray(py), s.c.into_pyarray(py), s.h.into_pyarray(py))
 }
 
@@ -70,13 +81,14 @@ fn cube<'py>(
 #[pymethods]
 impl FeModel {
     #[new]
-    #[pyo3(signature = (deck, spc=None, parameters=None, added_mass=None))]
+    #[pyo3(signature = (deck, spc=None, parameters=None, added_mass=None, moving=None))]
     fn new(
         py: Python<'_>,
         deck: &PyDeck,
         spc: Option<Id>,
         parameters: Option<Vec<ParameterSpec>>,
         added_mass: Option<Vec<(Id, f64)>>,
+        moving: Option<(Vec<Id>, PyReadonlyArray2<'_, f64>)>,
     ) -> PyResult<Self> {
         // 0 is no set, as SPC = 0 in case control
         let spc = match spc {
@@ -84,9 +96,12 @@ impl FeModel {
             Some(0) => Choice::Nothing,
             Some(id) => Choice::Set(id),
         };
-        let mesh = py
-            .detach(|| build(&deck.deck, &Selection { spc, ..Selection::default() }))
-            .map_err(|e| deck_error(py, &e))?;
+        let selection = Selection { spc, ..Selection::default() };
+        let mesh = py.detach(|| build(&deck.deck, &selection)).map_err(|e| deck_error(py, &e))?;
+        let probe = match &moving {
+            Some((ids, xyz)) => Some(moved_mesh(py, &deck.deck, &selection, ids, xyz)?),
+            None => None,
+        };
         let added_mass = added_mass.unwrap_or_default();
         let parameters = parameters
             .unwrap_or_default()
@@ -94,8 +109,25 @@ impl FeModel {
             .map(|(name, property, kind, ids)| Parameter::parse(&name, &property, &kind, ids))
             .collect::<Result<Vec<_>, _>>()
             .map_err(model_error)?;
-        let model = py.detach(|| Model::new(&mesh, &parameters, &added_mass)).map_err(model_error)?;
-        Ok(Self { model })
+        let make = || Model::with_probe(&mesh, probe.as_ref(), &parameters, &added_mass);
+        let model =
+            py.detach(make).map_err(|e| if probe.is_some() { moved_error(py, e) } else { model_error(e) })?;
+        Ok(Self { model: Arc::new(model), deck: Arc::clone(&deck.deck), selection })
+    }
+
+    /// The model with nodes `ids` (n,) at `xyz` (n, 3), basic coordinates: what that changes.
+    #[pyo3(signature = (ids, xyz))]
+    fn moved(&self, py: Python<'_>, ids: Vec<Id>, xyz: PyReadonlyArray2<'_, f64>) -> PyResult<MovedNodes> {
+        let mesh = moved_mesh(py, &self.deck, &self.selection, &ids, &xyz)?;
+        let make = || Ok((self.model.moved(&mesh)?, self.model.moved_rows(&mesh)?));
+        let (moved, rows) = py.detach(make).map_err(|e| moved_error(py, e))?;
+        Ok(MovedNodes::new(Arc::clone(&self.model), moved, rows))
+    }
+
+    /// Indices into `elements()` of what moving nodes reaches.
+    #[getter]
+    fn reached<'py>(&self, py: Python<'py>) -> Indices<'py> {
+        self.model.reached().iter().map(|&e| e as i64).collect::<Vec<_>>().into_pyarray(py)
     }
 
     /// Number of independent DOFs.

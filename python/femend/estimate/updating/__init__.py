@@ -9,6 +9,7 @@ from femend.estimate.updating.frf_responses import CrossOrthogonality, FracDiffe
 from femend.estimate.updating.history import Iteration, read_history
 from femend.estimate.updating.matrices import AffineMatrices, DeckMatrices, affine_matrices
 from femend.estimate.updating.modal import ModalSystem, deck_system, modal_system
+from femend.estimate.updating.morphed import MorphedMatrices
 from femend.estimate.updating.multistart import Minimum, MultiStart, multi_start
 from femend.estimate.updating.population import Population, update_population
 from femend.estimate.updating.problem import Configuration, Evaluation, Link, ModeTest, Problem
@@ -21,7 +22,7 @@ from femend.estimate.updating.sensitivity import Collinear, Sensitivity, colline
 from femend.estimate.updating.state import State, System
 from femend.estimate.updating.surface import ResponseSurface, Sobol, response_surface, sobol
 from femend.estimate.updating.tikhonov import Regularised, tikhonov
-from femend.estimate.updating.unknown import factor, factors_of, limits, smooth, spans
+from femend.estimate.updating.unknown import amplitude, factor, factors_of, limits, smooth, spans, unknowns_of
 from femend.estimate.updating.update import update
 from femend.model.unknowns import Unknown, Unknowns
 
@@ -42,6 +43,7 @@ __all__ = [
     "ModalSystem",
     "ModeRow",
     "ModeTest",
+    "MorphedMatrices",
     "ParameterRow",
     "Problem",
     "ShapeDifferences",
@@ -53,6 +55,7 @@ __all__ = [
     "UpdateResult",
     "Values",
     "affine_matrices",
+    "amplitude",
     "deck_system",
     "factor",
     "factors_of",
@@ -61,6 +64,7 @@ __all__ = [
     "read_history",
     "smooth",
     "spans",
+    "unknowns_of",
     "update",
     "Command",
     "UpdatedDeck",

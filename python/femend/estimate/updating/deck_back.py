@@ -14,6 +14,7 @@ from femend.io.atomic import write_atomic
 from femend.io.deck import patch_deck
 from femend.model import Model
 from femend.model.deck_changes import deck_changes, unwritten
+from femend.model.grid_changes import grid_changes
 
 __all__ = ["UpdatedDeck", "updated_deck"]
 
@@ -43,16 +44,18 @@ class UpdatedDeck:
 
 
 def updated_deck(model: Model, factors: Mapping[str, float]) -> UpdatedDeck:
-    """The deck of `model` with its parameters times `factors` by name (1 where not given).
+    """The deck of `model` with its parameters times `factors` and its morphs at `factors`, by name (1 and 0 where not
+    given): nodes that move have new coordinates on their GRID, in the system it is given in.
 
     Comments, includes, formats and column widths stay; numbers have as many digits as their columns hold. Raises
     UpdatingError for a name that is no parameter and DeckError for a value that its columns cannot hold.
     """
-    names = [p.name for p in model.parameters]
+    names, morphs = [p.name for p in model.parameters], [m.name for m in model.morphs]
     for name in factors:
-        if name not in names:
-            raise UpdatingError(f"the deck has no parameter {name!r}; there are {', '.join(names)}")
+        if name not in names and name not in morphs:
+            raise UpdatingError(f"the deck has no parameter {name!r}; there are {', '.join(names + morphs)}")
     changes = deck_changes(model, {n: {"factor": float(factors.get(n, 1.0))} for n in names})
+    changes += grid_changes(model, {n: float(factors.get(n, 0.0)) for n in morphs})
     files = patch_deck(model.deck, changes)
     diff: list[str] = []
     for path, new in files.items():

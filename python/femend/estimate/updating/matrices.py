@@ -166,6 +166,17 @@ class DeckMatrices:
         parts = [self.model.fe.derivative(i, factors) for i in range(len(self.names))]
         return np.array([p[0] for p in parts]), np.array([p[1] for p in parts])
 
+    def damping(self, factors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Values of C and H (nnz,) at `factors` (n_parameters,)."""
+        own = self.model.fe.assemble(np.ascontiguousarray(factors, dtype=np.float64))
+        return own[4], own[5]
+
+    def damping_slopes(self, factors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of C and H (n_parameters, nnz) at `factors` (n_parameters,)."""
+        at = np.ascontiguousarray(factors, dtype=np.float64)
+        own = [self.model.fe.derivative(i, at) for i in range(len(self.names))]
+        return np.array([p[2] for p in own]), np.array([p[3] for p in own])
+
     def slopes(self, factors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Derivatives of K and M (n_parameters, nnz) at `factors` (n_parameters,)."""
         return self._constant if self.affine else self._derivatives(np.ascontiguousarray(factors, dtype=np.float64))

@@ -15,6 +15,7 @@ from femend.dof import Dof
 from femend.errors import UpdatingError
 from femend.estimate.updating.dense import DenseSystem
 from femend.estimate.updating.matrices import DeckMatrices, Matrices
+from femend.estimate.updating.morphed import MorphedMatrices
 from femend.estimate.updating.requests import DAMPING, Frfs, Statics, damping_matrix
 from femend.estimate.updating.state import State
 from femend.model import Model
@@ -34,7 +35,8 @@ class ModalSystem:
     With `shapes` False no derivatives of shapes are made, which makes a step cheap where frequencies alone are met. The
     modes of one solution start the search for the next. With `frfs` the parameters "alpha", "beta", "eta" follow those
     of the matrices; a deck's own dashpots and loss factors are in its FRFs. `rigid` (n, 6) are rigid-body motions about
-    the origin: with them "mass" (1,) and "centre" (3,) are given.
+    the origin: with them "mass" (1,) and "centre" (3,) are given. `rigid_slopes` (n_morphs, n, 6) are their derivatives
+    with respect to the last of the matrices' parameters, in which they are linear.
     """
 
     matrices: Matrices
@@ -44,6 +46,7 @@ class ModalSystem:
     frfs: Frfs | None = None
     statics: Statics | None = None
     rigid: FloatArray | None = None
+    rigid_slopes: FloatArray | None = None
     defaults: Mapping[str, float] = field(default_factory=dict)
     _start: FloatArray | None = field(default=None, repr=False)
 
@@ -78,7 +81,7 @@ class ModalSystem:
         if self.statics is not None:
             values["static"] = self._rows(self.statics.outputs) @ self._factor(K).solve(self.statics.loads)
         if self.rigid is not None:
-            values |= _inertia(self._products(M))
+            values |= _inertia(self._products(M, self._motions(own)))
         return State(values, lambda n: self._slopes(own, K, M, lam, phi, factors, n))
 
     def _slopes(
@@ -103,7 +106,13 @@ class ModalSystem:
         if self.statics is not None:
             out["static"] = self._static_slopes(K, dK)
         if self.rigid is not None:
-            parts = [_inertia(self._products(M), self._products(one)) for one in dM]
+            R = self._motions(own)
+            products = [self._products(one, R) for one in dM]
+            turned = [] if self.rigid_slopes is None else list(self.rigid_slopes)
+            for i, dR in enumerate(turned, start=len(own) - len(turned)):
+                half = self._products(M, R, dR)
+                products[i] = products[i] + half + half.T
+            parts = [_inertia(self._products(M, R), one) for one in products]
             out |= {name: np.array([part[name] for part in parts]) for name in ("mass", "centre")}
         extra = len(self.names) - len(own)
         out = {name: np.concatenate([v, np.zeros((extra, *v.shape[1:]))]) for name, v in out.items()}
@@ -157,16 +166,23 @@ class ModalSystem:
         n = len(self._pattern[0]) - 1
         return csc_array((values, self._pattern[1], self._pattern[0]), shape=(n, n))
 
-    def _products(self, M: FloatArray) -> FloatArray:
+    def _motions(self, own: FloatArray) -> FloatArray:
+        """Rigid-body motions (n, 6) with the nodes where they are."""
         assert self.rigid is not None
-        return np.asarray(self.rigid.T @ (self._sparse(M) @ self.rigid))
+        if self.rigid_slopes is None:
+            return self.rigid
+        return np.asarray(self.rigid + np.tensordot(own[len(own) - len(self.rigid_slopes) :], self.rigid_slopes, 1))
+
+    def _products(self, M: FloatArray, R: FloatArray, left: FloatArray | None = None) -> FloatArray:
+        """R^T M R (6, 6), or with another factor on the left."""
+        return np.asarray((R if left is None else left).T @ (self._sparse(M) @ R))
 
     def _damping(self, K: FloatArray, M: FloatArray, factors: FloatArray) -> tuple[FloatArray, FloatArray]:
         n = len(self.matrices.names)
         C, H = damping_matrix(K, M, factors[n:])
-        if isinstance(self.matrices, DeckMatrices):
-            own = self.matrices.model.fe.assemble(np.ascontiguousarray(factors[:n]))
-            C, H = C + own[4], H + own[5]
+        if isinstance(self.matrices, (DeckMatrices, MorphedMatrices)):
+            own = self.matrices.damping(factors[:n])
+            C, H = C + own[0], H + own[1]
         return C, H
 
     def _ends(self) -> tuple[FloatArray, FloatArray]:
@@ -189,9 +205,9 @@ class ModalSystem:
         n = len(self.matrices.names)
         alpha, beta, eta = factors[n:]
         dC, dH = alpha * dM + beta * dK, eta * dK
-        if isinstance(self.matrices, DeckMatrices):
-            own = [self.matrices.model.fe.derivative(i, np.ascontiguousarray(factors[:n])) for i in range(n)]
-            dC, dH = dC + np.array([p[2] for p in own]), dH + np.array([p[3] for p in own])
+        if isinstance(self.matrices, (DeckMatrices, MorphedMatrices)):
+            own = self.matrices.damping_slopes(factors[:n])
+            dC, dH = dC + own[0], dH + own[1]
         zero = np.zeros_like(K)
         dk = np.vstack([dK, zero, zero, zero])
         dm = np.vstack([dM, zero, zero, zero])
@@ -264,21 +280,59 @@ def deck_system(
     frfs: Frfs | None = None,
     inertia: bool = False,
 ) -> ModalSystem | DenseSystem:
-    """A deck with parameters, seen at `sensors` in their signed directions; `inertia` asks for mass and centre of
-    gravity.
+    """A deck with parameters and morphs, seen at `sensors` in their signed directions; `inertia` asks for mass and
+    centre of gravity.
 
-    `n_modes`, `shapes`, `frfs` as of `ModalSystem`. DOFs that the deck holds have no mass here: read it with `spc=0`
-    for the inertia. Raises PairingError for a sensor at a node that the deck does not have.
+    `n_modes`, `shapes`, `frfs` as of `ModalSystem`; a morph is a parameter that is 0 as the deck stands. DOFs that the
+    deck holds have no mass here: read it with `spc=0` for the inertia. Raises PairingError for a sensor at a node that
+    the deck does not have, and UpdatingError for one on a rigid element that a morph moves, and for the inertia where a
+    morph moves a node with displacement axes of its own.
     """
     from scipy.sparse import csr_array, diags_array
 
     T = csr_array(model.transformation())
     signs = diags_array(np.array([float(d.sign) for d in sensors]))
     B = signs @ T[[model.row(d) for d in sensors]]
+    if model.morphs:
+        _check_morphs(model, sensors)
+        still = {m.name: 0.0 for m in model.morphs}
+        rigid, turning = (_rigid(model), _rigid_slopes(model)) if inertia else (None, None)
+        B = csr_array(B)
+        return ModalSystem(MorphedMatrices(model), B, n_modes, shapes, frfs, None, rigid, turning, still)
     system = modal_system(DeckMatrices(model), B, n_modes, shapes=shapes, frfs=frfs)
     if not inertia:
         return system
     return ModalSystem(DeckMatrices(model), csr_array(B), n_modes, shapes, frfs, rigid=_rigid(model))
+
+
+def _check_morphs(model: Model, sensors: Sequence[Dof]) -> None:
+    """Refuses sensors that would have to follow the nodes and do not."""
+    rows = set(model.fe.moved(model.fields.nodes.tolist(), model.fields.probe).rows.tolist())
+    for sensor in sensors:
+        if model.row(sensor) in rows:
+            raise UpdatingError(
+                f"sensor {sensor} hangs on a rigid element (or MPC) that a morph moves, and would see other DOFs with "
+                "every amplitude; take the sensor at the element's independent node, or leave that node where it is"
+            )
+
+
+def _rigid_slopes(model: Model) -> FloatArray:
+    """Derivatives (n_morphs, n_a, 6) of `_rigid` with respect to the amplitudes."""
+    fields, frames = model.fields, model.fe.frames
+    out = np.zeros((len(model.morphs), model.fe.n_a, 6))
+    place = {int(n): i for i, n in enumerate(fields.nodes)}
+    for row, (node, c) in enumerate(zip(model.fe.dof_nodes.tolist(), model.fe.dof_components - 1, strict=True)):
+        if node not in place:
+            continue
+        frame = frames[model.index(node)]
+        if not np.array_equal(frame, np.eye(3)):
+            raise UpdatingError(
+                f"mass and centre of gravity: node {node} has displacement axes of its own (CD), which may turn when "
+                "it moves; give it the basic system"
+            )
+        if c < 3:
+            out[:, row, 3:] = np.cross(fields.fields[:, place[node]], frame[c])
+    return out
 
 
 def _rigid(model: Model) -> FloatArray:

@@ -30,7 +30,7 @@ def reduced_system(system: ModalSystem, points: FloatArray) -> DenseSystem:
     """
     if not system.matrices.affine:
         raise UpdatingError(
-            "K and M are not affine in the factors (thickness, section): a basis has to be made anew at each"
+            "K and M are not affine in the factors (thickness, section, morphs): a basis has to be made anew at each"
         )
     if system.statics is not None or system.rigid is not None:
         raise UpdatingError("a basis of modes does not hold static displacements; reduce a configuration without them")

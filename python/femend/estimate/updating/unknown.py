@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.errors import UpdatingError
-from femend.model import Parameter
+from femend.model import Model, Morph, Parameter
 from femend.model.unknowns import Unknown, Unknowns
 
-__all__ = ["factor", "factors_of", "limits", "smooth", "spans"]
+__all__ = ["amplitude", "factor", "factors_of", "limits", "smooth", "spans", "unknowns_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -38,6 +38,20 @@ def factor(
 def factors_of(parameters: Iterable[Parameter]) -> Unknowns:
     """One factor for each of a deck's `parameters`, with the prior and bounds it was declared with."""
     return Unknowns.of([factor(p.name, p.prior_sd, p.bounds) for p in parameters])
+
+
+def amplitude(morph: Morph) -> Unknown:
+    """The amplitude of a `morph` about 0, in its unit, with the prior and bounds it was declared with.
+
+    >>> amplitude(Morph("arm", [7], [(0.0, 0.0, 1.0)], prior_sd=2e-3)).value(0.001)
+    0.001
+    """
+    return Unknown(morph.name, 1.0, False, 0.0, morph.prior_sd, morph.unit, bounds=morph.bounds)
+
+
+def unknowns_of(model: Model) -> Unknowns:
+    """All that may be updated in a deck: a factor for each parameter of `model`, then an amplitude for each morph."""
+    return Unknowns.of([*factors_of(model.parameters).items, *(amplitude(m) for m in model.morphs)])
 
 
 def limits(unknowns: Unknowns) -> tuple[FloatArray, FloatArray]:

@@ -8,6 +8,9 @@ use super::error::Result;
 use super::index::Space;
 use crate::mesh::{Id, Rotation};
 
+/// New positions of nodes, basic coordinates.
+pub type Positions = HashMap<Id, V3>;
+
 /// Point or vector.
 pub type V3 = [f64; 3];
 
@@ -109,6 +112,27 @@ impl Coord {
         add(self.origin, to_basic(&self.axes, local))
     }
 
+    /// Coordinates in this system (angles in degrees) of the basic point `at`; of the angles that mean the same the ones
+    /// nearest to those of `near`, and those of `near` where they have no meaning.
+    #[must_use]
+    pub fn coordinates(&self, at: V3, near: V3) -> V3 {
+        let p = to_local(&self.axes, sub(at, self.origin));
+        let radius = p[0].hypot(p[1]);
+        let angle = |y: f64, x: f64, near: f64| {
+            let found = y.atan2(x).to_degrees();
+            found + 360.0 * ((near - found) / 360.0).round()
+        };
+        let turn = |near: f64| if radius > 0.0 { angle(p[1], p[0], near) } else { near };
+        match self.kind {
+            Kind::Rectangular => p,
+            Kind::Cylindrical => [radius, turn(near[1]), p[2]],
+            Kind::Spherical => {
+                let polar = if norm(p) > 0.0 { radius.atan2(p[2]).to_degrees() } else { near[1] };
+                [norm(p), polar, turn(near[2])]
+            }
+        }
+    }
+
     /// Direction cosines of this system's axes at the basic point `at`: those of the radius and the angles for a
     /// curved system (angles taken as zero on its axis, where they have no meaning).
     #[must_use]
@@ -140,6 +164,7 @@ const DEPTH: usize = 500;
 pub struct Coords<'d> {
     deck: &'d Deck,
     default_cp: Option<Id>,
+    moved: Positions,
     known: HashMap<Id, Coord>,
     underway: Vec<Id>,
 }
@@ -148,7 +173,14 @@ impl<'d> Coords<'d> {
     /// `default_cp` is GRDSET's.
     #[must_use]
     pub fn new(deck: &'d Deck, default_cp: Option<Id>) -> Self {
-        Self { deck, default_cp, known: HashMap::new(), underway: Vec::new() }
+        Self { deck, default_cp, moved: Positions::new(), known: HashMap::new(), underway: Vec::new() }
+    }
+
+    /// Nodes that stand elsewhere than the deck says.
+    #[must_use]
+    pub fn with(mut self, moved: &Positions) -> Self {
+        self.moved = moved.clone();
+        self
     }
 
     /// The system that `field` of `card` names; 0 and blank are the basic one.
@@ -216,16 +248,37 @@ impl<'d> Coords<'d> {
         let id = card.id(field, "a node")?;
         let entry = self.deck.index.get(Space::Node, id).filter(|entry| !entry.scalar);
         let entry = entry.ok_or_else(|| card.missing(field, "GRID", id))?;
+        if self.moved.contains_key(&id) {
+            return Err(card.value_error(format!(
+                "its axes stand on node {id}, which is moved, so that everything given in them would move too; leave the \
+                 node where it is, or define the system by points (CORD2)"
+            )));
+        }
         self.position(self.deck.card(entry.card as usize))
     }
 
     /// Position of a GRID in basic coordinates.
     pub fn position(&mut self, grid: CardRef<'_>) -> Result<V3> {
+        if !self.moved.is_empty()
+            && let Some(moved) = self.moved.get(&grid.id(2, "the id")?)
+        {
+            return Ok(*moved);
+        }
         let point = grid.vector([4, 5, 6])?;
-        let system = if grid.blank(3) { self.default_cp } else { grid.opt_id(3)? };
-        match system {
-            None => Ok(point),
-            Some(id) => Ok(self.get(id, grid, 3)?.point(point)),
+        Ok(self.system(grid)?.point(point))
+    }
+
+    /// Coordinates of the basic point `at` in the system that a GRID is given in.
+    pub fn coordinates(&mut self, grid: CardRef<'_>, at: V3) -> Result<V3> {
+        let near = grid.vector([4, 5, 6])?;
+        Ok(self.system(grid)?.coordinates(at, near))
+    }
+
+    /// System that a GRID is given in.
+    fn system(&mut self, grid: CardRef<'_>) -> Result<Coord> {
+        match if grid.blank(3) { self.default_cp } else { grid.opt_id(3)? } {
+            None => Ok(BASIC),
+            Some(id) => self.get(id, grid, 3),
         }
     }
 }

@@ -23,8 +23,9 @@ mod read;
 pub mod section;
 mod table;
 
-pub use build::{Choice, Selection, build};
+pub use build::{Choice, Selection, build, build_moved};
 pub use card::CardRef;
+pub use coord::Positions;
 pub use error::{At, DeckError, Place, Result};
 pub use index::{Entry, Space};
 pub use patch::Change;

@@ -38,10 +38,22 @@ impl Deck {
     /// or too narrow for the value.
     pub fn patched(&self, changes: &[Change], additions: &[String]) -> Result<BTreeMap<PathBuf, Vec<u8>>> {
         let mut edits: BTreeMap<usize, Vec<Edit>> = BTreeMap::new();
+        let mut behind: BTreeMap<(usize, usize), Behind<'_>> = BTreeMap::new();
         for change in changes {
             let (card, shift) = self.find(&change.card, change.id)?;
-            let edit = self.edit(card, change, change.field + shift)?;
+            let field = change.field + shift;
+            if let Some(end) = self.line_end(card, field) {
+                let entry = behind.entry((card.file_index(), end.at));
+                entry.or_insert_with(|| (card, end, Vec::new())).2.push((field, change));
+                continue;
+            }
+            let edit = self.edit(card, change, field)?;
             edits.entry(card.file_index()).or_default().push(edit);
+        }
+        for ((file, _), (card, end, mut fields)) in behind {
+            fields.sort_by_key(|f| f.0);
+            let edit = self.append(card, &end, &fields)?;
+            edits.entry(file).or_default().push(edit);
         }
         if !additions.is_empty() {
             let (file, edit) = self.addition(additions)?;
@@ -80,13 +92,68 @@ impl Deck {
         };
         let cell = card.cell(field);
         if cell.format == Format::Absent {
-            return Err(error("is not written on the card, so it has no place for a new value".to_owned()));
+            return Err(error(
+                "is not written on the card, so it has no place for a new value; write its value there first"
+                    .to_owned(),
+            ));
         }
         let text = &self.content.files[card.file_index()].text;
         let room = Room::of(&cell, text);
         let number = format_real(change.value, room.most)
             .ok_or_else(|| error(format!("{} does not fit into {} columns", change.value, room.most)))?;
         Ok(room.write(&number))
+    }
+
+    /// Where the line of a GRID ends, if the coordinate `field` would stand behind its end and can: free or small fields
+    /// without tabs. A coordinate left off is 0, and a node that moves has to have it.
+    fn line_end(&self, card: CardRef<'_>, field: usize) -> Option<LineEnd> {
+        let there = |f: usize| card.cell(f).format != Format::Absent;
+        if card.name() != "GRID" || !(4..=6).contains(&field) || (field..=9).any(there) || there(12) {
+            return None;
+        }
+        let last = (2..field).rev().find(|&f| there(f))?;
+        let cell = card.cell(last);
+        let start = cell.start as usize - usize::from(cell.lead);
+        let at = start + usize::from(cell.width);
+        let text = &self.content.files[card.file_index()].text;
+        let line = text[..at].iter().rposition(|&c| c == b'\n').map_or(0, |n| n + 1);
+        let format = cell.format;
+        let fits = format == Format::Free || (format == Format::Small && !text[line..at].contains(&b'\t'));
+        fits.then_some(LineEnd { last, at, format, width: usize::from(cell.width) })
+    }
+
+    /// Values of fields (ascending) that the line of a card ends before.
+    fn append(&self, card: CardRef<'_>, end: &LineEnd, fields: &[(usize, &Change)]) -> Result<Edit> {
+        let most = if end.format == Format::Free { FREE } else { 8 };
+        let (mut text, mut done) = (String::new(), end.last);
+        if end.format == Format::Small {
+            text.push_str(&" ".repeat(8 - end.width.min(8)));
+        }
+        for &(field, change) in fields {
+            let place = card.at().place;
+            let error = |what: String| {
+                let what =
+                    format!("line {}: {} {} field {field}: {what}", place.line, card.name(), change.id);
+                DeckError::Patch { file: place.file.clone(), what }
+            };
+            if field == done {
+                return Err(error("the same field is changed twice".to_owned()));
+            }
+            let number = format_real(change.value, most)
+                .ok_or_else(|| error(format!("{} does not fit into {most} columns", change.value)))?;
+            if end.format == Format::Free {
+                text.push_str(&",".repeat(field - done));
+            } else {
+                let columns = 8 * (field - end.last - 1) + 8 - end.width.min(8);
+                text.push_str(&" ".repeat(columns.saturating_sub(text.len())));
+            }
+            text.push_str(&number);
+            done = field;
+        }
+        // what stands behind stays where it is as long as there are blanks to write over
+        let source = &self.content.files[card.file_index()].text;
+        let blanks = source[end.at..].iter().take(text.len()).take_while(|&&c| c == b' ').count();
+        Ok(Edit { start: end.at, end: end.at + blanks, text })
     }
 
     /// Lines to add, with the line end of the main file, and where they go.
@@ -117,6 +184,17 @@ impl Deck {
     pub fn next_id(&self, space: Space) -> Id {
         self.ids(space).last().map_or(1, |entry| entry.id.saturating_add(1))
     }
+}
+
+/// What to put behind the line of a card: values by field.
+type Behind<'a> = (CardRef<'a>, LineEnd, Vec<(usize, &'a Change)>);
+
+/// The end of a card's first line: its last field, where that ends, how it is written, its bytes.
+struct LineEnd {
+    last: usize,
+    at: usize,
+    format: Format,
+    width: usize,
 }
 
 /// The columns a field may use.

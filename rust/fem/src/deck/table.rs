@@ -34,6 +34,18 @@ impl Deck {
         grids.map(|entry| coords.position(self.card(entry.card as usize))).collect()
     }
 
+    /// Coordinates of basic points in the system that the GRID of the same position in `ids` is given in, as its fields
+    /// 4 to 6 hold them.
+    ///
+    /// # Errors
+    /// As [`build`], for GRID and CORDi; [`super::DeckError::Selection`] for an id without GRID.
+    pub fn grid_coordinates(&self, ids: &[Id], xyz: &[[f64; 3]]) -> Result<Vec<[f64; 3]>> {
+        let default_cp = self.cards("GRDSET").next().map_or(Ok(None), |card| card.opt_id(3))?;
+        let mut coords = Coords::new(self, default_cp);
+        let at = |(id, x): (&Id, &[f64; 3])| coords.coordinates(self.find("GRID", *id)?.0, *x);
+        ids.iter().zip(xyz).map(at).collect()
+    }
+
     /// All elements: beams, rods, springs, dampers, bushes, masses, shells, solids, rigid elements.
     ///
     /// # Errors

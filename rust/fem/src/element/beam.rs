@@ -25,7 +25,7 @@ pub(crate) const GAUSS4: [(f64, f64); 4] = [
 ];
 
 /// A beam between two offset ends.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct BeamElement {
     /// Material.
     pub material: Material,

@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 use crate::small::{Mat, matmul, rigid, rotations};
 
 /// A bush with its relative-motion map.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct BushElement {
     /// Property.
     pub property: BushProperty,

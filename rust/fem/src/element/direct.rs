@@ -6,7 +6,7 @@ use crate::scalar::Scalar;
 use crate::small::Mat;
 
 /// A symmetric block of one direct matrix.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct DirectElement {
     /// What it is added to.
     pub kind: DirectKind,

@@ -7,7 +7,7 @@ use crate::scalar::Scalar;
 use crate::small::{Mat, rigid};
 
 /// A concentrated mass at a node.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct MassElement {
     /// Matrix.
     pub kind: MassKind,

@@ -26,7 +26,7 @@ pub mod spin;
 pub mod tria3;
 
 /// Matrices of one element; `None` = zero.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Matrices<S> {
     /// Stiffness.
     pub k: Option<Mat<S>>,
@@ -45,7 +45,7 @@ impl<S> Default for Matrices<S> {
 }
 
 /// The element itself, ready to be evaluated.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Data {
     /// CBAR, CBEAM.
     Beam(beam::BeamElement),
@@ -66,7 +66,7 @@ pub enum Data {
 }
 
 /// An element with its place in the model.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Element {
     /// Element id; 0 for a mass added by a configuration and for direct matrices.
     pub id: Id,

@@ -10,7 +10,7 @@ pub type Plane<S> = [[S; 3]; 3];
 pub type Shear<S> = [[S; 2]; 2];
 
 /// A material that a shell can have.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum ShellMaterial {
     /// MAT1.
     Isotropic(Material),

@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 use crate::small::Mat;
 
 /// A rod.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RodElement {
     /// Material.
     pub material: Material,

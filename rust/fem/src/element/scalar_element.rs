@@ -6,7 +6,7 @@ use crate::scalar::Scalar;
 use crate::small::Mat;
 
 /// A scalar spring or dashpot over one or two displacement components.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ScalarElement {
     /// Stiffness.
     pub k: f64,

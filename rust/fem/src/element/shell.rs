@@ -20,7 +20,7 @@ const DRILLING: f64 = 1e-4;
 pub(crate) const MAX: usize = 28;
 
 /// Corners in the plane's axes, origin in the middle.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Corners {
     /// CQUAD4.
     Quad([[f64; 2]; 4]),
@@ -29,7 +29,7 @@ pub enum Corners {
 }
 
 /// A shell.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ShellElement {
     /// Corners.
     pub corners: Corners,

@@ -13,7 +13,7 @@ use crate::parameter::{Factors, Quantity};
 use crate::scalar::Scalar;
 
 /// One ply; its material by slot.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SectionPly {
     /// Index of its material.
     pub slot: usize,
@@ -24,7 +24,7 @@ pub struct SectionPly {
 }
 
 /// What a shell is made of, through its thickness.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Section {
     /// PSHELL.
     Homogeneous {

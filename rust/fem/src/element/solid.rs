@@ -13,7 +13,7 @@ use crate::scalar::Scalar;
 use crate::small::{Mat, condense_tail, inverse_spd};
 
 /// A solid.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SolidElement {
     /// Shape.
     pub kind: SolidKind,
@@ -26,7 +26,7 @@ pub struct SolidElement {
 }
 
 /// Elasticity of a solid.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum SolidLaw {
     /// MAT1.
     Isotropic(Material),

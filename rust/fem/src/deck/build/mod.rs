@@ -13,7 +13,7 @@ mod properties;
 mod springs;
 
 use super::card::CardRef;
-use super::coord::{Coords, V3};
+use super::coord::{Coords, Positions, V3};
 use super::index::Space;
 use super::{Deck, Result};
 use crate::mesh::{Id, Mesh, Node, NodeComponent, Options, Rotation, SCALAR_COMPONENT};
@@ -52,9 +52,18 @@ struct Builder<'d> {
 /// Fields that cannot be read, references to what is not defined, values that make no sense, set selections that
 /// select nothing.
 pub fn build(deck: &Deck, selection: &Selection) -> Result<Mesh> {
+    build_moved(deck, selection, &Positions::new())
+}
+
+/// As [`build`], with nodes at other positions than their GRID says: everything that follows from a position (frames of
+/// curved systems, offsets of masses given by place) follows.
+///
+/// # Errors
+/// As [`build`], and for a moved node that a coordinate system stands on (CORD1).
+pub fn build_moved(deck: &Deck, selection: &Selection, moved: &Positions) -> Result<Mesh> {
     let grdset = deck.cards("GRDSET").next();
     let cp = grdset.map_or(Ok(None), |card| card.opt_id(3))?;
-    let mut builder = Builder { deck, coords: Coords::new(deck, cp), mesh: Mesh::default() };
+    let mut builder = Builder { deck, coords: Coords::new(deck, cp).with(moved), mesh: Mesh::default() };
     builder.mesh.options = options(deck)?;
     builder.nodes()?;
     builder.properties()?;
