@@ -33,6 +33,8 @@ START_REACH, MOST_STARTS = 1.6, (9, 5)
 ALIKE_TRIED, MOST_ALIKE = 3, 12
 # a law that leaves at most so many times what another leaves does as well
 NEARLY = 1.15
+# candidates of one name among those that are fitted once more
+OF_ONE_NAME = 2
 # what scores are divided by before they become probabilities, and the probability that any of the names is right at
 # most: of the 25 names with the highest probability on generated cases (seeds 1 and 104) 21 were
 TEMPERATURE, SUREST = 4.0, 0.85
@@ -308,11 +310,13 @@ class _Judge:
 
     def refined(self, ranked: list[Ranked]) -> list[Ranked]:
         """In rising order of score, the best nonlinear candidates fitted once more in fine steps, all unknowns free."""
-        nonlinear = sorted((r for r in ranked if r.candidate.nonlinear), key=lambda r: r.candidate.chosen)
-        best = nonlinear[: self.settings.refined]
+        best: list[Ranked] = []
+        for r in sorted((r for r in ranked if r.candidate.nonlinear), key=lambda r: r.candidate.chosen):
+            again = sum(r.candidate.name == b.candidate.name for b in best)
+            best += [r] if again < OF_ONE_NAME and len(best) < self.settings.refined else []
         out = [r for r in ranked if not any(r is b for b in best)]
         for r in best:
-            candidate = refit_nonlinear(self.split.fitting, r.candidate)
+            candidate = judge_nonlinear(self.split.choosing, refit_nonlinear(self.split.fitting, r.candidate))
             out.append(self.ranked(_Tried(candidate, r.located, r.recovered)))
         return self.simple_first(sorted((r for r in out if np.isfinite(r.score)), key=lambda r: r.score))
 

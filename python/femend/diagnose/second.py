@@ -150,7 +150,10 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
     """The best of the laws at each place fitted together; None where they do not win against less."""
     best: tuple[float, Terms] | None = None
     tries = [
-        ([Term(collapsed(r.candidate, r.recovered, first.settings), r.located) for r in chosen], chosen[-1].candidate.p)
+        (
+            [Term(collapsed(r.candidate, r.recovered, first.settings), r.located) for r in chosen],
+            plain(first, chosen[-1].candidate.p),
+        )
         for chosen in itertools.product(*(_distinct(first, ranked) for ranked in laws))
     ]
     for terms, p in tries:

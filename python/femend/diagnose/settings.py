@@ -42,7 +42,7 @@ class Settings:
     further: float = 0.1
     members: int = 3
     nonlinear_places: int = 3
-    refined: int = 2
+    refined: int = 3
     gain_cost: float = 40.0
     gain_chosen: float = 0.05
     explained: float = 0.6
