@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import Recovered
 from femend.diagnose.settings import Settings
-from femend.physics import FitCoordinates, physics
+from femend.physics import FitCoordinates, physics, simpler
 
 __all__ = ["SHARP", "collapsed"]
 
@@ -22,9 +23,12 @@ _SPRING = {"end": "joint_stiffness", "clamp": "compliant_support"}
 
 def collapsed(candidate: Candidate, recovered: Recovered | None, settings: Settings) -> Candidate:
     """The linear law as the simplest one whose force at the joint is the same but for `settings.same_law`, a Bouc-Wen
-    loop with a sharp knee as friction; another nonlinear law or a place without recovered motion stays as it is."""
+    loop with a sharp knee as friction, a stop without a gap as a stiffness of two sides; another nonlinear law or a
+    place without recovered motion stays as it is."""
     if candidate.name == "bouc_wen" and candidate.values["n"] > SHARP:
         return _friction(candidate)
+    if candidate.name == "clearance" and recovered is not None:
+        return _bilinear(candidate, max(float(np.abs(d).max(initial=0.0)) for d in recovered.d))
     if candidate.physics is None or candidate.joint is None or candidate.nonlinear or recovered is None:
         return candidate
     kind = candidate.joint.place.kind
@@ -51,8 +55,21 @@ def _friction(candidate: Candidate) -> Candidate:
     moving = (1.0 - law["alpha"]) * law["k"]
     slip = moving * (law["beta"] + law["gamma"]) ** (-1.0 / law["n"])
     k = candidate.k + law["alpha"] * law["k"]
-    entry = physics("coulomb_friction")
-    coordinates = FitCoordinates(entry, {"f": slip, "kt": moving})
+    return _as(candidate, "coulomb_friction", {"f": slip, "kt": moving}, k)
+
+
+def _bilinear(candidate: Candidate, amplitude: float) -> Candidate:
+    """A stop on one side as a bilinear stiffness where its gap is nothing beside the `amplitude` of the motion."""
+    found = simpler(physics("clearance"), candidate.values, amplitude=amplitude, band=(1.0, 1.0))
+    if found is None or found[0] != "bilinear_stiffness":
+        return candidate
+    return _as(candidate, *found, candidate.k)
+
+
+def _as(candidate: Candidate, name: str, values: Mapping[str, float], k: float) -> Candidate:
+    """A nonlinear law told as another one that does the same, beside a companion of stiffness `k`."""
+    entry = physics(name)
+    coordinates = FitCoordinates(entry, values)
     companion = [k / candidate.extra["k_scale"], candidate.c / candidate.extra["c_scale"]]
     return replace(
         candidate,

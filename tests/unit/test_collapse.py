@@ -1,0 +1,44 @@
+"""Laws that do what a simpler one does are told by its name."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.collapse import collapsed
+from femend.diagnose.settings import Settings
+from femend.physics import FitCoordinates, physics
+
+EMPTY = np.zeros(0)
+
+
+def stop(gap: float, sides: float) -> Candidate:
+    """A stop of 3e4 N/m beside a spring of 2e3 N/m."""
+    coordinates = FitCoordinates(physics("clearance"), {"k": 3e4, "gap": gap, "sides": sides})
+    x = np.concatenate([coordinates.start(), [2.0, 0.5]])
+    return Candidate(
+        physics("clearance"), "clearance", None, dict(coordinates.values), EMPTY, x, len(x), 0.0, 1.0, 1.0, 2e3, 0.5,
+        coordinates=coordinates, extra={"k_scale": 1e3, "c_scale": 1.0},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("sides", "sprung", "other"), [(1.0, "k_plus", "k_minus"), (-1.0, "k_minus", "k_plus")])
+def test_a_stop_without_a_gap_is_a_stiffness_of_two_sides(sides: float, sprung: str, other: str) -> None:
+    recovered: Any = SimpleNamespace(d=[np.array([1e-3, -2e-3])])
+    told = collapsed(stop(1e-7, sides), recovered, Settings())
+    assert told.name == "bilinear_stiffness"
+    assert told.values == pytest.approx({sprung: 3e4, other: 0.0}, abs=1e-9)
+    assert (told.k, told.c) == (2e3, 0.5)
+    np.testing.assert_allclose(told.x[-2:], [2.0, 0.5])
+    assert told.coordinates is not None
+    assert len(told.x) == len(told.coordinates.free) + 2
+
+
+def test_a_stop_with_a_gap_stays_one() -> None:
+    recovered: Any = SimpleNamespace(d=[np.array([1e-3, -2e-3])])
+    assert collapsed(stop(1e-4, 1.0), recovered, Settings()).name == "clearance"
+    assert collapsed(stop(1e-7, 2.0), recovered, Settings()).name == "clearance"
