@@ -29,7 +29,7 @@ from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.second import Further, Searched, look_further
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split, split_records
-from femend.diagnose.unmeasured import find_unmeasured, plainly_unmeasured
+from femend.diagnose.unmeasured import find_harmonic, find_unmeasured, plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import Fit, FitRecord, Problem
 from femend.model import Model, Place, ReducedModel, find_places
@@ -131,6 +131,8 @@ def explain(
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
     tell.start("name it", len(short))
     ranked, sigma = list[Ranked](), 0.0
+    if load is None:
+        load = find_harmonic(split, reduced, located, start.g_rows, settings)
     # a load that explains the recordings leaves nothing to name
     settled = load is not None and load.fit.score <= settings.consistent
     worth = not settled and _worth_naming(null, located, settings)

@@ -22,7 +22,7 @@ from femend.diagnose.split import Split
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["find_unmeasured", "plainly_unmeasured"]
+__all__ = ["find_harmonic", "find_unmeasured", "plainly_unmeasured"]
 
 FloatArray = NDArray[np.float64]
 
@@ -78,6 +78,34 @@ def find_unmeasured(
         score(candidate, split.choosing, settings, n_values),
         None if base or not repeats else (int(best.place.g_rows[0][0]), force),
     )
+
+
+def find_harmonic(
+    split: Split, reduced: ReducedModel, located: Sequence[Located], g_rows: list[int], settings: Settings
+) -> LoadFinding | None:
+    """A harmonic force of much the same amplitude in recordings of different level, where the free force at the best
+    place has most of its power near one frequency in each; None otherwise. No law does that."""
+    best, problem = _outside(located, settings.margin), split.whole
+    level = np.array([r.u.std() for r in problem.records])
+    if best is None or best.place.kind == "base" or level.max() < LEVELS * level.min():
+        return None
+    if min(r.y.shape[0] for r in problem.records) < 2 or best.fit.score > settings.adequate:
+        return None
+    recovered = _recovered(split, reduced, best, g_rows)
+    if recovered is None or not all(_peaked(w[:, 0] * np.abs(F[:, 0]) ** 2) for w, F in _seen(recovered)):
+        return None
+    return _sine(split, reduced, best, recovered, settings)
+
+
+def _seen(recovered: Recovered) -> list[tuple[FloatArray, NDArray[np.complex128]]]:
+    """How well a force at the place is seen (K,) and the force (K, n_w), of every record."""
+    return list(zip(recovered.weight, recovered.F, strict=True))
+
+
+def _peaked(power: FloatArray) -> bool:
+    """Whether most of a power (K,) lies within a few lines."""
+    top = int(np.argmax(power))
+    return bool(power[max(0, top - NEAR_LINES) : top + NEAR_LINES + 1].sum() > HARMONIC * power.sum())
 
 
 def plainly_unmeasured(
