@@ -107,3 +107,33 @@ fn contract(graph: &Graph, partner: &[u32]) -> Coarse {
     }
     Coarse { graph: coarse, of }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::graph::grid;
+    use super::*;
+
+    #[test]
+    fn a_grid_is_halved_and_keeps_its_weight_and_links() {
+        let graph = grid([8, 8, 8]);
+        let coarse = coarsen(&graph, 2, &mut Random::new(1));
+        assert!(coarse.graph.len() as f64 <= 0.6 * graph.len() as f64, "{}", coarse.graph.len());
+        assert_eq!(coarse.graph.total(), graph.total());
+        let across = (0..graph.len() as u32)
+            .flat_map(|v| graph.neighbours(v).iter().map(move |&u| (v, u)))
+            .filter(|&(v, u)| coarse.of[v as usize] != coarse.of[u as usize]);
+        let links: u32 =
+            (0..coarse.graph.len() as u32).flat_map(|v| coarse.graph.links(v)).map(|l| l.1).sum();
+        assert_eq!(links as usize, across.count());
+    }
+
+    #[test]
+    fn a_star_coarsens_too() {
+        let n = 101;
+        let mut star = Graph::with_capacity(n, 2 * n);
+        star.push(1, (1..n as u32).map(|u| (u, 1)));
+        (1..n).for_each(|_| star.push(1, [(0, 1)]));
+        let coarse = coarsen(&star, 10, &mut Random::new(1));
+        assert!(coarse.graph.len() < 60, "{}", coarse.graph.len());
+    }
+}

@@ -312,3 +312,31 @@ impl Buckets {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::graph::grid;
+    use super::*;
+
+    #[test]
+    fn a_path_fills_in_nothing() {
+        let graph = grid([1, 1, 200]);
+        let order = minimum_degree(&graph, &[0; 200]);
+        let mut at = vec![0; 200];
+        order.iter().enumerate().for_each(|(k, &v)| at[v as usize] = k);
+        // without fill each vertex has at most one neighbour left when its turn comes
+        let left = |v: u32| graph.neighbours(v).iter().filter(|&&u| at[u as usize] > at[v as usize]).count();
+        assert!((0..200).all(|v| left(v) <= 1));
+    }
+
+    #[test]
+    fn stages_follow_each_other() {
+        let graph = grid([6, 6, 6]);
+        let stage: Vec<u32> = (0..216).map(|v| v * 7 % 5).collect();
+        let order = minimum_degree(&graph, &stage);
+        assert!(order.is_sorted_by_key(|&v| stage[v as usize]));
+        let mut sorted = order;
+        sorted.sort_unstable();
+        assert!(sorted.into_iter().eq(0..216));
+    }
+}

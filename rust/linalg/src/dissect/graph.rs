@@ -107,3 +107,38 @@ impl Graph {
         parts
     }
 }
+
+/// Grid of vertices of weight 1, coupled through faces.
+#[cfg(test)]
+pub(crate) fn grid(sides: [usize; 3]) -> Graph {
+    let [a, b, c] = sides.map(|s| s as u32);
+    let mut graph = Graph::with_capacity(0, 0);
+    for k in 0..a * b * c {
+        let (x, y, z) = (k / (b * c), k / c % b, k % c);
+        let near = [
+            (x > 0).then(|| k - b * c),
+            (x + 1 < a).then(|| k + b * c),
+            (y > 0).then(|| k - c),
+            (y + 1 < b).then(|| k + c),
+            (z > 0).then(|| k - 1),
+            (z + 1 < c).then(|| k + 1),
+        ];
+        graph.push(1, near.into_iter().flatten().map(|u| (u, 1)));
+    }
+    graph
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn subgraphs_keep_what_lies_between_their_vertices() {
+        let graph = grid([1, 3, 3]);
+        let mut local = vec![u32::MAX; graph.len()];
+        let part = graph.induced(&[0, 1, 2, 6, 7], &mut local);
+        assert_eq!(part.components(), vec![vec![0, 1, 2], vec![3, 4]]);
+        assert_eq!((part.total(), part.n_links()), (5, 6));
+        assert!(local.iter().all(|&l| l == u32::MAX));
+    }
+}

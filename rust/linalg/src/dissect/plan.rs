@@ -16,7 +16,7 @@ const WHOLE_GROWTH: usize = 4;
 
 /// No larger parts are tried once an order takes this many times the operations of the best: parts of it that are cheaper
 /// than elsewhere have become unlikely.
-const HOPELESS: f64 = 1.5;
+const HOPELESS: f64 = 1.25;
 
 /// A complete order in which parts of at most `whole` vertices are not divided.
 pub(crate) struct Candidate {
@@ -134,4 +134,31 @@ fn choose<'a>(branch: &'a Branch, around: usize, candidates: &[Candidate]) -> Ch
         choice.pieces = vec![Piece { branch, all: true, candidate }];
     }
     choice
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::graph::grid;
+    use super::super::tree::dissect;
+    use super::*;
+    use crate::Pattern;
+    use crate::nodes::Nodes;
+
+    #[test]
+    fn what_is_put_together_costs_what_was_counted() {
+        let graph = grid([1, 60, 60]);
+        let entries =
+            (0..3600).flat_map(|v| graph.neighbours(v).iter().map(move |&u| (v as usize, u as usize)));
+        let nodes = Nodes::new(&Pattern::from_entries(3600, entries).unwrap());
+        assert_eq!(nodes.len(), graph.len());
+        let names: Vec<u32> = (0..3600).collect();
+        let tree = dissect(&graph, &names, 1);
+        let cost = |order: &[u32]| nodes.costs(order).into_iter().map(|c| c.0).collect();
+        let found = candidates(&graph, &tree, cost);
+        assert!(found.len() > 1);
+        let counted = choose(&tree, usize::MAX, &found).cost;
+        let order = cheapest(&tree, &found);
+        assert!((nodes.cost(&order).0 - counted).abs() < 1e-9 * counted);
+        assert!(found.iter().all(|c| counted <= c.cost.iter().sum::<f64>() * (1.0 + 1e-12)));
+    }
 }

@@ -112,3 +112,41 @@ impl Queue {
         self.heap[k] = item;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::random::Random;
+    use super::*;
+
+    #[test]
+    fn vertices_leave_by_their_latest_keys() {
+        let mut random = Random::new(7);
+        let mut queue = Queue::new(50);
+        let mut keys = [None; 50];
+        for _ in 0..5000 {
+            let (v, key) = (random.below(50), random.below(40) as i64);
+            match random.below(4) {
+                0 => {
+                    queue.remove(v as u32);
+                    keys[v] = None;
+                }
+                1 => {
+                    queue.add(v as u32, key - 20);
+                    keys[v] = keys[v].map(|k| k + key - 20);
+                }
+                2 => {
+                    queue.set(v as u32, key);
+                    keys[v] = Some(key);
+                }
+                _ => {
+                    assert_eq!(queue.top().map(|t| t.0), keys.iter().copied().flatten().max());
+                    if let Some((key, v)) = queue.pop() {
+                        assert_eq!(keys[v as usize].take(), Some(key));
+                    }
+                }
+            }
+        }
+        queue.clear();
+        assert!(queue.top().is_none() && (0..50).all(|v| !queue.contains(v)));
+    }
+}

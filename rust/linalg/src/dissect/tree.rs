@@ -6,7 +6,7 @@ use super::random::Random;
 use super::split::SEPARATOR;
 
 /// Parts of at most this many vertices are not divided.
-const LEAF: usize = 60;
+const LEAF: usize = 100;
 
 /// A side lighter than this part of the whole, beside the separator, is not worth the cut.
 const LEAST_SIDE: f64 = 0.05;
