@@ -13,7 +13,7 @@ use crate::{LinalgError, Pattern};
 const DISSECTION_FROM: usize = 400;
 
 /// Operations of a factorisation per link of the graph from which dissection is tried from further seeds. A run costs about
-/// as much as 8e4 operations per link and a further one takes 2 to 3 % off, so that it pays after some four
+/// as much as 4e4 to 9e4 operations per link and a further one takes 2 to 3 % off, so that it pays after some four
 /// factorisations.
 const SEEDS_FROM: f64 = 8e5;
 

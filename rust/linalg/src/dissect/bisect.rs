@@ -17,8 +17,7 @@ const GROWTHS: usize = 8;
 const STALLED: f64 = 0.9;
 
 /// Two coarse graphs are made of the first graph and again whenever it has shrunk by this factor, and the lighter separator
-/// is kept: which separators a coarse graph can show is luck. A larger factor saves little, because the second run costs
-/// most at the top, and a smaller one multiplies the runs.
+/// is kept: which separators a coarse graph can show is luck. The runs double each time, the vertices fall to a sixth.
 const TRIAL_SHRINK: usize = 6;
 
 /// Vertices below which a graph is run through once: small parts take half the time and a few percent of the operations.

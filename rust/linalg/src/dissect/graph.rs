@@ -67,8 +67,7 @@ impl Graph {
         self.adj.len()
     }
 
-    /// The subgraph on some vertices, edges of weight 1. `local` (one entry a vertex) is scratch and may hold anything
-    /// but positions of `members` at vertices outside: it is filled with [`u32::MAX`] before and after.
+    /// The subgraph on some vertices, edges of weight 1. `local` is scratch with [`u32::MAX`] for each vertex, and is left so.
     pub(crate) fn induced(&self, members: &[u32], local: &mut [u32]) -> Self {
         members.iter().enumerate().for_each(|(k, &v)| local[v as usize] = k as u32);
         let links = members.iter().map(|&v| self.neighbours(v).len()).sum();

@@ -38,7 +38,8 @@ impl Split {
 ///
 /// Eliminating a separator of weight S takes about S³ operations, a side of weight W about W²; both sides together cost as
 /// much as the separator when they are level. With x the part of the heavier side, imbalance then adds
-/// 4 (x - 1/2)² S³ operations, as if S were larger by a third of that. Beyond [`LARGEST_SIDE`] the excess counts in full.
+/// 4 (x - 1/2)² S³ operations, as if S were larger by a third of that. Beyond [`LARGEST_SIDE`] the excess counts twice; the
+/// smallest term decides between separators of equal weight.
 pub(crate) fn score(weights: [i64; 3]) -> f64 {
     let [a, b, s] = weights.map(|w| w as f64);
     let outside = a + b;
