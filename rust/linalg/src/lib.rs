@@ -6,9 +6,11 @@
 
 mod complex;
 mod dense;
+mod dissect;
 mod error;
 mod factor;
 mod front;
+mod join;
 mod memory;
 mod nodes;
 mod numeric;

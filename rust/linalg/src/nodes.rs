@@ -6,14 +6,9 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
 
+use crate::dissect::Graph;
+use crate::join::{join, members};
 use crate::{LinalgError, Pattern};
-
-/// DOFs that a node may have when they are joined by likeness.
-const NODE_DOFS: usize = 6;
-
-/// Share of common neighbours from which two consecutive DOFs belong to one node. Neighbouring nodes of a regular mesh of
-/// solids share 0.5, on its faces 0.67.
-const ALIKE: f64 = 0.75;
 
 /// The graph of nodes: DOFs grouped by identical closed adjacency.
 pub(crate) struct Nodes {
@@ -27,21 +22,20 @@ impl Nodes {
     pub(crate) fn new(pattern: &Pattern) -> Self {
         let n = pattern.n();
         let mut group = vec![u32::MAX; n];
-        let mut dofs: Vec<Vec<u32>> = Vec::new();
+        // one DOF of each group
+        let mut first: Vec<u32> = Vec::new();
         let mut by_hash: HashMap<u64, Vec<u32>> = HashMap::new();
         for j in 0..n {
             let found = by_hash.entry(hash(pattern, j)).or_default();
-            let same =
-                found.iter().copied().find(|&g| closed_equal(pattern, dofs[g as usize][0] as usize, j));
-            let g = same.unwrap_or_else(|| {
-                found.push(dofs.len() as u32);
-                dofs.push(Vec::new());
-                dofs.len() as u32 - 1
+            let same = found.iter().copied().find(|&g| closed_equal(pattern, first[g as usize] as usize, j));
+            group[j] = same.unwrap_or_else(|| {
+                found.push(first.len() as u32);
+                first.push(j as u32);
+                first.len() as u32 - 1
             });
-            dofs[g as usize].push(j as u32);
-            group[j] = g;
         }
-        join_alike(pattern, &mut dofs, &mut group);
+        join(pattern, &mut group);
+        let dofs = members(&group);
         let mut seen = vec![u32::MAX; dofs.len()];
         let (mut ptr, mut adj) = (vec![0u32], Vec::new());
         for (g, members) in dofs.iter().enumerate() {
@@ -99,32 +93,33 @@ impl Nodes {
 
     /// Exact operations (squared column counts) and entries of the factor under an order of nodes.
     pub(crate) fn cost(&self, order: &[u32]) -> (f64, f64) {
+        let costs = self.costs(order);
+        (costs.iter().map(|c| c.0).sum(), costs.iter().map(|c| c.1).sum())
+    }
+
+    /// Operations and entries of the columns of each node.
+    pub(crate) fn costs(&self, order: &[u32]) -> Vec<(f64, f64)> {
         let (_, below) = self.elimination(order);
-        let (mut flops, mut nnz) = (0.0, 0.0);
+        let mut costs = vec![(0.0, 0.0); self.len()];
         for (i, &old) in order.iter().enumerate() {
+            let (flops, nnz) = &mut costs[old as usize];
             for d in 0..self.dofs[old as usize].len() {
                 let count = below[i] + (d + 1) as f64;
-                flops += count * count;
-                nnz += count;
+                *flops += count * count;
+                *nnz += count;
             }
         }
-        (flops, nnz)
+        costs
     }
 
     pub(crate) fn amd(&self) -> Result<Vec<u32>, LinalgError> {
         minimum_degree(&self.ptr, &self.adj)
     }
 
-    pub(crate) fn dissection(&self, seed: u64) -> Result<Vec<u32>, LinalgError> {
-        let ptr: Vec<i32> = self.ptr.iter().map(|&v| v as i32).collect();
-        let adj: Vec<i32> = self.adj.iter().map(|&v| v as i32).collect();
-        let fail = |text: String| LinalgError::Library(format!("nested dissection failed: {text}"));
-        let graph = feral_metis::CscPattern::new(self.len(), &ptr, &adj)
-            .ok_or_else(|| fail("graph too large".into()))?;
-        let options = feral_metis::MetisOptions { seed, ..Default::default() };
-        let (order, ..) =
-            feral_metis::metis_order_full(&graph, &options).map_err(|e| fail(format!("{e:?}")))?;
-        Ok(order.into_iter().map(|v| v as u32).collect())
+    /// The graph with the nodes' numbers of DOFs as weights.
+    pub(crate) fn graph(&self) -> Graph {
+        let weights = self.dofs.iter().map(|d| d.len() as u32).collect();
+        Graph::new(self.ptr.clone(), self.adj.clone(), weights)
     }
 }
 
@@ -139,46 +134,6 @@ fn minimum_degree(ptr: &[u32], adj: &[u32]) -> Result<Vec<u32>, LinalgError> {
     amd::order_maybe_unsorted(&mut forward, &mut inverse, graph, amd::Control::default(), stack)
         .map_err(|e| LinalgError::Library(format!("minimum-degree ordering failed: {e:?}")))?;
     Ok(forward)
-}
-
-/// Joins groups of consecutive DOFs that share most of their neighbours: DOFs of one node among whose stiffnesses some
-/// happen to be zero and are not stored. The factor then holds those zeros.
-fn join_alike(pattern: &Pattern, dofs: &mut Vec<Vec<u32>>, group: &mut [u32]) {
-    for j in 1..pattern.n() {
-        let (g, h) = (group[j - 1] as usize, group[j] as usize);
-        if g == h || dofs[g].len() + dofs[h].len() > NODE_DOFS {
-            continue;
-        }
-        let (a, b) = (pattern.column(dofs[g][0] as usize), pattern.column(j));
-        if (a.len().min(b.len()) as f64) < ALIKE * a.len().max(b.len()) as f64 {
-            continue;
-        }
-        let common = common(a, b);
-        if common as f64 >= ALIKE * (a.len() + b.len() - common) as f64 {
-            let moved = std::mem::take(&mut dofs[h]);
-            moved.iter().for_each(|&d| group[d as usize] = g as u32);
-            dofs[g].extend(moved);
-            dofs[g].sort_unstable();
-        }
-    }
-    let mut number = vec![0u32; dofs.len()];
-    let mut count = 0;
-    for (g, members) in dofs.iter().enumerate() {
-        number[g] = count;
-        count += u32::from(!members.is_empty());
-    }
-    dofs.retain(|members| !members.is_empty());
-    group.iter_mut().for_each(|g| *g = number[*g as usize]);
-}
-
-/// Entries that two rising lists share.
-fn common(a: &[u32], b: &[u32]) -> usize {
-    let (mut i, mut j, mut count) = (0, 0, 0);
-    while i < a.len() && j < b.len() {
-        count += usize::from(a[i] == b[j]);
-        (i, j) = (i + usize::from(a[i] <= b[j]), j + usize::from(b[j] <= a[i]));
-    }
-    count
 }
 
 /// Order-free hash of the closed adjacency of DOF `j`.

@@ -2,17 +2,20 @@
 //!
 //! DOFs with identical adjacency (the DOFs of one node) are merged before ordering, which keeps their columns together in
 //! one supernode and makes the ordering about ten times cheaper. `Auto` runs approximate minimum degree and nested
-//! dissection and keeps the cheaper by its exact number of operations: dissection wins on solids, minimum degree on shells.
+//! dissection, which hands parts to minimum degree wherever that is cheaper, and keeps the cheaper by its exact number of
+//! operations.
 
+use crate::dissect::nested_dissection;
 use crate::nodes::Nodes;
 use crate::{LinalgError, Pattern};
 
 /// Graphs below this many nodes are ordered by minimum degree alone in `Auto`: dissection has nothing to gain.
 const DISSECTION_FROM: usize = 400;
 
-/// Operations of a factorisation from which dissection is tried from further seeds: one trial costs about as much as 2e10
-/// operations, and the seeds differ by up to a third.
-const SEEDS_FROM: f64 = 1e11;
+/// Operations of a factorisation per link of the graph from which dissection is tried from further seeds. A run costs about
+/// as much as 4e4 to 9e4 operations per link and a further one takes 2 to 3 % off, so that it pays after some four
+/// factorisations.
+const SEEDS_FROM: f64 = 8e5;
 
 /// Which ordering to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -82,15 +85,18 @@ impl NodeOrder {
 }
 
 /// Nested dissection; where the factorisation is dear, the cheapest from several seeds.
-fn dissect(nodes: &Nodes) -> Result<NodeOrder, LinalgError> {
-    let from = |seed| nodes.dissection(seed).map(|o| NodeOrder::new(nodes, o, Ordering::NestedDissection));
-    let first = from(1)?;
-    if first.flops < SEEDS_FROM {
-        return Ok(first);
+fn dissect(nodes: &Nodes) -> NodeOrder {
+    let graph = nodes.graph();
+    let cost = |order: &[u32]| nodes.costs(order).into_iter().map(|c| c.0).collect();
+    let from =
+        |seed| NodeOrder::new(nodes, nested_dissection(&graph, seed, cost), Ordering::NestedDissection);
+    let first = from(1);
+    if first.flops < SEEDS_FROM * graph.n_links() as f64 {
+        return first;
     }
     let (second, third) = rayon::join(|| from(2), || from(3));
     let cheaper = |a: NodeOrder, b: NodeOrder| if b.flops < a.flops { b } else { a };
-    Ok(cheaper(cheaper(first, second?), third?))
+    cheaper(cheaper(first, second), third)
 }
 
 /// Orders the graph of nodes.
@@ -100,11 +106,11 @@ pub(crate) fn choose(nodes: &Nodes, ordering: Ordering) -> Result<NodeOrder, Lin
     match ordering {
         Ordering::Natural => Ok(NodeOrder::new(nodes, (0..nodes.len() as u32).collect(), Ordering::Natural)),
         Ordering::Amd => amd(),
-        Ordering::NestedDissection => nd(),
+        Ordering::NestedDissection => Ok(nd()),
         Ordering::Auto if nodes.len() < DISSECTION_FROM => amd(),
         Ordering::Auto => {
             let (a, b) = rayon::join(amd, nd);
-            let (a, b) = (a?, b?);
+            let a = a?;
             Ok(if b.flops < a.flops { b } else { a })
         }
     }
