@@ -53,6 +53,8 @@ class Truth:
     E: tuple[float, float] = (7e10, 7e10)
     more: tuple[str, ...] = ()
     laws: list[tuple[int, str, dict[str, float]]] = field(default_factory=list)
+    sine: tuple[int, float, float] | None = None
+    """Node, frequency (Hz) and amplitude (N) of a force in Z that no recording holds, begun a period after each."""
 
 
 def dense_modes(model: Model) -> tuple[Array, Array]:
@@ -87,10 +89,17 @@ def respond(folder: Path, truth: Truth, u: Array) -> Array:
     laws = [[(name, values)] for _, name, values in truth.laws]
     n = len(u)
     fine = np.fft.irfft(np.fft.rfft(u, 2 * n), 2 * n * UPSAMPLING)[: n * UPSAMPLING] * UPSAMPLING
-    into = phi[[6 * model.index(SHAKER) + 2]][:, keep]
+    inputs, forces = [SHAKER], [fine]
+    if truth.sine is not None:
+        node, freq, amplitude = truth.sine
+        t = np.arange(len(fine)) / RATE / UPSAMPLING
+        inputs.append(node)
+        forces.append(amplitude * np.sin(2 * np.pi * freq * t) * (t > 1 / freq))
+    into = phi[[6 * model.index(node) + 2 for node in inputs]][:, keep]
     y = _core.simulate(
-        omega[keep], zeta, into, phi[rows][:, keep], w, laws, fine[None], 1 / RATE / UPSAMPLING, stride=UPSAMPLING
-    )[0]
+        omega[keep], zeta, into, phi[rows][:, keep], w, laws, np.array(forces), 1 / RATE / UPSAMPLING,
+        stride=UPSAMPLING,
+    )[0]  # fmt: skip
     return np.asarray(y)
 
 

@@ -1,14 +1,23 @@
-"""What forces of several recordings have in common, line by line."""
+"""Forces nobody recorded: what those of several recordings have in common, and a harmonic one from end to end."""
 
 from __future__ import annotations
 
+import json
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
+from femend.diagnose.joint import STANDS_OUT, _wiener
 from femend.diagnose.unmeasured import _mean_force
+from femend.study.run import diagnose
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
 
 N, RECORDS = 2000, 3
 
@@ -56,3 +65,28 @@ def test_lines_of_one_recording_alone_agree_with_nothing() -> None:
     own = [spectra(i, len(x)) for i, x in enumerate(index)]
     _, alike, _ = _mean_force(recovered(own, index))
     assert max(alike) < 0.7
+
+
+def test_a_force_is_held_to_the_power_expected_of_it_as_far_as_the_sensors_leave_it_open() -> None:
+    gram, force = np.full((3, 1, 1), 0.5 + 0j), np.array([[4.0 + 0j], [4.0], [4.0]])
+    shown = gram[:, :, 0] * force
+    found = _wiener(gram, shown, np.array([[1e12], [2.0], [1e-12]]))
+    np.testing.assert_allclose(found, [[4.0], [2.0], [0.0]], atol=1e-9)
+    # a line that stands out is seen as what it is once it is not held to its neighbours
+    first = np.abs(_wiener(gram * 0.1, shown * 0.1, np.full((3, 1), 0.5))) ** 2
+    assert (first < STANDS_OUT * 0.5).all()
+
+
+@pytest.mark.parametrize("freq", [61.3, 96.0])
+def test_a_harmonic_force_that_begins_later_is_found(tmp_path: Path, freq: float) -> None:
+    study = small_study.write_study(tmp_path, small_study.Truth((7.3e10, 6.8e10), sine=(8, freq, 0.6)))
+    diagnose(study, tmp_path / "out")
+    result = json.loads((tmp_path / "out/result.json").read_text(encoding="utf-8"))
+    assert result["verdict"] == "missing-physics"
+    (finding,) = result["findings"]
+    assert finding["physics"] == "unmeasured_force"
+    assert finding["location"]["direction"] == "Z"
+    told = {node for place in finding["location"].get("ambiguous", []) for node in place.get("nodes", place)}
+    assert {7, 8, 9} & {*finding["location"]["nodes"], *told}
+    assert finding["parameters"]["frequency"]["value"] == pytest.approx(freq, abs=0.3)
+    assert finding["parameters"]["amplitude"]["value"] == pytest.approx(0.6, rel=0.15)

@@ -131,8 +131,6 @@ def explain(
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
     tell.start("name it", len(short))
     ranked, sigma = list[Ranked](), 0.0
-    if load is None:
-        load = find_harmonic(split, reduced, located, start.g_rows, settings)
     # a load that explains the recordings leaves nothing to name
     settled = load is not None and load.fit.score <= settings.consistent
     worth = not settled and _worth_naming(null, located, settings)
@@ -182,8 +180,8 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
     if found.load is not None and (best is None or found.load.score < best.score):
         return replace(found, verdict="missing-physics", place=None)
     named = best is not None and _accepted(found, best)
-    if not (named and best is not None and _adequate(found, best)) and (plainly or _clearly_missing(found)):
-        unmeasured = find_unmeasured(found.split, found.reduced, found.located, found.g_rows, settings)
+    if not (named and best is not None and _adequate(found, best)):
+        unmeasured = _unmeasured(found, plainly)
         if unmeasured is not None:
             return replace(found, verdict="missing-physics", load=unmeasured)
     rival = _rival(found, named)
@@ -215,6 +213,16 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
         "of the place itself"
     )  # fmt: skip
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
+
+
+def _unmeasured(found: Diagnosis, plainly: bool) -> LoadFinding | None:
+    """A force nobody recorded: any where much is missing, and a harmonic one where less is."""
+    given = (found.split, found.reduced, found.located, found.g_rows, found.settings)
+    if plainly or _clearly_missing(found):
+        return find_unmeasured(*given)
+    if found.null.score <= found.settings.consistent:
+        return None
+    return find_harmonic(*given, found.null_chosen, found.null_score)
 
 
 def with_further(

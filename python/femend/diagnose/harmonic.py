@@ -6,6 +6,7 @@ decays eliminated, is a quadratic of both: six evaluations give its minimum exac
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,9 +20,10 @@ __all__ = ["Harmonic", "fit_harmonic"]
 
 FloatArray = NDArray[np.float64]
 
-# frequencies tried around each of the strongest peaks, in units of the inverse record length; how often they close in
+# frequencies tried around each of the strongest peaks, up to the inverse record length away, and how often they close in
 PEAKS, AROUND, CLOSER = 3, 7, 2
-ROUNDS = 3
+# times the model and the force are fitted in turns, and how near the last frequency the next is looked for
+ROUNDS, NEARER = 3, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,44 +42,63 @@ class Harmonic:
         return _waves(self.freq, n, dt) @ amplitudes
 
     def on(self, problem: Problem, reduced: ReducedModel, scale: float) -> Problem:
-        """Other records with the force in them, its amplitudes taken from them, at the fitted unknowns."""
-        nothing = Hypothesis(reduced, np.zeros((0, reduced.r)))
+        """All lines of other records with the force in them, its amplitudes taken from them, at the fitted unknowns."""
+        problem, nothing = problem.thinned(None), Hypothesis(reduced, np.zeros((0, reduced.r)))
         amplitudes, _ = _amplitudes(problem, nothing, self.fit.p, self.row, self.freq, scale)
         return _loaded(problem, self.row, self.freq, amplitudes)
 
 
 def fit_harmonic(
-    problem: Problem, reduced: ReducedModel, row: int, seen: list[tuple[FloatArray, FloatArray]], p: FloatArray
+    problem: Problem,
+    reduced: ReducedModel,
+    row: int,
+    seen: list[tuple[FloatArray, FloatArray]],
+    starts: Sequence[FloatArray],
 ) -> Harmonic | None:
     """The harmonic force at row `row` of the g-set that explains the records best.
 
-    `seen` are frequencies (K,) in Hz and the power (K,) that a force there shows at the sensors, of every record; `p`
-    (n_unknowns,) is where the model's unknowns begin. None where the model cannot be fitted.
+    `seen` are frequencies (K,) in Hz and the power (K,) that a force there shows at the sensors, of every record;
+    `starts` are unknowns of the model (n_unknowns,), each tried as where its fit begins. None where the model cannot be
+    fitted.
     """
-    few = problem.thinned(200)
+    # on all lines: thinned ones would be others for every force that is tried
+    problem = problem.thinned(None)
     nothing = Hypothesis(reduced, np.zeros((0, reduced.r)))
     scale = 0.1 * float(np.mean([r.u.std() for r in problem.records]))
-    fit: Fit | None = None
-    freqs = _peaks(seen)
     width = 1.0 / (problem.records[0].n * problem.records[0].dt)
-    best = (np.inf, freqs[0], np.zeros((len(problem.records), 2)))
+    freqs = _peaks(seen)
+    begun = [(_closest(problem, nothing, start, row, freqs, width, scale), start) for start in starts]
+    (_, freq, amplitudes), p = min(begun, key=lambda b: b[0][0] + problem.prior_cost(reduced, b[1]))
     for _ in range(ROUNDS):
-        for _ in range(CLOSER):
-            tried = [f + d * width for f in freqs for d in np.linspace(-1, 1, AROUND)]
-            for freq in tried:
-                amplitudes, cost = _amplitudes(few, nothing, p, row, freq, scale)
-                if cost < best[0]:
-                    best = (cost, freq, amplitudes)
-            freqs, width = [best[1]], width / AROUND * 2
-        loaded = _loaded(problem, row, best[1], best[2])
+        loaded = _loaded(problem, row, freq, amplitudes)
         (fit,) = loaded.fit([nothing], [(p, np.zeros(0))], iterations=8)
         if fit is None:
             return None
-        p, best = fit.p, (np.inf, best[1], best[2])
-    amplitudes, _ = _amplitudes(problem, nothing, p, row, best[1], scale)
-    loaded = _loaded(problem, row, best[1], amplitudes)
+        p = fit.p
+        _, freq, amplitudes = _closest(problem, nothing, p, row, [freq], width * NEARER, scale)
+    loaded = _loaded(problem, row, freq, amplitudes)
     (fit,) = loaded.fit([nothing], [(p, np.zeros(0))], iterations=8)
-    return None if fit is None else Harmonic(row, best[1], amplitudes, fit, loaded)
+    return None if fit is None else Harmonic(row, freq, amplitudes, fit, loaded)
+
+
+def _closest(
+    problem: Problem,
+    nothing: Hypothesis,
+    p: FloatArray,
+    row: int,
+    freqs: list[float],
+    width: float,
+    scale: float,
+) -> tuple[float, float, FloatArray]:
+    """Least cost, its frequency and amplitudes (n_records, 2), within `width` (Hz) of one of `freqs`."""
+    best = (np.inf, freqs[0], np.zeros((len(problem.records), 2)))
+    for _ in range(CLOSER):
+        for freq in [f + d * width for f in freqs for d in np.linspace(-1, 1, AROUND)]:
+            amplitudes, cost = _amplitudes(problem, nothing, p, row, freq, scale)
+            if cost < best[0]:
+                best = (cost, freq, amplitudes)
+        freqs, width = [best[1]], width / AROUND * 2
+    return best
 
 
 def _waves(freq: float, n: int, dt: float) -> FloatArray:

@@ -22,6 +22,8 @@ ComplexArray = NDArray[np.complex128]
 
 # lines a record on which the equivalent spring and dashpot of a place are fitted
 FEW_LINES = 120
+# times the power expected from its neighbours from which a line stands out
+STANDS_OUT = 9.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,14 +119,17 @@ class Recovered:
     index: list[NDArray[np.int64]]
 
 
-def recover(problem: Problem, joint: Joint, start: FloatArray, *, by_record: bool = False) -> Recovered | None:
+def recover(
+    problem: Problem, joint: Joint, start: FloatArray, *, by_record: bool = False, sharp: bool = False
+) -> Recovered | None:
     """Reads off what the coordinate of an opened joint did.
 
     `start` are unknowns of the model; None where the opened model falls apart there. An equivalent spring and dashpot,
     the same in all records or one in each (`by_record`, for what depends on the level), give force, displacement and
     free decays; what the sensors still see beyond them goes to the force as far as they see the joint at all (Wiener
     form). A bare least-squares force would be noise where the joint is hardly seen, and could trade any free decay
-    against itself near a resonance.
+    against itself near a resonance. With `sharp`, lines that stand out of their neighbours are not held to them: a
+    force from outside may be harmonic.
     """
     (fit,) = problem.fit([joint.hypothesis(None)], [(start, np.zeros(0))], iterations=8)
     if fit is None or not np.isfinite(fit.score):
@@ -149,9 +154,10 @@ def recover(problem: Problem, joint: Joint, start: FloatArray, *, by_record: boo
         # where the equivalent element explains little, the force is not known to be like its own
         more_than = misfit / max(float(fit.misfit[i]), 1e-12) if by_record else equal.score / max(fit.score, 1e-12)
         spread = _smooth(np.abs(F_eq) ** 2) * max(1.0, more_than)
-        ridge = gram + np.eye(len(w))[None] / spread[:, None, :]
-        more = np.linalg.solve(ridge, np.einsum("ksw,ks->kw", weighted.conj(), left)[:, :, None])[:, :, 0]
-        F = F_eq + more
+        shown = np.einsum("ksw,ks->kw", weighted.conj(), left)
+        F = F_eq + _wiener(gram, shown, spread)
+        if sharp:
+            F = F_eq + _wiener(gram, shown, np.where(np.abs(F) ** 2 > STANDS_OUT * spread, np.abs(F) ** 2, spread))
         weight = np.real(np.einsum("kww->kw", gram))
         c = np.einsum("kr,vr,wr->kvw", g, w, w, optimize=True)
         D = D - F_eq * joint.compliance + np.einsum("kvw,kw->kv", c, F - F_eq)
@@ -160,6 +166,13 @@ def recover(problem: Problem, joint: Joint, start: FloatArray, *, by_record: boo
         out.weight.append(weight)
         _to_time(out, line, s)
     return out
+
+
+def _wiener(gram: ComplexArray, shown: ComplexArray, spread: FloatArray) -> ComplexArray:
+    """Forces (K, n_w) that the sensors show (K, n_w) with the information `gram` (K, n_w, n_w), of prior power `spread`
+    (K, n_w)."""
+    ridge = gram + np.eye(gram.shape[1])[None] / spread[:, None, :]
+    return np.asarray(np.linalg.solve(ridge, shown[:, :, None])[:, :, 0])
 
 
 def _nearest_element(

@@ -56,7 +56,7 @@ def find_unmeasured(
         return None
     base = best.place.kind == "base"
     if not base:
-        sine = _sine(split, reduced, best, recovered, settings)
+        sine = _sine(split, reduced, best, recovered, (best.fit.p,), settings)
         if sine is not None:
             return sine
     if not _from_outside(problem, recovered):
@@ -81,10 +81,16 @@ def find_unmeasured(
 
 
 def find_harmonic(
-    split: Split, reduced: ReducedModel, located: Sequence[Located], g_rows: list[int], settings: Settings
+    split: Split,
+    reduced: ReducedModel,
+    located: Sequence[Located],
+    g_rows: list[int],
+    settings: Settings,
+    without: Candidate,
+    null_score: float,
 ) -> LoadFinding | None:
-    """A harmonic force of much the same amplitude in recordings of different level, where the free force at the best
-    place has most of its power near one frequency in each; None otherwise. No law does that."""
+    """A harmonic force that wins on unseen data against the model `without` it (its score `null_score`) as a law has to,
+    for what stands too little above the noise to be taken for missing whatever it is; None otherwise."""
     best, problem = _outside(located, settings.margin), split.whole
     level = np.array([r.u.std() for r in problem.records])
     if best is None or best.place.kind == "base" or level.max() < LEVELS * level.min():
@@ -92,20 +98,14 @@ def find_harmonic(
     if min(r.y.shape[0] for r in problem.records) < 2 or best.fit.score > settings.adequate:
         return None
     recovered = _recovered(split, reduced, best, g_rows)
-    if recovered is None or not all(_peaked(w[:, 0] * np.abs(F[:, 0]) ** 2) for w, F in _seen(recovered)):
+    if recovered is None:
         return None
-    return _sine(split, reduced, best, recovered, settings)
-
-
-def _seen(recovered: Recovered) -> list[tuple[FloatArray, NDArray[np.complex128]]]:
-    """How well a force at the place is seen (K,) and the force (K, n_w), of every record."""
-    return list(zip(recovered.weight, recovered.F, strict=True))
-
-
-def _peaked(power: FloatArray) -> bool:
-    """Whether most of a power (K,) lies within a few lines."""
-    top = int(np.argmax(power))
-    return bool(power[max(0, top - NEAR_LINES) : top + NEAR_LINES + 1].sum() > HARMONIC * power.sum())
+    found = _sine(split, reduced, best, recovered, (best.fit.p, without.p), settings)
+    if found is None:
+        return None
+    less = float(np.log(without.chosen / max(found.candidate.chosen, 1e-12)))
+    won = settings.wins(null_score - found.score, less, without.prior - found.candidate.prior)
+    return found if won else None
 
 
 def plainly_unmeasured(
@@ -137,7 +137,7 @@ def _recovered(split: Split, reduced: ReducedModel, best: Located, g_rows: list[
 
     def make() -> tuple[Located, Recovered | None]:
         joint = open_joint(best.place, reduced, split.whole.band[1], g_rows)
-        return best, recover(split.whole.thinned(None), joint, best.fit.p)
+        return best, recover(split.whole.thinned(None), joint, best.fit.p, sharp=True)
 
     # the place is kept with its answer, so that no other object can take its identity
     kept: tuple[Located, Recovered | None] = split.whole.kept(("recovered", id(best)), make)
@@ -152,7 +152,12 @@ def _outside(located: Sequence[Located], margin: float) -> Located | None:
 
 
 def _sine(
-    split: Split, reduced: ReducedModel, best: Located, recovered: Recovered, settings: Settings
+    split: Split,
+    reduced: ReducedModel,
+    best: Located,
+    recovered: Recovered,
+    starts: Sequence[FloatArray],
+    settings: Settings,
 ) -> LoadFinding | None:
     """A harmonic force of much the same amplitude in all recordings that explains unseen data adequately."""
     row = int(best.place.g_rows[0][0])
@@ -160,7 +165,7 @@ def _sine(
         (index / (r.n * r.dt), w[:, 0] * np.abs(F[:, 0]) ** 2)
         for index, r, w, F in zip(recovered.index, recovered.records, recovered.weight, recovered.F, strict=True)
     ]
-    whole = fit_harmonic(split.whole, reduced, row, shown, best.fit.p)
+    whole = fit_harmonic(split.whole, reduced, row, shown, starts)
     if whole is None:
         return None
     size = np.linalg.norm(whole.amplitudes, axis=1)
