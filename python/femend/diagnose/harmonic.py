@@ -20,7 +20,7 @@ __all__ = ["Harmonic", "fit_harmonic"]
 
 FloatArray = NDArray[np.float64]
 
-# frequencies tried around each of the strongest peaks, up to the inverse record length away, and how often they close in
+# frequencies tried around each of the strongest peaks, within the inverse record length, and how often they close in
 PEAKS, AROUND, CLOSER = 3, 7, 2
 # times the model and the force are fitted in turns, and how near the last frequency the next is looked for
 ROUNDS, NEARER = 3, 0.1

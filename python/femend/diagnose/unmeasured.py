@@ -89,7 +89,7 @@ def find_harmonic(
     without: Candidate,
     null_score: float,
 ) -> LoadFinding | None:
-    """A harmonic force that wins on unseen data against the model `without` it (its score `null_score`) as a law has to,
+    """A harmonic force that wins on unseen data against the model `without` it (score `null_score`) as a law has to,
     for what stands too little above the noise to be taken for missing whatever it is; None otherwise."""
     best, problem = _outside(located, settings.margin), split.whole
     level = np.array([r.u.std() for r in problem.records])
