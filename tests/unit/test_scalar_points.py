@@ -49,6 +49,23 @@ def dense(model: Model, which: int) -> np.ndarray:
     return np.asarray(csc_array((values[which], indices, indptr), shape=(model.fe.n_a,) * 2).toarray())
 
 
+def test_a_mass_between_two_dofs_moves_with_their_difference(tmp_path: Path) -> None:
+    """In displacement frames (node 2 has one turned by 30 degrees), and scaled by WTMASS as other masses are."""
+    more = "CORD2R,5,,0.,0.,0.,0.,0.,1.,\n,.8660254037844387,.5,0.\nGRID,3,,4.,0.,0.,5,3456\n"
+    more += "CELAS2,9,100.,3,1,,,\nCELAS2,10,100.,3,2\nCMASS2,30,0.5,1,1,3,2\nCMASS4,31,0.25,11,12\nPMASS,8,2.\nCMASS1,32,8,3,1,2,1\n"
+    model = read_model(write(tmp_path, CHAIN + more))
+    order = {dof: i for i, dof in enumerate(zip(model.fe.dof_nodes, model.fe.dof_components, strict=True))}
+    expected = np.zeros((6, 6))
+    for dof, m in {(1, 1): 2.0, (2, 1): 1.0, (11, 4): 3.0, (12, 4): 1.5}.items():
+        expected[order[dof], order[dof]] = m
+    for a, b, m in (((1, 1), (3, 2), 0.5), ((11, 4), (12, 4), 0.25), ((3, 1), (2, 1), 2.0)):
+        i, j = order[a], order[b]
+        expected[[i, j, i, j], [i, j, j, i]] += [m, m, -m, -m]
+    np.testing.assert_allclose(dense(model, 1), expected)
+    scaled = read_model(write(tmp_path, CHAIN + more + "PARAM,WTMASS,0.5\n"))
+    np.testing.assert_allclose(dense(scaled, 1), 0.5 * expected)
+
+
 def test_a_chain_of_grids_and_scalar_points(tmp_path: Path) -> None:
     model = read_model(write(tmp_path, CHAIN))
     assert model.fe.scalar_points.tolist() == [11, 12]  # named by CELAS4: no SPOINT needed

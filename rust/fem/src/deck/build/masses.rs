@@ -1,10 +1,10 @@
-//! CONM1, CONM2, and CMASS1 to 4 with one end on the ground.
+//! CONM1, CONM2, and CMASS1 to 4.
 
 use super::Builder;
 use crate::deck::coord::{sub, tensor_to_basic, to_basic};
 use crate::deck::index::Space;
 use crate::deck::{CardRef, Result};
-use crate::mesh::{Id, Mass, MassKind, NodeComponent, Rotation};
+use crate::mesh::{DirectKind, DirectMatrix, Id, Mass, MassKind, Rotation};
 
 impl<'d> Builder<'d> {
     pub(super) fn masses(&mut self) -> Result<()> {
@@ -16,25 +16,17 @@ impl<'d> Builder<'d> {
             let mass = self.conm1(card)?;
             self.mesh.masses.push(mass);
         }
-        for card in self.deck.cards("CMASS1") {
-            let id = self.property(card, 3, Space::ScalarMass, &["PMASS"])?;
-            let (property, shift) = self.deck.find("PMASS", id)?;
-            let mass = self.scalar_mass(card, property.real(3 + shift, "mass")?, self.ends(card)?)?;
-            self.mesh.masses.push(mass);
+        for (name, scalar) in [("CMASS1", false), ("CMASS3", true)] {
+            for card in self.deck.cards(name) {
+                let id = self.property(card, 3, Space::ScalarMass, &["PMASS"])?;
+                let (property, shift) = self.deck.find("PMASS", id)?;
+                self.scalar_mass(card, property.real(3 + shift, "mass")?, scalar)?;
+            }
         }
-        for card in self.deck.cards("CMASS2") {
-            let mass = self.scalar_mass(card, card.real(3, "mass")?, self.ends(card)?)?;
-            self.mesh.masses.push(mass);
-        }
-        for card in self.deck.cards("CMASS3") {
-            let id = self.property(card, 3, Space::ScalarMass, &["PMASS"])?;
-            let (property, shift) = self.deck.find("PMASS", id)?;
-            let mass = self.scalar_mass(card, property.real(3 + shift, "mass")?, self.scalar_ends(card)?)?;
-            self.mesh.masses.push(mass);
-        }
-        for card in self.deck.cards("CMASS4") {
-            let mass = self.scalar_mass(card, card.real(3, "mass")?, self.scalar_ends(card)?)?;
-            self.mesh.masses.push(mass);
+        for (name, scalar) in [("CMASS2", false), ("CMASS4", true)] {
+            for card in self.deck.cards(name) {
+                self.scalar_mass(card, card.real(3, "mass")?, scalar)?;
+            }
         }
         Ok(())
     }
@@ -74,16 +66,20 @@ impl<'d> Builder<'d> {
         Ok(Mass { id, node, kind: MassKind::Conm1(blocks_to_basic(&frame, &m)) })
     }
 
-    fn scalar_mass(&self, card: CardRef<'d>, m: f64, ends: [Option<NodeComponent>; 2]) -> Result<Mass> {
+    /// A mass that moves with one DOF, or with the difference of two.
+    fn scalar_mass(&mut self, card: CardRef<'d>, m: f64, scalar: bool) -> Result<()> {
         let id: Id = card.id(2, "the element id")?;
-        let [one, two] = ends;
-        let end = match (one, two) {
-            (Some(end), None) | (None, Some(end)) => end,
-            _ => {
-                return Err(
-                    card.value_error("a scalar mass between two nodes is not supported; ground one end")
-                );
+        let end = match self.ends(card, scalar)? {
+            [Some(a), Some(b)] => {
+                // direct mass is in displacement frames too, but PARAM,WTMASS leaves it as it is
+                let m = m * self.mesh.options.wtmass;
+                let terms = vec![(a, a, m), (a, b, -m), (b, b, m)];
+                let name = format!("{} {id}", card.name());
+                self.mesh.direct.push(DirectMatrix { name, kind: DirectKind::M, terms });
+                return Ok(());
             }
+            [Some(end), None] | [None, Some(end)] => end,
+            [None, None] => return Ok(()),
         };
         let mut matrix = [[0.0; 6]; 6];
         let k = usize::from(end.component) - 1;
@@ -92,7 +88,8 @@ impl<'d> Builder<'d> {
             Some(frame) => blocks_to_basic(frame, &matrix),
             None => matrix,
         };
-        Ok(Mass { id, node: end.node, kind: MassKind::Conm1(matrix) })
+        self.mesh.masses.push(Mass { id, node: end.node, kind: MassKind::Conm1(matrix) });
+        Ok(())
     }
 }
 

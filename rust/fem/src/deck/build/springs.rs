@@ -10,45 +10,28 @@ use crate::mesh::{
 
 impl<'d> Builder<'d> {
     pub(super) fn springs(&mut self) -> Result<()> {
-        for card in self.deck.cards("CELAS1") {
-            let source = SpringSource::Property(self.property(card, 3, Space::Spring, &["PELAS"])?);
-            let ends = self.ends(card)?;
-            self.mesh.springs.push(Spring { id: card.id(2, "the element id")?, source, ends });
+        for (name, scalar) in [("CELAS1", false), ("CELAS3", true)] {
+            for card in self.deck.cards(name) {
+                let source = SpringSource::Property(self.property(card, 3, Space::Spring, &["PELAS"])?);
+                self.spring(card, source, scalar)?;
+            }
         }
-        for card in self.deck.cards("CELAS2") {
-            let source = SpringSource::Inline { k: card.real(3, "stiffness")?, ge: card.real_or(8, 0.0)? };
-            let ends = self.ends(card)?;
-            self.mesh.springs.push(Spring { id: card.id(2, "the element id")?, source, ends });
+        for (name, scalar) in [("CELAS2", false), ("CELAS4", true)] {
+            for card in self.deck.cards(name) {
+                let ge = if scalar { 0.0 } else { card.real_or(8, 0.0)? };
+                self.spring(card, SpringSource::Inline { k: card.real(3, "stiffness")?, ge }, scalar)?;
+            }
         }
-        for card in self.deck.cards("CELAS3") {
-            let source = SpringSource::Property(self.property(card, 3, Space::Spring, &["PELAS"])?);
-            let ends = self.scalar_ends(card)?;
-            self.mesh.springs.push(Spring { id: card.id(2, "the element id")?, source, ends });
+        for (name, scalar) in [("CDAMP1", false), ("CDAMP3", true)] {
+            for card in self.deck.cards(name) {
+                let source = DamperSource::Property(self.property(card, 3, Space::Damper, &["PDAMP"])?);
+                self.damper(card, source, scalar)?;
+            }
         }
-        for card in self.deck.cards("CELAS4") {
-            let source = SpringSource::Inline { k: card.real(3, "stiffness")?, ge: 0.0 };
-            let ends = self.scalar_ends(card)?;
-            self.mesh.springs.push(Spring { id: card.id(2, "the element id")?, source, ends });
-        }
-        for card in self.deck.cards("CDAMP1") {
-            let source = DamperSource::Property(self.property(card, 3, Space::Damper, &["PDAMP"])?);
-            let ends = self.ends(card)?;
-            self.mesh.dampers.push(Damper { id: card.id(2, "the element id")?, source, ends });
-        }
-        for card in self.deck.cards("CDAMP2") {
-            let source = DamperSource::Inline(card.real(3, "damping coefficient")?);
-            let ends = self.ends(card)?;
-            self.mesh.dampers.push(Damper { id: card.id(2, "the element id")?, source, ends });
-        }
-        for card in self.deck.cards("CDAMP3") {
-            let source = DamperSource::Property(self.property(card, 3, Space::Damper, &["PDAMP"])?);
-            let ends = self.scalar_ends(card)?;
-            self.mesh.dampers.push(Damper { id: card.id(2, "the element id")?, source, ends });
-        }
-        for card in self.deck.cards("CDAMP4") {
-            let source = DamperSource::Inline(card.real(3, "damping coefficient")?);
-            let ends = self.scalar_ends(card)?;
-            self.mesh.dampers.push(Damper { id: card.id(2, "the element id")?, source, ends });
+        for (name, scalar) in [("CDAMP2", false), ("CDAMP4", true)] {
+            for card in self.deck.cards(name) {
+                self.damper(card, DamperSource::Inline(card.real(3, "damping coefficient")?), scalar)?;
+            }
         }
         for card in self.deck.cards("CBUSH") {
             let bush = self.bush(card)?;
@@ -57,8 +40,24 @@ impl<'d> Builder<'d> {
         Ok(())
     }
 
-    /// Ends of a scalar element: node and component in fields 4, 5 and 6, 7; no node = ground.
-    pub(super) fn ends(&self, card: CardRef<'d>) -> Result<[Option<NodeComponent>; 2]> {
+    fn spring(&mut self, card: CardRef<'d>, source: SpringSource, scalar: bool) -> Result<()> {
+        let ends = self.ends(card, scalar)?;
+        self.mesh.springs.push(Spring { id: card.id(2, "the element id")?, source, ends });
+        Ok(())
+    }
+
+    fn damper(&mut self, card: CardRef<'d>, source: DamperSource, scalar: bool) -> Result<()> {
+        let ends = self.ends(card, scalar)?;
+        self.mesh.dampers.push(Damper { id: card.id(2, "the element id")?, source, ends });
+        Ok(())
+    }
+
+    /// Ends of a scalar element, `scalar` one between scalar points alone: node and component in fields 4, 5 and 6, 7, or
+    /// points in fields 4 and 5; none = ground.
+    pub(super) fn ends(&self, card: CardRef<'d>, scalar: bool) -> Result<[Option<NodeComponent>; 2]> {
+        if scalar {
+            return self.scalar_ends(card);
+        }
         let ends = [self.opt_dof(card, 4)?, self.opt_dof(card, 6)?];
         if ends == [None, None] {
             return Err(card.value_error("both ends are ground; give at least one node"));
@@ -66,8 +65,7 @@ impl<'d> Builder<'d> {
         Ok(ends)
     }
 
-    /// Ends of an element between scalar points alone: fields 4 and 5; no point = ground.
-    pub(super) fn scalar_ends(&self, card: CardRef<'d>) -> Result<[Option<NodeComponent>; 2]> {
+    fn scalar_ends(&self, card: CardRef<'d>) -> Result<[Option<NodeComponent>; 2]> {
         let mut ends = [None, None];
         for (end, field) in [4, 5].into_iter().enumerate() {
             let Some(node) = card.opt_id(field)? else { continue };
