@@ -10,7 +10,7 @@ import pytest
 
 from femend.diagnose.closed_loop import upsampled
 from femend.errors import RecordingError
-from femend.estimate import FitRecord, check_sampling, noise_of, period_of, spectral_lines
+from femend.estimate import FitRecord, Hypothesis, Problem, check_sampling, noise_of, period_of, spectral_lines
 from femend.model import ReducedModel, read_model, reduce_model
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -119,3 +119,34 @@ def test_sampling_is_checked_against_band_and_model(reduced: ReducedModel) -> No
         check_sampling([good, slow], (5.0, 150.0), reduced.freq)
     with pytest.raises(RecordingError, match="lowest mode is at 400 Hz"):
         check_sampling([good], (5.0, 150.0), np.array([1e-8, 400.0, 900.0]))
+
+
+def test_a_fit_that_breaks_down_at_its_start_is_none_and_a_continuation_begins_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "model.bdf").write_text(small_study.deck())
+    model = read_model(tmp_path / "model.bdf", parameters=list(small_study.PARAMETERS))
+    u = small_study.force(1.0, 3, 1024)
+    y = small_study.respond(tmp_path, small_study.Truth(), u)
+    rows = np.array([6 * model.index(node) + 2 for node in small_study.SENSORS])
+    at = np.array([6 * model.index(small_study.SHAKER) + 2])
+    record = FitRecord("one", u[None], y, 1 / small_study.RATE, at, rows, np.ones(1), np.ones(4), 0.01 * y.std(axis=1))
+    reduced = reduce_model(model, small_study.BAND[1], sorted({*rows.tolist(), int(at[0])}))
+    problem = Problem([record], small_study.BAND, 0.01, 3)
+    nothing = Hypothesis(reduced, np.zeros((0, reduced.r)))
+    far = problem.prior(reduced)[0] + 1e3
+    assert problem.fit([nothing], [(far, np.zeros(0))]) == [None]
+    whole = problem.continuation(nothing)
+    assert whole is not None
+    fit, calls = problem.fit, []
+
+    def broken(*args: object, sigma: float = 0.0, **more: object) -> object:
+        """Lines as recorded break down where the damped ones led."""
+        calls.append(sigma)
+        return [None] if sigma == 0 and calls.count(0.0) == 1 else fit(*args, sigma=sigma, **more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(problem, "fit", broken)
+    again = problem.continuation(nothing)
+    assert again is not None
+    assert calls.count(0.0) == 2
+    assert again.score == pytest.approx(whole.score, rel=0.01)

@@ -52,7 +52,8 @@ def dense(model: Model, which: int) -> np.ndarray:
 def test_a_mass_between_two_dofs_moves_with_their_difference(tmp_path: Path) -> None:
     """In displacement frames (node 2 has one turned by 30 degrees), and scaled by WTMASS as other masses are."""
     more = "CORD2R,5,,0.,0.,0.,0.,0.,1.,\n,.8660254037844387,.5,0.\nGRID,3,,4.,0.,0.,5,3456\n"
-    more += "CELAS2,9,100.,3,1,,,\nCELAS2,10,100.,3,2\nCMASS2,30,0.5,1,1,3,2\nCMASS4,31,0.25,11,12\nPMASS,8,2.\nCMASS1,32,8,3,1,2,1\n"
+    more += "CELAS2,9,100.,3,1,,,\nCELAS2,10,100.,3,2\nCMASS2,30,0.5,1,1,3,2\nCMASS4,31,0.25,11,12\n"
+    more += "PMASS,8,2.\nCMASS1,32,8,3,1,2,1\n"
     model = read_model(write(tmp_path, CHAIN + more))
     order = {dof: i for i, dof in enumerate(zip(model.fe.dof_nodes, model.fe.dof_components, strict=True))}
     expected = np.zeros((6, 6))

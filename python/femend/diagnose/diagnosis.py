@@ -126,7 +126,8 @@ def explain(
     located = list(located)
     # one force against the ground cannot stand in for a load that acts elsewhere than recorded, though it can for one
     # turned round where it is; one between the two places, or at a joint between them, can
-    explained = any(f.place.kind == "ground" and f.fit.score < settings.adequate for f in located)
+    near = located[0].cost + settings.reach if located else np.inf
+    explained = any(f.place.kind == "ground" and f.fit.score < settings.adequate and f.cost <= near for f in located)
     load = try_loads(problem, split, reduced, null, baseline, settings, turned=explained)
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
     tell.start("name it", len(short))

@@ -132,7 +132,7 @@ def recover(
     force from outside may be harmonic.
     """
     (fit,) = problem.fit([joint.hypothesis(None)], [(start, np.zeros(0))], iterations=8)
-    if fit is None or not np.isfinite(fit.score):
+    if fit is None:
         return None
     lines = problem.lines(joint.reduced)
     system = problem.system(joint.reduced)

@@ -182,14 +182,15 @@ class Problem:
         lines = self.lines(hypotheses[0].reduced, sigma)
         done = _core.solve_hypotheses(jobs, [line.core for line in lines], iterations, tolerance)
         return [
-            None if r is None else Fit(h, r[0], r[1], r[2], r[3], r[4], r[5], r[7]) for h, r in zip(hypotheses, done)
+            None if r is None or not np.isfinite(r[2]) else Fit(h, r[0], r[1], r[2], r[3], r[4], r[5], r[7])
+            for h, r in zip(hypotheses, done)
         ]
 
     def continuation(
         self, hypothesis: Hypothesis, start: tuple[FloatArray, FloatArray] | None = None, iterations: int = 15
     ) -> Fit | None:
         """Fit from far off, from `start` (unknowns, ln law parameters): strongly damped lines first, the recorded
-        last."""
+        last; None where the model breaks down at its start."""
         fit: Fit | None = None
         for factor, held in CONTINUATION:
             at = start if fit is None else (fit.p, fit.x)
@@ -200,7 +201,8 @@ class Problem:
                 iterations=iterations,
                 held=held,
             )
-            if new is None:
-                return fit
+            if new is None:  # lines that are damped less may break down where a wrong model was taken to
+                (new,) = self.fit([hypothesis], None if start is None else [start], iterations=iterations)
+                return new
             fit = new
         return fit
