@@ -10,7 +10,7 @@ import numpy as np
 
 from femend.diagnose.candidates import Start
 from femend.diagnose.closed_loop import ClosedLoop
-from femend.diagnose.descent import DIFFERENCE, linearised_columns
+from femend.diagnose.descent import DIFFERENCE, Descent, linearised_columns
 from femend.diagnose.joint import open_joint
 from femend.estimate import FitRecord, Problem
 from femend.model import Place, read_model, reduce_model
@@ -57,6 +57,11 @@ def test_linearised_columns_are_those_of_a_simulation(tmp_path: Path) -> None:
         exact = (e - base) / DIFFERENCE
         assert np.linalg.norm(column - exact) < 0.03 * max(np.linalg.norm(exact), 0.01 * largest), i
     assert replace(loop, sigma=0.0).size() >= loop.size()
+    descent = Descent.around(loop, x, True)
+    (now,) = descent.at(np.concatenate([p, x]))
+    by_differences = descent.jacobian(now, by_differences=True)
+    np.testing.assert_allclose(by_differences[:, len(p) :], descent.jacobian(now)[:, len(p) :])
+    np.testing.assert_allclose(by_differences[:, len(p) - 1], exact)
 
 
 def test_nodes_inside_a_member_are_told_as_a_stretch(tmp_path: Path) -> None:

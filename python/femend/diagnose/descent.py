@@ -1,7 +1,8 @@
 """Levenberg-Marquardt through a closed loop: law parameters by simulation, the model's unknowns by linearisation.
 
 A change of the model's unknowns hardly changes how the law works; so for their derivatives the law is a spring and a
-dashpot that follow its force best, and what is left of its force stays as it was. That needs no simulation.
+dashpot that follow its force best, and what is left of its force stays as it was. That needs no simulation. Friction
+that sticks and slips may be changed so much all the same that these lead nowhere; then all derivatives are simulated.
 """
 
 from __future__ import annotations
@@ -82,34 +83,40 @@ class Descent(Generic[L]):
         value = prior + TEMPERING * float(e @ e)
         return value if np.isfinite(value) else np.inf
 
-    def run(self, z: FloatArray, iterations: int) -> Reached | None:
-        """The end of the descent from z; None where the start cannot be simulated."""
+    def run(self, z: FloatArray, iterations: int, thorough: bool = False) -> Reached | None:
+        """The end of the descent from z; None where the start cannot be simulated. With `thorough`, it goes on by
+        differences alone from where linearised derivatives lead no further down."""
         (now,) = self.at(z)
         if not np.isfinite(now.cost):
             return None
         damping = 1e-3
         normal: tuple[FloatArray, FloatArray] | None = None
+        by_differences = not self.everything
         for _ in range(iterations):
-            normal = normal or self._normal(now)
+            normal = normal or self._normal(now, by_differences)
             H, g = normal
             now = replace(now, H=H)
             reached = self._tried(now, H, g, damping)
             if reached is None:
                 damping *= 1e4
                 if damping > 1e6:
-                    break
+                    if by_differences or not thorough:
+                        break
+                    by_differences, damping, normal = True, 1e-3, None
                 continue
             there, taken = reached
             gained, now = now.cost - there.cost, replace(there, H=H)
             damping = max(damping * taken, 1e-8)
             if gained < 1e-2 * (1 + 1e-2 * now.cost):
-                break
+                if by_differences or not thorough:
+                    break
+                by_differences = True
             normal = None
         return now
 
-    def _normal(self, now: Reached) -> tuple[FloatArray, FloatArray]:
+    def _normal(self, now: Reached, by_differences: bool) -> tuple[FloatArray, FloatArray]:
         """Gauss-Newton matrix and gradient of half the cost over what is free."""
-        J = self.jacobian(now)
+        J = self.jacobian(now, by_differences)
         H = TEMPERING * (J.T @ J) + np.diag(1 / self.sd[self.free] ** 2)
         return H, TEMPERING * (J.T @ now.e) + ((now.z - self.mean) / self.sd**2)[self.free]
 
@@ -129,15 +136,17 @@ class Descent(Generic[L]):
                 return reached[best], factors[best][1]
         return None
 
-    def jacobian(self, now: Reached) -> FloatArray:
-        """Derivatives (n_residual, n_free) of the residual: by differences over x, by linearisation over p."""
+    def jacobian(self, now: Reached, by_differences: bool = False) -> FloatArray:
+        """Derivatives (n_residual, n_free) of the residual: by differences over x, by linearisation over p or, where
+        wanted, `by_differences` too."""
+        linearised = self.everything and not by_differences
         points = []
-        for i in range(self.n_p, len(now.z)):
+        for i in range(self.n_p, len(now.z)) if linearised else self.free:
             moved = now.z.copy()
             moved[i] += DIFFERENCE
             points.append(moved)
         columns = [(r.e - now.e) / DIFFERENCE for r in self.at(*points)]
-        if self.everything:
+        if linearised:
             columns = linearised_columns(self.loop, *self.split(now.z), now.histories) + columns
         J = np.array(columns).T
         return np.where(np.isfinite(J), J, 0.0)

@@ -154,7 +154,8 @@ def judge_nonlinear(choosing: Problem, candidate: Candidate, sigma: float | None
 def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JOINT) -> Candidate:
     """The candidate fitted to all records of the problem in its window, all unknowns together."""
     loop = _loop_again(problem, candidate)
-    reached = Descent.around(loop, candidate.x, True).run(np.concatenate([candidate.p, candidate.x]), iterations)
+    descent = Descent.around(loop, candidate.x, True)
+    reached = descent.run(np.concatenate([candidate.p, candidate.x]), iterations, thorough=True)
     if reached is None or reached.H is None or candidate.physics is None:
         return candidate
     n_p = len(candidate.p)
