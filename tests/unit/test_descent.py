@@ -60,8 +60,10 @@ def test_linearised_columns_are_those_of_a_simulation(tmp_path: Path) -> None:
     descent = Descent.around(loop, x, True)
     (now,) = descent.at(np.concatenate([p, x]))
     by_differences = descent.jacobian(now, by_differences=True)
-    np.testing.assert_allclose(by_differences[:, len(p) :], descent.jacobian(now)[:, len(p) :])
-    np.testing.assert_allclose(by_differences[:, len(p) - 1], exact)
+    simulated, linearised = descent.jacobian(now, by_differences=True), descent.jacobian(now)
+    assert simulated.shape == linearised.shape
+    assert np.linalg.norm(simulated[:, len(p) :] - linearised[:, len(p) :]) < 1e-3 * largest
+    assert np.linalg.norm(simulated[:, len(p) - 1] - exact) < 1e-3 * largest
 
 
 def test_nodes_inside_a_member_are_told_as_a_stretch(tmp_path: Path) -> None:
