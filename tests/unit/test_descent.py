@@ -59,7 +59,6 @@ def test_linearised_columns_are_those_of_a_simulation(tmp_path: Path) -> None:
     assert replace(loop, sigma=0.0).size() >= loop.size()
     descent = Descent.around(loop, x, True)
     (now,) = descent.at(np.concatenate([p, x]))
-    by_differences = descent.jacobian(now, by_differences=True)
     simulated, linearised = descent.jacobian(now, by_differences=True), descent.jacobian(now)
     assert simulated.shape == linearised.shape
     assert np.linalg.norm(simulated[:, len(p) :] - linearised[:, len(p) :]) < 1e-3 * largest
