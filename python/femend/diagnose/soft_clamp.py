@@ -2,8 +2,9 @@
 
 A law in one direction of a cut cannot say this: the directions of a beam's end are coupled. So the held DOFs are set
 free and stand on springs, whose stiffnesses are unknowns of the model beside its parameters. From springs in all
-directions that the band shows the least determined one is taken away in turns; what is left at each turn, and each
-direction by itself, are candidates like all others. More directions have to win against fewer as every law has to.
+directions that the band shows the least determined one is taken away in turns; what is left at each turn, each
+direction by itself, and the best of these with one more are candidates like all others. More directions have to win
+against fewer as every law has to.
 """
 
 from __future__ import annotations
@@ -62,7 +63,8 @@ def soft_clamps(
         if whole is None:
             continue
         starts = [*near, split.whole.prior(reduced)[0], updated]
-        for place, fit in _fits(split.fitting, reduced, whole, starts):
+        fits = _fits(split.fitting, reduced, whole, starts)
+        for place, fit in (*fits, *_pairs(split.fitting, reduced, whole, fits, margin)):
             (at,) = split.whole.fit([fit.hypothesis], [(fit.p, fit.x)])
             if at is not None:
                 located = Located(place, at, squares_of(split.whole, at, 0.0))
@@ -116,6 +118,28 @@ def _fits(
         fit = _fitted(problem, reduced, alone, [_started(p, n, alone, size) for p in starts for size in SIZES])
         fits += [] if fit is None else [(alone, fit)]
     return fits
+
+
+def _pairs(
+    problem: Problem, reduced: ReducedModel, whole: Place, fits: Sequence[tuple[Place, Fit]], margin: float
+) -> list[tuple[Place, Fit]]:
+    """The best single direction of `fits` with each other one; nothing where all directions together cost hardly less
+    than it (`margin`), so that no two could win."""
+    alone = min((f for f in fits if len(f[0].springs) == 1), key=lambda f: f[1].cost, default=None)
+    least = min((fit.cost for _, fit in fits), default=np.inf)
+    if alone is None or alone[1].cost - least < margin:
+        return []
+    (first,), p = alone[0].springs, alone[1].p
+    at = own_span(alone[1].hypothesis.reduced)
+    found: list[tuple[Place, Fit]] = []
+    for spring in whole.springs:
+        both = _labelled(whole, tuple(s for s in whole.springs if s in (first, spring)))
+        if spring == first or any(both.springs == place.springs for place, _ in fits):
+            continue
+        begun = [np.insert(p, at.stop if spring > first else at.start, np.log(size)) for size in SIZES]
+        fit = _fitted(problem, reduced, both, begun)
+        found += [] if fit is None else [(both, fit)]
+    return found
 
 
 def _fitted(problem: Problem, reduced: ReducedModel, place: Place, begun: Sequence[FloatArray]) -> Fit | None:
