@@ -62,7 +62,8 @@ def soft_clamps(
         whole = _all_springs(split.whole, reduced, clamp, updated)
         if whole is None:
             continue
-        starts = [*near, split.whole.prior(reduced)[0], updated]
+        known = [*near, updated]
+        starts = [*known, *(_without_form(p, reduced) for p in known), split.whole.prior(reduced)[0]]
         fits = _fits(split.fitting, reduced, whole, starts)
         for place, fit in (*fits, *_pairs(split.fitting, reduced, whole, fits, margin)):
             (at,) = split.whole.fit([fit.hypothesis], [(fit.p, fit.x)])
@@ -155,6 +156,13 @@ def _fitted(problem: Problem, reduced: ReducedModel, place: Place, begun: Sequen
         return None
     best = min(done, key=lambda t: t.cost)
     return problem.fit([hypothesis], [(best.p, nothing)], iterations=STEPS)[0]
+
+
+def _without_form(p: FloatArray, reduced: ReducedModel) -> FloatArray:
+    """Unknowns `p` of the model without form errors: what these take from a mass elsewhere may be more than there is of
+    it in a basis that moves at the clamp too, and there is no solution then."""
+    form = slice(len(reduced.model.parameters), len(reduced.names) - reduced.extra)
+    return np.concatenate([p[: form.start], np.zeros(form.stop - form.start), p[form.stop :]])
 
 
 def _started(p: FloatArray, n: int, place: Place, size: float) -> FloatArray:
