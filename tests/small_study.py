@@ -35,14 +35,17 @@ ratio = 0.01
 """
 
 
-def deck(E: tuple[float, float] = (7e10, 7e10), more: tuple[str, ...] = ()) -> str:
-    """A cantilever of 12 bars, 0.72 m, two halves of different height, a lump at node 9; motion in X, Z and RY."""
+def deck(E: tuple[float, float] = (7e10, 7e10), more: tuple[str, ...] = (), held: str = "123456") -> str:
+    """A cantilever of 12 bars, 0.72 m, two halves of different height, a lump at node 9; motion in X, Z and RY.
+
+    `held` are the components that its clamp at node 1 holds, `more` further cards.
+    """
     lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "PARAM,COUPMASS,1"]
     lines += [f"MAT1,{i + 1},{E[i]:.8e},,0.33,2700." for i in range(2)]
     lines += ["PBAR,1,1,3.3-4,3.3275-9,2.475-8,1.0-8", "PBAR,2,2,2.85-4,2.1434-9,2.1375-8,8.-9"]
     lines += [f"GRID,{n},,{0.06 * (n - 1):.3f},0.,0." for n in range(1, 14)]
     lines += [f"CBAR,{n},{1 if n <= 6 else 2},{n},{n + 1},0.,0.,1." for n in range(1, 13)]
-    lines += ["CONM2,100,9,,0.1", "SPC1,1,123456,1", "SPC1,1,246,2,THRU,13", *more, "ENDDATA", ""]
+    lines += ["CONM2,100,9,,0.1", f"SPC1,1,{held},1", "SPC1,1,246,2,THRU,13", *more, "ENDDATA", ""]
     return "\n".join(lines)
 
 
@@ -52,6 +55,7 @@ class Truth:
 
     E: tuple[float, float] = (7e10, 7e10)
     more: tuple[str, ...] = ()
+    held: str = "123456"
     laws: list[tuple[int, str, dict[str, float]]] = field(default_factory=list)
     sine: tuple[int, float, float] | None = None
     """Node, frequency (Hz) and amplitude (N) of a force in Z that no recording holds, begun a period after each."""
@@ -78,7 +82,7 @@ def force(level: float, seed: int, n: int) -> Array:
 def respond(folder: Path, truth: Truth, u: Array) -> Array:
     """Accelerations (n_out, n) of the truth in Z at the sensors."""
     path = folder / "truth.bdf"
-    path.write_text(deck(truth.E, truth.more))
+    path.write_text(deck(truth.E, truth.more, truth.held))
     model = read_model(path)
     path.unlink()
     omega, phi = dense_modes(model)

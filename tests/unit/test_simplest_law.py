@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,18 +13,19 @@ from femend.diagnose.candidates import Candidate
 from femend.diagnose.diagnosis import _accepted
 from femend.diagnose.name import Ranked, _Judge, tempered
 from femend.diagnose.settings import Settings
+from femend.model import Place
 from femend.physics import physics
 
 N_VALUES = 1000.0
-HERE, THERE = object(), object()
+HERE, THERE = Place("end", (1,), "RY", ""), Place("end", (2,), "RY", "")
 
 
 class _At:
-    def __init__(self, place: object) -> None:
+    def __init__(self, place: Place) -> None:
         self.place = place
 
 
-def ranked(name: str, chosen: float, prior: float, place: object = HERE) -> Ranked:
+def ranked(name: str, chosen: float, prior: float, place: Place = HERE) -> Ranked:
     entry = physics(name)
     n = len(entry.parameters)
     empty = np.zeros(0)
@@ -74,6 +76,16 @@ def test_a_nonlinear_law_that_is_better_stays_first() -> None:
 
 
 @pytest.mark.parametrize("other", [("viscous_damper", THERE), ("quadratic_damping", HERE)])
-def test_only_linear_laws_at_the_same_place_are_simpler(other: tuple[str, object]) -> None:
+def test_only_linear_laws_at_the_same_place_are_simpler(other: tuple[str, Place]) -> None:
     name, place = other
     assert names(first(ranked("viscoelastic", 1.0, 10.0), ranked(name, 1.03, 10.0, place)))[0] == "viscoelastic"
+
+
+def test_springs_under_a_clamp_have_to_win_clearly_against_one_spring_there() -> None:
+    cut = Place("clamp", (1,), "RY", "ground", release=np.ones((1, 1)))
+    both = Place("clamp", (1,), "", "ground", springs=((2, 1.0), (4, 1.0)))
+    one, other = ranked("compliant_support", 1.03, 10.0, cut), ranked("tuned_absorber", 1.0, 5.0, both)
+    assert names(first(one, other))[0] == "compliant_support"
+    assert names(first(replace(one, score=one.score + 200.0), ranked("tuned_absorber", 0.8, 5.0, both)))[0] != one.name
+    elsewhere = Place("clamp", (2,), "", "ground", springs=both.springs)
+    assert names(first(one, ranked("tuned_absorber", 0.97, 5.0, elsewhere)))[0] == "tuned_absorber"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.collapse import collapsed
+from femend.diagnose.dressed import own_span, own_values
 from femend.diagnose.free_form_rival import Rival, find_rival, refit_rival
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
@@ -137,14 +139,15 @@ def explain(
     worth = not settled and _worth_naming(null, located, settings)
     plainly = worth and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
     if worth and not plainly:
-        ranked, sigma = name_physics(split, reduced, short, start.g_rows, settings, null.p, null_score, tell.advance)
+        naming = partial(name_physics, split, reduced, g_rows=start.g_rows, settings=settings, updated=null.p)
+        ranked, sigma = naming(short, null_score=null_score, tell=tell.advance, clamps=[*short, *located])
         if sigma == 0 and _unclear(null_score, ranked, n_values, settings):
             tried = {id(one.place) for one in short}
             others = [one for one in shortlist(located) if id(one.place) not in tried]
             further = with_look_alikes(problem, reduced, others, places, replace(settings, places=settings.kinds))
             tell.start("name it", len(further))
             beaten = min([null_score, *(r.score for r in ranked)])
-            more, window = name_physics(split, reduced, further, start.g_rows, settings, null.p, beaten, tell.advance)
+            more, window = naming(further, null_score=beaten, tell=tell.advance, clamps=())
             ranked = sorted([*ranked, *more], key=lambda r: r.score) if window == 0 else ranked
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)
@@ -205,8 +208,7 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
     elif best.located is not None:
         (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
         if fit is not None:
-            p_sd = standard_deviations(np.linalg.pinv(fit.hessian), len(fit.p))
-            refitted = replace(candidate, p=fit.p, fitted=fit.score, p_sd=p_sd)
+            refitted = _refitted_part(candidate, fit)
     adequate = _adequate(found, best)
     verdict = "missing-physics" if adequate else "located-not-named"
     advice = "" if adequate else (
@@ -224,6 +226,21 @@ def _unmeasured(found: Diagnosis, plainly: bool) -> LoadFinding | None:
     if found.null.score <= found.settings.consistent:
         return None
     return find_harmonic(*given, found.null_chosen, found.null_score)
+
+
+def _refitted_part(candidate: Candidate, fit: Fit) -> Candidate:
+    """A part of the model (a member, a soft clamp) at its fit to all records, with the covariance of its unknowns."""
+    reduced = fit.hypothesis.reduced
+    covariance, own = np.asarray(np.linalg.pinv(fit.hessian), dtype=np.float64), own_span(reduced)
+    return replace(
+        candidate,
+        values=own_values(reduced, fit.p),
+        p=fit.p,
+        fitted=fit.score,
+        p_sd=standard_deviations(covariance, len(fit.p)),
+        covariance=covariance[own, own] if reduced.members and reduced.members[-1].springs else None,
+        converged=fit.converged,
+    )
 
 
 def with_further(

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.diagnose.locate import with_member
+from femend.diagnose.dressed import dressed
 from femend.diagnose.receptances import receptances
 from femend.estimate import Fit, FitRecord, Hypothesis, Lines, Problem
 from femend.model import Place, ReducedModel, reduce_model
 
-__all__ = ["Joint", "Recovered", "enlarged", "open_joint", "open_joints", "recover", "with_attached"]
+__all__ = ["Joint", "Recovered", "enlarged", "open_joint", "open_joints", "recover"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -82,24 +82,7 @@ def enlarged(places: Sequence[Place], reduced: ReducedModel, f_max: float, g_row
         for j, (rows, values) in enumerate(zip(place.g_rows, place.g_values, strict=True)):
             pattern[rows, j] = values
         loads.append(pattern if place.independent else np.asarray(T.T @ pattern))
-    own = reduce_model(model, f_max, g_rows, np.hstack(loads))
-    own = own if reduced.form is None else reduced.form.on(own)
-    for member in reduced.members:
-        own = with_member(member, own)
-    for place, k, m in reduced.attached:
-        own = with_attached(place, k, m, own)
-    return own
-
-
-def with_attached(place: Place, k: float, m: float, reduced: ReducedModel) -> ReducedModel:
-    """The model with a spring `k` and a mass `m` (deck units) on every coordinate of a place."""
-    B = place.w(reduced.V, reduced.V_a)
-    return replace(
-        reduced,
-        K_fixed=reduced.K_fixed + k * (B.T @ B),
-        M_fixed=reduced.M_fixed + m * (B.T @ B),
-        attached=(*reduced.attached, (place, k, m)),
-    )
+    return dressed(reduce_model(model, f_max, g_rows, np.hstack(loads)), reduced)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.joint import enlarged, with_attached
+from femend.diagnose.dressed import with_attached
+from femend.diagnose.joint import enlarged
 from femend.diagnose.nonlinear import simulate_candidate
 from femend.diagnose.receptances import receptances
 from femend.diagnose.split import Split

@@ -8,12 +8,13 @@ in few steps on whole records; the best of both on all.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.classes import similarity
+from femend.diagnose.dressed import with_own
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
@@ -44,8 +45,6 @@ LINES, FEWEST_LINES, FINAL_LINES = 250, 120, 500
 UNLIKELY = 4.0
 # cost by which places that fit as well are put in the order of `preference`
 TIE = 0.5
-# prior ln standard deviation of a member's own stiffness factor
-MEMBER_SD = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,29 +66,14 @@ class Located:
 
 
 def hypothesis_of(place: Place, reduced: ReducedModel, beside: Sequence[Place] = ()) -> Hypothesis:
-    """Law-free hypothesis of a place: a free force along its directions, or a factor on a member's own stiffness; with
-    free forces at the places `beside` too."""
+    """Law-free hypothesis of a place: a free force along its directions, or unknowns of a part of the model (a member's
+    factor, a soft clamp's springs); with free forces at the places `beside` too."""
+    if place.part:
+        reduced = with_own(place, reduced)
     w = [b.w(reduced.V, reduced.V_a) for b in beside]
-    if place.kind == "member":
-        return Hypothesis(with_member(place, reduced), np.vstack([np.zeros((0, reduced.r)), *w]))
+    if place.part:
+        return Hypothesis(reduced, np.vstack([np.zeros((0, reduced.r)), *w]))
     return Hypothesis(reduced, np.vstack([place.w(reduced.V, reduced.V_a), *w]))
-
-
-def with_member(place: Place, reduced: ReducedModel) -> ReducedModel:
-    """The model with a factor of its own on the stiffness of the member at a place."""
-    split = reduced.with_part("member", member_stiffness(place, reduced), place.parameter, MEMBER_SD)
-    return replace(split, members=(*reduced.members, place))
-
-
-def member_stiffness(place: Place, reduced: ReducedModel) -> np.ndarray:
-    """Stiffness of a member in the basis (r, r), at the deck's values."""
-    model = reduced.model
-    ones = np.ones(len(model.parameters))
-    K = np.zeros((reduced.r, reduced.r))
-    for eid in place.elements:
-        rows, Ke, _ = model.fe.element_matrices(eid, ones)
-        K += reduced.V[rows].T @ Ke @ reduced.V[rows]
-    return K
 
 
 def squares_of(problem: Problem, fit: Fit, sigma: float) -> float:

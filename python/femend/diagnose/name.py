@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import ONLY_GROUND, Candidate, Start, laws_for, starts
 from femend.diagnose.collapse import SHARP
+from femend.diagnose.dressed import own_values
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
 from femend.diagnose.linear import fit_linear, fit_mass, judge_linear
 from femend.diagnose.locate import Located, order
 from femend.diagnose.nonlinear import fit_nonlinear, judge_nonlinear, refit_nonlinear
 from femend.diagnose.settings import Settings
+from femend.diagnose.soft_clamp import soft_clamps
 from femend.diagnose.split import Split
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
@@ -75,7 +77,8 @@ def effective_values(choosing: Problem, reduced: ReducedModel, sigma: float = 0.
 
 
 def null_candidate(split: Split, null: Fit, name: str = "none", sigma: float = 0.0) -> Candidate:
-    """The model with its parameters alone (or a member's factor) as a candidate, judged with a window of `sigma`."""
+    """The model with its parameters alone (or a member's factor, a soft clamp's springs) as a candidate, judged with a
+    window of `sigma`."""
     (fitted,) = split.fitting.fit([null.hypothesis], [(null.p, null.x)])
     fitted = null if fitted is None else fitted
     (seen,) = split.choosing.fit([fitted.hypothesis], [(fitted.p, fitted.x)], sigma=sigma, iterations=0)
@@ -85,7 +88,7 @@ def null_candidate(split: Split, null: Fit, name: str = "none", sigma: float = 0
     n = len(null.hypothesis.reduced.names)
     own = slice(n - n_law, n)
     prior = float(deviations.sum() - deviations[own].sum())
-    values = {"factor": float(np.exp(fitted.p[own][0]))} if n_law else {}
+    values = own_values(null.hypothesis.reduced, fitted.p)
     chosen = np.inf if seen is None else seen.score
     return Candidate(None, name, None, values, fitted.p, fitted.x, n_law, prior, fitted.score, chosen)
 
@@ -117,9 +120,11 @@ def name_physics(
     updated: FloatArray,
     null_score: float = np.inf,
     tell: Callable[[int], None] = lambda n: None,
+    clamps: Sequence[Located] | None = None,
 ) -> tuple[list[Ranked], float]:
     """Candidates of all laws at the best places, in rising order of score, and the window they are compared in;
-    `updated` are the unknowns of the updated model.
+    `updated` are the unknowns of the updated model. Clamps among the places `clamps` (`located` without them) are tried
+    on springs of their own.
 
     Linear laws are tried at every place and its nearest look-alikes; nonlinear ones at the first places, and only where
     no linear law explains the choosing records about as well as a free force does. All are compared on whole
@@ -136,6 +141,7 @@ def name_physics(
             new, at = _linear_at(split, reduced, one, g_rows, masses_alone, updated)
             tried += new
             opened += [at] if at is not None and place is found.place else []
+    tried += _soft_clamps(split, reduced, located if clamps is None else clamps, updated, settings)
     if not _linear_suffices(split, reduced, tried, opened, null_score, settings):
         for at in _likeliest(opened, tried, settings):
             tried += [_Tried(c, at.found, at.recovered) for c in _nonlinear_laws(split, at)]
@@ -255,6 +261,20 @@ def _linear_at(
     return tried, _Opened(found, joint, recovered)
 
 
+def _soft_clamps(
+    split: Split, reduced: ReducedModel, located: Sequence[Located], updated: FloatArray, settings: Settings
+) -> list[_Tried]:
+    """Clamps among the places on springs of their own in one direction and in several."""
+    return [
+        _Tried(
+            replace(null_candidate(split, soft.located.fit, "compliant_support"), reference=soft.reference),
+            soft.located,
+            None,
+        )
+        for soft in soft_clamps(split, reduced, located, updated, settings.margin)
+    ]
+
+
 def _nonlinear_laws(split: Split, at: _Opened) -> list[Candidate]:
     if any(r.frf is not None for r in split.whole.records):  # they show in time records alone
         return []
@@ -344,7 +364,7 @@ class _Judge:
         against it what a law has to bring against none."""
         for r in ranked:
             first = next((f for f in ranked if not f.candidate.nonlinear), None)
-            if first is None or r.candidate.nonlinear or r.located.place is not first.located.place:
+            if first is None or r.candidate.nonlinear or not _same_place(r.located.place, first.located.place):
                 continue
             if r.candidate.n_law < first.candidate.n_law and not self.won(first, r):
                 ahead = replace(r, score=first.score)
@@ -359,6 +379,11 @@ class _Judge:
         less = float(np.log(simple.candidate.chosen / max(rich.candidate.chosen, 1e-12)))
         relieved = simple.candidate.prior - rich.candidate.prior
         return self.settings.wins(simple.score - rich.score, less, relieved)
+
+
+def _same_place(a: Place, b: Place) -> bool:
+    """Whether laws at two places can stand for each other: it is one place, or one clamp of which one is on springs."""
+    return a is b or (bool(a.springs or b.springs) and a.kind == b.kind and a.nodes == b.nodes)
 
 
 def _friction_first(ranked: list[Ranked]) -> list[Ranked]:

@@ -123,9 +123,9 @@ def others(first: Searched, place: Place) -> list[Place]:
 
 def _beside(first: Searched, at: Located) -> list[Located]:
     """The best places beside another, with forces free at both (a member has its factor)."""
-    member = at.place.kind == "member"
-    reduced = at.fit.hypothesis.reduced if member else first.reduced
-    found = locate(first.problem, reduced, others(first, at.place), at.fit, () if member else (at.place,))
+    part = at.place.part
+    reduced = at.fit.hypothesis.reduced if part else first.reduced
+    found = locate(first.problem, reduced, others(first, at.place), at.fit, () if part else (at.place,))
     possible = [f for f in shortlist(found) if f.place.kind != "base"]
     return [f for f in possible if f.cost < possible[0].cost + first.settings.margin]
 
@@ -149,6 +149,6 @@ def plain(first: Searched, p: FloatArray) -> FloatArray:
 
 
 def with_members(first: Searched, p: FloatArray, count: int) -> FloatArray:
-    """Unknowns `p` (n_p,) of the model with the factors of `count` members, as they are in the deck."""
+    """Unknowns `p` (n_p,) of the model with `count` ones of members and soft clamps, at the values these start from."""
     n = len(first.reduced.names)
     return np.concatenate([p[:n], np.zeros(count), p[n:]])

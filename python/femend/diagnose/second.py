@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.collapse import collapsed
+from femend.diagnose.dressed import with_own
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
-from femend.diagnose.locate import Located, locate, shortlist, with_member
+from femend.diagnose.locate import Located, locate, shortlist
 from femend.diagnose.name import Ranked, name_physics
 from femend.diagnose.pairs import Searched, others, pair, plain, with_members
 from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms, refit_terms
@@ -110,26 +111,26 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> list[Ran
     """Laws at the best of the places, in order of score: the search for one effect again, beside what is known."""
     reduced = first.reduced
     for member in aside.members:
-        reduced = with_member(member, reduced)
+        reduced = with_own(member, reduced)
     reduced, rows = aside.known.basis(reduced, first.problem.band[1], first.g_rows)
     problem = first.problem.on([aside.known.on(r) for r in first.problem.records])
     split = aside.known.split(first.split)
-    start = with_members(first, aside.p, len(aside.members))
+    start = with_members(first, aside.p, sum(m.n_own for m in aside.members))
     (null,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], [(start, np.zeros(0))])
     if null is None:
         return []
     located = locate(problem, reduced, places, null)
     short = with_look_alikes(problem, reduced, shortlist(located), places, first.settings)
-    ranked, _ = name_physics(split, reduced, short, rows, first.settings, null.p)
+    ranked, _ = name_physics(split, reduced, short, rows, first.settings, null.p, clamps=[*short, *located])
     return [replace(r, name=collapsed(r.candidate, r.recovered, first.settings).name) for r in ranked]
 
 
 def _free(first: Searched, second: Located, at: Located) -> _Aside:
     """The free force at the second place as the recordings show it."""
     p = plain(first, second.fit.p)
-    if second.place.kind == "member":
+    if second.place.part:
         return _Aside(Known((), {r.name: () for r in first.problem.records}), (second.place,), p)
-    both = [f.place for f in (second, at) if f.place.kind != "member"]
+    both = [f.place for f in (second, at) if not f.place.part]
     forces = free_forces(first.problem, second.fit, both)
     known = Known((second.place,), {name: f[:1] for name, f in forces.forces.items()}, forces.attached[:1])
     return _Aside(known, (), p)
@@ -227,6 +228,7 @@ def _determined(term: Term) -> bool:
     if candidate.covariance is None:
         return True
     n = len(candidate.x) if candidate.coordinates is None else len(candidate.x) - 2
+    n = term.located.place.n_own if term.member else n
     return bool(np.sqrt(np.diag(candidate.covariance)[:n].min(initial=np.inf)) < UNDETERMINED)
 
 

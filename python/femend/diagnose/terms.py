@@ -12,8 +12,9 @@ from femend import _core
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.closed_loop import COARSE, LAW_SD, LawSpec, Loop, companion_prior
 from femend.diagnose.descent import Descent, Reached
+from femend.diagnose.dressed import with_own
 from femend.diagnose.joint import Joint, open_joints
-from femend.diagnose.locate import Located, with_member
+from femend.diagnose.locate import Located
 from femend.estimate import FitRecord, Problem
 from femend.model import ReducedModel
 
@@ -38,7 +39,7 @@ class Term:
 
     @property
     def member(self) -> bool:
-        """Whether it is a factor on a member's own stiffness."""
+        """Whether it is a part of the model: a factor on a member's own stiffness, springs of a soft clamp."""
         return self.candidate.joint is None
 
     @property
@@ -208,9 +209,9 @@ def _opened(
     n, factors = len(reduced.names), []
     for t in terms:
         if t.member:
-            reduced = with_member(t.located.place, reduced)
-            factors.append(np.log(t.candidate.values["factor"]))
-    start = np.concatenate([p[:n], factors, p[n:]])
+            reduced = with_own(t.located.place, reduced)
+            factors.append(t.located.place.logarithms(t.candidate.values))
+    start = np.concatenate([p[:n], *factors, p[n:]])
     places = [t.candidate.joint.place for t in attached if t.candidate.joint is not None]
     joint = open_joints(places, reduced, problem.band[1], g_rows)
     ordered = (*attached, *(t for t in terms if t.member))
@@ -231,8 +232,13 @@ def _made(loop: TermsLoop, reached: Reached) -> Terms:
     terms, first, member = [], n_p, n - reduced.extra
     for term, part in zip(loop.terms, loop.parts(x), strict=True):
         if term.member:
-            candidate = replace(term.candidate, values={"factor": float(np.exp(p[member]))}, p=p, fitted=fitted)
-            member += 1
+            place = term.located.place
+            own = slice(member, member + place.n_own)
+            own_covariance = covariance[own, own] if covariance is not None and place.springs else None
+            candidate = replace(
+                term.candidate, values=place.values(p[own]), p=p, fitted=fitted, covariance=own_covariance
+            )
+            member += place.n_own
         else:
             values, k, c = term.values(part)
             own = slice(first, first + len(part))

@@ -94,6 +94,11 @@ class Model:
         return 6 * self.index(dof.node) + dof.component - 1
 
     @cached_property
+    def unsupported(self) -> Model:
+        """The same deck without any SPC set, with the same parameters; morphs are left out."""
+        return model_of(self.deck, units=self.units, parameters=self.parameters, spc=0, added_mass=self.added_mass)
+
+    @cached_property
     def fields(self) -> NodeFields:
         """The morphs together, on all nodes that any of them moves."""
         return node_fields(self.deck, self.morphs)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,8 @@ class Place:
         unlikely: whether nothing of the model suggests that something is attached there.
         support: of a support of shells or solids, the stiffness S of what is around it at the deck's values; it gives
             way by a spring k where the model loses S²/(k + S) along the direction vector. 0 elsewhere.
+        springs: of a clamp that stands on springs of its own in several directions, (row of the g-set, stiffness in
+            deck units around which it is sought) of each; the place then has no direction vectors.
         independent: whether g_rows are rows of the independent DOFs instead of the g-set.
     """
 
@@ -47,6 +50,30 @@ class Place:
     independent: bool = False
     unlikely: bool = False
     support: float = 0.0
+    springs: tuple[tuple[int, float], ...] = ()
+
+    @property
+    def n_own(self) -> int:
+        """Number of unknowns that it adds to the model itself: a member's factor, a soft clamp's stiffnesses."""
+        return 1 if self.kind == "member" else len(self.springs)
+
+    @property
+    def part(self) -> bool:
+        """Whether it is a part of the model itself, with unknowns of its own and no forces."""
+        return self.n_own > 0
+
+    def values(self, x: FloatArray) -> dict[str, float]:
+        """The factor of a member, or stiffnesses k1 to k6 by the component they act in, at the logarithms `x` (n_own,)
+        of its unknowns."""
+        if self.kind == "member":
+            return {"factor": float(np.exp(x[0]))}
+        return {f"k{row % 6 + 1}": float(k * np.exp(v)) for (row, k), v in zip(self.springs, x, strict=True)}
+
+    def logarithms(self, values: Mapping[str, float]) -> FloatArray:
+        """Unknowns (n_own,) at `values` as given by `values`."""
+        if self.kind == "member":
+            return np.log([values["factor"]])
+        return np.log([values[f"k{row % 6 + 1}"] / k for row, k in self.springs])
 
     @property
     def n_w(self) -> int:

@@ -14,7 +14,7 @@ from femend.dof import Dof
 from femend.errors import ModelError, SingularModelError
 from femend.model.model import Model
 
-__all__ = ["ReducedModel", "Term", "reduce_model"]
+__all__ = ["ReducedModel", "Term", "project_model", "reduce_model"]
 
 FloatArray = NDArray[np.float64]
 
@@ -41,8 +41,8 @@ class ReducedModel:
 
     `V` (n_g, r) gives every DOF of the g-set, `V_a` (n_a, r) the independent ones; `freq` (r,) are the Ritz frequencies
     at the deck's values, in Hz. `names` are the model's parameters, then combinations of `form` errors where they were
-    added, then `extra` factors of split parts, of which `members` are the places where they are those of members;
-    `attached` are places with the stiffness and mass that were added there.
+    added, then `extra` ones of split parts and springs, of which `members` are the places where they are those of
+    members and soft clamps; `attached` are places with the stiffness and mass that were added there.
     """
 
     model: Model
@@ -128,7 +128,7 @@ def reduce_model(model: Model, f_max: float, g_rows: Sequence[int], loads: Float
     if loads is not None and loads.size:
         patterns = np.hstack([patterns, loads])
     V_a = _basis(K, M, omega, phi, patterns)
-    return _project(model, V_a, np.asarray(T @ V_a))
+    return project_model(model, V_a, np.asarray(T @ V_a))
 
 
 def _named(error: SingularModelError, model: Model) -> SingularModelError:
@@ -183,7 +183,8 @@ def _basis(K: Any, M: Any, omega: FloatArray, phi: FloatArray, patterns: FloatAr
     return V
 
 
-def _project(model: Model, V_a: FloatArray, V: FloatArray) -> ReducedModel:
+def project_model(model: Model, V_a: FloatArray, V: FloatArray) -> ReducedModel:
+    """The model in the basis `V_a` (n_a, r), `V` (n_g, r) of its independent and all DOFs."""
     n = len(model.parameters)
     ones = np.ones(n)
     V_a = np.ascontiguousarray(V_a)

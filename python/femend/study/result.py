@@ -16,10 +16,11 @@ from femend.diagnose.next_sensor import next_sensor
 from femend.estimate import FitRecord, noise_floor
 from femend.model import Place
 from femend.model.places import Topology, stretches, topology
-from femend.physics import FitCoordinates
+from femend.physics import FitCoordinates, physics
+from femend.report.vocabulary import DIRECTIONS
 from femend.study.predictions import STAGES, Prediction
 from femend.study.told import told
-from femend.units import unit_system
+from femend.units import UnitSystem, unit_system
 
 __all__ = ["result_of"]
 
@@ -216,9 +217,9 @@ def _next_sensor(diagnosis: Diagnosis, place: Located, rivals: Sequence[Place]) 
 
 
 def _law_parameters(diagnosis: Diagnosis, best: Candidate, open_place: bool) -> dict[str, Any]:
-    if best.physics is None:
-        return {name: {"value": _round(v), "sd": None, "unit": ""} for name, v in best.values.items()}
     system = unit_system(diagnosis.reduced.model.units)
+    if best.physics is None:
+        return _part_parameters(best, system, OPEN_PLACE if open_place else OFF_LAW)
     turning = best.joint is not None and best.joint.place.direction.startswith("R")
     parameters, values, J = told(diagnosis, best)
     least = OPEN_PLACE if open_place else OFF_LAW
@@ -233,6 +234,22 @@ def _law_parameters(diagnosis: Diagnosis, best: Candidate, open_place: bool) -> 
         }
         for p in parameters
     }
+
+
+def _part_parameters(best: Candidate, system: UnitSystem, least: float) -> dict[str, Any]:
+    """A member's factor, which has no unit, or the stiffnesses k1 to k6 of a soft clamp; `least` as of `OFF_LAW`."""
+    told = {}
+    ln_sd = None if best.covariance is None else standard_deviations(best.covariance) * np.sqrt(max(1.0, best.fitted))
+    for i, (name, value) in enumerate(best.values.items()):
+        spring = name in DIRECTIONS
+        unit = (
+            physics("compliant_support").parameters[0].unit(system, rotational="R" in DIRECTIONS[name])
+            if spring
+            else ""
+        )
+        sd = None if ln_sd is None else _round(float(value * np.hypot(ln_sd[i], least)))
+        told[name] = {"value": _round(value), "sd": sd, "unit": unit}
+    return told
 
 
 def _law_sd(best: Candidate, names: Sequence[str], J: NDArray[np.float64] | None) -> dict[str, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import middle
+from femend.model.place import AXES
 from femend.physics import Parameter, physics, with_companion
 from femend.physics.causal import structural, structural_jacobian
 
@@ -23,7 +25,7 @@ def told(diagnosis: Diagnosis, best: Candidate) -> tuple[Sequence[Parameter], di
     None for the last where they are the law's own.
 
     A springpot is told as structural damping in the middle of the band, what a model loses at a support by the spring
-    on which it stands.
+    on which it stands, the spring under a clamp as k1 to k6 by the component it acts in.
     """
     assert best.physics is not None
     values = with_companion(best.physics, best.values, best.k) if best.nonlinear else dict(best.values)
@@ -36,4 +38,9 @@ def told(diagnosis: Diagnosis, best: Candidate) -> tuple[Sequence[Parameter], di
         S = factor * place.support
         whole = S**2 / values["g"]
         return physics("compliant_support").parameters, {"k": max(whole - S, 0.0)}, np.array([[-whole]])
+    clamp = best.joint.place if best.joint is not None and best.joint.place.kind == "clamp" else None
+    if best.name == "compliant_support" and clamp is not None and clamp.direction in AXES:
+        (k,) = best.physics.parameters
+        name = f"k{AXES.index(clamp.direction) + 1}"
+        return (replace(k, name=name),), {name: values[k.name]}, None
     return best.physics.parameters, values, None

@@ -1,0 +1,71 @@
+"""A reduced model with what a search added to it: form errors, unknowns of members and soft clamps, known forces."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.model import Place, ReducedModel
+from femend.model.freed import freed, with_springs
+
+__all__ = ["dressed", "member_stiffness", "own_span", "own_values", "with_attached", "with_own"]
+
+FloatArray = NDArray[np.float64]
+
+# prior ln standard deviation of a member's own stiffness factor
+MEMBER_SD = 1.0
+
+
+def dressed(bare: ReducedModel, like: ReducedModel) -> ReducedModel:
+    """The `bare` model, which has its parameters alone in a basis of its own, with all that `like` has beside them."""
+    own = bare if like.form is None else like.form.on(bare)
+    for place in like.members:
+        own = with_own(place, own)
+    for place, k, m in like.attached:
+        own = with_attached(place, k, m, own)
+    return own
+
+
+def with_own(place: Place, reduced: ReducedModel) -> ReducedModel:
+    """The model with the unknowns of a place that are part of it: a factor on a member's stiffness, or the springs of a
+    soft clamp under DOFs set free. Raises ModelError for a clamp that no SPC set holds."""
+    if place.springs:
+        loose = freed(reduced, [row for row, _ in place.springs])
+        return with_springs(place, dressed(loose, reduced))
+    split = reduced.with_part("member", member_stiffness(place, reduced), place.parameter, MEMBER_SD)
+    return replace(split, members=(*reduced.members, place))
+
+
+def member_stiffness(place: Place, reduced: ReducedModel) -> FloatArray:
+    """Stiffness of a member in the basis (r, r), at the deck's values."""
+    model = reduced.model
+    ones = np.ones(len(model.parameters))
+    K = np.zeros((reduced.r, reduced.r))
+    for eid in place.elements:
+        rows, Ke, _ = model.fe.element_matrices(eid, ones)
+        K += reduced.V[rows].T @ Ke @ reduced.V[rows]
+    return K
+
+
+def with_attached(place: Place, k: float, m: float, reduced: ReducedModel) -> ReducedModel:
+    """The model with a spring `k` and a mass `m` (deck units) on every coordinate of a place."""
+    B = place.w(reduced.V, reduced.V_a)
+    return replace(
+        reduced,
+        K_fixed=reduced.K_fixed + k * (B.T @ B),
+        M_fixed=reduced.M_fixed + m * (B.T @ B),
+        attached=(*reduced.attached, (place, k, m)),
+    )
+
+
+def own_span(reduced: ReducedModel) -> slice:
+    """Where the unknowns of the place added last stand among the model's; an empty one where none was."""
+    n = len(reduced.names)
+    return slice(n - (reduced.members[-1].n_own if reduced.members else 0), n)
+
+
+def own_values(reduced: ReducedModel, p: FloatArray) -> dict[str, float]:
+    """What the place added last comes to at unknowns `p` of the model (factor, or k1 to k6); nothing without one."""
+    return reduced.members[-1].values(p[own_span(reduced)]) if reduced.members else {}
