@@ -17,6 +17,7 @@ from femend.diagnose.joint import enlarged
 from femend.errors import ModelError
 from femend.model import Model, Place, ReducedModel, find_places, form_errors, read_model, reduce_model
 from femend.model.freed import freed, own_stiffness, reactions
+from femend.study.patch import on_new_supports
 from femend.study.run import StudyRun, diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -180,14 +181,34 @@ def test_the_patched_deck_stands_on_the_springs(soft: tuple[StudyRun, dict[str, 
     path = soft[2] / "out" / "model.updated.bdf"
     text = path.read_text()
     assert sum(line.startswith("CELAS2") for line in text.splitlines()) == 2
-    (chosen,) = [line for line in text.splitlines() if "select SPC = " in line]
-    patched = read_model(path, spc=int(chosen.split("SPC = ")[1].split()[0]))
+    patched = read_model(path)
     cards = tuple(f"CELAS2,{900 + c},{k},1,{c}" for c, k in SPRINGS.items())
     (soft[2] / "truth.bdf").write_text(small_study.deck((7.3e10, 6.8e10), cards, held_but(SPRINGS)))
     true = exact(read_model(soft[2] / "truth.bdf"))
     np.testing.assert_allclose(*in_band(exact(patched), true), rtol=0.01)
-    # the deck's own case control still holds the clamp
-    assert exact(read_model(path))[0] > 1.1 * true[0]
+    # the deck's own set still holds the clamp
+    assert exact(read_model(path, spc=1))[0] > 1.1 * true[0]
+
+
+@pytest.mark.parametrize(
+    ("head", "selects"),
+    [
+        ("SOL 103\r\nCEND\r\n spc = 1 $ feet\r\nBEGIN BULK\r\n", b" spc = 900001 $ feet\r\n"),
+        ("SOL 103\nCEND\nSUBCASE 1\n  SPC=1\nSUBCASE 2\n  SPC=2\nBEGIN BULK\n", None),
+        ("", None),
+    ],
+)
+def test_case_control_selects_the_new_supports_where_it_selected_the_old(
+    soft: tuple[StudyRun, dict[str, Any], Path], tmp_path: Path, head: str, selects: bytes | None
+) -> None:
+    bulk = small_study.deck().partition("BEGIN BULK\n")[2]
+    (tmp_path / "model.bdf").write_bytes((head + bulk).encode())
+    text = (tmp_path / "model.bdf").read_bytes()
+    model = read_model(tmp_path / "model.bdf")
+    changed = on_new_supports(text, model, soft[1])
+    assert changed == text if selects is None else selects in changed
+    assert on_new_supports(text, read_model(tmp_path / "model.bdf", spc=1), soft[1]) == text
+    assert on_new_supports(text, model, {"findings": []}) == text
 
 
 def test_a_clamp_soft_in_one_direction_is_told_with_one_spring(tmp_path: Path) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from femend.diagnose import Diagnosis
@@ -13,16 +15,18 @@ from femend.model.deck_changes import deck_changes
 from femend.model.supports import held_rows
 from femend.report.vocabulary import DIRECTIONS
 
-__all__ = ["deck_cards", "deck_changes"]
+__all__ = ["deck_cards", "deck_changes", "on_new_supports"]
 
 # where ids of SPC sets that the deck does not have are looked for, and the nodes of an SPC1 in one line
 FIRST_SET, NODES_A_LINE = 900001, 6
+# SPC in case control, with what stands before and after the set's id
+_SELECTS = re.compile(rb"^([ \t]*SPC[ \t]*=[ \t]*)(\d+)(?=[ \t]*(?:\$|\r?$))", re.IGNORECASE | re.MULTILINE)
+_BULK = re.compile(rb"^[ \t]*BEGIN[ \t]+BULK|^[ \t]*BEGIN[ \t]*=[ \t]*BULK", re.IGNORECASE | re.MULTILINE)
 
 
 def deck_cards(model: Model, diagnosis: Diagnosis, result: dict[str, Any]) -> list[str]:
     """Bulk-data lines for the new terms: cards where Nastran has some that fit, their descriptions as comments."""
     lines: list[str] = []
-    soft: list[tuple[int, int]] = []
     id_ = next_id(model.deck, "element")
     for finding in result["findings"]:
         where = finding["location"]
@@ -37,13 +41,49 @@ def deck_cards(model: Model, diagnosis: Diagnosis, result: dict[str, Any]) -> li
         springs = _springs(finding["physics"], where, values)
         cards += [f"CELAS2,{id_ + i},{k:.6E},{node},{component}" for i, (node, component, k) in enumerate(springs)]
         id_ += len(cards)
-        soft += [(node, component) for node, component, _ in springs]
         lines += [
             f"$ femend: {name} at node {at} to {where['to'] or 'nothing'}",
             f"$ femend: {words}",
             *cards,
         ]
+    soft = _soft(result)
     return lines + (_supports(model, soft) if soft else [])
+
+
+def on_new_supports(text: bytes, model: Model, result: dict[str, Any]) -> bytes:
+    """The main file of the deck with case control selecting the SPC set of `deck_cards`, where there is one and its own
+    case control selects what held the model; as it is otherwise."""
+    if not _soft(result) or not _selects(text, model):
+        return text
+    end, new = _bulk(text), str(_new_set(model)).encode()
+    return _SELECTS.sub(rb"\g<1>" + new, text[:end]) + text[end:]
+
+
+def _soft(result: dict[str, Any]) -> list[tuple[int, int]]:
+    """(node, component) of held DOFs that stand on springs now."""
+    return [
+        (node, component)
+        for finding in result["findings"]
+        for node, component, _ in _springs(
+            finding["physics"],
+            finding["location"],
+            {name: entry["value"] for name, entry in finding["parameters"].items()},
+        )
+    ]
+
+
+def _bulk(text: bytes) -> int:
+    found = _BULK.search(text)
+    return found.start() if found else 0
+
+
+def _selects(text: bytes, model: Model) -> bool:
+    """Whether the file's case control is what selects the one SPC set that the model is held by."""
+    return model.spc is None and len({m[2] for m in _SELECTS.finditer(text[: _bulk(text)])}) == 1
+
+
+def _new_set(model: Model) -> int:
+    return next(i for i in range(FIRST_SET, FIRST_SET + len(model.node_ids) + 2) if not _is_set(model, i))
 
 
 def _springs(physics: str, where: dict[str, Any], values: dict[str, Any]) -> list[tuple[int, int, float]]:
@@ -54,19 +94,20 @@ def _springs(physics: str, where: dict[str, Any], values: dict[str, Any]) -> lis
 
 
 def _supports(model: Model, soft: Sequence[tuple[int, int]]) -> list[str]:
-    """An SPC set like the deck's own without the (node, component) that stand on springs; nothing else in the deck can
-    let go of them, since what case control selects stays as it is."""
+    """An SPC set like the deck's own without the (node, component) that stand on springs: no card can let go of what
+    another holds."""
     free = model.unsupported
     by_node: dict[int, str] = {}
     for row in held_rows(free, model).tolist():
         node, component = int(free.fe.dof_nodes[row]), int(free.fe.dof_components[row])
         if (node, component) not in soft:
             by_node[node] = by_node.get(node, "") + str(component)
-    set_ = next(i for i in range(FIRST_SET, FIRST_SET + len(model.node_ids) + 2) if not _is_set(model, i))
-    lines = [
-        "$ femend: springs under held nodes do nothing; to stand on them,",
-        f"$ femend: select SPC = {set_} in case control",
-    ]
+    set_ = _new_set(model)
+    lines = (
+        [f"$ femend: SPC set {set_}, which case control selects now, leaves these DOFs to the springs"]
+        if _selects(Path(model.deck.path).read_bytes(), model)
+        else [f"$ femend: springs under held nodes do nothing; to stand on them, select SPC set {set_}"]
+    )
     for components in sorted(set(by_node.values())):
         nodes = sorted(n for n, c in by_node.items() if c == components)
         for i in range(0, len(nodes), NODES_A_LINE):

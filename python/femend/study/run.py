@@ -20,7 +20,7 @@ from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.content import report_content
 from femend.study.load import load_study
-from femend.study.patch import deck_cards, deck_changes
+from femend.study.patch import deck_cards, deck_changes, on_new_supports
 from femend.study.predictions import Prediction, predict_all, write_predictions
 from femend.study.result import result_of
 from femend.study.staged_run import StagedRun, diagnose_staged, is_staged
@@ -113,7 +113,8 @@ def _write_deck(run: StudyRun, folder: Path) -> None:
     patched = patch_deck(run.model.deck, changes, cards)
     main = Path(run.model.deck.path)
     text = patched.pop(main, None)
-    (folder / "model.updated.bdf").write_bytes(main.read_bytes() if text is None else text)
+    text = on_new_supports(main.read_bytes() if text is None else text, run.model, run.result)
+    (folder / "model.updated.bdf").write_bytes(text)
     for path, content in patched.items():
         (folder / f"model.updated.{path.name}").write_bytes(content)
 
