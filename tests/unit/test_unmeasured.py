@@ -90,3 +90,6 @@ def test_a_harmonic_force_that_begins_later_is_found(tmp_path: Path, freq: float
     assert {7, 8, 9} & {*finding["location"]["nodes"], *told}
     assert finding["parameters"]["frequency"]["value"] == pytest.approx(freq, abs=0.3)
     assert finding["parameters"]["amplitude"]["value"] == pytest.approx(0.6, rel=0.15)
+    low = next(row for row in result["fit"] if row["recording"] == "low")
+    assert low["final"] < 0.8 * low["parameters"]
+    assert low["final"] < 0.03

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -28,7 +28,7 @@ LINES, KEPT = 120, 3
 class LoadFinding:
     """What is wrong with the load: nodes and direction, `values` of the contract's parameters with their units, fit,
     score and misfits. `force` is a row of the g-set with the force (n,) that acts there unrecorded, where every
-    recording has the same."""
+    recording has the same, and `forces` that of each recording by its name, where it is known as a few values."""
 
     physics: str
     nodes: tuple[int, ...]
@@ -39,11 +39,13 @@ class LoadFinding:
     problem: Problem
     score: float
     force: tuple[int, NDArray[np.float64]] | None = None
+    forces: Mapping[str, tuple[int, NDArray[np.float64]]] = field(default_factory=dict)
 
     def record(self, record: FitRecord) -> FitRecord:
         """A record with the load as it was found to be."""
-        if self.force is not None:
-            return with_force(record, *self.force)
+        force = self.forces.get(record.name, self.force)
+        if force is not None:
+            return with_force(record, *force)
         if self.physics != "load_misplaced":
             return record
         other = self.problem.records[0]

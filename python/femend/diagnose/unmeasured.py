@@ -191,6 +191,10 @@ def _sine(
         split.whole,
         score(candidate, split.choosing, settings, n_values),
         (row, wave) if np.linalg.norm(mean) > REPEATS * size.mean() else None,
+        {
+            r.name: (row, whole.waveform(a, r.n, r.dt))
+            for r, a in zip(split.whole.records, whole.amplitudes, strict=True)
+        },
     )
 
 
