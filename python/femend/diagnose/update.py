@@ -9,6 +9,7 @@ import numpy as np
 
 from femend.errors import RecordingError
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem, check_sampling, modelled_band, used_band
+from femend.estimate.fit import TUNED_ABOVE
 from femend.model import Model, ReducedModel, form_errors, reduce_model
 
 __all__ = ["UpdatedModel", "update_model"]
@@ -38,7 +39,7 @@ def update_model(model: Model, records: Sequence[FitRecord], zeta: float) -> Upd
     check_sampling(records, band, reduced.freq)
     band = modelled_band(band, records, reduced.freq)
     reduced = form_errors(reduced, band[1]).on(reduced)
-    problem = Problem(records, band, zeta, max(1, int((reduced.freq < 1.1 * band[1]).sum())))
+    problem = Problem(records, band, zeta, max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum())))
     null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))))
     if null is None:
         raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")

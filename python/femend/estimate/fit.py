@@ -14,7 +14,7 @@ from femend.estimate.lines import FitRecord, Lines, spectral_lines
 from femend.model import ReducedModel
 from femend.model.form_errors import MODE_SD
 
-__all__ = ["Fit", "Hypothesis", "Problem"]
+__all__ = ["TUNED_ABOVE", "Fit", "Hypothesis", "Problem"]
 
 FloatArray = NDArray[np.float64]
 
