@@ -15,6 +15,7 @@ from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.dressed import own_span, own_values
 from femend.diagnose.free_form_rival import Rival, find_rival, refit_rival
+from femend.diagnose.levels import depends_on_level, relative_errors
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
 from femend.diagnose.locate import Located, locate, shortlist
@@ -195,8 +196,7 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
         if not found.located and found.null.score > FAR * settings.consistent:
             return replace(found, verdict="undetermined", place=None, advice=_more_sensors(found))
         if outlier > settings.parameter_z or _clearly_missing(found):
-            advice = "something is missing at the first place listed, but no law of the catalogue explains it"
-            return replace(found, verdict="located-not-named", advice=advice)
+            return replace(found, verdict="located-not-named", advice=_unnamed(found))
         return replace(found, verdict=quiet, place=None)
     candidate = collapsed(best.candidate, best.recovered, settings)
     refitted = candidate
@@ -347,11 +347,27 @@ def _explained(null_score: float, best: Ranked, ranked: Sequence[Ranked], n_valu
 
 
 def _clearly_missing(found: Diagnosis) -> bool:
-    """The updated model is far from the noise, and a free force somewhere takes most of it away."""
+    """The updated model is far from the noise, or far from it at one level and nearer at another, and a free force
+    somewhere takes most of it away."""
     if not found.located:
         return False
     misfit, free = found.null.score, found.located[0].fit.score
-    return bool(misfit > FAR * found.settings.consistent and free < 0.5 * misfit)
+    far = misfit > FAR * found.settings.consistent and free < 0.5 * misfit
+    return bool(far or depends_on_level(found.problem, found.null, found.located, found.settings))
+
+
+def _unnamed(found: Diagnosis) -> str:
+    """What is told where something is missing that no law explains."""
+    told = "something is missing at the first place listed, but no law of the catalogue explains it"
+    if not depends_on_level(found.problem, found.null, found.located, found.settings):
+        return told
+    error = relative_errors(found.problem, found.null)
+    best, worst = int(np.argmin(error)), int(np.argmax(error))
+    names = [r.name for r in found.problem.records]
+    return (
+        f"{told}; it depends on the level: beyond the noise the updated model leaves {100 * error[worst]:.2g} % of "
+        f"{names[worst]} and {100 * error[best]:.2g} % of {names[best]}, which no linear model does"
+    )
 
 
 def _more_sensors(found: Diagnosis) -> str:

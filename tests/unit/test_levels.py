@@ -1,0 +1,78 @@
+"""A linear model that is wrong leaves the same share of all recordings; what leaves more at one level is not linear."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femend.diagnose.levels import UNEVEN, depends_on_level, relative_errors
+from femend.diagnose.locate import locate
+from femend.diagnose.settings import Settings
+from femend.diagnose.update import UpdatedModel, update_model
+from femend.estimate import fit_records, pair_test
+from femend.model import read_model
+from femend.model.places import find_places
+from femend.study import load_study
+from femend.study.run import diagnose
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
+
+
+def updated(folder: Path, truth: small_study.Truth) -> UpdatedModel:
+    study = load_study(small_study.write_study(folder, truth))
+    model = read_model(study.model_file, parameters=list(small_study.PARAMETERS))
+    test = study.read_recordings()
+    used = [r for r in test if r.role == "fit"]
+    return update_model(model, fit_records(used, model, pair_test(test, model)), 0.01)
+
+
+def depends(start: UpdatedModel) -> bool:
+    located = locate(start.problem, start.reduced, find_places(start.reduced.model), start.null)
+    return depends_on_level(start.problem, start.null, located, Settings())
+
+
+def test_a_linear_model_that_is_wrong_leaves_the_same_share_at_all_levels(tmp_path: Path) -> None:
+    start = updated(tmp_path, small_study.Truth((7.3e10, 6.8e10), ("CELAS2,900,3.+4,7,3",)))
+    error = relative_errors(start.problem, start.null)
+    assert error.min() > 0.02
+    np.testing.assert_allclose(error, error.mean(), rtol=0.15)
+    assert not depends(start)
+
+
+def test_a_model_that_lacks_nothing_leaves_nothing(tmp_path: Path) -> None:
+    start = updated(tmp_path, small_study.Truth((7.3e10, 6.8e10)))
+    assert relative_errors(start.problem, start.null).max() < 0.01
+    assert not depends(start)
+
+
+@pytest.mark.parametrize(
+    "truth",
+    [
+        small_study.Truth((7.3e10, 6.8e10), laws=[(7, "cubic_stiffness", {"k3": 3e9})]),
+        small_study.Truth((7.3e10, 6.8e10), sine=(8, 61.3, 0.6)),
+    ],
+    ids=["cubic", "unmeasured"],
+)
+def test_what_is_not_linear_leaves_more_at_one_level(tmp_path: Path, truth: small_study.Truth) -> None:
+    start = updated(tmp_path, truth)
+    error = relative_errors(start.problem, start.null)
+    assert error.max() > UNEVEN * error.min()
+    assert depends(start)
+    # one recording cannot tell
+    alone = UpdatedModel(start.problem.on(start.problem.records[:1]), start.reduced, start.null, start.g_rows)
+    assert not depends_on_level(
+        alone.problem, alone.null, locate(start.problem, start.reduced, (), start.null), Settings()
+    )
+
+
+def test_a_law_outside_the_catalogue_that_shows_at_one_level_is_not_passed_over(tmp_path: Path) -> None:
+    law = (7, "displacement_damping", {"c": 0.05, "beta": 3e9})
+    study = small_study.write_study(tmp_path, small_study.Truth((7.3e10, 6.8e10), laws=[law]))
+    diagnose(study, tmp_path / "out")
+    result = json.loads((tmp_path / "out/result.json").read_text(encoding="utf-8"))
+    assert result["verdict"] in ("located-not-named", "missing-physics")
