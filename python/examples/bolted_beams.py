@@ -253,7 +253,7 @@ class Study:
                 continue
             low = [-np.inf, 0.0, *[-np.inf if term.physics.signed else 0.0] * len(parts)]
             solved = lsq_linear(A / scale, np.hstack([lam.real, lam.imag]), bounds=(low, np.inf), method="bvls")
-            factors = solved.x[2:] / scale[2:]
+            factors = np.maximum(solved.x[2:], low[2:]) / scale[2:]  # round-off may leave one below its bound
             if (factors != 0).any():
                 found.append((solved.cost, shape, factors, solved.x[0] / scale[0] - self.lam))
         found.sort(key=lambda item: item[0])
