@@ -222,7 +222,7 @@ def _unmeasured(found: Diagnosis, plainly: bool) -> LoadFinding | None:
     """A force nobody recorded: any where much is missing, and a harmonic one where less is."""
     given = (found.split, found.reduced, found.located, found.g_rows, found.settings)
     if plainly or _clearly_missing(found):
-        return find_unmeasured(*given)
+        return find_unmeasured(*given, found.null.p)
     if found.null.score <= found.settings.consistent:
         return None
     return find_harmonic(*given, found.null_chosen, found.null_score)

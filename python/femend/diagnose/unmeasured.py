@@ -42,9 +42,15 @@ LONGER = 8
 
 
 def find_unmeasured(
-    split: Split, reduced: ReducedModel, located: Sequence[Located], g_rows: list[int], settings: Settings
+    split: Split,
+    reduced: ReducedModel,
+    located: Sequence[Located],
+    g_rows: list[int],
+    settings: Settings,
+    updated: FloatArray,
 ) -> LoadFinding | None:
-    """A force or base motion that was not recorded, where the best place with one force shows one; None otherwise."""
+    """A force or base motion that was not recorded, where the best place with one force shows one; None otherwise.
+    `updated` are the unknowns of the updated model."""
     best = _outside(located, settings.margin)
     if best is None or min(r.y.shape[0] for r in split.whole.records) < 2:
         return None  # one sensor: a free force explains anything
@@ -56,7 +62,7 @@ def find_unmeasured(
         return None
     base = best.place.kind == "base"
     if not base:
-        sine = _sine(split, reduced, best, recovered, (best.fit.p,), settings)
+        sine = _sine(split, reduced, best, recovered, (best.fit.p, updated), settings)
         if sine is not None:
             return sine
     if not _from_outside(problem, recovered):
