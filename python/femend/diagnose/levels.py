@@ -10,32 +10,49 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.diagnose.locate import Located
 from femend.diagnose.settings import Settings
-from femend.estimate import Fit, Problem
+from femend.estimate import Fit, FitRecord, Lines, Problem
 
-__all__ = ["depends_on_level", "relative_errors"]
+__all__ = ["depends_on_level", "levels_differ", "relative_errors"]
 
 FloatArray = NDArray[np.float64]
 
 # ratio of the highest level to the lowest from which levels can be compared, and of the largest relative error to the
 # smallest from which it depends on them
 LEVELS, UNEVEN = 2.0, 2.0
+# misfit of that record, as a multiple of what counts as consistent, from which it is far from the noise, and the share
+# of it up to which a force that explains it leaves some
+FAR, LEAVES = 2.0, 0.5
+
+
+def levels_differ(records: Sequence[FitRecord]) -> bool:
+    """Whether the forces of some recordings are so much larger than those of others that levels can be compared."""
+    level = np.array([r.u.std() for r in records])
+    return bool(level.max() >= LEVELS * level.min())
 
 
 def relative_errors(problem: Problem, null: Fit) -> FloatArray:
     """Error of the updated model beyond the noise (n_records,), as a share of what was recorded in the band (RMS); of
     a linear model that is wrong it is the same at all levels, whatever the noise."""
-    reduced = null.hypothesis.reduced
-    whole = problem.thinned(None)
-    lines = whole.lines(reduced)
-    fitted = _core.fitted_lines(
-        whole.system(reduced), null.hypothesis.core(), [line.core for line in lines], null.p, null.x
-    )
-    shares = []
-    for line, (y, _, _) in zip(lines, fitted, strict=True):
-        noise = line.record.n * float((line.record.noise**2).sum()) * len(line.freq)
-        left = float((np.abs(line.Y - y) ** 2).sum()) - noise
-        shares.append(np.sqrt(max(left, 0.0) / max(float((np.abs(line.Y) ** 2).sum()), 1e-300)))
-    return np.array(shares)
+
+    def make() -> tuple[Fit, FloatArray]:
+        reduced = null.hypothesis.reduced
+        whole = problem.thinned(None)
+        lines = whole.lines(reduced)
+        fitted = _core.fitted_lines(
+            whole.system(reduced), null.hypothesis.core(), [line.core for line in lines], null.p, null.x
+        )
+        return null, np.array([_share(line, y) for line, (y, _, _) in zip(lines, fitted, strict=True)])
+
+    # asked several times on the way to a verdict; the fit is kept with its answer, so that no other takes its identity
+    kept: tuple[Fit, FloatArray] = problem.kept(("relative errors", id(null)), make)
+    return kept[1]
+
+
+def _share(line: Lines, y: NDArray[np.complex128]) -> float:
+    """RMS of what responses `y` (K, n_out) leave of a record's lines beyond the noise, over that of the lines."""
+    noise = line.record.n * float((line.record.noise**2).sum()) * len(line.freq)
+    left = float((np.abs(line.Y - y) ** 2).sum()) - noise
+    return float(np.sqrt(max(left, 0.0) / max(float((np.abs(line.Y) ** 2).sum()), 1e-300)))
 
 
 def depends_on_level(problem: Problem, null: Fit, located: Sequence[Located], settings: Settings) -> bool:
@@ -43,11 +60,10 @@ def depends_on_level(problem: Problem, null: Fit, located: Sequence[Located], se
     share of one than of another, where that one is far from the noise and a force at the best place explains it."""
     if not located or len(problem.records) < 2 or any(r.frf is not None for r in problem.records):
         return False
-    level = np.array([r.u.std() for r in problem.records])
-    if level.max() < LEVELS * level.min():
+    if not levels_differ(problem.records):
         return False
     error = relative_errors(problem, null)
     worst = int(np.argmax(error))
     misfit, free = float(null.misfit[worst]), float(located[0].fit.misfit[worst])
-    far = misfit > 2.0 * settings.consistent and free < 0.5 * misfit
+    far = misfit > FAR * settings.consistent and free < LEAVES * misfit
     return bool(far and error[worst] > UNEVEN * error.min())

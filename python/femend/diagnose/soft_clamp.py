@@ -19,8 +19,8 @@ from femend.diagnose.candidates import standard_deviations
 from femend.diagnose.dressed import own_span
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
 from femend.diagnose.split import Split
-from femend.errors import ModelError
 from femend.estimate import Fit, Hypothesis, Problem
+from femend.estimate.fit import TUNED_ABOVE
 from femend.model import Place, ReducedModel
 from femend.model.freed import own_stiffness, reactions
 from femend.model.place import AXES
@@ -38,8 +38,6 @@ MOST = 6
 FEW_LINES, FEW_STEPS, STEPS = 150, 10, 20
 # share of the stiffness of the elements at the clamp below which a direction takes nothing of the band's motion
 IDLE = 1e-12
-# modes up to this multiple of the band's end say what stiffness matters
-ABOVE = 1.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,26 +173,20 @@ def _all_springs(problem: Problem, reduced: ReducedModel, clamp: Place, updated:
     stiffness at which a mode of the band would leave its frequency; None where there are none."""
     node = reduced.model.index(clamp.nodes[0])
     rows = [row for row in range(6 * node, 6 * node + 6) if not reduced.V[row].any()]
-    rows = [row for row in rows if _can_be_freed(reduced, row)]
+    own = own_stiffness(reduced.model, rows)
+    held = own > 0  # not by more than the clamp, nor by nothing but its lack of stiffness
+    rows, own = [row for row, there in zip(rows, held, strict=True) if there], own[held]
     if not rows:
         return None
     omega, _, Q = problem.system(reduced).modal(updated)
-    inside = omega < ABOVE * 2 * np.pi * problem.band[1]
+    inside = omega < TUNED_ABOVE * 2 * np.pi * problem.band[1]
     inside[0] = True
     K, M = reactions(reduced, rows)
     force = (K @ Q - (M @ Q) * omega**2)[:, inside]
     # to first order a compliance 1/k lowers a mode's omega^2 by R^2/k
     scale = (force**2 / np.maximum(omega[inside], 1e-3 * omega.max()) ** 2).max(axis=1)
-    own = own_stiffness(reduced.model, rows)
     springs = tuple((row, float(k)) for row, k, s in zip(rows, scale, own, strict=True) if k > IDLE * s)
     return _labelled(clamp, springs) if springs else None
-
-
-def _can_be_freed(reduced: ReducedModel, row: int) -> bool:
-    try:
-        return bool(own_stiffness(reduced.model, [row])[0] > 0)
-    except ModelError:
-        return False  # held at its GRID, by the rigid element it belongs to, or by nothing but its lack of stiffness
 
 
 def _without(place: Place, i: int) -> Place:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.harmonic import fit_harmonic
 from femend.diagnose.joint import Recovered, open_joint, recover
+from femend.diagnose.levels import levels_differ
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import Located
 from femend.diagnose.name import effective_values, score
@@ -26,8 +27,8 @@ __all__ = ["find_harmonic", "find_unmeasured", "plainly_unmeasured"]
 
 FloatArray = NDArray[np.float64]
 
-# exponent of force over level below which the force does not follow the motion, and the levels' ratio needed to tell
-INDEPENDENT, LEVELS = 0.35, 2.0
+# exponent of force over level below which the force does not follow the motion
+INDEPENDENT = 0.35
 # share of the power fed to the joint that the force may take out again and still count as one from outside
 DISSIPATED = 0.15
 # share of a force's power within a few lines from which it is a harmonic one; correlation from which it repeats
@@ -51,15 +52,10 @@ def find_unmeasured(
 ) -> LoadFinding | None:
     """A force or base motion that was not recorded, where the best place with one force shows one; None otherwise.
     `updated` are the unknowns of the updated model."""
-    best = _outside(located, settings.margin)
-    if best is None or min(r.y.shape[0] for r in split.whole.records) < 2:
-        return None  # one sensor: a free force explains anything
-    problem = split.whole
-    if best.fit.score > settings.adequate:
+    found = _shown(split, reduced, located, g_rows, settings)
+    if found is None:
         return None
-    recovered = _recovered(split, reduced, best, g_rows)
-    if recovered is None:
-        return None
+    (best, recovered), problem = found, split.whole
     base = best.place.kind == "base"
     if not base:
         sine = _sine(split, reduced, best, recovered, (best.fit.p, updated), settings)
@@ -97,21 +93,28 @@ def find_harmonic(
 ) -> LoadFinding | None:
     """A harmonic force that wins on unseen data against the model `without` it (score `null_score`) as a law has to,
     for what stands too little above the noise to be taken for missing whatever it is; None otherwise."""
-    best, problem = _outside(located, settings.margin), split.whole
-    level = np.array([r.u.std() for r in problem.records])
-    if best is None or best.place.kind == "base" or level.max() < LEVELS * level.min():
+    shown = _shown(split, reduced, located, g_rows, settings) if levels_differ(split.whole.records) else None
+    if shown is None or shown[0].place.kind == "base":
         return None
-    if min(r.y.shape[0] for r in problem.records) < 2 or best.fit.score > settings.adequate:
-        return None
-    recovered = _recovered(split, reduced, best, g_rows)
-    if recovered is None:
-        return None
+    best, recovered = shown
     found = _sine(split, reduced, best, recovered, (best.fit.p, without.p), settings)
     if found is None:
         return None
     less = float(np.log(without.chosen / max(found.candidate.chosen, 1e-12)))
     won = settings.wins(null_score - found.score, less, without.prior - found.candidate.prior)
     return found if won else None
+
+
+def _shown(
+    split: Split, reduced: ReducedModel, located: Sequence[Located], g_rows: list[int], settings: Settings
+) -> tuple[Located, Recovered] | None:
+    """The best place where a force from outside explains the recordings, and what it did there; None without one, and
+    with one sensor, where a free force explains anything."""
+    best = _outside(located, settings.margin)
+    if best is None or min(r.y.shape[0] for r in split.whole.records) < 2 or best.fit.score > settings.adequate:
+        return None
+    recovered = _recovered(split, reduced, best, g_rows)
+    return None if recovered is None else (best, recovered)
 
 
 def plainly_unmeasured(
@@ -124,11 +127,10 @@ def plainly_unmeasured(
     best, problem = _outside(located, settings.margin), split.whole
     if best is None or min(r.y.shape[0] for r in problem.records) < 2:
         return False
-    level = np.array([r.u.std() for r in problem.records])
     n = min(r.n for r in problem.records)
     u = np.array([r.u[:, :n].ravel() for r in problem.records])
     own = np.abs(np.corrcoef(u)[~np.eye(len(u), dtype=bool)]) if len(u) > 1 else np.ones(1)
-    if level.max() < LEVELS * level.min() or own.max() > DIFFERENT:
+    if not levels_differ(problem.records) or own.max() > DIFFERENT:
         return False
     recovered = _recovered(split, reduced, best, g_rows)
     if recovered is None or not _common(recovered):
@@ -207,13 +209,13 @@ def _sine(
 def _from_outside(problem: Problem, recovered: Recovered) -> bool:
     """Whether the recordings, of different level, show the same force, or one that feeds the motion and does not grow
     with it."""
-    level = np.array([r.u.std() for r in problem.records])
-    if level.max() < LEVELS * level.min():
+    if not levels_differ(problem.records):
         return False
     if _common(recovered):
         _, alike, ratio = _mean_force(recovered)
         return bool(min(alike) > REPEATS and max(ratio) < ALIKE * 2 and min(ratio) > 1 / (ALIKE * 2))
     size = np.array([np.sqrt(np.mean(f**2)) for f in recovered.f])
+    level = np.array([r.u.std() for r in problem.records])
     if size.min() <= 0 or np.polyfit(np.log(level), np.log(size), 1)[0] > INDEPENDENT:
         return False
     weakest = int(np.argmin(level))

@@ -61,9 +61,12 @@ def reactions(reduced: ReducedModel, rows: Sequence[int]) -> tuple[FloatArray, F
 
 
 def own_stiffness(model: Model, rows: Sequence[int]) -> FloatArray:
-    """Stiffness (n,) against the motion of each of the held DOFs `rows` by itself, all others held."""
+    """Stiffness (n,) against the motion of each of the held DOFs `rows` by itself, all others held; 0 for those that
+    more than an SPC set holds (their GRID, the rigid element they belong to)."""
     free = model.unsupported
-    return np.asarray(free.matrices()[0].diagonal()[_positions(free, rows)])
+    at = {int(g): i for i, g in enumerate(_g_rows(free))}
+    diagonal = free.matrices()[0].diagonal()
+    return np.array([diagonal[at[row]] if row in at else 0.0 for row in rows])
 
 
 def freed(reduced: ReducedModel, rows: Sequence[int]) -> ReducedModel:

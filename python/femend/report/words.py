@@ -130,7 +130,7 @@ def parameter_text(name: str, entry: Any, physics: str = "", *, with_sd: bool = 
     if physics in ("compliant_support", "support_stiffness", "joint_stiffness") and name in DIRECTIONS:
         label = f"stiffness {DIRECTIONS[name]}"
     if name == "node":
-        return label, nodes_text(round(number(entry) or number(mapping(entry).get("value")) or 0)).partition(" ")[2]
+        return label, f"{number(mapping(entry).get('value', entry)) or 0:.0f}"
     if name == "sides" and number(entry) is not None:
         return label, {1.0: "one", 2.0: "two"}.get(abs(number(entry) or 0.0), str(number(entry)))
     if not isinstance(entry, Mapping):
