@@ -54,6 +54,13 @@ def arguments() -> argparse.Namespace:
     kind.add_argument("--outside", action="store_true", help="effects follow laws that the catalogue does not have")
     kind.add_argument("--two", action="store_true", help="two effects of the catalogue at different places")
     ap.add_argument("--unmeasured", action="store_true", help="the shaker's force is in no recording that is fitted")
+    ap.add_argument(
+        "--beyond",
+        type=float,
+        default=case.BEYOND,
+        help="what an update has to leave of every effect, times the noise; more than the default: in every case, and "
+        "of each of two beside the other",
+    )
     ap.add_argument("--effect", help="only this label: clearance, none:model_form, outside:wedge, two:a+b ...")
     ap.add_argument("--family", choices=list(case.FAMILIES), help="only this family")
     return ap.parse_args()
@@ -68,7 +75,7 @@ def main() -> None:
     for i in range(a.start - 1, a.cases):
         family = a.family or plan.family(a.seed, i, list(case.FAMILIES))
         label = plan.suited(a.effect or plan.label(a.seed, i, share, kind), family)
-        tasks.append((a.out, a.seed, i, family, label, case.Options(a.noise, a.unmeasured)))
+        tasks.append((a.out, a.seed, i, family, label, case.Options(a.noise, a.unmeasured, a.beyond)))
     a.out.mkdir(parents=True, exist_ok=True)
     count: collections.Counter[str] = collections.Counter()
     with multiprocessing.Pool(a.jobs) as pool:

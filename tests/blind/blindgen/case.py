@@ -15,7 +15,7 @@ from .plates import Plate
 from .respond import modal_of, record
 from .setting import FAMILIES, FRAMES, Test, draw_test
 from .solids import Solid
-from .strength import Drawn, draw_effects
+from .strength import BEYOND, Drawn, draw_effects
 
 __all__ = ["FAMILIES", "FRAMES", "Options", "make", "write_case"]
 
@@ -24,19 +24,23 @@ FORCE_NOISE = 0.004
 
 @dataclass(frozen=True)
 class Options:
-    """What a whole set has in common: range of the sensors' noise, and whether the shaker's force stays unrecorded."""
+    """What a whole set has in common: range of the sensors' noise, whether the shaker's force stays unrecorded, and
+    what an update has to leave of every effect (times the noise)."""
 
     noise: tuple[float, float] = (0.01, 0.05)
     unmeasured: bool = False
+    beyond: float = BEYOND
 
 
-def make(rng: np.random.Generator, family: str, label: str, noise: float) -> tuple[Test, list[Drawn]]:
+def make(
+    rng: np.random.Generator, family: str, label: str, noise: float, beyond: float = BEYOND
+) -> tuple[Test, list[Drawn]]:
     """Test and effects for a label such as "clearance", "none:exact", "outside:wedge" or "two:added_mass+clearance"."""
     kind = label.split(":")[1] if label.startswith("none") else ""
     for _ in range(40):
         try:
             test = draw_test(rng, family, kind, noise)
-            return test, [] if label.startswith("none") else draw_effects(rng, test, label)
+            return test, [] if label.startswith("none") else draw_effects(rng, test, label, beyond)
         except Unsuitable:
             continue
     raise RuntimeError(f"no structure of family {family} could show {label}")
@@ -53,7 +57,7 @@ def write_case(
     """Make and write one case; returns its truth."""
     rng = np.random.default_rng([seed, index])
     noise = float(np.exp(rng.uniform(*np.log(options.noise))))
-    test, drawn = make(rng, family, label, noise)
+    test, drawn = make(rng, family, label, noise, options.beyond)
     parts = tuple((d.effect, d.x) for d in drawn)
     public, sealed = folder / "public", folder / "sealed"
     public.mkdir(parents=True, exist_ok=True)
@@ -92,6 +96,8 @@ def told(d: Drawn, noise: float) -> dict[str, Any]:
         "visibility": d.seen / noise,
         "visibility_beyond_update": d.beyond / noise,
     }
+    if d.beside is not None:
+        out["visibility_beside_the_other"] = d.beside / noise
     return out | {k: e.extra[k] for k in ("law", "class", "families") if k in e.extra}
 
 
@@ -106,7 +112,7 @@ def describe(test: Test, drawn: list[Drawn], label: str) -> dict[str, Any]:
     else:
         each = [told(d, test.noise) for d in drawn]
         out = {"effect": "two", "effects": each, "nodes": [n for e in each for n in e["nodes"]]}
-        for key in ("visibility", "visibility_beyond_update"):
+        for key in ("visibility", "visibility_beyond_update", "visibility_beside_the_other"):
             out[key] = min(e[key] for e in each)  # both have to be found
     return out | {
         "node_xyz": {str(n): [float(q) for q in p] for n, p in test.s.xyz.items()},

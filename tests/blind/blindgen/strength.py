@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,12 +21,14 @@ CARELESS = 0.15  # ... except in this share of the cases, where place and streng
 
 @dataclass
 class Drawn:
-    """An effect with its strength, its visibility and what of it the update cannot absorb (NRMSE at high level)."""
+    """An effect with its strength, its visibility and what of it the update cannot absorb (NRMSE at high level), by
+    itself and, where there are two, as it shows beside the other."""
 
     effect: Effect
     x: float
     seen: float
     beyond: float
+    beside: float | None = None
 
 
 def visibility(test: Test, effect: Effect, x: float, base: np.ndarray, m: Modal | None) -> float:
@@ -78,19 +80,20 @@ def bounded(test: Test, parts: Parts, base: np.ndarray) -> bool:
         return False
 
 
-def draw_effects(rng: np.random.Generator, test: Test, label: str) -> list[Drawn]:
-    """The effects of a label: "clearance", "outside:wedge" or "two:added_mass+clearance". Raises Unsuitable."""
+def draw_effects(rng: np.random.Generator, test: Test, label: str, least: float = BEYOND) -> list[Drawn]:
+    """The effects of a label: "clearance", "outside:wedge" or "two:added_mass+clearance", of each of which an update
+    leaves at least `least` times the noise. Raises Unsuitable."""
     sc = scene(test, rng)
     base, _ = record(test, (), "high")
     update = Update(test, base)
-    careless = rng.random() < CARELESS
+    careless = rng.random() < CARELESS and least <= BEYOND
     names = label.removeprefix("two:").split("+") if label.startswith("two:") else [label]
     drawn: list[Drawn] = []
     for name in names:
         make = outside(name.removeprefix("outside:")) if name.startswith("outside:") else CATALOGUE[name]
         for _ in range(8):
             try:
-                one = draw_one(rng, test, lambda make=make: make(sc), base, update, careless)
+                one = draw_one(rng, test, lambda make=make: make(sc), base, update, 0.0 if careless else least)
             except Unsuitable:
                 continue
             if all(apart(test, one.effect, other.effect) for other in drawn):
@@ -98,9 +101,20 @@ def draw_effects(rng: np.random.Generator, test: Test, label: str) -> list[Drawn
                 break
         else:
             raise Unsuitable(name)
-    if len(drawn) > 1 and not bounded(test, tuple((d.effect, d.x) for d in drawn), base):
-        raise Unsuitable(label)
+    if len(drawn) > 1:
+        if not bounded(test, tuple((d.effect, d.x) for d in drawn), base):
+            raise Unsuitable(label)
+        drawn = [replace(d, beside=beside(test, d, drawn, update)) for d in drawn]
+        if least > BEYOND and min(d.beside or 0.0 for d in drawn) < least * test.noise:
+            raise Unsuitable(label)
     return drawn
+
+
+def beside(test: Test, one: Drawn, drawn: list[Drawn], update: Update) -> float:
+    """NRMSE that an effect makes where the others are there too and the update cannot absorb."""
+    both, _ = record(test, tuple((d.effect, d.x) for d in drawn), "high")
+    others, _ = record(test, tuple((d.effect, d.x) for d in drawn if d is not one), "high")
+    return update.left(both - others)
 
 
 def apart(test: Test, a: Effect, b: Effect) -> bool:
@@ -109,8 +123,9 @@ def apart(test: Test, a: Effect, b: Effect) -> bool:
     return min(gaps) > 0.15 * test.s.span
 
 
-def draw_one(rng: np.random.Generator, test: Test, make, base: np.ndarray, update: Update, careless: bool) -> Drawn:
-    """One effect: a place that cannot show it is drawn again, a strength the update would hide is raised."""
+def draw_one(rng: np.random.Generator, test: Test, make, base: np.ndarray, update: Update, least: float) -> Drawn:
+    """One effect: a place that cannot show it is drawn again, a strength of which the update would leave less than
+    `least` times the noise is raised (not where that is 0)."""
     top = min(test.noise * VISIBLE[1], LOUDEST)
     target = float(np.exp(rng.uniform(np.log(test.noise * VISIBLE[0]), np.log(top))))
     for _ in range(12):
@@ -118,17 +133,17 @@ def draw_one(rng: np.random.Generator, test: Test, make, base: np.ndarray, updat
             effect = make()
         except Unsuitable:
             continue
-        for _ in range(1 if careless or effect.fixed else 4):
+        for _ in range(1 if not least or effect.fixed else 4):
             x, v = calibrate(test, effect, target, base)
             if not ((effect.fixed and v > 2.5 * test.noise) or 0.6 * target < v < 1.7 * target):
                 break
             y, _ = record(test, ((effect, x),), "high")
             beyond = update.left(y - base)
-            if careless or beyond > BEYOND * test.noise:
+            if beyond > least * test.noise or not least:
                 if bounded(test, ((effect, x),), base):
                     return Drawn(effect, x, v, beyond)
                 break
-            raised = target * float(np.clip(1.5 * BEYOND * test.noise / beyond, 1.3, 3.0))
+            raised = target * float(np.clip(1.5 * least * test.noise / beyond, 1.3, 3.0))
             if raised > 1.3 * top:
                 break
             target = min(raised, top)
