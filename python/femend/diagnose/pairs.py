@@ -26,7 +26,7 @@ from femend.diagnose.split import Split
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Searched", "others", "pair", "plain", "with_members"]
+__all__ = ["Searched", "alike", "others", "pair", "plain", "with_members"]
 
 FloatArray = NDArray[np.float64]
 
@@ -112,13 +112,21 @@ def _same(first: Searched, a: Place, b: Place) -> bool:
 
 def others(first: Searched, place: Place) -> list[Place]:
     """Places at which something further may be missing beside a place: those that move the sensors otherwise."""
+    like = {id(p) for p in alike(first, place)}
+    return [
+        p for p in first.places if id(p) not in like and p is not place and not set(p.elements) & set(place.elements)
+    ]
+
+
+def alike(first: Searched, place: Place) -> list[Place]:
+    """Places that move the sensors like a place of one direction, in the order of `first.places`; none where it has
+    several."""
     if place.n_w != 1:
-        return [p for p in first.places if p is not place and not set(p.elements) & set(place.elements)]
-    single = [p for p in first.places if p.n_w == 1]
+        return []
+    single = [p for p in first.places if p.n_w == 1 and p is not place]
     few = first.problem.on(first.problem.records[:1]).thinned(COMPARED_LINES)
     matrix = similarity(few, first.reduced, [place, *single], first.problem.prior(first.reduced)[0])
-    alike = {id(p) for p, r in zip(single, matrix[0, 1:], strict=True) if r > ALIKE}
-    return [p for p in first.places if id(p) not in alike and not set(p.elements) & set(place.elements)]
+    return [p for p, r in zip(single, matrix[0, 1:], strict=True) if r > ALIKE]
 
 
 def _beside(first: Searched, at: Located) -> list[Located]:

@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
+from femend.diagnose.beside import companions
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.dressed import with_own
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
 from femend.diagnose.locate import Located, locate, shortlist
 from femend.diagnose.name import Ranked, name_physics
 from femend.diagnose.pairs import Searched, others, pair, plain, with_members
-from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms, refit_terms
+from femend.diagnose.terms import Term, Terms, refit_terms
+from femend.diagnose.together import Scored, brings, fitted_together, gained
 from femend.estimate import Hypothesis
 from femend.model import Place
 
@@ -48,11 +50,25 @@ class Further:
 
 
 def look_further(first: Searched) -> Further | None:
-    """Two effects where one law at one place leaves much that two laws at two places explain; None otherwise."""
+    """Two effects where one law at one place leaves much that two laws explain, at two places or, where the sensors
+    cannot tell two, beside each other; None otherwise."""
+    near = _beside(first)
+    if near is not None and near.terms.chosen <= first.settings.adequate:
+        return near
     if not _worth_looking(first):
-        return None
+        return near
     places = pair(first)
-    return None if places is None else _named(first, *places)
+    apart = None if places is None else _named(first, *places)
+    return min((f for f in (near, apart) if f is not None), key=lambda f: f.score, default=None)
+
+
+def _beside(first: Searched) -> Further | None:
+    """The best law with a spring or a dashpot beside it."""
+    if not first.ranked or any(r.frf is not None for r in first.problem.records):
+        return None
+    best = first.ranked[0]
+    found = companions(first, best)
+    return None if found is None else _further(first, found, [r for r in first.ranked if r.located is best.located])
 
 
 def _worth_looking(first: Searched) -> bool:
@@ -149,7 +165,7 @@ def _of_law(first: Searched, ranked: Ranked, given: Known) -> _Aside:
 
 def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | None:
     """The best of the laws at each place fitted together; None where they do not win against less."""
-    best: tuple[float, Terms] | None = None
+    best: Scored | None = None
     tries = [
         (
             [Term(collapsed(r.candidate, r.recovered, first.settings), r.located) for r in chosen],
@@ -158,42 +174,42 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
         for chosen in itertools.product(*(_distinct(first, ranked) for ranked in laws))
     ]
     for terms, p in tries:
-        best = _better(first, best, _fitted(first, terms, p))
+        best = _better(first, best, fitted_together(first, terms, p))
     if best is not None and len(tries) > 1:
         # once more from where the best came to: a descent that stopped short is no reason for another name
         reached = {(t.candidate.name, id(t.located.place)): t for t in best[1].terms}
         p = plain(first, best[1].p)
         for terms, _ in tries:
             again = [reached.get((t.candidate.name, id(t.located.place)), t) for t in terms]
-            best = _better(first, best, _fitted(first, again, p))
+            best = _better(first, best, fitted_together(first, again, p))
     if best is None or not _won(first, *best) or not all(map(_determined, best[1].terms)) or _needless(first, *best):
         return None
-    whole = refit_terms(first.problem.thinned(FINAL_LINES), best[1])
-    tried = {id(r.located.place): tuple(every) for every in laws for r in every}
-    return Further(whole, tuple(tried[id(t.located.place)] for t in whole.terms), best[0])
+    return _further(first, best, [r for every in laws for r in every])
 
 
-def _fitted(first: Searched, terms: Sequence[Term], p: FloatArray) -> tuple[float, Terms] | None:
-    """Terms fitted together from unknowns `p` of the model, with their score; None where they cannot be judged."""
-    found = fit_terms(first.split.fitting, terms, first.reduced, first.g_rows, p)
-    if found is None:
-        return None
-    found = judge_terms(first.split.choosing, found)
-    value = _score(first, found)
-    return (value, found) if np.isfinite(value) else None
+def _further(first: Searched, found: Scored, tried: Sequence[Ranked]) -> Further:
+    """The terms fitted to all records, each with the laws `tried` at its place: of two at one place the first, a law
+    beside it stands by itself."""
+    score, terms = found
+    whole = refit_terms(first.problem.thinned(FINAL_LINES), terms)
+    laws: list[tuple[Ranked, ...]] = []
+    named: list[Place] = []
+    for term in whole.terms:
+        here = tuple(r for r in tried if r.located.place is term.located.place)
+        alone = not here or any(term.located.place is p for p in named)
+        laws.append((Ranked(term.candidate, term.located, score, name=term.candidate.name),) if alone else here)
+        named.append(term.located.place)
+    return Further(whole, tuple(laws), score)
 
 
-def _better(
-    first: Searched, best: tuple[float, Terms] | None, found: tuple[float, Terms] | None
-) -> tuple[float, Terms] | None:
+def _better(first: Searched, best: Scored | None, found: Scored | None) -> Scored | None:
     """The one with the lower score; with fewer parameters unless the other wins by what a law has to bring."""
     if best is None or found is None:
         return found if best is None else best
     if best[1].n_law == found[1].n_law:
         return min(best, found, key=lambda one: one[0])
     simple, rich = sorted((best, found), key=lambda one: one[1].n_law)
-    gained = _gained(first, simple[0] - rich[0], simple[1].chosen, simple[1].prior, rich[1])
-    return rich if gained else simple
+    return rich if brings(first, simple, rich) else simple
 
 
 def _distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:
@@ -212,14 +228,8 @@ def _won(first: Searched, value: float, found: Terms) -> bool:
     one = first.ranked[0]
     share = (one.score - value) / max(one.score, 1e-12)
     whole = (first.null_score - value) / max(first.null_score, 1e-12)
-    gained = _gained(first, one.score - value, one.candidate.chosen, one.candidate.prior, found)
-    return gained and bool(min(share, whole) >= first.settings.explained)
-
-
-def _gained(first: Searched, gain: float, chosen: float, prior: float, found: Terms) -> bool:
-    """Whether terms bring what a law has to bring, against what leaves `chosen` on unseen data with `prior`."""
-    less = float(np.log(chosen / max(found.chosen, 1e-12)))
-    return first.settings.wins(gain, less, prior - found.prior)
+    won = gained(first, one.score - value, one.candidate.chosen, one.candidate.prior, found)
+    return won and bool(min(share, whole) >= first.settings.explained)
 
 
 def _determined(term: Term) -> bool:
@@ -235,17 +245,7 @@ def _determined(term: Term) -> bool:
 def _needless(first: Searched, value: float, found: Terms) -> bool:
     """Whether one of the terms, fitted as thoroughly as all of them together, does as well by itself."""
     for term in found.terms:
-        p = plain(first, found.p)
-        alone = None if term.member else fit_terms(first.split.fitting, [term], first.reduced, first.g_rows, p)
-        if alone is None:
-            continue
-        alone = judge_terms(first.split.choosing, alone)
-        if not _gained(first, _score(first, alone) - value, alone.chosen, alone.prior, found):
+        alone = None if term.member else fitted_together(first, [term], found.p)
+        if alone is not None and not brings(first, alone, (value, found)):
             return True
     return False
-
-
-def _score(first: Searched, found: Terms) -> float:
-    """Tempered squares on unseen data, prior of the model's unknowns, and a price for every parameter."""
-    squares = first.n_values * float(np.log(max(found.chosen, 1e-12)))
-    return squares + found.prior + first.price * found.n_law

@@ -16,7 +16,7 @@ from femend.diagnose.dressed import with_own
 from femend.diagnose.joint import Joint, open_joints
 from femend.diagnose.locate import Located
 from femend.estimate import FitRecord, Problem
-from femend.model import ReducedModel
+from femend.model import Place, ReducedModel
 
 __all__ = ["Term", "Terms", "fit_terms", "judge_terms", "refit_terms", "simulate_terms"]
 
@@ -32,10 +32,12 @@ MOST_COORDINATES = 6
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """A law at a place, as it was found by itself or as it came out together with others."""
+    """A law at a place, as it was found by itself or as it came out together with others; a `bare` one has no linear
+    companion beside it, because laws of other terms stand at its place."""
 
     candidate: Candidate
     located: Located
+    bare: bool = False
 
     @property
     def member(self) -> bool:
@@ -43,14 +45,24 @@ class Term:
         return self.candidate.joint is None
 
     @property
+    def place(self) -> Place | None:
+        """The place whose coordinates it acts at; None for a part of the model."""
+        return None if self.candidate.joint is None else self.candidate.joint.place
+
+    @property
     def n_w(self) -> int:
-        """Number of its coordinates."""
-        return 0 if self.candidate.joint is None else len(self.candidate.joint.w)
+        """Number of its place's coordinates."""
+        return 0 if self.place is None else self.place.n_w
 
     @property
     def n_x(self) -> int:
         """Number of its fit coordinates outside the model."""
-        return 0 if self.member else len(self.candidate.x)
+        return 0 if self.member else len(self.candidate.x) - (2 if self.bare else 0)
+
+    @property
+    def x(self) -> FloatArray:
+        """Its fit coordinates (n_x,)."""
+        return self.candidate.x[: self.n_x]
 
     def values(self, x: FloatArray) -> tuple[dict[str, float], float, float]:
         """Law parameters and companion k, c at the fit coordinates x."""
@@ -59,6 +71,8 @@ class Term:
         if c.coordinates is None:
             return dict(zip(c.physics.parameter_names, np.exp(x).tolist(), strict=True)), 0.0, 0.0
         n = len(c.coordinates.free)
+        if self.bare:
+            return c.coordinates.parameters(x), 0.0, 0.0
         return c.coordinates.parameters(x[:n]), float(x[n] * c.extra["k_scale"]), float(x[n + 1] * c.extra["c_scale"])
 
     def composite(self, x: FloatArray, omega: tuple[float, float]) -> list[LawSpec]:
@@ -70,7 +84,7 @@ class Term:
         law = c.physics.law or c.physics.name
         if law == "structural_damping":
             return [("generalised_maxwell_3", relaxing(values, omega))]
-        if c.coordinates is None:
+        if c.coordinates is None or self.bare:
             return [(law, values)]
         return [(law, values), ("linear", {"k": k, "c": damping, "m": 0.0})]
 
@@ -93,7 +107,7 @@ def relaxing(values: Mapping[str, float], omega: tuple[float, float]) -> dict[st
 
 @dataclass(frozen=True, eq=False)
 class TermsLoop(Loop):
-    """Terms with coordinates of their own, one after the other; members are part of the model."""
+    """Terms at coordinates of their places, one place after the other; members are part of the model."""
 
     terms: tuple[Term, ...]
 
@@ -106,31 +120,37 @@ class TermsLoop(Loop):
         """Fit coordinates of every term."""
         return np.split(x, np.cumsum([t.n_x for t in self.terms])[:-1])
 
+    @property
+    def acting(self) -> list[tuple[int, ...]]:
+        """Numbers of the terms that act at every coordinate: those of one place share its coordinates."""
+        at: dict[int, tuple[int, list[int]]] = {}
+        for i, term in enumerate(self.terms):
+            if term.place is not None:
+                at.setdefault(id(term.place), (term.n_w, []))[1].append(i)
+        return [tuple(numbers) for n_w, numbers in at.values() for _ in range(n_w)]
+
     def laws(self, x: FloatArray) -> list[list[LawSpec]]:
-        """Composite of every coordinate."""
+        """Composite of every coordinate: the laws of all terms that act there."""
         band = (2 * np.pi * self.problem.band[0], 2 * np.pi * self.problem.band[1])
-        return [
-            t.composite(part, band)
-            for t, part in zip(self.terms, self.parts(x), strict=True)
-            for _ in range(t.n_w)
-        ]  # fmt: skip
+        parts = self.parts(x)
+        return [[spec for i in at for spec in self.terms[i].composite(parts[i], band)] for at in self.acting]
 
     def prior(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Around `x` for laws, around nothing for the companions of nonlinear ones."""
         found = [
-            companion_prior(part) if t.candidate.nonlinear else (part, np.full(len(part), LAW_SD))
+            companion_prior(part) if t.candidate.nonlinear and not t.bare else (part, np.full(len(part), LAW_SD))
             for t, part in zip(self.terms, self.parts(x), strict=True)
         ]
         return np.concatenate([m for m, _ in found]), np.concatenate([s for _, s in found])
 
     def stiffness(self, x: FloatArray, s: ComplexArray) -> ComplexArray:
-        """Dynamic stiffness of the linear terms' coordinates."""
+        """Dynamic stiffness of the coordinates at which no term is nonlinear."""
         columns = []
-        for composite in self.laws(x):
-            law, values = composite[0]
-            known = len(composite) == 1
-            kappa = _core.law_dynamic_stiffness(law, values, s)[0] if known else np.full(len(s), np.nan)
-            columns.append(kappa)
+        for at, composite in zip(self.acting, self.laws(x), strict=True):
+            if any(self.terms[i].candidate.nonlinear for i in at):
+                columns.append(np.full(len(s), np.nan, dtype=np.complex128))
+            else:
+                columns.append(np.sum([_core.law_dynamic_stiffness(law, own, s)[0] for law, own in composite], axis=0))
         return np.array(columns, dtype=np.complex128).reshape(-1, len(s)).T
 
 
@@ -203,8 +223,9 @@ def _opened(
     problem: Problem, terms: Sequence[Term], reduced: ReducedModel, g_rows: list[int], p: FloatArray
 ) -> tuple[TermsLoop, FloatArray] | None:
     attached = [t for t in terms if not t.member]
-    elements = [e for t in attached for e in t.located.place.elements]
-    if not attached or sum(t.n_w for t in terms) > MOST_COORDINATES or len(elements) != len(set(elements)):
+    places = list({id(t.place): t.place for t in attached if t.place is not None}.values())
+    elements = [e for place in places for e in place.elements]
+    if not attached or sum(p.n_w for p in places) > MOST_COORDINATES or len(elements) != len(set(elements)):
         return None
     n, factors = len(reduced.names), []
     for t in terms:
@@ -212,10 +233,9 @@ def _opened(
             reduced = with_own(t.located.place, reduced)
             factors.append(t.located.place.logarithms(t.candidate.values))
     start = np.concatenate([p[:n], *factors, p[n:]])
-    places = [t.candidate.joint.place for t in attached if t.candidate.joint is not None]
     joint = open_joints(places, reduced, problem.band[1], g_rows)
     ordered = (*attached, *(t for t in terms if t.member))
-    x = np.concatenate([np.zeros(0), *(t.candidate.x for t in attached)])
+    x = np.concatenate([np.zeros(0), *(t.x for t in attached)])
     return TermsLoop(problem, joint, ordered), np.concatenate([start, x])
 
 
@@ -241,13 +261,16 @@ def _made(loop: TermsLoop, reached: Reached) -> Terms:
             member += place.n_own
         else:
             values, k, c = term.values(part)
-            own = slice(first, first + len(part))
+            own = slice(first, first + term.n_x)
             own_covariance = None if covariance is None else covariance[own, own]
+            if term.bare:  # its companion is there, and is nothing
+                part = np.concatenate([part, np.zeros(2)])
+                own_covariance = None if own_covariance is None else np.pad(own_covariance, (0, 2))
             candidate = replace(
                 term.candidate, values=values, k=k, c=c, p=p, x=part, fitted=fitted, covariance=own_covariance,
                 p_sd=None if covariance is None else standard_deviations(covariance, n_p),
             )  # fmt: skip
-        first += len(part)
+        first += term.n_x
         terms.append(replace(term, candidate=candidate))
     prior = float(deviations.sum() - deviations[members].sum())
     return Terms(tuple(terms), loop.joint, p, x, loop.n_x + reduced.extra, prior, fitted, np.nan, covariance)

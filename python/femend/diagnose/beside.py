@@ -1,0 +1,106 @@
+"""A spring or dashpot beside a nonlinear law at its place: two effects where the sensors tell one place.
+
+A nonlinear law is fitted beside a free linear spring and dashpot, its companion, since the local stiffness of the model
+is not known better than the law. Where the companion brings by itself what a law has to bring, it is an effect of its
+own: a support that nobody drew beside a stop, at the same node or at one that moves the sensors alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.collapse import collapsed
+from femend.diagnose.joint import open_joint
+from femend.diagnose.name import Ranked
+from femend.diagnose.pairs import Searched, alike
+from femend.diagnose.terms import Term
+from femend.diagnose.together import Scored, brings, fitted_together
+from femend.model import Place
+from femend.physics import physics
+
+__all__ = ["companions"]
+
+FloatArray = NDArray[np.float64]
+
+# deviations from nothing from which it is worth asking what a companion brings
+WORTH_ASKING = 3.0
+# places that move the sensors alike at which it is tried, too
+ELSEWHERE = 4
+# kinds of places where a spring beside the law is a part of its own (at a cut it is what the cut took away)
+KINDS = ("ground", "pair")
+
+
+def companions(first: Searched, one: Ranked) -> Scored | None:
+    """The law `one` with its companion told as terms of their own, where it brings what a law has to bring against the
+    law alone; None otherwise."""
+    candidate = collapsed(one.candidate, one.recovered, first.settings)
+    if not candidate.nonlinear or candidate.joint is None or candidate.joint.place.kind not in KINDS:
+        return None
+    if candidate.sigma > 0:
+        return None  # its motion cannot be followed over whole records, by which terms are compared
+    linear = _linear(candidate, one)
+    if not linear:
+        return None
+    law = Term(candidate, one.located, bare=True)
+    alone = fitted_together(first, [law], candidate.p)
+    best: Scored | None = None
+    for extra in _choices(linear):
+        found = fitted_together(first, [law, *extra], candidate.p)
+        if found is not None and alone is not None and brings(first, alone, found):
+            best = found if best is None or brings(first, best, found) else best
+    if best is None:
+        return None
+    return best if best[1].chosen <= first.settings.adequate else _elsewhere(first, best)
+
+
+def _choices(linear: Sequence[Term]) -> list[list[Term]]:
+    """Each by itself, and all together where there are two."""
+    return [*([term] for term in linear), *([list(linear)] if len(linear) > 1 else [])]
+
+
+def _linear(candidate: Candidate, one: Ranked) -> list[Term]:
+    """The companion's spring and dashpot as terms, those that are positive and not lost in their deviations."""
+    c = candidate if candidate.covariance is not None else one.candidate
+    sd = np.full(2, 0.0) if c.covariance is None else np.sqrt(np.maximum(np.diag(c.covariance)[-2:], 0.0))
+    sizes = {"support_stiffness": (candidate.k, sd[0] * c.extra["k_scale"]),
+             "viscous_damper": (candidate.c, sd[1] * c.extra["c_scale"])}  # fmt: skip
+    return [
+        Term(_law(candidate, name, value), one.located)
+        for name, (value, deviation) in sizes.items()
+        if value > 0 and value > WORTH_ASKING * deviation
+    ]
+
+
+def _law(candidate: Candidate, name: str, value: float) -> Candidate:
+    """A linear law of one parameter at the place of a candidate."""
+    entry = physics(name)
+    values, x = {entry.parameter_names[0]: value}, np.log([value])
+    return Candidate(
+        entry, name, candidate.joint, values, candidate.p, x, 1, candidate.prior, candidate.fitted, candidate.chosen,
+        reference=candidate.reference,
+    )  # fmt: skip
+
+
+def _elsewhere(first: Searched, found: Scored) -> Scored:
+    """The same terms with the linear ones at places that move the sensors alike, where that explains more."""
+    best, law = found, found[1].terms[0]
+    assert law.place is not None
+    near = [p for p in alike(first, law.place) if p.kind == "ground" and p is not law.place]
+    for place in sorted(near, key=lambda p: p.unlikely)[:ELSEWHERE]:
+        moved = [law, *(_moved(first, term, place) for term in found[1].terms[1:])]
+        tried = fitted_together(first, moved, found[1].p)
+        best = tried if tried is not None and tried[0] < best[0] else best
+    return best
+
+
+def _moved(first: Searched, term: Term, place: Place) -> Term:
+    """A term at another place."""
+    joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
+    located = replace(term.located, place=place, alike=(term.located.place, *(
+        p for p in term.located.alike if p is not place)))  # fmt: skip
+    return Term(replace(term.candidate, joint=joint), located)

@@ -1,0 +1,81 @@
+"""A spring beside a nonlinear law at the same node: told as an effect of its own, and only where it is there."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femend.diagnose.beside import companions
+from femend.diagnose.diagnosis import Diagnosis
+from femend.diagnose.second import Searched
+from femend.study.run import StudyRun, diagnose
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from small_study import Truth, write_study
+
+K3, K = 5.0e7, 2.0e3
+NODE = 13
+
+
+def diagnosed(folder: Path, laws: list[tuple[int, str, dict[str, float]]]) -> StudyRun:
+    found = diagnose(write_study(folder, Truth((7.3e10, 6.8e10), laws=laws)))
+    assert isinstance(found, StudyRun)
+    return found
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
+    laws = [(NODE, "cubic_stiffness", {"k3": K3}), (NODE, "support_stiffness", {"k": K})]
+    return diagnosed(tmp_path_factory.mktemp("both"), laws)
+
+
+@pytest.fixture(scope="module")
+def law_alone(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
+    return diagnosed(tmp_path_factory.mktemp("alone"), [(NODE, "cubic_stiffness", {"k3": 0.2 * K3})])
+
+
+def test_both_are_told_at_the_node(both: StudyRun) -> None:
+    findings = {f["physics"]: f for f in both.result["findings"]}
+    assert set(findings) == {"cubic_stiffness", "support_stiffness"}
+    assert [f["location"]["nodes"] for f in findings.values()] == [[NODE], [NODE]]
+    assert findings["support_stiffness"]["parameters"]["k"]["value"] == pytest.approx(K, rel=0.1)
+    assert findings["cubic_stiffness"]["parameters"]["k3"]["value"] == pytest.approx(K3, rel=0.1)
+
+
+def test_the_final_model_and_deck_hold_both(both: StudyRun) -> None:
+    held = next(p for p in both.predictions if p.name == "held")
+    assert held.error("final") < 0.03
+    further = both.diagnosis.further
+    assert further is not None
+    law, spring = further.terms.terms
+    assert law.bare
+    assert further.terms.loop(both.diagnosis.problem).acting == [(0, 1)]
+    assert law.candidate.k == 0.0
+    assert len(further.terms.joint.w) == 1
+    assert spring.values(spring.x)[0]["k"] == pytest.approx(K, rel=0.1)
+
+
+def test_a_law_alone_has_nothing_beside_it(law_alone: StudyRun) -> None:
+    assert [f["physics"] for f in law_alone.result["findings"]] == ["cubic_stiffness"]
+
+
+def searched(d: Diagnosis) -> Searched:
+    return Searched(
+        d.problem, d.reduced, d.g_rows, d.split, [f.place for f in d.located], d.located, d.ranked, d.settings,
+        d.n_values, d.null_score, 0.0,
+    )  # fmt: skip
+
+
+def test_a_companion_that_brings_nothing_is_not_told(law_alone: StudyRun) -> None:
+    d = law_alone.diagnosis
+    best = d.ranked[0]
+    assert companions(searched(d), best) is None
+    # as if it had come out surely positive
+    c = best.candidate
+    x = np.concatenate([c.x[:-2], [1e-3, 1e-3]])
+    sure = replace(c, k=1e-3 * c.extra["k_scale"], c=1e-3 * c.extra["c_scale"], x=x, covariance=None)
+    assert companions(searched(d), replace(best, candidate=sure)) is None
