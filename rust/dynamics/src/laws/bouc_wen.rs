@@ -13,6 +13,8 @@ pub(super) struct BoucWen;
 
 /// Parts of the yield displacement taken in one go.
 const PART: f64 = 0.5;
+/// Share of its bound from which z has reached it.
+const THERE: f64 = 1.0 - 1e-9;
 /// Beyond this many parts z has long reached its bound.
 const MAX_PARTS: f64 = 64.0;
 
@@ -49,6 +51,19 @@ impl Definition for BoucWen {
         (k * (alpha * x.d + (T::constant(1.0) - alpha) * z), new)
     }
 
+    fn known_slope(c: &Constants<f64>, d: f64, s: &State<f64>) -> Option<(f64, f64, State<f64>)> {
+        let (k, alpha) = (c[0], c[1]);
+        let increment = d - s[1];
+        let z = advance(c, s[0], increment);
+        let mut new = *s;
+        new[0] = z;
+        new[1] = d;
+        // where z is at its bound it stays there, whatever the increment
+        let held = z.abs() >= c[5];
+        let rate = if held { 0.0 } else { rate(c, z, sign(increment)) };
+        Some((k * (alpha * d + (1.0 - alpha) * z), k * (alpha + (1.0 - alpha) * rate), new))
+    }
+
     fn stored(_c: &Constants<f64>, _x: Motion<f64>, _s: &State<f64>) -> Option<f64> {
         None
     }
@@ -62,39 +77,46 @@ impl Definition for BoucWen {
     }
 }
 
-/// z after the displacement moved by `increment`.
-fn advance<T: Scalar>(c: &Constants<T>, z: T, increment: T) -> T {
-    let (n, beta, gamma, bound) = (c[2], c[3], c[4], c[5]);
-    let turn = if increment.value() > 0.0 {
+fn sign(x: f64) -> f64 {
+    if x > 0.0 {
         1.0
-    } else if increment.value() < 0.0 {
+    } else if x < 0.0 {
         -1.0
     } else {
         0.0
-    };
-    let steep = (2.0 * beta.value() / (beta.value() + gamma.value())).max(n.value());
+    }
+}
+
+/// dz/dd where the displacement moves towards the sign `turn`.
+#[inline(always)]
+fn rate<T: Scalar>(c: &Constants<T>, z: T, turn: f64) -> T {
+    let (n, beta, gamma) = (c[2], c[3], c[4]);
+    T::constant(1.0) - z.abs_pow(n) * (beta * sign(z.value() * turn) + gamma)
+}
+
+/// z after the displacement moved by `increment`.
+#[inline(always)]
+fn advance<T: Scalar>(c: &Constants<T>, z: T, increment: T) -> T {
+    let (n, beta, gamma, bound) = (c[2].value(), c[3].value(), c[4].value(), c[5]);
+    let turn = sign(increment.value());
+    // z comes back from its bound as much steeper as gamma is near -beta, and never goes towards it steeper than n
+    let back = z.value() * turn < 0.0;
+    let steep = if back { n.max(2.0 * beta / (beta + gamma)) } else { n };
     let parts = (increment.value().abs() / bound.value() * steep / PART).ceil();
     if parts > MAX_PARTS {
         return bound * turn;
     }
     let parts = parts.max(1.0);
     let h = increment / parts;
-    let slope = |z: T| {
-        let sign = if z.value() * turn > 0.0 {
-            1.0
-        } else if z.value() * turn < 0.0 {
-            -1.0
-        } else {
-            0.0
-        };
-        T::constant(1.0) - z.abs_pow(n) * (beta * sign + gamma)
-    };
     let mut z = z;
     for _ in 0..parts as usize {
-        let k1 = slope(z);
-        let k2 = slope(z + h * k1 / 2.0);
-        let k3 = slope(z + h * k2 / 2.0);
-        let k4 = slope(z + h * k3);
+        if z.value() * turn >= THERE * bound.value() {
+            return bound * turn; // and stays there
+        }
+        let k1 = rate(c, z, turn);
+        let k2 = rate(c, z + h * k1 / 2.0, turn);
+        let k3 = rate(c, z + h * k2 / 2.0, turn);
+        let k4 = rate(c, z + h * k3, turn);
         z = z + h * (k1 + (k2 + k3) * 2.0 + k4) / 6.0;
         if z.value().abs() > bound.value() {
             z = bound * z.value().signum();

@@ -165,6 +165,12 @@ trait Definition {
     /// Force at the end of a step and the state there, given the state at its start.
     fn step<T: Scalar>(c: &Constants<T>, dt: f64, x: Motion<T>, s: &State<T>) -> (T, State<T>);
 
+    /// Force, its slope over the displacement and the state at the end of a step, for laws that know the slope without
+    /// carrying derivatives through their steps and depend on the displacement alone.
+    fn known_slope(_c: &Constants<f64>, _d: f64, _s: &State<f64>) -> Option<(f64, f64, State<f64>)> {
+        None
+    }
+
     /// Recoverable energy (J) at the end of a step, where the law defines one.
     fn stored(c: &Constants<f64>, x: Motion<f64>, s: &State<f64>) -> Option<f64>;
 

@@ -1,0 +1,138 @@
+"""The error of a deck's own mesh, mode by mode, from the same model with its linear shells and solids refined once.
+
+Elements that interpolate linearly are too stiff or too soft by an amount that depends on the mode (bending about either
+axis, torsion, stretching, plate bending have each their own) and that no parameter of the structure can make up for.
+It can be computed: both models are solved, and modes are paired by shape at the nodes of the deck.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.errors import FemendError
+from femend.model.model import Model
+from femend.model.reduction import core_modes
+from femend.model.refined import only_shells, refined_model, refined_size
+
+__all__ = ["MeshError", "affordable_refinement", "mesh_error"]
+
+FloatArray = NDArray[np.float64]
+
+# a diagnosis asks for modes up to this multiple of the band's end
+ABOVE = 1.2
+# of the refined model modes are solved up to this multiple of the deck's, which may change places
+FURTHER = 1.15
+# modes whose shapes share less than this (squared, over the modes they may mix with) are not the same modes
+SAME = 0.9
+# with element size halved, an error of second order in it falls to a quarter: what is left is a third of the change
+RICHARDSON = 1.0 / 3.0
+# nodes up to which a diagnosis takes the refined model in place of the deck's: it is solved anew for every place that
+# is looked into, which takes up to a second each at this size
+MOST_NODES = 3000
+
+
+@dataclass(frozen=True, eq=False)
+class MeshError:
+    """Frequencies in Hz (n,) of the deck's modes `freq`, of the `refined` model's, and what a mesh without error would
+    have (`converged`); NaN where no refined mode has the shape. `mac` (n,) compares the shapes at the deck's nodes."""
+
+    freq: FloatArray
+    refined: FloatArray
+    converged: FloatArray
+    mac: FloatArray
+
+    @property
+    def error(self) -> FloatArray:
+        """Relative error (n,) of the deck's frequencies, positive where they are too high; NaN without a pair, and for
+        rigid-body modes."""
+        elastic = self.freq > 1e-3 * self.freq.max(initial=0.0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(elastic, self.freq / self.converged - 1.0, np.nan)
+
+    def text(self) -> str:
+        """The modes as a table."""
+        lines = [f"{'mode':>5} {'deck Hz':>10} {'refined Hz':>11} {'converged Hz':>13} {'error %':>8} {'MAC':>6}"]
+        columns = (self.freq, self.refined, self.converged, 100.0 * self.error, self.mac)
+        for i, (f, r, c, e, m) in enumerate(zip(*columns, strict=True), 1):
+            shown = [f"{v:{how}}" if np.isfinite(v) else "-" for v, how in ((r, ".5g"), (c, ".5g"), (e, "+.2f"))]
+            lines.append(f"{i:>5} {f:>10.5g} {shown[0]:>11} {shown[1]:>13} {shown[2]:>8} {m:>6.2f}")
+        return "\n".join(lines)
+
+    __str__ = text
+
+
+def mesh_error(model: Model, f_max: float) -> MeshError:
+    """Error of the mesh of `model` in its modes up to `f_max` (Hz), by refining its linear shells and solids.
+
+    Both models are at the deck's values. Where shells alone were refined, whose error is of second order in the size
+    of the elements, it is extrapolated to none (Richardson 1911); the quadratic solids are taken as they are.
+    Raises ModelError where nothing can be refined, DeckError or ModelError where the refined deck cannot be built, and
+    OSError where the deck's files are gone.
+
+    >>> print(mesh_error(read_model("plate.bdf"), 120.0))  # doctest: +SKIP
+     mode    deck Hz  refined Hz  converged Hz  error %    MAC
+        1      40.85      40.627        40.553    +0.73   1.00
+        2     87.834      87.488        87.372    +0.53   1.00
+        3     103.69      102.86        102.58    +1.08   1.00
+    """
+    return _compared(refined_model(model), model, f_max)
+
+
+def affordable_refinement(model: Model, f_max: float) -> Model | None:
+    """The refined model with its `mesh_error` up to 1.2 times `f_max` (Hz), to be diagnosed in place of the deck's.
+
+    None where there is nothing to refine, where it would cost too much (more than `MOST_NODES` nodes), and where the
+    refined model cannot be built or none of its modes is one of the deck's.
+    """
+    if not 0 < refined_size(model) <= MOST_NODES or model.morphs:
+        return None
+    try:
+        finer = refined_model(model)
+        found = _compared(finer, model, ABOVE * f_max)
+    except (FemendError, OSError, ValueError, np.linalg.LinAlgError):
+        return None
+    return replace(finer, mesh_error=found) if np.isfinite(found.error).any() else None
+
+
+def _compared(finer: Model, model: Model, f_max: float) -> MeshError:
+    """Modes of the deck up to `f_max` (Hz) beside those of the refined model."""
+    K, M = model.matrices()
+    freq, phi = core_modes(K, M, f_max)
+    finer_freq, finer_phi = core_modes(*finer.matrices(), FURTHER * f_max)
+    seen = np.asarray(finer.transformation().tocsr()[_common_rows(model)] @ finer_phi)
+    heavy = np.asarray(M @ seen)
+    likeness = (phi.T @ heavy) ** 2 / np.maximum(np.einsum("ij,ij->j", seen, heavy), 1e-300)
+    rows, columns = _paired(likeness)
+    refined, converged = np.full(len(freq), np.nan), np.full(len(freq), np.nan)
+    refined[rows] = finer_freq[columns]
+    beyond = RICHARDSON if only_shells(model) else 0.0
+    square = finer_freq[columns] ** 2 + beyond * (finer_freq[columns] ** 2 - freq[rows] ** 2)
+    converged[rows] = np.sqrt(np.maximum(square, 0.0))
+    mac = likeness.max(axis=1, initial=0.0)
+    mac[rows] = likeness[rows, columns]
+    return MeshError(freq, refined, converged, mac)
+
+
+def _common_rows(model: Model) -> NDArray[np.int64]:
+    """Rows of the g-set (n_a,), of the deck's model and of the refined one alike, of the independent DOFs."""
+    at = np.array([model.index(int(n)) for n in model.fe.dof_nodes], dtype=np.int64)
+    return np.asarray(6 * at + np.maximum(np.asarray(model.fe.dof_components, dtype=np.int64) - 1, 0))
+
+
+def _paired(likeness: FloatArray) -> tuple[Sequence[int], Sequence[int]]:
+    """Rows and columns that belong together; each lies (by `SAME`) in what the others' of the pairs span."""
+    from scipy.optimize import linear_sum_assignment
+
+    rows, columns = (list(map(int, x)) for x in linear_sum_assignment(likeness, maximize=True))
+    while rows:
+        within = likeness[np.ix_(rows, columns)]
+        share = np.minimum(within.sum(axis=0), within.sum(axis=1))
+        worst = int(np.argmin(share))
+        if share[worst] >= SAME:
+            break
+        del rows[worst], columns[worst]
+    return rows, columns

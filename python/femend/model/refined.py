@@ -1,0 +1,248 @@
+"""The user's deck with linear shells and solids refined once; all else stands as it is.
+
+Solids of straight edges get nodes in the middle of their edges (CHEXA 20, CPENTA 15, CTETRA 10, CPYRAM 13), shells are
+cut in two along every edge. Nodes of the deck keep their ids, so that both models can be compared there. An edge whose
+ends are both held is held in its middle, one whose ends hang on the same RBE2 hangs on it. Beams, springs, masses, RBE3
+and MPCs stand as they are.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.errors import ModelError
+from femend.io.deck import next_id, read_deck
+from femend.model.model import Model, model_of
+
+__all__ = ["QUADRATIC", "SHELLS", "is_linear", "only_shells", "refined_model", "refined_size"]
+
+FloatArray = NDArray[np.float64]
+Nodes = tuple[int, ...]
+
+# corners of shells that interpolate linearly
+SHELLS = {"CQUAD4": 4, "CTRIA3": 3}
+# edges of solids by their corners, in the order in which the quadratic element has its nodes after the corners
+QUADRATIC = {
+    "CHEXA": (8, ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4))),
+    "CPENTA": (6, ((0, 1), (1, 2), (2, 0), (0, 3), (1, 4), (2, 5), (3, 4), (4, 5), (5, 3))),
+    "CTETRA": (4, ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))),
+    "CPYRAM": (5, ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4))),
+}
+
+
+def is_linear(card: str, n_nodes: int) -> bool:
+    """Whether an element is a shell or solid with nodes at its corners alone."""
+    corners = SHELLS[card] if card in SHELLS else QUADRATIC[card][0] if card in QUADRATIC else 0
+    return corners == n_nodes
+
+
+def refined_size(model: Model) -> int:
+    """Nodes that the refined model would have; 0 where there is nothing to refine."""
+    new: set[Nodes] = set()
+    centres = 0
+    for _, card, nodes in model.fe.elements():
+        if is_linear(card, len(nodes)):
+            new.update(_key(*edge) for edge in _edges(card, nodes))
+            centres += card == "CQUAD4"
+    return len(model.node_ids) + len(new) + centres if new else 0
+
+
+def only_shells(model: Model) -> bool:
+    """Whether what would be refined are shells alone."""
+    return not any(card in QUADRATIC and is_linear(card, len(nodes)) for _, card, nodes in model.fe.elements())
+
+
+def refined_model(model: Model) -> Model:
+    """The refined model, with the deck's SPC set, added masses and parameters, without morphs; nodes of the deck come
+    first in it, in their order.
+
+    Raises ModelError for a model that has nothing to refine, DeckError or ModelError for a deck whose cards cannot be
+    put in place of others, and OSError for files that cannot be read again.
+    """
+    refined = _Refined(model)
+    refined.cut()
+    if not refined.replaced:
+        raise ModelError("the model has no shells or solids with nodes at their corners alone; nothing can be refined")
+    with tempfile.TemporaryDirectory(prefix="femend-refined-") as folder:
+        path = _written(model, refined, Path(folder))
+        # the files are read when the deck is made and not again
+        deck = read_deck(path)
+    parameters = [
+        replace(p, ids=tuple(part for eid in p.ids for part in refined.parts.get(eid, (eid,))))
+        if p.target == "elements"
+        else p
+        for p in model.parameters
+    ]
+    made = model_of(deck, units=model.units, parameters=parameters, spc=model.spc, added_mass=model.added_mass)
+    if not np.array_equal(made.node_ids[: len(model.node_ids)], model.node_ids):
+        raise ModelError("the refined model has other nodes than the deck; its mesh cannot be compared")
+    return replace(made, refines=model)
+
+
+@dataclass
+class _Refined:
+    """New cards, the ones they replace as (card, id), and the shells that each shell became (`parts`)."""
+
+    model: Model
+    replaced: list[tuple[str, int]] = field(default_factory=list)
+    cards: list[str] = field(default_factory=list)
+    middles: dict[Nodes, int] = field(default_factory=dict)
+    parts: dict[int, Nodes] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        deck = self.model.deck
+        self._node, self._element = deck.next_id("node"), next_id(deck, "element")
+        self._held = _held_rows(self.model)
+        self._frames = self.model.fe.frames
+        self._cd: dict[int, str] = {}
+
+    def cut(self) -> None:
+        """Makes the cards of all elements, and of rigid ones that take new nodes with them."""
+        rigid: list[tuple[int, Nodes]] = []
+        shells, solids = [], []
+        for eid, card, _, nodes in self.model.deck.elements():
+            if card in QUADRATIC and len(nodes) > QUADRATIC[card][0]:
+                corners = nodes[: QUADRATIC[card][0]]
+                ends = (_key(corners[i], corners[j]) for i, j in QUADRATIC[card][1])
+                self.middles.update({e: n for e, n in zip(ends, nodes[len(corners) :], strict=False) if n})
+            elif card in SHELLS:
+                shells.append((eid, card, nodes))
+            elif card in QUADRATIC:
+                solids.append((eid, card, nodes))
+            elif card == "RBE2":
+                rigid.append((eid, nodes))
+        known = set(self.middles.values())
+        for eid, card, nodes in solids:
+            self._solid(eid, card, nodes)
+        for eid, card, nodes in shells:
+            self._shell(eid, card, nodes)
+        for eid, nodes in rigid:
+            self._rigid(eid, nodes, known)
+
+    def _solid(self, eid: int, card: str, nodes: Nodes) -> None:
+        pid = self.model.deck.field_text(card, eid, 3)
+        middles = [self._middle(nodes[i], nodes[j]) for i, j in QUADRATIC[card][1]]
+        self.replaced.append((card, eid))
+        self._card([card, str(eid), pid, *map(str, nodes), *map(str, middles)])
+
+    def _shell(self, eid: int, card: str, nodes: Nodes) -> None:
+        """Four shells in place of one, first sides along its first side, so that THETA stays what it is; the first has
+        its id, on which other cards may stand."""
+        n, text = len(nodes), self.model.deck.field_text
+        pid = text(card, eid, 3)
+        after = [text(card, eid, k) for k in range(4 + n, 10)] + [text(card, eid, k) for k in range(12, 14 + n)]
+        middles = [self._middle(a, b) for a, b in _edges(card, nodes)]
+        self.replaced.append((card, eid))
+        if n == 4:
+            a, b, c, d = nodes
+            ab, bc, cd, da = middles
+            m = self._new(nodes)
+            parts: list[Nodes] = [(a, ab, m, da), (ab, b, bc, m), (m, bc, c, cd), (da, m, cd, d)]
+        else:
+            a, b, c = nodes
+            ab, bc, ca = middles
+            parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (bc, ca, ab)]
+        self.parts[eid] = (eid, *(self._next_element() for _ in parts[1:]))
+        for own, part in zip(self.parts[eid], parts, strict=True):
+            self._card([card, str(own), pid, *map(str, part), *after])
+
+    def _rigid(self, eid: int, nodes: Nodes, known: set[int]) -> None:
+        """A further RBE2 with the middles of edges whose ends both hang on this one."""
+        first, hung = nodes[0], set(nodes[1:])
+        new = sorted(n for (a, b), n in self.middles.items() if n not in known and a in hung and b in hung)
+        if new:
+            components = self.model.deck.field_text("RBE2", eid, 4)
+            self._card(["RBE2", str(self._next_element()), str(first), components, *map(str, new)])
+
+    def _middle(self, a: int, b: int) -> int:
+        key = _key(a, b)
+        if key not in self.middles:
+            self.middles[key] = self._new(key)
+        return self.middles[key]
+
+    def _new(self, corners: Nodes) -> int:
+        """A node in the middle of others, held where all of them are."""
+        at = [self.model.index(n) for n in corners]
+        x, y, z = self.model.xyz[at].mean(axis=0)
+        cd = {self._frame(n) for n in corners}
+        held = np.all(self._held[at], axis=0)
+        if len(cd) > 1:  # axes differ: only what is held in all directions is held in any
+            held = np.repeat([held[:3].all(), held[3:].all()], 3)
+        components = "".join(str(c + 1) for c in np.flatnonzero(held))
+        node = self._node
+        self._node += 1
+        own = cd.pop() if len(cd) == 1 else "0"
+        self._card(["GRID", str(node), "0", *(repr(float(v)) for v in (x, y, z)), own, components])
+        return node
+
+    def _frame(self, node: int) -> str:
+        if node not in self._cd:
+            self._cd[node] = self.model.deck.field_text("GRID", node, 7).strip()
+        return self._cd[node]
+
+    def _next_element(self) -> int:
+        self._element += 1
+        return self._element - 1
+
+    def _card(self, fields: Sequence[str]) -> None:
+        """A card in free field, as many lines as it takes."""
+        name, data = fields[0], [f.strip() for f in fields[1:]]
+        while data and not data[-1]:
+            data.pop()
+        lines = [data[i : i + 8] for i in range(0, len(data), 8)]
+        self.cards += [",".join([name if i == 0 else "", *line]) for i, line in enumerate(lines)]
+
+
+def _key(a: int, b: int) -> Nodes:
+    return (a, b) if a < b else (b, a)
+
+
+def _edges(card: str, nodes: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """Pairs of nodes at the ends of an element's edges."""
+    if card in SHELLS:
+        return zip(nodes, [*nodes[1:], nodes[0]], strict=True)
+    return ((nodes[i], nodes[j]) for i, j in QUADRATIC[card][1])
+
+
+def _held_rows(model: Model) -> NDArray[np.bool_]:
+    """Which components of every node (n, 6) are held: those that depend on no independent DOF."""
+    T = model.transformation().tocsr()
+    return np.asarray((np.diff(T.indptr) == 0).reshape(-1, 6))
+
+
+def _written(model: Model, refined: _Refined, folder: Path) -> Path:
+    """The files of the deck with refined elements in `folder`; the main one's path."""
+    main = Path(model.deck.path).absolute()
+    files = {Path(f).absolute(): Path(f).read_bytes() for f in model.deck.files}
+    for changed, content in model.deck.patched([], refined.cards).items():
+        files[Path(changed).absolute()] = content
+    gone: dict[Path, set[int]] = {}
+    for card, id_ in refined.replaced:
+        file, line = model.deck.find(card, id_)
+        gone.setdefault(Path(file).absolute(), set()).add(line)
+    root = Path(os.path.commonpath([p.parent for p in files]))
+    for path, content in files.items():
+        to = folder / path.relative_to(root)
+        to.parent.mkdir(parents=True, exist_ok=True)
+        to.write_bytes(b"\n".join(_without(content.splitlines(), gone.get(path, set()))) + b"\n")
+    return folder / main.relative_to(root)
+
+
+def _without(lines: Iterable[bytes], first: set[int]) -> Iterator[bytes]:
+    """Lines of a file without the cards that begin at the line numbers `first` (from 1)."""
+    inside = False
+    for number, line in enumerate(lines, 1):
+        continues = line[:1] in (b" ", b"\t", b"+", b"*", b",")
+        if number in first:
+            inside = True
+        elif line.strip() and not line.startswith(b"$") and not continues:
+            inside = False
+        if not (inside and (number in first or (continues and line.strip()))):
+            yield line
