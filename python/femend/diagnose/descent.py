@@ -28,6 +28,8 @@ DIFFERENCE = 1e-4
 LARGEST_STEP = 0.7
 # multiples of the damping that are tried, together those in one line, and its factor where they lead down
 TRIED = (((1.0, 0.1),), ((30.0, 10.0), (1000.0, 300.0)))
+# unknowns from which simulated derivatives are carried on from step to step, and made anew where that leads no further
+MANY = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,36 +91,55 @@ class Descent(Generic[L]):
         (now,) = self.at(z)
         if not np.isfinite(now.cost):
             return None
-        damping = 1e-3
-        normal: tuple[FloatArray, FloatArray] | None = None
-        by_differences = not self.everything
-        for _ in range(iterations):
-            normal = normal or self._normal(now, by_differences)
-            H, g = normal
+        damping, by_differences = 1e-3, not self.everything
+        J: FloatArray | None = None
+        carried = False
+        made = 0
+        while True:
+            if J is None:
+                if made == iterations:
+                    break
+                J, carried, made = self.jacobian(now, by_differences), False, made + 1
+            H, g = self._normal(now, J)
             now = replace(now, H=H)
             reached = self._tried(now, H, g, damping)
+            there, taken = (now, 1.0) if reached is None else reached
+            gained = now.cost - there.cost
+            little = gained < 1e-2 * (1 + 1e-2 * now.cost)
+            if little and carried:
+                now, J = replace(there, H=H), None  # derivatives of where it was may be to blame
+                continue
             if reached is None:
                 damping *= 1e4
+                made += 1
                 if damping > 1e6:
                     if by_differences or not thorough:
                         break
-                    by_differences, damping, normal = True, 1e-3, None
+                    by_differences, damping, J = True, 1e-3, None
+                elif made >= iterations:
+                    break
                 continue
-            there, taken = reached
-            gained, now = now.cost - there.cost, replace(there, H=H)
+            before, now = now, replace(there, H=H)
             damping = max(damping * taken, 1e-8)
-            if gained < 1e-2 * (1 + 1e-2 * now.cost):
+            if little:
                 if by_differences or not thorough:
                     break
                 by_differences = True
-            normal = None
+            carried = by_differences and J.shape[1] > MANY and not little
+            J = self._carried(J, before, now) if carried else None
         return now
 
-    def _normal(self, now: Reached, by_differences: bool) -> tuple[FloatArray, FloatArray]:
-        """Gauss-Newton matrix and gradient of half the cost over what is free."""
-        J = self.jacobian(now, by_differences)
+    def _normal(self, now: Reached, J: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gauss-Newton matrix and gradient of half the cost over what is free, with derivatives J of the residual."""
         H = TEMPERING * (J.T @ J) + np.diag(1 / self.sd[self.free] ** 2)
         return H, TEMPERING * (J.T @ now.e) + ((now.z - self.mean) / self.sd**2)[self.free]
+
+    def _carried(self, J: FloatArray, before: Reached, now: Reached) -> FloatArray:
+        """Derivatives carried on over a step, changed by as little as what the step showed asks for (Broyden 1965,
+        eq. 4.5, in units of the priors)."""
+        step = (now.z - before.z)[self.free]
+        scaled = step / self.sd[self.free] ** 2
+        return np.asarray(J + np.outer(now.e - before.e - J @ step, scaled / (step @ scaled)))
 
     def _tried(self, now: Reached, H: FloatArray, g: FloatArray, damping: float) -> tuple[Reached, float] | None:
         """Where a step leads, and the factor on the damping after it; two shorter steps are tried where the whole one
