@@ -31,6 +31,8 @@ FloatArray = NDArray[np.float64]
 WORTH_ASKING = 3.0
 # places that move the sensors alike at which it is tried, too
 ELSEWHERE = 4
+# laws that no spring is part of: beside another a spring is only a share of its own
+LAWS = ("clearance", "cubic_stiffness", "coulomb_friction", "quadratic_damping")
 # kinds of places where a spring beside the law is a part of its own (at a cut it is what the cut took away)
 KINDS = ("ground", "pair")
 
@@ -39,7 +41,7 @@ def companions(first: Searched, one: Ranked) -> Scored | None:
     """The law `one` with its companion told as terms of their own, where it brings what a law has to bring against the
     law alone; None otherwise."""
     candidate = collapsed(one.candidate, one.recovered, first.settings)
-    if not candidate.nonlinear or candidate.joint is None or candidate.joint.place.kind not in KINDS:
+    if candidate.name not in LAWS or candidate.joint is None or candidate.joint.place.kind not in KINDS:
         return None
     if candidate.sigma > 0:
         return None  # its motion cannot be followed over whole records, by which terms are compared
@@ -47,15 +49,22 @@ def companions(first: Searched, one: Ranked) -> Scored | None:
     if not linear:
         return None
     law = Term(candidate, one.located, bare=True)
-    alone = fitted_together(first, [law], candidate.p)
-    best: Scored | None = None
+    alone = _alone(first, law)
+    best = alone
     for extra in _choices(linear):
         found = fitted_together(first, [law, *extra], candidate.p)
-        if found is not None and alone is not None and brings(first, alone, found):
-            best = found if best is None or brings(first, best, found) else best
-    if best is None:
+        best = found if found is not None and best is not None and brings(first, best, found) else best
+    if best is None or best is alone:
         return None
     return best if best[1].chosen <= first.settings.adequate else _elsewhere(first, best)
+
+
+def _alone(first: Searched, law: Term) -> Scored | None:
+    """The law without anything beside it: the model's unknowns may have to go elsewhere, so from the deck's values too,
+    lest its descent alone be to blame."""
+    starts = (law.candidate.p, first.problem.prior(first.reduced)[0])
+    found = [f for p in starts if (f := fitted_together(first, [law], p)) is not None]
+    return min(found, key=lambda f: f[0], default=None)
 
 
 def _choices(linear: Sequence[Term]) -> list[list[Term]]:
