@@ -25,6 +25,7 @@ _LAZY = {
     "ChannelMap": "femend.io",
     "identify_modes": "femend.modal",
     "load_study": "femend.study",
+    "mesh_error": "femend.model",
     "model_modes": "femend.analysis.model_modes",
     "read_recording": "femend.io",
     "read_recordings": "femend.io",

@@ -1,6 +1,7 @@
 """A deck with its parameters and terms; a change gives a new model."""
 
 from femend.model.form_errors import FormErrors, form_errors
+from femend.model.mesh_error import MeshError, mesh_error
 from femend.model.model import Model, Parameter, model_of, read_model
 from femend.model.morph import Morph
 from femend.model.morph_shapes import grown, joint_moved, nodes_moved, offset_along_normal
@@ -11,6 +12,7 @@ from femend.model.reduction import ReducedModel, Term, reduce_model
 
 __all__ = [
     "FormErrors",
+    "MeshError",
     "Model",
     "Morph",
     "Pair",
@@ -24,6 +26,7 @@ __all__ = [
     "form_errors",
     "grown",
     "joint_moved",
+    "mesh_error",
     "model_of",
     "nodes_moved",
     "offset_along_normal",

@@ -143,6 +143,12 @@ def _named(error: SingularModelError, model: Model) -> SingularModelError:
     )
 
 
+def core_modes(K: Any, M: Any, f_max: float) -> tuple[FloatArray, FloatArray]:
+    """Frequencies (n,) in Hz and mass-normalised shapes (n_a, n) of all modes up to `f_max` (Hz)."""
+    freq, phi, _, _ = _core_modes(K, M, f_max)
+    return np.asarray(freq), np.asarray(phi)
+
+
 def _modes(K: Any, M: Any, f_max: float, at_least: int) -> tuple[FloatArray, FloatArray]:
     freq, phi, _, _ = _core_modes(K, M, f_max)
     if len(freq) < at_least + 2:
