@@ -9,13 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import femend
 from femend.diagnose.beside import companions
 from femend.diagnose.diagnosis import Diagnosis
+from femend.diagnose.dressed import own_values, with_own
 from femend.diagnose.second import Searched
+from femend.model import Place, read_model
 from femend.study.run import StudyRun, diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_study import Truth, write_study
+from small_study import Truth, deck, write_study
 
 K3, K = 5.0e7, 2.0e3
 NODE = 13
@@ -79,3 +82,25 @@ def test_a_companion_that_brings_nothing_is_not_told(law_alone: StudyRun) -> Non
     x = np.concatenate([c.x[:-2], [1e-3, 1e-3]])
     sure = replace(c, k=1e-3 * c.extra["k_scale"], c=1e-3 * c.extra["c_scale"], x=x, covariance=None)
     assert companions(searched(d), replace(best, candidate=sure)) is None
+
+
+def test_a_spring_is_part_of_the_model(both: StudyRun, tmp_path: Path) -> None:
+    d = both.diagnosis
+    place = next(f.place for f in d.located if f.place.kind == "ground" and f.place.nodes == (NODE,))
+    sprung = with_own(replace(place, spring=500.0), d.reduced)
+    assert sprung.extra == 1
+    p = d.problem.prior(sprung)[0]
+    p[len(d.reduced.names)] = np.log(K / 500.0)
+    assert own_values(sprung, p) == pytest.approx({"k": K})
+    assert sprung.members[-1].logarithms({"k": K})[0] == pytest.approx(np.log(K / 500.0))
+    model = read_model(write_deck(tmp_path, place, K))
+    found = d.problem.system(sprung).modal(p)[0][:2] / (2 * np.pi)
+    np.testing.assert_allclose(found, femend.model_modes(model, f_max=200.0).freq[:2], rtol=1e-3)
+
+
+def write_deck(folder: Path, place: Place, k: float) -> Path:
+    """The deck with a spring at a place of one direction."""
+    component = {"X": 1, "Y": 2, "Z": 3}[place.direction]
+    path = folder / "sprung.bdf"
+    path.write_text(deck(more=(f"CELAS2,900,{k:.6e},{place.nodes[0]},{component}",)))
+    return path

@@ -38,10 +38,15 @@ def with_look_alikes(
     kept: list[Located] = []
     twins: list[Place] = []
     kind = _kinds(problem, reduced, found)
-    reach = min((one.cost for one in found), default=0.0) * (1 + settings.further) + settings.reach
+    # several forces explain more than any one does, right or wrong: each kind has a reach of its own
+    several = [one.place.n_w > 1 for one in found]
+    least = {
+        of: min((f.cost for f, s in zip(found, several, strict=True) if s is of), default=0.0) for of in (True, False)
+    }
+    reach = {of: cost * (1 + settings.further) + settings.reach for of, cost in least.items()}
     members = [one for one in found if one.place.kind == "member"][: settings.members]
     for n, one in enumerate(found):
-        new = kind[n] not in kind[:n] and one.cost < reach and len(set(kind[: n + 1])) <= settings.kinds
+        new = kind[n] not in kind[:n] and one.cost < reach[several[n]] and len(set(kind[: n + 1])) <= settings.kinds
         wanted = len(kept) < settings.places or new or any(one is m for m in members)
         if any(one.place is p for p in twins) or not wanted:
             continue

@@ -14,8 +14,8 @@ __all__ = ["dressed", "member_stiffness", "own_span", "own_values", "with_attach
 
 FloatArray = NDArray[np.float64]
 
-# prior ln standard deviation of a member's own stiffness factor
-MEMBER_SD = 1.0
+# prior ln standard deviation of a member's own stiffness factor, and of a spring's stiffness
+MEMBER_SD, SPRING_SD = 1.0, 3.0
 
 
 def dressed(bare: ReducedModel, like: ReducedModel) -> ReducedModel:
@@ -29,11 +29,19 @@ def dressed(bare: ReducedModel, like: ReducedModel) -> ReducedModel:
 
 
 def with_own(place: Place, reduced: ReducedModel) -> ReducedModel:
-    """The model with the unknowns of a place that are part of it: a factor on a member's stiffness, or the springs of a
-    soft clamp under DOFs set free. Raises ModelError for a clamp that no SPC set holds."""
+    """The model with the unknowns of a place that are part of it: a factor on a member's stiffness, a spring's
+    stiffness, or the springs of a soft clamp under DOFs set free.
+
+    Raises ModelError for a clamp that no SPC set holds.
+    """
     if place.springs:
         loose = freed(reduced, [row for row, _ in place.springs])
         return with_springs(place, dressed(loose, reduced))
+    if place.spring:
+        B = place.w(reduced.V, reduced.V_a)
+        K = place.spring * (B.T @ B)
+        sprung = replace(reduced, K_fixed=reduced.K_fixed + K).with_part("spring", K, None, SPRING_SD)
+        return replace(sprung, members=(*sprung.members, place))
     split = reduced.with_part("member", member_stiffness(place, reduced), place.parameter, MEMBER_SD)
     return replace(split, members=(*reduced.members, place))
 

@@ -53,22 +53,21 @@ def look_further(first: Searched) -> Further | None:
     """Two effects where one law at one place leaves much that two laws explain, at two places or, where the sensors
     cannot tell two, beside each other; None otherwise."""
     near = _beside(first)
-    if near is not None and near.terms.chosen <= first.settings.adequate:
+    if near is not None:
         return near
-    if not _worth_looking(first):
-        return near
-    places = pair(first)
-    apart = None if places is None else _named(first, *places)
-    return min((f for f in (near, apart) if f is not None), key=lambda f: f.score, default=None)
+    places = pair(first) if _worth_looking(first) else None
+    return None if places is None else _named(first, *places)
 
 
 def _beside(first: Searched) -> Further | None:
-    """The best law with a spring or a dashpot beside it."""
+    """The best law with a spring or a dashpot beside it, where they explain the recordings."""
     if not first.ranked or any(r.frf is not None for r in first.problem.records):
         return None
     best = first.ranked[0]
     found = companions(first, best)
-    return None if found is None else _further(first, found, [r for r in first.ranked if r.located is best.located])
+    if found is None or found[1].chosen > first.settings.adequate:
+        return None
+    return _further(first, found, [r for r in first.ranked if r.located is best.located])
 
 
 def _worth_looking(first: Searched) -> bool:
@@ -83,7 +82,8 @@ def _worth_looking(first: Searched) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Aside:
-    """What is taken as known while one effect is looked for: forces, members with a factor, unknowns p of the model."""
+    """What is there while one effect is looked for: known forces, members with a factor and springs that are part of
+    the model, its unknowns p."""
 
     known: Known
     members: tuple[Place, ...]
@@ -128,7 +128,8 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> list[Ran
     reduced = first.reduced
     for member in aside.members:
         reduced = with_own(member, reduced)
-    reduced, rows = aside.known.basis(reduced, first.problem.band[1], first.g_rows)
+    held = [int(g) for m in aside.members if m.spring for rows in m.g_rows for g in rows]
+    reduced, rows = aside.known.basis(reduced, first.problem.band[1], [*first.g_rows, *held])
     problem = first.problem.on([aside.known.on(r) for r in first.problem.records])
     split = aside.known.split(first.split)
     start = with_members(first, aside.p, sum(m.n_own for m in aside.members))
@@ -153,10 +154,14 @@ def _free(first: Searched, second: Located, at: Located) -> _Aside:
 
 
 def _of_law(first: Searched, ranked: Ranked, given: Known) -> _Aside:
-    """The force of a law that was found."""
+    """A law that was found: a spring as part of the model, since what it was fitted to was not it alone, any other by
+    its force."""
     nothing = Known((), {r.name: () for r in first.problem.records})
     candidate = ranked.candidate
     p = plain(first, candidate.p)
+    if ranked.name == "support_stiffness" and candidate.joint is not None and not given.places:
+        k = collapsed(candidate, ranked.recovered, first.settings).values["k"]
+        return _Aside(nothing, (replace(candidate.joint.place, spring=k),), p)
     if candidate.joint is None:
         return _Aside(nothing, (ranked.located.place,), p)
     known = forces_of_laws(first.problem.on([given.on(r) for r in first.problem.records]), candidate)

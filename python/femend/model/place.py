@@ -34,6 +34,8 @@ class Place:
             way by a spring k where the model loses S²/(k + S) along the direction vector. 0 elsewhere.
         springs: of a clamp that stands on springs of its own in several directions, (row of the g-set, stiffness in
             deck units around which it is sought) of each; the place then has no direction vectors.
+        spring: stiffness in deck units around which a spring along its direction vectors is sought that is part of the
+            model; 0 elsewhere.
         independent: whether g_rows are rows of the independent DOFs instead of the g-set.
     """
 
@@ -51,11 +53,13 @@ class Place:
     unlikely: bool = False
     support: float = 0.0
     springs: tuple[tuple[int, float], ...] = ()
+    spring: float = 0.0
 
     @property
     def n_own(self) -> int:
-        """Number of unknowns that it adds to the model itself: a member's factor, a soft clamp's stiffnesses."""
-        return 1 if self.kind == "member" else len(self.springs)
+        """Number of unknowns that it adds to the model itself: a member's factor, a spring's or a soft clamp's
+        stiffnesses."""
+        return 1 if self.kind == "member" or self.spring else len(self.springs)
 
     @property
     def part(self) -> bool:
@@ -63,16 +67,20 @@ class Place:
         return self.n_own > 0
 
     def values(self, x: FloatArray) -> dict[str, float]:
-        """The factor of a member, or stiffnesses k1 to k6 by the component they act in, at the logarithms `x` (n_own,)
-        of its unknowns."""
+        """The factor of a member, the stiffness k of a spring, or k1 to k6 by the component they act in, at the
+        logarithms `x` (n_own,) of its unknowns."""
         if self.kind == "member":
             return {"factor": float(np.exp(x[0]))}
+        if self.spring:
+            return {"k": float(self.spring * np.exp(x[0]))}
         return {f"k{row % 6 + 1}": float(k * np.exp(v)) for (row, k), v in zip(self.springs, x, strict=True)}
 
     def logarithms(self, values: Mapping[str, float]) -> FloatArray:
         """Unknowns (n_own,) at `values` as given by `values`."""
         if self.kind == "member":
             return np.log([values["factor"]])
+        if self.spring:
+            return np.log([values["k"] / self.spring])
         return np.log([values[f"k{row % 6 + 1}"] / k for row, k in self.springs])
 
     @property
