@@ -42,3 +42,24 @@ def test_a_stop_with_a_gap_stays_one() -> None:
     recovered: Any = SimpleNamespace(d=[np.array([1e-3, -2e-3])])
     assert collapsed(stop(1e-4, 1.0), recovered, Settings()).name == "clearance"
     assert collapsed(stop(1e-7, 2.0), recovered, Settings()).name == "clearance"
+
+
+def loop(n: float, beta: float, gamma: float) -> Candidate:
+    """A Bouc-Wen loop of 5e5 N/m."""
+    values = {"k": 5e5, "alpha": 0.0, "n": n, "beta": beta, "gamma": gamma}
+    coordinates = FitCoordinates(physics("bouc_wen"), values)
+    x = np.concatenate([coordinates.start(), [0.0, 0.0]])
+    return Candidate(
+        physics("bouc_wen"), "bouc_wen", None, values, EMPTY, x, len(x), 0.0, 1.0, 1.0,
+        coordinates=coordinates, extra={"k_scale": 1e3, "c_scale": 1.0},
+    )  # fmt: skip
+
+
+def test_a_loop_whose_knee_cannot_be_seen_is_friction() -> None:
+    recovered: Any = SimpleNamespace(d=[np.array([1e-4, -1e-4])])
+    told = collapsed(loop(1.0, 3.9e7, -3.7e7), recovered, Settings())
+    assert told.name == "coulomb_friction"
+    assert told.values == pytest.approx({"f": 0.25, "kt": 5e5})
+    # the same loop where the motion is as small as its yield displacement of 0.5 micrometres
+    small: Any = SimpleNamespace(d=[np.array([1e-6, -1e-6])])
+    assert collapsed(loop(1.0, 3.9e7, -3.7e7), small, Settings()).name == "bouc_wen"

@@ -17,18 +17,22 @@ __all__ = ["SHARP", "collapsed"]
 
 # exponent n from which the knee of a Bouc-Wen loop is as sharp as that of friction with a spring before it
 SHARP = 8.0
+# share of the largest motion below which the yield displacement of a loop cannot be seen: its knee, some three of them
+# long, is then within a tenth of the motion, and the loop a rectangle whatever the knee
+NARROW = 0.03
 # what a plain spring is called at each kind of place
 _SPRING = {"end": "joint_stiffness", "clamp": "compliant_support"}
 
 
 def collapsed(candidate: Candidate, recovered: Recovered | None, settings: Settings) -> Candidate:
     """The linear law as the simplest one whose force at the joint is the same but for `settings.same_law`, a Bouc-Wen
-    loop with a sharp knee as friction, a stop without a gap as a stiffness of two sides; another nonlinear law or a
-    place without recovered motion stays as it is."""
-    if candidate.name == "bouc_wen" and candidate.values["n"] > SHARP:
+    loop with a knee too sharp or too short to be seen as friction, a stop without a gap as a stiffness of two sides;
+    another nonlinear law or a place without recovered motion stays as it is."""
+    amplitude = 0.0 if recovered is None else max(float(np.abs(d).max(initial=0.0)) for d in recovered.d)
+    if candidate.name == "bouc_wen" and (candidate.values["n"] > SHARP or _yield(candidate) < NARROW * amplitude):
         return _friction(candidate)
     if candidate.name == "clearance" and recovered is not None:
-        return _bilinear(candidate, max(float(np.abs(d).max(initial=0.0)) for d in recovered.d))
+        return _bilinear(candidate, amplitude)
     if candidate.physics is None or candidate.joint is None or candidate.nonlinear or recovered is None:
         return candidate
     kind = candidate.joint.place.kind
@@ -48,12 +52,18 @@ def collapsed(candidate: Candidate, recovered: Recovered | None, settings: Setti
     return candidate
 
 
+def _yield(candidate: Candidate) -> float:
+    """Yield displacement of a Bouc-Wen loop, (beta + gamma)^(-1/n)."""
+    law = candidate.values
+    return float((law["beta"] + law["gamma"]) ** (-1.0 / law["n"]))
+
+
 def _friction(candidate: Candidate) -> Candidate:
     """A Bouc-Wen loop as friction behind a spring beside the companion: it slips at the yield force
     (1 - alpha) k (beta + gamma)^(-1/n), and what is left after yield is a spring of its own."""
     law = candidate.values
     moving = (1.0 - law["alpha"]) * law["k"]
-    slip = moving * (law["beta"] + law["gamma"]) ** (-1.0 / law["n"])
+    slip = moving * _yield(candidate)
     k = candidate.k + law["alpha"] * law["k"]
     return _as(candidate, "coulomb_friction", {"f": slip, "kt": moving}, k)
 
