@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,8 @@ from femend.model.form_errors import GYRATION, LUMP_SD, MASS_SD, SD, STIFFNESS_S
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
+
+form_errors_module = import_module("femend.model.form_errors")  # the package has a function of that name
 
 F_MAX = 150.0
 
@@ -97,7 +100,8 @@ def test_a_lump_without_inertia_may_turn(reduced: ReducedModel) -> None:
     for unit in lumps:
         rows, _, M = model.fe.element_matrices(unit.elements[0], np.ones(len(model.parameters)))
         first = 6 * int(rows[0] // 6)
-        off = unit.mass.toarray()[first : first + 6, first : first + 6]
+        np.testing.assert_array_equal(unit.rows, first + np.arange(6))
+        off = unit.mass.toarray()
         np.testing.assert_allclose(np.diag(off)[:3], LUMP_SD * np.diag(M)[:3])
         np.testing.assert_allclose(np.diag(off)[3:], M[0, 0] * (GYRATION * diagonal) ** 2)
 
@@ -121,3 +125,21 @@ def test_a_cut_takes_no_more_than_a_softer_element_has(reduced: ReducedModel) ->
     # without the errors' share the cut takes more than there is
     taken = place.w(joint.reduced.V, joint.reduced.V_a)
     assert eigh(K - 0.1 * taken.T @ taken / place.release[0, 0], M, eigvals_only=True)[0] < -1e-6 * highest
+
+
+def test_of_many_units_the_strongest_combinations_are_those_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    effects = np.random.default_rng(0).standard_normal((60, 200)) * np.geomspace(1, 1e-3, 60)[:, None]
+    U, s = form_errors_module._strongest(effects)
+    monkeypatch.setattr(form_errors_module, "MANY", 10)
+    few, values = form_errors_module._strongest(effects)
+    np.testing.assert_allclose(values, s[: len(values)], rtol=1e-9)
+    np.testing.assert_allclose(np.abs(few.T @ U[:, : len(values)]), np.eye(len(values)), atol=1e-7)
+
+
+def test_units_are_combined_the_same_some_at_a_time(reduced: ReducedModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    errors = form_errors(reduced, F_MAX)
+    whole = form_errors_module._combined(reduced, errors.units, errors.weights)
+    monkeypatch.setattr(form_errors_module, "AT_ONCE", 1.0)
+    for (K, M), (k, m) in zip(whole, form_errors_module._combined(reduced, errors.units, errors.weights), strict=True):
+        np.testing.assert_allclose(k, K, rtol=1e-9, atol=1e-12 * np.abs(K).max())
+        np.testing.assert_allclose(m, M, rtol=1e-9, atol=1e-12 * np.abs(M).max())

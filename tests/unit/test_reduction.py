@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.sparse import diags_array
 
 from femend.errors import ModelError
 from femend.model import Model, Parameter, ReducedModel, read_model, reduce_model
+from femend.model.reduction import extend_model, static_responses
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -121,3 +123,28 @@ def test_a_parameter_without_effect_is_named(tmp_path: Path) -> None:
     (tmp_path / "model.bdf").write_text(small_study.deck().replace("MAT1,2,", "MAT1,7,7.+10,,0.33,2700.\nMAT1,2,"))
     with pytest.raises(ModelError, match="idle|material 7"):
         reduced_with_idle_parameter(tmp_path / "model.bdf")
+
+
+def test_static_responses_of_a_large_matrix_are_those_of_a_small_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    n = 40
+    rng = np.random.default_rng(0)
+    A = diags_array([np.full(n - 1, -1.0), np.full(n, 2.5), np.full(n - 1, -1.0)], offsets=[-1, 0, 1]).tocsc()
+    loads = rng.standard_normal((n, 3))
+    small = static_responses(A, loads)
+    monkeypatch.setattr("femend.model.reduction.LARGE", 10)
+    np.testing.assert_allclose(static_responses(A, loads), small, rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(A @ small, loads, rtol=1e-12, atol=1e-14)
+
+
+def test_an_extended_basis_is_that_of_a_reduction_with_the_loads(model: Model) -> None:
+    rng = np.random.default_rng(0)
+    loads = rng.standard_normal((model.fe.n_a, 2))
+    g_rows = [6 * model.index(int(model.node_ids[2]))]
+    whole, bare = reduce_model(model, F_MAX, g_rows, loads), reduce_model(model, F_MAX, g_rows)
+    made = extend_model(bare, loads)
+    assert made.r == whole.r > bare.r
+    np.testing.assert_allclose(made.freq, whole.freq, rtol=1e-8)
+    for factors in ((1.0, 1.0), (1.2, 0.8)):
+        for own, other in zip(system_at(made, np.array(factors)), system_at(whole, np.array(factors)), strict=True):
+            np.testing.assert_allclose(np.abs(own), np.abs(other), rtol=1e-6, atol=1e-7 * np.abs(other).max())
+    np.testing.assert_allclose(made.V, model.transformation() @ made.V_a, atol=1e-12)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.classes import similarity
+from femend.diagnose.linear_costs import directions
 from femend.diagnose.locate import ALIKE, COMPARED_LINES, LINES, Located
 from femend.diagnose.receptances import receptances
 from femend.diagnose.settings import Settings
@@ -20,6 +22,9 @@ __all__ = ["Alike", "look_alikes", "with_look_alikes"]
 
 FloatArray = NDArray[np.float64]
 
+# places from which those that a few lines tell apart are left out first, the lines for that, and the share of a force's
+# strongest answer that may be left out of it there
+MANY, TELLING, NEGLIGIBLE = 2000, (2, 10), 1e-5
 # places whose motions agree to this (squared correlation) do the same for every law
 TWINS = 0.999
 
@@ -92,7 +97,11 @@ def look_alikes(
     others = [p for p in places if p.n_w == 1 and p is not found.place and p.kind != "base"]
     if not others:
         return []
-    few = problem.thinned(LINES)
+    few = problem.sparing(LINES)
+    if len(others) > MANY:
+        others = _not_beyond(few, reduced, found, others, margin)
+        if not others:
+            return []
     loss, power = np.zeros(len(others)), np.zeros((3, len(others)))
     system, lines = few.system(reduced), few.lines(reduced)
     omega, zeta, Q = system.modal(found.fit.p)
@@ -118,3 +127,38 @@ def look_alikes(
     together = power[0] ** 2 / np.maximum(power[1] * power[2], 1e-300)
     order = [int(i) for i in np.argsort(loss) if loss[i] < margin]
     return [Alike(others[i], float(loss[i]), float(together[i])) for i in order]
+
+
+def _not_beyond(
+    problem: Problem, reduced: ReducedModel, found: Located, others: Sequence[Place], margin: float
+) -> list[Place]:
+    """Those of the places that a few lines alone do not show to lose more than `margin`, as `look_alikes` has it: what
+    is lost on other lines is never negative, so that none is left out wrongly."""
+    system, lines = problem.system(reduced), problem.lines(reduced)
+    omega, zeta, Q = (np.asarray(x) for x in system.modal(found.fit.p))
+    cores = [line.core for line in lines]
+    fitted = _core.fitted_lines(system, found.fit.hypothesis.core(), cores, found.fit.p, found.fit.x)
+    own = found.place.w(reduced.V, reduced.V_a)[0] @ Q
+    answers = []
+    for line, (_, _, F) in zip(lines, fitted, strict=True):
+        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
+        g = receptances(omega, zeta, s)
+        out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
+        made = s[:, None] ** 2 * ((g * own) @ out.T) * F * line.weight
+        for k in range(len(s)):
+            H = s[k] ** 2 * g[k][:, None] * out.T * line.weight[k]
+            answers.append((line.share * float((np.abs(made[k]) ** 2).sum()), line.share, H, made[k]))
+    answers.sort(key=lambda answer: -answer[0])
+    at = np.arange(len(others))
+    W = directions(reduced, others) @ Q
+    size = np.maximum(np.abs(W).max(axis=0), 1e-12 * np.abs(W).max())
+    loss = np.zeros(len(others))
+    for first, last in pairwise((0, *TELLING)):
+        for power, share, H, made in answers[first:last]:
+            U, values, _ = np.linalg.svd(size[:, None] * H, full_matrices=False)
+            strong = values > NEGLIGIBLE * values[0]
+            h = W[at] @ (U[:, strong] * values[strong] / size[:, None])
+            along = np.abs(W[at] @ (H @ made.conj())) ** 2
+            loss[at] += power - share * along / np.maximum((np.abs(h) ** 2).sum(axis=1), 1e-300)
+        at = at[loss[at] < margin]
+    return [others[i] for i in at.tolist()]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,12 @@ from femend.diagnose.receptances import receptances
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["similarity"]
+__all__ = ["Distinct", "distinct", "similarity"]
 
 FloatArray = NDArray[np.float64]
+
+# lines on which the directions of a large model are compared
+FEW = 12
 
 
 def similarity(problem: Problem, reduced: ReducedModel, places: Sequence[Place], p: FloatArray) -> FloatArray:
@@ -35,3 +39,53 @@ def similarity(problem: Problem, reduced: ReducedModel, places: Sequence[Place],
             total += np.abs(own.conj() @ own.T) ** 2
             weight += 1.0
     return np.asarray(total / max(weight, 1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Distinct:
+    """Directions that move the sensors differently (`first`, their numbers), and for each those that no sensor tells
+    from it (`twins`), both in the order given."""
+
+    first: list[int]
+    twins: list[list[int]]
+
+
+def distinct(
+    problem: Problem,
+    reduced: ReducedModel,
+    W: FloatArray,
+    order: Sequence[int],
+    p: FloatArray,
+    count: int,
+    alike: float,
+    preference: Callable[[int], int],
+) -> Distinct:
+    """The first `count` of the directions `W` (n, r), taken in `order`, of which no two have a mean squared correlation
+    above `alike`; of twins the one that `preference` has lowest leads. `p` (n_unknowns,) are those of the model."""
+    few = problem.on(problem.records[:1]).thinned(FEW)
+    omega, zeta, Q = (np.asarray(x) for x in few.system(reduced).modal(p))
+    WQ = (W[list(order)] @ Q).astype(np.float32)
+    parts = []
+    for line in few.lines(reduced):
+        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
+        g = receptances(omega, zeta, s)
+        out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
+        for k in range(len(s)):
+            H = s[k] ** 2 * g[k][:, None] * out.T * line.weight[k]
+            h = WQ @ H.real.astype(np.float32) + 1j * (WQ @ H.imag.astype(np.float32))
+            parts.append(h / np.maximum(np.linalg.norm(h, axis=1), 1e-30)[:, None])
+    left = np.ones(len(order), dtype=bool)
+    found = Distinct([], [])
+    numbers = list(order)
+    while left.any() and len(found.first) < count:
+        i = int(np.argmax(left))
+        same = np.zeros(len(order))
+        for h in parts:
+            same += np.abs(h @ h[i].conj()) ** 2
+        group = np.flatnonzero(left & (same / len(parts) > alike))
+        group = np.union1d(group, [i])
+        lead = min(group.tolist(), key=lambda n: (preference(numbers[n]), n))
+        found.first.append(int(numbers[lead]))
+        found.twins.append([numbers[n] for n in group.tolist() if n != lead])
+        left[group] = False
+    return found

@@ -94,8 +94,8 @@ def diagnose_records(
     """
     settings = settings or Settings()
     tell = _Teller(progress)
-    tell.start("update the parameters")
-    start = update_model(model, records, zeta)
+    start = update_model(model, records, zeta, tell.start)
+    tell.start("list the places")
     places = find_places(model)
     tell.start("locate what is missing", len(places))
     located = locate(start.problem, start.reduced, places, start.null)

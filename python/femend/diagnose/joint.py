@@ -14,6 +14,7 @@ from femend.diagnose.dressed import dressed
 from femend.diagnose.receptances import receptances
 from femend.estimate import Fit, FitRecord, Hypothesis, Lines, Problem
 from femend.model import Place, ReducedModel, reduce_model
+from femend.model.reduction import LARGE, extend_model
 
 __all__ = ["Joint", "Recovered", "enlarged", "open_joint", "open_joints", "recover"]
 
@@ -82,6 +83,8 @@ def enlarged(places: Sequence[Place], reduced: ReducedModel, f_max: float, g_row
         for j, (rows, values) in enumerate(zip(place.g_rows, place.g_values, strict=True)):
             pattern[rows, j] = values
         loads.append(pattern if place.independent else np.asarray(T.T @ pattern))
+    if model.fe.n_a >= LARGE and not (reduced.extra or reduced.attached):
+        return dressed(extend_model(reduced.bare(), np.hstack(loads)), reduced)
     return dressed(reduce_model(model, f_max, g_rows, np.hstack(loads)), reduced)
 
 
@@ -227,7 +230,7 @@ def equivalent_linear(problem: Problem, joint: Joint, p: FloatArray) -> Fit | No
         for f in sizes
         if law == "support_stiffness" or joint.place.release is None
     ]
-    few = problem.thinned(FEW_LINES)
+    few = problem.sparing(FEW_LINES)
     tries = few.fit(
         [joint.hypothesis(laws, m, np.full(2, 4.0)) for laws, m in starts], [(p, m) for _, m in starts], iterations=10
     )

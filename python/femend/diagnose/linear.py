@@ -53,7 +53,7 @@ def fit_linear(
         begun += [(updated, begun[0][1]), (updated, _idle(entry, all_starts, joint.place.release is not None))]
     means = [np.log([max(v[n], 1e-12) for n in entry.parameter_names]) for _, v in begun]
     hypotheses = [joint.hypothesis((law,), m, np.full(len(m), LAW_SD)) for m in means]
-    few = problem.thinned(FEW_LINES)
+    few = problem.sparing(FEW_LINES)
     tries = few.fit(hypotheses, [(p, m) for (p, _), m in zip(begun, means, strict=True)], iterations=10)
     ranked = sorted((f for f in tries if f is not None), key=lambda f: f.cost)[:KEPT]
     fits = problem.fit([f.hypothesis for f in ranked], [(f.p, f.x) for f in ranked], iterations=12)
@@ -119,7 +119,7 @@ def fit_mass(
     means = [np.log([f * scale / omega**2]) for f in (0.003, 0.03, 0.3, 3.0)]
     begun = [(p, m) for m in means] + ([] if updated is None else [(updated, means[0])])
     hypotheses = [joint.hypothesis(("added_mass",), m, np.full(1, LAW_SD)) for _, m in begun]
-    few = problem.thinned(FEW_LINES)
+    few = problem.sparing(FEW_LINES)
     tries = [f for f in few.fit(hypotheses, begun, iterations=10) if f is not None]
     if not tries:
         return None

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from femend.diagnose.classes import similarity
 from femend.diagnose.dressed import with_own
+from femend.diagnose.preference import preference
+from femend.diagnose.screen import is_many, screened
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
@@ -28,13 +30,17 @@ FIRST_SIGMA, FIRST_STEPS = 8.0, 4
 FIRST_STAGE, SECOND_STAGE, LAST_STAGE, FULL_LINES = (40, 60, 16), (16, 28, 8), (8, 16, 3), (4, 10, 2)
 # places that come to the last stage from whole records, the lines and steps by which they are chosen
 LATE, LATE_LINES, LATE_STEPS = (4, 14, 0), 100, 3
+# the same quotas where places were screened before: one place's fit takes longer there, and what is left is sorted out
+FEW_SECOND, FEW_LAST, FEW_LATE = (6, 14, 4), (3, 8, 2), (2, 6, 0)
 # mean squared correlation of what two places do to the sensors, from which they count as one at the start, and from
 # which only one of them goes on later
 TWINS, ALIKE = 0.999, 0.97
 # share of elements in common from which only one of two members goes on
 OVERLAP = 0.7
-# places that are compared at all, the lines they are compared on, and those like a kept one that are fitted at the end
-MOST_COMPARED, COMPARED_LINES, EXPANDED = 1500, 60, 8
+# the lines that places are compared on, and how many like a kept one are fitted at the end
+COMPARED_LINES, EXPANDED = 60, 8
+# after a screen, of how many kept ones the like are fitted
+FEW_EXPANDED = 4
 # places fitted on all lines beside the best of their kind: those within this cost of the best, and this share of it
 FULL_ALIKE, NEAR, NEARLY = 12, 60.0, 0.25
 # how much more a place with one force must leave than one with several for these to be believed
@@ -96,13 +102,17 @@ def locate(
     n_out = min(r.y.shape[0] for r in problem.records)
     free = sum(b.n_w for b in beside)
     todo = [p for p in places if p.n_w + free < n_out]
+    many = is_many(todo)
+    second, last, late_quota = (FEW_SECOND, FEW_LAST, FEW_LATE) if many else (SECOND_STAGE, LAST_STAGE, LATE)
+    if many:
+        todo = screened(problem, reduced, todo, null, beside)
     hypotheses = [hypothesis_of(p, reduced, beside) for p in todo]
-    few = problem.thinned(LINES)
-    plain = problem.thinned(FEWEST_LINES).untuned()
+    few = problem.sparing(LINES)
+    plain = problem.sparing(FEWEST_LINES).untuned()
     kin = _Kin.of(problem, reduced, todo, null)
     stages = (
-        (plain, 8.0, 5, SECOND_STAGE),
-        (few, 2.0, 6, LAST_STAGE),
+        (plain, 8.0, 5, second),
+        (few, 2.0, 6, last),
     )
     keep = _first_glance(plain, reduced, todo, kin, null, beside)
     ranked: list[tuple[int, Fit]] = []
@@ -110,18 +120,19 @@ def locate(
         ranked = _fitted(lines, hypotheses, keep, factor * problem.scale(), iterations, todo)
         ranked = _best(ranked, todo, kin, quota)
         keep = [(i, f.p) for i, f in ranked]
-    late = problem.thinned(LATE_LINES)
-    keep += _late(late, hypotheses, todo, kin, null.p, reduced)
+    late = problem.sparing(LATE_LINES)
+    keep += _late(late, hypotheses, todo, kin, null.p, reduced, late_quota)
     ranked = _fitted(few, hypotheses, keep, 0.0, 15, todo)
     if ranked:
         # a place near the right one has brought the model's unknowns near the truth, whatever it lacks itself
         _, fit = ranked[0]
         near_truth = _without_own(fit.p, reduced, fit.hypothesis.reduced)
-        again = _fitted(few, hypotheses, _late(late, hypotheses, todo, kin, near_truth, reduced), 0.0, 15, todo)
+        kept = _late(late, hypotheses, todo, kin, near_truth, reduced, late_quota)
+        again = _fitted(few, hypotheses, kept, 0.0, 15, todo)
         ranked = sorted([*ranked, *again], key=lambda item: _order(few, item, 0.0, todo))
     keep = [(i, f.p) for i, f in _best(ranked, todo, kin, FULL_LINES)]
     start = dict(keep)
-    for i, p in keep:
+    for i, p in keep[: FEW_EXPANDED if many else None]:
         start.update({j: p for j in kin.of_place(i, todo) if j not in start})
     # a clamp moves the sensors as motion of the base does, and drives out what it cannot be told from
     bases = [i for i, place in enumerate(todo) if place.kind == "base"]
@@ -133,13 +144,13 @@ def locate(
     chosen = [
         (i, f.p) for n, (i, f) in enumerate(ranked) if i in first or (f.cost < near and (n < FULL_ALIKE or i in bases))
     ]
-    ranked = _fitted(problem.thinned(FINAL_LINES), hypotheses, chosen, 0.0, 5, todo)
+    ranked = _fitted(problem.sparing(FINAL_LINES), hypotheses, chosen, 0.0, 5, todo)
     return _in_order(problem, [(todo[i], f) for i, f in ranked])
 
 
 def refitted(problem: Problem, located: Sequence[Located]) -> list[Located]:
     """The same places fitted again to another problem of the same records, in its order."""
-    few = problem.thinned(FINAL_LINES)
+    few = problem.sparing(FINAL_LINES)
     fits = few.fit([f.fit.hypothesis for f in located], [(f.fit.p, f.fit.x) for f in located])
     return _in_order(problem, [(one.place, f) for one, f in zip(located, fits, strict=True) if f is not None])
 
@@ -182,13 +193,14 @@ def _late(
     kin: _Kin,
     p: FloatArray,
     of: ReducedModel,
+    quota: tuple[int, int, int],
 ) -> list[tuple[int, FloatArray]]:
     """Further places for the last stage, with their starts: the best after few steps from unknowns `p` of the model
     `of` on whole records. Strongly damped lines see the beginning of a record alone, where what is small or late does
     not show; the updated model is near enough to the truth just where it is small."""
     keep = [(i, _with_own(p, of, hypotheses[i].reduced)) for i in kin.first(places) if places[i].n_w <= 1]
     ranked = _fitted(lines, hypotheses, keep, 0.0, LATE_STEPS, places)
-    return [(i, f.p) for i, f in _best(ranked, places, kin, LATE)]
+    return [(i, f.p) for i, f in _best(ranked, places, kin, quota)]
 
 
 def _with_own(p: FloatArray, of: ReducedModel, to: ReducedModel) -> FloatArray:
@@ -238,15 +250,6 @@ def _best(
     return kept
 
 
-def preference(place: Place) -> int:
-    """Rank of a place among those that fit alike: a brace to a support before the ground, which it includes; joints
-    before what nothing of the model suggests."""
-    if place.unlikely:
-        return 5
-    order = {"pair": 0 if not place.direction else 2, "ground": 1, "member": 3, "end": 3, "clamp": 3, "support": 3}
-    return order.get(place.kind, 4)
-
-
 @dataclass(frozen=True, eq=False)
 class _Kin:
     """How alike places with one force move the sensors, `position` of each place in `matrix`; members are alike by the
@@ -260,7 +263,7 @@ class _Kin:
     def of(cls, problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> _Kin:
         single = [i for i, p in enumerate(places) if p.n_w == 1]
         elements = {i: frozenset(p.elements) for i, p in enumerate(places) if p.kind == "member"}
-        if not single or len(single) > MOST_COMPARED:
+        if not single:
             return cls({}, np.zeros((0, 0)), elements)
         few = problem.on(problem.records[:1]).thinned(COMPARED_LINES)
         matrix = similarity(few, reduced, [places[i] for i in single], null.p)

@@ -16,11 +16,11 @@ from femend.diagnose.locate import (
     Located,
     hypothesis_of,
     locate,
-    preference,
     shortlist,
     squares_of,
 )
 from femend.diagnose.name import Ranked
+from femend.diagnose.preference import preference
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
 from femend.estimate import Problem

@@ -28,7 +28,7 @@ class Split:
 
     def of(self, problem: Problem) -> Split:
         """The same split of the same recordings in another problem (with other noise, say)."""
-        problem = problem.thinned(NAMING_LINES)
+        problem = problem.sparing(NAMING_LINES)
         named = {r.name: r for r in problem.records}
         fitting, choosing = (
             problem.on([named[r.name] for r in part.records]) for part in (self.fitting, self.choosing)
@@ -49,7 +49,7 @@ def split_records(problem: Problem, null: Fit | None = None, located: Sequence[L
     lowest one that shows it is kept instead; if the highest alone does, it is fitted and chooses too, beside the middle
     one that the law has to leave as it is. A single record does both.
     """
-    problem = problem.thinned(NAMING_LINES)
+    problem = problem.sparing(NAMING_LINES)
     records = problem.records
     if len(records) < 2:
         return Split(problem, problem, problem)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,22 +25,33 @@ class UpdatedModel:
     g_rows: list[int]
 
 
-def update_model(model: Model, records: Sequence[FitRecord], zeta: float) -> UpdatedModel:
+def update_model(
+    model: Model, records: Sequence[FitRecord], zeta: float, tell: Callable[[str], None] | None = None
+) -> UpdatedModel:
     """Fits parameters, frequency factors and damping ratios (prior median `zeta`) of the model as it is.
+
+    `tell` is told each step by name.
 
     Raises RecordingError where there is nothing to fit, the sampling is too slow for the modes in the band, or the
     model has no solution at the deck's values.
     """
     if not records:
         raise RecordingError('no recording with role = "fit" and excitation = "measured"; name at least one')
+    tell = tell or _silent
+    tell("reduce the model")
     band = used_band(list(records))
     g_rows = sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
     reduced = reduce_model(model, band[1], g_rows)
     check_sampling(records, band, reduced.freq)
     band = modelled_band(band, records, reduced.freq)
     reduced = form_errors(reduced, band[1]).on(reduced)
+    tell("update the parameters")
     problem = Problem(records, band, zeta, max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum())))
     null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))))
     if null is None:
         raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")
     return UpdatedModel(problem, reduced, null, g_rows)
+
+
+def _silent(step: str) -> None:
+    """Tells nobody."""

@@ -25,6 +25,8 @@ DAMPING_SD = 0.5
 CONTINUATION = ((30.0, 0.02), (8.0, 0.05), (2.0, 0.3), (0.0, 1.0))
 # modes up to this multiple of the band's end have a frequency factor and a damping ratio of their own
 TUNED_ABOVE = 1.1
+# sensors up to which a search takes all the lines it is given, and the fewest lines a mode of the band with more
+SENSORS, FEWEST_A_MODE = 40, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +98,12 @@ class Problem:
     def thinned(self, limit: int | None) -> Problem:
         """The same problem on at most about `limit` lines a record; on all with None."""
         return Problem(self.records, self.band, self.zeta, self.n_tuned, self.spans, limit)
+
+    def sparing(self, limit: int) -> Problem:
+        """The same problem on at most about `limit` lines a record, on fewer where many sensors give as many values on
+        fewer lines; enough that a few lines stand on every resonance."""
+        n_out = min(r.y.shape[0] for r in self.records)
+        return self.thinned(max(min(limit, limit * SENSORS // n_out), min(limit, FEWEST_A_MODE * self.n_tuned)))
 
     def untuned(self) -> Problem:
         """The same problem without frequency factors, with one damping ratio for all modes: enough, and much cheaper,

@@ -34,6 +34,9 @@ GYRATION = 0.025
 PATCHES = 4
 # at most so many combinations, and none with less than this share of the strongest one's effect
 MOST, WORTH = 12, 0.05
+# units beyond this number have only their strongest combinations computed, and their matrices in the basis are held in
+# so many bytes at once
+MANY, AT_ONCE = 500, 1e8
 # neighbouring modes are taken to be at least this share of their frequency squared apart
 APART = 0.1
 # relative standard deviation of the stiffness error of the mesh at the top of the band, of elements with straight edges
@@ -52,10 +55,11 @@ SD = 0.02
 
 @dataclass(frozen=True, eq=False)
 class _Unit:
-    """Elements that are off together: one standard deviation of their stiffness and mass on the g-set (n_g, n_g), and
-    of their stiffness relative to itself (`sd`)."""
+    """Elements that are off together: one standard deviation of their stiffness and mass (m, m) on the rows (m,) of the
+    g-set that they touch, and of their stiffness relative to itself (`sd`)."""
 
     elements: tuple[int, ...]
+    rows: NDArray[np.int64]
     stiffness: csr_array
     mass: csr_array
     sd: float
@@ -113,8 +117,7 @@ class FormErrors:
         """Changes of K and M (r, r) by one standard deviation of every unknown."""
         parts: list[tuple[FloatArray, FloatArray]] = []
         if len(self.weights):
-            K, M = _projected(reduced, self.units)
-            parts += [(np.tensordot(row, K, 1), np.tensordot(row, M, 1)) for row in self.weights]
+            parts += _combined(reduced, self.units, self.weights)
         if self.mesh > 0:
             dK = _mesh_stiffness(reduced, self.mesh)
             parts.append((dK, np.zeros_like(dK)))
@@ -127,20 +130,33 @@ def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
     mode_sd = SOLID_MODE_SD if _linear(reduced.model, _SOLIDS) else MODE_SD
     if not units:
         return FormErrors((), np.zeros((0, 0)), mesh, mode_sd)
-    K, M = _projected(reduced, units)
     omega, Q = _modes(reduced)
     n_band = max(1, int((omega < 1.1 * 2 * np.pi * f_max).sum()))
     first = omega > 1e-3 * omega.max()
     own = np.flatnonzero(first[:n_band])
-    effects = []
-    for k, m in zip(K, M, strict=True):
-        k, m = Q[:, own].T @ k @ Q, Q[:, own].T @ m @ Q
-        gap = np.abs(omega[None, :] ** 2 - omega[own, None] ** 2)
-        gap = np.maximum(gap, APART * omega[own, None] ** 2)
-        effects.append(((k - omega[own, None] ** 2 * m) / gap).ravel())
-    U, s, _ = np.linalg.svd(np.array(effects), full_matrices=False)
+    square = omega[own, None] ** 2
+    gap = np.maximum(np.abs(omega[None, :] ** 2 - square), APART * square)
+    V = reduced.V @ Q
+    effects = np.zeros((len(units), len(own) * reduced.r))
+    for effect, unit in zip(effects, units, strict=True):
+        at = V[unit.rows]
+        effect[:] = ((at[:, own].T @ (unit.stiffness @ at) - square * (at[:, own].T @ (unit.mass @ at))) / gap).ravel()
+    U, s = _strongest(effects)
     kept = int(min(MOST, (s > WORTH * s[0]).sum())) if s.size and s[0] > 0 else 0
     return FormErrors(units, U[:, :kept].T.copy(), mesh, mode_sd)
+
+
+def _strongest(effects: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Left singular vectors and singular values of effects (n_units, n): all of few units, the `MOST` largest of many,
+    for which a whole decomposition would take longer than everything else."""
+    if len(effects) <= MANY:
+        U, s, _ = np.linalg.svd(effects, full_matrices=False)
+        return U, s
+    from scipy.sparse.linalg import svds
+
+    U, s, _ = svds(effects, MOST, v0=np.ones(min(effects.shape)))
+    order = np.argsort(-s)
+    return np.asarray(U[:, order]), np.asarray(s[order])
 
 
 def _linear(model: Model, among: Collection[str] = tuple(_LINEAR)) -> bool:
@@ -208,10 +224,12 @@ def _unit(model: Model, elements: tuple[int, ...], stiff: float, mass: float, ra
             turns = 6 * np.unique(rows // 6)[:1] + np.arange(3, 6)  # a point mass may have no rows for these
             at.append(np.array([turns, turns]))
             values.append(np.array([np.zeros(3), np.full(3, lump * radius**2)]))
-    n = int(model.fe.n_g)
     index, both = np.hstack(at), np.hstack(values)
-    stiffness, inertia = (csr_array(coo_array((v, (index[0], index[1])), shape=(n, n))) for v in both)
-    return _Unit(elements, stiffness, inertia, stiff)
+    touched, local = np.unique(index, return_inverse=True)
+    row, column = local.reshape(index.shape)
+    shape = (len(touched), len(touched))
+    stiffness, inertia = (csr_array(coo_array((v, (row, column)), shape=shape)) for v in both)
+    return _Unit(elements, touched, stiffness, inertia, stiff)
 
 
 def _turns(M: FloatArray, rows: NDArray[np.int64]) -> bool:
@@ -231,7 +249,18 @@ def _patches(elements: Sequence[int], where: dict[int, FloatArray]) -> list[tupl
     return [tuple(c) for c in cells.values()]
 
 
-def _projected(reduced: ReducedModel, units: Sequence[_Unit]) -> tuple[FloatArray, FloatArray]:
-    """Stiffness and mass (n_units, r, r) of one standard deviation of every unit, at the deck's values."""
-    V = reduced.V
-    return np.array([V.T @ (u.stiffness @ V) for u in units]), np.array([V.T @ (u.mass @ V) for u in units])
+def _combined(
+    reduced: ReducedModel, units: Sequence[_Unit], weights: FloatArray
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Stiffness and mass (r, r) of every row of `weights` (n, n_units) times the units' standard deviations, at the
+    deck's values; some units at a time, since the matrices of all of them outgrow the memory."""
+    V, r = reduced.V, reduced.r
+    K, M = np.zeros((len(weights), r, r)), np.zeros((len(weights), r, r))
+    at_once = max(1, int(AT_ONCE / (8 * r * r)))
+    for first in range(0, len(units), at_once):
+        some = units[first : first + at_once]
+        own = weights[:, first : first + at_once]
+        bases = [V[u.rows] for u in some]
+        K += np.tensordot(own, np.array([B.T @ (u.stiffness @ B) for u, B in zip(some, bases, strict=True)]), 1)
+        M += np.tensordot(own, np.array([B.T @ (u.mass @ B) for u, B in zip(some, bases, strict=True)]), 1)
+    return list(zip(K, M, strict=True))

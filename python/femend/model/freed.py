@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from femend.errors import ModelError
 from femend.model.model import Model
 from femend.model.place import AXES, Place
-from femend.model.reduction import ReducedModel, Term, project_model
+from femend.model.reduction import ReducedModel, Term, project_model, static_responses
 
 __all__ = ["SPRING_SD", "freed", "reactions", "with_springs"]
 
@@ -95,15 +95,13 @@ def _shift(reduced: ReducedModel) -> float:
 def _extended(V: FloatArray, free: Model, at: NDArray[np.int64], inside: NDArray[np.int64], shift: float) -> FloatArray:
     """The basis V (n_a, r) with static answers to unit displacements of DOFs `at`, and what their inertia adds; DOFs
     `inside` answer, all others are held."""
-    from scipy.sparse.linalg import splu
-
     K, M = (A.tocsc() for A in free.matrices())
-    solver = splu((K + shift * M)[inside][:, inside].tocsc())
+    inner = (K + shift * M)[inside][:, inside]
     static = np.zeros((V.shape[0], len(at)))
     static[at, np.arange(len(at))] = 1.0
-    static[inside] = solver.solve(np.ascontiguousarray(-np.asarray((K + shift * M)[inside][:, at].toarray())))
+    static[inside] = static_responses(inner, -np.asarray((K + shift * M)[inside][:, at].toarray()))
     inertial = np.zeros_like(static)
-    inertial[inside] = solver.solve(np.ascontiguousarray(np.asarray(M @ static)[inside]))
+    inertial[inside] = static_responses(inner, np.asarray(M @ static)[inside])
     for column in np.hstack([static, inertial]).T:
         V = _joined(V, column, M)
     return V

@@ -14,7 +14,7 @@ from femend.dof import Dof
 from femend.errors import ModelError, SingularModelError
 from femend.model.model import Model
 
-__all__ = ["ReducedModel", "Term", "project_model", "reduce_model"]
+__all__ = ["LARGE", "ReducedModel", "Term", "extend_model", "project_model", "reduce_model", "static_responses"]
 
 FloatArray = NDArray[np.float64]
 
@@ -22,8 +22,12 @@ FloatArray = NDArray[np.float64]
 MODES_ABOVE = 3.0
 # vectors that leave less than this of their own length outside the span of the others add nothing
 RANK_TOLERANCE = 1e-6
+# independent DOFs from which static responses are computed with the core's factorisation
+LARGE = 5000
 # a parameter's stiffness is taken as a polynomial of this degree in its factor (a thickness enters with its cube)
 DEGREE = 3
+# factors at which it is computed for that
+SAMPLES = (0.6, 1.0, 1.3, 1.6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,23 +174,106 @@ def _core_modes(K: Any, M: Any, f_max: float | None, n: int | None = None) -> tu
 
 
 def _basis(K: Any, M: Any, omega: FloatArray, phi: FloatArray, patterns: FloatArray) -> FloatArray:
-    from scipy.sparse.linalg import splu
-
     # K + w M is regular for free structures too; well below the first elastic mode it is the static response.
     elastic = omega[omega > 1e-3 * omega.max()]
     shift = (0.1 * elastic.min()) ** 2 if elastic.size else 1.0
-    static = splu((K + shift * M).tocsc()).solve(np.ascontiguousarray(patterns))
-    # column by column, so that one stiff pattern does not hide a soft one
-    V = phi
+    return _joined(phi, static_responses(K + shift * M, patterns), M)
+
+
+def _joined(phi: FloatArray, static: FloatArray, M: Any) -> FloatArray:
+    """The M-orthonormal basis `phi` with what the columns of `static` add to it."""
+    # column by column, so that one stiff pattern does not hide a soft one; V is filled in place, since a copy of a
+    # large basis for every column takes longer than the products
+    V = np.empty((len(phi), phi.shape[1] + static.shape[1]), order="F")
+    V[:, : phi.shape[1]] = phi
+    n = phi.shape[1]
     for column in static.T:
         vector = column.copy()
         length = np.sqrt(vector @ (M @ vector))
         for _ in range(2):
-            vector = vector - V @ (V.T @ (M @ vector))
+            vector = vector - V[:, :n] @ (V[:, :n].T @ (M @ vector))
         left = np.sqrt(max(vector @ (M @ vector), 0.0))
         if left > RANK_TOLERANCE * length and left > 0:
-            V = np.hstack([V, (vector / left)[:, None]])
-    return V
+            V[:, n] = vector / left
+            n += 1
+    return V[:, :n]
+
+
+def static_responses(A: Any, loads: FloatArray) -> FloatArray:
+    """A⁻¹ times `loads` (n, m) for a sparse symmetric matrix (n, n)."""
+    if A.shape[0] < LARGE:
+        from scipy.sparse.linalg import splu
+
+        return np.asarray(splu(A.tocsc()).solve(np.ascontiguousarray(loads)))
+    # scipy orders for unsymmetric matrices: the factor of a large frame would outgrow the memory
+    A = A.tocsc()
+    A.sort_indices()
+    factor = _core.Factor(A.indptr.astype(np.int64), A.indices.astype(np.int64), A.data)
+    return np.asarray(factor.solve(np.ascontiguousarray(loads)))
+
+
+def extend_model(reduced: ReducedModel, loads: FloatArray) -> ReducedModel:
+    """A model with its parameters alone (no form errors, nothing split off or added) in its basis and what the static
+    responses to `loads` (n_a, m) add to it.
+
+    Only what is new is projected: of a large model a whole reduction takes twenty times as long.
+    """
+    model, r = reduced.model, reduced.r
+    K, M = model.matrices()
+    omega = 2 * np.pi * reduced.freq
+    elastic = omega[omega > 1e-3 * omega.max()]
+    shift = (0.1 * elastic.min()) ** 2 if elastic.size else 1.0
+    V_a = _joined(reduced.V_a, static_responses(K + shift * M, loads), M)
+    new = np.ascontiguousarray(V_a[:, r:])
+    if not new.shape[1]:
+        return reduced
+
+    def columns(factors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        named = dict(zip((p.name for p in model.parameters), factors.tolist(), strict=True))
+        k, m = model.matrices(named)
+        return np.asarray(V_a.T @ (k @ new)), np.asarray(V_a.T @ (m @ new))
+
+    def bordered(old: FloatArray, column: FloatArray) -> FloatArray:
+        return np.block([[old, column[:r]], [column[:r].T, 0.5 * (column[r:] + column[r:].T)]])
+
+    ones = np.ones(len(model.parameters))
+    k_fixed, m_fixed = columns(ones)
+    parts = []
+    for i in range(len(ones)):
+        sampled = [columns(np.where(np.arange(len(ones)) == i, factor, 1.0)) for factor in SAMPLES]
+        parts.append([_coefficients(np.array([pair[which] for pair in sampled])) for which in (0, 1)])
+    terms = []
+    for term in reduced.terms:
+        ((i, power),) = term.exponents
+        dk, dm = (parts[i][which][int(power)] for which in (0, 1))
+        k_fixed, m_fixed = k_fixed - (0.0 if term.K is None else dk), m_fixed - (0.0 if term.M is None else dm)
+        terms.append(
+            replace(
+                term,
+                K=None if term.K is None else bordered(term.K, dk),
+                M=None if term.M is None else bordered(term.M, dm),
+            )
+        )
+    made = replace(
+        reduced,
+        V=np.hstack([reduced.V, np.asarray(model.transformation() @ new)]),
+        V_a=np.ascontiguousarray(V_a),
+        K_fixed=bordered(reduced.K_fixed, k_fixed),
+        M_fixed=bordered(reduced.M_fixed, m_fixed),
+        terms=tuple(terms),
+    )
+    return replace(made, freq=_frequencies(made))
+
+
+def _frequencies(reduced: ReducedModel) -> FloatArray:
+    """Ritz frequencies (r,) at the deck's values, Hz."""
+    from scipy.linalg import eigh
+
+    K, M = reduced.K_fixed.copy(), reduced.M_fixed.copy()
+    for term in reduced.terms:
+        K += 0.0 if term.K is None else term.K
+        M += 0.0 if term.M is None else term.M
+    return np.asarray(np.sqrt(np.maximum(eigh(K, M, eigvals_only=True), 0.0)) / (2 * np.pi))
 
 
 def project_model(model: Model, V_a: FloatArray, V: FloatArray) -> ReducedModel:
@@ -224,19 +311,17 @@ def _polynomial(
     Exact for every property that enters as a polynomial (all but nu); nu is met at the factors used, which bracket any
     sensible prior.
     """
-    samples = np.array([0.6, 1.0, 1.3, 1.6])
     Ks, Ms = [], []
-    for factor in samples:
+    for factor in SAMPLES:
         factors = ones.copy()
         factors[i] = factor
         k, m = model.fe.project(factors, V)[0][:2]
         Ks.append(np.asarray(k))
         Ms.append(np.asarray(m))
-    inverse = np.linalg.inv(np.vander(samples, DEGREE + 1, increasing=True))
+    all_k, all_m = _coefficients(np.array(Ks)), _coefficients(np.array(Ms))
     parts = {}
     for degree in range(1, DEGREE + 1):
-        dK = np.tensordot(inverse[degree], np.array(Ks), 1)
-        dM = np.tensordot(inverse[degree], np.array(Ms), 1)
+        dK, dM = all_k[degree], all_m[degree]
         small_k = np.abs(dK).max() < 1e-9 * np.abs(K).max()
         small_m = np.abs(dM).max() < 1e-9 * np.abs(M).max()
         if not (small_k and small_m):
@@ -245,3 +330,9 @@ def _polynomial(
         name = model.parameters[i].name
         raise ModelError(f"parameter {name!r} changes nothing in the band; choose another property or target")
     return parts
+
+
+def _coefficients(sampled: FloatArray) -> list[FloatArray]:
+    """Coefficients over powers 0..3 of a factor from values (4, ...) at `SAMPLES`."""
+    inverse = np.linalg.inv(np.vander(np.array(SAMPLES), DEGREE + 1, increasing=True))
+    return [np.asarray(np.tensordot(row, sampled, 1)) for row in inverse]

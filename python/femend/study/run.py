@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -63,8 +63,8 @@ def diagnose(
         test = study.read_recordings()
         pairing = pair_test(test, model)
         records = fit_records(_usable(test), model, pairing)
-    with steps.step("diagnose"):
-        diagnosis = diagnose_records(model, records, study.damping_ratio, progress)
+    with steps.step("diagnose"), steps.parts("diagnose") as told:
+        diagnosis = diagnose_records(model, records, study.damping_ratio, told)
     with steps.step("predict"):
         predictions = predict_all(diagnosis, test, model, pairing, records)
         result = result_of(diagnosis, predictions, records, [w for r in test for w in r.warnings])
@@ -131,3 +131,39 @@ class _Steps:
             self._progress.start(name)
         with self._info.step(name):
             yield
+
+    @contextmanager
+    def parts(self, name: str) -> Iterator[Any]:
+        """Progress that also times what it is told to start, as parts of the step `name`."""
+        told = _Parts(self._info, self._progress, name)
+        try:
+            yield told
+        finally:
+            told.end()
+
+
+class _Parts:
+    """Progress that passes on what it is told, and times each part until the next one starts."""
+
+    def __init__(self, info: RunInfo, progress: Any, whole: str) -> None:
+        self._info, self._progress, self._whole = info, progress, whole
+        self._open = ExitStack()
+
+    def start(self, step: str, total: int | None = None) -> None:
+        self.end()
+        self._open.enter_context(self._info.step(f"{self._whole}: {step}"))
+        if self._progress is not None:
+            self._progress.start(step, total)
+
+    def advance(self, n: int = 1) -> None:
+        if self._progress is not None:
+            self._progress.advance(n)
+
+    def done(self) -> None:
+        self.end()
+        if self._progress is not None:
+            self._progress.done()
+
+    def end(self) -> None:
+        """Ends the part that runs."""
+        self._open.close()

@@ -1,0 +1,247 @@
+"""What places of a large model would cost, by one linear step each, for thousands of them at once.
+
+A place's cost is estimated as its law-free fit would come out if the model were linear in its unknowns around given
+ones. With e (n_out,) the weighted residual of a line there, J (n_out, n_p) its derivatives and h (n_out, n_w) what
+forces at the place do to the sensors, the force that is free on every line leaves P = I - h (hᴴ h)⁻¹ hᴴ of both, and
+the least squares of what is left with the prior of the unknowns is a system of n_p equations a place:
+
+    A = Re Σ Jᴴ P J + S⁻²,   g = Re Σ Jᴴ P e - S⁻² (p - mean),   cost = Σ eᴴ P e + |(p - mean)/S|² - gᵀ A⁻¹ g
+
+(Golub and Pereyra, The differentiation of pseudo-inverses and nonlinear least squares problems whose variables
+separate, SIAM J. Numer. Anal. 10 (1973) 413-432; one Gauss-Newton step.) All products with h are products with the
+direction vectors in modal coordinates, made for thousands of places at once. A member gets a column of J instead, for
+its factor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from femend import _core
+from femend.diagnose.dressed import MEMBER_SD
+from femend.diagnose.receptances import receptances
+from femend.estimate import Problem
+from femend.model import Place, ReducedModel
+
+__all__ = ["directions", "linear_costs"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# step of the unknowns (ln units) by which derivatives of the residual are taken
+STEP = 1e-5
+# places whose systems of equations are held at once
+AT_ONCE = 2048
+# directions of the sensors' answers with less than this share of the strongest are left out
+NEGLIGIBLE = 1e-3
+
+
+def directions(reduced: ReducedModel, places: Sequence[Place]) -> FloatArray:
+    """Direction vectors (sum of n_w, r) of all places in the basis, place after place."""
+    rows: dict[bool, list[tuple[int, NDArray[np.int64], FloatArray]]] = {False: [], True: []}
+    n = 0
+    for place in places:
+        for g, x in zip(place.g_rows, place.g_values, strict=True):
+            rows[place.independent].append((n, g, x))
+            n += 1
+    W = np.zeros((n, reduced.r))
+    for independent, basis in ((False, reduced.V), (True, reduced.V_a)):
+        some = rows[independent]
+        if some:
+            start = np.cumsum([0, *(len(g) for _, g, _ in some)])
+            columns, values = np.hstack([g for _, g, _ in some]), np.hstack([x for *_, x in some])
+            W[[i for i, *_ in some]] = csr_array((values, columns, start), shape=(len(some), len(basis))) @ basis
+    return W
+
+
+@dataclass(frozen=True, eq=False)
+class _Line:
+    """One line in modal coordinates: what unit modal forces do to the sensors, weighted, `H` (r, n_out) and the same in
+    its few strong directions `F` (r, n_f), the residual `e` (n_out,), its derivatives `J` (n_out, n_p), the modal
+    response `q` (r,) and the number of sensors."""
+
+    H: ComplexArray
+    F: ComplexArray
+    e: ComplexArray
+    J: ComplexArray
+    q: ComplexArray
+    n_out: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Linear:
+    """All lines of a problem around unknowns, the modes Q (r, r) there, the prior's curvature (n_p,), pull (n_p,) and
+    cost."""
+
+    lines: list[_Line]
+    Q: FloatArray
+    curvature: FloatArray
+    pull: FloatArray
+    prior: float
+
+
+def _linear(
+    problem: Problem,
+    reduced: ReducedModel,
+    sigma: float,
+    p: FloatArray,
+    moving: NDArray[np.int64],
+    size: FloatArray,
+    beside: FloatArray,
+) -> _Linear:
+    """The problem around unknowns `p`, of which those at the positions `moving` are free.
+
+    `size` (r,) are the largest direction vectors' entries in modal coordinates, by which answers are judged; forces
+    along `beside` (n, r) are free all the time.
+    """
+    system, lines = problem.system(reduced), problem.lines(reduced, sigma)
+    cores = [line.core for line in lines]
+    none = _core.Hypothesis()
+
+    def answers(at: FloatArray) -> list[ComplexArray]:
+        return [y for y, _, _ in _core.fitted_lines(system, none, cores, at, np.zeros(0))]
+
+    here = answers(p)
+    slopes = [np.zeros((*y.shape, len(moving)), dtype=complex) for y in here]
+    for i, unknown in enumerate(moving):
+        there = p.copy()
+        there[unknown] += STEP
+        for slope, y, y0 in zip(slopes, answers(there), here, strict=True):
+            slope[:, :, i] = (y - y0) / STEP
+    omega, zeta, Q = (np.asarray(x) for x in system.modal(p))
+    made = []
+    for line, y, slope in zip(lines, here, slopes, strict=True):
+        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
+        g = receptances(omega, zeta, s)
+        out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
+        q = g * (line.U @ (reduced.rows(line.record.in_rows, line.record.in_signs) @ Q))
+        weight = np.sqrt(line.share) * line.weight
+        for k in range(len(s)):
+            H = s[k] ** 2 * g[k][:, None] * out.T * weight[k]
+            e, J = (line.Y[k] - y[k]) * weight[k], slope[k] * weight[k][:, None]
+            if len(beside):
+                B = np.linalg.qr(((beside @ Q) @ H).T)[0]
+                e, J, H = e - B @ (B.conj().T @ e), J - B @ (B.conj().T @ J), H - (H @ B.conj()) @ B.T
+            U, size_f, _ = np.linalg.svd(size[:, None] * H, full_matrices=False)
+            kept = size_f > NEGLIGIBLE * size_f[0]
+            F = U[:, kept] * size_f[kept] / size[:, None]
+            made.append(_Line(H, F, e, J, q[k], len(weight[k])))
+    mean, sd = problem.prior(reduced)
+    off = (p - mean) / sd
+    return _Linear(made, Q, sd[moving] ** -2.0, (off / sd)[moving], float(off @ off))
+
+
+def linear_costs(
+    problem: Problem,
+    reduced: ReducedModel,
+    places: Sequence[Place],
+    W: FloatArray,
+    p: FloatArray,
+    *,
+    sigma: float = 0.0,
+    beside: Sequence[Place] = (),
+) -> FloatArray:
+    """Cost (n,) of every place after one linear step from the unknowns `p`; infinite for soft clamps, which need a
+    basis of their own. `W` are the `directions` of the places. Frequency factors and damping ratios of single modes
+    are held: they are many, and follow what is missing last."""
+    free = directions(reduced, beside)
+    Q = np.asarray(problem.system(reduced).modal(p)[2])
+    WQ = W @ Q
+    largest = np.abs(WQ).max(initial=0.0) or 1.0
+    size = np.maximum(np.abs(WQ).max(axis=0, initial=0.0), 1e-12 * largest)
+    moving = np.array([*range(len(reduced.names)), len(p) - 1])
+    linear = _linear(problem, reduced, sigma, p, moving, size, free)
+    costs = np.full(len(places), np.inf)
+    first = np.cumsum([0, *(place.n_w for place in places)])
+    for n_w in sorted({place.n_w for place in places} - {0}):
+        own = np.array([i for i, place in enumerate(places) if place.n_w == n_w])
+        for some in np.array_split(own, 1 + len(own) * n_w // AT_ONCE):
+            at = first[some][:, None] + np.arange(n_w)
+            costs[some] = _of_forces(linear, WQ[at.ravel()], n_w, len(free))
+    members = [i for i, place in enumerate(places) if place.kind == "member" and not place.springs]
+    if members:
+        costs[members] = _of_members(linear, reduced, [places[i] for i in members], len(free))
+    return costs
+
+
+def _of_forces(linear: _Linear, W: FloatArray, n_w: int, n_free: int) -> FloatArray:
+    """Costs (n,) of places with `n_w` directions each, W (n n_w, r) in modal coordinates."""
+    n, n_p = len(W) // n_w, len(linear.pull)
+    A = np.zeros((n, n_p, n_p))
+    g = np.zeros((n, n_p))
+    squares = np.zeros(n)
+    shared, pulled, blocks = np.diag(linear.curvature), -linear.pull, []
+    for line in linear.lines:
+        # columns: strong directions of the answers, and what they have in common with J and e
+        right = np.hstack([line.F, line.H @ line.J.conj(), (line.H @ line.e.conj())[:, None]])
+        n_f, n_c = line.F.shape[1], right.shape[1]
+        both = (W @ np.hstack([right.real, right.imag])).reshape(n, n_w, -1)
+        b = both[..., n_f : n_c - 1] - 1j * both[..., n_c + n_f : -1]
+        c = both[..., n_c - 1] - 1j * both[..., -1]
+        b, c = _whitened(both[..., :n_f], both[..., n_c : n_c + n_f], b, c)
+        factor = line.n_out / max(line.n_out - n_w - n_free, 1)
+        shared = shared + np.real(line.J.conj().T @ line.J)
+        pulled = pulled + np.real(line.J.conj().T @ line.e)
+        squares += factor * (float(np.vdot(line.e, line.e).real) - (np.abs(c) ** 2).sum(axis=1))
+        g -= np.real(np.einsum("jwp,jw->jp", b.conj(), c))
+        blocks.append(b)
+    stacked = np.concatenate(blocks, axis=1)
+    stacked = np.concatenate([stacked.real, stacked.imag], axis=1)
+    A = shared - np.matmul(stacked.transpose(0, 2, 1), stacked)
+    g += pulled
+    step = np.linalg.solve(A, g[..., None])[..., 0]
+    return np.asarray(squares + linear.prior - (g * step).sum(axis=1))
+
+
+def _whitened(
+    real: FloatArray, imaginary: FloatArray, b: ComplexArray, c: ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Products b (n, n_w, n_p) and c (n, n_w) with the directions, of parts (n, n_w, n_f), as with an orthonormal basis
+    of these."""
+    size = np.einsum("jwf,jwf->j", real, real) + np.einsum("jwf,jwf->j", imaginary, imaginary)
+    size = np.maximum(size, 1e-300)
+    if real.shape[1] == 1:
+        length = np.sqrt(size)[:, None]
+        return b / length[..., None], c / length
+    h = real + 1j * imaginary
+    gram = np.matmul(h.conj(), h.transpose(0, 2, 1))
+    L = np.linalg.cholesky(gram + 1e-9 * size[:, None, None] * np.eye(gram.shape[1]))
+    both = np.linalg.solve(L, np.concatenate([b, c[..., None]], axis=2))
+    return both[..., :-1], both[..., -1]
+
+
+def _of_members(linear: _Linear, reduced: ReducedModel, members: Sequence[Place], n_free: int) -> FloatArray:
+    """Costs of members with a factor on their stiffness; in the exponent, so that it is one as the deck has it."""
+    ones = np.ones(len(reduced.model.parameters))
+    q = np.array([line.q for line in linear.lines]).T
+    both = np.hstack([q.real, q.imag])
+    n_k = q.shape[1]
+    A = np.diag(linear.curvature)
+    g, squares = -linear.pull, 0.0
+    for line in linear.lines:
+        A = A + np.real(line.J.conj().T @ line.J)
+        g = g + np.real(line.J.conj().T @ line.e)
+        squares += line.n_out / max(line.n_out - n_free, 1) * float(np.vdot(line.e, line.e).real)
+    a, alpha, gamma = np.zeros((len(members), len(g))), np.zeros(len(members)), np.zeros(len(members))
+    for some in np.array_split(np.arange(len(members)), 1 + len(members) // 256):
+        Z = np.zeros((len(some), len(q), n_k), dtype=complex)
+        for z, i in zip(Z, some, strict=True):
+            for eid in members[i].elements:
+                rows, K, _ = reduced.model.fe.element_matrices(eid, ones)
+                E = reduced.V[rows] @ linear.Q
+                f = E.T @ (K @ (E @ both))
+                z -= f[:, :n_k] + 1j * f[:, n_k:]
+        for k, line in enumerate(linear.lines):
+            column = Z[:, :, k] @ line.H
+            a[some] += np.real(column.conj() @ line.J)
+            alpha[some] += (np.abs(column) ** 2).sum(axis=1)
+            gamma[some] += np.real(column.conj() @ line.e)
+    solved = np.linalg.solve(A, np.column_stack([g, a.T]))
+    base = squares + linear.prior - float(g @ solved[:, 0])
+    left = alpha + MEMBER_SD**-2.0 - (a.T * solved[:, 1:]).sum(axis=0)
+    return np.asarray(base - (gamma - a @ solved[:, 0]) ** 2 / left)
