@@ -9,13 +9,13 @@ import pytest
 
 from femend.demo import STUDY
 from femend.diagnose import loads, screen
-from femend.diagnose.alike import _not_beyond, look_alikes
+from femend.diagnose.alike import _answers, _not_beyond, look_alikes
 from femend.diagnose.classes import distinct, similarity
 from femend.diagnose.linear_costs import directions, linear_costs
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
 from femend.diagnose.screen import is_many, screened
 from femend.diagnose.update import UpdatedModel, update_model
-from femend.estimate import fit_records, pair_test
+from femend.estimate import Problem, fit_records, pair_test
 from femend.model import Parameter, Place, find_places, read_model
 from femend.study import load_study
 
@@ -115,11 +115,16 @@ def test_look_alikes_are_not_lost_beforehand(start: UpdatedModel, places: list[P
     assert fit is not None
     found = Located(place, fit, 0.0)
     others = [p for p in places if p.n_w == 1 and p is not place and p.kind != "base"]
+
+    def not_beyond(problem: Problem, margin: float) -> list[Place]:
+        answers, Q = _answers(problem, start.reduced, found)
+        return _not_beyond(answers, others, directions(start.reduced, others) @ Q, margin)
+
     for margin in (3.0, 300.0, 30000.0):
         exact = look_alikes(start.problem, start.reduced, found, places, margin)
-        left = _not_beyond(start.problem.thinned(250), start.reduced, found, others, margin)
+        left = not_beyond(start.problem.thinned(250), margin)
         assert {id(a.place) for a in exact} <= {id(p) for p in left}
-    assert len(_not_beyond(start.problem, start.reduced, found, others, 3.0)) < len(others)
+    assert len(not_beyond(start.problem, 3.0)) < len(others)
 
 
 def test_a_moved_load_is_among_the_likeliest(start: UpdatedModel) -> None:

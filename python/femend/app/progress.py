@@ -4,35 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
-from typing import Any, Protocol, TextIO
+from typing import Any, TextIO
+
+from femend.progress import Progress, SilentProgress
 
 __all__ = ["BarProgress", "LineProgress", "Progress", "SilentProgress", "progress_for"]
-
-
-class Progress(Protocol):
-    """What a job tells while it works. Library code takes ``progress=None`` and then says nothing."""
-
-    def start(self, step: str, total: int | None = None) -> None:
-        """A new step begins, with `total` pieces of work if that is known. Ends the step before it."""
-
-    def advance(self, n: int = 1) -> None:
-        """`n` more pieces of the present step are done."""
-
-    def done(self) -> None:
-        """The last step has ended."""
-
-
-class SilentProgress:
-    """Says nothing; lets library code call without asking."""
-
-    def start(self, step: str, total: int | None = None) -> None:
-        """Nothing."""
-
-    def advance(self, n: int = 1) -> None:
-        """Nothing."""
-
-    def done(self) -> None:
-        """Nothing."""
 
 
 class LineProgress:

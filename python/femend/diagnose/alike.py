@@ -13,14 +13,15 @@ from femend import _core
 from femend.diagnose.classes import similarity
 from femend.diagnose.linear_costs import directions
 from femend.diagnose.locate import ALIKE, COMPARED_LINES, LINES, Located
-from femend.diagnose.receptances import receptances
+from femend.diagnose.receptances import at_sensors, on_lines
 from femend.diagnose.settings import Settings
-from femend.estimate import Problem
+from femend.estimate import Lines, Problem
 from femend.model import Place, ReducedModel
 
 __all__ = ["Alike", "look_alikes", "with_look_alikes"]
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 # places from which those that a few lines tell apart are left out first, the lines for that, and the share of a force's
 # strongest answer that may be left out of it there
@@ -98,30 +99,24 @@ def look_alikes(
     if not others:
         return []
     few = problem.sparing(LINES)
+    answers, Q = _answers(few, reduced, found)
+    own = found.place.w(reduced.V, reduced.V_a)[0] @ Q
     if len(others) > MANY:
-        others = _not_beyond(few, reduced, found, others, margin)
+        others = _not_beyond(answers, others, directions(reduced, others) @ Q, margin)
         if not others:
             return []
-    loss, power = np.zeros(len(others)), np.zeros((3, len(others)))
-    system, lines = few.system(reduced), few.lines(reduced)
-    omega, zeta, Q = system.modal(found.fit.p)
     W = np.array([p.w(reduced.V, reduced.V_a)[0] for p in others]) @ Q
-    cores = [line.core for line in lines]
-    fitted = _core.fitted_lines(system, found.fit.hypothesis.core(), cores, found.fit.p, found.fit.x)
-    own = found.place.w(reduced.V, reduced.V_a)[0] @ Q
-    for line, (_, _, F) in zip(lines, fitted, strict=True):
-        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
-        g = receptances(omega, zeta, s)
-        out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
-        made = s[:, None] ** 2 * ((g * own) @ out.T) * F * line.weight
+    loss, power = np.zeros(len(others)), np.zeros((3, len(others)))
+    for a in answers:
+        line, s, g, made = a.line, a.s, a.g, a.made
         for rows in np.array_split(np.arange(len(others)), 1 + len(others) * line.Y.size // 2_000_000):
             # (place, line, sensor)
-            h = np.einsum("kr,jr,sr->jks", s[:, None] ** 2 * g, W[rows], out, optimize=True) * line.weight
+            h = np.einsum("kr,jr,sr->jks", s[:, None] ** 2 * g, W[rows], a.out, optimize=True) * line.weight
             along = np.abs(np.einsum("jks,ks->jk", h.conj(), made)) ** 2
             size = np.maximum((np.abs(h) ** 2).sum(axis=2), 1e-300)
             loss[rows] += line.share * ((np.abs(made) ** 2).sum(axis=1) - along / size).sum(axis=1)
         # how the coordinates move under the measured forces and the force at the place
-        q = g * (line.U @ (reduced.rows(line.record.in_rows, line.record.in_signs) @ Q) + F * own)
+        q = g * (line.U @ (reduced.rows(line.record.in_rows, line.record.in_signs) @ Q) + a.F * own)
         d, e = q @ own, q @ W.T
         power += [np.abs(d.conj() @ e), np.full(len(others), (np.abs(d) ** 2).sum()), (np.abs(e) ** 2).sum(axis=0)]
     together = power[0] ** 2 / np.maximum(power[1] * power[2], 1e-300)
@@ -129,32 +124,47 @@ def look_alikes(
     return [Alike(others[i], float(loss[i]), float(together[i])) for i in order]
 
 
-def _not_beyond(
-    problem: Problem, reduced: ReducedModel, found: Located, others: Sequence[Place], margin: float
-) -> list[Place]:
-    """Those of the places that a few lines alone do not show to lose more than `margin`, as `look_alikes` has it: what
-    is lost on other lines is never negative, so that none is left out wrongly."""
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """What the free force F (K, 1) at a place does to the sensors on a record's lines, weighted, `made` (K, n_out);
+    `s`, `g` and `out` as of `on_lines`."""
+
+    line: Lines
+    s: ComplexArray
+    g: ComplexArray
+    out: FloatArray
+    F: ComplexArray
+    made: ComplexArray
+
+
+def _answers(problem: Problem, reduced: ReducedModel, found: Located) -> tuple[list[_Answer], FloatArray]:
+    """The answers to the free force of a place on the lines of every record, and the modes Q (r, r) behind them."""
     system, lines = problem.system(reduced), problem.lines(reduced)
-    omega, zeta, Q = (np.asarray(x) for x in system.modal(found.fit.p))
+    omega, zeta, Q = system.modal(found.fit.p)
+    own = found.place.w(reduced.V, reduced.V_a)[0] @ Q
     cores = [line.core for line in lines]
     fitted = _core.fitted_lines(system, found.fit.hypothesis.core(), cores, found.fit.p, found.fit.x)
-    own = found.place.w(reduced.V, reduced.V_a)[0] @ Q
     answers = []
     for line, (_, _, F) in zip(lines, fitted, strict=True):
-        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
-        g = receptances(omega, zeta, s)
-        out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
-        made = s[:, None] ** 2 * ((g * own) @ out.T) * F * line.weight
-        for k in range(len(s)):
-            H = s[k] ** 2 * g[k][:, None] * out.T * line.weight[k]
-            answers.append((line.share * float((np.abs(made[k]) ** 2).sum()), line.share, H, made[k]))
-    answers.sort(key=lambda answer: -answer[0])
+        s, g, out = on_lines(line, reduced, omega, zeta, Q)
+        answers.append(_Answer(line, s, g, out, F, s[:, None] ** 2 * ((g * own) @ out.T) * F * line.weight))
+    return answers, Q
+
+
+def _not_beyond(answers: Sequence[_Answer], others: Sequence[Place], W: FloatArray, margin: float) -> list[Place]:
+    """Those of the places, with directions W (n, r) in the modes, that a few lines alone do not show to lose more than
+    `margin`, as `look_alikes` has it: what is lost on other lines is never negative, so that none is left out wrongly.
+    """
+    telling = []
+    for a in answers:
+        for made, H in zip(a.made, at_sensors(a.s, a.g, a.out, a.line.weight), strict=True):
+            telling.append((a.line.share * float((np.abs(made) ** 2).sum()), a.line.share, H, made))
+    telling.sort(key=lambda line: -line[0])
     at = np.arange(len(others))
-    W = directions(reduced, others) @ Q
     size = np.maximum(np.abs(W).max(axis=0), 1e-12 * np.abs(W).max())
     loss = np.zeros(len(others))
     for first, last in pairwise((0, *TELLING)):
-        for power, share, H, made in answers[first:last]:
+        for power, share, H, made in telling[first:last]:
             U, values, _ = np.linalg.svd(size[:, None] * H, full_matrices=False)
             strong = values > NEGLIGIBLE * values[0]
             h = W[at] @ (U[:, strong] * values[strong] / size[:, None])

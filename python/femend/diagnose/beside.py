@@ -69,7 +69,8 @@ def _alone(first: Searched, law: Term) -> Scored | None:
 
 def _choices(linear: Sequence[Term]) -> list[list[Term]]:
     """Each by itself, and all together where there are two."""
-    return [*([term] for term in linear), *([list(linear)] if len(linear) > 1 else [])]
+    each = [[term] for term in linear]
+    return each if len(each) == 1 else [*each, list(linear)]
 
 
 def _linear(candidate: Candidate, one: Ranked) -> list[Term]:
@@ -99,7 +100,7 @@ def _elsewhere(first: Searched, found: Scored) -> Scored:
     """The same terms with the linear ones at places that move the sensors alike, where that explains more."""
     best, law = found, found[1].terms[0]
     assert law.place is not None
-    near = [p for p in alike(first, law.place) if p.kind == "ground" and p is not law.place]
+    near = [p for p in alike(first, law.place) if p.kind == "ground"]
     for place in sorted(near, key=lambda p: p.unlikely)[:ELSEWHERE]:
         moved = [law, *(_moved(first, term, place) for term in found[1].terms[1:])]
         tried = fitted_together(first, moved, found[1].p)

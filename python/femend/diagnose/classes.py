@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.receptances import receptances
+from femend.diagnose.receptances import at_sensors, on_lines
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
@@ -29,9 +29,7 @@ def similarity(problem: Problem, reduced: ReducedModel, places: Sequence[Place],
     W = np.array([place.w(reduced.V, reduced.V_a)[0] for place in places]) @ Q
     total, weight = np.zeros((len(places), len(places))), 0.0
     for line in problem.lines(reduced):
-        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
-        g = receptances(omega, zeta, s)
-        out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
+        s, g, out = on_lines(line, reduced, omega, zeta, Q)
         for k in range(len(s)):
             h = (W * g[k]) @ out.T * line.weight[k]
             size = np.maximum(np.linalg.norm(h, axis=1), 1e-300)
@@ -67,11 +65,8 @@ def distinct(
     WQ = (W[list(order)] @ Q).astype(np.float32)
     parts = []
     for line in few.lines(reduced):
-        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
-        g = receptances(omega, zeta, s)
-        out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
-        for k in range(len(s)):
-            H = s[k] ** 2 * g[k][:, None] * out.T * line.weight[k]
+        s, g, out = on_lines(line, reduced, omega, zeta, Q)
+        for H in at_sensors(s, g, out, line.weight):
             h = WQ @ H.real.astype(np.float32) + 1j * (WQ @ H.imag.astype(np.float32))
             parts.append(h / np.maximum(np.linalg.norm(h, axis=1), 1e-30)[:, None])
     left = np.ones(len(order), dtype=bool)

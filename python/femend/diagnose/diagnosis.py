@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +35,7 @@ from femend.diagnose.unmeasured import find_harmonic, find_unmeasured, plainly_u
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import Fit, FitRecord, Problem
 from femend.model import Model, Place, ReducedModel, find_places
+from femend.progress import Progress, SilentProgress
 
 __all__ = ["Diagnosis", "diagnose_records", "explain"]
 
@@ -86,14 +86,18 @@ class Diagnosis:
 
 
 def diagnose_records(
-    model: Model, records: Sequence[FitRecord], zeta: float, progress: Any = None, settings: Settings | None = None
+    model: Model,
+    records: Sequence[FitRecord],
+    zeta: float,
+    progress: Progress | None = None,
+    settings: Settings | None = None,
 ) -> Diagnosis:
     """Diagnoses a model against its fit records (accelerations, measured forces, from rest).
 
     `zeta` is the starting damping ratio. Raises RecordingError where there is nothing to fit.
     """
     settings = settings or Settings()
-    tell = _Teller(progress)
+    tell = progress or SilentProgress()
     start = update_model(model, records, zeta, tell.start)
     tell.start("list the places")
     places = find_places(model)
@@ -113,10 +117,10 @@ def explain(
     located: Sequence[Located],
     places: Sequence[Place],
     settings: Settings,
-    tell: _Teller | None = None,
+    tell: Progress | None = None,
 ) -> Diagnosis:
     """Names what is missing at the places `located` (of all `places`), or says that nothing is."""
-    tell = tell or _Teller(None)
+    tell = tell or SilentProgress()
     plain, plainly_located, loud = start, located, louder(start, located)
     if loud is not None:
         start, located = loud.start, loud.located
@@ -390,22 +394,3 @@ def _needed_update(found: Diagnosis) -> bool:
     hypothesis = found.null.hypothesis
     (nominal,) = found.problem.fit([hypothesis], [(found.nominal, np.zeros(0))], iterations=0)
     return nominal is None or nominal.score > max(found.settings.consistent, 1.1 * found.null.score)
-
-
-class _Teller:
-    """Progress that may be absent."""
-
-    def __init__(self, progress: Any) -> None:
-        self._progress = progress
-
-    def start(self, step: str, total: int | None = None) -> None:
-        if self._progress is not None:
-            self._progress.start(step, total)
-
-    def advance(self, n: int = 1) -> None:
-        if self._progress is not None:
-            self._progress.advance(n)
-
-    def done(self) -> None:
-        if self._progress is not None:
-            self._progress.done()

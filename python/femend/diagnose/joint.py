@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.dressed import dressed
-from femend.diagnose.receptances import receptances
+from femend.diagnose.receptances import on_lines
 from femend.estimate import Fit, FitRecord, Hypothesis, Lines, Problem
 from femend.model import Place, ReducedModel, reduce_model
 from femend.model.reduction import LARGE, extend_model
@@ -129,10 +129,8 @@ def recover(
     out = Recovered(fit, equal, [], [], [], [], [], [], [], problem.records, [line.index for line in lines])
     for i, line in enumerate(lines):
         y, D, F_eq, misfit = _nearest_element(problem, joint, i, fit.p, equal, by_record)
-        s: ComplexArray = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
-        rows = joint.reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
+        s, g, rows = on_lines(line, joint.reduced, omega, zeta, Q)
         w = joint.w @ Q
-        g = receptances(omega, zeta, s)
         seen = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, w, optimize=True)
         weighted = seen * line.weight[:, :, None]
         left = (line.Y - y) * line.weight

@@ -14,7 +14,7 @@ from femend.diagnose.candidates import Candidate
 from femend.diagnose.dressed import with_attached
 from femend.diagnose.joint import enlarged
 from femend.diagnose.nonlinear import simulate_candidate
-from femend.diagnose.receptances import receptances
+from femend.diagnose.receptances import on_lines
 from femend.diagnose.split import Split
 from femend.estimate import Fit, FitRecord, Lines, Problem
 from femend.model import Place, ReducedModel
@@ -64,8 +64,10 @@ class Known:
         return Split(whole, part(split.fitting), part(split.choosing))
 
     def basis(self, reduced: ReducedModel, f_max: float, g_rows: Sequence[int]) -> tuple[ReducedModel, list[int]]:
-        """The model in a basis that holds the response to the forces, with the rows they need."""
-        own = {int(g) for place in self.places for rows in place.g_rows for g in rows}
+        """The model in a basis that holds the response to the forces, and to those of springs that are part of it, with
+        the rows they need."""
+        held = [place for place in reduced.members if place.spring]
+        own = {int(g) for place in (*self.places, *held) for rows in place.g_rows for g in rows}
         rows = sorted({*g_rows, *own})
         own_model = enlarged((), reduced, f_max, rows)
         for place, (k, m) in zip(self.places, self.attached, strict=True):
@@ -89,10 +91,8 @@ def free_forces(problem: Problem, fit: Fit, places: Sequence[Place]) -> Known:
     forces: dict[str, tuple[FloatArray, ...]] = {}
     motions, parts, weights = [], [], []
     for line, (y, D, F) in zip(lines, fitted, strict=True):
-        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
-        out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
-        g = receptances(omega, zeta, s) * s[:, None] ** 2
-        H = np.einsum("kr,sr,wr->ksw", g, out, w @ Q, optimize=True)
+        s, g, out = on_lines(line, reduced, omega, zeta, Q)
+        H = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, out, w @ Q, optimize=True)
         answer = (line.Y - y + np.einsum("ksw,kw->ks", H, F)) * line.weight
         H = H * line.weight[:, :, None]
         motions.append(D)

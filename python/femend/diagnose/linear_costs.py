@@ -24,7 +24,7 @@ from scipy.sparse import csr_array
 
 from femend import _core
 from femend.diagnose.dressed import MEMBER_SD
-from femend.diagnose.receptances import receptances
+from femend.diagnose.receptances import at_sensors, on_lines
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
@@ -116,13 +116,10 @@ def _linear(
     omega, zeta, Q = (np.asarray(x) for x in system.modal(p))
     made = []
     for line, y, slope in zip(lines, here, slopes, strict=True):
-        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
-        g = receptances(omega, zeta, s)
-        out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
+        s, g, out = on_lines(line, reduced, omega, zeta, Q)
         q = g * (line.U @ (reduced.rows(line.record.in_rows, line.record.in_signs) @ Q))
         weight = np.sqrt(line.share) * line.weight
-        for k in range(len(s)):
-            H = s[k] ** 2 * g[k][:, None] * out.T * weight[k]
+        for k, H in enumerate(at_sensors(s, g, out, weight)):
             e, J = (line.Y[k] - y[k]) * weight[k], slope[k] * weight[k][:, None]
             if len(beside):
                 B = np.linalg.qr(((beside @ Q) @ H).T)[0]

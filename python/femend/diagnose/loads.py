@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.name import effective_values, null_candidate, score
-from femend.diagnose.receptances import receptances
+from femend.diagnose.receptances import on_lines
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
 from femend.dof import Dof
@@ -116,9 +116,7 @@ def _likeliest(problem: Problem, reduced: ReducedModel, null: Fit, rows: Sequenc
         W = reduced.rows(rows) @ Q
         left = np.zeros((2, len(rows)))
         for line in few.lines(reduced, DECAY * problem.scale()):
-            s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
-            g = receptances(omega, zeta, s)
-            out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
+            s, g, out = on_lines(line, reduced, omega, zeta, Q)
             for k in range(len(s)):
                 h = W @ (s[k] ** 2 * line.U[k, 0] * g[k][:, None] * out.T * line.weight[k])
                 made, size = np.real(h @ (line.Y[k] * line.weight[k]).conj()), (np.abs(h) ** 2).sum(axis=1)

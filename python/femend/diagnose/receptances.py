@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["receptances"]
+from femend.estimate import Lines
+from femend.model import ReducedModel
+
+__all__ = ["at_sensors", "on_lines", "receptances"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 
 def receptances(
@@ -19,3 +27,22 @@ def receptances(
     array([[0.25]])
     """
     return 1 / (omega**2 + s[:, None] ** 2 + 2 * (zeta * omega) * s[:, None])
+
+
+def on_lines(
+    line: Lines, reduced: ReducedModel, omega: FloatArray, zeta: FloatArray, Q: FloatArray
+) -> tuple[ComplexArray, ComplexArray, FloatArray]:
+    """A record's lines s (K,) in rad/s, the receptances (K, r) of the modes on them, and the modal rows (n_out, r) of
+    its responses.
+
+    `omega` (r,) in rad/s, `zeta` (r,) and `Q` (r, r) are those of the model's mass-normalised modes in its basis.
+    """
+    s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
+    return s, receptances(omega, zeta, s), reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
+
+
+def at_sensors(s: ComplexArray, g: ComplexArray, out: FloatArray, weight: FloatArray) -> Iterator[ComplexArray]:
+    """What modal forces of one do to the accelerations times `weight` (K, n_out): (r, n_out) on one line after the
+    other; `s`, `g` and `out` as `on_lines` gives them."""
+    for k in range(len(s)):
+        yield s[k] ** 2 * g[k][:, None] * out.T * weight[k]

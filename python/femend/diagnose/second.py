@@ -128,8 +128,7 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> list[Ran
     reduced = first.reduced
     for member in aside.members:
         reduced = with_own(member, reduced)
-    held = [int(g) for m in aside.members if m.spring for rows in m.g_rows for g in rows]
-    reduced, rows = aside.known.basis(reduced, first.problem.band[1], [*first.g_rows, *held])
+    reduced, rows = aside.known.basis(reduced, first.problem.band[1], first.g_rows)
     problem = first.problem.on([aside.known.on(r) for r in first.problem.records])
     split = aside.known.split(first.split)
     start = with_members(first, aside.p, sum(m.n_own for m in aside.members))

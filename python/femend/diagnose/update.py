@@ -26,7 +26,7 @@ class UpdatedModel:
 
 
 def update_model(
-    model: Model, records: Sequence[FitRecord], zeta: float, tell: Callable[[str], None] | None = None
+    model: Model, records: Sequence[FitRecord], zeta: float, tell: Callable[[str], None] = lambda step: None
 ) -> UpdatedModel:
     """Fits parameters, frequency factors and damping ratios (prior median `zeta`) of the model as it is.
 
@@ -37,7 +37,6 @@ def update_model(
     """
     if not records:
         raise RecordingError('no recording with role = "fit" and excitation = "measured"; name at least one')
-    tell = tell or _silent
     tell("reduce the model")
     band = used_band(list(records))
     g_rows = sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
@@ -51,7 +50,3 @@ def update_model(
     if null is None:
         raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")
     return UpdatedModel(problem, reduced, null, g_rows)
-
-
-def _silent(step: str) -> None:
-    """Tells nobody."""

@@ -21,6 +21,7 @@ from scipy.sparse import coo_array, csr_array
 from femend.model.model import Model
 from femend.model.places import topology
 from femend.model.reduction import ReducedModel, Term
+from femend.model.refined import QUADRATIC, SHELLS, is_linear
 
 __all__ = ["MODE_SD", "FormErrors", "form_errors"]
 
@@ -47,8 +48,6 @@ MESH_SD = 0.025
 # at their corners alone: bending about either axis, torsion and stretching each have a mesh error of their own (0.4 to
 # 1.5 % beside what grows with frequency, on generated cases without any other error)
 MODE_SD, SOLID_MODE_SD = 0.005, 0.012
-_SOLIDS = ("CHEXA", "CPENTA", "CTETRA", "CPYRAM")
-_LINEAR = {"CQUAD4": 4, "CTRIA3": 3, "CHEXA": 8, "CPENTA": 6, "CTETRA": 4, "CPYRAM": 5}
 # a combination is multiplied by exp(p), p with this standard deviation: close to linear over several of them
 SD = 0.02
 
@@ -127,7 +126,7 @@ class FormErrors:
 def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
     """The combinations of member and mass errors that change modes up to `f_max` (Hz) most."""
     units, mesh = _units(reduced.model), f_max if _linear(reduced.model) else 0.0
-    mode_sd = SOLID_MODE_SD if _linear(reduced.model, _SOLIDS) else MODE_SD
+    mode_sd = SOLID_MODE_SD if _linear(reduced.model, QUADRATIC) else MODE_SD
     if not units:
         return FormErrors((), np.zeros((0, 0)), mesh, mode_sd)
     omega, Q = _modes(reduced)
@@ -159,9 +158,9 @@ def _strongest(effects: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.asarray(U[:, order]), np.asarray(s[order])
 
 
-def _linear(model: Model, among: Collection[str] = tuple(_LINEAR)) -> bool:
+def _linear(model: Model, among: Collection[str] = (*SHELLS, *QUADRATIC)) -> bool:
     """Whether the model has shells or solids that interpolate linearly, of the cards `among`."""
-    return any(card in among and _LINEAR.get(card) == len(nodes) for _, card, nodes in model.fe.elements())
+    return any(card in among and is_linear(card, len(nodes)) for _, card, nodes in model.fe.elements())
 
 
 def _mesh_stiffness(reduced: ReducedModel, f_top: float) -> FloatArray:

@@ -14,7 +14,18 @@ from femend.dof import Dof
 from femend.errors import ModelError, SingularModelError
 from femend.model.model import Model
 
-__all__ = ["LARGE", "ReducedModel", "Term", "extend_model", "project_model", "reduce_model", "static_responses"]
+__all__ = [
+    "LARGE",
+    "ReducedModel",
+    "Term",
+    "core_modes",
+    "extend_model",
+    "joined",
+    "project_model",
+    "reduce_model",
+    "static_responses",
+    "static_shift",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -174,14 +185,19 @@ def _core_modes(K: Any, M: Any, f_max: float | None, n: int | None = None) -> tu
 
 
 def _basis(K: Any, M: Any, omega: FloatArray, phi: FloatArray, patterns: FloatArray) -> FloatArray:
-    # K + w M is regular for free structures too; well below the first elastic mode it is the static response.
+    return joined(phi, static_responses(K + static_shift(omega) * M, patterns), M)
+
+
+def static_shift(omega: FloatArray) -> float:
+    """The w at which (K + w M)⁻¹ answers as good as statically, regular for free structures too: well below the square
+    of the first elastic of the circular frequencies `omega` (n,)."""
     elastic = omega[omega > 1e-3 * omega.max()]
-    shift = (0.1 * elastic.min()) ** 2 if elastic.size else 1.0
-    return _joined(phi, static_responses(K + shift * M, patterns), M)
+    return float((0.1 * elastic.min()) ** 2) if elastic.size else 1.0
 
 
-def _joined(phi: FloatArray, static: FloatArray, M: Any) -> FloatArray:
-    """The M-orthonormal basis `phi` with what the columns of `static` add to it."""
+def joined(phi: FloatArray, static: FloatArray, M: Any, tolerance: float = RANK_TOLERANCE) -> FloatArray:
+    """The M-orthonormal basis `phi` with what the columns of `static` add to it; nothing where less than `tolerance` of
+    a column's own length lies outside."""
     # column by column, so that one stiff pattern does not hide a soft one; V is filled in place, since a copy of a
     # large basis for every column takes longer than the products
     V = np.empty((len(phi), phi.shape[1] + static.shape[1]), order="F")
@@ -189,11 +205,11 @@ def _joined(phi: FloatArray, static: FloatArray, M: Any) -> FloatArray:
     n = phi.shape[1]
     for column in static.T:
         vector = column.copy()
-        length = np.sqrt(vector @ (M @ vector))
+        length = np.sqrt(max(vector @ (M @ vector), 0.0))
         for _ in range(2):
             vector = vector - V[:, :n] @ (V[:, :n].T @ (M @ vector))
         left = np.sqrt(max(vector @ (M @ vector), 0.0))
-        if left > RANK_TOLERANCE * length and left > 0:
+        if left > tolerance * length and left > 0:
             V[:, n] = vector / left
             n += 1
     return V[:, :n]
@@ -220,10 +236,7 @@ def extend_model(reduced: ReducedModel, loads: FloatArray) -> ReducedModel:
     """
     model, r = reduced.model, reduced.r
     K, M = model.matrices()
-    omega = 2 * np.pi * reduced.freq
-    elastic = omega[omega > 1e-3 * omega.max()]
-    shift = (0.1 * elastic.min()) ** 2 if elastic.size else 1.0
-    V_a = _joined(reduced.V_a, static_responses(K + shift * M, loads), M)
+    V_a = joined(reduced.V_a, static_responses(K + static_shift(2 * np.pi * reduced.freq) * M, loads), M)
     new = np.ascontiguousarray(V_a[:, r:])
     if not new.shape[1]:
         return reduced

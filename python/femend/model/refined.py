@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from femend.errors import ModelError
 from femend.io.deck import next_id, read_deck
 from femend.model.model import Model, model_of
+from femend.model.places import held_rows
 
 __all__ = ["QUADRATIC", "SHELLS", "is_linear", "only_shells", "refined_model", "refined_size"]
 
@@ -39,7 +40,7 @@ QUADRATIC = {
 
 def is_linear(card: str, n_nodes: int) -> bool:
     """Whether an element is a shell or solid with nodes at its corners alone."""
-    corners = SHELLS[card] if card in SHELLS else QUADRATIC[card][0] if card in QUADRATIC else 0
+    corners = SHELLS[card] if card in SHELLS else QUADRATIC[card][0] if card in QUADRATIC else None
     return corners == n_nodes
 
 
@@ -99,7 +100,7 @@ class _Refined:
     def __post_init__(self) -> None:
         deck = self.model.deck
         self._node, self._element = deck.next_id("node"), next_id(deck, "element")
-        self._held = _held_rows(self.model)
+        self._held = held_rows(self.model).reshape(-1, 6)
         self._frames = self.model.fe.frames
         self._cd: dict[int, str] = {}
 
@@ -209,12 +210,6 @@ def _edges(card: str, nodes: Sequence[int]) -> Iterator[tuple[int, int]]:
     if card in SHELLS:
         return zip(nodes, [*nodes[1:], nodes[0]], strict=True)
     return ((nodes[i], nodes[j]) for i, j in QUADRATIC[card][1])
-
-
-def _held_rows(model: Model) -> NDArray[np.bool_]:
-    """Which components of every node (n, 6) are held: those that depend on no independent DOF."""
-    T = model.transformation().tocsr()
-    return np.asarray((np.diff(T.indptr) == 0).reshape(-1, 6))
 
 
 def _written(model: Model, refined: _Refined, folder: Path) -> Path:

@@ -14,6 +14,7 @@ from typing import Any
 
 from femend.errors import ConvergenceError, FemendError, StudyError
 from femend.io.atomic import write_atomic
+from femend.progress import Progress, SilentProgress
 from femend.selftest.case import make_case, places_of, write_case
 from femend.selftest.plan import Plan, read_plan
 from femend.selftest.report import as_dict, as_html
@@ -39,7 +40,13 @@ class Selftest:
 
 
 def run_selftest(
-    study_path: str | Path, out: str | Path, *, cases: int = 24, seed: int = 0, jobs: int = 1, progress: Any = None
+    study_path: str | Path,
+    out: str | Path,
+    *,
+    cases: int = 24,
+    seed: int = 0,
+    jobs: int = 1,
+    progress: Progress | None = None,
 ) -> Selftest:
     """Makes `cases` concealed cases on the model and sensor plan of a study, diagnoses each blind, and judges them.
 
@@ -58,8 +65,8 @@ def run_selftest(
     write_atomic(folder / "selftest-of.json", json.dumps({"study": str(study.file), "seed": seed}))
     outcomes, failed = _finished(folder, cases)
     todo = [i for i in range(cases) if i not in outcomes]
-    if progress is not None:
-        progress.start("diagnose concealed cases", len(todo))
+    progress = progress or SilentProgress()
+    progress.start("diagnose concealed cases", len(todo))
     interrupted = False
     try:
         for index, done in _work(plan, folder, seed, todo, jobs):
@@ -68,13 +75,11 @@ def run_selftest(
             else:
                 outcomes[index] = done
                 failed.pop(index, None)
-            if progress is not None:
-                progress.advance(1)
+            progress.advance(1)
             _report(_state(plan, seed, cases, outcomes, failed), folder)
     except KeyboardInterrupt:
         interrupted = True
-    if progress is not None:
-        progress.done()
+    progress.done()
     found = _state(plan, seed, cases, outcomes, failed, interrupted=interrupted)
     _report(found, folder)
     return found

@@ -16,6 +16,7 @@ from femend.estimate import FitRecord, fit_records, pair_test
 from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter, read_model
+from femend.progress import Progress, SilentProgress
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.content import report_content
@@ -44,13 +45,14 @@ class StudyRun:
 
 
 def diagnose(
-    study_path: str | Path, out: str | Path | None = None, progress: Any = None, seed: int = 0
+    study_path: str | Path, out: str | Path | None = None, progress: Progress | None = None, seed: int = 0
 ) -> StudyRun | StagedRun:
     """Runs a study from its file and, where `out` is given, writes everything the contract asks for to that folder.
 
     Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError, PairingError, ModelError).
     Nothing is written unless the whole run succeeds.
     """
+    progress = progress or SilentProgress()
     info = RunInfo(seed=seed, study=str(Path(study_path).name))
     steps = _Steps(info, progress)
     with steps.step("read the study"):
@@ -122,18 +124,18 @@ def _write_deck(run: StudyRun, folder: Path) -> None:
 class _Steps:
     """Times the steps and tells the progress."""
 
-    def __init__(self, info: RunInfo, progress: Any) -> None:
+    def __init__(self, info: RunInfo, progress: Progress) -> None:
         self._info, self._progress = info, progress
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        if self._progress is not None and name != "diagnose":
+        if name != "diagnose":
             self._progress.start(name)
         with self._info.step(name):
             yield
 
     @contextmanager
-    def parts(self, name: str) -> Iterator[Any]:
+    def parts(self, name: str) -> Iterator[Progress]:
         """Progress that also times what it is told to start, as parts of the step `name`."""
         told = _Parts(self._info, self._progress, name)
         try:
@@ -145,24 +147,21 @@ class _Steps:
 class _Parts:
     """Progress that passes on what it is told, and times each part until the next one starts."""
 
-    def __init__(self, info: RunInfo, progress: Any, whole: str) -> None:
+    def __init__(self, info: RunInfo, progress: Progress, whole: str) -> None:
         self._info, self._progress, self._whole = info, progress, whole
         self._open = ExitStack()
 
     def start(self, step: str, total: int | None = None) -> None:
         self.end()
         self._open.enter_context(self._info.step(f"{self._whole}: {step}"))
-        if self._progress is not None:
-            self._progress.start(step, total)
+        self._progress.start(step, total)
 
     def advance(self, n: int = 1) -> None:
-        if self._progress is not None:
-            self._progress.advance(n)
+        self._progress.advance(n)
 
     def done(self) -> None:
         self.end()
-        if self._progress is not None:
-            self._progress.done()
+        self._progress.done()
 
     def end(self) -> None:
         """Ends the part that runs."""

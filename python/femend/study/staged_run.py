@@ -20,6 +20,7 @@ from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter
 from femend.model.configured import free_model
+from femend.progress import Progress
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.predictions import Prediction, write_predictions
@@ -58,7 +59,7 @@ def is_staged(study: Study) -> bool:
     return any(r.excitation != "measured" for r in fit) or len({r.configuration for r in fit}) > 1
 
 
-def diagnose_staged(study: Study, steps: Any, info: RunInfo, progress: Any, out: Path | None) -> StagedRun:
+def diagnose_staged(study: Study, steps: Any, info: RunInfo, progress: Progress, out: Path | None) -> StagedRun:
     """Runs a study stage by stage and writes what the contract asks for; raises what the readers raise."""
     with steps.step("read the deck and the recordings"):
         parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
@@ -69,10 +70,10 @@ def diagnose_staged(study: Study, steps: Any, info: RunInfo, progress: Any, out:
         data = staged_data(test)
         setup = _setup(study, test, free, pairing, data)
     with steps.step("diagnose"):
-        tell = _Teller(progress)
-        final = run_stages(setup, data, naming=True, tell=tell)
-        plain = run_stages(setup, data, naming=False, iterations=PLAIN_STEPS, tell=tell) if final.named else final
-        tell.done()
+        plain = final = run_stages(setup, data, naming=True, tell=progress.start)
+        if final.named:
+            plain = run_stages(setup, data, naming=False, iterations=PLAIN_STEPS, tell=progress.start)
+        progress.done()
     with steps.step("predict"):
         predictions = predict_staged(setup, test, data, final, plain)
         result = staged_result(setup, data, final, plain, predictions, [w for r in test for w in r.warnings])
@@ -127,18 +128,3 @@ def _write_deck(run: StagedRun, folder: Path) -> None:
     (folder / "model.updated.bdf").write_bytes(main.read_bytes() if text is None else text)
     for path, content in patched.items():
         (folder / f"model.updated.{path.name}").write_bytes(content)
-
-
-class _Teller:
-    """Progress by stage."""
-
-    def __init__(self, progress: Any) -> None:
-        self._progress = progress
-
-    def __call__(self, text: str) -> None:
-        if self._progress is not None:
-            self._progress.start(text)
-
-    def done(self) -> None:
-        if self._progress is not None:
-            self._progress.done()

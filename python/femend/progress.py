@@ -1,0 +1,33 @@
+"""What a long job tells while it works."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+__all__ = ["Progress", "SilentProgress"]
+
+
+class Progress(Protocol):
+    """What a job tells while it works. Library code takes ``progress=None`` and then says nothing."""
+
+    def start(self, step: str, total: int | None = None) -> None:
+        """A new step begins, with `total` pieces of work if that is known. Ends the step before it."""
+
+    def advance(self, n: int = 1) -> None:
+        """`n` more pieces of the present step are done."""
+
+    def done(self) -> None:
+        """The last step has ended."""
+
+
+class SilentProgress:
+    """Says nothing; lets library code call without asking."""
+
+    def start(self, step: str, total: int | None = None) -> None:
+        """Nothing."""
+
+    def advance(self, n: int = 1) -> None:
+        """Nothing."""
+
+    def done(self) -> None:
+        """Nothing."""
