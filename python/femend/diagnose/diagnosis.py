@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.collapse import collapsed
+from femend.diagnose.directions import in_other_directions
 from femend.diagnose.dressed import own_span, own_values
 from femend.diagnose.free_form_rival import Rival, find_rival, refit_rival
 from femend.diagnose.levels import depends_on_level, relative_errors
@@ -137,6 +138,7 @@ def explain(
     explained = any(f.place.kind == "ground" and f.fit.score < settings.adequate and f.cost <= near for f in located)
     load = try_loads(problem, split, reduced, null, baseline, settings, turned=explained)
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
+    all_kinds = replace(settings, places=settings.kinds, nonlinear_places=settings.kinds)
     tell.start("name it", len(short))
     ranked, sigma = list[Ranked](), 0.0
     # a load that explains the recordings leaves nothing to name
@@ -146,13 +148,15 @@ def explain(
     if worth and not plainly:
         naming = partial(name_physics, split, reduced, g_rows=start.g_rows, settings=settings, updated=null.p)
         ranked, sigma = naming(short, null_score=null_score, tell=tell.advance, clamps=[*short, *located])
-        if sigma == 0 and _unclear(null_score, ranked, n_values, settings):
-            tried = {id(one.place) for one in short}
-            others = [one for one in shortlist(located) if id(one.place) not in tried]
-            further = with_look_alikes(problem, reduced, others, places, replace(settings, places=settings.kinds))
+        tried = [one.place for one in short]
+        for wider in (_untried, partial(in_other_directions, problem, reduced, places)):
+            if sigma > 0 or not _unclear(null_score, ranked, n_values, settings):
+                break
+            further = with_look_alikes(problem, reduced, wider(located, tried), places, all_kinds)
+            tried += [one.place for one in further]
             tell.start("name it", len(further))
             beaten = min([null_score, *(r.score for r in ranked)])
-            more, window = naming(further, null_score=beaten, tell=tell.advance, clamps=())
+            more, window = naming(further, settings=all_kinds, null_score=beaten, tell=tell.advance, clamps=())
             ranked = sorted([*ranked, *more], key=lambda r: r.score) if window == 0 else ranked
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)
@@ -170,6 +174,11 @@ def explain(
         return decided
     tell.start("look for more")
     return with_further(decided, plain, plainly_located, places, loud)
+
+
+def _untried(located: Sequence[Located], tried: Sequence[Place]) -> list[Located]:
+    """Places whose laws are worth fitting, without those tried already."""
+    return [one for one in shortlist(located) if not any(one.place is p for p in tried)]
 
 
 def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool:

@@ -216,7 +216,7 @@ def free_reference(split: Split, recovered: Recovered, sigma: float = 0.0) -> fl
 
 def _worth_trying(found: Located) -> list[Place]:
     """Look-alikes of a place at which laws are tried too: those to the ground, first where the model has a joint."""
-    if found.place.kind not in ("ground", "pair"):
+    if found.place.n_w != 1:
         return []
     ground = [p for p in found.alike[:MOST_ALIKE] if p.kind == "ground"]
     return sorted(ground, key=lambda p: p.unlikely)[:ALIKE_TRIED]

@@ -1,6 +1,4 @@
-"""Clamped bars of bricks: linear hexahedra in the deck, 20-node serendipity bricks on a mesh as fine or finer as
-truth.
-"""
+"""Clamped bars of bricks: linear hexahedra in the deck, 20-node serendipity bricks on a finer mesh as truth."""
 
 from __future__ import annotations
 
@@ -118,16 +116,19 @@ def brick(hx: float, hy: float, hz: float, E: float, rho: float) -> tuple[np.nda
     return K, M
 
 
+# bricks of the truth to one of the deck's along X, Y and Z: a mesh that mid-edge nodes in the deck's do not give
+FINER = np.array([2, 1, 2])
+
+
 def assemble(s: Solid, real, get) -> tuple[sp.coo_matrix, sp.coo_matrix]:
-    """K and M: every deck element becomes one or two bricks along X; `get(place, component)` numbers equations."""
-    n = 1 + real.n_sub % 2
-    cells = np.array([s.cells[0] * n, s.cells[1], s.cells[2]])
+    """K and M: every deck element becomes `FINER` bricks; `get(place, component)` numbers equations."""
+    cells = np.array(s.cells) * FINER
     h = np.array(s.sides) / cells
     rows, cols, kv, mv = [], [], [], []
 
     def place(p: np.ndarray) -> object:  # p counts half cells
-        if (p % [2 * n, 2, 2] == 0).all():
-            return s.node(p[0] // (2 * n), p[1] // 2, p[2] // 2)
+        if (p % (2 * FINER) == 0).all():
+            return s.node(*(p // (2 * FINER)))
         return ("fine", *p)
 
     for i, j, k in product(*(range(c) for c in cells)):

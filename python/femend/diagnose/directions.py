@@ -1,0 +1,51 @@
+"""Places in directions in which none was tried: many places in one direction may leave the same little, and drive out
+all others before any law was fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from femend.diagnose.locate import LINES, SEVERAL_WORTH, Located, hypothesis_of, order, refitted, squares_of
+from femend.estimate import Problem
+from femend.model import Place, ReducedModel
+
+__all__ = ["in_other_directions"]
+
+# places of a direction that are fitted, those first where the model suggests something, and how many of them go on
+MOST, KEPT = 40, 5
+# steps that each is fitted with
+STEPS = 10
+
+
+def in_other_directions(
+    problem: Problem, reduced: ReducedModel, places: Sequence[Place], located: Sequence[Located], tried: Sequence[Place]
+) -> list[Located]:
+    """The best places of each direction in which none of those `tried` has one force, in rising order of cost.
+
+    Each is fitted from the unknowns of the best place `located` and from the deck's own; a direction is left out where
+    a force along it leaves clearly more than elsewhere.
+    """
+    had = {p.direction for p in tried if p.n_w == 1 and p.kind != "base"}
+    # to the ground and between two points each by themselves: the motions that a law sees there differ
+    groups: dict[tuple[str, bool], list[Place]] = {}
+    for place in sorted(places, key=lambda p: p.unlikely):
+        if place.n_w == 1 and place.kind != "base" and place.direction not in had:
+            groups.setdefault((place.direction, place.kind == "ground"), []).append(place)
+    best = next((f for f in located if f.place.n_w == 1), None)
+    if best is None:
+        return []
+    few = problem.sparing(LINES)
+    deck = problem.prior(reduced)[0]
+    found: list[Located] = []
+    for group in groups.values():
+        own: dict[int, Located] = {}
+        hypotheses = [hypothesis_of(p, reduced) for p in group[:MOST]]
+        for p in (best.fit.p, deck):
+            starts = [(few.tuned_like(p, h.reduced), np.zeros(0)) for h in hypotheses]
+            for i, fit in enumerate(few.fit(hypotheses, starts, iterations=STEPS)):
+                if fit is not None and (i not in own or fit.cost < own[i].fit.cost):
+                    own[i] = Located(group[i], fit, squares_of(few, fit, 0.0))
+        found += sorted(own.values(), key=order)[:KEPT]
+    return [one for one in refitted(problem, found) if one.cost < SEVERAL_WORTH * best.cost]
