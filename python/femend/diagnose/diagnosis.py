@@ -138,7 +138,7 @@ def explain(
     explained = any(f.place.kind == "ground" and f.fit.score < settings.adequate and f.cost <= near for f in located)
     load = try_loads(problem, split, reduced, null, baseline, settings, turned=explained)
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
-    all_kinds = replace(settings, places=settings.kinds, nonlinear_places=settings.kinds)
+    all_kinds = replace(settings, places=settings.kinds)
     tell.start("name it", len(short))
     ranked, sigma = list[Ranked](), 0.0
     # a load that explains the recordings leaves nothing to name
@@ -149,14 +149,22 @@ def explain(
         naming = partial(name_physics, split, reduced, g_rows=start.g_rows, settings=settings, updated=null.p)
         ranked, sigma = naming(short, null_score=null_score, tell=tell.advance, clamps=[*short, *located])
         tried = [one.place for one in short]
-        for wider in (_untried, partial(in_other_directions, problem, reduced, places)):
+        # of a direction that never came to the fore, nonlinear laws are tried at all kinds of places
+        passes = (
+            (_untried, all_kinds),
+            (
+                partial(in_other_directions, problem, reduced, places),
+                replace(all_kinds, nonlinear_places=settings.kinds),
+            ),
+        )
+        for wider, reach in passes:
             if sigma > 0 or not _unclear(null_score, ranked, n_values, settings):
                 break
-            further = with_look_alikes(problem, reduced, wider(located, tried), places, all_kinds)
+            further = with_look_alikes(problem, reduced, wider(located, tried), places, reach)
             tried += [one.place for one in further]
             tell.start("name it", len(further))
             beaten = min([null_score, *(r.score for r in ranked)])
-            more, window = naming(further, settings=all_kinds, null_score=beaten, tell=tell.advance, clamps=())
+            more, window = naming(further, settings=reach, null_score=beaten, tell=tell.advance, clamps=())
             ranked = sorted([*ranked, *more], key=lambda r: r.score) if window == 0 else ranked
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)

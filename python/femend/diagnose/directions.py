@@ -13,7 +13,7 @@ from femend.model import Place, ReducedModel
 
 __all__ = ["in_other_directions"]
 
-# places of a direction that are fitted, those first where the model suggests something, and how many of them go on
+# places of a direction that are fitted, joints first, and how many of them go on
 MOST, KEPT = 40, 5
 # steps that each is fitted with
 STEPS = 10
@@ -47,5 +47,6 @@ def in_other_directions(
             for i, fit in enumerate(few.fit(hypotheses, starts, iterations=STEPS)):
                 if fit is not None and (i not in own or fit.cost < own[i].fit.cost):
                     own[i] = Located(group[i], fit, squares_of(few, fit, 0.0))
-        found += sorted(own.values(), key=order)[:KEPT]
+        # joints first: nodes between them move alike, so that the best ones would all be near each other
+        found += sorted(own.values(), key=lambda one: (one.place.unlikely, order(one)))[:KEPT]
     return [one for one in refitted(problem, found) if one.cost < SEVERAL_WORTH * best.cost]

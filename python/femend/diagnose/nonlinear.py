@@ -19,9 +19,12 @@ __all__ = ["fit_nonlinear", "judge_nonlinear", "refit_nonlinear", "simulate_cand
 FloatArray = NDArray[np.float64]
 
 # steps of every start, starts that are followed, their further steps, and steps with all unknowns
-FEW, FOLLOWED, FIRST, JOINT = 6, 6, 5, 10
+FEW, FOLLOWED, FIRST, JOINT = 6, 7, 5, 10
 # decays of the windows, in units of `Problem.scale`, before the whole records
 WINDOWS = (10.0, 3.0, 1.0)
+# starts whose cost is within this of the least are told apart by how well their law fits the recovered force: what acts
+# at large motion alone may not show in the beginning of a record
+TIED = 10.0
 # a start is followed as long as it leaves at most so many times what the best one leaves, or all before it are lost
 BEHIND = 2.0
 # a law whose misfit grows by more than this when the window is widened has motion that cannot be followed any longer
@@ -81,11 +84,16 @@ def fit_nonlinear(
 
 
 def _best_of_each(runs: Sequence[_Run]) -> list[_Run]:
-    """The best start of every law and number of sides, in rising order of cost; near copies take no other's place."""
+    """The best start of every law and number of sides, in rising order of cost, of those that cost as little in that of
+    what the regression left; near copies take no other's place."""
     best: dict[tuple[str, float], _Run] = {}
     for run in sorted(runs, key=lambda r: r.reached.cost):
         best.setdefault((run.name, run.start.values.get("sides", 0.0)), run)
-    return list(best.values())
+    least = min((run.reached.cost for run in best.values()), default=0.0)
+    tied = [run for run in best.values() if run.reached.cost <= least + TIED]
+    # friction that sticks was found without a regression
+    tied.sort(key=lambda run: -np.inf if np.isnan(run.start.left) else run.start.left)
+    return [*tied, *(run for run in best.values() if run.reached.cost > least + TIED)]
 
 
 def _further(one: Candidate, other: Candidate) -> bool:
