@@ -166,6 +166,10 @@ def explain(
             beaten = min([null_score, *(r.score for r in ranked)])
             more, window = naming(further, settings=reach, null_score=beaten, tell=tell.advance, clamps=())
             ranked = sorted([*ranked, *more], key=lambda r: r.score) if window == 0 else ranked
+        if load is None and explained and sigma == 0 and _unclear(null_score, ranked, n_values, settings):
+            # no law is behind the force that explains so much: it may stand in for a load that acts elsewhere after all
+            tell.start("try loads")
+            load = try_loads(problem, split, reduced, null, baseline, settings)
         if sigma > 0:
             baseline = null_candidate(split, null, sigma=sigma)
             n_values = effective_values(split.choosing, reduced, sigma)

@@ -141,7 +141,7 @@ def recover(
         shown = np.einsum("ksw,ks->kw", weighted.conj(), left)
         F = F_eq + _wiener(gram, shown, spread)
         if sharp:
-            F = F_eq + _wiener(gram, shown, np.where(np.abs(F) ** 2 > STANDS_OUT * spread, np.abs(F) ** 2, spread))
+            F = F_eq + _wiener(gram, shown, _standing_out(gram, shown, spread))
         weight = np.real(np.einsum("kww->kw", gram))
         c = np.einsum("kr,vr,wr->kvw", g, w, w, optimize=True)
         D = D - F_eq * joint.compliance + np.einsum("kvw,kw->kv", c, F - F_eq)
@@ -157,6 +157,17 @@ def _wiener(gram: ComplexArray, shown: ComplexArray, spread: FloatArray) -> Comp
     (K, n_w)."""
     ridge = gram + np.eye(gram.shape[1])[None] / spread[:, None, :]
     return np.asarray(np.linalg.solve(ridge, shown[:, :, None])[:, :, 0])
+
+
+def _standing_out(gram: ComplexArray, shown: ComplexArray, spread: FloatArray) -> FloatArray:
+    """The prior power `spread` (K, n_w), raised to that of a bare least-squares force on lines where this explains far
+    more than noise and a force of the prior's power would."""
+    tiny = 1e-9 * np.maximum(np.real(np.einsum("kww->k", gram)), 1e-300) / gram.shape[1]
+    bare = np.linalg.solve(gram + tiny[:, None, None] * np.eye(gram.shape[1])[None], shown[:, :, None])[:, :, 0]
+    explained = np.real(np.einsum("kw,kw->k", shown.conj(), bare))
+    expected = gram.shape[1] + np.real(np.einsum("kww,kw->k", gram, spread))
+    far = explained > STANDS_OUT * expected
+    return np.where(far[:, None], np.maximum(np.abs(bare) ** 2, spread), spread)
 
 
 def _nearest_element(

@@ -40,6 +40,8 @@ DIFFERENT, SAME = 0.5, 0.9
 ALIKE = 1.5
 # a repeating harmonic force is continued to so many times the longest record
 LONGER = 8
+# places that fit as well at which a harmonic force is tried
+PLACES = 3
 
 
 def find_unmeasured(
@@ -52,13 +54,13 @@ def find_unmeasured(
 ) -> LoadFinding | None:
     """A force or base motion that was not recorded, where the best place with one force shows one; None otherwise.
     `updated` are the unknowns of the updated model."""
-    found = _shown(split, reduced, located, g_rows, settings)
-    if found is None:
+    shown = _shown(split, reduced, located, g_rows, settings)
+    if not shown:
         return None
-    (best, recovered), problem = found, split.whole
+    (best, recovered), problem = shown[0], split.whole
     base = best.place.kind == "base"
     if not base:
-        sine = _sine(split, reduced, best, recovered, (best.fit.p, updated), settings)
+        sine = _best_sine(split, reduced, shown, updated, settings)
         if sine is not None:
             return sine
     if not _from_outside(problem, recovered):
@@ -93,11 +95,10 @@ def find_harmonic(
 ) -> LoadFinding | None:
     """A harmonic force that wins on unseen data against the model `without` it (score `null_score`) as a law has to,
     for what stands too little above the noise to be taken for missing whatever it is; None otherwise."""
-    shown = _shown(split, reduced, located, g_rows, settings) if levels_differ(split.whole.records) else None
-    if shown is None or shown[0].place.kind == "base":
+    shown = _shown(split, reduced, located, g_rows, settings) if levels_differ(split.whole.records) else []
+    if not shown or shown[0][0].place.kind == "base":
         return None
-    best, recovered = shown
-    found = _sine(split, reduced, best, recovered, (best.fit.p, without.p), settings)
+    found = _best_sine(split, reduced, shown, without.p, settings)
     if found is None:
         return None
     less = float(np.log(without.chosen / max(found.candidate.chosen, 1e-12)))
@@ -107,14 +108,14 @@ def find_harmonic(
 
 def _shown(
     split: Split, reduced: ReducedModel, located: Sequence[Located], g_rows: list[int], settings: Settings
-) -> tuple[Located, Recovered] | None:
-    """The best place where a force from outside explains the recordings, and what it did there; None without one, and
-    with one sensor, where a free force explains anything."""
+) -> list[tuple[Located, Recovered]]:
+    """The best places where a force from outside explains the recordings, and what it did there; none with one sensor,
+    where a free force explains anything."""
     best = _outside(located, settings.margin)
-    if best is None or min(r.y.shape[0] for r in split.whole.records) < 2 or best.fit.score > settings.adequate:
-        return None
-    recovered = _recovered(split, reduced, best, g_rows)
-    return None if recovered is None else (best, recovered)
+    if not best or min(r.y.shape[0] for r in split.whole.records) < 2 or best[0].fit.score > settings.adequate:
+        return []
+    recovered = [(one, _recovered(split, reduced, one, g_rows)) for one in best]
+    return [(one, r) for one, r in recovered if r is not None]
 
 
 def plainly_unmeasured(
@@ -124,7 +125,7 @@ def plainly_unmeasured(
 
     No law does that, so that none needs to be tried.
     """
-    best, problem = _outside(located, settings.margin), split.whole
+    best, problem = next(iter(_outside(located, settings.margin)), None), split.whole
     if best is None or min(r.y.shape[0] for r in problem.records) < 2:
         return False
     n = min(r.n for r in problem.records)
@@ -152,11 +153,28 @@ def _recovered(split: Split, reduced: ReducedModel, best: Located, g_rows: list[
     return kept[1]
 
 
-def _outside(located: Sequence[Located], margin: float) -> Located | None:
-    """The best place where a force from outside can act, if no place inside the structure fits better by `margin`."""
+def _outside(located: Sequence[Located], margin: float) -> list[Located]:
+    """The best places where a force from outside can act, if no place inside the structure fits better by `margin`."""
     single = [f for f in located if f.place.n_w == 1]
     fit = [f for f in single if f.cost - min(s.cost for s in single) < margin]
-    return next((f for f in fit if f.place.kind in ("ground", "base")), None)
+    return [f for f in fit if f.place.kind in ("ground", "base")][:PLACES]
+
+
+def _best_sine(
+    split: Split,
+    reduced: ReducedModel,
+    shown: Sequence[tuple[Located, Recovered]],
+    updated: FloatArray,
+    settings: Settings,
+) -> LoadFinding | None:
+    """The harmonic force that explains most, of those at places where a free force explains as much: a free force
+    may be anything, and so makes up for being at the wrong place, which a harmonic one cannot."""
+    found = [
+        _sine(split, reduced, one, recovered, (one.fit.p, updated), settings)
+        for one, recovered in shown
+        if one.place.kind != "base"
+    ]
+    return min((sine for sine in found if sine is not None), key=lambda sine: sine.score, default=None)
 
 
 def _sine(
