@@ -138,6 +138,18 @@ def test_the_same_letter_is_another_parameter_in_another_law() -> None:
     assert words.parameter_text("sides", {"value": 1}) == ("sides", "one")
 
 
+def test_a_model_that_leaves_more_than_noise_is_not_said_to_explain_the_recordings() -> None:
+    row = {"recording": "low", "role": "fit", "noise_floor": 0.02, "nominal": 1.2, "parameters": 0.06, "final": 0.06}
+    result = {"verdict": "parameters-only", "findings": [], "fit": [row], "parameters": {"E": {"factor": 0.9}}}
+    assert words.headline(result) == (
+        "Nothing at one place is missing as far as these recordings tell, but the model once updated (E −10.0 %) "
+        "leaves an error of 0.060 on the fitted recordings where noise is 0.020: its mesh or idealisation is off, or "
+        "more than one thing is missing."
+    )
+    little = {**result, "fit": [{**row, "parameters": 0.025, "final": 0.025}]}
+    assert words.headline(little).startswith("Nothing is missing: the model explains the recordings once updated")
+
+
 def test_headline_takes_the_fit_error_where_nothing_was_held_out() -> None:
     result = {
         "verdict": "parameters-only",

@@ -20,7 +20,7 @@ from femend.diagnose.locate import Located
 from femend.diagnose.name import effective_values, score
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
-from femend.estimate import Problem
+from femend.estimate import Fit, Problem
 from femend.model import Place, ReducedModel
 
 __all__ = ["find_harmonic", "find_unmeasured", "plainly_unmeasured"]
@@ -40,6 +40,8 @@ DIFFERENT, SAME = 0.5, 0.9
 ALIKE = 1.5
 # a repeating harmonic force is continued to so many times the longest record
 LONGER = 8
+# share of what is beyond the noise that a harmonic force takes away where more than noise is left
+NEARLY_ALL = 0.9
 # places that fit as well at which a harmonic force is tried
 PLACES = 3
 
@@ -199,7 +201,8 @@ def _sine(
         return None
     choosing = whole.on(split.choosing, reduced, float(size.mean()))
     (seen,) = choosing.fit([whole.fit.hypothesis], [(whole.fit.p, whole.fit.x)], iterations=0)
-    if seen is None or seen.score > settings.adequate:
+    (without,) = split.choosing.fit([whole.fit.hypothesis], [(starts[-1], whole.fit.x)], iterations=0)
+    if seen is None or (seen.score > settings.adequate and not _nearly_all(without, seen)):
         return None
     prior = split.whole.prior_cost(reduced, whole.fit.p)
     candidate = Candidate(None, "", None, {}, whole.fit.p, whole.fit.x, 3, prior, whole.fit.score, seen.score)
@@ -222,6 +225,12 @@ def _sine(
             for r, a in zip(split.whole.records, whole.amplitudes, strict=True)
         },
     )
+
+
+def _nearly_all(without: Fit | None, seen: Fit) -> bool:
+    """Whether a harmonic force takes away nearly all that is beyond the noise: one far above it shows whatever else is a
+    little wrong with the model."""
+    return without is not None and (without.score - seen.score) > NEARLY_ALL * (without.score - 1.0)
 
 
 def _from_outside(problem: Problem, recovered: Recovered) -> bool:

@@ -159,6 +159,10 @@ def certainty(probability: float | None) -> str:
     return f"{probability * 100:.0f} % among the hypotheses tried{word}"
 
 
+# error of an updated model, in units of the noise, beyond which it cannot be said to explain the recordings
+BEYOND_NOISE = 1.5
+
+
 @dataclass(frozen=True)
 class ErrorGain:
     """Mean NRMSE over the recordings that speak (`which`) before and after, what changed between, and their noise."""
@@ -213,6 +217,13 @@ def headline(result: Result) -> str:
     if verdict == "parameters-only":
         moved = _moved(result)
         updated = f" once updated ({moved})" if moved else " once its parameters are updated"
+        gain = error_gain(result, "nominal", "parameters")
+        if gain is not None and gain.noise is not None and gain.after > BEYOND_NOISE * gain.noise:
+            return (
+                f"Nothing at one place is missing as far as these recordings tell, but the model{updated} leaves an "
+                f"error of {ratio(gain.after)} on {gain.which} where noise is {ratio(gain.noise)}: its mesh or "
+                "idealisation is off, or more than one thing is missing."
+            )
         return (
             f"Nothing is missing: the model explains the recordings{updated}{_gain(result, 'nominal', 'parameters')}."
         )
