@@ -228,8 +228,8 @@ def _sine(
 
 
 def _nearly_all(without: Fit | None, seen: Fit) -> bool:
-    """Whether a harmonic force takes away nearly all that is beyond the noise: one far above it shows whatever else is a
-    little wrong with the model."""
+    """Whether a harmonic force takes away nearly all that is beyond the noise: one far above it shows whatever else is
+    a little wrong with the model."""
     return without is not None and (without.score - seen.score) > NEARLY_ALL * (without.score - 1.0)
 
 
