@@ -24,7 +24,7 @@ from femend.diagnose.locate import Located
 from femend.diagnose.locate import locate as locate_places
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.errors import ModelError, RecordingError
-from femend.estimate import Fit, FitRecord, Problem, fit_records, pair_test
+from femend.estimate import Fit, FitRecord, Hypothesis, Problem, fit_records, pair_test
 from femend.io.atomic import write_atomic
 from femend.model import Model, Pairing, Parameter, Place, ReducedModel, find_places
 from femend.model import read_model as read_deck
@@ -88,14 +88,15 @@ class Updated:
         return self.found.null
 
     @property
-    def nominal(self) -> FloatArray:
-        """The unknowns of the deck as it is."""
-        return self.problem.prior(self.reduced)[0]
+    def nominal(self) -> tuple[Hypothesis, FloatArray]:
+        """The deck as it is, and its unknowns."""
+        return self.found.nominal
 
     @cached_property
     def misfit(self) -> tuple[float, float]:
         """Mean weighted square left by the deck as it is and by the updated model; noise alone leaves about 1."""
-        (before,) = self.problem.fit([self.fit.hypothesis], [(self.nominal, np.zeros(0))], iterations=0)
+        hypothesis, p = self.nominal
+        (before,) = self.problem.fit([hypothesis], [(p, np.zeros(0))], iterations=0)
         return (float("inf") if before is None else before.score), self.fit.score
 
     @property
@@ -252,7 +253,7 @@ def locate(start: Updated, settings: Settings | None = None) -> Places:
 
     All unknowns of the updated model `start` stay free meanwhile; `settings` holds the thresholds.
     """
-    every = find_places(start.model)
+    every = find_places(start.reduced.model)
     found = locate_places(start.problem, start.reduced, every, start.fit)
     return Places(tuple(found), settings or Settings(), tuple(every))
 

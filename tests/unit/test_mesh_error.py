@@ -1,15 +1,17 @@
-"""The error of a deck's mesh, mode by mode."""
+"""The error of a deck's mesh mode by mode, and what a diagnosis makes of it."""
 
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from femend.errors import FemendError
-from femend.model import Model, mesh_error, read_model
+from femend.model import Model, affordable_refinement, form_errors, mesh_error, read_model, reduce_model
+from femend.model.form_errors import HALVED, MESH_SD, REFINED_MODE_SD, REFINED_SHARE, SOLID_MODE_SD, SUPPORT_SD
 
 sys.path.insert(0, str(Path(__file__).parent))
 from test_refined import bricks, frequencies, shells
@@ -50,9 +52,55 @@ def test_a_mode_without_its_like_has_no_error(model: Model, monkeypatch: pytest.
     assert np.isnan(found.error).all()
     assert np.isnan(found.converged).all()
     assert str(found).splitlines()[1].split()[2:5] == ["-", "-", "-"]
+    assert affordable_refinement(model, F_MAX) is None
 
 
-def test_a_deck_whose_files_are_gone_is_an_error(model: Model, tmp_path: Path) -> None:
+def test_priors_of_modes_follow_from_their_error(model: Model) -> None:
+    finer = affordable_refinement(model, F_MAX)
+    assert finer is not None
+    assert finer.mesh_error is not None
+    error = finer.mesh_error
+    reduced = reduce_model(finer, F_MAX, [6 * model.index(7) + 2])
+    n = int((reduced.freq < F_MAX).sum())
+    sds = form_errors(reduced, F_MAX).mode_sds(n)
+    order = np.argsort(error.refined)
+    np.testing.assert_allclose(sds, np.hypot(REFINED_SHARE * error.error[order][:n], REFINED_MODE_SD), rtol=1e-6)
+    # modes that were not paired, and those of a deck that was not refined, keep the wide prior of bricks
+    lost = np.where(np.arange(len(error.freq)) == 1, np.nan, error.refined)
+    part = replace(error, refined=lost, converged=lost)
+    other = form_errors(replace(reduced, model=replace(finer, mesh_error=part)), F_MAX).mode_sds(n)
+    at = int(np.flatnonzero(order == 1)[0])
+    assert other[at] == SOLID_MODE_SD
+    np.testing.assert_allclose(np.delete(other, at), np.delete(sds, at))
+    plain = reduce_model(model, F_MAX, [6 * model.index(7) + 2])
+    assert np.all(form_errors(plain, F_MAX).mode_sds(n) == SOLID_MODE_SD)
+
+
+def test_little_of_the_growing_error_is_left_in_refined_shells(tmp_path: Path) -> None:
+    model = read_model(shells(tmp_path / "m.bdf"))
+    finer = affordable_refinement(model, 200.0)
+    assert finer is not None
+    sds = [form_errors(reduce_model(m, 200.0, [8]), 200.0).mesh_sd for m in (model, finer)]
+    assert sds == [MESH_SD, HALVED * MESH_SD]
+
+
+def test_elements_at_a_clamp_may_be_off_by_more(model: Model) -> None:
+    """The bricks that the clamped face belongs to are one unit; those of a deck without a clamp are none."""
+    units = form_errors(reduce_model(model, F_MAX, [6 * model.index(7) + 2]), F_MAX).units
+    (clamp,) = (u for u in units if u.sd == SUPPORT_SD)
+    held = {n for n, x in zip(model.node_ids.tolist(), model.xyz[:, 0], strict=True) if x == 0.0}
+    assert set(clamp.elements) == {eid for eid, _, nodes in model.fe.elements() if held & set(nodes)}
+    assert abs(clamp.mass).max() == 0
+    free = model.unsupported
+    assert all(u.sd != SUPPORT_SD for u in form_errors(reduce_model(free, F_MAX, [8]), F_MAX).units)
+
+
+def test_what_cannot_be_refined_stays_as_it_is(model: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert affordable_refinement(model, F_MAX) is not None
+    with monkeypatch.context() as patch:
+        patch.setattr(MODULE, "MOST_NODES", 100)
+        assert affordable_refinement(model, F_MAX) is None
     (tmp_path / "m.bdf").unlink()
+    assert affordable_refinement(model, F_MAX) is None
     with pytest.raises((FemendError, OSError)):
         mesh_error(model, F_MAX)

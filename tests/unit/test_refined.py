@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femend.errors import ModelError
-from femend.model import Model, Parameter, read_model
+from femend.model import Model, Parameter, find_places, read_model
 from femend.model.refined import refined_model, refined_size
 
 NX, NY, NZ = 6, 2, 1
@@ -83,6 +83,8 @@ def test_bricks_keep_supports_masses_and_rigid_elements(tmp_path: Path) -> None:
     np.testing.assert_array_equal(finer.node_ids[:n], model.node_ids)
     np.testing.assert_allclose(finer.xyz[:n], model.xyz)
     assert finer.fe.total_mass() == pytest.approx(model.fe.total_mass(), rel=1e-9)
+    assert finer.refines is model
+    assert finer.as_drawn is model
     # the clamped and the rigid face move as before: no independent DOFs on either, nor on the middles of their edges
     moving = set(finer.fe.dof_nodes.tolist())
     x = finer.xyz[:, 0]
@@ -167,3 +169,11 @@ def test_beams_alone_have_nothing_to_refine(tmp_path: Path) -> None:
     assert refined_size(model) == 0
     with pytest.raises(ModelError, match="nothing can be refined"):
         refined_model(model)
+
+
+def test_places_are_those_of_the_deck(tmp_path: Path) -> None:
+    model = read_model(bricks(tmp_path / "m.bdf"))
+    found, finer = find_places(model), find_places(refined_model(model))
+    assert [(p.kind, p.nodes, p.direction, p.label) for p in finer] == [
+        (p.kind, p.nodes, p.direction, p.label) for p in found
+    ]

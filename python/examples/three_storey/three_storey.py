@@ -54,7 +54,7 @@ def updated_frequencies(finished: StudyRun) -> tuple[NDArray[np.float64], NDArra
     (1 ± 0.5 % a mode a priori) that stand for what no parameter describes."""
     null, reduced = finished.diagnosis.null, finished.diagnosis.reduced
     own = null.p.copy()
-    own[len(reduced.names) :] = finished.diagnosis.nominal[len(reduced.names) :]
+    own[len(reduced.names) :] = finished.diagnosis.nominal[1][len(reduced.names) :]
     system = finished.diagnosis.problem.system(reduced)
     return np.sort(system.modal(own)[0])[:3] / (2 * np.pi), np.sort(system.modal(null.p)[0])[:3] / (2 * np.pi)
 

@@ -34,7 +34,7 @@ from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split, split_records
 from femend.diagnose.unmeasured import find_harmonic, find_unmeasured, plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
-from femend.estimate import Fit, FitRecord, Problem
+from femend.estimate import Fit, FitRecord, Hypothesis, Problem
 from femend.model import Model, Place, ReducedModel, find_places
 from femend.progress import Progress, SilentProgress
 
@@ -62,7 +62,7 @@ class Diagnosis:
     problem: Problem
     split: Split
     reduced: ReducedModel
-    nominal: FloatArray
+    nominal: tuple[Hypothesis, FloatArray]
     null: Fit
     null_chosen: Candidate
     null_score: float
@@ -101,12 +101,12 @@ def diagnose_records(
     tell = progress or SilentProgress()
     start = update_model(model, records, zeta, tell.start)
     tell.start("list the places")
-    places = find_places(model)
+    places = find_places(start.reduced.model)
     tell.start("locate what is missing", len(places))
     located = locate(start.problem, start.reduced, places, start.null)
     quieter = quieter_records(start.problem, located)
     if quieter is not None:
-        start = update_model(model, quieter, zeta)
+        start = update_model(start.reduced.model, quieter, zeta)
         located = locate(start.problem, start.reduced, places, start.null)
     out = explain(start, located, places, settings, tell)
     tell.done()
@@ -177,7 +177,7 @@ def explain(
     ranked = [replace(r, name=collapsed(r.candidate, r.recovered, settings).name) for r in ranked]
     tell.start("fit the final model")
     undecided = Diagnosis(
-        "", problem, split, reduced, problem.prior(reduced)[0], null, baseline, null_score, located, ranked,
+        "", problem, split, reduced, start.nominal, null, baseline, null_score, located, ranked,
         tempered(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
         n_values, sigma,
     )  # fmt: skip
@@ -412,6 +412,6 @@ def _worst_parameter(found: Diagnosis) -> float:
 
 
 def _needed_update(found: Diagnosis) -> bool:
-    hypothesis = found.null.hypothesis
-    (nominal,) = found.problem.fit([hypothesis], [(found.nominal, np.zeros(0))], iterations=0)
+    hypothesis, p = found.nominal
+    (nominal,) = found.problem.fit([hypothesis], [(p, np.zeros(0))], iterations=0)
     return nominal is None or nominal.score > max(found.settings.consistent, 1.1 * found.null.score)

@@ -75,7 +75,7 @@ def try_loads(
     model = reduced.model
     own = {(int(r.in_rows[0]), float(r.in_signs[0])) for r in problem.records}
     moving = np.linalg.norm(reduced.V, axis=1) > 0
-    rows = [6 * i + c for i in range(len(model.node_ids)) for c in range(3) if moving[6 * i + c]]
+    rows = [6 * i + c for i in range(len(model.as_drawn.node_ids)) for c in range(3) if moving[6 * i + c]]
     rows = [row for row in rows if not turned or row in {at for at, _ in own}]
     few = problem.sparing(LINES).untuned()
     pairs = list(product(rows, (1.0, -1.0)))

@@ -88,8 +88,9 @@ def _translations(reduced: ReducedModel, problem: Problem) -> tuple[NDArray[np.i
     """Nodes and g-set rows of all translations that can move and have no sensor."""
     model = reduced.model
     taken = {int(r) for record in problem.records for r in record.out_rows}
-    nodes = np.repeat(np.asarray(model.node_ids, dtype=np.int64), 3)
-    rows = np.array([6 * i + c for i in range(len(model.node_ids)) for c in range(3)], dtype=np.int64)
+    own = np.asarray(model.as_drawn.node_ids, dtype=np.int64)
+    nodes = np.repeat(own, 3)
+    rows = np.array([6 * i + c for i in range(len(own)) for c in range(3)], dtype=np.int64)
     size = np.abs(reduced.V[rows]).max(axis=1)
     free = (size > 1e-9 * size.max(initial=1e-300)) & ~np.isin(rows, list(taken))
     return nodes[free], rows[free]

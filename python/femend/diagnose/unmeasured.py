@@ -169,14 +169,16 @@ def _best_sine(
     updated: FloatArray,
     settings: Settings,
 ) -> LoadFinding | None:
-    """The harmonic force that explains most, of those at places where a free force explains as much: a free force
-    may be anything, and so makes up for being at the wrong place, which a harmonic one cannot."""
+    """The harmonic force that explains clearly most, of those at places where a free force explains as much, else the
+    first: a free force may be anything, and so makes up for being at the wrong place, which a harmonic one cannot."""
     found = [
         _sine(split, reduced, one, recovered, (one.fit.p, updated), settings)
         for one, recovered in shown
         if one.place.kind != "base"
     ]
-    return min((sine for sine in found if sine is not None), key=lambda sine: sine.score, default=None)
+    known = [sine for sine in found if sine is not None]
+    least = min((sine.score for sine in known), default=np.inf)
+    return next((sine for sine in known if sine.score <= least + settings.margin), None)
 
 
 def _sine(

@@ -6,31 +6,41 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femend.errors import RecordingError
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem, check_sampling, modelled_band, used_band
 from femend.estimate.fit import TUNED_ABOVE
-from femend.model import Model, ReducedModel, form_errors, reduce_model
+from femend.model import Model, ReducedModel, affordable_refinement, form_errors, reduce_model
 
 __all__ = ["UpdatedModel", "update_model"]
+
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class UpdatedModel:
-    """The problem of the fit recordings, the reduced model, and its fit without anything added."""
+    """The problem of the fit recordings, the reduced model, and its fit without anything added; `drawn` is the deck's
+    model as it stands where the reduced one is that of a finer mesh."""
 
     problem: Problem
     reduced: ReducedModel
     null: Fit
     g_rows: list[int]
+    drawn: Hypothesis | None = None
+
+    @property
+    def nominal(self) -> tuple[Hypothesis, FloatArray]:
+        """The deck as it is, and its unknowns."""
+        at = self.null.hypothesis if self.drawn is None else self.drawn
+        return at, self.problem.prior(at.reduced)[0]
 
 
 def update_model(
     model: Model, records: Sequence[FitRecord], zeta: float, tell: Callable[[str], None] = lambda step: None
 ) -> UpdatedModel:
-    """Fits parameters, frequency factors and damping ratios (prior median `zeta`) of the model as it is.
-
-    `tell` is told each step by name.
+    """Fits parameters, frequency factors and damping ratios (prior median `zeta`) of the model as it is, but for its
+    mesh: linear shells and solids are refined where that is cheap enough. `tell` is told each step by name.
 
     Raises RecordingError where there is nothing to fit, the sampling is too slow for the modes in the band, or the
     model has no solution at the deck's values.
@@ -40,6 +50,8 @@ def update_model(
     tell("reduce the model")
     band = used_band(list(records))
     g_rows = sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
+    finer = affordable_refinement(model, band[1]) if model.refines is None else None
+    model = model if finer is None else finer
     reduced = reduce_model(model, band[1], g_rows)
     check_sampling(records, band, reduced.freq)
     band = modelled_band(band, records, reduced.freq)
@@ -49,4 +61,12 @@ def update_model(
     null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))))
     if null is None:
         raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")
-    return UpdatedModel(problem, reduced, null, g_rows)
+    return UpdatedModel(problem, reduced, null, g_rows, _drawn(model, band[1], g_rows))
+
+
+def _drawn(model: Model, f_max: float, g_rows: list[int]) -> Hypothesis | None:
+    """The deck's own model for its predictions; None where that is the one given."""
+    if model.refines is None:
+        return None
+    reduced = reduce_model(model.refines, f_max, g_rows)
+    return Hypothesis(reduced, np.zeros((0, reduced.r)))

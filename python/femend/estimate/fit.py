@@ -134,9 +134,9 @@ class Problem:
     def prior(self, reduced: ReducedModel) -> tuple[FloatArray, FloatArray]:
         """Prior means and standard deviations of all unknowns of a reduced model."""
         n = len(reduced.names)
-        mode_sd = MODE_SD if reduced.form is None else reduced.form.mode_sd
+        modes = np.full(self.n_tuned, MODE_SD) if reduced.form is None else reduced.form.mode_sds(self.n_tuned)
         mean = np.concatenate([np.zeros(n + self.n_tuned), np.full(self.n_tuned + 1, np.log(self.zeta))])
-        sd = np.concatenate([reduced.prior_sd, np.full(self.n_tuned, mode_sd), np.full(self.n_tuned + 1, DAMPING_SD)])
+        sd = np.concatenate([reduced.prior_sd, modes, np.full(self.n_tuned + 1, DAMPING_SD)])
         return mean, sd
 
     def prior_cost(self, reduced: ReducedModel, p: FloatArray) -> float:

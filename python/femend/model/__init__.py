@@ -1,7 +1,7 @@
 """A deck with its parameters and terms; a change gives a new model."""
 
 from femend.model.form_errors import FormErrors, form_errors
-from femend.model.mesh_error import MeshError, mesh_error
+from femend.model.mesh_error import MeshError, affordable_refinement, mesh_error
 from femend.model.model import Model, Parameter, model_of, read_model
 from femend.model.morph import Morph
 from femend.model.morph_shapes import grown, joint_moved, nodes_moved, offset_along_normal
@@ -21,6 +21,7 @@ __all__ = [
     "Place",
     "ReducedModel",
     "Term",
+    "affordable_refinement",
     "amplitude_limits",
     "find_places",
     "form_errors",

@@ -6,12 +6,13 @@ Gaussian field; of it only the few combinations that change the modes of the ban
 
 Elements that interpolate linearly make modes too stiff, by the square of their size over the wavelength. That is no
 scatter, it grows steadily with frequency, and so it is one unknown of its own: bending waves shorten with the square
-root of frequency, so that the error of a frequency grows in proportion to it.
+root of frequency, so that the error of a frequency grows in proportion to it. Where the mesh was refined (`mesh_error`)
+that is known mode by mode, and little is left of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +22,8 @@ from scipy.sparse import coo_array, csr_array
 from femend.model.model import Model
 from femend.model.places import topology
 from femend.model.reduction import ReducedModel, Term
-from femend.model.refined import QUADRATIC, SHELLS, is_linear
+from femend.model.refined import QUADRATIC, is_linear
+from femend.model.supports import connected
 
 __all__ = ["MODE_SD", "FormErrors", "form_errors"]
 
@@ -29,12 +31,17 @@ FloatArray = NDArray[np.float64]
 
 # relative standard deviations: stiffness and mass of a member or patch, a lumped mass
 STIFFNESS_SD, MASS_SD, LUMP_SD = 0.01, 0.005, 0.02
+# the same of the stiffness of shells and solids at a support: stresses are singular at a clamp, and the last half per
+# cent of a frequency lies there however fine the mesh (quadratic bricks, 16 or 32 to a clamped bar, differ by as much)
+SUPPORT_SD = 0.05
+# supports beyond this number are idealisations of the deck (a plane model, a symmetry)
+MAX_SUPPORTS = 60
 # a lump given as a point has this radius of gyration, as a share of the model's diagonal
 GYRATION = 0.025
 # patches along the longest side of the elements of one property that are no beams
 PATCHES = 4
 # at most so many combinations, and none with less than this share of the strongest one's effect
-MOST, WORTH = 12, 0.05
+MOST, WORTH = 30, 0.005
 # units beyond this number have only their strongest combinations computed, and their matrices in the basis are held in
 # so many bytes at once
 MANY, AT_ONCE = 500, 1e8
@@ -48,6 +55,13 @@ MESH_SD = 0.025
 # at their corners alone: bending about either axis, torsion and stretching each have a mesh error of their own (0.4 to
 # 1.5 % beside what grows with frequency, on generated cases without any other error)
 MODE_SD, SOLID_MODE_SD = 0.005, 0.012
+# the same of a mode of a refined mesh, as a share of what refining changed, and beside that: what formulations differ
+# in, and the singular stresses at clamps and points that no mesh reaches
+REFINED_SHARE, REFINED_MODE_SD = 0.25, 0.003
+# what is left of an error of second order in the size of elements once they are halved
+HALVED = 0.25
+# frequencies that agree to this are of the same mode of the same model
+SAME = 1e-4
 # a combination is multiplied by exp(p), p with this standard deviation: close to linear over several of them
 SD = 0.02
 
@@ -68,12 +82,19 @@ class _Unit:
 class FormErrors:
     """Combinations of the units' errors: `weights` (n_combinations, n_units) of one standard deviation each; `mesh` is
     the frequency (Hz) at which the mesh's own error has its standard deviation, 0 where it has none to speak of;
-    `mode_sd` is by how much (relative) each mode's frequency may be off by itself."""
+    `mode_sd` is by how much (relative) each mode's frequency may be off by itself, `first_sds` the same of the first
+    modes where it is known better; `mesh_sd` is the mesh's standard deviation."""
 
     units: tuple[_Unit, ...]
     weights: FloatArray
     mesh: float = 0.0
     mode_sd: float = MODE_SD
+    first_sds: tuple[float, ...] = ()
+    mesh_sd: float = MESH_SD
+
+    def mode_sds(self, n: int) -> FloatArray:
+        """Relative standard deviation by which each of the first n modes' frequencies may be off by itself (n,)."""
+        return np.array([*self.first_sds[:n], *[self.mode_sd] * (n - len(self.first_sds))])
 
     def on(self, reduced: ReducedModel) -> ReducedModel:
         """The reduced model with one more unknown, of prior mean zero, for every combination and for the mesh."""
@@ -118,7 +139,7 @@ class FormErrors:
         if len(self.weights):
             parts += _combined(reduced, self.units, self.weights)
         if self.mesh > 0:
-            dK = _mesh_stiffness(reduced, self.mesh)
+            dK = _mesh_stiffness(reduced, self.mesh, self.mesh_sd)
             parts.append((dK, np.zeros_like(dK)))
         return parts
 
@@ -126,9 +147,11 @@ class FormErrors:
 def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
     """The combinations of member and mass errors that change modes up to `f_max` (Hz) most."""
     units, mesh = _units(reduced.model), f_max if _linear(reduced.model) else 0.0
-    mode_sd = SOLID_MODE_SD if _linear(reduced.model, QUADRATIC) else MODE_SD
+    mode_sd = SOLID_MODE_SD if _linear(reduced.model.as_drawn) & set(QUADRATIC) else MODE_SD
+    first_sds = _refined_sds(reduced, mode_sd)
+    mesh_sd = MESH_SD if reduced.model.mesh_error is None else HALVED * MESH_SD
     if not units:
-        return FormErrors((), np.zeros((0, 0)), mesh, mode_sd)
+        return FormErrors((), np.zeros((0, 0)), mesh, mode_sd, first_sds, mesh_sd)
     omega, Q = _modes(reduced)
     n_band = max(1, int((omega < 1.1 * 2 * np.pi * f_max).sum()))
     first = omega > 1e-3 * omega.max()
@@ -141,8 +164,11 @@ def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
         at = V[unit.rows]
         effect[:] = ((at[:, own].T @ (unit.stiffness @ at) - square * (at[:, own].T @ (unit.mass @ at))) / gap).ravel()
     U, s = _strongest(effects)
-    kept = int(min(MOST, (s > WORTH * s[0]).sum())) if s.size and s[0] > 0 else 0
-    return FormErrors(units, U[:, :kept].T.copy(), mesh, mode_sd)
+    # supports are off by more than the rest, which is no less worth having for that
+    usual = np.array([unit.sd != SUPPORT_SD for unit in units])
+    strongest = _largest(effects[usual] if usual.any() else effects)
+    kept = int(min(MOST, (s > WORTH * strongest).sum())) if strongest > 0 else 0
+    return FormErrors(units, U[:, :kept].T.copy(), mesh, mode_sd, first_sds, mesh_sd)
 
 
 def _strongest(effects: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -158,16 +184,38 @@ def _strongest(effects: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.asarray(U[:, order]), np.asarray(s[order])
 
 
-def _linear(model: Model, among: Collection[str] = (*SHELLS, *QUADRATIC)) -> bool:
-    """Whether the model has shells or solids that interpolate linearly, of the cards `among`."""
-    return any(card in among and is_linear(card, len(nodes)) for _, card, nodes in model.fe.elements())
+def _largest(A: FloatArray) -> float:
+    """Largest singular value of A (m, n), near enough for a threshold, by power iteration."""
+    v = A.T @ (A @ np.ones(A.shape[1]))
+    for _ in range(10):
+        v = A.T @ (A @ (v / max(float(np.linalg.norm(v)), 1e-300)))
+    return float(np.sqrt(np.linalg.norm(v)))
 
 
-def _mesh_stiffness(reduced: ReducedModel, f_top: float) -> FloatArray:
-    """Change of K (r, r) that raises each frequency in proportion to itself, by `MESH_SD` at `f_top` (Hz) and above."""
+def _linear(model: Model) -> set[str]:
+    """Cards of the model's shells and solids that interpolate linearly."""
+    return {card for _, card, nodes in model.fe.elements() if is_linear(card, len(nodes))}
+
+
+def _refined_sds(reduced: ReducedModel, mode_sd: float) -> tuple[float, ...]:
+    """`FormErrors.first_sds` of a refined model: of the modes whose error in the deck's mesh is known; `mode_sd` of the
+    others. Nothing of a model that is not refined."""
+    error = reduced.model.mesh_error
+    if error is None:
+        return ()
+    sds = []
+    for f in reduced.freq[reduced.freq <= np.nanmax(error.refined) * (1 + SAME)]:
+        own = error.error[np.abs(error.refined / max(f, 1e-300) - 1) < SAME]
+        own = own[np.isfinite(own)]
+        sds.append(float(np.hypot(REFINED_SHARE * own[0], REFINED_MODE_SD)) if own.size else mode_sd)
+    return tuple(sds)
+
+
+def _mesh_stiffness(reduced: ReducedModel, f_top: float, sd: float) -> FloatArray:
+    """Change of K (r, r) that raises each frequency in proportion to itself, by `sd` at `f_top` (Hz) and above."""
     omega, Q = _modes(reduced)
     M = reduced.M_fixed + sum((t.M for t in reduced.terms if t.M is not None), np.zeros_like(reduced.M_fixed))
-    growth = 2 * MESH_SD * np.minimum(omega / (2 * np.pi * f_top), 1.0)
+    growth = 2 * sd * np.minimum(omega / (2 * np.pi * f_top), 1.0)
     shapes = M @ Q
     return np.asarray((shapes * (growth * omega**2)) @ shapes.T)
 
@@ -205,6 +253,7 @@ def _units(model: Model) -> tuple[_Unit, ...]:
             groups.append(((eid,), 0.0, LUMP_SD, 0.0 if _turns(M, rows) else GYRATION * diagonal))
     for elements in others.values():
         groups += [(patch, STIFFNESS_SD, MASS_SD, 0.0) for patch in _patches(elements, where)]
+    groups += [(elements, SUPPORT_SD, 0.0, 0.0) for elements in _at_supports(model, top.held, set(where))]
     return tuple(_unit(model, *group) for group in groups)
 
 
@@ -229,6 +278,16 @@ def _unit(model: Model, elements: tuple[int, ...], stiff: float, mass: float, ra
     shape = (len(touched), len(touched))
     stiffness, inertia = (csr_array(coo_array((v, (row, column)), shape=shape)) for v in both)
     return _Unit(elements, touched, stiffness, inertia, stiff)
+
+
+def _at_supports(model: Model, held: NDArray[np.bool_], among: set[int]) -> list[tuple[int, ...]]:
+    """Elements of `among` at each region of nodes that cannot move; `held` (n_g,) are the DOFs that cannot."""
+    at = {int(n) for n in model.node_ids[held.reshape(-1, 6)[:, :3].all(axis=1)]}
+    own = [(eid, set(nodes)) for eid, _, nodes in model.fe.elements() if eid in among and at.intersection(nodes)]
+    regions = connected(model, at.intersection(*[set().union(*(nodes for _, nodes in own))]))
+    if len(regions) > MAX_SUPPORTS:
+        return []
+    return [tuple(eid for eid, nodes in own if nodes.intersection(region)) for region in regions]
 
 
 def _turns(M: FloatArray, rows: NDArray[np.int64]) -> bool:

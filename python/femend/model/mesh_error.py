@@ -8,25 +8,31 @@ It can be computed: both models are solved, and modes are paired by shape at the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.errors import FemendError
 from femend.model.model import Model
 from femend.model.reduction import core_modes
-from femend.model.refined import only_shells, refined_model
+from femend.model.refined import only_shells, refined_model, refined_size
 
-__all__ = ["MeshError", "mesh_error"]
+__all__ = ["MeshError", "affordable_refinement", "mesh_error"]
 
 FloatArray = NDArray[np.float64]
 
+# a diagnosis asks for modes up to this multiple of the band's end
+ABOVE = 1.2
 # of the refined model modes are solved up to this multiple of the deck's, which may change places
 FURTHER = 1.15
 # modes whose shapes share less than this (squared, over the modes they may mix with) are not the same modes
 SAME = 0.9
 # with element size halved, an error of second order in it falls to a quarter: what is left is a third of the change
 RICHARDSON = 1.0 / 3.0
+# nodes up to which a diagnosis takes the refined model in place of the deck's: it is solved anew for every place that
+# is looked into, which takes up to a second each at this size
+MOST_NODES = 3000
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +80,22 @@ def mesh_error(model: Model, f_max: float) -> MeshError:
         3     103.69      102.86        102.58    +1.08   1.00
     """
     return _compared(refined_model(model), model, f_max)
+
+
+def affordable_refinement(model: Model, f_max: float) -> Model | None:
+    """The refined model with its `mesh_error` up to 1.2 times `f_max` (Hz), to be diagnosed in place of the deck's.
+
+    None where there is nothing to refine, where it would cost too much (more than `MOST_NODES` nodes), and where the
+    refined model cannot be built or none of its modes is one of the deck's.
+    """
+    if not 0 < refined_size(model) <= MOST_NODES or model.morphs:
+        return None
+    try:
+        finer = refined_model(model)
+        found = _compared(finer, model, ABOVE * f_max)
+    except (FemendError, OSError, ValueError, np.linalg.LinAlgError):
+        return None
+    return replace(finer, mesh_error=found) if np.isfinite(found.error).any() else None
 
 
 def _compared(finer: Model, model: Model, f_max: float) -> MeshError:

@@ -21,6 +21,8 @@ from femend.model.node_fields import NodeFields, node_fields
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
+    from femend.model.mesh_error import MeshError
+
 __all__ = ["Model", "Parameter", "read_model"]
 
 FloatArray = NDArray[np.float64]
@@ -48,6 +50,8 @@ class Model:
     `deck` is the `_core.Deck`, `fe` the `_core.FeModel` (constraints eliminated: u_g = T u_a), `units` the deck's
     unit system. Degrees of freedom of the g-set stand node after node, six each, in the node's displacement frame.
     `spc` and `added_mass` are as of `read_model`. `morphs` move nodes; everything here is with them at amplitude 0.
+    Where the model stands for a coarser one, `refines` is that one, whose nodes come first here, and `mesh_error` what
+    the difference is.
     """
 
     deck: _core.Deck
@@ -57,6 +61,13 @@ class Model:
     spc: int | None = None
     added_mass: tuple[tuple[int, float], ...] = ()
     morphs: tuple[Morph, ...] = ()
+    refines: Model | None = None
+    mesh_error: MeshError | None = None
+
+    @property
+    def as_drawn(self) -> Model:
+        """The model with the mesh of the user's deck."""
+        return self if self.refines is None else self.refines
 
     @property
     def node_ids(self) -> NDArray[np.int64]:

@@ -93,11 +93,13 @@ def _place(
         return None
     keep = np.array(sorted(row for row, value in force.items() if value != 0.0), dtype=np.int64)
     w = np.array([force[int(row)] for row in keep]) / S
-    shown = ", ".join(str(n) for n in [*region][:4]) + (f" and {len(region) - 4} more" if len(region) > 4 else "")
-    label = f"support at node{'s' if len(region) > 1 else ''} {shown}, {AXES[c]}"
+    drawn = set(model.as_drawn.node_ids.tolist())
+    own = [n for n in region if n in drawn]
+    shown = ", ".join(str(n) for n in own[:4]) + (f" and {len(own) - 4} more" if len(own) > 4 else "")
+    label = f"support at node{'s' if len(own) > 1 else ''} {shown}, {AXES[c]}"
     (parameter,) = scaled
     return Place(
-        "support", tuple(region), AXES[c], "ground", (keep,), (w,), None, parameter, tuple(elements), label, support=S
+        "support", tuple(own), AXES[c], "ground", (keep,), (w,), None, parameter, tuple(elements), label, support=S
     )
 
 

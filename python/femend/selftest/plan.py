@@ -13,7 +13,7 @@ from femend.errors import StudyError
 from femend.estimate import pair_test
 from femend.estimate.lines import noise_of, used_band
 from femend.estimate.prepare import fit_records, period_of
-from femend.model import Model, Pairing, Parameter, read_model
+from femend.model import Model, Pairing, Parameter, affordable_refinement, read_model
 from femend.study import Study
 
 __all__ = ["Plan", "Replay", "file_name", "read_plan", "study_text"]
@@ -67,6 +67,8 @@ def read_plan(study: Study) -> Plan:
     model = read_model(study.model_file, units=study.units, parameters=parameters, spc=configuration.spc)
     pairing = pair_test(Test(tuple(used)), model)
     band = used_band(fit_records(used, model, pairing))
+    # a diagnosis refines a coarse mesh: a structure as coarse as the deck would be wrong to it
+    model = affordable_refinement(model, band[1]) or model
     return Plan(study, model, tuple(_replay(r, model, pairing) for r in used), band)
 
 

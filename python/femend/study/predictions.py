@@ -141,7 +141,7 @@ def _stages(diagnosis: Diagnosis, record: FitRecord) -> dict[str, Values]:
     problem, null = diagnosis.problem, diagnosis.null
     predict = predict_model if record.frf is None else predict_frf
     nothing = np.zeros(0)
-    nominal = predict(problem, null.hypothesis, diagnosis.nominal, nothing, record)
+    nominal = predict(problem, *diagnosis.nominal, nothing, record)
     updated = predict(problem, null.hypothesis, null.p, nothing, record)
     final = updated
     if diagnosis.further is not None and record.frf is None:
