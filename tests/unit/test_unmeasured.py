@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend.diagnose.joint import STANDS_OUT, _wiener
-from femend.diagnose.unmeasured import _mean_force
+from femend.diagnose.harmonic import ONSET, _waves
+from femend.diagnose.joint import STANDS_OUT, _standing_out, _wiener
+from femend.diagnose.unmeasured import NEARLY_ALL, _mean_force, _nearly_all
 from femend.study.run import diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -75,6 +76,50 @@ def test_a_force_is_held_to_the_power_expected_of_it_as_far_as_the_sensors_leave
     # a line that stands out is seen as what it is once it is not held to its neighbours
     first = np.abs(_wiener(gram * 0.1, shown * 0.1, np.full((3, 1), 0.5))) ** 2
     assert (first < STANDS_OUT * 0.5).all()
+
+
+def test_a_line_that_shows_far_more_than_noise_is_not_held_to_its_neighbours() -> None:
+    """A prior far below what the sensors can see would leave next to nothing of a strong line."""
+    gram, force = 1e-4, 3e4
+    shown = np.full((40, 1), 1e-2, dtype=np.complex128)
+    shown[17] = gram * force
+    every = np.full((40, 1, 1), gram, dtype=np.complex128)
+    spread = np.full((40, 1), 1.0)
+    raised = _standing_out(every, shown, spread)
+    assert raised[17, 0] == pytest.approx(force**2, rel=1e-6)
+    np.testing.assert_array_equal(np.delete(raised, 17), 1.0)
+    assert abs(_wiener(every, shown, spread)[17, 0]) < 1e-3 * force
+    assert abs(_wiener(every, shown, raised)[17, 0]) == pytest.approx(force, rel=1e-3)
+    # as much as the prior allows for is nothing that stands out
+    expected = np.full((40, 1), np.sqrt(2 * gram), dtype=np.complex128)
+    np.testing.assert_array_equal(_standing_out(every, expected, np.full((40, 1), 1 / gram)), 1 / gram)
+
+
+def test_an_onset_dies_away_within_its_periods() -> None:
+    freq, dt, n = 20.0, 1e-3, 8000
+    every = _waves(freq, n, dt, 2 + 2 * len(ONSET))
+    np.testing.assert_array_equal(every[:, :2], _waves(freq, n, dt, 2))
+    late = int(12 * max(ONSET) / (freq * dt))
+    assert np.abs(every[late:, 2:]).max() < 1e-5
+    # a force that grows to its amplitude within two periods is nearer to steady and dying parts than to steady ones
+    t = dt * np.arange(n)
+    force = np.sin(2 * np.pi * freq * t) * np.clip(freq * t / 2, 0, 1)
+
+    def left(columns: int) -> float:
+        A = _waves(freq, n, dt, columns)
+        return float(np.linalg.norm(force - A @ np.linalg.lstsq(A, force, rcond=None)[0]))
+
+    assert left(every.shape[1]) < 0.2 * left(2)
+
+
+@pytest.mark.parametrize(("left", "taken"), [(4.0, True), (20.0, False)])
+def test_a_force_far_above_the_noise_may_leave_more_than_noise(left: float, taken: bool) -> None:
+    def fit(score: float) -> Any:
+        return cast(Any, SimpleNamespace(score=score))
+
+    assert NEARLY_ALL < 1
+    assert _nearly_all(fit(74.0), fit(left)) is taken
+    assert not _nearly_all(None, fit(left))
 
 
 @pytest.mark.parametrize("freq", [61.3, 96.0])

@@ -143,7 +143,11 @@ def explain(
     ranked, sigma = list[Ranked](), 0.0
     # a load that explains the recordings leaves nothing to name
     settled = load is not None and load.fit.score <= settings.consistent
-    worth = not settled and _worth_naming(null, located, settings)
+    worth = (
+        not settled
+        and _worth_naming(null, located, settings)
+        and _could_win(problem, null, baseline, located, settings)
+    )
     plainly = worth and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
     if worth and not plainly:
         naming = partial(name_physics, split, reduced, g_rows=start.g_rows, settings=settings, updated=null.p)
@@ -199,6 +203,15 @@ def _worth_naming(null: Fit, located: list[Located], settings: Settings) -> bool
         return False
     gain = null.cost - located[0].cost
     return null.score > settings.consistent or gain > max(settings.worth_naming * null.cost, settings.gain_cost)
+
+
+def _could_win(
+    problem: Problem, null: Fit, baseline: Candidate, located: Sequence[Located], settings: Settings
+) -> bool:
+    """Whether a law could be accepted at all: of an updated model that explains the recordings it has to take away more
+    prior cost than there may be."""
+    enough = max(null.score, baseline.chosen) <= settings.consistent
+    return not enough or baseline.prior > settings.gain_cost or depends_on_level(problem, null, located, settings)
 
 
 def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:

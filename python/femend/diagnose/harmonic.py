@@ -1,7 +1,8 @@
 """A harmonic force nobody recorded: its frequency, and its two amplitudes in every recording.
 
 For one frequency the response is linear in the amplitudes of cosine and sine, so that the cost of a recording, its free
-decays eliminated, is a quadratic of both: six evaluations give its minimum exactly.
+decays eliminated, is a quadratic of both: six evaluations give its minimum exactly. A force that begins with the
+recording does not begin at once; where that shows, cosine and sine that die away have amplitudes too.
 """
 
 from __future__ import annotations
@@ -24,12 +25,14 @@ FloatArray = NDArray[np.float64]
 PEAKS, AROUND, CLOSER = 3, 7, 2
 # times the model and the force are fitted in turns, and how near the last frequency the next is looked for
 ROUNDS, NEARER = 3, 0.1
+# periods in which what belongs to the onset alone dies away, and the fall of the cost from which there is one
+ONSET, WORTH = (1.0, 3.0, 9.0), 40.0
 
 
 @dataclass(frozen=True, eq=False)
 class Harmonic:
-    """Force a cos + b sin at `freq` (Hz) from the beginning of each record; `amplitudes` (n_records, 2), `fit` of the
-    model's unknowns with it, `problem` with the forces in its records."""
+    """Force a cos + b sin at `freq` (Hz) from the beginning of each record; `amplitudes` (n_records, 2), or more with
+    those of the onset after them, `fit` of the model's unknowns with it, `problem` with the forces in its records."""
 
     row: int
     freq: float
@@ -38,13 +41,19 @@ class Harmonic:
     problem: Problem
 
     def waveform(self, amplitudes: FloatArray, n: int, dt: float) -> FloatArray:
-        """Samples (n,) of a force with amplitudes (2,)."""
-        return _waves(self.freq, n, dt) @ amplitudes
+        """Samples (n,) of a force with amplitudes (2,), or more with an onset."""
+        return _waves(self.freq, n, dt, len(amplitudes)) @ amplitudes
+
+    @property
+    def size(self) -> FloatArray:
+        """Amplitude (n_records,) once the onset is over."""
+        return np.asarray(np.linalg.norm(self.amplitudes[:, :2], axis=1))
 
     def on(self, problem: Problem, reduced: ReducedModel, scale: float) -> Problem:
         """All lines of other records with the force in them, its amplitudes taken from them, at the fitted unknowns."""
         problem, nothing = problem.thinned(None), Hypothesis(reduced, np.zeros((0, reduced.r)))
-        amplitudes, _ = _amplitudes(problem, nothing, self.fit.p, self.row, self.freq, scale)
+        n = self.amplitudes.shape[1]
+        amplitudes, _ = _amplitudes(problem, nothing, self.fit.p, self.row, self.freq, scale, n)
         return _loaded(problem, self.row, self.freq, amplitudes)
 
 
@@ -78,7 +87,21 @@ def fit_harmonic(
         _, freq, amplitudes = _closest(problem, nothing, p, row, [freq], width * NEARER, scale)
     loaded = _loaded(problem, row, freq, amplitudes)
     (fit,) = loaded.fit([nothing], [(p, np.zeros(0))], iterations=8)
-    return None if fit is None else Harmonic(row, freq, amplitudes, fit, loaded)
+    return None if fit is None else _with_onset(problem, Harmonic(row, freq, amplitudes, fit, loaded), nothing, scale)
+
+
+def _with_onset(problem: Problem, steady: Harmonic, nothing: Hypothesis, scale: float) -> Harmonic:
+    """The harmonic force with an onset of its own, where that explains clearly more."""
+    found = steady
+    for _ in range(ROUNDS):
+        n = 2 + 2 * len(ONSET)
+        amplitudes, _ = _amplitudes(problem, nothing, found.fit.p, steady.row, steady.freq, scale, n)
+        loaded = _loaded(problem, steady.row, steady.freq, amplitudes)
+        (fit,) = loaded.fit([nothing], [(found.fit.p, np.zeros(0))], iterations=8)
+        if fit is None or fit.cost > found.fit.cost - WORTH:
+            break
+        found = Harmonic(steady.row, steady.freq, amplitudes, fit, loaded)
+    return found
 
 
 def _closest(
@@ -101,9 +124,12 @@ def _closest(
     return best
 
 
-def _waves(freq: float, n: int, dt: float) -> FloatArray:
+def _waves(freq: float, n: int, dt: float, columns: int) -> FloatArray:
+    """Cosine and sine (n, 2), and with more `columns` those that die away."""
     t = 2 * np.pi * freq * dt * np.arange(n)
-    return np.column_stack([np.cos(t), np.sin(t)])
+    both = np.column_stack([np.cos(t), np.sin(t)])
+    dying = [both * np.exp(-t / (2 * np.pi * periods))[:, None] for periods in ONSET]
+    return np.hstack([both, *dying])[:, :columns]
 
 
 def _peaks(seen: list[tuple[FloatArray, FloatArray]]) -> list[float]:
@@ -120,7 +146,7 @@ def _peaks(seen: list[tuple[FloatArray, FloatArray]]) -> list[float]:
 
 
 def _with(record: FitRecord, row: int, freq: float, amplitudes: FloatArray) -> FitRecord:
-    return with_force(record, row, _waves(freq, record.n, record.dt) @ amplitudes)
+    return with_force(record, row, _waves(freq, record.n, record.dt, len(amplitudes)) @ amplitudes)
 
 
 def _loaded(problem: Problem, row: int, freq: float, amplitudes: FloatArray) -> Problem:
@@ -128,22 +154,23 @@ def _loaded(problem: Problem, row: int, freq: float, amplitudes: FloatArray) -> 
 
 
 def _amplitudes(
-    problem: Problem, nothing: Hypothesis, p: FloatArray, row: int, freq: float, scale: float
+    problem: Problem, nothing: Hypothesis, p: FloatArray, row: int, freq: float, scale: float, n: int = 2
 ) -> tuple[FloatArray, float]:
-    """Best amplitudes (n_records, 2) at a frequency, and the cost they leave."""
-    points = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1]]) * scale
+    """Best amplitudes (n_records, n) at a frequency, and the cost they leave."""
+    one, pairs = np.eye(n), [(i, j) for i in range(n) for j in range(i)]
+    points = scale * np.vstack([np.zeros((1, n)), one, -one, *([one[i] + one[j]] for i, j in pairs)])
     found, total = [], 0.0
     for record in problem.records:
-        costs = []
-        for point in points:
-            one = problem.on([_with(record, row, freq, point)])
-            (fit,) = one.fit([nothing], [(p, np.zeros(0))], iterations=0)
-            costs.append(np.inf if fit is None else fit.cost - fit.prior)
-        c0, xp, xm, yp, ym, both = costs
-        g = np.array([xp - xm, yp - ym]) / 2
-        H = np.array([[xp + xm - 2 * c0, 0.0], [0.0, yp + ym - 2 * c0]])
-        H[0, 1] = H[1, 0] = both - c0 - g.sum() - 0.5 * (H[0, 0] + H[1, 1])
-        step = -np.linalg.solve(H, g) if np.all(np.isfinite(H)) and np.linalg.det(H) > 0 else np.zeros(2)
+        costs = np.full(len(points), np.inf)
+        for k, point in enumerate(points):
+            (fit,) = problem.on([_with(record, row, freq, point)]).fit([nothing], [(p, np.zeros(0))], iterations=0)
+            costs[k] = np.inf if fit is None else fit.cost - fit.prior
+        c0, up, down, both = costs[0], costs[1 : n + 1], costs[n + 1 : 2 * n + 1], costs[2 * n + 1 :]
+        g, H = (up - down) / 2, np.diag(up + down - 2 * c0)
+        for (i, j), cost in zip(pairs, both, strict=True):
+            H[i, j] = H[j, i] = cost - c0 - g[i] - g[j] - 0.5 * (H[i, i] + H[j, j])
+        positive = bool(np.all(np.isfinite(H))) and float(np.linalg.eigvalsh(H).min()) > 0
+        step = -np.linalg.solve(H, g) if positive else np.zeros(n)
         found.append(step * scale)
         total += c0 + g @ step + 0.5 * step @ H @ step
     return np.array(found), float(total)

@@ -198,7 +198,7 @@ def _sine(
     whole = fit_harmonic(split.whole, reduced, row, shown, starts)
     if whole is None:
         return None
-    size = np.linalg.norm(whole.amplitudes, axis=1)
+    size = whole.size
     if size.max() > ALIKE * size.min():
         return None
     choosing = whole.on(split.choosing, reduced, float(size.mean()))
@@ -221,7 +221,7 @@ def _sine(
         whole.fit,
         split.whole,
         score(candidate, split.choosing, settings, n_values),
-        (row, wave) if np.linalg.norm(mean) > REPEATS * size.mean() else None,
+        (row, wave) if np.linalg.norm(mean[:2]) > REPEATS * size.mean() else None,
         {
             r.name: (row, whole.waveform(a, r.n, r.dt))
             for r, a in zip(split.whole.records, whole.amplitudes, strict=True)
