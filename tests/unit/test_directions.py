@@ -43,7 +43,7 @@ def test_the_best_of_a_direction_is_found_where_others_were_tried(
     start: UpdatedModel, places: list[Place], located: list[Located]
 ) -> None:
     tried = [p for p in places if p.n_w == 1 and p.direction != "Z"]
-    found = in_other_directions(start.problem, start.reduced, places, located, tried)
+    found = in_other_directions(start.problem, start.reduced, places, start.null, located, tried)
     assert {one.place.direction for one in found} == {"Z"}
     assert all(one.place.kind != "base" for one in found)
     ground = [one.place.nodes for one in found if one.place.kind == "ground"]
@@ -57,8 +57,8 @@ def test_the_best_of_a_direction_is_found_where_others_were_tried(
 def test_nothing_is_left_where_every_direction_was_tried(
     start: UpdatedModel, places: list[Place], located: list[Located]
 ) -> None:
-    assert in_other_directions(start.problem, start.reduced, places, located, places) == []
-    assert in_other_directions(start.problem, start.reduced, places, [], []) == []
+    assert in_other_directions(start.problem, start.reduced, places, start.null, located, places) == []
+    assert in_other_directions(start.problem, start.reduced, places, start.null, [], []) == []
 
 
 def test_directions_that_leave_clearly_more_are_left_out(
@@ -66,6 +66,8 @@ def test_directions_that_leave_clearly_more_are_left_out(
 ) -> None:
     """The spring acts in Z; turning forces elsewhere than there leave much of it."""
     tried = [p for p in places if p.direction == "Z"]
-    found = in_other_directions(start.problem, start.reduced, places, located, tried)
+    found = in_other_directions(start.problem, start.reduced, places, start.null, located, tried)
     best = min(one.cost for one in located if one.place.n_w == 1)
     assert all(one.cost < 1.3 * best for one in found)
+    # against a model that lacks little no direction is worth it
+    assert in_other_directions(start.problem, start.reduced, places, located[0].fit, located, tried) == []

@@ -171,7 +171,7 @@ def explain(
         passes = (
             (_untried, all_kinds),
             (
-                partial(in_other_directions, problem, reduced, places),
+                partial(in_other_directions, problem, reduced, places, null),
                 replace(all_kinds, nonlinear_places=settings.kinds),
             ),
         )

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from femend.diagnose.locate import LINES, SEVERAL_WORTH, Located, hypothesis_of, order, refitted, squares_of
-from femend.estimate import Problem
+from femend.estimate import Fit, Problem
 from femend.model import Place, ReducedModel
 
 __all__ = ["in_other_directions"]
@@ -20,12 +20,18 @@ STEPS = 10
 
 
 def in_other_directions(
-    problem: Problem, reduced: ReducedModel, places: Sequence[Place], located: Sequence[Located], tried: Sequence[Place]
+    problem: Problem,
+    reduced: ReducedModel,
+    places: Sequence[Place],
+    null: Fit,
+    located: Sequence[Located],
+    tried: Sequence[Place],
 ) -> list[Located]:
     """The best places of each direction in which none of those `tried` has one force, in rising order of cost.
 
     Each is fitted from the unknowns of the best place `located` and from the deck's own; a direction is left out where
-    a force along it leaves clearly more than elsewhere.
+    a force along it leaves clearly more than elsewhere, or takes away less than half of what the best one takes from
+    the updated model (fit `null`): no sensor sees every direction.
     """
     had = {p.direction for p in tried if p.n_w == 1 and p.kind != "base"}
     # to the ground and between two points each by themselves: the motions that a law sees there differ
@@ -49,4 +55,5 @@ def in_other_directions(
                     own[i] = Located(group[i], fit, squares_of(few, fit, 0.0))
         # joints first: nodes between them move alike, so that the best ones would all be near each other
         found += sorted(own.values(), key=lambda one: (one.place.unlikely, order(one)))[:KEPT]
-    return [one for one in refitted(problem, found) if one.cost < SEVERAL_WORTH * best.cost]
+    most = min(SEVERAL_WORTH * best.cost, 0.5 * (null.cost + best.cost))
+    return [one for one in refitted(problem, found) if one.cost < most]

@@ -220,7 +220,9 @@ def stiffness_scale(problem: Problem, joint: Joint) -> tuple[float, float]:
     w = joint.w @ Q
     low = 2 * np.pi * problem.band[0]
     compliance = (w**2 / np.maximum(omega**2, low**2)).sum(axis=1)
-    return float(1 / np.mean(compliance)), middle(problem)
+    mean = float(np.mean(compliance))
+    # what does not move is stiffer than anything
+    return 1 / mean if mean > 0 else np.inf, middle(problem)
 
 
 def middle(problem: Problem) -> float:
@@ -229,8 +231,10 @@ def middle(problem: Problem) -> float:
 
 
 def equivalent_linear(problem: Problem, joint: Joint, p: FloatArray) -> Fit | None:
-    """The spring or mass with a dashpot that explains the records best, from a few sizes."""
+    """The spring or mass with a dashpot that explains the records best, from a few sizes; None where nothing moves."""
     scale, omega = stiffness_scale(problem, joint)
+    if not np.isfinite(scale):
+        return None
     sizes = (0.02, 0.2, 2.0)
     families = (("support_stiffness", 1.0), ("added_mass", omega**-2))
     starts = [
