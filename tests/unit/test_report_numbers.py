@@ -138,6 +138,12 @@ def test_the_same_letter_is_another_parameter_in_another_law() -> None:
     assert words.parameter_text("sides", {"value": 1}) == ("sides", "one")
 
 
+def test_large_values_share_one_power_of_ten_with_their_deviation() -> None:
+    beta = {"value": 1.21e7, "sd": 3.1e6, "unit": "1/m^n"}
+    assert words.parameter_text("beta", beta)[1] == "(1.2 ± 0.3)×10⁷ 1/mⁿ"
+    assert words.parameter_text("beta", beta, with_sd=False)[1] == "1.2×10⁷ 1/mⁿ"
+
+
 def test_a_model_that_leaves_more_than_noise_is_not_said_to_explain_the_recordings() -> None:
     row = {"recording": "low", "role": "fit", "noise_floor": 0.02, "nominal": 1.2, "parameters": 0.06, "final": 0.06}
     result = {"verdict": "parameters-only", "findings": [], "fit": [row], "parameters": {"E": {"factor": 0.9}}}

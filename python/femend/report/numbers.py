@@ -10,7 +10,7 @@ import math
 __all__ = ["factor_as_percent", "pretty_unit", "quantity", "ratio", "significant"]
 
 _MINUS = "−"
-_SUPERSCRIPT = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+_SUPERSCRIPT = str.maketrans("0123456789-n", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻ⁿ")
 _LARGE = ((1e12, "T"), (1e9, "G"), (1e6, "M"), (1e3, "k"))
 
 
@@ -86,7 +86,13 @@ def quantity(value: float, unit: str = "", sd: float | None = None) -> str:
     if not known or sd is None:
         return f"{significant(value)} {name}".strip()
     sd = sd / scale
-    if sd > 0.5 * abs(value) or abs(value) >= 1e7 or abs(value) < 1e-4:  # digits of the value mean little or are many
+    if abs(value) >= 1e7 and sd <= 0.5 * abs(value):
+        exponent = math.floor(math.log10(abs(value)))
+        value, sd = value / 10.0**exponent, sd / 10.0**exponent
+        decimals = _decimals_of(sd)
+        power = str(exponent).translate(_SUPERSCRIPT)
+        return f"({_fixed(value, decimals)} ± {_fixed(sd, decimals)})×10{power} {name}".strip()
+    if sd > 0.5 * abs(value) or abs(value) < 1e-4:  # digits of the value mean little or are many
         return f"{significant(value, 2)} ± {significant(sd, 1)} {name}".strip()
     decimals = _decimals_of(sd)
     return f"{_fixed(value, decimals)} ± {_fixed(sd, decimals)} {name}".strip()

@@ -145,6 +145,7 @@ def parameter_text(name: str, entry: Any, physics: str = "", *, with_sd: bool = 
 
 
 def _without_sd(text: str) -> str:
+    text = re.sub(r"\((\S+) ± \S+\)(×10\S+)", r"\1\2", text)
     value, plus_minus, rest = text.partition(" ± ")
     return f"{value} {rest.partition(' ')[2]}".strip() if plus_minus else text
 
