@@ -14,8 +14,7 @@ from scipy.linalg import eigh
 from femend.diagnose.joint import open_joint
 from femend.estimate import Problem
 from femend.model import ReducedModel, find_places, form_errors, read_model, reduce_model
-from femend.model.form_errors import FEW_MEMBERS, GYRATION, LUMP_SD, MASS_SD, PATCHES, SD, STIFFNESS_SD
-from femend.model.places import topology
+from femend.model.form_errors import GYRATION, LUMP_SD, MASS_SD, SD, STIFFNESS_SD
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -79,19 +78,6 @@ def test_one_member_softer_moves_the_modes_as_its_own_stiffness_does(reduced: Re
     band = omega0 < 2 * np.pi * F_MAX
     np.testing.assert_allclose(found[band], expected[band], rtol=0, atol=0.05 * np.abs(expected[band]).max())
     assert np.abs(expected[band]).max() > 1e-4
-
-
-def test_members_of_a_structure_that_has_few_are_uniform_in_pieces_only(reduced: ReducedModel) -> None:
-    """A straight beam of one section is one member, which may differ along its length; all of it is in pieces."""
-    top = topology(reduced.model)
-    assert len(top.members) < FEW_MEMBERS
-    stiff = [u.elements for u in form_errors(reduced, F_MAX).units if abs(u.stiffness).max() > 0]
-    assert len(stiff) > len(top.members)
-    assert sorted(e for piece in stiff for e in piece) == sorted(top.beams)
-    for _, _, chain in top.members:
-        inside = [piece for piece in stiff if set(piece) <= set(chain)]
-        assert len(inside) == min(PATCHES, len(chain))
-        assert [e for piece in inside for e in piece] == list(chain)
 
 
 def test_a_problem_takes_the_errors_with_their_prior(reduced: ReducedModel) -> None:

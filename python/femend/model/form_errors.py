@@ -38,9 +38,8 @@ SUPPORT_SD = 0.05
 MAX_SUPPORTS = 60
 # a lump given as a point has this radius of gyration, as a share of the model's diagonal
 GYRATION = 0.025
-# patches along the longest side of the elements of one property that are no beams, and pieces of each member of a
-# structure with fewer members than these: a straight beam of one section is one member, and no more uniform than others
-PATCHES, FEW_MEMBERS = 4, 8
+# patches along the longest side of the elements of one property that are no beams
+PATCHES = 4
 # at most so many combinations, and none with less than this share of the strongest one's effect
 MOST, WORTH = 30, 0.005
 # units beyond this number have only their strongest combinations computed, and their matrices in the basis are held in
@@ -237,9 +236,7 @@ def _units(model: Model) -> tuple[_Unit, ...]:
     """Members, patches of other elements, and lumps."""
     top = topology(model)
     ones = np.ones(len(model.parameters))
-    parts = PATCHES if len(top.members) < FEW_MEMBERS else 1
-    pieces = [piece for _, _, chain in top.members for piece in _pieces(chain, parts)]
-    groups = [(piece, STIFFNESS_SD, MASS_SD, 0.0) for piece in pieces]
+    groups = [(tuple(chain), STIFFNESS_SD, MASS_SD, 0.0) for _, _, chain in top.members]
     diagonal = float(np.linalg.norm(np.ptp(model.xyz, axis=0)))
     others: dict[int, list[int]] = {}
     sections = {eid: pid for eid, _, pid, _ in model.deck.elements()}
@@ -297,11 +294,6 @@ def _turns(M: FloatArray, rows: NDArray[np.int64]) -> bool:
     """Whether an element's mass resists rotations."""
     turning = rows % 6 >= 3
     return bool(np.abs(M[np.ix_(turning, turning)]).max(initial=0.0) > 0)
-
-
-def _pieces(chain: Sequence[int], parts: int) -> list[tuple[int, ...]]:
-    """The elements of a member in so many pieces one after another, or one piece each where there are fewer."""
-    return [tuple(piece.tolist()) for piece in np.array_split(np.asarray(chain), min(parts, len(chain)))]
 
 
 def _patches(elements: Sequence[int], where: dict[int, FloatArray]) -> list[tuple[int, ...]]:
