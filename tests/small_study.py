@@ -14,7 +14,10 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from femend import Channel, Dof, TimeData, _core, functions_of, write_uff
+from femend.diagnose.update import UpdatedModel, update_model
+from femend.estimate import fit_records, pair_test
 from femend.model import Model, Parameter, read_model
+from femend.study import load_study
 
 Array = NDArray[np.float64]
 
@@ -141,3 +144,12 @@ def write_study(folder: Path, truth: Truth) -> Path:
     path = folder / "study.toml"
     path.write_text(study_text({name: role for name, (role, _) in LEVELS.items()}))
     return path
+
+
+def updated(folder: Path, truth: Truth) -> UpdatedModel:
+    """The deck in `folder`, updated on the fit recordings of a truth."""
+    study = load_study(write_study(folder, truth))
+    model = read_model(study.model_file, parameters=list(PARAMETERS))
+    test = study.read_recordings()
+    used = [r for r in test if r.role == "fit"]
+    return update_model(model, fit_records(used, model, pair_test(test, model)), 0.01)

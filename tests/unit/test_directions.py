@@ -9,11 +9,9 @@ import pytest
 
 from femend.diagnose.directions import KEPT, in_other_directions
 from femend.diagnose.locate import Located, locate
-from femend.diagnose.update import UpdatedModel, update_model
-from femend.estimate import fit_records, pair_test
-from femend.model import Place, read_model
+from femend.diagnose.update import UpdatedModel
+from femend.model import Place
 from femend.model.places import find_places
-from femend.study import load_study
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -22,11 +20,7 @@ import small_study
 @pytest.fixture(scope="module")
 def start(tmp_path_factory: pytest.TempPathFactory) -> UpdatedModel:
     truth = small_study.Truth((7.3e10, 6.8e10), ("CELAS2,900,3.+4,7,3",))
-    study = load_study(small_study.write_study(tmp_path_factory.mktemp("spring"), truth))
-    model = read_model(study.model_file, parameters=list(small_study.PARAMETERS))
-    test = study.read_recordings()
-    used = [r for r in test if r.role == "fit"]
-    return update_model(model, fit_records(used, model, pair_test(test, model)), 0.01)
+    return small_study.updated(tmp_path_factory.mktemp("spring"), truth)
 
 
 @pytest.fixture(scope="module")

@@ -12,23 +12,12 @@ import pytest
 from femend.diagnose.levels import UNEVEN, depends_on_level, relative_errors
 from femend.diagnose.locate import locate
 from femend.diagnose.settings import Settings
-from femend.diagnose.update import UpdatedModel, update_model
-from femend.estimate import fit_records, pair_test
-from femend.model import read_model
+from femend.diagnose.update import UpdatedModel
 from femend.model.places import find_places
-from femend.study import load_study
 from femend.study.run import diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
-
-
-def updated(folder: Path, truth: small_study.Truth) -> UpdatedModel:
-    study = load_study(small_study.write_study(folder, truth))
-    model = read_model(study.model_file, parameters=list(small_study.PARAMETERS))
-    test = study.read_recordings()
-    used = [r for r in test if r.role == "fit"]
-    return update_model(model, fit_records(used, model, pair_test(test, model)), 0.01)
 
 
 def depends(start: UpdatedModel) -> bool:
@@ -37,7 +26,7 @@ def depends(start: UpdatedModel) -> bool:
 
 
 def test_a_linear_model_that_is_wrong_leaves_the_same_share_at_all_levels(tmp_path: Path) -> None:
-    start = updated(tmp_path, small_study.Truth((7.3e10, 6.8e10), ("CELAS2,900,3.+4,7,3",)))
+    start = small_study.updated(tmp_path, small_study.Truth((7.3e10, 6.8e10), ("CELAS2,900,3.+4,7,3",)))
     error = relative_errors(start.problem, start.null)
     assert error.min() > 0.02
     np.testing.assert_allclose(error, error.mean(), rtol=0.15)
@@ -45,7 +34,7 @@ def test_a_linear_model_that_is_wrong_leaves_the_same_share_at_all_levels(tmp_pa
 
 
 def test_a_model_that_lacks_nothing_leaves_nothing(tmp_path: Path) -> None:
-    start = updated(tmp_path, small_study.Truth((7.3e10, 6.8e10)))
+    start = small_study.updated(tmp_path, small_study.Truth((7.3e10, 6.8e10)))
     assert relative_errors(start.problem, start.null).max() < 0.01
     assert not depends(start)
 
@@ -59,7 +48,7 @@ def test_a_model_that_lacks_nothing_leaves_nothing(tmp_path: Path) -> None:
     ids=["cubic", "unmeasured"],
 )
 def test_what_is_not_linear_leaves_more_at_one_level(tmp_path: Path, truth: small_study.Truth) -> None:
-    start = updated(tmp_path, truth)
+    start = small_study.updated(tmp_path, truth)
     error = relative_errors(start.problem, start.null)
     assert error.max() > UNEVEN * error.min()
     assert depends(start)

@@ -11,11 +11,9 @@ import pytest
 
 from femend.diagnose.diagnosis import _nearer
 from femend.diagnose.locate import Located, locate
-from femend.diagnose.update import UpdatedModel, update_model
-from femend.estimate import fit_records, pair_test
-from femend.model import read_model
+from femend.diagnose.settings import Settings
+from femend.diagnose.update import UpdatedModel
 from femend.model.places import find_places
-from femend.study import load_study
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -23,11 +21,7 @@ import small_study
 
 @pytest.fixture(scope="module")
 def start(tmp_path_factory: pytest.TempPathFactory) -> UpdatedModel:
-    study = load_study(small_study.write_study(tmp_path_factory.mktemp("far"), small_study.Truth((7.3e10, 6.8e10))))
-    model = read_model(study.model_file, parameters=list(small_study.PARAMETERS))
-    test = study.read_recordings()
-    used = [r for r in test if r.role == "fit"]
-    return update_model(model, fit_records(used, model, pair_test(test, model)), 0.01)
+    return small_study.updated(tmp_path_factory.mktemp("far"), small_study.Truth((7.3e10, 6.8e10)))
 
 
 @pytest.fixture(scope="module")
@@ -41,17 +35,17 @@ def test_an_update_that_stopped_far_away_comes_to_the_noise(start: UpdatedModel,
     (stopped,) = start.problem.fit([start.null.hypothesis], [(far, np.zeros(0))], iterations=0)
     assert stopped is not None
     assert stopped.score > 100
-    again = _nearer(replace(start, null=stopped), located)
+    again = _nearer(replace(start, null=stopped), located, Settings())
     assert again.null.cost == pytest.approx(start.null.cost, rel=1e-2)
     np.testing.assert_allclose(again.null.p[:2], start.null.p[:2], atol=0.01)
 
 
 def test_one_at_the_noise_stays_as_it_is(start: UpdatedModel, located: list[Located]) -> None:
-    assert _nearer(start, located) is start
+    assert _nearer(start, located, Settings()) is start
 
 
 def test_without_places_it_stays_as_it_is(start: UpdatedModel) -> None:
     (stopped,) = start.problem.fit([start.null.hypothesis], [(start.null.p + 0.3, np.zeros(0))], iterations=0)
     assert stopped is not None
     far = replace(start, null=stopped)
-    assert _nearer(far, []) is far
+    assert _nearer(far, [], Settings()) is far

@@ -44,8 +44,8 @@ FloatArray = NDArray[np.float64]
 
 # misfit, as a multiple of what counts as consistent, from which something is missing whatever it is
 FAR = 3.0
-# misfit from which an updated model is fitted again from where free forces put it, and from how many places
-AT_NOISE, STARTS = 1.2, 3
+# places from whose free forces an updated model that leaves more than noise is fitted again
+STARTS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,16 +110,16 @@ def diagnose_records(
     if quieter is not None:
         start = update_model(start.reduced.model, quieter, zeta)
         located = locate(start.problem, start.reduced, places, start.null)
-    out = explain(_nearer(start, located), located, places, settings, tell)
+    out = explain(_nearer(start, located, settings), located, places, settings, tell)
     tell.done()
     return out
 
 
-def _nearer(start: UpdatedModel, located: Sequence[Located]) -> UpdatedModel:
+def _nearer(start: UpdatedModel, located: Sequence[Located], settings: Settings) -> UpdatedModel:
     """The updated model, fitted again from where free forces at the best places put it: an update may stop far from the
     truth though nothing is missing, and a force, whatever it is, leads past."""
     problem, null = start.problem, start.null
-    if null.score <= AT_NOISE:
+    if null.score <= settings.consistent:
         return start
     tries = [f.fit.p for f in located if len(f.fit.p) == len(null.p)][:STARTS]
     found = problem.fit([null.hypothesis] * len(tries), [(p, null.x) for p in tries])
@@ -152,7 +152,6 @@ def explain(
     explained = any(f.place.kind == "ground" and f.fit.score < settings.adequate and f.cost <= near for f in located)
     load = try_loads(problem, split, reduced, null, baseline, settings, turned=explained)
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
-    all_kinds = replace(settings, places=settings.kinds)
     tell.start("name it", len(short))
     ranked, sigma = list[Ranked](), 0.0
     # a load that explains the recordings leaves nothing to name
@@ -164,26 +163,7 @@ def explain(
     )
     plainly = worth and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
     if worth and not plainly:
-        naming = partial(name_physics, split, reduced, g_rows=start.g_rows, settings=settings, updated=null.p)
-        ranked, sigma = naming(short, null_score=null_score, tell=tell.advance, clamps=[*short, *located])
-        tried = [one.place for one in short]
-        # of a direction that never came to the fore, nonlinear laws are tried at all kinds of places
-        passes = (
-            (_untried, all_kinds),
-            (
-                partial(in_other_directions, problem, reduced, places, null),
-                replace(all_kinds, nonlinear_places=settings.kinds),
-            ),
-        )
-        for wider, reach in passes:
-            if sigma > 0 or not _unclear(null_score, ranked, n_values, settings):
-                break
-            further = with_look_alikes(problem, reduced, wider(located, tried), places, reach)
-            tried += [one.place for one in further]
-            tell.start("name it", len(further))
-            beaten = min([null_score, *(r.score for r in ranked)])
-            more, window = naming(further, settings=reach, null_score=beaten, tell=tell.advance, clamps=())
-            ranked = sorted([*ranked, *more], key=lambda r: r.score) if window == 0 else ranked
+        ranked, sigma = _named(start, split, located, places, short, (null_score, n_values), settings, tell)
         if load is None and explained and sigma == 0 and _unclear(null_score, ranked, n_values, settings):
             # no law is behind the force that explains so much: it may stand in for a load that acts elsewhere after all
             tell.start("try loads")
@@ -204,6 +184,39 @@ def explain(
         return decided
     tell.start("look for more")
     return with_further(decided, plain, plainly_located, places, loud)
+
+
+def _named(
+    start: UpdatedModel,
+    split: Split,
+    located: Sequence[Located],
+    places: Sequence[Place],
+    short: Sequence[Located],
+    score_of_none: tuple[float, float],
+    settings: Settings,
+    tell: Progress,
+) -> tuple[list[Ranked], float]:
+    """Laws at the places `short` and, as long as none takes away nearly all, at further kinds of places and then in
+    directions not tried, in rising order of score, and the window they are compared in; `score_of_none` is that of the
+    updated model, with the number of values it is of."""
+    problem, reduced, null = start.problem, start.reduced, start.null
+    null_score, n_values = score_of_none
+    naming = partial(name_physics, split, reduced, g_rows=start.g_rows, updated=null.p, tell=tell.advance)
+    ranked, sigma = naming(short, settings=settings, null_score=null_score, clamps=[*short, *located])
+    tried = [one.place for one in short]
+    all_kinds = replace(settings, places=settings.kinds)
+    # of a direction that never came to the fore, nonlinear laws are tried at all kinds of places
+    in_others = partial(in_other_directions, problem, reduced, places, null)
+    for wider, reach in ((_untried, all_kinds), (in_others, replace(all_kinds, nonlinear_places=settings.kinds))):
+        if sigma > 0 or not _unclear(null_score, ranked, n_values, settings):
+            break
+        further = with_look_alikes(problem, reduced, wider(located, tried), places, reach)
+        tried += [one.place for one in further]
+        tell.start("name it", len(further))
+        beaten = min([null_score, *(r.score for r in ranked)])
+        more, window = naming(further, settings=reach, null_score=beaten, clamps=())
+        ranked = sorted([*ranked, *more], key=lambda r: r.score) if window == 0 else ranked
+    return ranked, sigma
 
 
 def _untried(located: Sequence[Located], tried: Sequence[Place]) -> list[Located]:

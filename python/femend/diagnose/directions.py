@@ -5,9 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from femend.diagnose.locate import LINES, SEVERAL_WORTH, Located, hypothesis_of, order, refitted, squares_of
+from femend.diagnose.locate import LINES, SEVERAL_WORTH, Located, fitted, hypothesis_of, order, refitted, squares_of
 from femend.estimate import Fit, Problem
 from femend.model import Place, ReducedModel
 
@@ -46,14 +44,13 @@ def in_other_directions(
     deck = problem.prior(reduced)[0]
     found: list[Located] = []
     for group in groups.values():
-        own: dict[int, Located] = {}
         hypotheses = [hypothesis_of(p, reduced) for p in group[:MOST]]
-        for p in (best.fit.p, deck):
-            starts = [(few.tuned_like(p, h.reduced), np.zeros(0)) for h in hypotheses]
-            for i, fit in enumerate(few.fit(hypotheses, starts, iterations=STEPS)):
-                if fit is not None and (i not in own or fit.cost < own[i].fit.cost):
-                    own[i] = Located(group[i], fit, squares_of(few, fit, 0.0))
+        starts = [(i, p) for p in (best.fit.p, deck) for i in range(len(hypotheses))]
+        nearest: dict[int, Fit] = {}
+        for i, fit in fitted(few, hypotheses, starts, 0.0, STEPS, group):
+            nearest.setdefault(i, fit)
+        own = [Located(group[i], fit, squares_of(few, fit, 0.0)) for i, fit in nearest.items()]
         # joints first: nodes between them move alike, so that the best ones would all be near each other
-        found += sorted(own.values(), key=lambda one: (one.place.unlikely, order(one)))[:KEPT]
+        found += sorted(own, key=lambda one: (one.place.unlikely, order(one)))[:KEPT]
     most = min(SEVERAL_WORTH * best.cost, 0.5 * (null.cost + best.cost))
     return [one for one in refitted(problem, found) if one.cost < most]

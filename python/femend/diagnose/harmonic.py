@@ -79,28 +79,33 @@ def fit_harmonic(
     begun = [(_closest(problem, nothing, start, row, freqs, width, scale), start) for start in starts]
     (_, freq, amplitudes), p = min(begun, key=lambda b: b[0][0] + problem.prior_cost(reduced, b[1]))
     for _ in range(ROUNDS):
-        loaded = _loaded(problem, row, freq, amplitudes)
-        (fit,) = loaded.fit([nothing], [(p, np.zeros(0))], iterations=8)
-        if fit is None:
+        found = _fitted(problem, nothing, p, row, freq, amplitudes)
+        if found is None:
             return None
-        p = fit.p
+        p = found.fit.p
         _, freq, amplitudes = _closest(problem, nothing, p, row, [freq], width * NEARER, scale)
+    found = _fitted(problem, nothing, p, row, freq, amplitudes)
+    return None if found is None else _with_onset(problem, found, nothing, scale)
+
+
+def _fitted(
+    problem: Problem, nothing: Hypothesis, p: FloatArray, row: int, freq: float, amplitudes: FloatArray
+) -> Harmonic | None:
+    """The force with its model fitted from unknowns `p`; None where the model cannot be fitted."""
     loaded = _loaded(problem, row, freq, amplitudes)
     (fit,) = loaded.fit([nothing], [(p, np.zeros(0))], iterations=8)
-    return None if fit is None else _with_onset(problem, Harmonic(row, freq, amplitudes, fit, loaded), nothing, scale)
+    return None if fit is None else Harmonic(row, freq, amplitudes, fit, loaded)
 
 
 def _with_onset(problem: Problem, steady: Harmonic, nothing: Hypothesis, scale: float) -> Harmonic:
     """The harmonic force with an onset of its own, where that explains clearly more."""
-    found = steady
+    found, row, freq = steady, steady.row, steady.freq
     for _ in range(ROUNDS):
-        n = 2 + 2 * len(ONSET)
-        amplitudes, _ = _amplitudes(problem, nothing, found.fit.p, steady.row, steady.freq, scale, n)
-        loaded = _loaded(problem, steady.row, steady.freq, amplitudes)
-        (fit,) = loaded.fit([nothing], [(found.fit.p, np.zeros(0))], iterations=8)
-        if fit is None or fit.cost > found.fit.cost - WORTH:
+        amplitudes, _ = _amplitudes(problem, nothing, found.fit.p, row, freq, scale, 2 + 2 * len(ONSET))
+        new = _fitted(problem, nothing, found.fit.p, row, freq, amplitudes)
+        if new is None or new.fit.cost > found.fit.cost - WORTH:
             break
-        found = Harmonic(steady.row, steady.freq, amplitudes, fit, loaded)
+        found = new
     return found
 
 

@@ -139,9 +139,7 @@ def recover(
         more_than = misfit / max(float(fit.misfit[i]), 1e-12) if by_record else equal.score / max(fit.score, 1e-12)
         spread = _smooth(np.abs(F_eq) ** 2) * max(1.0, more_than)
         shown = np.einsum("ksw,ks->kw", weighted.conj(), left)
-        F = F_eq + _wiener(gram, shown, spread)
-        if sharp:
-            F = F_eq + _wiener(gram, shown, _standing_out(gram, shown, spread))
+        F = F_eq + _wiener(gram, shown, _standing_out(gram, shown, spread) if sharp else spread)
         weight = np.real(np.einsum("kww->kw", gram))
         c = np.einsum("kr,vr,wr->kvw", g, w, w, optimize=True)
         D = D - F_eq * joint.compliance + np.einsum("kvw,kw->kv", c, F - F_eq)
@@ -163,7 +161,7 @@ def _standing_out(gram: ComplexArray, shown: ComplexArray, spread: FloatArray) -
     """The prior power `spread` (K, n_w), raised to that of a bare least-squares force on lines where this explains far
     more than noise and a force of the prior's power would."""
     tiny = 1e-9 * np.maximum(np.real(np.einsum("kww->k", gram)), 1e-300) / gram.shape[1]
-    bare = np.linalg.solve(gram + tiny[:, None, None] * np.eye(gram.shape[1])[None], shown[:, :, None])[:, :, 0]
+    bare = _wiener(gram, shown, 1 / tiny[:, None])
     explained = np.real(np.einsum("kw,kw->k", shown.conj(), bare))
     expected = gram.shape[1] + np.real(np.einsum("kww,kw->k", gram, spread))
     far = explained > STANDS_OUT * expected

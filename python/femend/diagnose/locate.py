@@ -20,7 +20,7 @@ from femend.diagnose.screen import is_many, screened
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Located", "locate", "order", "refitted", "shortlist"]
+__all__ = ["Located", "fitted", "hypothesis_of", "locate", "order", "refitted", "shortlist", "squares_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -117,18 +117,18 @@ def locate(
     keep = _first_glance(plain, reduced, todo, kin, null, beside)
     ranked: list[tuple[int, Fit]] = []
     for lines, factor, iterations, quota in stages:
-        ranked = _fitted(lines, hypotheses, keep, factor * problem.scale(), iterations, todo)
+        ranked = fitted(lines, hypotheses, keep, factor * problem.scale(), iterations, todo)
         ranked = _best(ranked, todo, kin, quota)
         keep = [(i, f.p) for i, f in ranked]
     late = problem.sparing(LATE_LINES)
     keep += _late(late, hypotheses, todo, kin, null.p, reduced, late_quota)
-    ranked = _fitted(few, hypotheses, keep, 0.0, 15, todo)
+    ranked = fitted(few, hypotheses, keep, 0.0, 15, todo)
     if ranked:
         # a place near the right one has brought the model's unknowns near the truth, whatever it lacks itself
         _, fit = ranked[0]
         near_truth = _without_own(fit.p, reduced, fit.hypothesis.reduced)
         kept = _late(late, hypotheses, todo, kin, near_truth, reduced, late_quota)
-        again = _fitted(few, hypotheses, kept, 0.0, 15, todo)
+        again = fitted(few, hypotheses, kept, 0.0, 15, todo)
         ranked = sorted([*ranked, *again], key=lambda item: _order(few, item, 0.0, todo))
     keep = [(i, f.p) for i, f in _best(ranked, todo, kin, FULL_LINES)]
     start = dict(keep)
@@ -138,13 +138,13 @@ def locate(
     bases = [i for i, place in enumerate(todo) if place.kind == "base"]
     likely = next((p for i, p in keep if todo[i].n_w == 1), null.p)
     start.update({i: likely for i in bases if i not in start})
-    ranked = _fitted(few, hypotheses, list(start.items()), 0.0, 8, todo)
+    ranked = fitted(few, hypotheses, list(start.items()), 0.0, 8, todo)
     first = {i for i, _ in _best(ranked, todo, kin, FULL_LINES)}
     near = NEAR + (1 + NEARLY) * min((f.cost for i, f in ranked if todo[i].n_w <= 1), default=0.0)
     chosen = [
         (i, f.p) for n, (i, f) in enumerate(ranked) if i in first or (f.cost < near and (n < FULL_ALIKE or i in bases))
     ]
-    ranked = _fitted(problem.sparing(FINAL_LINES), hypotheses, chosen, 0.0, 5, todo)
+    ranked = fitted(problem.sparing(FINAL_LINES), hypotheses, chosen, 0.0, 5, todo)
     return _in_order(problem, [(todo[i], f) for i, f in ranked])
 
 
@@ -181,7 +181,7 @@ def _first_glance(
     starts = [
         (i, p) for i, h in hypotheses.items() for p in (plain.prior(h.reduced)[0], _with_own(updated, bare, h.reduced))
     ]
-    found = _fitted(plain, hypotheses, starts, FIRST_SIGMA * plain.scale(), FIRST_STEPS, places)
+    found = fitted(plain, hypotheses, starts, FIRST_SIGMA * plain.scale(), FIRST_STEPS, places)
     kept = _best(found, places, kin, FIRST_STAGE)
     return [(i, np.concatenate([f.p[:own], np.zeros(form), f.p[own:]])) for i, f in kept]
 
@@ -199,7 +199,7 @@ def _late(
     `of` on whole records. Strongly damped lines see the beginning of a record alone, where what is small or late does
     not show; the updated model is near enough to the truth just where it is small."""
     keep = [(i, _with_own(p, of, hypotheses[i].reduced)) for i in kin.first(places) if places[i].n_w <= 1]
-    ranked = _fitted(lines, hypotheses, keep, 0.0, LATE_STEPS, places)
+    ranked = fitted(lines, hypotheses, keep, 0.0, LATE_STEPS, places)
     return [(i, f.p) for i, f in _best(ranked, places, kin, quota)]
 
 
@@ -220,7 +220,7 @@ def _order(lines: Problem, item: tuple[int, Fit], sigma: float, places: Sequence
     return _rank(lines, item[1], sigma) + (UNLIKELY if places[item[0]].unlikely else 0.0)
 
 
-def _fitted(
+def fitted(
     lines: Problem,
     hypotheses: Sequence[Hypothesis] | Mapping[int, Hypothesis],
     keep: Sequence[tuple[int, FloatArray]],

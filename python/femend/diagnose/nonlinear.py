@@ -90,10 +90,14 @@ def _best_of_each(runs: Sequence[_Run]) -> list[_Run]:
     for run in sorted(runs, key=lambda r: r.reached.cost):
         best.setdefault((run.name, run.start.values.get("sides", 0.0)), run)
     least = min((run.reached.cost for run in best.values()), default=0.0)
-    tied = [run for run in best.values() if run.reached.cost <= least + TIED]
-    # friction that sticks was found without a regression
-    tied.sort(key=lambda run: -np.inf if np.isnan(run.start.left) else run.start.left)
-    return [*tied, *(run for run in best.values() if run.reached.cost > least + TIED)]
+
+    def rank(run: _Run) -> tuple[bool, float]:
+        if run.reached.cost > least + TIED:
+            return True, run.reached.cost
+        # friction that sticks was found without a regression
+        return False, -np.inf if np.isnan(run.start.left) else run.start.left
+
+    return sorted(best.values(), key=rank)
 
 
 def _further(one: Candidate, other: Candidate) -> bool:

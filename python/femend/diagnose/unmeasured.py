@@ -203,9 +203,12 @@ def _sine(
         return None
     choosing = whole.on(split.choosing, reduced, float(size.mean()))
     (seen,) = choosing.fit([whole.fit.hypothesis], [(whole.fit.p, whole.fit.x)], iterations=0)
-    (without,) = split.choosing.fit([whole.fit.hypothesis], [(starts[-1], whole.fit.x)], iterations=0)
-    if seen is None or (seen.score > settings.adequate and not _nearly_all(without, seen)):
+    if seen is None:
         return None
+    if seen.score > settings.adequate:
+        (without,) = split.choosing.fit([whole.fit.hypothesis], [(starts[-1], whole.fit.x)], iterations=0)
+        if not _nearly_all(without, seen):
+            return None
     prior = split.whole.prior_cost(reduced, whole.fit.p)
     candidate = Candidate(None, "", None, {}, whole.fit.p, whole.fit.x, 3, prior, whole.fit.score, seen.score)
     mean = whole.amplitudes.mean(axis=0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -68,6 +68,11 @@ class Model:
     def as_drawn(self) -> Model:
         """The model with the mesh of the user's deck."""
         return self if self.refines is None else self.refines
+
+    def drawn(self, nodes: Iterable[int]) -> tuple[int, ...]:
+        """Those of `nodes` that the user's deck has."""
+        n = len(self.as_drawn.node_ids)
+        return tuple(node for node in nodes if self.index(node) < n)
 
     @property
     def node_ids(self) -> NDArray[np.int64]:

@@ -305,7 +305,7 @@ def _moved_supports(model: Model, held: Sequence[int]) -> list[Place]:
     Responses are then the structure's own (absolute) motion, as accelerometers show it. The little mass that elements
     next to a support share with it is left out.
     """
-    nodes, drawn = set(held), set(model.as_drawn.node_ids.tolist())
+    nodes = set(held)
     frames = np.asarray(model.fe.frames)
     driving = [eid for eid, _, own in model.fe.elements() if nodes.intersection(own)]
     ones = np.ones(len(model.parameters))
@@ -322,8 +322,8 @@ def _moved_supports(model: Model, held: Sequence[int]) -> list[Place]:
         pattern[held_rows(model)] = 0.0
         keep = np.flatnonzero(pattern)
         if len(keep):
-            label, own = f"base motion, {AXES[c]}", tuple(n for n in held if n in drawn)
-            places.append(Place("base", own, AXES[c], "moved", (keep,), (pattern[keep],), label=label))
+            label = f"base motion, {AXES[c]}"
+            places.append(Place("base", model.drawn(held), AXES[c], "moved", (keep,), (pattern[keep],), label=label))
     return places
 
 
@@ -335,8 +335,6 @@ def _bases(model: Model, top: Topology) -> list[Place]:
     frames = np.asarray(model.fe.frames)
     grids = model.node_ids[~model.is_scalar].tolist()
     held = [n for n in grids if top.held[_rows(model, n)[:3]].all()]
-    drawn = set(model.as_drawn.node_ids.tolist())
-    named = tuple(n for n in held if n in drawn)
     places = []
     for c in range(3):
         shift = np.zeros(model.fe.n_g)
@@ -348,7 +346,7 @@ def _bases(model: Model, top: Topology) -> list[Place]:
         pattern = M @ np.divide(a, counts, out=np.zeros_like(a), where=counts > 0)
         if held and np.abs(pattern).max(initial=0.0) > 0:
             places.append(
-                Place("base", named, AXES[c], "inertia", (np.arange(model.fe.n_a),), (pattern,),
+                Place("base", model.drawn(held), AXES[c], "inertia", (np.arange(model.fe.n_a),), (pattern,),
                       label=f"base motion, {AXES[c]}", independent=True)
             )  # fmt: skip
     return places + _moved_supports(model, held)

@@ -93,14 +93,11 @@ def _place(
         return None
     keep = np.array(sorted(row for row, value in force.items() if value != 0.0), dtype=np.int64)
     w = np.array([force[int(row)] for row in keep]) / S
-    drawn = set(model.as_drawn.node_ids.tolist())
-    own = [n for n in region if n in drawn]
+    own = model.drawn(region)
     shown = ", ".join(str(n) for n in own[:4]) + (f" and {len(own) - 4} more" if len(own) > 4 else "")
     label = f"support at node{'s' if len(own) > 1 else ''} {shown}, {AXES[c]}"
     (parameter,) = scaled
-    return Place(
-        "support", tuple(own), AXES[c], "ground", (keep,), (w,), None, parameter, tuple(elements), label, support=S
-    )
+    return Place("support", own, AXES[c], "ground", (keep,), (w,), None, parameter, tuple(elements), label, support=S)
 
 
 def _rigid(model: Model, held: NDArray[np.bool_], at: list[int], c: int) -> dict[int, float]:

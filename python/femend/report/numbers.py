@@ -44,7 +44,7 @@ def significant(value: float, digits: int = 3) -> str:
     exponent = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
     if exponent < -4 or exponent > 6:
         mantissa = f"{value / 10.0**exponent:.{digits - 1}f}"
-        return f"{mantissa}×10{str(exponent).translate(_SUPERSCRIPT)}".replace("-", _MINUS)
+        return f"{mantissa}{_power_of_ten(exponent)}".replace("-", _MINUS)
     return _fixed(value, digits - 1 - exponent)
 
 
@@ -90,12 +90,15 @@ def quantity(value: float, unit: str = "", sd: float | None = None) -> str:
         exponent = math.floor(math.log10(abs(value)))
         value, sd = value / 10.0**exponent, sd / 10.0**exponent
         decimals = _decimals_of(sd)
-        power = str(exponent).translate(_SUPERSCRIPT)
-        return f"({_fixed(value, decimals)} ± {_fixed(sd, decimals)})×10{power} {name}".strip()
+        return f"({_fixed(value, decimals)} ± {_fixed(sd, decimals)}){_power_of_ten(exponent)} {name}".strip()
     if sd > 0.5 * abs(value) or abs(value) < 1e-4:  # digits of the value mean little or are many
         return f"{significant(value, 2)} ± {significant(sd, 1)} {name}".strip()
     decimals = _decimals_of(sd)
     return f"{_fixed(value, decimals)} ± {_fixed(sd, decimals)} {name}".strip()
+
+
+def _power_of_ten(exponent: int) -> str:
+    return f"×10{str(exponent).translate(_SUPERSCRIPT)}"
 
 
 def _fixed(value: float, decimals: int) -> str:
