@@ -79,6 +79,29 @@ def simulate_sensitivity(
     only df is computed, from which outputs follow as the response to -w f. The derivative over `sides` is zero.
     """
 
+def simulate_tangents(
+    omega: NDArray[np.float64],
+    zeta: NDArray[np.float64],
+    phi_in: NDArray[np.float64],
+    phi_out: NDArray[np.float64],
+    w: NDArray[np.float64],
+    laws: Sequence[Sequence[_LawSpec]],
+    wanted: Sequence[bool],
+    u: Sequence[NDArray[np.float64]],
+    dt: float,
+    *,
+    substeps: int = 1,
+    stride: int = 1,
+    output: str = "acceleration",
+    residual_compliance: NDArray[np.float64] | None = None,
+) -> list[tuple[_Histories, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
+    """`simulate` for every record, with dy/dp (n_wanted, n_out, n_kept) and df/dp (n_wanted, n_w, n_kept) over the law
+    parameters that are `wanted` (n_p,), and y (n_moved, n_out, n_kept) and f (n_moved, n_w, n_kept) of models moved a
+    little, the laws linear around the motion of the first.
+
+    The modal arrays have one row (of `omega`, `zeta`) or matrix for the model and one for each moved model after it.
+    """
+
 def simulate_batch(
     omega: NDArray[np.float64],
     zeta: NDArray[np.float64],
@@ -648,6 +671,7 @@ def solve_hypotheses(
     records: Sequence[RecordLines],
     iterations: int = 20,
     tolerance: float = 1e-2,
+    derivatives: bool = True,
 ) -> list[_Solved | None]:
     """Minimises the cost of each job over the same `records`, in parallel (Levenberg-Marquardt, free forces and free
     decays projected out: Golub and Pereyra 1973 with Kaufman's Jacobian).
@@ -657,9 +681,9 @@ def solve_hypotheses(
     cost).
 
     Returns, for each job, unknowns p (n,), ln law parameters x (n_x,), cost, its prior part, misfit of each record
-    (mean weighted square left per free complex value), Gauss-Newton matrix of half the cost (n + n_x, n + n_x), number
-    of steps, convergence; None where the model or law cannot be solved at the start. Raises ModelError where sizes do
-    not fit.
+    (mean weighted square left per free complex value), Gauss-Newton matrix of half the cost (n + n_x, n + n_x) where
+    `derivatives` are wanted, number of steps, convergence; None where the model or law cannot be solved at the start.
+    Raises ModelError where sizes do not fit.
     """
 
 def fitted_lines(

@@ -163,3 +163,61 @@ def test_sensitivities_of_a_simulation_are_its_differences(law: str) -> None:
         difference = (run(values + step) - run(values - step)) / (2 * step[j])
         # the response converges to 1e-11; a kink that falls between the two runs costs one sample
         assert np.linalg.norm(dy[j, 0] - difference) < 2e-4 * np.linalg.norm(difference), (law, j)
+
+
+def test_tangents_of_a_simulation_with_two_coordinates_are_its_differences() -> None:
+    rng = np.random.default_rng(4)
+    r, n_out = 11, 3
+    omega, zeta = np.sort(rng.uniform(60.0, 900.0, r)), np.full(r, 0.01)
+    modal = [omega, zeta, rng.normal(size=(1, r)), rng.normal(size=(n_out, r)), rng.normal(size=(2, r))]
+    laws = [
+        [("cubic_stiffness", {"k3": 4e9}), ("linear", {"k": 1e3, "c": 1.0, "m": 0.0})],
+        [("bouc_wen", {"k": 2e3, "alpha": 0.2, "n": 1.5, "beta": 5e4, "gamma": 2e4})],
+    ]
+    u = np.asarray(load(np.arange(N) * DT))[None]
+    options = {"stride": 3, "residual_compliance": np.diag([1e-6, 2e-6])}
+
+    def run(modal: list[Array], laws: list) -> tuple[Array, Array]:
+        y, _, _, f, status = _core.simulate(*modal, laws, u, DT / 2, substeps=2, **options)
+        assert status["converged"]
+        return y, f
+
+    step = 1e-6
+    sets = [modal]
+    for i in (0, 4):  # a frequency, and a shape at the coordinates
+        moved = [m.copy() for m in modal]
+        moved[i] = moved[i] * (1 + step) if i == 0 else moved[i] + step
+        sets.append(moved)
+    # not the dashpot, nor alpha
+    wanted = [True, True, False, False, True, False, True, True, True]
+    stacked = [np.array([s[i] for s in sets]) for i in range(5)]
+    ((y, _, _, f, _), dy, df, moved_y, moved_f) = _core.simulate_tangents(
+        *stacked, laws, wanted, [u], DT / 2, substeps=2, **options
+    )[0]
+    assert np.array_equal(y, run(modal, laws)[0])
+    for k in (1, 2):
+        exact_y, exact_f = run(sets[k], laws)
+        assert np.linalg.norm(moved_y[k - 1] - exact_y) < 1e-4 * np.linalg.norm(exact_y - y)
+        assert np.linalg.norm(moved_f[k - 1] - exact_f) < 1e-4 * np.linalg.norm(exact_f - f)
+    flat = [(i, j, name) for i, at in enumerate(laws) for j, (_, p) in enumerate(at) for name in p]
+    for column, (i, j, name) in enumerate(one for one, want in zip(flat, wanted, strict=True) if want):
+        ends = []
+        for sign in (1.0, -1.0):
+            changed = [[(law, dict(p)) for law, p in at] for at in laws]
+            changed[i][j][1][name] *= 1 + sign * step
+            ends.append(run(modal, changed))
+        size = 2 * step * laws[i][j][1][name]
+        for exact, own in zip(zip(*ends, strict=True), (dy[column], df[column]), strict=True):
+            difference = (exact[0] - exact[1]) / size
+            assert np.linalg.norm(own - difference) < 2e-4 * np.linalg.norm(difference), name
+
+
+def test_tangents_of_models_that_do_not_fit_are_refused() -> None:
+    one = np.ones((1, 1))
+    arguments = ([[("cubic_stiffness", {"k3": 1.0})]], [True], [np.ones((1, 8))], DT)
+    with pytest.raises(ValueError, match="omega has 1 dimensions; a row for the model"):
+        _core.simulate_tangents(np.ones(1), np.ones(1), one, one, one, *arguments)
+    laws, _, u, dt = arguments
+    modal = (np.ones((1, 1)), np.ones((1, 1)), one, one, one)
+    with pytest.raises(ValueError, match="wanted has 2 values, 1 are needed"):
+        _core.simulate_tangents(*modal, laws, [True, False], u, dt)

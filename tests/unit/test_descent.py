@@ -1,4 +1,4 @@
-"""The model's derivatives beside a law: by linearisation what a simulation of every moved unknown would give."""
+"""Derivatives beside a law: by linearisation or along the simulation what simulations of every moved unknown give."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
+from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Start
 from femend.diagnose.closed_loop import ClosedLoop
@@ -20,12 +22,12 @@ from femend.physics import FitCoordinates, physics
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
 
+Array = NDArray[np.float64]
 DT, N = 1 / 1024, 1024
 
 
-def test_linearised_columns_are_those_of_a_simulation(tmp_path: Path) -> None:
-    """Beside a spring and a dashpot with a faint cubic part, where linearisation is exact but for the faint part (1 %)
-    and the end of the window (exp(-8))."""
+def _loop(tmp_path: Path, law: str, values: dict[str, float], sigma: float) -> tuple[ClosedLoop, Array]:
+    """A law beside a spring and a dashpot at a node of the small cantilever, and its fit coordinates with theirs."""
     path = tmp_path / "model.bdf"
     path.write_text(small_study.deck())
     model = read_model(path, parameters=small_study.PARAMETERS)
@@ -43,10 +45,18 @@ def test_linearised_columns_are_those_of_a_simulation(tmp_path: Path) -> None:
     joint = open_joint(
         Place("ground", (10,), "Z", "ground", (np.array([row]),), (np.ones(1),)), reduced, 150.0, out.tolist()
     )
-    start = Start(physics("cubic_stiffness"), {"k3": 1.0}, 8e3, 10.0, 0.0)
+    start = Start(physics(law), values, 8e3, 10.0, 0.0)
     coordinates = FitCoordinates(start.physics, start.values)
-    loop = ClosedLoop(problem, joint, "cubic_stiffness", coordinates, (8e3, 10.0), sigma=10.0)
-    p, x = problem.prior(joint.reduced)[0], np.concatenate([coordinates.start(), [1.0, 1.0]])
+    loop = ClosedLoop(problem, joint, law, coordinates, (8e3, 10.0), sigma=sigma)
+    return loop, np.concatenate([coordinates.start(), [1.0, 1.0]])
+
+
+def test_linearised_columns_are_those_of_a_simulation(tmp_path: Path) -> None:
+    """Beside a spring and a dashpot with a faint cubic part, where linearisation is exact but for the faint part (1 %)
+    and the end of the window (exp(-8))."""
+    loop, x = _loop(tmp_path, "cubic_stiffness", {"k3": 1.0}, 10.0)
+    problem = loop.problem
+    p = problem.prior(loop.joint.reduced)[0]
     (base,), (histories,) = loop.residuals([(p, x)])
     columns = linearised_columns(loop, p, x, histories)
     largest = max(np.linalg.norm(column) for column in columns)
@@ -63,6 +73,37 @@ def test_linearised_columns_are_those_of_a_simulation(tmp_path: Path) -> None:
     assert simulated.shape == linearised.shape
     assert np.linalg.norm(simulated[:, len(p) :] - linearised[:, len(p) :]) < 1e-3 * largest
     assert np.linalg.norm(simulated[:, len(p) - 1] - exact) < 1e-3 * largest
+
+
+LAWS = {
+    "cubic_stiffness": {"k3": 3e10},
+    "bouc_wen": {"k": 3e4, "alpha": 0.2, "n": 1.5, "beta": 3e5, "gamma": 1.5e5},
+    "coulomb_friction": {"f": 4.0, "kt": 1e5},
+    "clearance": {"k": 5e4, "gap": 2e-4, "sides": 2.0},
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("sigma", [0.0, 20.0])
+def test_tangents_are_the_differences_of_simulations(tmp_path: Path, law: str, sigma: float) -> None:
+    loop, x = _loop(tmp_path, law, LAWS[law], sigma)
+    p = loop.problem.prior(loop.joint.reduced)[0]
+    (_,), (histories,) = loop.residuals([(p, x)])
+    spring = x[-2] * 8e3 * histories[0].d + x[-1] * 10.0 * histories[0].v
+    assert np.abs(histories[0].f - spring).max() > 0.2 * np.abs(spring).max(), "the law does nothing here"
+    descent = Descent.around(loop, x, True)
+    (now,) = descent.at(np.concatenate([p, x]))
+    columns = descent.jacobian(now, by_differences=True)
+    largest = max(np.linalg.norm(c) for c in columns.T)
+    for i, column in enumerate(columns.T):
+        ends = []
+        for sign in (1.0, -1.0):
+            z = now.z.copy()
+            z[i] += sign * 1e-6
+            ends.append(descent.at(z)[0].e)
+        exact = (ends[0] - ends[1]) / 2e-6
+        # a kink that falls between the two runs costs one sample
+        assert np.linalg.norm(column - exact) < 2e-3 * max(np.linalg.norm(exact), 0.01 * largest), i
 
 
 def test_nodes_inside_a_member_are_told_as_a_stretch(tmp_path: Path) -> None:

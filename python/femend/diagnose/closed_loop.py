@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.candidates import Start
+from femend.diagnose.condensed import Condensed
 from femend.diagnose.joint import Joint, Recovered
 from femend.errors import ModelError
 from femend.estimate import Problem
@@ -107,33 +108,43 @@ class Loop(ABC):
 
     def _simulated(self, sets: Sequence[Modal], laws_at: Sequence[FloatArray]) -> list[list[History]]:
         """Histories of models with the modes `sets`, each with the law at its fit coordinates."""
+        made = self.condensed(sets)
+        done = _core.simulate_batch(
+            *made.modal, [self.laws(x) for x in laws_at], made.u, made.dt,
+            stride=self.substeps, residual_compliance=made.residual,
+        )  # fmt: skip
+        return [
+            [History(y + made.static(i, f, j), d, v, f, status) for j, (y, d, v, f, status) in enumerate(records)]
+            for i, records in enumerate(done)
+        ]
+
+    def condensed(self, sets: Sequence[Modal]) -> Condensed:
+        """The modes `sets` of as many models as a simulation takes them, those that move apart from those that follow
+        statically."""
         first, reduced = self.problem.records[0], self.joint.reduced
         n = self._moving(sets[0][0])
         out_rows = reduced.rows(first.out_rows, first.out_signs)
         in_rows = reduced.rows(first.in_rows, first.in_signs)
-        phi_out, phi_in = [out_rows @ m[2] for m in sets], [in_rows @ m[2] for m in sets]
-        w = [self.joint.w @ m[2] for m in sets]
+        phi_in, phi_out, w = [[rows @ m[2] for m in sets] for rows in (in_rows, out_rows, self.joint.w)]
         behind = w[0][:, n:] / sets[0][0][n:]
         plain = [r.u[:, : self._samples(r.n, r.dt)] for r in self.problem.records]
         forces = [self._fine(i)[:, : u.shape[1] * self.substeps] for i, u in enumerate(plain)]
-        done = _core.simulate_batch(
-            np.array([m[0][:n] for m in sets]),
-            np.array([m[1][:n] for m in sets]),
-            np.array([x[:, :n] for x in phi_in]),
-            np.array([x[:, :n] for x in phi_out]),
-            np.array([x[:, :n] for x in w]),
-            [self.laws(x) for x in laws_at],
+
+        def moving(rows: Sequence[FloatArray]) -> FloatArray:
+            return np.array([x[..., :n] for x in rows])
+
+        omega, zeta = moving([m[0] for m in sets]), moving([m[1] for m in sets])
+        gains = [y[:, n:] / m[0][n:] ** 2 for y, m in zip(phi_out, sets, strict=True)]
+        return Condensed(
+            (omega, zeta, moving(phi_in), moving(phi_out), moving(w)),
             [np.ascontiguousarray(f) for f in forces],
             first.dt / self.substeps,
-            stride=self.substeps,
-            residual_compliance=np.diag(self.joint.compliance) + behind @ behind.T,
+            np.diag(self.joint.compliance) + behind @ behind.T,
+            plain,
+            first.dt,
+            [g @ x[:, n:].T for g, x in zip(gains, phi_in, strict=True)],
+            [g @ x[:, n:].T for g, x in zip(gains, w, strict=True)],
         )
-        out = []
-        for i, (omega, _, _) in enumerate(sets):
-            gain = phi_out[i][:, n:] / omega[n:] ** 2
-            from_u, from_f = gain @ phi_in[i][:, n:].T, gain @ w[i][:, n:].T
-            out.append([_with_static(h, u, from_u, from_f, first.dt) for h, u in zip(done[i], plain, strict=True)])
-        return out
 
     def _moving(self, omega: FloatArray) -> int:
         """How many modes (of rising omega) are stepped; the others follow statically."""
@@ -244,17 +255,6 @@ def companion_prior(x: FloatArray) -> tuple[FloatArray, FloatArray]:
     n = len(x) - 2
     mean = np.concatenate([x[:n], np.zeros(2)])
     return mean, np.concatenate([np.full(n, LAW_SD), np.full(2, COMPANION_SD)])
-
-
-def _with_static(history: Sequence[Any], u: FloatArray, from_u: FloatArray, from_f: FloatArray, dt: float) -> History:
-    """Adds the accelerations of modes that follow their force statically: second derivatives of the forces."""
-    y, d, v, f, status = history
-    if from_u.any() or from_f.any():
-        n = y.shape[1]
-        omega = 2 * np.pi * np.fft.rfftfreq(n, dt)
-        drive = from_u @ np.fft.rfft(u, axis=1) - from_f @ np.fft.rfft(f, axis=1)
-        y = y + np.fft.irfft(-(omega**2) * drive, n, axis=1)
-    return History(y, d, v, f, status)
 
 
 def loop_of(problem: Problem, joint: Joint, start: Start, recovered: Recovered) -> tuple[ClosedLoop, FloatArray]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.closed_loop import History, Loop, Modal
 from femend.diagnose.receptances import receptances
+from femend.diagnose.tangents import tangent_columns
 from femend.errors import ModelError
 from femend.estimate.lines import TEMPERING, Lines
 
@@ -24,7 +25,7 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 L = TypeVar("L", bound=Loop)
 
-DIFFERENCE = 1e-4
+DIFFERENCE, SMALL = 1e-4, 1e-6
 LARGEST_STEP = 0.7
 # multiples of the damping that are tried, together those in one line, and its factor where they lead down
 TRIED = (((1.0, 0.1),), ((30.0, 10.0), (1000.0, 300.0)))
@@ -160,16 +161,14 @@ class Descent(Generic[L]):
     def jacobian(self, now: Reached, by_differences: bool = False) -> FloatArray:
         """Derivatives (n_residual, n_free) of the residual: by differences over x, by linearisation over p or, where
         wanted, `by_differences` too."""
-        linearised = self.everything and not by_differences
-        points = []
-        for i in range(self.n_p, len(now.z)) if linearised else self.free:
-            moved = now.z.copy()
-            moved[i] += DIFFERENCE
-            points.append(moved)
-        columns = [(r.e - now.e) / DIFFERENCE for r in self.at(*points)]
-        if linearised:
-            columns = linearised_columns(self.loop, *self.split(now.z), now.histories) + columns
-        J = np.array(columns).T
+        p, x = self.split(now.z)
+        here = self.loop.problem.system(self.loop.joint.reduced).modal(p)
+        exact = self.everything and by_differences
+        moved = [_beside(self.loop, p, i, SMALL) for i in range(len(p))] if exact else []
+        over_p, over_x = tangent_columns(self.loop, here, x, moved)
+        if self.everything and not exact:
+            over_p = linearised_columns(self.loop, p, x, now.histories)
+        J = np.array(over_p + over_x).T
         return np.where(np.isfinite(J), J, 0.0)
 
 
@@ -190,11 +189,11 @@ def linearised_columns(loop: Loop, p: FloatArray, x: FloatArray, histories: list
     return [np.concatenate(parts) for parts in columns]
 
 
-def _beside(loop: Loop, p: FloatArray, i: int) -> tuple[Modal, float]:
+def _beside(loop: Loop, p: FloatArray, i: int, by: float = DIFFERENCE) -> tuple[Modal, float]:
     """Modes of the model with unknown i moved, and by how much; inwards at the edge of what has any, and not at all in
     a corner."""
     system = loop.problem.system(loop.joint.reduced)
-    for step in (DIFFERENCE, -DIFFERENCE):
+    for step in (by, -by):
         q = p.copy()
         q[i] += step
         try:

@@ -7,12 +7,14 @@
 //! compliance takes the excess away (with the whole of it the scheme is the average acceleration method, stable for any
 //! stiffness). Modes whose half period is close to a substep follow their force statically.
 
+mod lane;
 mod modal;
 mod newton;
 mod run;
 mod sensitivity;
+mod stable;
 
-pub use run::simulate;
+pub use run::{simulate, simulate_tangents};
 
 use crate::laws::{Law, LawError};
 
@@ -98,6 +100,10 @@ pub struct Response {
     pub dy: Vec<f64>,
     /// Derivatives of f (n_p, n_w, n); empty if not asked for.
     pub df: Vec<f64>,
+    /// Outputs of the moved models (n_moved, n_out, n).
+    pub moved_y: Vec<f64>,
+    /// Law forces there (n_moved, n_w, n).
+    pub moved_f: Vec<f64>,
     /// How it went.
     pub status: Status,
 }

@@ -1,7 +1,9 @@
 //! Local laws and the closed-loop response of a modal model that carries them.
 
 use femend_dynamics::laws::{Kind, Law, LawError};
-use femend_dynamics::simulate::{ModalModel, Output, Response, Run, SimulationError, n_parameters, simulate};
+use femend_dynamics::simulate::{
+    ModalModel, Output, Response, Run, SimulationError, n_parameters, simulate, simulate_tangents,
+};
 use ndarray::{ArrayD, ArrayView1, ArrayViewD, IxDyn};
 use num_complex::Complex64;
 use numpy::{
@@ -301,6 +303,76 @@ fn py_simulate_sensitivity<'py>(
     Ok((histories(py, out, n_out, n_w)?, dy, df))
 }
 
+type Tangents<'py> = (
+    Histories<'py>,
+    Bound<'py, PyArrayDyn<f64>>,
+    Bound<'py, PyArrayDyn<f64>>,
+    Bound<'py, PyArrayDyn<f64>>,
+    Bound<'py, PyArrayDyn<f64>>,
+);
+
+/// Records with derivatives over law parameters, and models moved a little beside them; see `femend._core.pyi`.
+#[pyfunction]
+#[pyo3(name = "simulate_tangents", signature = (omega, zeta, phi_in, phi_out, w, laws, wanted, u, dt, *, substeps=1,
+                   stride=1, output="acceleration", residual_compliance=None))]
+#[allow(clippy::too_many_arguments)]
+fn py_simulate_tangents<'py>(
+    py: Python<'py>,
+    omega: PyReadonlyArrayDyn<'py, f64>,
+    zeta: PyReadonlyArrayDyn<'py, f64>,
+    phi_in: PyReadonlyArrayDyn<'py, f64>,
+    phi_out: PyReadonlyArrayDyn<'py, f64>,
+    w: PyReadonlyArrayDyn<'py, f64>,
+    laws: &Bound<'py, PyAny>,
+    wanted: Vec<bool>,
+    u: Vec<PyReadonlyArray2<'py, f64>>,
+    dt: f64,
+    substeps: usize,
+    stride: usize,
+    output: &str,
+    residual_compliance: Option<PyReadonlyArray2<'py, f64>>,
+) -> PyResult<Vec<Tangents<'py>>> {
+    let laws = joints(laws)?;
+    let records: Vec<Record> = u.iter().map(Record::new).collect();
+    let shape = omega.as_array().shape().to_vec();
+    let n_sets = shape.first().copied().unwrap_or_default();
+    if shape.len() != 2 || n_sets == 0 {
+        return Err(PyValueError::new_err(format!(
+            "omega has {} dimensions; a row for the model and one for each moved model are needed",
+            shape.len()
+        )));
+    }
+    let arrays = [omega.as_array(), zeta.as_array(), phi_in.as_array(), phi_out.as_array(), w.as_array()];
+    let modal = Modal::new(arrays, residual_compliance)?;
+    let output = quantity(output)?;
+    for record in &records {
+        modal.check(n_sets, laws.len(), record.n_in)?;
+    }
+    let moved: Vec<ModalModel<'_>> = (1..n_sets).map(|set| modal.of(set)).collect();
+    let one = |record: &Record| {
+        let run = record.run(dt, substeps, stride, output, false);
+        simulate_tangents(&modal.of(0), &laws, &run, &wanted, &moved)
+    };
+    let done: Result<Vec<Response>, SimulationError> = py.detach(|| records.par_iter().map(one).collect());
+    raised()?;
+    let done = done.map_err(|error| simulation_error(py, &error))?;
+    let (n_out, n_w, n_p) = (modal.phi_out.shape[0], laws.len(), wanted.iter().filter(|w| **w).count());
+    done.into_iter()
+        .map(|mut out| {
+            let (dy, df) = (std::mem::take(&mut out.dy), std::mem::take(&mut out.df));
+            let (y, f) = (std::mem::take(&mut out.moved_y), std::mem::take(&mut out.moved_f));
+            let n = out.n;
+            Ok((
+                histories(py, out, n_out, n_w)?,
+                array(py, dy, &[n_p, n_out, n])?,
+                array(py, df, &[n_p, n_w, n])?,
+                array(py, y, &[moved.len(), n_out, n])?,
+                array(py, f, &[moved.len(), n_w, n])?,
+            ))
+        })
+        .collect()
+}
+
 /// Inputs of one record, row by row.
 struct Record {
     u: Vec<f64>,
@@ -438,6 +510,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(py_simulate, module)?)?;
     module.add_function(wrap_pyfunction!(py_simulate_sensitivity, module)?)?;
     module.add_function(wrap_pyfunction!(py_simulate_batch, module)?)?;
+    module.add_function(wrap_pyfunction!(py_simulate_tangents, module)?)?;
     module.add_function(wrap_pyfunction!(law_force, module)?)?;
     module.add_function(wrap_pyfunction!(law_dynamic_stiffness, module)?)?;
     module.add_function(wrap_pyfunction!(law_library, module)?)

@@ -15,7 +15,7 @@ pub struct Linearised {
     /// Slopes over d, v, a at the end of the step.
     pub df: [f64; 3],
     /// Per law: slopes over its old state.
-    pub df_ds: Vec<[f64; MAX_STATE]>,
+    df_ds: Vec<[f64; MAX_STATE]>,
     /// Slopes over the parameters.
     pub df_dp: Vec<f64>,
     /// Per law and new state variable in use: slopes over (d, v, a), old state, own parameters.
@@ -94,14 +94,31 @@ impl Joint {
         }
     }
 
+    /// Change of the force by that of the states before the step.
+    #[inline(always)]
+    pub fn from_states(&self, at: &Linearised, ds: &[State<f64>]) -> f64 {
+        let mut sum = 0.0;
+        for ((law, slopes), ds) in self.laws.iter().zip(&at.df_ds).zip(ds) {
+            for (slope, ds) in slopes.iter().zip(ds).take(law.kind().n_state()) {
+                sum += slope * ds;
+            }
+        }
+        sum
+    }
+
     /// Advances the derivative of the states with respect to one parameter of the whole simulation.
     ///
     /// `dx` is the derivative of the motion at the end of the step; `own` the index of the parameter among this joint's,
     /// if it is one of them.
+    #[inline(always)]
     pub fn advance_state(&self, at: &Linearised, dx: [f64; 3], own: Option<usize>, ds: &mut [State<f64>]) {
         let (mut first, mut row) = (0, 0);
         for (law, state) in self.laws.iter().zip(ds) {
             let n = law.kind().n_state();
+            if n == 0 {
+                first += law.n_parameters();
+                continue;
+            }
             let local = own.and_then(|j| j.checked_sub(first)).filter(|j| *j < law.n_parameters());
             let old = *state;
             for (new, slope) in state.iter_mut().zip(&at.ds[row..row + n]) {

@@ -191,6 +191,7 @@ fn solve_several(
 }
 
 /// Derivative of f - law(free - C f) with respect to f.
+#[inline(always)]
 pub(super) fn tangent_matrix(c: &Compliance, slopes: &[[f64; 3]; MAX_COORDINATES], n: usize) -> Square {
     let mut m = [[0.0; MAX_COORDINATES]; MAX_COORDINATES];
     for i in 0..n {

@@ -1,14 +1,12 @@
 //! The time loop.
 
-use super::modal::{Lanes, Modes, Stepper, add};
-use super::newton::{Compliance, Forces, Motions, solve};
-use super::sensitivity::{Columns, Substep};
+use super::modal::{Modes, Stepper};
+use super::newton::{Forces, Motions, solve};
+use super::sensitivity::{Columns, Model, Moved};
+use super::stable::{Coupling, SAFE, Stabiliser};
 use super::{MAX_COORDINATES, ModalModel, Response, Run, SimulationError, Status, n_parameters};
 use crate::laws::{Joint, Law, Motion, State};
-
-/// Stiffness (in units of the critical one) up to which the plain scheme is used.
-const SAFE: f64 = 0.8;
-type Square = [[f64; MAX_COORDINATES]; MAX_COORDINATES];
+use pulp::Simd;
 
 /// Response from rest of a modal model whose coordinates `w` carry the given laws (one list a coordinate).
 ///
@@ -16,21 +14,54 @@ type Square = [[f64; MAX_COORDINATES]; MAX_COORDINATES];
 /// [`SimulationError`] for arrays that do not fit, values that are not finite and laws without a time-domain form.
 /// A step that does not converge or a response that grows without bound is told by [`Status`].
 pub fn simulate(model: &ModalModel, laws: &[Vec<Law>], run: &Run) -> Result<Response, SimulationError> {
+    let wanted = vec![run.sensitivities; n_parameters(laws)];
+    simulate_tangents(model, laws, run, &wanted, &[])
+}
+
+/// The response with its derivatives over the law parameters that are `wanted` (in the order of coordinates and laws)
+/// and, beside it, the responses of models `moved` a little, the laws linear around the motion of the first. The moved
+/// models have the first one's residual compliance.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_tangents(
+    model: &ModalModel,
+    laws: &[Vec<Law>],
+    run: &Run,
+    wanted: &[bool],
+    moved: &[ModalModel],
+) -> Result<Response, SimulationError> {
     let n_in = run.check()?;
     if laws.len() > MAX_COORDINATES {
         let (name, place) = ("number of law coordinates", String::new());
         return Err(SimulationError::Value { name, place, value: laws.len() as f64, need: "6 or less" });
     }
-    model.check(laws.len(), n_in)?;
+    for model in std::iter::once(model).chain(moved) {
+        model.check(laws.len(), n_in)?;
+    }
+    if wanted.len() != n_parameters(laws) {
+        return Err(SimulationError::Shape {
+            name: "wanted",
+            given: wanted.len(),
+            expected: n_parameters(laws),
+            why: "one for each parameter of all laws",
+        });
+    }
     let h = run.dt / run.substeps as f64;
     let joints: Vec<Joint> = laws.iter().map(|laws| Joint::new(laws, h)).collect::<Result<_, _>>()?;
     let stepper = Stepper::new(model, h, run.output);
-    let plain = Stabiliser::new(model, laws, &stepper);
-    let first = dispatched(Simulation::new(model, &joints, &stepper, run, &plain));
-    if first.status.failed_at.is_some() && plain.share < 1.0 {
+    let mut stabiliser = Stabiliser::new(model, laws, &stepper);
+    let simulated = |stabiliser: &Stabiliser| {
+        let beside: Vec<Moved> =
+            moved.iter().map(|m| stabiliser.moved(m, model, laws, h, run.output)).collect();
+        dispatched(Simulation::new(model, &joints, &stepper, run, stabiliser, wanted, &beside))
+    };
+    let first = simulated(&stabiliser);
+    if first.status.failed_at.is_some() && stabiliser.share < 1.0 {
         // a law whose stiffness grows with amplitude went beyond what the plain scheme carries
-        let full = Stabiliser { share: 1.0, slopes: vec![0.0; n_parameters(laws)], ..plain };
-        return Ok(dispatched(Simulation::new(model, &joints, &stepper, run, &full)));
+        stabiliser.share = 1.0;
+        stabiliser.slopes.fill(0.0);
+        return Ok(simulated(&stabiliser));
     }
     Ok(first)
 }
@@ -41,58 +72,11 @@ fn dispatched(simulation: Simulation<'_>) -> Response {
     impl pulp::WithSimd for Whole<'_> {
         type Output = Response;
         #[inline(always)]
-        fn with_simd<S: pulp::Simd>(self, _: S) -> Response {
-            self.0.run()
+        fn with_simd<S: Simd>(self, simd: S) -> Response {
+            self.0.run(simd)
         }
     }
     pulp::Arch::new().dispatch(Whole(simulation))
-}
-
-/// Series compliance at the laws' coordinates that keeps stiff laws stable.
-struct Stabiliser {
-    /// Compliance for stability at any stiffness.
-    lacking: Square,
-    /// Share of it in use.
-    share: f64,
-    /// Derivatives of the share with respect to all parameters.
-    slopes: Vec<f64>,
-}
-
-impl Stabiliser {
-    fn new(model: &ModalModel, laws: &[Vec<Law>], stepper: &Stepper) -> Self {
-        let n = laws.len();
-        let mut lacking = [[0.0; MAX_COORDINATES]; MAX_COORDINATES];
-        for i in 0..n {
-            for j in 0..n {
-                let residual = model.residual_compliance.map_or(0.0, |r| r[i * n + j]);
-                lacking[i][j] = stepper.lacking(i, j) - residual;
-            }
-        }
-        if n == 1 {
-            lacking[0][0] = f64::max(lacking[0][0], 0.0);
-        }
-        let (mut load, mut slopes) = (0.0, Vec::new());
-        for (i, laws) in laws.iter().enumerate() {
-            let mut bound = 0.0;
-            for law in laws {
-                let (stiffness, over_p) = law.stiffness_bound();
-                let known = stiffness.is_finite();
-                bound += if known { stiffness } else { 0.0 };
-                slopes.extend(
-                    law.values()
-                        .iter()
-                        .zip(over_p)
-                        .map(|(_, slope)| if known { slope } else { 0.0 } * lacking[i][i]),
-                );
-            }
-            load += bound.max(0.0) * lacking[i][i].max(0.0);
-        }
-        let share = if load > SAFE { 1.0 - SAFE / load } else { 0.0 };
-        for slope in &mut slopes {
-            *slope *= if load > SAFE { SAFE / (load * load) } else { 0.0 };
-        }
-        Self { lacking, share, slopes }
-    }
 }
 
 struct Simulation<'a> {
@@ -100,11 +84,11 @@ struct Simulation<'a> {
     stepper: &'a Stepper,
     run: &'a Run<'a>,
     stabiliser: &'a Stabiliser,
-    compliance: Compliance,
-    /// Compliance at the start from rest: forces act on accelerations alone.
-    compliance_at_rest: Compliance,
-    memory: Square,
+    coupling: Coupling,
     inertial: bool,
+    /// Parameters whose derivatives are wanted, and models beside this one.
+    wanted: &'a [bool],
+    moved: &'a [Moved],
 }
 
 /// What moves during a run.
@@ -116,6 +100,8 @@ struct Moving {
     f_before: Forces,
     x: Motions,
     scale: f64,
+    /// Inputs at the end of the substep.
+    u: Vec<f64>,
     columns: Option<Columns>,
 }
 
@@ -126,76 +112,79 @@ impl<'a> Simulation<'a> {
         stepper: &'a Stepper,
         run: &'a Run<'a>,
         stabiliser: &'a Stabiliser,
+        wanted: &'a [bool],
+        moved: &'a [Moved],
     ) -> Self {
-        let (n, h) = (joints.len(), run.dt / run.substeps as f64);
-        let mut compliance = Compliance::default();
-        let mut compliance_at_rest = Compliance::default();
-        let mut memory = Square::default();
-        for i in 0..n {
-            for j in 0..n {
-                let residual = model.residual_compliance.map_or(0.0, |r| r[i * n + j]);
-                let added = residual + stabiliser.share * stabiliser.lacking[i][j];
-                memory[i][j] = residual / h;
-                compliance[i][j] = stepper.compliance(i, j);
-                compliance[i][j][0] += added;
-                compliance[i][j][1] += memory[i][j];
-                compliance_at_rest[i][j] = [added, memory[i][j], stepper.mobility_at_rest(i, j)];
+        let (residual, Stabiliser { share, lacking, .. }) = (model.residual_compliance, stabiliser);
+        let h = run.dt / run.substeps as f64;
+        let coupling = Coupling::new(stepper, residual, *share, lacking, joints.len(), h);
+        let inertial = joints.iter().any(Joint::uses_acceleration) || inertia_wanted(joints, wanted);
+        Self { joints, stepper, run, stabiliser, coupling, inertial, wanted, moved }
+    }
+
+    /// Writes the inputs a `share` of the step after a sample to `u`.
+    #[inline(always)]
+    fn inputs(&self, sample: usize, share: f64, u: &mut [f64]) {
+        let Run { u: all, n, .. } = *self.run;
+        for (value, row) in u.iter_mut().zip(all.chunks_exact(n)) {
+            *value = row[sample];
+            if share > 0.0 {
+                *value += share * (row[sample + 1] - row[sample]);
             }
         }
-        let inertial =
-            joints.iter().any(|j| if run.sensitivities { j.is_inertial() } else { j.uses_acceleration() });
-        Self { joints, stepper, run, stabiliser, compliance, compliance_at_rest, memory, inertial }
     }
 
     #[inline(always)]
-    fn load(&self, sample: usize, p: &mut Lanes) {
-        let Run { u, n, .. } = *self.run;
-        self.stepper.load((0..u.len() / n).map(|row| u[row * n + sample]), p);
-    }
-
-    #[inline(always)]
-    fn run(&self) -> Response {
+    fn run<S: Simd>(&self, simd: S) -> Response {
         let mut out = self.empty();
         let mut now = self.start();
         let Run { n, substeps, stride, .. } = *self.run;
-        let mut load = now.modes.p.clone();
-        self.load(0, &mut load);
-        now.modes.p.clone_from(&load);
-        let (mut end, mut inside) = (load.clone(), load.clone());
-        let mut good = self.solve_step(&mut now, true, &mut out.status);
+        let mut load = self.stepper.unloaded();
+        self.inputs(0, 0.0, &mut now.u);
+        self.stepper.load(simd, &now.u, &mut load);
+        self.stepper.start(&mut now.modes, &load);
+        let mut good = self.solve_step(simd, &mut now, true, &mut out);
         for sample in 0..n {
             if let Err(advice) = good {
                 self.fail(sample.div_ceil(stride), advice, &mut out);
                 return out;
             }
             if sample % stride == 0 {
-                self.record(&now, sample / stride, &mut out);
+                self.record(simd, &mut now, sample / stride, &mut out);
             }
             if sample + 1 == n {
                 break;
             }
-            self.load(sample + 1, &mut end);
             for part in 1..=substeps {
-                let share = part as f64 / substeps as f64;
-                if part < substeps {
-                    inside.fill_with(Default::default);
-                    add(&mut inside, share, &end);
-                    add(&mut inside, 1.0 - share, &load);
-                }
-                self.stepper.free(&mut now.modes, if part < substeps { &inside } else { &end });
-                good = self.solve_step(&mut now, false, &mut out.status);
+                let (at, share) =
+                    if part < substeps { (sample, part as f64 / substeps as f64) } else { (sample + 1, 0.0) };
+                self.inputs(at, share, &mut now.u);
+                self.stepper.load(simd, &now.u, &mut load);
+                self.stepper.free(simd, &mut now.modes, &load);
+                good = self.solve_step(simd, &mut now, false, &mut out);
                 if good.is_err() {
                     break;
                 }
             }
-            std::mem::swap(&mut load, &mut end);
+        }
+        if let Some(columns) = &mut now.columns {
+            columns.follow(simd, &self.differentiated(), &mut out);
         }
         out
     }
 
+    fn differentiated(&self) -> Model<'_> {
+        let Coupling { compliance, at_rest: compliance_at_rest, memory } = &self.coupling;
+        let Stabiliser { lacking, .. } = self.stabiliser;
+        let Self { stepper, joints, moved, inertial, .. } = *self;
+        Model { stepper, joints, compliance, compliance_at_rest, memory, lacking, moved, inertial }
+    }
+
     fn start(&self) -> Moving {
         let rest: Vec<_> = self.joints.iter().map(Joint::rest).collect();
-        let columns = self.run.sensitivities;
+        let columns = !self.moved.is_empty() || self.wanted.contains(&true);
+        let Stabiliser { slopes, .. } = self.stabiliser;
+        let made = || Columns::new(self.stepper, self.joints, slopes, self.wanted, self.moved);
         Moving {
             modes: self.stepper.rest(),
             next: rest.clone(),
@@ -204,13 +193,20 @@ impl<'a> Simulation<'a> {
             f_before: [0.0; MAX_COORDINATES],
             x: Motions::default(),
             scale: 0.0,
-            columns: columns.then(|| Columns::new(self.stepper, self.joints, &self.stabiliser.slopes)),
+            u: vec![0.0; self.run.u.len() / self.run.n],
+            columns: columns.then(made),
         }
     }
 
     /// Finds the law forces at the end of a substep whose free motion the modes hold, and completes the motion.
     #[inline(always)]
-    fn solve_step(&self, now: &mut Moving, first: bool, status: &mut Status) -> Result<(), &'static str> {
+    fn solve_step<S: Simd>(
+        &self,
+        simd: S,
+        now: &mut Moving,
+        first: bool,
+        out: &mut Response,
+    ) -> Result<(), &'static str> {
         let n = self.joints.len();
         if n == 0 {
             return Ok(());
@@ -218,17 +214,18 @@ impl<'a> Simulation<'a> {
         let mut free = Motions::default();
         let mut guess = now.f;
         for i in 0..n {
-            let (d, mut v) = self.stepper.motion(&now.modes, i);
-            let a = if self.inertial { self.stepper.acceleration(&now.modes, i) } else { 0.0 };
+            let (d, mut v) = self.stepper.motion(simd, &now.modes, i);
+            let a = if self.inertial { self.stepper.acceleration(simd, &now.modes, i) } else { 0.0 };
             for j in 0..n {
-                v += self.memory[i][j] * now.f[j];
+                v += self.coupling.memory[i][j] * now.f[j];
             }
             free[i] = Motion { d, v, a };
             guess[i] = 2.0 * now.f[i] - now.f_before[i];
         }
-        let compliance = if first { &self.compliance_at_rest } else { &self.compliance };
+        let Coupling { compliance, at_rest, .. } = &self.coupling;
+        let compliance = if first { at_rest } else { compliance };
         let solved = solve(self.joints, &free, compliance, guess, now.scale, &now.states, &mut now.next);
-        status.n_iterations += solved.n_iterations;
+        out.status.n_iterations += solved.n_iterations;
         let sum: f64 = solved.f[..n].iter().chain(solved.x[..n].iter().map(|x| &x.d)).map(|x| x.abs()).sum();
         if sum.is_nan() || sum > 1e150 {
             return Err("the response grows without bound: the law destabilises the model at this level; \
@@ -242,17 +239,15 @@ impl<'a> Simulation<'a> {
         }
         for i in 0..n {
             if first {
-                self.stepper.load_only(&mut now.modes, i, solved.f[i]);
+                self.stepper.load_only(simd, &mut now.modes, i, solved.f[i]);
             } else {
-                self.stepper.correct(&mut now.modes, i, solved.f[i]);
+                self.stepper.correct(simd, &mut now.modes, i, solved.f[i]);
             }
             now.scale = now.scale.max(solved.f[i].abs());
         }
         if let Some(columns) = &mut now.columns {
-            let lacking = &self.stabiliser.lacking;
-            let (stepper, joints, memory) = (self.stepper, self.joints, &self.memory);
-            let step = Substep { stepper, joints, compliance, memory, lacking, first };
-            columns.advance(&step, &solved.x, &solved.f, &now.states);
+            let motion = (&solved.x, &solved.f, now.u.as_slice());
+            columns.step(simd, &self.differentiated(), motion, &now.states, first, out);
         }
         (now.f_before, now.f, now.x) = (now.f, solved.f, solved.x);
         if first {
@@ -273,7 +268,8 @@ impl<'a> Simulation<'a> {
     fn empty(&self) -> Response {
         let n = self.run.n.div_ceil(self.run.stride);
         let (n_out, n_w) = (self.stepper.n_outputs(), self.joints.len());
-        let n_p = if self.run.sensitivities { self.stabiliser.slopes.len() } else { 0 };
+        let n_p = self.wanted.iter().filter(|w| **w).count();
+        let n_moved = self.moved.len();
         let zeros = |rows: usize| vec![0.0; rows * n];
         let status = Status {
             n_static_modes: self.stepper.n_static,
@@ -288,27 +284,33 @@ impl<'a> Simulation<'a> {
             f: zeros(n_w),
             dy: zeros(n_p * n_out),
             df: zeros(n_p * n_w),
+            moved_y: zeros(n_moved * n_out),
+            moved_f: zeros(n_moved * n_w),
             status,
         }
     }
 
     #[inline(always)]
-    fn record(&self, now: &Moving, k: usize, out: &mut Response) {
+    fn record<S: Simd>(&self, simd: S, now: &mut Moving, k: usize, out: &mut Response) {
         let n = out.n;
-        self.stepper.outputs(&now.modes, |row, y| out.y[row * n + k] = y);
+        self.stepper.outputs(simd, &now.modes, |row, y| out.y[row * n + k] = y);
         for i in 0..self.joints.len() {
             out.d[i * n + k] = now.x[i].d;
             out.v[i * n + k] = now.x[i].v;
             out.f[i * n + k] = now.f[i];
         }
-        if let Some(columns) = &now.columns {
-            columns.record(self.stepper, k, out);
+        if let Some(columns) = &mut now.columns {
+            columns.keep(k);
         }
     }
 
     fn fail(&self, k: usize, advice: &str, out: &mut Response) {
         let n = out.n;
-        for history in [&mut out.y, &mut out.d, &mut out.v, &mut out.f, &mut out.dy, &mut out.df] {
+        let moved = [&mut out.moved_y, &mut out.moved_f];
+        for history in [&mut out.y, &mut out.d, &mut out.v, &mut out.f, &mut out.dy, &mut out.df]
+            .into_iter()
+            .chain(moved)
+        {
             for row in history.chunks_mut(n) {
                 row[k.min(n)..].fill(f64::NAN);
             }
@@ -316,4 +318,18 @@ impl<'a> Simulation<'a> {
         out.status.failed_at = Some(k);
         out.status.advice = format!("from sample {k} of {n} on nothing was computed: {advice}");
     }
+}
+
+/// Whether a derivative is wanted over a parameter of a law that may depend on the acceleration.
+fn inertia_wanted(joints: &[Joint], wanted: &[bool]) -> bool {
+    let laws = joints.iter().flat_map(|joint| joint.laws());
+    let mut first = 0;
+    for law in laws {
+        let own = first..first + law.n_parameters();
+        first = own.end;
+        if law.kind().is_inertial() && wanted[own].last() == Some(&true) {
+            return true;
+        }
+    }
+    false
 }
