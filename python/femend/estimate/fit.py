@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,7 @@ class Hypothesis:
 class Fit:
     """A minimum: unknowns `p` (ln factors, ln frequency factors, ln damping ratios), ln law parameters `x`, `cost`
     (tempered squares plus prior), `prior` its prior part, `misfit` a record (mean weighted square of what is left),
-    `hessian` Gauss-Newton matrix of half the cost."""
+    `hessian` Gauss-Newton matrix of half the cost, worked out when it is first asked for."""
 
     hypothesis: Hypothesis
     p: FloatArray
@@ -64,13 +65,22 @@ class Fit:
     cost: float
     prior: float
     misfit: FloatArray
-    hessian: FloatArray
     converged: bool
+    system: Any
+    lines: Sequence[Any]
 
     @property
     def score(self) -> float:
         """Mean misfit over the records, the measure that compares hypotheses with different numbers of free forces."""
         return float(np.mean(self.misfit))
+
+    @cached_property
+    def hessian(self) -> FloatArray:
+        """Gauss-Newton matrix (n, n) of half the cost over p, then x."""
+        job = (self.system, self.hypothesis.core(), self.p, self.x)
+        (solved,) = _core.solve_hypotheses([job], self.lines, 0)
+        assert solved is not None, "the minimum was solved before"
+        return solved[5]
 
 
 class Problem:
@@ -187,11 +197,11 @@ class Problem:
         if starts is None:
             starts = [(self.prior(h.reduced)[0], h.mean if h.mean is not None else np.zeros(0)) for h in hypotheses]
         jobs = [(self.system(h.reduced, held), h.core(), p, x) for h, (p, x) in zip(hypotheses, starts, strict=True)]
-        lines = self.lines(hypotheses[0].reduced, sigma)
-        done = _core.solve_hypotheses(jobs, [line.core for line in lines], iterations, tolerance)
+        lines = [line.core for line in self.lines(hypotheses[0].reduced, sigma)]
+        done = _core.solve_hypotheses(jobs, lines, iterations, tolerance, derivatives=False)
         return [
-            None if r is None or not np.isfinite(r[2]) else Fit(h, r[0], r[1], r[2], r[3], r[4], r[5], r[7])
-            for h, r in zip(hypotheses, done)
+            None if r is None or not np.isfinite(r[2]) else Fit(h, *r[:5], r[7], job[0], lines)
+            for h, job, r in zip(hypotheses, jobs, done, strict=True)
         ]
 
     def continuation(

@@ -209,7 +209,7 @@ fn solved<'py>(py: Python<'py>, s: Solution) -> SolvedTuple<'py> {
 
 /// Minimises a batch of hypotheses over the same records, in parallel.
 #[pyfunction]
-#[pyo3(signature = (jobs, records, iterations=20, tolerance=1e-2))]
+#[pyo3(signature = (jobs, records, iterations=20, tolerance=1e-2, derivatives=true))]
 #[allow(clippy::type_complexity)]
 fn solve_hypotheses<'py>(
     py: Python<'py>,
@@ -217,6 +217,7 @@ fn solve_hypotheses<'py>(
     records: Vec<Py<RecordLines>>,
     iterations: usize,
     tolerance: f64,
+    derivatives: bool,
 ) -> PyResult<Vec<Option<SolvedTuple<'py>>>> {
     let records: Vec<CoreLines> = records.iter().map(|r| r.get().inner.clone()).collect();
     let jobs: Vec<Job<'_>> = jobs
@@ -228,7 +229,7 @@ fn solve_hypotheses<'py>(
             x: x.as_array().to_vec(),
         })
         .collect();
-    let settings = Settings { iterations, tolerance, ..Settings::default() };
+    let settings = Settings { iterations, tolerance, derivatives, ..Settings::default() };
     let results = py.detach(|| solve_batch(&jobs, &records, settings));
     results
         .into_iter()

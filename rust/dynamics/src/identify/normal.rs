@@ -209,6 +209,12 @@ impl<'a> Point<'a> {
         }
     }
 
+    /// The same without what only derivatives need.
+    pub fn finished(mut self, ws: &mut Workspace) -> Self {
+        self.steps.drain(..).for_each(|step| step.give_back(ws));
+        self
+    }
+
     /// Gives all arrays back.
     pub fn give_back(self, ws: &mut Workspace) {
         self.steps.into_iter().for_each(|step| step.give_back(ws));

@@ -20,11 +20,13 @@ pub struct Settings {
     pub tolerance: f64,
     /// Longest step of any unknown (ln units).
     pub longest: f64,
+    /// Whether gradient and Gauss-Newton matrix are wanted at the minimum; they cost as much as a step.
+    pub derivatives: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { iterations: 20, tolerance: 1e-2, longest: 0.5 }
+        Self { iterations: 20, tolerance: 1e-2, longest: 0.5, derivatives: true }
     }
 }
 
@@ -35,7 +37,7 @@ pub struct Solution {
     pub p: Vec<f64>,
     /// Logarithms of the law's parameters.
     pub x: Vec<f64>,
-    /// Evaluation there, with the Gauss-Newton matrix.
+    /// Evaluation there, with the Gauss-Newton matrix where it is wanted or was known.
     pub at: Evaluation,
     /// Accepted steps.
     pub iterations: usize,
@@ -88,7 +90,9 @@ fn minimise(
     ws: &mut Workspace,
 ) -> Result<Solution, IdentifyError> {
     let mut here = Point::new(system, records, hypothesis, start, ws)?;
-    here.derive(system, hypothesis, ws);
+    if settings.derivatives || settings.iterations > 0 {
+        here.derive(system, hypothesis, ws);
+    }
     let mut lambda = 1e-4;
     let (mut iterations, mut converged) = (0, false);
     while iterations < settings.iterations && !converged {
@@ -115,11 +119,14 @@ fn minimise(
         lambda = (lambda / 10.0).max(1e-9);
         let cost = better.at.cost;
         converged = here.at.cost - cost < settings.tolerance * (1.0 + 1e-3 * cost);
-        better.derive(system, hypothesis, ws);
-        here = better;
         iterations += 1;
+        let goes_on = iterations < settings.iterations && !converged;
+        if settings.derivatives || goes_on {
+            better.derive(system, hypothesis, ws);
+        }
+        here = better;
     }
-    let Point { p, x, at, .. } = here;
+    let Point { p, x, at, .. } = here.finished(ws);
     Ok(Solution { p, x, at, iterations, converged })
 }
 

@@ -53,6 +53,9 @@ fn solving_recovers_what_made_the_lines() {
         let found =
             solve(&system, &records, &hypothesis, &system.mean, &begin, settings()).expect("solution");
         assert!(found.converged);
+        let sparing = Settings { derivatives: false, ..settings() };
+        let same = solve(&system, &records, &hypothesis, &system.mean, &begin, sparing).expect("solution");
+        assert_eq!((&same.p, &same.x, same.at.cost), (&found.p, &found.x, found.at.cost));
         for (a, b) in found.p[..2].iter().zip(&z).chain(found.x.iter().zip(&x)) {
             assert!((a - b).abs() < 1e-3, "{:?} {:?} instead of {z:?}", found.p, found.x);
         }
