@@ -12,8 +12,11 @@ import pytest
 from femend.diagnose.known_force import Known
 from femend.diagnose.locate import refitted
 from femend.diagnose.noise import UNDERRATED, louder
+from femend.diagnose.pairs import Searched, others
+from femend.diagnose.second import _of_law, _search
 from femend.diagnose.terms import relaxing
 from femend.diagnose.update import UpdatedModel
+from femend.model.places import find_places
 from femend.study.run import StudyRun, diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -57,6 +60,21 @@ def test_what_no_force_explains_is_noise_to_a_single_law(run: StudyRun) -> None:
         np.testing.assert_allclose(after.noise, before.noise * np.sqrt(loud.factor[before.name]))
     assert loud.located[0].fit.score == pytest.approx(1.0, abs=0.25)
     assert louder(loud.start, loud.located) is None
+
+
+def test_laws_are_tried_beside_the_first_where_a_force_explains_what_a_law_has_to(run: StudyRun) -> None:
+    d = run.diagnosis
+    first = Searched(
+        d.problem, d.reduced, d.g_rows, d.split, find_places(d.reduced.model), d.located, d.ranked, d.settings,
+        d.n_values, d.null_score, 0.0,
+    )  # fmt: skip
+    best, nothing = d.ranked[0], Known((), {r.name: () for r in d.problem.records})
+    aside, places = _of_law(first, best, nothing), others(first, best.located.place)
+    found = _search(first, aside, places)
+    assert found is not None
+    assert {found[0].name, best.name} == {"viscous_damper", "cubic_stiffness"}
+    too_much = replace(d.settings, gain_cost=1e6)
+    assert _search(replace(first, settings=too_much), aside, places) is None
 
 
 def test_a_known_force_is_one_more_input(run: StudyRun) -> None:

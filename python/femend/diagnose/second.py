@@ -14,7 +14,7 @@ from femend.diagnose.beside import companions
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.dressed import with_own
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
-from femend.diagnose.locate import Located, locate, shortlist
+from femend.diagnose.locate import Located, locate, shortlist, squares_of
 from femend.diagnose.name import Ranked, name_physics
 from femend.diagnose.pairs import Searched, others, pair, plain, with_members
 from femend.diagnose.terms import Term, Terms, refit_terms
@@ -95,22 +95,32 @@ def _named(first: Searched, second: Located, at: Located) -> Further | None:
     law alone.
 
     The best law found so far is taken for one of the two where it explains the greater part; if nothing comes of it,
-    the force read off at the second place.
+    the force read off at the second place. Where no force anywhere explains what that law leaves, there is no second.
     """
     nothing = Known((), {r.name: () for r in first.problem.records})
     best = first.ranked[0]
     if first.null_score - best.score > FIRST_SHARE * (first.null_score - first.floor):
-        found = _in_turns(first, best, first.ranked, _of_law(first, best, nothing))
+        aside = _of_law(first, best, nothing)
+        beside = _search(first, aside, others(first, best.located.place))
+        if beside is None:
+            return None
+        found = _in_turns(first, best, first.ranked, aside, beside)
         if found is not None:
             return found
     free = _free(first, second, at)
     one = _search(first, free, others(first, second.place))
-    return _in_turns(first, one[0], one, _of_law(first, one[0], free.known)) if one else None
+    if not one:
+        return None
+    aside = _of_law(first, one[0], free.known)
+    beside = _search(first, aside, others(first, one[0].located.place))
+    return _in_turns(first, one[0], one, aside, beside or [])
 
 
-def _in_turns(first: Searched, one: Ranked, laws: Sequence[Ranked], aside: _Aside) -> Further | None:
-    """Names the second effect beside the law `one`, whose force is `aside`, and the first again beside the second."""
-    two = _search(first, aside, others(first, one.located.place))
+def _in_turns(
+    first: Searched, one: Ranked, laws: Sequence[Ranked], aside: _Aside, two: Sequence[Ranked]
+) -> Further | None:
+    """The law `one`, whose force is `aside`, with those found beside it, `two`; and the first named again beside the
+    second."""
     if not two:
         return None
     here = [r for r in laws if r.located.place is one.located.place]
@@ -123,8 +133,9 @@ def _in_turns(first: Searched, one: Ranked, laws: Sequence[Ranked], aside: _Asid
     return min(both, key=lambda f: f.score, default=None)
 
 
-def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> list[Ranked]:
-    """Laws at the best of the places, in order of score: the search for one effect again, beside what is known."""
+def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> list[Ranked] | None:
+    """Laws at the best of the places, in order of score: the search for one effect again, beside what is known. None
+    where no force at any of them explains what a law has to."""
     reduced = first.reduced
     for member in aside.members:
         reduced = with_own(member, reduced)
@@ -136,6 +147,9 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> list[Ran
     if null is None:
         return []
     located = locate(problem, reduced, places, null)
+    gained = null.prior + squares_of(problem, null, 0.0) - min((f.cost for f in located), default=np.inf)
+    if gained < first.settings.gain_cost:
+        return None
     short = with_look_alikes(problem, reduced, shortlist(located), places, first.settings)
     ranked, _ = name_physics(split, reduced, short, rows, first.settings, null.p, clamps=[*short, *located])
     return [replace(r, name=collapsed(r.candidate, r.recovered, first.settings).name) for r in ranked]
