@@ -16,6 +16,7 @@ from femend.estimate import FitRecord, fit_records, pair_test
 from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter, read_model
+from femend.model.negative import negative_values
 from femend.progress import Progress, SilentProgress
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
@@ -69,7 +70,8 @@ def diagnose(
         diagnosis = diagnose_records(model, records, study.damping_ratio, told)
     with steps.step("predict"):
         predictions = predict_all(diagnosis, test, model, pairing, records)
-        result = result_of(diagnosis, predictions, records, [w for r in test for w in r.warnings])
+        warnings = [*negative_values(model.deck), *(w for r in test for w in r.warnings)]
+        result = result_of(diagnosis, predictions, records, warnings)
     run = StudyRun(study, model, test, pairing, records, diagnosis, predictions, result)
     if out is not None:
         _write(run, Path(out), info)

@@ -20,6 +20,7 @@ from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter
 from femend.model.configured import free_model
+from femend.model.negative import negative_values
 from femend.progress import Progress
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
@@ -76,7 +77,8 @@ def diagnose_staged(study: Study, steps: Any, info: RunInfo, progress: Progress,
         progress.done()
     with steps.step("predict"):
         predictions = predict_staged(setup, test, data, final, plain)
-        result = staged_result(setup, data, final, plain, predictions, [w for r in test for w in r.warnings])
+        warnings = [*negative_values(free.deck), *(w for r in test for w in r.warnings)]
+        result = staged_result(setup, data, final, plain, predictions, warnings)
     run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)
     if out is not None:
         _write(run, out, info)
