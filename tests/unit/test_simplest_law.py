@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.diagnosis import _accepted
+from femend.diagnose.diagnosis import _accepted, _stands_out
 from femend.diagnose.name import Ranked, _Judge, tempered
 from femend.diagnose.settings import Settings
 from femend.model import Place
@@ -67,6 +67,34 @@ def test_a_model_at_the_noise_lacks_what_its_priors_tell_alone(null: float, prio
         null=SimpleNamespace(score=null), null_chosen=without.candidate,
     )  # fmt: skip
     assert _accepted(found, best) is accepted
+
+
+@pytest.mark.parametrize(("null", "chosen", "accepted"), [(1.7, 1.15, False), (1.7, 1.02, True), (4.0, 1.6, True)])
+def test_what_is_hardly_above_the_noise_has_to_be_explained_nearly_wholly(
+    null: float, chosen: float, accepted: bool
+) -> None:
+    best, without = ranked("viscous_damper", chosen, 10.0), ranked("viscous_damper", null, 40.0)
+    floor = ranked("springpot", 1.0, 10.0)
+    known = replace(floor.candidate, reference=1.0)
+    found: Any = SimpleNamespace(
+        settings=Settings(), ranked=[best, replace(floor, candidate=known)], n_values=N_VALUES,
+        null_score=without.score, null=SimpleNamespace(score=null), null_chosen=without.candidate,
+    )  # fmt: skip
+    assert _accepted(found, best) is accepted
+
+
+@pytest.mark.parametrize(
+    ("null", "chosen", "told"), [(11.0, 3.4, True), (11.0, 7.0, False), (3.0, 1.4, False), (1000.0, 20.0, True)]
+)
+def test_a_law_that_takes_most_of_a_large_misfit_is_told_as_the_likeliest(
+    null: float, chosen: float, told: bool
+) -> None:
+    best, without = ranked("tuned_absorber", chosen, 20.0), ranked("viscous_damper", null, 80.0)
+    found: Any = SimpleNamespace(
+        settings=Settings(), ranked=[best], n_values=N_VALUES, null_score=without.score,
+        null=SimpleNamespace(score=null), null_chosen=without.candidate,
+    )  # fmt: skip
+    assert _stands_out(found, best) is told
 
 
 def test_a_nonlinear_law_that_is_better_stays_first() -> None:

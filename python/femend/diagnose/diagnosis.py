@@ -44,6 +44,16 @@ FloatArray = NDArray[np.float64]
 
 # misfit, as a multiple of what counts as consistent, from which something is missing whatever it is
 FAR = 3.0
+# gain, in `gain_cost`, of a law that is told though it explains part of what is wrong
+TEN = 10.0
+PART_OF_A_FORCE = (
+    "the best law explains part of what a free force at the same place does; record two more levels, or the motion of "
+    "the place itself"
+)
+PART_OF_ALL = (
+    "the best law explains most of what the recordings show, but not all: check the mesh and the idealisation, or "
+    "whether more than one thing is missing"
+)
 # places from whose free forces an updated model that leaves more than noise is fitted again
 STARTS = 3
 
@@ -257,7 +267,8 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
     rival = _rival(found, named)
     if rival is not None:
         return _free_form(found, rival)
-    if best is None or not named:
+    partly = best is not None and not named and _stands_out(found, best)
+    if best is None or not (named or partly):
         if not found.located and found.null.score > FAR * settings.consistent:
             return replace(found, verdict="undetermined", place=None, advice=_more_sensors(found))
         if outlier > settings.parameter_z or _clearly_missing(found):
@@ -274,12 +285,9 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
         (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
         if fit is not None:
             refitted = _refitted_part(candidate, fit)
-    adequate = _adequate(found, best)
+    adequate = named and _adequate(found, best)
     verdict = "missing-physics" if adequate else "located-not-named"
-    advice = "" if adequate else (
-        "the best law explains part of what a free force at the same place does; record two more levels, or the motion "
-        "of the place itself"
-    )  # fmt: skip
+    advice = "" if adequate else (PART_OF_ALL if partly else PART_OF_A_FORCE)
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
 
 
@@ -385,7 +393,8 @@ def _accepted(found: Diagnosis, best: Ranked) -> bool:
     enough = max(found.null.score, found.null_chosen.chosen) <= settings.consistent
     won = settings.wins(gain, -np.inf if enough else chosen, relieved)
     share = _explained(found.null_score, best, found.ranked, found.n_values)
-    return bool(won and share >= settings.explained)
+    weak = found.null_chosen.chosen < settings.weak
+    return bool(won and share >= (settings.nearly if weak else settings.explained))
 
 
 def _unclear(null_score: float, ranked: Sequence[Ranked], n_values: float, settings: Settings) -> bool:
@@ -419,6 +428,16 @@ def _clearly_missing(found: Diagnosis) -> bool:
     misfit, free = found.null.score, found.located[0].fit.score
     far = misfit > FAR * found.settings.consistent and free < 0.5 * misfit
     return bool(far or depends_on_level(found.problem, found.null, found.located, found.settings))
+
+
+def _stands_out(found: Diagnosis, best: Ranked) -> bool:
+    """Whether a law takes away more than half of an unseen misfit far above the noise, though not what a law has to:
+    beside a mesh or an idealisation that is wrong everywhere it is told as the likeliest, not as what is missing."""
+    settings, before, after = found.settings, found.null_chosen.chosen, best.candidate.chosen
+    far = before > FAR * settings.consistent and after < 0.5 * before
+    gain = found.null_score - best.score
+    share = _explained(found.null_score, best, found.ranked, found.n_values)
+    return bool(far and gain > TEN * settings.gain_cost and share >= settings.partly)
 
 
 def _unnamed(found: Diagnosis) -> str:

@@ -23,6 +23,10 @@ class Settings:
         gain_cost: fall of the score (tempered log posterior on unseen data) that a law must bring.
         gain_chosen: relative fall ln(v0/v) of the unseen misfit that a law must bring.
         explained: share of what is wrong with the updated model that a law must take away.
+        weak: unseen misfit of the updated model up to which it is `nearly` in place of `explained`: many things take
+            part of what is hardly above the noise, the right law takes all of it.
+        nearly: the share that a law must take away there.
+        partly: the share from which a law that stands out is told as the likeliest, without a name for what is missing.
         clear: the same share from which no further places are tried.
         gain_nonlinear: the same for a nonlinear law against the best linear one.
         parameter_z: prior deviation beyond which a parameter alone is a finding.
@@ -46,6 +50,9 @@ class Settings:
     gain_cost: float = 40.0
     gain_chosen: float = 0.05
     explained: float = 0.6
+    weak: float = 2.0
+    nearly: float = 0.88
+    partly: float = 0.4
     clear: float = 0.8
     gain_nonlinear: float = 0.15
     parameter_z: float = 5.0
