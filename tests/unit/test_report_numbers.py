@@ -156,6 +156,18 @@ def test_a_model_that_leaves_more_than_noise_is_not_said_to_explain_the_recordin
     assert words.headline(little).startswith("Nothing is missing: the model explains the recordings once updated")
 
 
+def test_the_headline_of_a_law_that_explains_most_says_so() -> None:
+    finding = {
+        "physics": "tuned_absorber", "location": {"kind": "ground", "nodes": [13], "direction": "Z"},
+        "parameters": {"m": {"value": 0.11, "unit": "kg", "sd": 0.03}},
+    }  # fmt: skip
+    said = words.headline({"verdict": "located-not-named", "findings": [finding]})
+    assert said.startswith("Likeliest missing: attached oscillator (tuned absorber) at node 13 in Z")
+    assert said.endswith("though it does not explain all that is left.")
+    unknown = words.headline({"verdict": "located-not-named", "findings": [{**finding, "parameters": {}}]})
+    assert unknown.endswith("but no law tried explains it well enough to be named.")
+
+
 def test_headline_takes_the_fit_error_where_nothing_was_held_out() -> None:
     result = {
         "verdict": "parameters-only",

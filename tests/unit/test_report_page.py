@@ -324,7 +324,7 @@ def test_warnings_stand_above_the_picture() -> None:
     page = Page(render(dataclasses.replace(content("consistent"), result=said)))
     assert page.wrong == []
     assert page.text.index("Recording <a> clips") < page.text.index("The model")
-    assert "Warnings about the recordings" not in Page(render(content("consistent"))).text
+    assert "Warnings about the deck" not in Page(render(content("consistent"))).text
 
 
 def test_a_study_in_stages_tells_how_its_rivals_were_judged() -> None:

@@ -263,6 +263,8 @@ def _located(finding: Result, result: Result) -> str:
     gain = _gain(result, "parameters", "final")
     if finding.get("class"):
         what = f"a force ({finding['class']})"
+    elif physics in PHYSICS and finding.get("parameters"):
+        return f"Likeliest missing: {what} {place}, though it does not explain all that is left{gain}."
     return f"The model lacks {what} {place}, but no law tried explains it well enough to be named{gain}."
 
 
