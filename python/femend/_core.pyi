@@ -58,27 +58,6 @@ def simulate(
     Modes are stepped exactly for linear forces (Van Loan 1978); the law's force is implicit at the end of a substep.
     """
 
-def simulate_sensitivity(
-    omega: NDArray[np.float64],
-    zeta: NDArray[np.float64],
-    phi_in: NDArray[np.float64],
-    phi_out: NDArray[np.float64],
-    w: NDArray[np.float64],
-    laws: Sequence[Sequence[_LawSpec]],
-    u: NDArray[np.float64],
-    dt: float,
-    *,
-    substeps: int = 1,
-    stride: int = 1,
-    output: str = "acceleration",
-    residual_compliance: NDArray[np.float64] | None = None,
-) -> tuple[_Histories, NDArray[np.float64], NDArray[np.float64]]:
-    """`simulate`, with dy/dp (n_p, n_out, n_kept) and df/dp (n_p, n_w, n_kept) by differentiating every substep.
-
-    Parameters are those of all laws in the order given, each in the order of `law_library`. With `phi_out` of no rows
-    only df is computed, from which outputs follow as the response to -w f. The derivative over `sides` is zero.
-    """
-
 def simulate_tangents(
     omega: NDArray[np.float64],
     zeta: NDArray[np.float64],
@@ -97,9 +76,11 @@ def simulate_tangents(
 ) -> list[tuple[_Histories, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
     """`simulate` for every record, with dy/dp (n_wanted, n_out, n_kept) and df/dp (n_wanted, n_w, n_kept) over the law
     parameters that are `wanted` (n_p,), and y (n_moved, n_out, n_kept) and f (n_moved, n_w, n_kept) of models moved a
-    little, the laws linear around the motion of the first.
+    little, the laws linear around the motion of the first. Every substep is differentiated.
 
     The modal arrays have one row (of `omega`, `zeta`) or matrix for the model and one for each moved model after it.
+    Parameters are those of all laws in the order given, each in the order of `law_library`. With `phi_out` of no rows
+    only df is computed, from which outputs follow as the response to -w f. The derivative over `sides` is zero.
     """
 
 def simulate_batch(

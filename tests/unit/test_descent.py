@@ -69,7 +69,7 @@ def test_linearised_columns_are_those_of_a_simulation(tmp_path: Path) -> None:
     assert replace(loop, sigma=0.0).size() >= loop.size()
     descent = Descent.around(loop, x, True)
     (now,) = descent.at(np.concatenate([p, x]))
-    simulated, linearised = descent.jacobian(now, by_differences=True), descent.jacobian(now)
+    simulated, linearised = descent.jacobian(now, exactly=True), descent.jacobian(now)
     assert simulated.shape == linearised.shape
     assert np.linalg.norm(simulated[:, len(p) :] - linearised[:, len(p) :]) < 1e-3 * largest
     assert np.linalg.norm(simulated[:, len(p) - 1] - exact) < 1e-3 * largest
@@ -93,7 +93,7 @@ def test_tangents_are_the_differences_of_simulations(tmp_path: Path, law: str, s
     assert np.abs(histories[0].f - spring).max() > 0.2 * np.abs(spring).max(), "the law does nothing here"
     descent = Descent.around(loop, x, True)
     (now,) = descent.at(np.concatenate([p, x]))
-    columns = descent.jacobian(now, by_differences=True)
+    columns = descent.jacobian(now, exactly=True)
     largest = max(np.linalg.norm(c) for c in columns.T)
     for i, column in enumerate(columns.T):
         ends = []

@@ -35,6 +35,15 @@ def ranked(name: str, chosen: float, prior: float, place: Place = HERE) -> Ranke
     return Ranked(candidate, located, float(value))
 
 
+def diagnosed(without: Ranked, *laws: Ranked) -> Any:
+    """What the verdict is made from: `laws` in order of score, and the updated model `without` any."""
+    null = without.candidate
+    return SimpleNamespace(
+        settings=Settings(), ranked=list(laws), n_values=N_VALUES, null_score=without.score,
+        null=SimpleNamespace(score=null.fitted), null_chosen=null,
+    )  # fmt: skip
+
+
 def first(*laws: Ranked) -> list[Ranked]:
     nothing: Any = None
     judge = _Judge(nothing, Settings(), N_VALUES, 0.0)
@@ -62,10 +71,7 @@ def test_a_richer_law_that_wins_clearly_is_named() -> None:
 @pytest.mark.parametrize(("null", "prior", "accepted"), [(1.5, 10.0, True), (1.1, 10.0, False), (1.1, 90.0, True)])
 def test_a_model_at_the_noise_lacks_what_its_priors_tell_alone(null: float, prior: float, accepted: bool) -> None:
     best, without = ranked("viscous_damper", 0.9, 10.0), ranked("viscous_damper", null, prior)
-    found: Any = SimpleNamespace(
-        settings=Settings(), ranked=[best], n_values=N_VALUES, null_score=without.score,
-        null=SimpleNamespace(score=null), null_chosen=without.candidate,
-    )  # fmt: skip
+    found = diagnosed(without, best)
     assert _accepted(found, best) is accepted
 
 
@@ -76,10 +82,7 @@ def test_what_is_hardly_above_the_noise_has_to_be_explained_nearly_wholly(
     best, without = ranked("viscous_damper", chosen, 10.0), ranked("viscous_damper", null, 40.0)
     floor = ranked("springpot", 1.0, 10.0)
     known = replace(floor.candidate, reference=1.0)
-    found: Any = SimpleNamespace(
-        settings=Settings(), ranked=[best, replace(floor, candidate=known)], n_values=N_VALUES,
-        null_score=without.score, null=SimpleNamespace(score=null), null_chosen=without.candidate,
-    )  # fmt: skip
+    found = diagnosed(without, best, replace(floor, candidate=known))
     assert _accepted(found, best) is accepted
 
 
@@ -90,10 +93,7 @@ def test_a_law_that_takes_most_of_a_large_misfit_is_told_as_the_likeliest(
     null: float, chosen: float, told: bool
 ) -> None:
     best, without = ranked("tuned_absorber", chosen, 20.0), ranked("viscous_damper", null, 80.0)
-    found: Any = SimpleNamespace(
-        settings=Settings(), ranked=[best], n_values=N_VALUES, null_score=without.score,
-        null=SimpleNamespace(score=null), null_chosen=without.candidate,
-    )  # fmt: skip
+    found = diagnosed(without, best)
     assert _stands_out(found, best) is told
 
 

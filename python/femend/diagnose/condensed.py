@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 __all__ = ["Condensed"]
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,5 +45,10 @@ class Condensed:
         omega = 2 * np.pi * np.fft.rfftfreq(n, self.sample)
         drive = -from_f @ np.fft.rfft(f, axis=1)
         if record is not None:
-            drive += from_u @ np.fft.rfft(self.plain[record], axis=1)
+            drive += from_u @ self._driven[record]
         return np.asarray(np.fft.irfft(-(omega**2) * drive, n, axis=1))
+
+    @cached_property
+    def _driven(self) -> list[ComplexArray]:
+        """Spectra (n_in, K) of every record's inputs: the same for all models."""
+        return [np.fft.rfft(u, axis=1) for u in self.plain]

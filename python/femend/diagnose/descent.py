@@ -1,8 +1,8 @@
-"""Levenberg-Marquardt through a closed loop: law parameters by simulation, the model's unknowns by linearisation.
+"""Levenberg-Marquardt through a closed loop: derivatives over laws along the simulation, over models by linearisation.
 
 A change of the model's unknowns hardly changes how the law works; so for their derivatives the law is a spring and a
 dashpot that follow its force best, and what is left of its force stays as it was. That needs no simulation. Friction
-that sticks and slips may be changed so much all the same that these lead nowhere; then all derivatives are simulated.
+that sticks and slips may be changed so much all the same that these lead nowhere; then all go along the simulation.
 """
 
 from __future__ import annotations
@@ -87,12 +87,12 @@ class Descent(Generic[L]):
         return value if np.isfinite(value) else np.inf
 
     def run(self, z: FloatArray, iterations: int, thorough: bool = False) -> Reached | None:
-        """The end of the descent from z; None where the start cannot be simulated. With `thorough`, it goes on by
-        differences alone from where linearised derivatives lead no further down."""
+        """The end of the descent from z; None where the start cannot be simulated. With `thorough`, it goes on with
+        exact derivatives alone from where linearised ones lead no further down."""
         (now,) = self.at(z)
         if not np.isfinite(now.cost):
             return None
-        damping, by_differences = 1e-3, not self.everything
+        damping, exactly = 1e-3, not self.everything
         J: FloatArray | None = None
         carried = False
         made = 0
@@ -100,7 +100,7 @@ class Descent(Generic[L]):
             if J is None:
                 if made == iterations:
                     break
-                J, carried, made = self.jacobian(now, by_differences), False, made + 1
+                J, carried, made = self.jacobian(now, exactly), False, made + 1
             H, g = self._normal(now, J)
             now = replace(now, H=H)
             reached = self._tried(now, H, g, damping)
@@ -114,19 +114,19 @@ class Descent(Generic[L]):
                 damping *= 1e4
                 made += 1
                 if damping > 1e6:
-                    if by_differences or not thorough:
+                    if exactly or not thorough:
                         break
-                    by_differences, damping, J = True, 1e-3, None
+                    exactly, damping, J = True, 1e-3, None
                 elif made >= iterations:
                     break
                 continue
             before, now = now, replace(there, H=H)
             damping = max(damping * taken, 1e-8)
             if little:
-                if by_differences or not thorough:
+                if exactly or not thorough:
                     break
-                by_differences = True
-            carried = by_differences and J.shape[1] > MANY and not little
+                exactly = True
+            carried = exactly and J.shape[1] > MANY and not little
             J = self._carried(J, before, now) if carried else None
         return now
 
@@ -158,15 +158,14 @@ class Descent(Generic[L]):
                 return reached[best], factors[best][1]
         return None
 
-    def jacobian(self, now: Reached, by_differences: bool = False) -> FloatArray:
-        """Derivatives (n_residual, n_free) of the residual: by differences over x, by linearisation over p or, where
-        wanted, `by_differences` too."""
+    def jacobian(self, now: Reached, exactly: bool = False) -> FloatArray:
+        """Derivatives (n_residual, n_free) of the residual: along the simulation over x, by linearisation over p or,
+        where wanted, `exactly` too."""
         p, x = self.split(now.z)
         here = self.loop.problem.system(self.loop.joint.reduced).modal(p)
-        exact = self.everything and by_differences
-        moved = [_beside(self.loop, p, i, SMALL) for i in range(len(p))] if exact else []
+        moved = [_beside(self.loop, p, i, SMALL) for i in range(len(p))] if self.everything and exactly else []
         over_p, over_x = tangent_columns(self.loop, here, x, moved)
-        if self.everything and not exact:
+        if self.everything and not exactly:
             over_p = linearised_columns(self.loop, p, x, now.histories)
         J = np.array(over_p + over_x).T
         return np.where(np.isfinite(J), J, 0.0)

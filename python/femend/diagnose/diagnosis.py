@@ -44,8 +44,9 @@ FloatArray = NDArray[np.float64]
 
 # misfit, as a multiple of what counts as consistent, from which something is missing whatever it is
 FAR = 3.0
-# gain, in `gain_cost`, of a law that is told though it explains part of what is wrong
-TEN = 10.0
+# gain, in `gain_cost`, from which a law is told though it explains part of what is wrong
+TELLING = 10.0
+# advice beside a law that falls short of a free force at its place, or of all that the recordings show
 PART_OF_A_FORCE = (
     "the best law explains part of what a free force at the same place does; record two more levels, or the motion of "
     "the place itself"
@@ -392,9 +393,13 @@ def _accepted(found: Diagnosis, best: Ranked) -> bool:
     # a model that explains the recordings as they are lacks nothing that they could show
     enough = max(found.null.score, found.null_chosen.chosen) <= settings.consistent
     won = settings.wins(gain, -np.inf if enough else chosen, relieved)
-    share = _explained(found.null_score, best, found.ranked, found.n_values)
-    weak = found.null_chosen.chosen < settings.weak
-    return bool(won and share >= (settings.nearly if weak else settings.explained))
+    needed = settings.nearly if found.null_chosen.chosen < settings.weak else settings.explained
+    return bool(won and _share(found, best) >= needed)
+
+
+def _share(found: Diagnosis, best: Ranked) -> float:
+    """Share of what is wrong with the updated model that a law takes away."""
+    return _explained(found.null_score, best, found.ranked, found.n_values)
 
 
 def _unclear(null_score: float, ranked: Sequence[Ranked], n_values: float, settings: Settings) -> bool:
@@ -436,8 +441,7 @@ def _stands_out(found: Diagnosis, best: Ranked) -> bool:
     settings, before, after = found.settings, found.null_chosen.chosen, best.candidate.chosen
     far = before > FAR * settings.consistent and after < 0.5 * before
     gain = found.null_score - best.score
-    share = _explained(found.null_score, best, found.ranked, found.n_values)
-    return bool(far and gain > TEN * settings.gain_cost and share >= settings.partly)
+    return bool(far and gain > TELLING * settings.gain_cost and _share(found, best) >= settings.partly)
 
 
 def _unnamed(found: Diagnosis) -> str:

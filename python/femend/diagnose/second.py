@@ -100,8 +100,7 @@ def _named(first: Searched, second: Located, at: Located) -> Further | None:
     nothing = Known((), {r.name: () for r in first.problem.records})
     best = first.ranked[0]
     if first.null_score - best.score > FIRST_SHARE * (first.null_score - first.floor):
-        aside = _of_law(first, best, nothing)
-        beside = _search(first, aside, others(first, best.located.place))
+        aside, beside = _next_to(first, best, nothing)
         if beside is None:
             return None
         found = _in_turns(first, best, first.ranked, aside, beside)
@@ -111,13 +110,18 @@ def _named(first: Searched, second: Located, at: Located) -> Further | None:
     one = _search(first, free, others(first, second.place))
     if not one:
         return None
-    aside = _of_law(first, one[0], free.known)
-    beside = _search(first, aside, others(first, one[0].located.place))
-    return _in_turns(first, one[0], one, aside, beside or [])
+    aside, beside = _next_to(first, one[0], free.known)
+    return _in_turns(first, one[0], one, aside, beside)
+
+
+def _next_to(first: Searched, one: Ranked, given: Known) -> tuple[_Aside, list[Ranked] | None]:
+    """The force of the law `one` beside what is `given`, and what the search beside it finds."""
+    aside = _of_law(first, one, given)
+    return aside, _search(first, aside, others(first, one.located.place))
 
 
 def _in_turns(
-    first: Searched, one: Ranked, laws: Sequence[Ranked], aside: _Aside, two: Sequence[Ranked]
+    first: Searched, one: Ranked, laws: Sequence[Ranked], aside: _Aside, two: Sequence[Ranked] | None
 ) -> Further | None:
     """The law `one`, whose force is `aside`, with those found beside it, `two`; and the first named again beside the
     second."""
@@ -127,7 +131,7 @@ def _in_turns(
     found = _together(first, (here, two))
     if found is not None and found.terms.chosen <= first.settings.adequate:
         return found
-    again = _search(first, _of_law(first, two[0], aside.known), others(first, two[0].located.place))
+    _, again = _next_to(first, two[0], aside.known)
     better = _together(first, (again, two)) if again else None
     both = [f for f in (found, better) if f is not None]
     return min(both, key=lambda f: f.score, default=None)

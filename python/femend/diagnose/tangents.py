@@ -7,6 +7,7 @@ laws are smooth, at the cost of the modes alone: no law's force has to be found 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,12 +68,16 @@ def _over_x(loop: Loop, x: FloatArray) -> FloatArray:
     return np.array(columns).T.reshape(-1, len(x))
 
 
+@cache
+def _library() -> dict[str, list[str]]:
+    """Names of every law's parameters as the core counts them; a registered law has them as it was given them."""
+    return {law: [name for name, _ in parameters] for law, parameters in _core.law_library().items()}
+
+
 def _parameters(loop: Loop, x: FloatArray) -> FloatArray:
     """Parameters of all laws at all coordinates, one after the other."""
-    library = _core.law_library()
     values = []
     for composite in loop.laws(x):
         for law, given in composite:
-            names = [name for name, _ in library[law]] if law in library else list(given)
-            values += [given[name] for name in names]
+            values += [given[name] for name in _library().get(law, given)]
     return np.array(values, dtype=np.float64)

@@ -8,7 +8,7 @@ from femend.errors import DeckError
 from femend.io.deck import FieldChange
 from femend.model.model import Model, Parameter
 
-__all__ = ["deck_changes", "unwritten"]
+__all__ = ["deck_changes", "real", "unwritten"]
 
 # card and Nastran fields of every property a parameter may scale
 _MATERIAL: dict[str, dict[str, tuple[int, ...]]] = {
@@ -34,7 +34,7 @@ def deck_changes(model: Model, parameters: dict[str, Any]) -> list[FieldChange]:
         factor = parameters[parameter.name]["factor"]
         for card, id_, field in _fields(model, parameter):
             try:
-                old = float(_number(model.deck.field_text(card, id_, field)))
+                old = real(model.deck.field_text(card, id_, field))
             except ValueError:
                 continue  # blank field: its value follows from others
             changes.append(FieldChange(card, id_, field, old * factor))
@@ -81,13 +81,13 @@ def _has(model: Model, card: str, id_: int) -> bool:
     return True
 
 
-def _number(text: str) -> str:
-    """A Nastran real as Python reads it: 1.5-3 is 1.5e-3, D exponents too."""
+def real(text: str) -> float:
+    """A Nastran real: 1.5-3 is 1.5e-3, D exponents too. Raises ValueError for a blank field."""
     body = text.strip().upper().replace("D", "E")
     for i in range(len(body) - 1, 0, -1):
         if body[i] in "+-" and body[i - 1] not in "E":
-            return f"{body[:i]}E{body[i:]}"
-    return body
+            return float(f"{body[:i]}E{body[i:]}")
+    return float(body)
 
 
 def unwritten(model: Model) -> list[str]:

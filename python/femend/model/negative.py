@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from femend import _core
+from femend.model.deck_changes import real
 
 __all__ = ["negative_values"]
 
@@ -21,7 +22,7 @@ def negative_values(deck: _core.Deck) -> list[str]:
     for eid, card, _, nodes in sorted(deck.elements(), key=lambda element: element[0]):
         field, what = _FIELDS.get(card, (0, ""))
         text = deck.field_text(card, eid, field).strip() if field else ""
-        if text.startswith("-"):
+        if text and real(text) < 0:
             at = " and ".join(f"node {node}" for node in nodes if node)
             told.append(
                 f"{card} {eid} at {at} has a {what} of {text}, below nothing; it is taken as it stands: change its "

@@ -16,7 +16,6 @@ from femend.estimate import FitRecord, fit_records, pair_test
 from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter, read_model
-from femend.model.negative import negative_values
 from femend.progress import Progress, SilentProgress
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
@@ -25,6 +24,7 @@ from femend.study.load import load_study
 from femend.study.patch import deck_cards, deck_changes, on_new_supports
 from femend.study.predictions import Prediction, predict_all, write_predictions
 from femend.study.result import result_of
+from femend.study.sound import warnings_of
 from femend.study.staged_run import StagedRun, diagnose_staged, is_staged
 from femend.study.study import Study
 
@@ -70,8 +70,7 @@ def diagnose(
         diagnosis = diagnose_records(model, records, study.damping_ratio, told)
     with steps.step("predict"):
         predictions = predict_all(diagnosis, test, model, pairing, records)
-        warnings = [*negative_values(model.deck), *(w for r in test for w in r.warnings)]
-        result = result_of(diagnosis, predictions, records, warnings)
+        result = result_of(diagnosis, predictions, records, warnings_of(model.deck, test))
     run = StudyRun(study, model, test, pairing, records, diagnosis, predictions, result)
     if out is not None:
         _write(run, Path(out), info)

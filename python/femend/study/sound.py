@@ -1,4 +1,5 @@
-"""What is wrong with the channels of a study's recordings: refused where nothing is left of them, else told."""
+"""What is doubtful about a study's deck and its recordings' channels: refused where nothing is left of them, else
+told."""
 
 from __future__ import annotations
 
@@ -6,12 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.data import FRF, Recording
+from femend import _core
+from femend.data import FRF, Recording, Test
 from femend.data.recording import RESPONSES
 from femend.errors import RecordingError, SignalError
+from femend.model.negative import negative_values
 from femend.signal import check_signals
 
-__all__ = ["with_warnings"]
+__all__ = ["warnings_of", "with_warnings"]
+
+
+def warnings_of(deck: _core.Deck, test: Test) -> list[str]:
+    """What is told of a deck and of the channels of all recordings."""
+    return [*negative_values(deck), *(w for r in test for w in r.warnings)]
 
 
 def with_warnings(recording: Recording) -> Recording:

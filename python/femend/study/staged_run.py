@@ -20,11 +20,11 @@ from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter
 from femend.model.configured import free_model
-from femend.model.negative import negative_values
 from femend.progress import Progress
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.predictions import Prediction, write_predictions
+from femend.study.sound import warnings_of
 from femend.study.staged_content import staged_content
 from femend.study.staged_patch import staged_cards, staged_changes
 from femend.study.staged_predictions import predict_staged
@@ -77,8 +77,7 @@ def diagnose_staged(study: Study, steps: Any, info: RunInfo, progress: Progress,
         progress.done()
     with steps.step("predict"):
         predictions = predict_staged(setup, test, data, final, plain)
-        warnings = [*negative_values(free.deck), *(w for r in test for w in r.warnings)]
-        result = staged_result(setup, data, final, plain, predictions, warnings)
+        result = staged_result(setup, data, final, plain, predictions, warnings_of(free.deck, test))
     run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)
     if out is not None:
         _write(run, out, info)

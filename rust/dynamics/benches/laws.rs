@@ -3,7 +3,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use femend_dynamics::laws::{Kind, Law};
-use femend_dynamics::simulate::{ModalModel, Output, Run, simulate, simulate_tangents};
+use femend_dynamics::simulate::{ModalModel, Output, Run, simulate_tangents};
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -37,21 +37,17 @@ fn records(criterion: &mut Criterion) {
     ];
     let mut group = criterion.benchmark_group("record 6144 x 2, 30 modes");
     group.sample_size(20).measurement_time(Duration::from_secs(2)).warm_up_time(Duration::from_millis(300));
-    let output = Output::Acceleration;
     for (kind, p) in laws {
         let laws = [vec![Law::new(kind, &p).expect("bench laws are valid")]];
-        for sensitivities in [false, true] {
-            let run = Run { u: &u, n, dt: 1.0 / 4096.0, substeps: 2, stride: 1, output, sensitivities };
-            let name =
-                if sensitivities { format!("{}, all slopes", kind.name()) } else { kind.name().to_owned() };
-            group.bench_function(name, |b| b.iter(|| simulate(black_box(&model), &laws, &run)));
+        let run = Run { u: &u, n, dt: 1.0 / 4096.0, substeps: 2, stride: 1, output: Output::Acceleration };
+        for (beside, slopes, n_moved) in
+            [("", false, 0), (", all slopes", true, 0), (", twenty models beside", false, 20)]
+        {
+            let (wanted, moved) = (vec![slopes; p.len()], vec![model; n_moved]);
+            group.bench_function(format!("{}{beside}", kind.name()), |b| {
+                b.iter(|| simulate_tangents(black_box(&model), &laws, &run, &wanted, &moved));
+            });
         }
-        let name = format!("{}, twenty models beside", kind.name());
-        let (moved, wanted) = (vec![model; 20], vec![false; p.len()]);
-        let run = Run { u: &u, n, dt: 1.0 / 4096.0, substeps: 2, stride: 1, output, sensitivities: false };
-        group.bench_function(name, |b| {
-            b.iter(|| simulate_tangents(black_box(&model), &laws, &run, &wanted, &moved));
-        });
     }
     group.finish();
 }

@@ -64,8 +64,6 @@ pub struct Run<'a> {
     pub stride: usize,
     /// Output quantity.
     pub output: Output,
-    /// Whether derivatives with respect to every law parameter are wanted.
-    pub sensitivities: bool,
 }
 
 /// How a simulation went.
@@ -96,9 +94,9 @@ pub struct Response {
     pub v: Vec<f64>,
     /// Law forces against the motion (n_w, n), N.
     pub f: Vec<f64>,
-    /// Derivatives of y (n_p, n_out, n), parameters in the order of coordinates and laws; empty if not asked for.
+    /// Derivatives of y (n_wanted, n_out, n), parameters in the order of coordinates and laws; empty if not asked for.
     pub dy: Vec<f64>,
-    /// Derivatives of f (n_p, n_w, n); empty if not asked for.
+    /// Derivatives of f (n_wanted, n_w, n); empty if not asked for.
     pub df: Vec<f64>,
     /// Outputs of the moved models (n_moved, n_out, n).
     pub moved_y: Vec<f64>,

@@ -2,7 +2,7 @@
 
 use femend_dynamics::laws::{Kind, Law, LawError};
 use femend_dynamics::simulate::{
-    ModalModel, Output, Response, Run, SimulationError, n_parameters, simulate, simulate_tangents,
+    ModalModel, Output, Response, Run, SimulationError, simulate, simulate_tangents,
 };
 use ndarray::{ArrayD, ArrayView1, ArrayViewD, IxDyn};
 use num_complex::Complex64;
@@ -256,51 +256,10 @@ fn py_simulate<'py>(
     let record = Record::new(&u);
     modal.check(1, laws.len(), record.n_in)?;
     let (n_out, n_w, output) = (modal.phi_out.shape[0], laws.len(), quantity(output)?);
-    let run = record.run(dt, substeps, stride, output, false);
+    let run = record.run(dt, substeps, stride, output);
     let out = py.detach(|| simulate(&modal.of(0), &laws, &run));
     raised()?;
     histories(py, out.map_err(|error| simulation_error(py, &error))?, n_out, n_w)
-}
-
-/// The response with its derivatives over all law parameters; see `femend._core.pyi`.
-#[pyfunction]
-#[pyo3(name = "simulate_sensitivity", signature = (omega, zeta, phi_in, phi_out, w, laws, u, dt, *, substeps=1,
-                   stride=1, output="acceleration", residual_compliance=None))]
-#[allow(clippy::too_many_arguments, clippy::type_complexity)]
-fn py_simulate_sensitivity<'py>(
-    py: Python<'py>,
-    omega: PyReadonlyArray1<'py, f64>,
-    zeta: PyReadonlyArray1<'py, f64>,
-    phi_in: PyReadonlyArray2<'py, f64>,
-    phi_out: PyReadonlyArray2<'py, f64>,
-    w: PyReadonlyArray2<'py, f64>,
-    laws: &Bound<'py, PyAny>,
-    u: PyReadonlyArray2<'py, f64>,
-    dt: f64,
-    substeps: usize,
-    stride: usize,
-    output: &str,
-    residual_compliance: Option<PyReadonlyArray2<'py, f64>>,
-) -> PyResult<(Histories<'py>, Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>)> {
-    let laws = joints(laws)?;
-    let arrays = [
-        omega.as_array().into_dyn(),
-        zeta.as_array().into_dyn(),
-        phi_in.as_array().into_dyn(),
-        phi_out.as_array().into_dyn(),
-        w.as_array().into_dyn(),
-    ];
-    let modal = Modal::new(arrays, residual_compliance)?;
-    let record = Record::new(&u);
-    modal.check(1, laws.len(), record.n_in)?;
-    let (n_out, n_w, n_p) = (modal.phi_out.shape[0], laws.len(), n_parameters(&laws));
-    let run = record.run(dt, substeps, stride, quantity(output)?, true);
-    let out = py.detach(|| simulate(&modal.of(0), &laws, &run));
-    raised()?;
-    let mut out = out.map_err(|error| simulation_error(py, &error))?;
-    let (dy, df, n) = (std::mem::take(&mut out.dy), std::mem::take(&mut out.df), out.n);
-    let (dy, df) = (array(py, dy, &[n_p, n_out, n])?, array(py, df, &[n_p, n_w, n])?);
-    Ok((histories(py, out, n_out, n_w)?, dy, df))
 }
 
 type Tangents<'py> = (
@@ -350,7 +309,7 @@ fn py_simulate_tangents<'py>(
     }
     let moved: Vec<ModalModel<'_>> = (1..n_sets).map(|set| modal.of(set)).collect();
     let one = |record: &Record| {
-        let run = record.run(dt, substeps, stride, output, false);
+        let run = record.run(dt, substeps, stride, output);
         simulate_tangents(&modal.of(0), &laws, &run, &wanted, &moved)
     };
     let done: Result<Vec<Response>, SimulationError> = py.detach(|| records.par_iter().map(one).collect());
@@ -386,8 +345,8 @@ impl Record {
         Self { u: array.iter().copied().collect(), n_in: array.nrows(), n: array.ncols() }
     }
 
-    fn run(&self, dt: f64, substeps: usize, stride: usize, output: Output, sensitivities: bool) -> Run<'_> {
-        Run { u: &self.u, n: self.n, dt, substeps, stride, output, sensitivities }
+    fn run(&self, dt: f64, substeps: usize, stride: usize, output: Output) -> Run<'_> {
+        Run { u: &self.u, n: self.n, dt, substeps, stride, output }
     }
 }
 
@@ -424,7 +383,7 @@ fn py_simulate_batch<'py>(
     let jobs: Vec<(usize, usize)> =
         (0..sets.len()).flat_map(|set| (0..records.len()).map(move |record| (set, record))).collect();
     let one = |(set, record): &(usize, usize)| {
-        simulate(&modal.of(*set), &sets[*set], &records[*record].run(dt, substeps, stride, output, false))
+        simulate(&modal.of(*set), &sets[*set], &records[*record].run(dt, substeps, stride, output))
     };
     let done: Result<Vec<Response>, SimulationError> = py.detach(|| jobs.par_iter().map(one).collect());
     raised()?;
@@ -508,7 +467,6 @@ fn law_library<'py>(py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
 /// Adds this file's classes and functions to `_core`.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(py_simulate, module)?)?;
-    module.add_function(wrap_pyfunction!(py_simulate_sensitivity, module)?)?;
     module.add_function(wrap_pyfunction!(py_simulate_batch, module)?)?;
     module.add_function(wrap_pyfunction!(py_simulate_tangents, module)?)?;
     module.add_function(wrap_pyfunction!(law_force, module)?)?;

@@ -14,8 +14,7 @@ use pulp::Simd;
 /// [`SimulationError`] for arrays that do not fit, values that are not finite and laws without a time-domain form.
 /// A step that does not converge or a response that grows without bound is told by [`Status`].
 pub fn simulate(model: &ModalModel, laws: &[Vec<Law>], run: &Run) -> Result<Response, SimulationError> {
-    let wanted = vec![run.sensitivities; n_parameters(laws)];
-    simulate_tangents(model, laws, run, &wanted, &[])
+    simulate_tangents(model, laws, run, &vec![false; n_parameters(laws)], &[])
 }
 
 /// The response with its derivatives over the law parameters that are `wanted` (in the order of coordinates and laws)

@@ -216,13 +216,13 @@ impl Columns {
 }
 
 /// Changes of the forces that belong to changes `free` of the motion without them, with the states taken along; `own` is
-/// the parameter that changes by one: its coordinate, its index there and the slope of the force.
+/// the parameter that changes by one: its coordinate and its index there.
 #[inline(always)]
 fn closed<const N: usize>(
     step: &Substep,
     free: &Change<N>,
     states: &mut [Vec<State<f64>>],
-    own: Option<(usize, usize, f64)>,
+    own: Option<(usize, usize)>,
 ) -> [f64; N] {
     let (n, joints, at) = (count::<N>(step), step.model.joints, &step.frame.at);
     let mut rhs = [0.0; N];
@@ -231,8 +231,8 @@ fn closed<const N: usize>(
         let moved = df[0] * free[i][0] + df[1] * free[i][1] + df[2] * free[i][2];
         rhs[i] = moved + joints[i].from_states(&at[i], &states[i]);
     }
-    if let Some((i, _, slope)) = own {
-        rhs[i] += slope;
+    if let Some((i, parameter)) = own {
+        rhs[i] += at[i].df_dp[parameter];
     }
     let matrix = tangent_matrix(step.compliance, &step.frame.slopes, n);
     let mut df = rhs;
@@ -252,7 +252,7 @@ fn closed<const N: usize>(
                 dx[q] -= step.compliance[i][j][q] * df[j];
             }
         }
-        let parameter = own.filter(|(owner, ..)| *owner == i).map(|(_, parameter, _)| parameter);
+        let parameter = own.filter(|(owner, _)| *owner == i).map(|(_, parameter)| parameter);
         joints[i].advance_state(&at[i], dx, parameter, &mut states[i]);
     }
     df
@@ -263,9 +263,7 @@ impl Column {
     #[inline(always)]
     fn advance<S: Simd, const N: usize>(&mut self, simd: S, step: &Substep) {
         let (free, stepper) = (self.free::<S, N>(simd, step), step.model.stepper);
-        let (i, parameter) = self.owner;
-        let own = Some((i, parameter, step.frame.at[i].df_dp[parameter]));
-        let df = closed(step, &free, &mut self.states, own);
+        let df = closed(step, &free, &mut self.states, Some(self.owner));
         for i in 0..count::<N>(step) {
             if step.frame.first {
                 stepper.load_only(simd, &mut self.modes, i, df[i]);
