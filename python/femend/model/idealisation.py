@@ -7,6 +7,7 @@ from scipy.sparse import coo_array, csc_array
 
 from femend.errors import DeckError
 from femend.model.bushes import bush_groups
+from femend.model.deck_changes import real
 from femend.model.linear_terms import LinearTerm, TermPart, end_masses
 from femend.model.model import Model
 from femend.model.unknowns import Unknown
@@ -40,7 +41,7 @@ def idealisation_terms(model: Model, moving_mass: float) -> tuple[LinearTerm, ..
 def _inertia(model: Model, eid: int, sd: float) -> LinearTerm | None:
     fields = {"11": 12, "22": 14, "33": 17}
     try:
-        node = int(float(model.deck.field_text("CONM2", eid, 3)))
+        node = int(real(model.deck.field_text("CONM2", eid, 3)))
         values = {axis: _real(model, eid, f) for axis, f in fields.items()}
     except (DeckError, ValueError):
         return None
@@ -65,5 +66,5 @@ def _real(model: Model, eid: int, field: int) -> float:
         text = model.deck.field_text("CONM2", eid, field).strip()
     except DeckError:
         return 0.0
-    value = float(text) if text else 0.0
+    value = real(text) if text else 0.0
     return value if np.isfinite(value) else 0.0

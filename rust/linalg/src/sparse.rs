@@ -91,6 +91,27 @@ impl SymmetricCsc {
     }
 }
 
+/// Row `r` of A times eight columns, held row by row in `x`; two chains of sums hide the latency of the additions.
+#[inline(always)]
+fn row_times(pattern: &Pattern, values: &[f64], r: usize, x: &[f64]) -> [f64; 8] {
+    let range = pattern.range(r);
+    let (index, values) = (pattern.row_idx()[range.clone()].chunks(2), values[range].chunks(2));
+    let (mut even, mut odd) = ([0.0f64; 8], [0.0f64; 8]);
+    let add = |sum: &mut [f64; 8], i: u32, a: f64| {
+        let row = &x[8 * i as usize..][..8];
+        for c in 0..8 {
+            sum[c] += a * row[c];
+        }
+    };
+    for (i, a) in index.zip(values) {
+        add(&mut even, i[0], a[0]);
+        if let (Some(&i), Some(&a)) = (i.get(1), a.get(1)) {
+            add(&mut odd, i, a);
+        }
+    }
+    std::array::from_fn(|c| even[c] + odd[c])
+}
+
 /// Y = A X for values on a symmetric pattern: column j is read as row j, X row by row so that a row of A is read once.
 pub(crate) fn times_values(pattern: &Pattern, values: &[f64], x: &Dense) -> Dense {
     let (n, k) = (pattern.n(), x.ncols());
@@ -112,19 +133,14 @@ pub(crate) fn times_values(pattern: &Pattern, values: &[f64], x: &Dense) -> Dens
         });
         let out = MatMut::from_column_major_slice_mut(y.cols_mut(first, width), n, width);
         out.par_row_chunks_mut(ROWS).enumerate().for_each(|(chunk, mut out)| {
-            for r in 0..out.nrows() {
-                let mut sum = [0.0f64; 8];
-                for k in pattern.range(chunk * ROWS + r) {
-                    let a = values[k];
-                    let row = &rows[8 * pattern.row_idx()[k] as usize..][..8];
-                    for c in 0..8 {
-                        sum[c] += a * row[c];
+            pulp::Arch::new().dispatch(|| {
+                for r in 0..out.nrows() {
+                    let sum = row_times(pattern, values, chunk * ROWS + r, &rows);
+                    for c in 0..width {
+                        out[(r, c)] = sum[c];
                     }
                 }
-                for c in 0..width {
-                    out[(r, c)] = sum[c];
-                }
-            }
+            });
         });
         first += width;
     }

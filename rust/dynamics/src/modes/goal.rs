@@ -8,6 +8,9 @@ const TOLERANCE: f64 = 1e-9;
 /// Residual at which the first value beyond the wanted ones is known well enough to place the upper end.
 pub(super) const BEYOND: f64 = 1e-3;
 
+/// Residual from which a step or two reach the tolerance.
+const NEAR: f64 = 1e-6;
+
 /// What the iteration is to reach.
 pub(super) struct Goal {
     pub n_modes: Option<usize>,
@@ -78,8 +81,9 @@ pub(super) fn converge(process: &mut Lanczos<'_>, goal: &Goal) -> Result<(Ritz, 
                 residual,
             });
         }
-        // the dense eigenvalue problem is solved about ten times while the basis doubles
-        next_check = process.len() + process.len() / 12;
+        // the dense eigenvalue problem is solved about ten times while the basis doubles, and at every step at the end
+        let left = ritz.error[..wanted.min(ritz.error.len())].iter().copied().fold(0.0, f64::max);
+        next_check = process.len() + if left < NEAR { 1 } else { process.len() / 12 };
     }
 }
 
