@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.harmonic import ONSET, _waves
 from femend.diagnose.joint import STANDS_OUT, _standing_out, _wiener
-from femend.diagnose.unmeasured import NEARLY_ALL, _mean_force, _nearly_all
+from femend.diagnose.unmeasured import NEARLY_ALL, _from_outside, _mean_force, _nearly_all
 from femend.study.run import diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -66,6 +66,34 @@ def test_lines_of_one_recording_alone_agree_with_nothing() -> None:
     own = [spectra(i, len(x)) for i, x in enumerate(index)]
     _, alike, _ = _mean_force(recovered(own, index))
     assert max(alike) < 0.7
+
+
+@pytest.mark.parametrize(
+    ("force", "outside"),
+    [
+        ("of its own in every recording", True),
+        ("the same in all", True),
+        ("friction", False),
+        ("friction in the strongest alone", False),
+        ("grows", False),
+    ],
+)
+def test_a_force_from_outside_neither_grows_with_the_motion_nor_takes_from_it(force: str, outside: bool) -> None:
+    rng, levels = np.random.default_rng(3), (1.5, 4.5, 10.0)
+    motion = [level * rng.standard_normal((1, N)) for level in levels]
+    own = [0.4 * rng.standard_normal((1, N)) for _ in levels]
+    histories = {
+        "of its own in every recording": own,
+        "the same in all": [own[0]] * RECORDS,
+        "friction": [0.4 * np.sign(v) for v in motion],
+        "friction in the strongest alone": [*own[:2], 0.4 * np.sign(motion[2])],
+        "grows": [level * f for level, f in zip(levels, own, strict=True)],
+    }[force]
+    index = np.arange(20, 420)
+    shown = recovered([-np.fft.rfft(f[0])[index] for f in histories], [index] * RECORDS)
+    shown.f, shown.v = histories, motion
+    records = [SimpleNamespace(u=level * rng.standard_normal((1, N))) for level in levels]
+    assert _from_outside(cast(Any, SimpleNamespace(records=records)), shown) is outside
 
 
 def test_a_force_is_held_to_the_power_expected_of_it_as_far_as_the_sensors_leave_it_open() -> None:

@@ -32,7 +32,7 @@ MANY_ROWS, LIKELIEST, FEW_LINES, DECAY = 1500, 30, 16, 8.0
 class LoadFinding:
     """What is wrong with the load: nodes and direction, `values` of the contract's parameters with their units, fit,
     score and misfits. `force` is a row of the g-set with the force (n,) that acts there unrecorded, where every
-    recording has the same, and `forces` that of each recording by its name, where it is known as a few values."""
+    recording has the same, and `forces` that of each recording by its name, where they differ."""
 
     physics: str
     nodes: tuple[int, ...]

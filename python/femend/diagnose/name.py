@@ -148,7 +148,14 @@ def name_physics(
     tried = [t for t in tried if np.isfinite(t.candidate.chosen)]
     judge = _widest(split, reduced, tried, settings, updated)
     ranked = [judge.ranked(t) for t in tried]
-    return judge.refined([r for r in ranked if np.isfinite(r.score)]), judge.sigma
+    ranked = judge.refined([r for r in ranked if np.isfinite(r.score)])
+    if judge.sigma == 0 and any(r.candidate.sigma > 0 for r in ranked):
+        # in its own window a law may be adequate once it is refined
+        fine = [_Tried(r.candidate, r.located, r.recovered) for r in ranked]
+        judge = _widest(split, reduced, fine, settings, updated)
+        if judge.sigma > 0:
+            ranked = judge.in_order([judge.ranked(t) for t in fine])
+    return ranked, judge.sigma
 
 
 def _linear_suffices(
@@ -339,7 +346,11 @@ class _Judge:
         for r in best:
             candidate = judge_nonlinear(self.split.choosing, refit_nonlinear(self.split.fitting, r.candidate))
             out.append(self.ranked(_Tried(candidate, r.located, r.recovered)))
-        return self.simple_first(sorted((r for r in out if np.isfinite(r.score)), key=lambda r: r.score))
+        return self.in_order(out)
+
+    def in_order(self, ranked: Sequence[Ranked]) -> list[Ranked]:
+        """In rising order of score, a simple law before one that is hardly better."""
+        return self.simple_first(sorted((r for r in ranked if np.isfinite(r.score)), key=lambda r: r.score))
 
     def simple_first(self, ranked: list[Ranked]) -> list[Ranked]:
         """Puts the best linear law before nonlinear ones that leave hardly less: what is wrong with the rest of the

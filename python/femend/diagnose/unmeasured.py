@@ -71,6 +71,8 @@ def find_unmeasured(
     weakest = int(np.argmin([r.u.std() for r in problem.records]))
     values = _values(problem, force if repeats else recovered.f[weakest][0], best.place)
     direction = best.place.direction
+    row = None if base else int(best.place.g_rows[0][0])
+    each = zip(recovered.records, recovered.f, strict=True)
     candidate = _candidate(split, best)
     n_values = effective_values(split.choosing, reduced)
     return LoadFinding(
@@ -82,7 +84,8 @@ def find_unmeasured(
         best.fit,
         problem,
         score(candidate, split.choosing, settings, n_values),
-        None if base or not repeats else (int(best.place.g_rows[0][0]), force),
+        None if row is None or not repeats else (row, force),
+        {} if row is None or repeats else {r.name: (row, -f[0]) for r, f in each},
     )
 
 
@@ -245,15 +248,19 @@ def _from_outside(problem: Problem, recovered: Recovered) -> bool:
         return False
     if _common(recovered):
         _, alike, ratio = _mean_force(recovered)
-        return bool(min(alike) > REPEATS and max(ratio) < ALIKE * 2 and min(ratio) > 1 / (ALIKE * 2))
+        if min(alike) > REPEATS and max(ratio) < ALIKE * 2 and min(ratio) > 1 / (ALIKE * 2):
+            return True
     size = np.array([np.sqrt(np.mean(f**2)) for f in recovered.f])
     level = np.array([r.u.std() for r in problem.records])
     if size.min() <= 0 or np.polyfit(np.log(level), np.log(size), 1)[0] > INDEPENDENT:
         return False
-    weakest = int(np.argmin(level))
-    f, v = recovered.f[weakest], recovered.v[weakest]
-    taken = float((f * v).sum() / (np.linalg.norm(f) * np.linalg.norm(v)))
-    return taken < DISSIPATED
+    # friction, too, is as strong at every level, but takes out what the motion has; at a level too high to see that,
+    # another shows it
+    taken = [
+        float((f * v).sum() / max(np.linalg.norm(f) * np.linalg.norm(v), 1e-300))
+        for f, v in zip(recovered.f, recovered.v, strict=True)
+    ]
+    return max(taken) < DISSIPATED
 
 
 def _common(recovered: Recovered) -> bool:
