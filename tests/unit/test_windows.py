@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from femend.diagnose import name
+from femend.diagnose.diagnosis import _only_beginning
 from femend.diagnose.settings import Settings
 
 
@@ -36,9 +37,6 @@ class Judge:
         better = [replace(r.candidate, chosen=0.4 * r.candidate.chosen) for r in ranked]
         return [SimpleNamespace(**{**vars(r), "candidate": c}) for r, c in zip(ranked, better, strict=True)]
 
-    def in_order(self, ranked: list[Any]) -> list[Any]:
-        return sorted(ranked, key=lambda r: r.score)
-
 
 @pytest.mark.parametrize(("before", "sigma", "score"), [(2.0, 6.8, 0.8), (1.0, 6.8, 1.0), (9.0, 0.0, 25.0)])
 def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
@@ -49,6 +47,9 @@ def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
     def widest(split: Any, reduced: Any, tried: Any, settings: Settings, updated: Any) -> Judge:
         return Judge(max((t.candidate.sigma for t in tried if t.candidate.chosen < settings.adequate), default=0.0))
 
+    def tried(ranked: Any) -> Any:
+        return SimpleNamespace(candidate=ranked.candidate, found=None)
+
     made = {
         "_linear_at": lambda *a: ([], at),
         "_worth_trying": lambda found: [],
@@ -57,6 +58,7 @@ def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
         "_likeliest": lambda *a: [at],
         "_nonlinear_laws": lambda *a: [Law(before)],
         "_widest": widest,
+        "compared_in": lambda s, r, ranked, sigma, settings: [Judge(sigma).ranked(tried(r)) for r in ranked],
     }
     for attribute, value in made.items():
         monkeypatch.setattr(name, attribute, value)
@@ -65,3 +67,54 @@ def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
     ranked, window = name.name_physics(given, given, located, [], Settings(), np.zeros(1))
     assert window == sigma
     assert ranked[0].score == pytest.approx(score)
+
+
+@dataclass(frozen=True)
+class Left:
+    """What a candidate and a free force at its place leave of unseen whole records, and of their beginning."""
+
+    sigma: float
+    whole: tuple[float, float]
+    beginning: tuple[float, float]
+
+
+@pytest.mark.parametrize(
+    ("stop", "spring", "alone", "sigma"),
+    [
+        # a spring where a free force explains nothing is no reason to compare whole records
+        (Left(6.8, (25.0, 0.7), (0.9, 0.8)), Left(0.0, (288.0, 200.0), (14.0, 12.0)), 14.7, 6.8),
+        # one that does as well as a free force where that explains all is
+        (Left(6.8, (25.0, 0.7), (0.9, 0.8)), Left(0.0, (1.2, 200.0), (1.1, 12.0)), 14.7, 0.0),
+        # and so is a beginning that the updated model explains by itself
+        (Left(6.8, (25.0, 0.7), (0.9, 0.8)), Left(0.0, (288.0, 200.0), (14.0, 12.0)), 1.3, 0.0),
+    ],
+)
+def test_laws_are_compared_in_the_widest_window_that_one_explains(
+    monkeypatch: pytest.MonkeyPatch, stop: Left, spring: Left, alone: float, sigma: float
+) -> None:
+    @dataclass(frozen=True)
+    class Reads:
+        split: Any
+        settings: Settings
+        n_values: float
+        sigma: float
+
+        def ranked(self, tried: Any) -> Any:
+            left: Left = tried.candidate
+            chosen, reference = left.beginning if self.sigma > 0 else left.whole
+            return SimpleNamespace(candidate=SimpleNamespace(chosen=chosen, reference=reference))
+
+    def fit(hypotheses: Any, starts: Any, sigma: float, iterations: int) -> list[Any]:
+        return [SimpleNamespace(score=alone)]
+
+    monkeypatch.setattr(name, "_Judge", Reads)
+    monkeypatch.setattr(name, "effective_values", lambda *a: 1.0)
+    split = cast(Any, SimpleNamespace(choosing=SimpleNamespace(fit=fit)))
+    tried = [SimpleNamespace(candidate=left) for left in (spring, stop)]
+    reduced = cast(Any, SimpleNamespace(r=3))
+    assert name._widest(split, reduced, cast(Any, tried), Settings(), np.zeros(1)).sigma == sigma
+
+
+def test_a_law_of_the_beginning_alone_says_so() -> None:
+    assert _only_beginning(0.0) == ""
+    assert "the first 0.44 s" in _only_beginning(6.8)

@@ -21,6 +21,7 @@ from femend.diagnose.loads import LoadFinding, try_loads
 from femend.diagnose.locate import Located, locate, shortlist
 from femend.diagnose.name import (
     Ranked,
+    compared_in,
     effective_values,
     name_physics,
     null_candidate,
@@ -225,8 +226,9 @@ def _named(
         tried += [one.place for one in further]
         tell.start("name it", len(further))
         beaten = min([null_score, *(r.score for r in ranked)])
-        more, window = naming(further, settings=reach, null_score=beaten, clamps=())
-        ranked = sorted([*ranked, *more], key=lambda r: r.score) if window == 0 else ranked
+        more, sigma = naming(further, settings=reach, null_score=beaten, clamps=())
+        ranked = sorted([*ranked, *more], key=lambda r: r.score)
+        ranked = compared_in(split, reduced, ranked, sigma, settings) if sigma > 0 else ranked
     return ranked, sigma
 
 
@@ -288,8 +290,19 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
             refitted = _refitted_part(candidate, fit)
     adequate = named and _adequate(found, best)
     verdict = "missing-physics" if adequate else "located-not-named"
-    advice = "" if adequate else (PART_OF_ALL if partly else PART_OF_A_FORCE)
+    advice = _only_beginning(found.sigma) if adequate else (PART_OF_ALL if partly else PART_OF_A_FORCE)
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
+
+
+def _only_beginning(sigma: float) -> str:
+    """What has to be said of a law that was compared in a window exp(-sigma t); nothing of one on whole records."""
+    if sigma == 0:
+        return ""
+    return (
+        f"the law explains about the first {3 / sigma:.2g} s of the recordings; after that motion depends on its past "
+        "so much (impacts do that) that no simulation stays with it, and predictions of whole recordings are off "
+        "however right the law is: record short bursts from rest to check it"
+    )
 
 
 def _unmeasured(found: Diagnosis, plainly: bool) -> LoadFinding | None:

@@ -24,7 +24,7 @@ from femend.model.places import mass_place
 
 FloatArray = NDArray[np.float64]
 
-__all__ = ["SUREST", "Ranked", "name_physics", "score", "tempered"]
+__all__ = ["SUREST", "Ranked", "compared_in", "effective_values", "name_physics", "null_candidate", "score", "tempered"]
 
 # starts of a nonlinear law that are followed
 NONLINEAR_STARTS = 3
@@ -154,8 +154,16 @@ def name_physics(
         fine = [_Tried(r.candidate, r.located, r.recovered) for r in ranked]
         judge = _widest(split, reduced, fine, settings, updated)
         if judge.sigma > 0:
-            ranked = judge.in_order([judge.ranked(t) for t in fine])
+            ranked = compared_in(split, reduced, ranked, judge.sigma, settings)
     return ranked, judge.sigma
+
+
+def compared_in(
+    split: Split, reduced: ReducedModel, ranked: Sequence[Ranked], sigma: float, settings: Settings
+) -> list[Ranked]:
+    """Laws that were found one place after the other, all compared in one window exp(-sigma t)."""
+    judge = _Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
+    return judge.in_order([judge.ranked(_Tried(r.candidate, r.located, r.recovered)) for r in ranked])
 
 
 def _linear_suffices(
@@ -200,17 +208,20 @@ def _likeliest(opened: Sequence[_Opened], tried: Sequence[_Tried], settings: Set
 def _widest(
     split: Split, reduced: ReducedModel, tried: Sequence[_Tried], settings: Settings, updated: FloatArray
 ) -> _Judge:
-    """The widest window in which some law explains what it has not seen adequately; whole records where none does, or
-    none but in the beginning, where the updated model (unknowns `updated`) does without any."""
+    """The widest window in which some law explains what it has not seen about as well as a free force anywhere does;
+    whole records where none does, or none but in the beginning, where the updated model (unknowns `updated`) does
+    without any."""
     bare = Hypothesis(reduced, np.zeros((0, reduced.r)))
     for sigma in sorted({t.candidate.sigma for t in tried} | {0.0}):
         judge = _Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
         (alone,) = split.choosing.fit([bare], [(updated, np.zeros(0))], sigma=sigma, iterations=0)
         if sigma > 0 and alone is not None and alone.score <= settings.adequate:
             break
-        for one in tried:
-            if one.candidate.sigma <= sigma and judge.adequate(judge.ranked(one).candidate):
-                return judge
+        judged = [(judge.ranked(t).candidate, t.candidate.sigma <= sigma) for t in tried]
+        # at a place where a free force explains nothing, a law that explains nothing does as well
+        least = min((c.reference for c, _ in judged if np.isfinite(c.reference)), default=1.0)
+        if any(followed and c.chosen <= settings.adequate * max(least, 1.0) for c, followed in judged):
+            return judge
     return _Judge(split, settings, effective_values(split.choosing, reduced), 0.0)
 
 
@@ -330,11 +341,6 @@ class _Judge:
             candidate = replace(candidate, reference=free_reference(self.split, tried.recovered, self.sigma))
         value = score(candidate, choosing, self.settings, self.n_values)
         return Ranked(candidate, tried.found, value, tried.recovered)
-
-    def adequate(self, candidate: Candidate) -> bool:
-        """Whether a candidate explains the choosing records about as well as a free force at its place does."""
-        reference = candidate.reference if np.isfinite(candidate.reference) else 1.0
-        return bool(candidate.chosen <= self.settings.adequate * max(reference, 1.0))
 
     def refined(self, ranked: list[Ranked]) -> list[Ranked]:
         """In rising order of score, the best nonlinear candidates fitted once more in fine steps, all unknowns free."""
