@@ -87,6 +87,30 @@ def test_eigenvalues(free: bool) -> None:
     assert (cluster == np.arange(12)).all()
 
 
+def test_a_parameter_that_changes_nothing_and_one_that_is_not_symmetric() -> None:
+    g = Grid()
+    lam, phi = g.eigh(THETA)
+    dk = np.array(g.dk)
+    dk[1] = 0.0
+    found, _ = _core.eigen_sensitivities(*g.arrays, dk, None, lam[:4], phi[:, :4])
+    assert (found[1] == 0).all()
+    assert np.abs(found[0]).max() > 0
+    indptr, indices = g.arrays
+    row, column = next((int(i), j) for j in range(g.n) for i in indices[indptr[j] : indptr[j + 1]] if i > j)
+    for value, words in ((1.0, "not symmetric"), (np.nan, "nan|NaN")):
+        dk[1] = 0.0
+        dk[1, indptr[column] + list(indices[indptr[column] : indptr[column + 1]]).index(row)] = value
+        with pytest.raises(ValueError, match=words):
+            _core.eigen_sensitivities(*g.arrays, dk, None, lam[:4], phi[:, :4])
+    # mirrors that differ by rounding are those of a symmetric matrix
+    dk = np.array(g.dk)
+    exact, _ = _core.eigen_sensitivities(*g.arrays, dk, None, lam[:4], phi[:, :4])
+    held = np.flatnonzero(dk[0] == 0)[0]
+    dk[0, held] = 1e-16
+    nearly, _ = _core.eigen_sensitivities(*g.arrays, dk, None, lam[:4], phi[:, :4])
+    np.testing.assert_allclose(nearly, exact, rtol=1e-10)
+
+
 def test_branches_of_coinciding_eigenvalues() -> None:
     """Modes (p, q) and (q, p) of a square net split under a change of one half; the branches have one-sided slopes."""
     g = Grid(square=True)

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use femend_dynamics::DynamicsError;
 use femend_linalg::{Dense, LinalgError, Ordering, Pattern, Symbolic, SymmetricCsc};
-use ndarray::{Array2, ShapeBuilder};
+use ndarray::{Array2, ArrayView1, ShapeBuilder};
 use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
@@ -57,6 +57,41 @@ pub(crate) fn family(
     rows.outer_iter()
         .map(|row| SymmetricCsc::new(pattern.clone(), row.to_vec(), what).map_err(linalg_error))
         .collect()
+}
+
+/// One matrix per row of values (n_p, nnz), each on the pattern of its own entries: a parameter changes a few elements,
+/// and most of what the pattern of the model holds is zero in its derivatives.
+pub(crate) fn compact_family(
+    pattern: &Arc<Pattern>,
+    values: &PyReadonlyArray2<f64>,
+    what: &'static str,
+) -> PyResult<Vec<SymmetricCsc>> {
+    values.as_array().outer_iter().map(|row| compact(pattern, row, what).map_err(linalg_error)).collect()
+}
+
+fn compact(
+    pattern: &Arc<Pattern>,
+    values: ArrayView1<'_, f64>,
+    what: &'static str,
+) -> Result<SymmetricCsc, LinalgError> {
+    if values.len() != pattern.nnz() {
+        return SymmetricCsc::new(pattern.clone(), values.to_vec(), what);
+    }
+    let (mut starts, mut rows, mut own) = (vec![0u32], Vec::new(), Vec::new());
+    for j in 0..pattern.n() {
+        for k in pattern.range(j) {
+            if values[k] != 0.0 {
+                rows.push(pattern.row_idx()[k]);
+                own.push(values[k]);
+            }
+        }
+        starts.push(rows.len() as u32);
+    }
+    match Pattern::new(pattern.n(), starts, rows) {
+        Ok(entries) => SymmetricCsc::new(Arc::new(entries), own, what),
+        // an entry whose mirror is zero: rounding, or the matrix is not symmetric and the error names where
+        Err(_) => SymmetricCsc::new(pattern.clone(), values.to_vec(), what),
+    }
 }
 
 /// Ordering by name, then the symbolic factor.

@@ -11,7 +11,7 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyReadonlyArray1, PyReadonly
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::arrays::{self, Indices, family};
+use crate::arrays::{self, Indices, compact_family, family};
 use crate::modes::{PySymbolic, prepare};
 
 /// One square block per parameter, from (n_p, r, r).
@@ -55,7 +55,7 @@ fn modal_projections<'py>(
     phi: PyReadonlyArray2<f64>,
 ) -> PyResult<Bound<'py, PyArray3<f64>>> {
     let pattern = Arc::new(arrays::pattern(&indptr, &indices)?);
-    let (family, phi) = (family(&pattern, &values, "values")?, arrays::dense(&phi));
+    let (family, phi) = (compact_family(&pattern, &values, "values")?, arrays::dense(&phi));
     if phi.nrows() != pattern.n() {
         let text = format!("phi has {} rows, the matrices have {}", phi.nrows(), pattern.n());
         return Err(PyValueError::new_err(text));
@@ -81,8 +81,8 @@ fn eigen_sensitivities<'py>(
     gap: f64,
 ) -> PyResult<EigenOut<'py>> {
     let pattern = Arc::new(arrays::pattern(&indptr, &indices)?);
-    let dk = family(&pattern, &dk, "dK")?;
-    let dm = dm.map(|v| family(&pattern, &v, "dM")).transpose()?;
+    let dk = compact_family(&pattern, &dk, "dK")?;
+    let dm = dm.map(|v| compact_family(&pattern, &v, "dM")).transpose()?;
     let (lambda, phi) = (eigenvalues.as_array().to_vec(), arrays::dense(&phi));
     if phi.nrows() != pattern.n() {
         let text = format!("phi has {} rows, the matrices have {}", phi.nrows(), pattern.n());
