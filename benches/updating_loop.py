@@ -1,7 +1,7 @@
 """Cost of a step of updating a large model, in modal solutions: `python benches/updating_loop.py SCRATCH [MODEL]`.
 
 SCRATCH/data holds MODEL_M.npz (scipy) and MODEL_el.npz of a harness: nodes, connectivity, element matrices. Twenty
-groups of elements have a stiffness factor each; frequencies of a model whose factors differ by up to 10 % are to be met.
+groups of elements have a stiffness factor each; frequencies of a model whose factors differ by up to 10 % are met.
 """
 
 from __future__ import annotations
