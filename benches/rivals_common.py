@@ -12,6 +12,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import scipy.sparse as sp
+
 Cell = dict[str, Any]
 """kernel, model, contender, cpu, wall (seconds), peakMB, error; `note` where a cell failed."""
 
@@ -64,3 +67,25 @@ def table(title: str, rows: dict[str, list[Cell]], rivals: Sequence[str], error:
         ratio = f"{best / cpu:.2f}" if best else "-"
         shown = [f"{v:.3g}" if (v := median(cells, key)) is not None else "-" for key in ("wall", "peakMB", error)]
         print(f"| {name} | {cpu:.4g} | {' | '.join(shown)} | {ratio} | {goals.get(name, '')} |", flush=True)
+
+
+def elements(data: Path, model: str) -> dict[str, np.ndarray]:
+    """A model of the harness: nodes X, connectivity conn, element matrices Ke, DOFs a node nd, fixed nodes."""
+    return dict(np.load(data / f"{model}_el.npz"))
+
+
+def along(z: dict[str, np.ndarray]) -> np.ndarray:
+    """Place (n_elements,) of every element in their order along X."""
+    return np.argsort(np.argsort(z["X"][z["conn"]].mean(1)[:, 0]))
+
+
+def stiffness(z: dict[str, np.ndarray], factor: np.ndarray) -> sp.csr_matrix:
+    """K of the elements times their `factor` (n_elements,), those at 0 left out, without the clamped DOFs."""
+    used, nd = np.flatnonzero(factor), int(z["nd"])
+    dofs = (z["conn"][used][:, :, None] * nd + np.arange(nd)).reshape(len(used), -1)
+    i, j = np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, (1, dofs.shape[1])).ravel()
+    n = len(z["X"]) * nd
+    K = sp.coo_matrix(((z["Ke"][used] * factor[used][:, None, None]).ravel(), (i, j)), shape=(n, n)).tocsr()
+    free = np.flatnonzero(~np.repeat(z["fixed"], nd))
+    K = K[free][:, free]
+    return ((K + K.T) * 0.5).tocsr()

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from rivals_common import own, rival, table
+from rivals_common import along, elements, own, rival, stiffness, table
 
 from femend import _core
 
@@ -78,20 +78,14 @@ def sens() -> dict[str, Any]:
 
 def direct(model: str, data: Path) -> dict[str, Any]:
     """The harness's lossy zone and lines, by reduced direct solution."""
-    z = np.load(data / f"{model}_el.npz")
+    z = elements(data, model)
     K, M = (sp.load_npz(data / f"{model}_{x}.npz").tocsc() for x in "KM")
-    conn, nd = z["conn"], int(z["nd"])
-    zone = np.argsort(z["X"][conn].mean(1)[:, 0])[: len(conn) // 10]
-    dofs = (conn[:, :, None] * nd + np.arange(nd)).reshape(len(conn), -1)[zone]
-    i, j = np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, (1, dofs.shape[1])).ravel()
-    free = np.flatnonzero(~np.repeat(z["fixed"], nd))
-    n_g = len(z["X"]) * nd
-    Z = sp.coo_matrix((z["Ke"][zone].ravel(), (i, j)), shape=(n_g, n_g)).tocsr()[free][:, free].tocsc()
+    Z = stiffness(z, (along(z) < len(z["conn"]) // 10).astype(float)).tocsc()
     union = sp.csc_matrix(abs(K) + abs(M) + abs(Z))
     union.sort_indices()
     place = sp.csc_matrix((np.arange(1.0, union.nnz + 1), union.indices, union.indptr), shape=union.shape)
     on = np.zeros((3, union.nnz))
-    for row, a in zip(on, (K, M, (Z + Z.T) * 0.5), strict=True):
+    for row, a in zip(on, (K, M, Z), strict=True):
         a.eliminate_zeros()
         a.sort_indices()
         at = sp.csc_matrix((np.ones(a.nnz), a.indices, a.indptr), shape=a.shape).multiply(place).tocsc()

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from rivals_common import own, rival, table
+from rivals_common import along, elements, own, rival, stiffness, table
 
 from femend import _core
 
@@ -48,17 +48,9 @@ def on_one_pattern(*matrices: sp.csr_matrix) -> tuple[np.ndarray, ...]:
 
 def changed(data: Path, model: str) -> sp.csr_matrix:
     """K with the stiffness of 20 element groups changed by up to 5 %."""
-    z = np.load(data / f"{model}_el.npz")
-    conn, nd, Ke = z["conn"], int(z["nd"]), z["Ke"]
-    group = np.argsort(np.argsort(z["X"][conn].mean(1)[:, 0])) * 20 // len(conn)
+    z = elements(data, model)
     factor = 1 + np.random.default_rng(3).uniform(-0.05, 0.05, 20)
-    dofs = (conn[:, :, None] * nd + np.arange(nd)).reshape(len(conn), -1)
-    i, j = np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, (1, dofs.shape[1])).ravel()
-    n = len(z["X"]) * nd
-    K = sp.coo_matrix(((Ke * factor[group][:, None, None]).ravel(), (i, j)), shape=(n, n)).tocsr()
-    free = np.flatnonzero(~np.repeat(z["fixed"], nd))
-    K = K[free][:, free]
-    return ((K + K.T) * 0.5).tocsr()
+    return stiffness(z, factor[along(z) * 20 // len(z["conn"])])
 
 
 def worker(contender: str, model: str, data: Path, k: int) -> dict[str, Any]:

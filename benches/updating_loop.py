@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from rivals_common import along, elements, stiffness
 
 from femend import _core
 from femend.estimate.updating import (
@@ -32,18 +33,9 @@ GROUPS, MODES, SENSORS, REPEATS = 20, 20, 40, 3
 
 def group_matrices(data: Path, model: str) -> tuple[dict[str, sp.csr_matrix], sp.csr_matrix]:
     """Stiffness of every group of elements and the mass matrix, without the clamped DOFs."""
-    z = np.load(data / f"{model}_el.npz")
-    conn, nd, Ke = z["conn"], int(z["nd"]), z["Ke"]
-    group = np.argsort(np.argsort(z["X"][conn].mean(1)[:, 0])) * GROUPS // len(conn)
-    dofs = (conn[:, :, None] * nd + np.arange(nd)).reshape(len(conn), -1)
-    n = len(z["X"]) * nd
-    free = np.flatnonzero(~np.repeat(z["fixed"], nd))
-    parts = {}
-    for g in range(GROUPS):
-        own = dofs[group == g]
-        i, j = np.repeat(own, own.shape[1], axis=1).ravel(), np.tile(own, (1, own.shape[1])).ravel()
-        K = sp.coo_matrix((Ke[group == g].ravel(), (i, j)), shape=(n, n)).tocsr()[free][:, free]
-        parts[f"k{g + 1}"] = ((K + K.T) * 0.5).tocsr()
+    z = elements(data, model)
+    group = along(z) * GROUPS // len(z["conn"])
+    parts = {f"k{g + 1}": stiffness(z, (group == g).astype(float)) for g in range(GROUPS)}
     return parts, sp.load_npz(data / f"{model}_M.npz").tocsr()
 
 
