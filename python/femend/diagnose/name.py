@@ -149,10 +149,9 @@ def name_physics(
     judge = _widest(split, reduced, tried, settings, updated)
     ranked = [judge.ranked(t) for t in tried]
     ranked = judge.refined([r for r in ranked if np.isfinite(r.score)])
-    if judge.sigma == 0 and any(r.candidate.sigma > 0 for r in ranked):
+    if judge.sigma == 0:
         # in its own window a law may be adequate once it is refined
-        fine = [_Tried(r.candidate, r.located, r.recovered) for r in ranked]
-        judge = _widest(split, reduced, fine, settings, updated)
+        judge = _widest(split, reduced, [_again(r) for r in ranked], settings, updated)
         if judge.sigma > 0:
             ranked = compared_in(split, reduced, ranked, judge.sigma, settings)
     return ranked, judge.sigma
@@ -163,7 +162,12 @@ def compared_in(
 ) -> list[Ranked]:
     """Laws that were found one place after the other, all compared in one window exp(-sigma t)."""
     judge = _Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
-    return judge.in_order([judge.ranked(_Tried(r.candidate, r.located, r.recovered)) for r in ranked])
+    return judge.in_order([judge.ranked(_again(r)) for r in ranked])
+
+
+def _again(ranked: Ranked) -> _Tried:
+    """A law that was judged, to be judged otherwise."""
+    return _Tried(ranked.candidate, ranked.located, ranked.recovered)
 
 
 def _linear_suffices(
@@ -211,18 +215,24 @@ def _widest(
     """The widest window in which some law explains what it has not seen about as well as a free force anywhere does;
     whole records where none does, or none but in the beginning, where the updated model (unknowns `updated`) does
     without any."""
+    whole = _Judge(split, settings, effective_values(split.choosing, reduced), 0.0)
+    narrower = sorted({t.candidate.sigma for t in tried} - {0.0})
+    if not narrower:
+        return whole
     bare = Hypothesis(reduced, np.zeros((0, reduced.r)))
-    for sigma in sorted({t.candidate.sigma for t in tried} | {0.0}):
-        judge = _Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
-        (alone,) = split.choosing.fit([bare], [(updated, np.zeros(0))], sigma=sigma, iterations=0)
-        if sigma > 0 and alone is not None and alone.score <= settings.adequate:
-            break
+    for sigma in (0.0, *narrower):
+        judge = whole
+        if sigma > 0:
+            judge = _Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
+            (alone,) = split.choosing.fit([bare], [(updated, np.zeros(0))], sigma=sigma, iterations=0)
+            if alone is not None and alone.score <= settings.adequate:
+                break
         judged = [(judge.ranked(t).candidate, t.candidate.sigma <= sigma) for t in tried]
         # at a place where a free force explains nothing, a law that explains nothing does as well
         least = min((c.reference for c, _ in judged if np.isfinite(c.reference)), default=1.0)
         if any(followed and c.chosen <= settings.adequate * max(least, 1.0) for c, followed in judged):
             return judge
-    return _Judge(split, settings, effective_values(split.choosing, reduced), 0.0)
+    return whole
 
 
 def free_reference(split: Split, recovered: Recovered, sigma: float = 0.0) -> float:
