@@ -30,5 +30,5 @@ pub use factor::{Factor, Inertia, Kind, PIVOT_TOLERANCE, PROBE_TOLERANCE, ZeroPi
 pub use memory::Memory;
 pub use order::{Ordering, Permutation, order};
 pub use pattern::Pattern;
-pub use sparse::SymmetricCsc;
+pub use sparse::{SymmetricCsc, row_times};
 pub use symbolic::Symbolic;

@@ -91,19 +91,18 @@ impl SymmetricCsc {
     }
 }
 
-/// Row `r` of A times eight columns, held row by row in `x`; two chains of sums hide the latency of the additions.
+/// A sparse row times eight columns, held row by row in `x`; two chains of sums hide the latency of the additions. To be
+/// called where the processor's vectors are at hand (`pulp::Arch::dispatch`), into which it is inlined.
 #[inline(always)]
-fn row_times(pattern: &Pattern, values: &[f64], r: usize, x: &[f64]) -> [f64; 8] {
-    let range = pattern.range(r);
-    let (index, values) = (pattern.row_idx()[range.clone()].chunks(2), values[range].chunks(2));
+pub fn row_times(index: &[u32], values: &[f64], x: &[[f64; 8]]) -> [f64; 8] {
     let (mut even, mut odd) = ([0.0f64; 8], [0.0f64; 8]);
     let add = |sum: &mut [f64; 8], i: u32, a: f64| {
-        let row = &x[8 * i as usize..][..8];
+        let row = &x[i as usize];
         for c in 0..8 {
             sum[c] += a * row[c];
         }
     };
-    for (i, a) in index.zip(values) {
+    for (i, a) in index.chunks(2).zip(values.chunks(2)) {
         add(&mut even, i[0], a[0]);
         if let (Some(&i), Some(&a)) = (i.get(1), a.get(1)) {
             add(&mut odd, i, a);
@@ -123,9 +122,9 @@ pub(crate) fn times_values(pattern: &Pattern, values: &[f64], x: &Dense) -> Dens
     let mut first = 0;
     while first < k {
         let width = (k - first).min(8);
-        let mut rows = vec![0.0; n * 8];
-        rows.par_chunks_mut(8 * ROWS).enumerate().for_each(|(chunk, part)| {
-            for (r, row) in part.chunks_exact_mut(8).enumerate() {
+        let mut rows = vec![[0.0; 8]; n];
+        rows.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, part)| {
+            for (r, row) in part.iter_mut().enumerate() {
                 for c in 0..width {
                     row[c] = x.col(first + c)[chunk * ROWS + r];
                 }
@@ -135,7 +134,8 @@ pub(crate) fn times_values(pattern: &Pattern, values: &[f64], x: &Dense) -> Dens
         out.par_row_chunks_mut(ROWS).enumerate().for_each(|(chunk, mut out)| {
             pulp::Arch::new().dispatch(|| {
                 for r in 0..out.nrows() {
-                    let sum = row_times(pattern, values, chunk * ROWS + r, &rows);
+                    let range = pattern.range(chunk * ROWS + r);
+                    let sum = row_times(&pattern.row_idx()[range.clone()], &values[range], &rows);
                     for c in 0..width {
                         out[(r, c)] = sum[c];
                     }

@@ -1,6 +1,6 @@
 //! Products of a sparse symmetric matrix with blocks, free of the zeros that its pattern holds for other matrices.
 
-use femend_linalg::{Dense, SymmetricCsc};
+use femend_linalg::{Dense, SymmetricCsc, row_times};
 use rayon::prelude::*;
 
 /// Columns multiplied at once: one AVX-512 register.
@@ -77,28 +77,12 @@ impl Compact {
         y
     }
 
-    /// Rows from `first` on; two chains of sums hide the latency of the additions.
+    /// Rows from `first` on.
     #[inline(always)]
     fn add_rows(&self, first: usize, x: &[Row], out: &mut [Row]) {
         for (r, out) in out.iter_mut().enumerate() {
             let range = self.start[first + r]..self.start[first + r + 1];
-            let (index, values) = (self.index[range.clone()].chunks(2), self.values[range].chunks(2));
-            let (mut even, mut odd) = ([0.0; WIDTH], [0.0; WIDTH]);
-            for (i, v) in index.zip(values) {
-                let row = &x[i[0] as usize];
-                for c in 0..WIDTH {
-                    even[c] += v[0] * row[c];
-                }
-                if let (Some(&i), Some(&v)) = (i.get(1), v.get(1)) {
-                    let row = &x[i as usize];
-                    for c in 0..WIDTH {
-                        odd[c] += v * row[c];
-                    }
-                }
-            }
-            for c in 0..WIDTH {
-                out[c] = even[c] + odd[c];
-            }
+            *out = row_times(&self.index[range.clone()], &self.values[range], x);
         }
     }
 }
