@@ -18,6 +18,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 
 import score_blind
 from blindgen import (
+    acquire,
     case,
     effects,
     excite,
@@ -357,6 +358,18 @@ def test_outside_laws_are_not_in_the_catalogue(name: str) -> None:
     left = min(np.linalg.norm(f - A @ np.linalg.lstsq(A, f, rcond=None)[0]) for A in catalogue_forces(d, v, a, dt))
     assert beyond > 0.1 * np.linalg.norm(f)
     assert left > 0.04 * beyond, left / beyond
+
+
+def test_recorder_folds_nothing_back() -> None:
+    """Sines in the band come out as they are, without delay; above half the rate nothing is left of them."""
+    n = 400
+    t = np.arange(acquire.FINER * (n + acquire.AFTER)) / acquire.FINER
+    inside = slice(2 * acquire.AFTER, n - acquire.AFTER)
+    for f in (0.02, 0.2, 0.41):
+        out = acquire.sampled(np.sin(2 * np.pi * f * t), n)
+        assert np.abs(out - np.sin(2 * np.pi * f * np.arange(n)))[inside].max() < 3e-4
+    for f in (0.53, 0.8, 1.1, 1.9):
+        assert np.abs(acquire.sampled(np.sin(2 * np.pi * f * t), n))[inside].max() < 3e-4
 
 
 def test_two_effects_add_up_where_they_are_linear(short: None) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from . import deck, uff58
+from .acquire import AFTER, FINER, sampled
 from .effects import Unsuitable
 from .plates import Plate
 from .respond import modal_of, record
@@ -67,7 +68,8 @@ def write_case(
     m = modal_of(test, parts)
     for name, force in test.forces.items():
         acc, _ = record(test, parts, name, m)
-        u = noisy(rng, force.at(test.rate, acc.shape[1]), FORCE_NOISE)
+        n = acc.shape[1]
+        u = noisy(rng, sampled(force.at(FINER * test.rate, FINER * (n + AFTER)), n), FORCE_NOISE)
         channels = [uff58.Channel(*test.drive, uff58.FORCE, u)]
         channels += [
             uff58.Channel(n, c, uff58.ACCELERATION, y)

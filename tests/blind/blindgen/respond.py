@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 
 from . import fe
+from .acquire import AFTER, FINER, sampled
 from .effects import Effect, Place, Scene, Unsuitable
 from .integrate import Law, Modal, simulate
 from .laws import SPRING, pack
@@ -73,12 +74,14 @@ def modal_of(test: Test, parts: Parts) -> Modal:
 def record(
     test: Test, parts: Parts, name: str, m: Modal | None = None, coarser: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Clean accelerations (sensors, samples) and the laws' traces for one recording."""
+    """Clean accelerations (sensors, samples) as the recorder gives them, and the laws' traces for one recording."""
     m = m or modal_of(test, parts)
     inputs = [test.forces[name], *(e.force(x) for e, x in parts if e.force)]
     local = [e.law(x) for e, x in parts if e.law]
     over = max([8, *(e.over for e, _ in parts)])
-    return simulate(m, local, inputs, test.rate, int(test.rate * SECONDS[name]), over // coarser)
+    n = int(test.rate * SECONDS[name])
+    acc, trace = simulate(m, local, inputs, FINER * test.rate, FINER * (n + AFTER), over // coarser // FINER)
+    return sampled(acc, n), trace[..., : FINER * n : FINER]
 
 
 def scene(test: Test, rng: np.random.Generator) -> Scene:
