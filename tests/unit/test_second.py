@@ -12,6 +12,7 @@ import pytest
 from femend.diagnose.known_force import Known
 from femend.diagnose.locate import refitted
 from femend.diagnose.noise import UNDERRATED, louder
+from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import Searched, others
 from femend.diagnose.second import _of_law, _search
 from femend.diagnose.terms import relaxing
@@ -72,7 +73,7 @@ def test_laws_are_tried_beside_the_first_where_a_force_explains_what_a_law_has_t
     aside, places = _of_law(first, best, nothing), others(first, best.located.place)
     found = _search(first, aside, places)
     assert found is not None
-    assert {found[0].name, best.name} == {"viscous_damper", "cubic_stiffness"}
+    assert {found.ranked[0].name, best.name} == {"viscous_damper", "cubic_stiffness"}
     too_much = replace(d.settings, gain_cost=1e6)
     assert _search(replace(first, settings=too_much), aside, places) is None
 
@@ -96,3 +97,22 @@ def test_a_maxwell_chain_has_the_loss_of_structural_damping() -> None:
     )
     np.testing.assert_allclose(kappa.imag, 0.3, rtol=0.25)
     assert kappa.real[4] == pytest.approx(3.0, rel=0.01)
+
+
+def test_laws_found_one_by_one_are_tried_together(run: StudyRun) -> None:
+    d = run.diagnosis
+    assert d.further is not None
+    laws = [next(r for r in tried if r.name == t.candidate.name) for tried, t in zip(
+        d.further.laws, d.further.terms.terms, strict=True)]  # fmt: skip
+    first = Searched(
+        d.problem, d.reduced, d.g_rows, d.split, find_places(d.reduced.model), d.located, laws, d.settings,
+        d.n_values, d.null_score, 0.0,
+    )  # fmt: skip
+    found = of_those_found(first)
+    assert found is not None
+    window, (score, terms) = found
+    assert window is first  # there is no other
+    assert score < min(r.score for r in laws)
+    assert {t.candidate.name for t in terms.terms} == {"viscous_damper", "cubic_stiffness"}
+    # twice the same place is no pair
+    assert of_those_found(replace(first, ranked=[laws[0], laws[0]])) is None

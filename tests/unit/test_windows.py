@@ -76,6 +76,7 @@ class Left:
     sigma: float
     whole: tuple[float, float]
     beginning: tuple[float, float]
+    prior: float = 5.0
 
 
 @pytest.mark.parametrize(
@@ -85,6 +86,8 @@ class Left:
         (Left(6.8, (25.0, 0.7), (0.9, 0.8)), Left(0.0, (288.0, 200.0), (14.0, 12.0)), 14.7, 6.8),
         # one that does as well as a free force where that explains all is
         (Left(6.8, (25.0, 0.7), (0.9, 0.8)), Left(0.0, (1.2, 200.0), (1.1, 12.0)), 14.7, 0.0),
+        # what explains a beginning by bending the rest of the model is none
+        (Left(6.8, (25.0, 0.7), (0.9, 0.8), prior=300.0), Left(0.0, (288.0, 200.0), (14.0, 12.0)), 14.7, 0.0),
         # and so is a beginning that the updated model explains by itself
         (Left(6.8, (25.0, 0.7), (0.9, 0.8)), Left(0.0, (288.0, 200.0), (14.0, 12.0)), 1.3, 0.0),
     ],
@@ -102,7 +105,7 @@ def test_laws_are_compared_in_the_widest_window_that_one_explains(
         def ranked(self, tried: Any) -> Any:
             left: Left = tried.candidate
             chosen, reference = left.beginning if self.sigma > 0 else left.whole
-            return SimpleNamespace(candidate=SimpleNamespace(chosen=chosen, reference=reference))
+            return SimpleNamespace(candidate=SimpleNamespace(chosen=chosen, reference=reference, prior=left.prior))
 
     def fit(hypotheses: Any, starts: Any, sigma: float, iterations: int) -> list[Any]:
         return [SimpleNamespace(score=alone)]

@@ -43,8 +43,8 @@ def companions(first: Searched, one: Ranked) -> Scored | None:
     candidate = collapsed(one.candidate, one.recovered, first.settings)
     if candidate.name not in LAWS or candidate.joint is None or candidate.joint.place.kind not in KINDS:
         return None
-    if candidate.sigma > 0:
-        return None  # its motion cannot be followed over whole records, by which terms are compared
+    if candidate.sigma > first.sigma:
+        return None  # its motion cannot be followed in the window by which terms are compared
     linear = _linear(candidate, one)
     if not linear:
         return None

@@ -52,6 +52,7 @@ PART_OF_A_FORCE = (
     "the best law explains part of what a free force at the same place does; record two more levels, or the motion of "
     "the place itself"
 )
+PART_OF_TWO = "the laws found explain part of what free forces at their places do"
 PART_OF_ALL = (
     "the best law explains most of what the recordings show, but not all: check the mesh and the idealisation, or "
     "whether more than one thing is missing"
@@ -338,27 +339,48 @@ def with_further(
     What one force leaves may be a second effect: it is looked for from the `start` and its places as they were before
     that counted as noise (`loud`).
     """
-    settings, ranked, null_score = found.settings, found.ranked, found.null_score
-    split = found.split.of(start.problem)
-    if loud is not None:
-        factor = float(np.mean([loud.factor[r.name] for r in split.choosing.records]))
-        shift = found.n_values * float(np.log(factor))
-        ranked = [_shifted(r, factor, shift) for r in ranked]
-        null_score += shift
-    further = look_further(
-        Searched(start.problem, found.reduced, found.g_rows, split, places, located, ranked, settings,
-                 found.n_values, null_score, _floor(ranked, found.n_values))
-    )  # fmt: skip
+    settings = found.settings
+
+    def searched(sigma: float) -> Searched:
+        one = found if sigma == found.sigma else _compared_in(found, sigma)
+        ranked, null_score = one.ranked, one.null_score
+        split = one.split.of(start.problem)
+        if loud is not None:
+            factor = float(np.mean([loud.factor[r.name] for r in split.choosing.records]))
+            shift = one.n_values * float(np.log(factor))
+            ranked = [_shifted(r, factor, shift) for r in ranked]
+            null_score += shift
+        floor = _floor(ranked, one.n_values)
+        return Searched(start.problem, one.reduced, one.g_rows, split, places, located, ranked, settings,
+                        one.n_values, null_score, floor, sigma, searched)  # fmt: skip
+
+    further = look_further(searched(found.sigma))
     if further is None:
         return found
     adequate = further.terms.chosen <= settings.adequate
     verdict = "missing-physics" if adequate else "located-not-named"
-    advice = "" if adequate else "the laws found explain part of what free forces at their places do"
+    advice = _only_beginning(further.terms.sigma) if adequate else PART_OF_TWO
     lead = further.terms.terms[0]
     return replace(
         found, verdict=verdict, problem=start.problem, best=lead.candidate, place=lead.located, advice=advice,
-        rival=None, further=further,
+        rival=None, further=further, sigma=further.terms.sigma,
     )  # fmt: skip
+
+
+def _compared_in(found: Diagnosis, sigma: float) -> Diagnosis:
+    """The laws as they compare in another window exp(-sigma t)."""
+    settings = found.settings
+    n_values = effective_values(found.split.choosing, found.reduced, sigma)
+    baseline = null_candidate(found.split, found.null, sigma=sigma)
+    ranked = compared_in(found.split, found.reduced, found.ranked, sigma, settings)
+    return replace(
+        found,
+        ranked=[replace(r, name=collapsed(r.candidate, r.recovered, settings).name) for r in ranked],
+        null_chosen=baseline,
+        null_score=score(baseline, found.split.choosing, settings, n_values),
+        n_values=n_values,
+        sigma=sigma,
+    )
 
 
 def _shifted(ranked: Ranked, factor: float, shift: float) -> Ranked:

@@ -230,7 +230,10 @@ def _widest(
         judged = [(judge.ranked(t).candidate, t.candidate.sigma <= sigma) for t in tried]
         # at a place where a free force explains nothing, a law that explains nothing does as well
         least = min((c.reference for c, _ in judged if np.isfinite(c.reference)), default=1.0)
-        if any(followed and c.chosen <= settings.adequate * max(least, 1.0) for c, followed in judged):
+        # a beginning is explained by much if the model's own unknowns may leave their priors for it
+        relaxed = settings.strained * settings.gain_cost if sigma > 0 else np.inf
+        enough = settings.adequate * max(least, 1.0)
+        if any(followed and c.chosen <= enough and c.prior < relaxed for c, followed in judged):
             return judge
     return whole
 

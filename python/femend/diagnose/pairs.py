@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +41,8 @@ TURNS = 2
 @dataclass(frozen=True, eq=False)
 class Searched:
     """What the search for one effect worked on and found: the records apart, places, laws in order of score, and the
-    score of what they have to beat, `floor` the score that noise alone leaves."""
+    score of what they have to beat, `floor` the score that noise alone leaves; all in a window exp(-sigma t).
+    `in_window` gives the same in another, where that can be done."""
 
     problem: Problem
     reduced: ReducedModel
@@ -54,6 +55,12 @@ class Searched:
     n_values: float
     null_score: float
     floor: float
+    sigma: float = 0.0
+    in_window: Callable[[float], Searched] | None = None
+
+    def at(self, sigma: float) -> Searched:
+        """The same in another window exp(-sigma t); itself where there is no other."""
+        return self if sigma == self.sigma or self.in_window is None else self.in_window(sigma)
 
     @property
     def price(self) -> float:

@@ -5,20 +5,25 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.beside import companions
+from femend.diagnose.candidates import Candidate
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.dressed import with_own
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
 from femend.diagnose.locate import Located, locate, shortlist, squares_of
 from femend.diagnose.name import Ranked, name_physics
+from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import Searched, others, pair, plain, with_members
+from femend.diagnose.parallel import in_parallel
+from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Term, Terms, refit_terms
-from femend.diagnose.together import Scored, brings, fitted_together, gained
+from femend.diagnose.together import Scored, are_told, best_of
 from femend.estimate import Hypothesis
 from femend.model import Place
 
@@ -33,8 +38,6 @@ TOGETHER = 2
 WORTH = 1.5
 # share of what is wrong with the updated model from which the best law is taken for one of the two effects
 FIRST_SHARE = 0.5
-# standard deviation of the best determined parameter of a law (ln units) from which its size is not known
-UNDETERMINED = 0.33
 # lines a record on which the terms that are kept are fitted
 FINAL_LINES = 600
 
@@ -55,8 +58,26 @@ def look_further(first: Searched) -> Further | None:
     near = _beside(first)
     if near is not None:
         return near
-    places = pair(first) if _worth_looking(first) else None
-    return None if places is None else _named(first, *places)
+    if not _worth_looking(first):
+        return None
+    found = of_those_found(first)
+    several = None if found is None else _further(*found, first.ranked)
+    if found is not None and several is not None and _left(found[0], several.terms) < WORTH * first.settings.gain_cost:
+        return several
+    both = [f for f in (several, _in_parallel(first) or _at_two_places(first)) if f is not None]
+    return min(both, key=partial(_place_in_order, first.settings), default=None)
+
+
+def _in_parallel(first: Searched) -> Further | None:
+    """Two laws at the best law's place, where they explain the recordings."""
+    found = in_parallel(first)
+    place = first.ranked[0].located.place
+    return None if found is None else _further(first, found, [r for r in first.ranked if r.located.place is place])
+
+
+def _place_in_order(settings: Settings, found: Further) -> tuple[bool, float, float]:
+    """First what explains unseen data, then what explains more of the recordings, then the better score."""
+    return found.terms.chosen > settings.adequate, found.terms.sigma, found.score
 
 
 def _beside(first: Searched) -> Further | None:
@@ -75,9 +96,14 @@ def _worth_looking(first: Searched) -> bool:
     records = first.problem.records
     if not first.ranked or min(r.y.shape[0] for r in records) < 3 or any(r.frf is not None for r in records):
         return False
-    best = first.ranked[0]
-    left = best.score - first.price * best.candidate.n_law - first.floor
-    return best.candidate.chosen > first.settings.adequate and left > WORTH * first.settings.gain_cost
+    settings, best = first.settings, first.ranked[0].candidate
+    strained = best.prior > settings.strained * settings.gain_cost
+    return (best.chosen > settings.adequate or strained) and _left(first, best) > WORTH * settings.gain_cost
+
+
+def _left(first: Searched, found: Candidate | Terms) -> float:
+    """How much the score of what was found is above what noise leaves, its own parameters aside."""
+    return first.n_values * float(np.log(max(found.chosen, 1e-12))) + found.prior - first.floor
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,12 +116,13 @@ class _Aside:
     p: FloatArray
 
 
-def _named(first: Searched, second: Located, at: Located) -> Further | None:
-    """Names both effects, each with the force of the other as an input; fitted together they have to win against one
-    law alone.
+def _at_two_places(first: Searched) -> Further | None:
+    """Names both of two effects, each with the force of the other as an input; fitted together they have to win against
+    one law alone.
 
     The best law found so far is taken for one of the two where it explains the greater part; if nothing comes of it,
-    the force read off at the second place. Where no force anywhere explains what that law leaves, there is no second.
+    the force read off at the second of two places whose forces leave clearly less than one. Where no force anywhere
+    explains what that law leaves, there is no second.
     """
     nothing = Known((), {r.name: () for r in first.problem.records})
     best = first.ranked[0]
@@ -106,40 +133,53 @@ def _named(first: Searched, second: Located, at: Located) -> Further | None:
         found = _in_turns(first, best, first.ranked, aside, beside)
         if found is not None:
             return found
+    places = pair(first)
+    if places is None:
+        return None
+    second, at = places
     free = _free(first, second, at)
     one = _search(first, free, others(first, second.place))
-    if not one:
+    if one is None or not one.ranked:
         return None
-    aside, beside = _next_to(first, one[0], free.known)
-    return _in_turns(first, one[0], one, aside, beside)
+    aside, beside = _next_to(first, one.ranked[0], free.known)
+    return _in_turns(first, one.ranked[0], one.ranked, aside, beside)
 
 
-def _next_to(first: Searched, one: Ranked, given: Known) -> tuple[_Aside, list[Ranked] | None]:
+@dataclass(frozen=True, eq=False)
+class _Beside:
+    """Laws beside what is known, in order of score, and the window exp(-sigma t) they are compared in."""
+
+    ranked: list[Ranked]
+    sigma: float
+
+
+def _next_to(first: Searched, one: Ranked, given: Known) -> tuple[_Aside, _Beside | None]:
     """The force of the law `one` beside what is `given`, and what the search beside it finds."""
     aside = _of_law(first, one, given)
     return aside, _search(first, aside, others(first, one.located.place))
 
 
 def _in_turns(
-    first: Searched, one: Ranked, laws: Sequence[Ranked], aside: _Aside, two: Sequence[Ranked] | None
+    first: Searched, one: Ranked, laws: Sequence[Ranked], aside: _Aside, two: _Beside | None
 ) -> Further | None:
     """The law `one`, whose force is `aside`, with those found beside it, `two`; and the first named again beside the
-    second."""
-    if not two:
+    second. Where the second can be followed in a beginning alone, all are compared there."""
+    if two is None or not two.ranked:
         return None
+    first = first.at(max(first.sigma, two.sigma))
     here = [r for r in laws if r.located.place is one.located.place]
-    found = _together(first, (here, two))
+    found = _together(first, (here, two.ranked))
     if found is not None and found.terms.chosen <= first.settings.adequate:
         return found
-    _, again = _next_to(first, two[0], aside.known)
-    better = _together(first, (again, two)) if again else None
+    _, again = _next_to(first, two.ranked[0], aside.known)
+    better = _together(first, (again.ranked, two.ranked)) if again is not None and again.ranked else None
     both = [f for f in (found, better) if f is not None]
     return min(both, key=lambda f: f.score, default=None)
 
 
-def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> list[Ranked] | None:
-    """Laws at the best of the places, in order of score: the search for one effect again, beside what is known. None
-    where no force at any of them explains what a law has to."""
+def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> _Beside | None:
+    """Laws at the best of the places: the search for one effect again, beside what is known. None where no force at
+    any of them explains what a law has to."""
     reduced = first.reduced
     for member in aside.members:
         reduced = with_own(member, reduced)
@@ -149,14 +189,14 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> list[Ran
     start = with_members(first, aside.p, sum(m.n_own for m in aside.members))
     (null,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], [(start, np.zeros(0))])
     if null is None:
-        return []
+        return _Beside([], 0.0)
     located = locate(problem, reduced, places, null)
     gained = null.prior + squares_of(problem, null, 0.0) - min((f.cost for f in located), default=np.inf)
     if gained < first.settings.gain_cost:
         return None
     short = with_look_alikes(problem, reduced, shortlist(located), places, first.settings)
-    ranked, _ = name_physics(split, reduced, short, rows, first.settings, null.p, clamps=[*short, *located])
-    return [replace(r, name=collapsed(r.candidate, r.recovered, first.settings).name) for r in ranked]
+    ranked, sigma = name_physics(split, reduced, short, rows, first.settings, null.p, clamps=[*short, *located])
+    return _Beside([replace(r, name=collapsed(r.candidate, r.recovered, first.settings).name) for r in ranked], sigma)
 
 
 def _free(first: Searched, second: Located, at: Located) -> _Aside:
@@ -187,7 +227,6 @@ def _of_law(first: Searched, ranked: Ranked, given: Known) -> _Aside:
 
 def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | None:
     """The best of the laws at each place fitted together; None where they do not win against less."""
-    best: Scored | None = None
     tries = [
         (
             [Term(collapsed(r.candidate, r.recovered, first.settings), r.located) for r in chosen],
@@ -195,16 +234,8 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
         )
         for chosen in itertools.product(*(_distinct(first, ranked) for ranked in laws))
     ]
-    for terms, p in tries:
-        best = _better(first, best, fitted_together(first, terms, p))
-    if best is not None and len(tries) > 1:
-        # once more from where the best came to: a descent that stopped short is no reason for another name
-        reached = {(t.candidate.name, id(t.located.place)): t for t in best[1].terms}
-        p = plain(first, best[1].p)
-        for terms, _ in tries:
-            again = [reached.get((t.candidate.name, id(t.located.place)), t) for t in terms]
-            best = _better(first, best, fitted_together(first, again, p))
-    if best is None or not _won(first, *best) or not all(map(_determined, best[1].terms)) or _needless(first, *best):
+    best = best_of(first, tries)
+    if best is None or not are_told(first, best):
         return None
     return _further(first, best, [r for every in laws for r in every])
 
@@ -224,50 +255,12 @@ def _further(first: Searched, found: Scored, tried: Sequence[Ranked]) -> Further
     return Further(whole, tuple(laws), score)
 
 
-def _better(first: Searched, best: Scored | None, found: Scored | None) -> Scored | None:
-    """The one with the lower score; with fewer parameters unless the other wins by what a law has to bring."""
-    if best is None or found is None:
-        return found if best is None else best
-    if best[1].n_law == found[1].n_law:
-        return min(best, found, key=lambda one: one[0])
-    simple, rich = sorted((best, found), key=lambda one: one[1].n_law)
-    return rich if brings(first, simple, rich) else simple
-
-
 def _distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The first laws of different names that score about as well as the best."""
+    """The first laws of different names, or clamps soft in different directions, that score about as well as the
+    best."""
     kept: list[Ranked] = []
     for r in ranked:
-        new = r.name not in [k.name for k in kept]
+        new = (r.name, r.located.place.springs) not in [(k.name, k.located.place.springs) for k in kept]
         if new and len(kept) < TOGETHER and r.score < ranked[0].score + first.settings.gain_cost:
             kept.append(r)
     return kept
-
-
-def _won(first: Searched, value: float, found: Terms) -> bool:
-    """Whether several laws bring against one what one has to bring against none: the noise is what they can reach (a
-    score of nothing), since free forces at two places leave less than any law where sensors are few."""
-    one = first.ranked[0]
-    share = (one.score - value) / max(one.score, 1e-12)
-    whole = (first.null_score - value) / max(first.null_score, 1e-12)
-    won = gained(first, one.score - value, one.candidate.chosen, one.candidate.prior, found)
-    return won and bool(min(share, whole) >= first.settings.explained)
-
-
-def _determined(term: Term) -> bool:
-    """Whether the recordings tell the size of a law at all: at least one of its parameters (ln units)."""
-    candidate = term.candidate
-    if candidate.covariance is None:
-        return True
-    n = len(candidate.x) if candidate.coordinates is None else len(candidate.x) - 2
-    n = term.located.place.n_own if term.member else n
-    return bool(np.sqrt(np.diag(candidate.covariance)[:n].min(initial=np.inf)) < UNDETERMINED)
-
-
-def _needless(first: Searched, value: float, found: Terms) -> bool:
-    """Whether one of the terms, fitted as thoroughly as all of them together, does as well by itself."""
-    for term in found.terms:
-        alone = None if term.member else fitted_together(first, [term], found.p)
-        if alone is not None and not brings(first, alone, (value, found)):
-            return True
-    return False

@@ -31,6 +31,8 @@ class Settings:
         gain_nonlinear: the same for a nonlinear law against the best linear one.
         parameter_z: prior deviation beyond which a parameter alone is a finding.
         adequate: unseen misfit, as a multiple of the law-free one, up to which a name is given.
+        strained: prior cost of the model's own unknowns beside a law, in `gain_cost`, from which they stand in for
+            something else.
         price: score a fitted law parameter costs, in logarithms of the effective number of values (1: BIC).
         same_law: relative difference of two laws' forces below which the simpler one is named.
         worth_naming: share of the updated model's cost that a free force somewhere has to take away, where the model is
@@ -57,6 +59,7 @@ class Settings:
     gain_nonlinear: float = 0.15
     parameter_z: float = 5.0
     adequate: float = 1.5
+    strained: float = 2.0
     price: float = 1.0
     consistent: float = 1.2
     same_law: float = 0.08

@@ -25,7 +25,7 @@ ComplexArray = NDArray[np.complex128]
 
 # windows (in units of `Problem.scale`) by which laws that were found one by one also come to terms, where whole records
 # are too far off at first, the steps in each, and those on whole records
-WINDOWS, STEPS = (3.0, 1.0), (6, 6, 40)
+WINDOWS, STEPS = (10.0, 3.0, 1.0), (6, 6, 6, 40)
 # coordinates that a simulation can carry
 MOST_COORDINATES = 6
 
@@ -156,7 +156,8 @@ class TermsLoop(Loop):
 
 @dataclass(frozen=True, eq=False)
 class Terms:
-    """Laws fitted together: `terms` with their values, unknowns p of the model, `score` parts as of a candidate."""
+    """Laws fitted together: `terms` with their values, unknowns p of the model, `score` parts as of a candidate,
+    `sigma` (1/s) of the window exp(-sigma t) they are fitted in."""
 
     terms: tuple[Term, ...]
     joint: Joint
@@ -167,10 +168,11 @@ class Terms:
     fitted: float
     chosen: float
     covariance: FloatArray | None = None
+    sigma: float = 0.0
 
-    def loop(self, problem: Problem, sigma: float = 0.0) -> TermsLoop:
-        """The simulation of the terms for the records of a problem."""
-        return TermsLoop(problem, self.joint, self.terms, sigma=sigma)
+    def loop(self, problem: Problem) -> TermsLoop:
+        """The simulation of the terms for the records of a problem, in their window."""
+        return TermsLoop(problem, self.joint, self.terms, sigma=self.sigma)
 
 
 def fit_terms(
@@ -179,10 +181,11 @@ def fit_terms(
     reduced: ReducedModel,
     g_rows: list[int],
     p: FloatArray,
+    sigma: float = 0.0,
 ) -> Terms | None:
-    """Terms fitted together from where each was found, with the model's unknowns from `p` (those of `reduced`); None
-    where they cannot be simulated together."""
-    made = _opened(problem, terms, reduced, g_rows, p)
+    """Terms fitted together from where each was found, with the model's unknowns from `p` (those of `reduced`), in a
+    window exp(-sigma t); None where they cannot be simulated together."""
+    made = _opened(problem, terms, reduced, g_rows, p, sigma)
     if made is None:
         return None
     loop, z = made
@@ -191,6 +194,8 @@ def fit_terms(
     ends = [whole.run(z, STEPS[-1])]
     start = z
     for factor, steps in zip(WINDOWS, STEPS, strict=False):
+        if factor * problem.scale() <= sigma:
+            break
         windowed = replace(loop, sigma=factor * problem.scale(), substeps=COARSE)
         reached = Descent.around(windowed, x, True).run(start, steps)
         start = start if reached is None else reached.z
@@ -206,9 +211,9 @@ def refit_terms(problem: Problem, found: Terms, iterations: int = STEPS[-1]) -> 
     return found if reached is None else replace(_made(loop, reached), chosen=found.chosen)
 
 
-def judge_terms(choosing: Problem, found: Terms, sigma: float = 0.0) -> Terms:
-    """The terms with the misfit they leave on records they have not seen, windowed by exp(-sigma t)."""
-    loop = found.loop(choosing, sigma)
+def judge_terms(choosing: Problem, found: Terms) -> Terms:
+    """The terms with the misfit they leave on records they have not seen, in their window."""
+    loop = found.loop(choosing)
     (e,), _ = loop.residuals([(found.p, found.x)])
     value = float(e @ e) / loop.size()
     return replace(found, chosen=value if np.isfinite(value) else np.inf)
@@ -216,11 +221,11 @@ def judge_terms(choosing: Problem, found: Terms, sigma: float = 0.0) -> Terms:
 
 def simulate_terms(problem: Problem, found: Terms, record: FitRecord) -> FloatArray:
     """Accelerations (n_out, n) of the model with its terms for one record's forces."""
-    return found.loop(problem.on([record])).histories([(found.p, found.x)])[0][0].y
+    return replace(found, sigma=0.0).loop(problem.on([record])).histories([(found.p, found.x)])[0][0].y
 
 
 def _opened(
-    problem: Problem, terms: Sequence[Term], reduced: ReducedModel, g_rows: list[int], p: FloatArray
+    problem: Problem, terms: Sequence[Term], reduced: ReducedModel, g_rows: list[int], p: FloatArray, sigma: float
 ) -> tuple[TermsLoop, FloatArray] | None:
     attached = [t for t in terms if not t.member]
     places = list({id(t.place): t.place for t in attached if t.place is not None}.values())
@@ -236,7 +241,7 @@ def _opened(
     joint = open_joints(places, reduced, problem.band[1], g_rows)
     ordered = (*attached, *(t for t in terms if t.member))
     x = np.concatenate([np.zeros(0), *(t.x for t in attached)])
-    return TermsLoop(problem, joint, ordered), np.concatenate([start, x])
+    return TermsLoop(problem, joint, ordered, sigma=sigma), np.concatenate([start, x])
 
 
 def _made(loop: TermsLoop, reached: Reached) -> Terms:
@@ -273,4 +278,6 @@ def _made(loop: TermsLoop, reached: Reached) -> Terms:
         first += term.n_x
         terms.append(replace(term, candidate=candidate))
     prior = float(deviations.sum() - deviations[members].sum())
-    return Terms(tuple(terms), loop.joint, p, x, loop.n_x + reduced.extra, prior, fitted, np.nan, covariance)
+    return Terms(
+        tuple(terms), loop.joint, p, x, loop.n_x + reduced.extra, prior, fitted, np.nan, covariance, loop.sigma
+    )

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 from femend.diagnose.pairs import Searched, plain
 from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms
 
-__all__ = ["Scored", "brings", "fitted_together", "gained"]
+__all__ = ["Scored", "are_told", "best_of", "brings", "fitted_together", "gained"]
 
 FloatArray = NDArray[np.float64]
+
+# standard deviation of the best determined combination of a law's parameters (ln units) from which its size is not known
+UNDETERMINED = 0.33
 
 # terms fitted together, with their score
 Scored = tuple[float, Terms]
@@ -21,7 +24,7 @@ Scored = tuple[float, Terms]
 def fitted_together(first: Searched, terms: Sequence[Term], p: FloatArray) -> Scored | None:
     """Terms fitted together from unknowns `p` of the model (with or without factors of members), with their score;
     None where they cannot be judged."""
-    found = fit_terms(first.split.fitting, terms, first.reduced, first.g_rows, plain(first, p))
+    found = fit_terms(first.split.fitting, terms, first.reduced, first.g_rows, plain(first, p), first.sigma)
     if found is None:
         return None
     found = judge_terms(first.split.choosing, found)
@@ -44,3 +47,64 @@ def _score(first: Searched, found: Terms) -> float:
     """Tempered squares on unseen data, prior of the model's unknowns, and a price for every parameter."""
     squares = first.n_values * float(np.log(max(found.chosen, 1e-12)))
     return squares + found.prior + first.price * found.n_law
+
+
+def best_of(first: Searched, tries: Sequence[tuple[Sequence[Term], FloatArray]]) -> Scored | None:
+    """The best of several sets of terms, each with the unknowns of the model it starts from, fitted together."""
+    best: Scored | None = None
+    for terms, p in tries:
+        best = _better(first, best, fitted_together(first, terms, p))
+    if best is not None and len(tries) > 1:
+        # once more from where the best came to: a descent that stopped short is no reason for another name
+        reached = {(t.candidate.name, id(t.located.place)): t for t in best[1].terms}
+        p = plain(first, best[1].p)
+        for terms, _ in tries:
+            again = [reached.get((t.candidate.name, id(t.located.place)), t) for t in terms]
+            best = _better(first, best, fitted_together(first, again, p))
+    return best
+
+
+def are_told(first: Searched, found: Scored) -> bool:
+    """Whether several terms are accepted: they win against one law alone, the recordings tell the size of each, and
+    none of them does as well by itself."""
+    return _won(first, *found) and all(map(_determined, found[1].terms)) and not _needless(first, *found)
+
+
+def _better(first: Searched, best: Scored | None, found: Scored | None) -> Scored | None:
+    """The one with the lower score; with fewer parameters unless the other wins by what a law has to bring."""
+    if best is None or found is None:
+        return found if best is None else best
+    if best[1].n_law == found[1].n_law:
+        return min(best, found, key=lambda one: one[0])
+    simple, rich = sorted((best, found), key=lambda one: one[1].n_law)
+    return rich if brings(first, simple, rich) else simple
+
+
+def _won(first: Searched, value: float, found: Terms) -> bool:
+    """Whether several laws bring against one what one has to bring against none: the noise is what they can reach (a
+    score of nothing), since free forces at two places leave less than any law where sensors are few."""
+    one = first.ranked[0]
+    share = (one.score - value) / max(one.score, 1e-12)
+    whole = (first.null_score - value) / max(first.null_score, 1e-12)
+    won = gained(first, one.score - value, one.candidate.chosen, one.candidate.prior, found)
+    return won and bool(min(share, whole) >= first.settings.explained)
+
+
+def _determined(term: Term) -> bool:
+    """Whether the recordings tell the size of a law at all: at least one combination of its parameters (ln units),
+    since beside another law at the same place none of them may be told by itself."""
+    candidate = term.candidate
+    if candidate.covariance is None:
+        return True
+    n = len(candidate.x) if candidate.coordinates is None else len(candidate.x) - 2
+    n = term.located.place.n_own if term.member else n
+    return bool(n and np.linalg.eigvalsh(candidate.covariance[:n, :n])[0] < UNDETERMINED**2)
+
+
+def _needless(first: Searched, value: float, found: Terms) -> bool:
+    """Whether one of the terms, fitted as thoroughly as all of them together, does as well by itself."""
+    for term in found.terms:
+        alone = None if term.member else fitted_together(first, [term], found.p)
+        if alone is not None and not brings(first, alone, (value, found)):
+            return True
+    return False

@@ -1,0 +1,123 @@
+"""Two laws at one place: effects at places that move the sensors alike add up to one force, which no single law is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.diagnose.candidates import Candidate, Start, laws_for, starts
+from femend.diagnose.closed_loop import loop_of
+from femend.diagnose.collapse import collapsed
+from femend.diagnose.joint import Recovered
+from femend.diagnose.name import Ranked
+from femend.diagnose.pairs import Searched, plain
+from femend.diagnose.terms import Term
+from femend.diagnose.together import Scored, are_told, fitted_together
+
+__all__ = ["in_parallel", "what_is_left"]
+
+ComplexArray = NDArray[np.complex128]
+
+# linear laws of different names that are tried beside the best one, and the starts of each law that are looked at
+LINEAR, STARTS = 2, 2
+
+
+def in_parallel(first: Searched) -> Scored | None:
+    """The best law and another one beside it at its place, where a free force there explains the recordings and no law
+    does; None where no two laws do either.
+
+    What the place did is known without any law; what is left of its force when the best law follows the recovered
+    motion starts the other one.
+    """
+    best, adequate = first.ranked[0], first.settings.adequate
+    joint, recovered = best.candidate.joint, best.recovered
+    if joint is None or recovered is None or best.candidate.reference > adequate:
+        return None
+    law = collapsed(best.candidate, recovered, first.settings)
+    one, p = Term(law, best.located), plain(first, best.candidate.p)
+    others = _others(first, best, law)
+    pairs = ([one, Term(other, best.located, bare=other.nonlinear)] for other in others)
+    done = [f for terms in pairs if (f := fitted_together(first, terms, p)) is not None]
+    found = min(done, key=lambda f: f[0], default=None)
+    return found if found is not None and found[1].chosen <= adequate and are_told(first, found) else None
+
+
+def _others(first: Searched, best: Ranked, law: Candidate) -> list[Candidate]:
+    """Laws of other names that may do what the first one leaves of the recovered force: of linear ones those that
+    follow it best, every nonlinear one, since a motion without its mean may not show what it does."""
+    recovered, joint = best.recovered, law.joint
+    assert recovered is not None
+    assert joint is not None
+    s = [
+        np.asarray(2j * np.pi * index / (r.n * r.dt), dtype=np.complex128)
+        for index, r in zip(recovered.index, recovered.records, strict=True)
+    ]
+    rest = what_is_left(recovered, law, s)
+    begun = [
+        (name, start)
+        for name, entry in laws_for(joint.place.kind)
+        if name != law.name
+        for start in starts(entry, joint, rest, s, STARTS)
+        if np.isfinite(start.left)
+    ]
+    kept: dict[tuple[str, tuple[float, ...]], tuple[str, Start]] = {}
+    linear = 0
+    for name, start in sorted(begun, key=lambda item: item[1].left):
+        for one in _either_sign(start):
+            kind = name, _sides(one)
+            if kind not in kept and (one.physics.kind == "nonlinear" or linear < LINEAR):
+                kept[kind] = name, one
+                linear += one.physics.kind == "linear"
+    return [_candidate(first, law, name, start, recovered) for name, start in kept.values()]
+
+
+def _either_sign(start: Start) -> list[Start]:
+    """A start, and with the other sign what a descent does not change the sign of: without the mean of the motion the
+    sign may come out wrong."""
+    signed = [q.name for q in start.physics.parameters if q.domain == "real"]
+    turned = {name: -value if name in signed else value for name, value in start.values.items()}
+    return [start, replace(start, values=turned)] if signed else [start]
+
+
+def _sides(start: Start) -> tuple[float, ...]:
+    """What tells starts of one law apart for good: signs that do not change, and the sides of a stop."""
+    values, laws = start.values, start.physics.parameters
+    return (*(float(np.sign(values[q.name])) for q in laws if q.domain == "real"), values.get("sides", 0.0))
+
+
+def what_is_left(recovered: Recovered, law: Candidate, s: list[ComplexArray]) -> Recovered:
+    """What a place did, with the force that is left when a law has followed its motion; `s` are the lines (K,) of every
+    record."""
+    assert law.physics is not None
+    name, values = law.physics.law or law.physics.name, dict(law.values)
+    F, f = [], []
+    for i, record in enumerate(recovered.records):
+        D = recovered.D[i]
+        if law.nonlinear:
+            moved = zip(recovered.d[i], recovered.v[i], recovered.a[i], strict=True)
+            force = np.array([_core.law_force(name, values, d, v, a, record.dt) for d, v, a in moved])
+            own = np.fft.rfft(force, axis=1)[:, recovered.index[i]].T + (law.k + law.c * s[i])[:, None] * D
+        else:
+            own = _core.law_dynamic_stiffness(name, values, s[i])[0][:, None] * D
+        left = np.asarray(recovered.F[i] - own, dtype=np.complex128)
+        lines = np.zeros((record.n // 2 + 1, left.shape[1]), dtype=np.complex128)
+        lines[recovered.index[i]] = left
+        F.append(left)
+        f.append(np.fft.irfft(lines, record.n, axis=0).T)
+    return replace(recovered, F=F, f=f)
+
+
+def _candidate(first: Searched, law: Candidate, name: str, start: Start, recovered: Recovered) -> Candidate:
+    """A law at the place of another, as it starts."""
+    entry, joint = start.physics, law.joint
+    assert joint is not None
+    plainly = Candidate(entry, name, joint, start.values, law.p, law.x, 0, law.prior, law.fitted, law.chosen)
+    if entry.kind == "linear":
+        x = np.log([max(start.values[n], 1e-12) for n in entry.parameter_names])
+        return replace(plainly, x=x, n_law=len(x))
+    loop, x = loop_of(first.split.fitting, joint, start, recovered)
+    scale = {"k_scale": loop.scale[0], "c_scale": loop.scale[1]}
+    return replace(plainly, x=x, n_law=loop.n_x, k=start.k, c=start.c, coordinates=loop.coordinates, extra=scale)

@@ -1,0 +1,59 @@
+"""Two laws that no single one stands for, at one node: what is left of the recovered force starts the second."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femend.diagnose.parallel import what_is_left
+from femend.study.run import StudyRun, diagnose
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from small_study import Truth, write_study
+
+NODE = 13
+BILINEAR = {"k_plus": 500.0, "k_minus": 3000.0}
+VISCOELASTIC = {"k0": 50.0, "k1": 6000.0, "tau": 0.004}
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
+    laws = [(NODE, "bilinear_stiffness", BILINEAR), (NODE, "viscoelastic", VISCOELASTIC)]
+    found = diagnose(write_study(tmp_path_factory.mktemp("parallel"), Truth((7.3e10, 6.8e10), laws=laws)))
+    assert isinstance(found, StudyRun)
+    return found
+
+
+def test_each_is_told_at_the_node(both: StudyRun) -> None:
+    findings = {f["physics"]: f for f in both.result["findings"]}
+    assert set(findings) == {"bilinear_stiffness", "viscoelastic"}
+    assert [f["location"]["nodes"] for f in findings.values()] == [[NODE], [NODE]]
+    law = {k: v["value"] for k, v in findings["bilinear_stiffness"]["parameters"].items()}
+    # what both directions have in common cannot be told from the elastic part of the other
+    assert law["k_minus"] - law["k_plus"] == pytest.approx(2500.0, rel=0.1)
+    assert findings["viscoelastic"]["parameters"]["k1"]["value"] == pytest.approx(6000.0, rel=0.1)
+
+
+def test_the_final_model_holds_both(both: StudyRun) -> None:
+    held = next(p for p in both.predictions if p.name == "held")
+    assert held.error("final") < 0.03
+
+
+def test_what_a_law_does_is_taken_off_the_force(both: StudyRun) -> None:
+    best = next(r for r in both.diagnosis.ranked if r.name == "viscoelastic" and r.recovered is not None)
+    recovered = best.recovered
+    assert recovered is not None
+    s = [
+        np.asarray(2j * np.pi * i / (r.n * r.dt), dtype=np.complex128)
+        for i, r in zip(recovered.index, recovered.records, strict=True)
+    ]
+    rest = what_is_left(recovered, best.candidate, s)
+    v = best.candidate.values
+    for i, x in enumerate(s):
+        k = v["k0"] + v["k1"] * x * v["tau"] / (1 + x * v["tau"])
+        np.testing.assert_allclose(recovered.F[i] - rest.F[i], k[:, None] * recovered.D[i], rtol=1e-9, atol=1e-12)
+        lines = np.fft.rfft(rest.f[i], axis=1)[:, recovered.index[i]].T
+        np.testing.assert_allclose(lines, rest.F[i], rtol=1e-6, atol=1e-9 * np.abs(rest.F[i]).max())
