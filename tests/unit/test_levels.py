@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from types import SimpleNamespace as Space
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from femend.diagnose import levels
 from femend.diagnose.levels import UNEVEN, depends_on_level, relative_errors
 from femend.diagnose.locate import locate
 from femend.diagnose.settings import Settings
@@ -57,6 +60,18 @@ def test_what_is_not_linear_leaves_more_at_one_level(tmp_path: Path, truth: smal
     assert not depends_on_level(
         alone.problem, alone.null, locate(start.problem, start.reduced, (), start.null), Settings()
     )
+
+
+@pytest.mark.parametrize(("noise", "told"), [(0.008, True), (0.012, False)])
+def test_an_error_as_large_as_the_noise_counts_though_the_model_is_allowed_it(
+    monkeypatch: pytest.MonkeyPatch, noise: float, told: bool
+) -> None:
+    # a fit that is consistent by its weights, and a force that takes a quarter of what it leaves
+    null, found = Space(misfit=np.array([0.8, 1.0])), Space(fit=Space(misfit=np.array([0.75, 0.75])))
+    problem = Space(records=[Space(frf=None, u=np.array([[-a, a]])) for a in (1.0, 5.0)])
+    monkeypatch.setattr(levels, "relative_errors", lambda *a: np.array([0.003, 0.01]))
+    monkeypatch.setattr(levels, "_noise_share", lambda *a: noise)
+    assert depends_on_level(cast(Any, problem), cast(Any, null), cast(Any, [found]), Settings()) is told
 
 
 def test_a_law_outside_the_catalogue_that_shows_at_one_level_is_not_passed_over(tmp_path: Path) -> None:

@@ -32,6 +32,7 @@ from femend.diagnose.noise import Louder, louder, quieter_records
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.second import Further, Searched, look_further
 from femend.diagnose.settings import Settings
+from femend.diagnose.shares import score_of_noise, share_explained, unclear
 from femend.diagnose.split import Split, split_records
 from femend.diagnose.unmeasured import find_harmonic, find_unmeasured, plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
@@ -177,7 +178,7 @@ def explain(
     plainly = worth and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
     if worth and not plainly:
         ranked, sigma = _named(start, split, located, places, short, (null_score, n_values), settings, tell)
-        if load is None and explained and sigma == 0 and _unclear(null_score, ranked, n_values, settings):
+        if load is None and explained and sigma == 0 and unclear(null_score, ranked, n_values, settings):
             # no law is behind the force that explains so much: it may stand in for a load that acts elsewhere after all
             tell.start("try loads")
             load = try_loads(problem, split, reduced, null, baseline, settings)
@@ -195,6 +196,8 @@ def explain(
     decided = decide(undecided, plainly)
     if decided.load is not None or decided.verdict not in ("missing-physics", "located-not-named"):
         return decided
+    if decided.rival is not None and decided.rival.ranked.candidate.chosen <= settings.adequate:
+        return decided  # one force at one place explains what was not used to fit it
     tell.start("look for more")
     return with_further(decided, plain, plainly_located, places, loud)
 
@@ -221,7 +224,7 @@ def _named(
     # of a direction that never came to the fore, nonlinear laws are tried at all kinds of places
     in_others = partial(in_other_directions, problem, reduced, places, null)
     for wider, reach in ((_untried, all_kinds), (in_others, replace(all_kinds, nonlinear_places=settings.kinds))):
-        if sigma > 0 or not _unclear(null_score, ranked, n_values, settings):
+        if sigma > 0 or not unclear(null_score, ranked, n_values, settings):
             break
         further = with_look_alikes(problem, reduced, wider(located, tried), places, reach)
         tried += [one.place for one in further]
@@ -350,7 +353,7 @@ def with_further(
             shift = one.n_values * float(np.log(factor))
             ranked = [_shifted(r, factor, shift) for r in ranked]
             null_score += shift
-        floor = _floor(ranked, one.n_values)
+        floor = score_of_noise(ranked, one.n_values)
         return Searched(start.problem, one.reduced, one.g_rows, split, places, located, ranked, settings,
                         one.n_values, null_score, floor, sigma, searched)  # fmt: skip
 
@@ -434,30 +437,7 @@ def _accepted(found: Diagnosis, best: Ranked) -> bool:
 
 def _share(found: Diagnosis, best: Ranked) -> float:
     """Share of what is wrong with the updated model that a law takes away."""
-    return _explained(found.null_score, best, found.ranked, found.n_values)
-
-
-def _unclear(null_score: float, ranked: Sequence[Ranked], n_values: float, settings: Settings) -> bool:
-    """Whether much is wrong with the updated model and no law at the places tried takes nearly all of it away."""
-    wrong = null_score - _floor(ranked, n_values)
-    share = _explained(null_score, ranked[0], ranked, n_values) if ranked else 0.0
-    return bool(wrong > 2 * settings.gain_cost and share < settings.clear)
-
-
-def _floor(ranked: Sequence[Ranked], n_values: float) -> float:
-    """Score of what a free force leaves at best, or the noise where that is less."""
-    references = [r.candidate.reference for r in ranked if np.isfinite(r.candidate.reference)]
-    return n_values * float(np.log(max(min([1.0, *references]), 1e-12)))
-
-
-def _explained(null_score: float, best: Ranked, ranked: Sequence[Ranked], n_values: float) -> float:
-    """Share of what is wrong with the updated model that a law takes away: of its unseen misfit above the noise, or
-    above what a free force leaves where that is less, and of the prior cost of its unknowns.
-
-    A law at the right place leaves hardly anything. What is wrong with the model everywhere (its mesh, its
-    idealisation) is never taken away by one law at one place, however much that gains.
-    """
-    return (null_score - best.score) / max(null_score - _floor(ranked, n_values), 1e-12)
+    return share_explained(found.null_score, best, found.ranked, found.n_values)
 
 
 def _clearly_missing(found: Diagnosis) -> bool:

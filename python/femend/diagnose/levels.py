@@ -22,6 +22,9 @@ LEVELS, UNEVEN = 2.0, 2.0
 # misfit of that record, as a multiple of what counts as consistent, from which it is far from the noise, and the share
 # of it up to which a force that explains it leaves some
 FAR, LEAVES = 2.0, 0.5
+# the same where the misfit is near the noise because the model is allowed errors: those are the same share at all
+# levels, so an error as large as the noise (RMS) is none of them
+AS_NOISE, LEAVES_LITTLE = 1.0, 0.8
 
 
 def levels_differ(records: Sequence[FitRecord]) -> bool:
@@ -50,14 +53,25 @@ def relative_errors(problem: Problem, null: Fit) -> FloatArray:
 
 def _share(line: Lines, y: NDArray[np.complex128]) -> float:
     """RMS of what responses `y` (K, n_out) leave of a record's lines beyond the noise, over that of the lines."""
-    noise = line.record.n * float((line.record.noise**2).sum()) * len(line.freq)
-    left = float((np.abs(line.Y - y) ** 2).sum()) - noise
+    left = float((np.abs(line.Y - y) ** 2).sum()) - _noise(line)
     return float(np.sqrt(max(left, 0.0) / max(float((np.abs(line.Y) ** 2).sum()), 1e-300)))
+
+
+def _noise(line: Lines) -> float:
+    """Squares that noise leaves of a record's lines."""
+    return line.record.n * float((line.record.noise**2).sum()) * len(line.freq)
+
+
+def _noise_share(problem: Problem, null: Fit, i: int) -> float:
+    """RMS of the noise of record i over that of its lines."""
+    line = problem.thinned(None).lines(null.hypothesis.reduced)[i]
+    return float(np.sqrt(_noise(line) / max(float((np.abs(line.Y) ** 2).sum()), 1e-300)))
 
 
 def depends_on_level(problem: Problem, null: Fit, located: Sequence[Located], settings: Settings) -> bool:
     """Whether recordings of different level show something that the updated model lacks, by an error that is a larger
-    share of one than of another, where that one is far from the noise and a force at the best place explains it."""
+    share of one than of another, where that one is far from the noise, or the error as large as it, and a force at the
+    best place explains it."""
     if not located or len(problem.records) < 2 or any(r.frf is not None for r in problem.records):
         return False
     if not levels_differ(problem.records):
@@ -65,5 +79,7 @@ def depends_on_level(problem: Problem, null: Fit, located: Sequence[Located], se
     error = relative_errors(problem, null)
     worst = int(np.argmax(error))
     misfit, free = float(null.misfit[worst]), float(located[0].fit.misfit[worst])
+    if error[worst] <= UNEVEN * error.min():
+        return False
     far = misfit > FAR * settings.consistent and free < LEAVES * misfit
-    return bool(far and error[worst] > UNEVEN * error.min())
+    return bool(far or (free < LEAVES_LITTLE * misfit and error[worst] > AS_NOISE * _noise_share(problem, null, worst)))

@@ -14,7 +14,7 @@ __all__ = ["Scored", "are_told", "best_of", "brings", "fitted_together", "gained
 
 FloatArray = NDArray[np.float64]
 
-# standard deviation of the best determined combination of a law's parameters (ln units) from which its size is not known
+# standard deviation (ln units) of the best determined combination of a law's parameters from which its size is unknown
 UNDETERMINED = 0.33
 
 # terms fitted together, with their score
@@ -50,7 +50,8 @@ def _score(first: Searched, found: Terms) -> float:
 
 
 def best_of(first: Searched, tries: Sequence[tuple[Sequence[Term], FloatArray]]) -> Scored | None:
-    """The best of several sets of terms, each with the unknowns of the model it starts from, fitted together."""
+    """The best of several sets of terms fitted together; `tries` holds the terms of each with the unknowns (n_p,) of
+    the model it starts from."""
     best: Scored | None = None
     for terms, p in tries:
         best = _better(first, best, fitted_together(first, terms, p))

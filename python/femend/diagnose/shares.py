@@ -1,0 +1,35 @@
+"""How much of what is wrong with an updated model a law takes away, by scores."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from femend.diagnose.name import Ranked
+from femend.diagnose.settings import Settings
+
+__all__ = ["score_of_noise", "share_explained", "unclear"]
+
+
+def score_of_noise(ranked: Sequence[Ranked], n_values: float) -> float:
+    """Score of what a free force leaves at best, or the noise where that is less."""
+    references = [r.candidate.reference for r in ranked if np.isfinite(r.candidate.reference)]
+    return n_values * float(np.log(max(min([1.0, *references]), 1e-12)))
+
+
+def share_explained(null_score: float, best: Ranked, ranked: Sequence[Ranked], n_values: float) -> float:
+    """Share of what is wrong with the updated model that a law takes away: of its unseen misfit above the noise, or
+    above what a free force leaves where that is less, and of the prior cost of its unknowns.
+
+    A law at the right place leaves hardly anything. What is wrong with the model everywhere (its mesh, its
+    idealisation) is never taken away by one law at one place, however much that gains.
+    """
+    return (null_score - best.score) / max(null_score - score_of_noise(ranked, n_values), 1e-12)
+
+
+def unclear(null_score: float, ranked: Sequence[Ranked], n_values: float, settings: Settings) -> bool:
+    """Whether much is wrong with the updated model and no law at the places tried takes nearly all of it away."""
+    wrong = null_score - score_of_noise(ranked, n_values)
+    share = share_explained(null_score, ranked[0], ranked, n_values) if ranked else 0.0
+    return bool(wrong > 2 * settings.gain_cost and share < settings.clear)
