@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from femend.diagnose.parallel import what_is_left
+from femend.diagnose.terms import Term
+from femend.physics import physics
 from femend.study.run import StudyRun, diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -57,3 +60,12 @@ def test_what_a_law_does_is_taken_off_the_force(both: StudyRun) -> None:
         np.testing.assert_allclose(recovered.F[i] - rest.F[i], k[:, None] * recovered.D[i], rtol=1e-9, atol=1e-12)
         lines = np.fft.rfft(rest.f[i], axis=1)[:, recovered.index[i]].T
         np.testing.assert_allclose(lines, rest.F[i], rtol=1e-6, atol=1e-9 * np.abs(rest.F[i]).max())
+
+
+def test_a_fraction_stays_one_where_a_step_goes_beyond(both: StudyRun) -> None:
+    best = both.diagnosis.ranked[0]
+    entry = physics("springpot")
+    law = replace(best.candidate, physics=entry, name="structural_damping", coordinates=None, x=np.log([50.0, 1.3]))
+    values, k, c = Term(law, best.located).values(law.x)
+    assert values == {"c": pytest.approx(50.0), "alpha": 1.0}
+    assert (k, c) == (0.0, 0.0)

@@ -65,11 +65,13 @@ class Term:
         return self.candidate.x[: self.n_x]
 
     def values(self, x: FloatArray) -> tuple[dict[str, float], float, float]:
-        """Law parameters and companion k, c at the fit coordinates x."""
+        """Law parameters and companion k, c at the fit coordinates x; those of a linear law are logarithms, by which a
+        step may take a fraction above one: it stays there."""
         c = self.candidate
         assert c.physics is not None
         if c.coordinates is None:
-            return dict(zip(c.physics.parameter_names, np.exp(x).tolist(), strict=True)), 0.0, 0.0
+            given = zip(c.physics.parameters, np.exp(x).tolist(), strict=True)
+            return {q.name: min(v, 1.0) if q.domain == "fraction" else v for q, v in given}, 0.0, 0.0
         n = len(c.coordinates.free)
         if self.bare:
             return c.coordinates.parameters(x), 0.0, 0.0
