@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.parallel import what_is_left
+from femend.diagnose.pairs import Searched
+from femend.diagnose.parallel import _others, what_is_left
 from femend.diagnose.terms import Term
 from femend.physics import physics
 from femend.study.run import StudyRun, diagnose
@@ -60,6 +61,17 @@ def test_what_a_law_does_is_taken_off_the_force(both: StudyRun) -> None:
         np.testing.assert_allclose(recovered.F[i] - rest.F[i], k[:, None] * recovered.D[i], rtol=1e-9, atol=1e-12)
         lines = np.fft.rfft(rest.f[i], axis=1)[:, recovered.index[i]].T
         np.testing.assert_allclose(lines, rest.F[i], rtol=1e-6, atol=1e-9 * np.abs(rest.F[i]).max())
+
+
+def test_two_laws_of_one_family_are_no_two_effects(both: StudyRun) -> None:
+    d = both.diagnosis
+    best = next(r for r in d.ranked if r.name == "viscoelastic" and r.recovered is not None)
+    first = Searched(
+        d.problem, d.reduced, d.g_rows, d.split, [], d.located, [best], d.settings, d.n_values, d.null_score, 0.0
+    )
+    tried = {c.name for c in _others(first, best, best.candidate)}
+    assert "bilinear_stiffness" in tried
+    assert not tried & {"viscoelastic", "viscous_damper", "structural_damping", "quadratic_damping"}
 
 
 def test_a_fraction_stays_one_where_a_step_goes_beyond(both: StudyRun) -> None:

@@ -46,8 +46,9 @@ def in_parallel(first: Searched) -> Scored | None:
 
 
 def _others(first: Searched, best: Ranked, law: Candidate) -> list[Candidate]:
-    """Laws of other names that may do what the first one leaves of the recovered force: of linear ones those that
-    follow it best, every nonlinear one, since a motion without its mean may not show what it does."""
+    """Laws that may do what the first one leaves of the recovered force: of linear ones those that follow it best,
+    every nonlinear one, since a motion without its mean may not show what it does. None of the first one's family: two
+    of one family at one place are one law that the catalogue does not have."""
     recovered, joint = best.recovered, law.joint
     assert recovered is not None
     assert joint is not None
@@ -59,7 +60,7 @@ def _others(first: Searched, best: Ranked, law: Candidate) -> list[Candidate]:
     begun = [
         (name, start)
         for name, entry in laws_for(joint.place.kind)
-        if name != law.name
+        if law.physics is not None and entry.family != law.physics.family
         for start in starts(entry, joint, rest, s, STARTS)
         if np.isfinite(start.left)
     ]
