@@ -63,7 +63,7 @@ def test_what_a_law_does_is_taken_off_the_force(both: StudyRun) -> None:
         np.testing.assert_allclose(lines, rest.F[i], rtol=1e-6, atol=1e-9 * np.abs(rest.F[i]).max())
 
 
-def test_two_laws_of_one_family_are_no_two_effects(both: StudyRun) -> None:
+def test_two_laws_of_one_family_or_two_linear_ones_are_no_two_effects(both: StudyRun) -> None:
     d = both.diagnosis
     best = next(r for r in d.ranked if r.name == "viscoelastic" and r.recovered is not None)
     first = Searched(
@@ -72,6 +72,7 @@ def test_two_laws_of_one_family_are_no_two_effects(both: StudyRun) -> None:
     tried = {c.name for c in _others(first, best, best.candidate)}
     assert "bilinear_stiffness" in tried
     assert not tried & {"viscoelastic", "viscous_damper", "structural_damping", "quadratic_damping"}
+    assert not tried & {"added_mass", "tuned_absorber", "support_stiffness"}
 
 
 def test_a_fraction_stays_one_where_a_step_goes_beyond(both: StudyRun) -> None:

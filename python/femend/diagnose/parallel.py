@@ -47,8 +47,11 @@ def in_parallel(first: Searched) -> Scored | None:
 
 def _others(first: Searched, best: Ranked, law: Candidate) -> list[Candidate]:
     """Laws that may do what the first one leaves of the recovered force: of linear ones those that follow it best,
-    every nonlinear one, since a motion without its mean may not show what it does. None of the first one's family: two
-    of one family at one place are one law that the catalogue does not have."""
+    every nonlinear one, since a motion without its mean may not show what it does.
+
+    None of the first one's family, and no linear one beside a linear one: two of a family at one place are one law that
+    the catalogue does not have, and two linear ones a stiffness over frequency that others add up to as well.
+    """
     recovered, joint = best.recovered, law.joint
     assert recovered is not None
     assert joint is not None
@@ -60,7 +63,9 @@ def _others(first: Searched, best: Ranked, law: Candidate) -> list[Candidate]:
     begun = [
         (name, start)
         for name, entry in laws_for(joint.place.kind)
-        if law.physics is not None and entry.family != law.physics.family
+        if law.physics is not None
+        and entry.family != law.physics.family
+        and (law.nonlinear or entry.kind == "nonlinear")
         for start in starts(entry, joint, rest, s, STARTS)
         if np.isfinite(start.left)
     ]
