@@ -176,7 +176,8 @@ def _along(nodes: tuple[int, ...], single: list[int], top: Topology) -> list[int
 
 
 def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
-    """The place and those that the recordings cannot tell from it: look-alikes, then places that fit as well."""
+    """The place and those that the recordings cannot tell from it: look-alikes, first where the model suggests that
+    something is attached, then places that fit as well."""
     top = topology(diagnosis.reduced.model)
     like = [p for p in place.alike if p.direction == place.place.direction and p.kind == place.place.kind]
     single = [p.nodes[0] for p in like if len(p.nodes) == 1]
@@ -190,7 +191,7 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
         if found.cost - place.cost < diagnosis.settings.margin and found.place.kind != "base"
     ]
     covered = set(place.place.nodes)
-    for other in (*place.alike, *close):
+    for other in (*sorted(place.alike, key=lambda p: p.unlikely), *close):
         nodes = group.get(other.nodes[0], other.nodes) if other in like else other.nodes
         pair = other.kind == "pair" and set(nodes) != set(place.place.nodes)
         if list(nodes) not in others and (pair or not covered.issuperset(other.nodes)):
