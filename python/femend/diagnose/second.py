@@ -60,11 +60,12 @@ def look_further(first: Searched) -> Further | None:
         return near
     if not _worth_looking(first):
         return None
+    one = _in_parallel(first) or _at_two_places(first)
+    if one is not None and one.terms.chosen <= first.settings.adequate:
+        return one
     found = of_those_found(first)
-    several = None if found is None else _further(*found, first.ranked)
-    if found is not None and several is not None and _left(found[0], several.terms) < WORTH * first.settings.gain_cost:
-        return several
-    both = [f for f in (several, _in_parallel(first) or _at_two_places(first)) if f is not None]
+    two = None if found is None else _further(*found, first.ranked)
+    both = [f for f in (one, two) if f is not None]
     return min(both, key=partial(_place_in_order, first.settings), default=None)
 
 
