@@ -6,6 +6,7 @@ modes by the exact step of linear systems. Recordings are band-limited random fo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,10 +15,15 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from femend import Channel, Dof, TimeData, _core, functions_of, write_uff
+from femend.diagnose.diagnosis import Diagnosis
+from femend.diagnose.name import Ranked
+from femend.diagnose.pairs import Searched
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import fit_records, pair_test
 from femend.model import Model, Parameter, read_model
+from femend.model.places import find_places
 from femend.study import load_study
+from femend.study.run import StudyRun, diagnose
 
 Array = NDArray[np.float64]
 
@@ -144,6 +150,21 @@ def write_study(folder: Path, truth: Truth) -> Path:
     path = folder / "study.toml"
     path.write_text(study_text({name: role for name, (role, _) in LEVELS.items()}))
     return path
+
+
+def diagnosed(folder: Path, truth: Truth) -> StudyRun:
+    """The run of a study in `folder` with the recordings of a truth."""
+    found = diagnose(write_study(folder, truth))
+    assert isinstance(found, StudyRun)
+    return found
+
+
+def searched(d: Diagnosis, ranked: Sequence[Ranked] | None = None) -> Searched:
+    """What the search for more effects begins with: the laws of a diagnosis, or others."""
+    return Searched(
+        d.problem, d.reduced, d.g_rows, d.split, find_places(d.reduced.model), d.located,
+        d.ranked if ranked is None else ranked, d.settings, d.n_values, d.null_score, 0.0,
+    )  # fmt: skip
 
 
 def updated(folder: Path, truth: Truth) -> UpdatedModel:

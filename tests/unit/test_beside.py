@@ -11,34 +11,28 @@ import pytest
 
 import femend
 from femend.diagnose.beside import companions
-from femend.diagnose.diagnosis import Diagnosis
 from femend.diagnose.dressed import own_values, with_own
-from femend.diagnose.second import Searched
 from femend.model import Place, read_model
-from femend.study.run import StudyRun, diagnose
+from femend.study.run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_study import Truth, deck, write_study
+from small_study import Truth, deck, diagnosed, searched
 
 K3, K = 5.0e7, 2.0e3
 NODE = 13
-
-
-def diagnosed(folder: Path, laws: list[tuple[int, str, dict[str, float]]]) -> StudyRun:
-    found = diagnose(write_study(folder, Truth((7.3e10, 6.8e10), laws=laws)))
-    assert isinstance(found, StudyRun)
-    return found
+MODULI = (7.3e10, 6.8e10)
 
 
 @pytest.fixture(scope="module")
 def both(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
     laws = [(NODE, "cubic_stiffness", {"k3": K3}), (NODE, "support_stiffness", {"k": K})]
-    return diagnosed(tmp_path_factory.mktemp("both"), laws)
+    return diagnosed(tmp_path_factory.mktemp("both"), Truth(MODULI, laws=laws))
 
 
 @pytest.fixture(scope="module")
 def law_alone(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
-    return diagnosed(tmp_path_factory.mktemp("alone"), [(NODE, "cubic_stiffness", {"k3": 0.2 * K3})])
+    laws = [(NODE, "cubic_stiffness", {"k3": 0.2 * K3})]
+    return diagnosed(tmp_path_factory.mktemp("alone"), Truth(MODULI, laws=laws))
 
 
 def test_both_are_told_at_the_node(both: StudyRun) -> None:
@@ -64,13 +58,6 @@ def test_the_final_model_and_deck_hold_both(both: StudyRun) -> None:
 
 def test_a_law_alone_has_nothing_beside_it(law_alone: StudyRun) -> None:
     assert [f["physics"] for f in law_alone.result["findings"]] == ["cubic_stiffness"]
-
-
-def searched(d: Diagnosis) -> Searched:
-    return Searched(
-        d.problem, d.reduced, d.g_rows, d.split, [f.place for f in d.located], d.located, d.ranked, d.settings,
-        d.n_values, d.null_score, 0.0,
-    )  # fmt: skip
 
 
 def test_a_companion_that_brings_nothing_is_not_told(law_alone: StudyRun) -> None:

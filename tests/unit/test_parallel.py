@@ -9,14 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.pairs import Searched
 from femend.diagnose.parallel import _others, what_is_left
 from femend.diagnose.terms import Term
 from femend.physics import physics
-from femend.study.run import StudyRun, diagnose
+from femend.study.run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_study import Truth, write_study
+from small_study import Truth, diagnosed, searched
 
 NODE = 13
 BILINEAR = {"k_plus": 500.0, "k_minus": 3000.0}
@@ -26,9 +25,7 @@ VISCOELASTIC = {"k0": 50.0, "k1": 6000.0, "tau": 0.004}
 @pytest.fixture(scope="module")
 def both(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
     laws = [(NODE, "bilinear_stiffness", BILINEAR), (NODE, "viscoelastic", VISCOELASTIC)]
-    found = diagnose(write_study(tmp_path_factory.mktemp("parallel"), Truth((7.3e10, 6.8e10), laws=laws)))
-    assert isinstance(found, StudyRun)
-    return found
+    return diagnosed(tmp_path_factory.mktemp("parallel"), Truth((7.3e10, 6.8e10), laws=laws))
 
 
 def test_each_is_told_at_the_node(both: StudyRun) -> None:
@@ -50,13 +47,9 @@ def test_what_a_law_does_is_taken_off_the_force(both: StudyRun) -> None:
     best = next(r for r in both.diagnosis.ranked if r.name == "viscoelastic" and r.recovered is not None)
     recovered = best.recovered
     assert recovered is not None
-    s = [
-        np.asarray(2j * np.pi * i / (r.n * r.dt), dtype=np.complex128)
-        for i, r in zip(recovered.index, recovered.records, strict=True)
-    ]
-    rest = what_is_left(recovered, best.candidate, s)
+    rest = what_is_left(recovered, best.candidate)
     v = best.candidate.values
-    for i, x in enumerate(s):
+    for i, x in enumerate(recovered.s):
         k = v["k0"] + v["k1"] * x * v["tau"] / (1 + x * v["tau"])
         np.testing.assert_allclose(recovered.F[i] - rest.F[i], k[:, None] * recovered.D[i], rtol=1e-9, atol=1e-12)
         lines = np.fft.rfft(rest.f[i], axis=1)[:, recovered.index[i]].T
@@ -66,9 +59,7 @@ def test_what_a_law_does_is_taken_off_the_force(both: StudyRun) -> None:
 def test_two_laws_of_one_family_or_two_linear_ones_are_no_two_effects(both: StudyRun) -> None:
     d = both.diagnosis
     best = next(r for r in d.ranked if r.name == "viscoelastic" and r.recovered is not None)
-    first = Searched(
-        d.problem, d.reduced, d.g_rows, d.split, [], d.located, [best], d.settings, d.n_values, d.null_score, 0.0
-    )
+    first = searched(d, [best])
     tried = {c.name for c in _others(first, best, best.candidate)}
     assert "bilinear_stiffness" in tried
     assert not tried & {"viscoelastic", "viscous_damper", "structural_damping", "quadratic_damping"}

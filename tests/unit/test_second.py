@@ -13,15 +13,14 @@ from femend.diagnose.known_force import Known
 from femend.diagnose.locate import refitted
 from femend.diagnose.noise import UNDERRATED, louder
 from femend.diagnose.paired import of_those_found
-from femend.diagnose.pairs import Searched, others
+from femend.diagnose.pairs import others
 from femend.diagnose.second import _of_law, _search
 from femend.diagnose.terms import relaxing
 from femend.diagnose.update import UpdatedModel
-from femend.model.places import find_places
-from femend.study.run import StudyRun, diagnose
+from femend.study.run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_study import Truth, write_study
+from small_study import Truth, diagnosed, searched
 
 DASHPOT, CUBIC = 20.0, 2.0e9
 
@@ -29,9 +28,7 @@ DASHPOT, CUBIC = 20.0, 2.0e9
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
     laws = [(7, "viscous_damper", {"c": DASHPOT}), (13, "cubic_stiffness", {"k3": CUBIC})]
-    found = diagnose(write_study(tmp_path_factory.mktemp("two"), Truth((7.3e10, 6.8e10), laws=laws)))
-    assert isinstance(found, StudyRun)
-    return found
+    return diagnosed(tmp_path_factory.mktemp("two"), Truth((7.3e10, 6.8e10), laws=laws))
 
 
 def test_two_effects_have_a_finding_each(run: StudyRun) -> None:
@@ -65,10 +62,7 @@ def test_what_no_force_explains_is_noise_to_a_single_law(run: StudyRun) -> None:
 
 def test_laws_are_tried_beside_the_first_where_a_force_explains_what_a_law_has_to(run: StudyRun) -> None:
     d = run.diagnosis
-    first = Searched(
-        d.problem, d.reduced, d.g_rows, d.split, find_places(d.reduced.model), d.located, d.ranked, d.settings,
-        d.n_values, d.null_score, 0.0,
-    )  # fmt: skip
+    first = searched(d)
     best, nothing = d.ranked[0], Known((), {r.name: () for r in d.problem.records})
     aside, places = _of_law(first, best, nothing), others(first, best.located.place)
     found = _search(first, aside, places)
@@ -104,10 +98,7 @@ def test_laws_found_one_by_one_are_tried_together(run: StudyRun) -> None:
     assert d.further is not None
     laws = [next(r for r in tried if r.name == t.candidate.name) for tried, t in zip(
         d.further.laws, d.further.terms.terms, strict=True)]  # fmt: skip
-    first = Searched(
-        d.problem, d.reduced, d.g_rows, d.split, find_places(d.reduced.model), d.located, laws, d.settings,
-        d.n_values, d.null_score, 0.0,
-    )  # fmt: skip
+    first = searched(d, laws)
     found = of_those_found(first)
     assert found is not None
     window, (score, terms) = found

@@ -13,7 +13,7 @@ from femend import _core
 from femend.diagnose.joint import Joint, Recovered
 from femend.physics import FitCoordinates, Physics, Surrogate, catalogue, physics, shapes
 
-__all__ = ["ONLY_GROUND", "Candidate", "Start", "standard_deviations", "laws_for", "starts"]
+__all__ = ["ONLY_GROUND", "Candidate", "Start", "force_on_lines", "standard_deviations", "laws_for", "starts"]
 
 FloatArray = NDArray[np.float64]
 
@@ -193,6 +193,13 @@ def _term(
     entry: Physics, values: Mapping[str, float], recovered: Recovered, s: list[NDArray[np.complex128]]
 ) -> NDArray[np.complex128]:
     """A law's unit force on the lines of every record."""
+    return _stack(force_on_lines(entry, values, recovered, s), recovered)
+
+
+def force_on_lines(
+    entry: Physics, values: Mapping[str, float], recovered: Recovered, s: list[NDArray[np.complex128]]
+) -> list[NDArray[np.complex128]]:
+    """Forces (K, n_w) of a law that follows a recovered motion, on the lines `s` (K,) of every record."""
     law = entry.law or entry.name
     parts = []
     for i, D in enumerate(recovered.D):
@@ -208,4 +215,4 @@ def _term(
             ]
         )
         parts.append(np.fft.rfft(force, axis=1)[:, recovered.index[i]].T)
-    return _stack(parts, recovered)
+    return parts

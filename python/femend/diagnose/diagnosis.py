@@ -27,6 +27,7 @@ from femend.diagnose.name import (
     null_candidate,
     score,
     tempered,
+    told_simply,
 )
 from femend.diagnose.noise import Louder, louder, quieter_records
 from femend.diagnose.nonlinear import refit_nonlinear
@@ -155,9 +156,7 @@ def explain(
         start, located = loud.start, loud.located
     problem, reduced, null = start.problem, start.reduced, start.null
     split = split_records(problem, null, located)
-    baseline = null_candidate(split, null)
-    n_values = effective_values(split.choosing, reduced)
-    null_score = score(baseline, split.choosing, settings, n_values)
+    baseline, n_values, null_score = _to_beat(split, reduced, null, settings)
     tell.start("try loads")
     located = list(located)
     # one force against the ground cannot stand in for a load that acts elsewhere than recorded, though it can for one
@@ -183,10 +182,8 @@ def explain(
             tell.start("try loads")
             load = try_loads(problem, split, reduced, null, baseline, settings)
         if sigma > 0:
-            baseline = null_candidate(split, null, sigma=sigma)
-            n_values = effective_values(split.choosing, reduced, sigma)
-            null_score = score(baseline, split.choosing, settings, n_values)
-    ranked = [replace(r, name=collapsed(r.candidate, r.recovered, settings).name) for r in ranked]
+            baseline, n_values, null_score = _to_beat(split, reduced, null, settings, sigma)
+    ranked = told_simply(ranked, settings)
     tell.start("fit the final model")
     undecided = Diagnosis(
         "", problem, split, reduced, start.nominal, null, baseline, null_score, located, ranked,
@@ -372,18 +369,21 @@ def with_further(
 
 def _compared_in(found: Diagnosis, sigma: float) -> Diagnosis:
     """The laws as they compare in another window exp(-sigma t)."""
-    settings = found.settings
-    n_values = effective_values(found.split.choosing, found.reduced, sigma)
-    baseline = null_candidate(found.split, found.null, sigma=sigma)
-    ranked = compared_in(found.split, found.reduced, found.ranked, sigma, settings)
+    baseline, n_values, null_score = _to_beat(found.split, found.reduced, found.null, found.settings, sigma)
+    ranked = compared_in(found.split, found.reduced, found.ranked, sigma, found.settings)
     return replace(
-        found,
-        ranked=[replace(r, name=collapsed(r.candidate, r.recovered, settings).name) for r in ranked],
-        null_chosen=baseline,
-        null_score=score(baseline, found.split.choosing, settings, n_values),
-        n_values=n_values,
-        sigma=sigma,
-    )
+        found, ranked=told_simply(ranked, found.settings), null_chosen=baseline, null_score=null_score,
+        n_values=n_values, sigma=sigma,
+    )  # fmt: skip
+
+
+def _to_beat(
+    split: Split, reduced: ReducedModel, null: Fit, settings: Settings, sigma: float = 0.0
+) -> tuple[Candidate, float, float]:
+    """The updated model as a candidate in a window exp(-sigma t), the number of values scores are of, and its score."""
+    baseline = null_candidate(split, null, sigma=sigma)
+    n_values = effective_values(split.choosing, reduced, sigma)
+    return baseline, n_values, score(baseline, split.choosing, settings, n_values)
 
 
 def _shifted(ranked: Ranked, factor: float, shift: float) -> Ranked:

@@ -50,13 +50,10 @@ _Lines = tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.comple
 def _lines(recovered: Recovered) -> _Lines:
     """s, and weighted motion and force against it, of all records and coordinates on every so many lines."""
     s, D, F = [], [], []
-    for index, record, d, f, weight in zip(
-        recovered.index, recovered.records, recovered.D, recovered.F, recovered.weight, strict=True
-    ):
-        freq = index / (record.n * record.dt) if record.frf is None else record.frf.freq[index]
+    for line, d, f, weight in zip(recovered.s, recovered.D, recovered.F, recovered.weight, strict=True):
         for j in range(d.shape[1]):
             root = np.sqrt(weight[:, j])
-            s.append(2j * np.pi * freq)
+            s.append(line)
             D.append(root * d[:, j])
             F.append(root * f[:, j])
     step = max(1, sum(len(x) for x in s) // LINES)

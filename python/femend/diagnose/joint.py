@@ -16,7 +16,7 @@ from femend.estimate import Fit, FitRecord, Hypothesis, Lines, Problem
 from femend.model import Place, ReducedModel, reduce_model
 from femend.model.reduction import LARGE, extend_model
 
-__all__ = ["Joint", "Recovered", "enlarged", "open_joint", "open_joints", "recover"]
+__all__ = ["Joint", "Recovered", "enlarged", "in_time", "open_joint", "open_joints", "recover"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -103,6 +103,15 @@ class Recovered:
     weight: list[FloatArray]
     records: list[FitRecord]
     index: list[NDArray[np.int64]]
+
+    @property
+    def s(self) -> list[ComplexArray]:
+        """i omega (K,) of the lines of every record."""
+        freq = [
+            index / (record.n * record.dt) if record.frf is None else record.frf.freq[index]
+            for index, record in zip(self.index, self.records, strict=True)
+        ]
+        return [np.asarray(2j * np.pi * f, dtype=np.complex128) for f in freq]
 
 
 def recover(
@@ -194,9 +203,14 @@ def _to_time(out: Recovered, line: Lines, s: ComplexArray) -> None:
             to.append(np.zeros((D.shape[1], 0)))
         return
     for to, X in ((out.d, D), (out.v, s[:, None] * D), (out.a, s[:, None] ** 2 * D), (out.f, F)):
-        full = np.zeros((line.record.n // 2 + 1, X.shape[1]), dtype=complex)
-        full[line.index] = X
-        to.append(np.fft.irfft(full, n=line.record.n, axis=0).T)
+        to.append(in_time(X, line.index, line.record.n))
+
+
+def in_time(X: ComplexArray, index: NDArray[np.int64], n: int) -> FloatArray:
+    """History (n_w, n) of what has the transform `X` (K, n_w) on the lines of numbers `index` and nothing on others."""
+    full = np.zeros((n // 2 + 1, X.shape[1]), dtype=complex)
+    full[index] = X
+    return np.asarray(np.fft.irfft(full, n=n, axis=0).T)
 
 
 def _smooth(power: FloatArray, width: int = 31) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import ONLY_GROUND, Candidate, Start, laws_for, starts
-from femend.diagnose.collapse import SHARP
+from femend.diagnose.collapse import SHARP, collapsed
 from femend.diagnose.dressed import own_values
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
 from femend.diagnose.linear import fit_linear, fit_mass, judge_linear
@@ -24,7 +24,17 @@ from femend.model.places import mass_place
 
 FloatArray = NDArray[np.float64]
 
-__all__ = ["SUREST", "Ranked", "compared_in", "effective_values", "name_physics", "null_candidate", "score", "tempered"]
+__all__ = [
+    "SUREST",
+    "Ranked",
+    "compared_in",
+    "effective_values",
+    "name_physics",
+    "null_candidate",
+    "score",
+    "tempered",
+    "told_simply",
+]
 
 # starts of a nonlinear law that are followed
 NONLINEAR_STARTS = 3
@@ -165,6 +175,11 @@ def compared_in(
     return judge.in_order([judge.ranked(_again(r)) for r in ranked])
 
 
+def told_simply(ranked: Sequence[Ranked], settings: Settings) -> list[Ranked]:
+    """Ranked laws, each by the name of what it collapses to."""
+    return [replace(r, name=collapsed(r.candidate, r.recovered, settings).name) for r in ranked]
+
+
 def _again(ranked: Ranked) -> _Tried:
     """A law that was judged, to be judged otherwise."""
     return _Tried(ranked.candidate, ranked.located, ranked.recovered)
@@ -231,9 +246,8 @@ def _widest(
         # at a place where a free force explains nothing, a law that explains nothing does as well
         least = min((c.reference for c, _ in judged if np.isfinite(c.reference)), default=1.0)
         # a beginning is explained by much if the model's own unknowns may leave their priors for it
-        relaxed = settings.strained * settings.gain_cost if sigma > 0 else np.inf
-        enough = settings.adequate * max(least, 1.0)
-        if any(followed and c.chosen <= enough and c.prior < relaxed for c, followed in judged):
+        fair = [c for c, followed in judged if followed and not (sigma > 0 and settings.strains(c.prior))]
+        if any(c.chosen <= settings.adequate * max(least, 1.0) for c in fair):
             return judge
     return whole
 

@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import itertools
 
-from femend.diagnose.collapse import collapsed
 from femend.diagnose.name import Ranked
 from femend.diagnose.pairs import Searched, alike
-from femend.diagnose.terms import Term
-from femend.diagnose.together import Scored, are_told, fitted_together
+from femend.diagnose.together import Scored, are_told, fitted_together, term_of
 from femend.model import Place
 
 __all__ = ["of_those_found"]
@@ -26,14 +24,18 @@ WINDOWS = (10.0, 3.0, 1.0, 0.0)
 def of_those_found(first: Searched) -> tuple[Searched, Scored] | None:
     """Two laws that explain the recordings together, with the search in the widest window in which they do; None where
     no two of those found do."""
-    windows = [first.at(factor * first.problem.scale()) for factor in WINDOWS]
-    laws = [Term(collapsed(r.candidate, r.recovered, first.settings), r.located) for r in _apart(first)]
+    narrow, *wider = (factor * first.problem.scale() for factor in WINDOWS)
+    beginning = first.at(narrow)
+    laws = [term_of(first, r) for r in _apart(first)]
     p = first.problem.prior(first.reduced)[0]
     begun = [
         found
         for pair in itertools.combinations(laws, 2)
-        if (found := fitted_together(windows[0], pair, p)) is not None and _explains(windows[0], found)
+        if (found := fitted_together(beginning, pair, p)) is not None and _explains(beginning, found)
     ]
+    if not begun:
+        return None
+    windows = [first.at(sigma) for sigma in wider]
     best: tuple[Searched, Scored] | None = None
     for found in sorted(begun, key=lambda f: f[0])[:FOLLOWED]:
         reached = _followed(windows, found)
@@ -63,7 +65,7 @@ def _followed(windows: list[Searched], found: Scored) -> tuple[Searched, Scored]
     """Terms on the widest window in which they explain the recordings; None where that is too narrow, or they do not
     win there."""
     reached: tuple[Searched, Scored] | None = None
-    for there in windows[1:]:
+    for there in windows:
         wider = fitted_together(there, found[1].terms, found[1].p)
         if wider is None or not _explains(there, wider):
             break
@@ -74,7 +76,7 @@ def _followed(windows: list[Searched], found: Scored) -> tuple[Searched, Scored]
 def _explains(there: Searched, found: Scored) -> bool:
     """Whether terms explain unseen data without bending the rest of the model."""
     settings = there.settings
-    return found[1].chosen <= settings.adequate and found[1].prior < settings.strained * settings.gain_cost
+    return found[1].chosen <= settings.adequate and not settings.strains(found[1].prior)
 
 
 def _before(one: tuple[Searched, Scored], other: tuple[Searched, Scored]) -> bool:

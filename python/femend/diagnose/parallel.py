@@ -5,21 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femend import _core
-from femend.diagnose.candidates import Candidate, Start, laws_for, starts
+from femend.diagnose.candidates import Candidate, Start, force_on_lines, laws_for, starts
 from femend.diagnose.closed_loop import loop_of
 from femend.diagnose.collapse import collapsed
-from femend.diagnose.joint import Recovered
+from femend.diagnose.joint import Recovered, in_time
 from femend.diagnose.name import Ranked
 from femend.diagnose.pairs import Searched, plain
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, are_told, fitted_together
 
 __all__ = ["in_parallel", "what_is_left"]
-
-ComplexArray = NDArray[np.complex128]
 
 # linear laws of different names that are tried beside the best one, and the starts of each law that are looked at
 LINEAR, STARTS = 2, 2
@@ -55,18 +51,14 @@ def _others(first: Searched, best: Ranked, law: Candidate) -> list[Candidate]:
     recovered, joint = best.recovered, law.joint
     assert recovered is not None
     assert joint is not None
-    s = [
-        np.asarray(2j * np.pi * index / (r.n * r.dt), dtype=np.complex128)
-        for index, r in zip(recovered.index, recovered.records, strict=True)
-    ]
-    rest = what_is_left(recovered, law, s)
+    rest = what_is_left(recovered, law)
     begun = [
         (name, start)
         for name, entry in laws_for(joint.place.kind)
         if law.physics is not None
         and entry.family != law.physics.family
         and (law.nonlinear or entry.kind == "nonlinear")
-        for start in starts(entry, joint, rest, s, STARTS)
+        for start in starts(entry, joint, rest, rest.s, STARTS)
         if np.isfinite(start.left)
     ]
     kept: dict[tuple[str, tuple[float, ...]], tuple[str, Start]] = {}
@@ -94,25 +86,14 @@ def _sides(start: Start) -> tuple[float, ...]:
     return (*(float(np.sign(values[q.name])) for q in laws if q.domain == "real"), values.get("sides", 0.0))
 
 
-def what_is_left(recovered: Recovered, law: Candidate, s: list[ComplexArray]) -> Recovered:
-    """What a place did, with the force that is left when a law has followed its motion; `s` are the lines (K,) of every
-    record."""
+def what_is_left(recovered: Recovered, law: Candidate) -> Recovered:
+    """What a place did, with the force that is left when a law and its companion have followed its motion."""
     assert law.physics is not None
-    name, values = law.physics.law or law.physics.name, dict(law.values)
-    F, f = [], []
-    for i, record in enumerate(recovered.records):
-        D = recovered.D[i]
-        if law.nonlinear:
-            moved = zip(recovered.d[i], recovered.v[i], recovered.a[i], strict=True)
-            force = np.array([_core.law_force(name, values, d, v, a, record.dt) for d, v, a in moved])
-            own = np.fft.rfft(force, axis=1)[:, recovered.index[i]].T + (law.k + law.c * s[i])[:, None] * D
-        else:
-            own = _core.law_dynamic_stiffness(name, values, s[i])[0][:, None] * D
-        left = np.asarray(recovered.F[i] - own, dtype=np.complex128)
-        lines = np.zeros((record.n // 2 + 1, left.shape[1]), dtype=np.complex128)
-        lines[recovered.index[i]] = left
-        F.append(left)
-        f.append(np.fft.irfft(lines, record.n, axis=0).T)
+    s = recovered.s
+    own = force_on_lines(law.physics, law.values, recovered, s)
+    beside = [(law.k + law.c * line)[:, None] * D for line, D in zip(s, recovered.D, strict=True)]
+    F = [f - o - c for f, o, c in zip(recovered.F, own, beside, strict=True)]
+    f = [in_time(X, i, r.n) for X, i, r in zip(F, recovered.index, recovered.records, strict=True)]
     return replace(recovered, F=F, f=f)
 
 

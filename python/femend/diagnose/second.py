@@ -12,18 +12,17 @@ from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.beside import companions
-from femend.diagnose.candidates import Candidate
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.dressed import with_own
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
 from femend.diagnose.locate import Located, locate, shortlist, squares_of
-from femend.diagnose.name import Ranked, name_physics
+from femend.diagnose.name import Ranked, name_physics, told_simply
 from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import Searched, others, pair, plain, with_members
 from femend.diagnose.parallel import in_parallel
 from femend.diagnose.settings import Settings
-from femend.diagnose.terms import Term, Terms, refit_terms
-from femend.diagnose.together import Scored, are_told, best_of
+from femend.diagnose.terms import Terms, refit_terms
+from femend.diagnose.together import Scored, are_told, best_of, term_of
 from femend.estimate import Hypothesis
 from femend.model import Place
 
@@ -98,13 +97,9 @@ def _worth_looking(first: Searched) -> bool:
     if not first.ranked or min(r.y.shape[0] for r in records) < 3 or any(r.frf is not None for r in records):
         return False
     settings, best = first.settings, first.ranked[0].candidate
-    strained = best.prior > settings.strained * settings.gain_cost
-    return (best.chosen > settings.adequate or strained) and _left(first, best) > WORTH * settings.gain_cost
-
-
-def _left(first: Searched, found: Candidate | Terms) -> float:
-    """How much the score of what was found is above what noise leaves, its own parameters aside."""
-    return first.n_values * float(np.log(max(found.chosen, 1e-12))) + found.prior - first.floor
+    # above what noise leaves, the law's own parameters aside
+    left = first.n_values * float(np.log(max(best.chosen, 1e-12))) + best.prior - first.floor
+    return (best.chosen > settings.adequate or settings.strains(best.prior)) and left > WORTH * settings.gain_cost
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +192,7 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> _Beside 
         return None
     short = with_look_alikes(problem, reduced, shortlist(located), places, first.settings)
     ranked, sigma = name_physics(split, reduced, short, rows, first.settings, null.p, clamps=[*short, *located])
-    return _Beside([replace(r, name=collapsed(r.candidate, r.recovered, first.settings).name) for r in ranked], sigma)
+    return _Beside(told_simply(ranked, first.settings), sigma)
 
 
 def _free(first: Searched, second: Located, at: Located) -> _Aside:
@@ -230,7 +225,7 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
     """The best of the laws at each place fitted together; None where they do not win against less."""
     tries = [
         (
-            [Term(collapsed(r.candidate, r.recovered, first.settings), r.located) for r in chosen],
+            [term_of(first, r) for r in chosen],
             plain(first, chosen[-1].candidate.p),
         )
         for chosen in itertools.product(*(_distinct(first, ranked) for ranked in laws))

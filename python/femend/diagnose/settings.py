@@ -65,6 +65,10 @@ class Settings:
     same_law: float = 0.08
     worth_naming: float = 0.02
 
+    def strains(self, prior: float) -> bool:
+        """Whether a law of this prior cost explains by bending the rest of the model."""
+        return prior > self.strained * self.gain_cost
+
     def wins(self, gain: float, less: float, relieved: float) -> bool:
         """Whether a fall of the score by `gain` is what a law has to bring: with a relative fall `less` of the unseen
         misfit, or with as much prior cost `relieved` of the model's own unknowns."""

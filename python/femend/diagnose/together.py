@@ -7,10 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.collapse import collapsed
+from femend.diagnose.name import Ranked
 from femend.diagnose.pairs import Searched, plain
 from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms
 
-__all__ = ["Scored", "are_told", "best_of", "brings", "fitted_together", "gained"]
+__all__ = ["Scored", "are_told", "best_of", "brings", "fitted_together", "gained", "term_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -19,6 +21,11 @@ UNDETERMINED = 0.33
 
 # terms fitted together, with their score
 Scored = tuple[float, Terms]
+
+
+def term_of(first: Searched, law: Ranked) -> Term:
+    """A law that was found, as the simplest that does the same."""
+    return Term(collapsed(law.candidate, law.recovered, first.settings), law.located)
 
 
 def fitted_together(first: Searched, terms: Sequence[Term], p: FloatArray) -> Scored | None:
