@@ -108,7 +108,7 @@ def test_a_law_follows_the_recovered_force() -> None:
     D = (rng.standard_normal(n_lines) + 1j * rng.standard_normal(n_lines))[:, None]
     F = _core.law_dynamic_stiffness("viscoelastic", truth, s)[0][:, None] * D
     recovered = cast(
-        Any, SimpleNamespace(index=[index], records=[record], D=[D], F=[F], weight=[np.ones((n_lines, 1))])
+        Any, SimpleNamespace(s=[s], index=[index], records=[record], D=[D], F=[F], weight=[np.ones((n_lines, 1))])
     )
     far = [{"k0": 2e2, "k1": 1e3, "tau": 2e-2}, {"k0": 2e5, "k1": 2e5, "tau": 1e-4}]
     found = followed(recovered, entry, far, 1)
