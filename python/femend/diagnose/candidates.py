@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.diagnose.joint import Joint, Recovered
 from femend.physics import FitCoordinates, Physics, Surrogate, catalogue, physics, shapes
+from femend.physics.causal import CAUSAL
 
 __all__ = ["ONLY_GROUND", "Candidate", "Start", "force_on_lines", "standard_deviations", "laws_for", "starts"]
 
@@ -111,7 +112,7 @@ def laws_for(kind: str) -> list[tuple[str, Physics]]:
             found.append((entry.name, entry))
             if entry.name == "structural_damping":
                 # a constant loss with all that causality asks for with it
-                found.append((entry.name, physics("springpot")))
+                found += [(entry.name, physics(law)) for law in CAUSAL]
     return found
 
 

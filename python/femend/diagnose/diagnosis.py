@@ -18,7 +18,7 @@ from femend.diagnose.free_form_rival import Rival, find_rival, refit_rival
 from femend.diagnose.levels import depends_on_level, relative_errors
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding, try_loads
-from femend.diagnose.locate import Located, locate, shortlist
+from femend.diagnose.locate import FINAL_LINES, Located, locate, shortlist
 from femend.diagnose.name import (
     Ranked,
     compared_in,
@@ -137,9 +137,13 @@ def _nearer(start: UpdatedModel, located: Sequence[Located], settings: Settings)
     if null.score <= settings.consistent:
         return start
     tries = [f.fit.p for f in located if len(f.fit.p) == len(null.p)][:STARTS]
-    found = problem.fit([null.hypothesis] * len(tries), [(p, null.x) for p in tries])
+    if not tries:
+        return start
+    few = problem.sparing(FINAL_LINES)
+    found = few.fit([null.hypothesis] * (1 + len(tries)), [(p, null.x) for p in (null.p, *tries)])
     best = min((f for f in found if f is not None), key=lambda f: f.cost, default=null)
-    return replace(start, null=best) if best.cost < null.cost else start
+    (fit,) = problem.fit([null.hypothesis], [(best.p, best.x)])
+    return replace(start, null=fit) if fit is not None and fit.cost < null.cost else start
 
 
 def explain(

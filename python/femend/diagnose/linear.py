@@ -13,7 +13,7 @@ from femend.diagnose.followed import followed
 from femend.diagnose.joint import Joint, Recovered, stiffness_scale
 from femend.estimate import Problem
 from femend.physics import Physics, linear_sizes, physics
-from femend.physics.causal import springpot
+from femend.physics.causal import box_spectrum, springpot
 
 FloatArray = NDArray[np.float64]
 
@@ -100,6 +100,8 @@ def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: P
             return [{"g": share * joint.place.support} for share in (0.003, 0.03, 0.2, 0.6, 0.9)]
         case "springpot":
             return [springpot(x, eta, omega) for x in (k, 0.3 * scale) for eta in (0.05, 0.3)]
+        case "box_spectrum":
+            return [box_spectrum(x, eta, omega) for x in (k, 0.3 * scale) for eta in (0.1, 0.4)]
         case "viscoelastic":
             taus = [1 / low, 1 / omega, 1 / high]
             return [{"k0": 0.5 * x, "k1": 0.5 * x, "tau": t} for x in (k, 0.3 * scale) for t in taus]

@@ -23,6 +23,9 @@ __all__ = ["LoadFinding", "try_loads", "with_force"]
 # the load is looked for elsewhere only where the updated model leaves more than this
 WORTH = 2.0
 LINES, KEPT = 120, 3
+# how many rows and senses are fitted with all unknowns, chosen by a few steps of the bare model, and at what decays (in
+# units of `Problem.scale`)
+GLANCED, GLANCE_STEPS, DECAYS = 20, 4, (30.0, 8.0)
 # rows of the g-set from which the force is not tried at each but at the likeliest alone, how many these are, on how
 # many lines they are found, and at what decay (in units of `Problem.scale`)
 MANY_ROWS, LIKELIEST, FEW_LINES, DECAY = 1500, 30, 16, 8.0
@@ -78,23 +81,14 @@ def try_loads(
     rows = [6 * i + c for i in range(len(model.as_drawn.node_ids)) for c in range(3) if moving[6 * i + c]]
     rows = [row for row in rows if not turned or row in {at for at, _ in own}]
     few = problem.sparing(LINES).untuned()
-    pairs = list(product(rows, (1.0, -1.0)))
+    pairs = [pair for pair in product(rows, (1.0, -1.0)) if pair not in own]
     if len(rows) > MANY_ROWS:
-        pairs = _likeliest(few, reduced, null, rows)
-    tried: list[tuple[float, int, float]] = []
-    for row, sign in pairs:
-        if (row, sign) in own:
-            continue
-        moved = few.on([_moved(r, row, sign) for r in few.records])
-        start = (few.prior(reduced)[0], null.x)
-        for factor in (30.0, 8.0):
-            (fit,) = moved.fit([null.hypothesis], [start], iterations=8, sigma=factor * problem.scale())
-            start = start if fit is None else (fit.p, fit.x)
-        if fit is not None:
-            tried.append((fit.cost, row, sign))
-    tried.sort()
+        pairs = [pair for pair in _likeliest(few, reduced, null, rows) if pair not in own]
+    bare = reduced if reduced.form is None else reduced.bare()
+    glanced = _sorted_out(few, Hypothesis(bare, np.zeros((0, bare.r))), pairs, GLANCE_STEPS, DECAYS[:1])
+    tried = _sorted_out(few, null.hypothesis, glanced[:GLANCED], 8, DECAYS)
     best: LoadFinding | None = None
-    for _, row, sign in tried[:KEPT]:
+    for row, sign in tried[:KEPT]:
         finding = _follow(problem, split, reduced, row, sign, settings)
         if finding is not None and (best is None or finding.score < best.score):
             best = finding
@@ -103,6 +97,27 @@ def try_loads(
     gain = np.log(baseline.chosen / max(best.candidate.chosen, 1e-12))
     total = score(baseline, split.choosing, settings, effective_values(split.choosing, reduced)) - best.score
     return best if total > settings.gain_cost and gain > 0.5 else None
+
+
+def _sorted_out(
+    problem: Problem,
+    hypothesis: Hypothesis,
+    pairs: Sequence[tuple[int, float]],
+    iterations: int,
+    decays: Sequence[float],
+) -> list[tuple[int, float]]:
+    """Rows and senses of the force in rising order of what the model leaves with the force there, fitted from the
+    deck's values in `iterations` steps at one decay after another."""
+    tried: list[tuple[float, int, float]] = []
+    for row, sign in pairs:
+        moved = problem.on([_moved(r, row, sign) for r in problem.records])
+        start, fit = (problem.prior(hypothesis.reduced)[0], np.zeros(0)), None
+        for decay in decays:
+            (fit,) = moved.fit([hypothesis], [start], iterations=iterations, sigma=decay * problem.scale())
+            start = start if fit is None else (fit.p, fit.x)
+        if fit is not None:
+            tried.append((fit.cost, row, sign))
+    return [(row, sign) for _, row, sign in sorted(tried)]
 
 
 def _likeliest(problem: Problem, reduced: ReducedModel, null: Fit, rows: Sequence[int]) -> list[tuple[int, float]]:

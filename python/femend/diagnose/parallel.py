@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,10 @@ __all__ = ["in_parallel", "what_is_left"]
 
 # linear laws of different names that are tried beside the best one, and the starts of each law that are looked at
 LINEAR, STARTS = 2, 2
+# other linear laws of the best one's family that take its place, and the pairs in which they do
+KIN, LEADING = 2, 2
+# difference of scores of pairs that explain as much
+EVEN = 2.0
 
 
 def in_parallel(first: Searched) -> Scored | None:
@@ -37,8 +42,44 @@ def in_parallel(first: Searched) -> Scored | None:
     others = _others(first, best, law)
     pairs = ([one, Term(other, best.located, bare=other.nonlinear)] for other in others)
     done = [f for terms in pairs if (f := fitted_together(first, terms, p)) is not None]
-    found = min(done, key=lambda f: f[0], default=None)
+    for kin in _kin(first, best):
+        pairs = ([Term(kin, best.located), *f[1].terms[1:]] for f in _leading(done))
+        done += [f for terms in pairs if (f := fitted_together(first, terms, p)) is not None]
+    found = _plainest(done)
     return found if found is not None and found[1].chosen <= adequate and are_told(first, found) else None
+
+
+def _kin(first: Searched, best: Ranked) -> list[Candidate]:
+    """Other linear laws of the best one's family at its place: which of them is right shows only beside the other
+    effect."""
+    law = best.candidate.physics
+    if law is None or law.kind != "linear":
+        return []
+    kept: dict[str, Candidate] = {}
+    for r in first.ranked:
+        other = r.candidate.physics
+        like = other is not None and other.kind == "linear" and other.family == law.family and other is not law
+        if like and r.located.place is best.located.place and r.recovered is not None:
+            kept.setdefault(r.name, collapsed(r.candidate, r.recovered, first.settings))
+    return list(kept.values())[:KIN]
+
+
+def _plainest(done: Sequence[Scored]) -> Scored | None:
+    """The best of the pairs; with a law in which its second one may end instead of that one where this is no worse."""
+    best = min(done, key=lambda f: f[0], default=None)
+    richer = None if best is None else best[1].terms[-1].candidate.physics
+    if best is None or richer is None:
+        return best
+    even = [f for f in done if f[1].terms[-1].candidate.name in richer.simpler and f[0] < best[0] + EVEN]
+    return min(even, key=lambda f: f[0], default=best)
+
+
+def _leading(done: Sequence[Scored]) -> list[Scored]:
+    """The best of the pairs with different laws beside the first one."""
+    kept: dict[str, Scored] = {}
+    for found in sorted(done, key=lambda f: f[0]):
+        kept.setdefault(found[1].terms[-1].candidate.name, found)
+    return list(kept.values())[:LEADING]
 
 
 def _others(first: Searched, best: Ranked, law: Candidate) -> list[Candidate]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import log
 
 from femend.physics.entry import Physics
 
@@ -14,6 +15,8 @@ IWAN_GRID = (0.03125, 0.0625, 0.125, 0.25, 0.5, 1.0)
 _ELASTIC, _NOTHING = 8.0, 1e-3
 # rates closer than this cannot be told apart; distance from 0 and 1 at which a power is a spring or a dashpot
 _SAME_RATE, _END = 1.15, 0.03
+# omega tau below which rates are so fast that they make a dashpot
+_VISCOUS = 0.15
 # relative change of slope over the motion below which a law is linear in noisy records
 _LINEAR = 0.02
 
@@ -30,6 +33,8 @@ def simpler_extended(
             return _fractional(p, band)
         case "springpot":
             return _fractional({"k": 0.0, **p}, band)
+        case "box_spectrum":
+            return _box_spectrum(p, band)
         case "saturating_stiffness" if amplitude < _LINEAR * p["d0"]:
             return "support_stiffness", {"k": p["k"]}
         case "preloaded_contact" if p["preload"] >= p["k"] * amplitude:
@@ -81,6 +86,14 @@ def _fractional(p: Mapping[str, float], band: tuple[float, float]) -> tuple[str,
     if p["alpha"] > 1 - _END and abs(p["k"]) < 0.15 * size:
         return "viscous_damper", {"c": size / middle}
     return None
+
+
+def _box_spectrum(p: Mapping[str, float], band: tuple[float, float]) -> tuple[str, dict[str, float]] | None:
+    middle = (band[0] * band[1]) ** 0.5
+    if band[1] * p["tau"] < _VISCOUS:
+        return "viscous_damper", {"c": p["c"] * p["tau"]}
+    at = log(max(middle * p["tau"], 1.0))
+    return ("support_stiffness", {"k": p["c"] * at}) if at > 1 / _END else None
 
 
 def _iwan(p: Mapping[str, float], amplitude: float) -> tuple[str, dict[str, float]] | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from itertools import combinations, product
+from math import exp
 
 from femend.physics.entry import Physics
 from femend.physics.shape import Shape, linear_in, single
@@ -15,6 +16,7 @@ EXTENDED_STARTS = (
     "generalised_maxwell_3",
     "fractional",
     "springpot",
+    "box_spectrum",
     "saturating_stiffness",
     "preloaded_contact",
     "hertz_contact",
@@ -27,6 +29,8 @@ _GAP, _SLIP = (0.25, 0.45, 0.7), (0.03, 0.1, 0.25, 0.5)
 _POWER = (0.2, 0.4, 0.6, 0.8)
 # of loss factors 0.05, 0.15 and 0.5, and the steep ones above
 _LOSS_POWER = (0.03, 0.1, 0.3, 0.6)
+# logarithms of omega tau of loss factors 0.1, 0.25 and 0.8
+_LOSS_TIME = (15.0, 6.0, 2.0)
 _KNEE = (0.1, 0.3, 1.0, 3.0)
 _PRELOAD = (0.05, 0.2, 0.45, 0.7)
 _PLAY = (0.05, 0.2, 0.45)
@@ -54,6 +58,8 @@ def extended_shapes(physics: Physics, amplitude: float, band: tuple[float, float
             ]
         case "springpot":
             return [one({"c": middle**-power, "alpha": power}, "c") for power in _LOSS_POWER]
+        case "box_spectrum":
+            return [one({"c": 1 / at, "tau": exp(at) / middle}, "c") for at in _LOSS_TIME]
         case "saturating_stiffness":
             return [one({"k": 1.0, "d0": knee * amplitude}, "k") for knee in _KNEE]
         case "preloaded_contact":

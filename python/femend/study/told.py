@@ -13,7 +13,7 @@ from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import middle
 from femend.model.place import AXES
 from femend.physics import Parameter, physics, with_companion
-from femend.physics.causal import structural, structural_jacobian
+from femend.physics.causal import CAUSAL, structural, structural_jacobian
 
 __all__ = ["told"]
 
@@ -24,12 +24,12 @@ def told(diagnosis: Diagnosis, best: Candidate) -> tuple[Sequence[Parameter], di
     """Parameters a law is told by, their values, and how these change with the law's own over their logarithms (n, m);
     None for the last where they are the law's own.
 
-    A springpot is told as structural damping in the middle of the band, what a model loses at a support by the spring
-    on which it stands, the spring under a clamp as k1 to k6 by the component it acts in.
+    A springpot and a box of rates are told as structural damping in the middle of the band, what a model loses at a
+    support by the spring on which it stands, the spring under a clamp as k1 to k6 by the component it acts in.
     """
     assert best.physics is not None
     values = with_companion(best.physics, best.values, best.k) if best.nonlinear else dict(best.values)
-    if best.physics.law == "springpot":
+    if best.physics.law in CAUSAL:
         omega = middle(diagnosis.problem)
         return physics("structural_damping").parameters, structural(values, omega), structural_jacobian(values, omega)
     if best.physics.law == "released_support" and best.joint is not None:

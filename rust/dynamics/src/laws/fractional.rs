@@ -20,14 +20,14 @@ use std::f64::consts::PI;
 pub(super) struct Fractional;
 
 /// Rates of the rule.
-const NODES: usize = 9;
+pub(super) const NODES: usize = 9;
 /// With the slow branch.
 const BRANCHES: usize = NODES + 1;
 /// Step of ln x: the trapezoidal rule errs by exp(-pi^2 / LN_RATIO), 5e-4, on the imaginary axis.
-const LN_RATIO: f64 = 1.295;
+pub(super) const LN_RATIO: f64 = 1.295;
 
 /// Integral of exp(-h (1 - x)) (2 x - 1) over a step, by its series where the difference would cancel.
-fn bent<T: Scalar>(h: T) -> T {
+pub(super) fn bent<T: Scalar>(h: T) -> T {
     if h.value() < 0.05 {
         return h / 6.0 - h * h / 12.0 + h * h * h / 40.0 - h * h * h * h / 180.0;
     }

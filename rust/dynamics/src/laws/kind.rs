@@ -34,6 +34,7 @@ laws! {
     Maxwell3 => super::maxwell::Maxwell3,
     Fractional => super::fractional::Fractional,
     Springpot => super::springpot::Springpot,
+    BoxSpectrum => super::box_spectrum::BoxSpectrum,
     Absorber => super::absorber::Absorber,
     Structural => super::structural::Structural,
     Linear => super::linear::Linear,

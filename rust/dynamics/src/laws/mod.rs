@@ -10,6 +10,7 @@ pub mod dual;
 mod absorber;
 mod bilinear;
 mod bouc_wen;
+mod box_spectrum;
 mod clearance;
 mod coulomb;
 mod cubic;
