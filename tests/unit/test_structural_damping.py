@@ -41,7 +41,7 @@ def test_with_little_loss_both_laws_are_one() -> None:
 
 
 def test_a_strong_constant_loss_over_a_wide_band_is_named(tmp_path: Path) -> None:
-    k, eta = 2e4, 0.42
+    k, eta = 2e4, 0.6
     # branches from a third of the band to three times its end, each with the same share of the loss
     omega = 2 * np.pi * np.geomspace(BAND[0] / 3, 3 * BAND[1], 6)
     middle, own = 2 * np.pi * np.sqrt(BAND[0] * BAND[1]), 2 / np.pi * k * eta * np.log(omega[1] / omega[0])
