@@ -10,7 +10,7 @@ at every frequency far above 1/tau, and a stiffness that grows with the logarith
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import atan, cos, expm1, log, log1p, pi, tan
+from math import atan, cos, expm1, hypot, log, pi, tan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +52,7 @@ def box_spectrum(k: float, eta: float, omega: float) -> dict[str, float]:
 
 def _box(x: float) -> tuple[float, float]:
     """Real and imaginary part of ln(1 + i x)."""
-    return 0.5 * log1p(x * x), atan(x)
+    return log(hypot(1.0, x)), atan(x)
 
 
 def structural(values: Mapping[str, float], omega: float) -> dict[str, float]:
@@ -76,7 +76,7 @@ def structural_jacobian(values: Mapping[str, float], omega: float) -> FloatArray
     if "tau" in values:
         x = omega * values["tau"]
         # d ln(1 + i x) / d ln x = i x / (1 + i x)
-        stored, lost = x * x / (1 + x * x), x / (1 + x * x)
+        stored, lost = 1 / (1 + x**-2), 1 / (x + 1 / x)
         own = values["c"] / k
         return np.array([[k, values["c"] * stored], [0.0, own * (lost - eta * stored)]])
     alpha = min(values["alpha"], STEEPEST)
