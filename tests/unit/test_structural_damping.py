@@ -56,4 +56,5 @@ def test_a_strong_constant_loss_over_a_wide_band_is_named(tmp_path: Path) -> Non
     assert (finding["physics"], finding["location"]["nodes"]) == ("structural_damping", [10])
     found = {name: q["value"] for name, q in finding["parameters"].items()}
     assert found == {"k": pytest.approx(k, rel=0.1), "eta": pytest.approx(eta, rel=0.1)}
+    assert "those at 33.8 Hz" in run.result["advice"]
     assert next(p for p in run.predictions if p.name == "held").error("final") < 0.02

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from femend.diagnose import name
-from femend.diagnose.diagnosis import _only_beginning
+from femend.diagnose.advice import only_beginning
 from femend.diagnose.settings import Settings
 
 
@@ -119,5 +119,5 @@ def test_laws_are_compared_in_the_widest_window_that_one_explains(
 
 
 def test_a_law_of_the_beginning_alone_says_so() -> None:
-    assert _only_beginning(0.0) == ""
-    assert "the first 0.44 s" in _only_beginning(6.8)
+    assert only_beginning(0.0) == ""
+    assert "the first 0.44 s" in only_beginning(6.8)

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.advice import PART_OF_A_FORCE, PART_OF_ALL, PART_OF_TWO, beside_laws
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.collapse import collapsed
@@ -49,16 +50,6 @@ FloatArray = NDArray[np.float64]
 FAR = 3.0
 # gain, in `gain_cost`, from which a law is told though it explains part of what is wrong
 TELLING = 10.0
-# advice beside a law that falls short of a free force at its place, or of all that the recordings show
-PART_OF_A_FORCE = (
-    "the best law explains part of what a free force at the same place does; record two more levels, or the motion of "
-    "the place itself"
-)
-PART_OF_TWO = "the laws found explain part of what free forces at their places do"
-PART_OF_ALL = (
-    "the best law explains most of what the recordings show, but not all: check the mesh and the idealisation, or "
-    "whether more than one thing is missing"
-)
 # places from whose free forces an updated model that leaves more than noise is fitted again
 STARTS = 3
 
@@ -295,19 +286,10 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
             refitted = _refitted_part(candidate, fit)
     adequate = named and _adequate(found, best)
     verdict = "missing-physics" if adequate else "located-not-named"
-    advice = _only_beginning(found.sigma) if adequate else (PART_OF_ALL if partly else PART_OF_A_FORCE)
+    advice = PART_OF_ALL if partly else PART_OF_A_FORCE
+    if adequate:
+        advice = beside_laws([refitted], found.problem, found.sigma)
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
-
-
-def _only_beginning(sigma: float) -> str:
-    """What has to be said of a law that was compared in a window exp(-sigma t); nothing of one on whole records."""
-    if sigma == 0:
-        return ""
-    return (
-        f"the law explains about the first {3 / sigma:.2g} s of the recordings; after that motion depends on its past "
-        "so much (impacts do that) that no simulation stays with it, and predictions of whole recordings are off "
-        "however right the law is: record short bursts from rest to check it"
-    )
 
 
 def _unmeasured(found: Diagnosis, plainly: bool) -> LoadFinding | None:
@@ -363,7 +345,8 @@ def with_further(
         return found
     adequate = further.terms.chosen <= settings.adequate
     verdict = "missing-physics" if adequate else "located-not-named"
-    advice = _only_beginning(further.terms.sigma) if adequate else PART_OF_TWO
+    laws = [term.candidate for term in further.terms.terms]
+    advice = beside_laws(laws, start.problem, further.terms.sigma) if adequate else PART_OF_TWO
     lead = further.terms.terms[0]
     return replace(
         found, verdict=verdict, problem=start.problem, best=lead.candidate, place=lead.located, advice=advice,

@@ -1,0 +1,58 @@
+"""What is said beside a verdict: how far a law reaches, and at which frequency its values hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi
+
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.joint import middle
+from femend.estimate import Problem
+from femend.physics.causal import CAUSAL, structural
+
+__all__ = ["PART_OF_ALL", "PART_OF_A_FORCE", "PART_OF_TWO", "beside_laws", "only_beginning"]
+
+# growth of a stiffness over the band that does not have to be told
+HARDLY = 1.05
+# advice beside a law that falls short of a free force at its place, or of all that the recordings show
+PART_OF_A_FORCE = (
+    "the best law explains part of what a free force at the same place does; record two more levels, or the motion of "
+    "the place itself"
+)
+PART_OF_TWO = "the laws found explain part of what free forces at their places do"
+PART_OF_ALL = (
+    "the best law explains most of what the recordings show, but not all: check the mesh and the idealisation, or "
+    "whether more than one thing is missing"
+)
+
+
+def beside_laws(laws: Sequence[Candidate], problem: Problem, sigma: float) -> str:
+    """What has to be said of laws that explain the recordings in a window exp(-sigma t); nothing of most."""
+    return "; ".join(filter(None, [only_beginning(sigma), *(_at_frequency(law, problem) for law in laws)]))
+
+
+def only_beginning(sigma: float) -> str:
+    """What has to be said of a law that was compared in a window exp(-sigma t); nothing of one on whole records."""
+    if sigma == 0:
+        return ""
+    return (
+        f"the law explains about the first {3 / sigma:.2g} s of the recordings; after that motion depends on its past "
+        "so much (impacts do that) that no simulation stays with it, and predictions of whole recordings are off "
+        "however right the law is: record short bursts from rest to check it"
+    )
+
+
+def _at_frequency(law: Candidate, problem: Problem) -> str:
+    """At which frequency the stiffness of a constant loss holds, since it grows; nothing of other laws, or where it
+    hardly does."""
+    if law.physics is None or law.physics.law not in CAUSAL:
+        return ""
+    low, high = problem.band
+    k_low, k_high = (structural(law.values, 2 * pi * f)["k"] for f in (low, high))
+    if k_high < HARDLY * k_low:
+        return ""
+    at = middle(problem) / (2 * pi)
+    return (
+        f"stiffness and loss factor of the structural damping are those at {at:.3g} Hz: where the loss is constant the "
+        f"stiffness grows with frequency, here {k_high / k_low:.2g} times from {low:.3g} to {high:.3g} Hz"
+    )
