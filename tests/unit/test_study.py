@@ -138,9 +138,13 @@ def test_studies_of_the_cases(shared: Callable[[str], Path]) -> None:
         ("m = 0.2", "mass = 0.2", "configuration[0].added_mass[0].mass", "known are node, m"),
         ("direction =", "dirrection =", "recording[1].channel[0].dirrection", "did you mean 'direction'?"),
         # types and missing keys
-        ("material = 1", 'material = "steel"', "parameter[0].material", "Expected `int | null`"),
-        ('property = "E"', "", "parameter[0]", "missing required field `property`"),
-        ("ratio = 0.02", 'ratio = "2 %"', "damping.ratio", "Expected `float`"),
+        ("material = 1", 'material = "steel"', "parameter[0].material", "'steel' is not a whole number; write it as 3"),
+        ('property = "E"', "", "parameter[0]", "the key 'property' is missing; add it"),
+        ("ratio = 0.02", 'ratio = "2 %"', "damping.ratio", "'2 %' is not a number; write it as 0.1, without quotes"),
+        ("prior_sd = 0.2", 'prior_sd = "ten"', "parameter[0].prior_sd", "'ten' is not a number"),
+        ('title  = "rig', 'title  = 3 # "rig', "title", '3 is not text; write it as "text", in quotes'),
+        ("elements = [3, 4]", "elements = 3", "parameter[1].elements", "3 is not a list; write it as [1, 2]"),
+        ("elements = [3, 4]", "elements = [3, true]", "parameter[1].elements[1]", "true is not a whole number"),
         # values
         ("femend-study/1", "femend-study/2", "format", "is not 'femend-study/1'"),
         ('"mm-t-s"', '"mm-kg-s"', "model.units", "did you mean 'mm-t-s'?"),

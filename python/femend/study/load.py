@@ -22,6 +22,7 @@ from femend.errors import StudyError, UnitError
 from femend.io.channel_map import CHANNEL_QUANTITIES, ChannelMap
 from femend.study.schema import ChannelTable, ParameterTable, RecordingTable, StudyFile
 from femend.study.study import AS_MODELLED, Configuration, Parameter, Study, StudyRecording
+from femend.study.wrong_type import wrong_type
 from femend.units import SYSTEMS, parse_unit, quantity_factor
 
 __all__ = ["FORMAT", "load_study"]
@@ -118,7 +119,7 @@ def _typed(check: _Checker, data: dict[str, Any]) -> StudyFile:
         text = str(error)
         match = re.search(r" - at `\$\.?(.*?)`$", text)
         key = match[1] if match else ""
-        raise check.fail(key, text[: match.start()] if match else text) from None
+        raise check.fail(key, wrong_type(text[: match.start()] if match else text, data, key)) from None
 
 
 def load_study(path: str | os.PathLike[str]) -> Study:
