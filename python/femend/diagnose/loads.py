@@ -81,9 +81,8 @@ def try_loads(
     rows = [6 * i + c for i in range(len(model.as_drawn.node_ids)) for c in range(3) if moving[6 * i + c]]
     rows = [row for row in rows if not turned or row in {at for at, _ in own}]
     few = problem.sparing(LINES).untuned()
-    pairs = [pair for pair in product(rows, (1.0, -1.0)) if pair not in own]
-    if len(rows) > MANY_ROWS:
-        pairs = [pair for pair in _likeliest(few, reduced, null, rows) if pair not in own]
+    every = _likeliest(few, reduced, null, rows) if len(rows) > MANY_ROWS else product(rows, (1.0, -1.0))
+    pairs = [pair for pair in every if pair not in own]
     bare = reduced if reduced.form is None else reduced.bare()
     glanced = _sorted_out(few, Hypothesis(bare, np.zeros((0, bare.r))), pairs, GLANCE_STEPS, DECAYS[:1])
     tried = _sorted_out(few, null.hypothesis, glanced[:GLANCED], 8, DECAYS)

@@ -20,7 +20,17 @@ from femend.diagnose.screen import is_many, screened
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Located", "fitted", "hypothesis_of", "locate", "order", "refitted", "shortlist", "squares_of"]
+__all__ = [
+    "FINAL_LINES",
+    "Located",
+    "fitted",
+    "hypothesis_of",
+    "locate",
+    "order",
+    "refitted",
+    "shortlist",
+    "squares_of",
+]
 
 FloatArray = NDArray[np.float64]
 

@@ -15,6 +15,7 @@ from femend.report.numbers import factor_as_percent, pretty_unit, quantity, rati
 from femend.report.vocabulary import DIRECTIONS, PARAMETERS, PHYSICS, VERDICTS
 
 __all__ = [
+    "BEYOND_NOISE",
     "ErrorGain",
     "by_importance",
     "certainty",

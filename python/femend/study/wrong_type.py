@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-__all__ = ["found_at", "wrong_type"]
+__all__ = ["wrong_type"]
 
 # what the contract's types are called in a study file, and how they are written there
 _WRITTEN = {
@@ -18,7 +18,7 @@ _WRITTEN = {
 }
 
 
-def found_at(data: Any, path: str) -> Any:
+def _found_at(data: Any, path: str) -> Any:
     """The value at a path such as ``parameter[0].prior_sd`` in what a study file holds."""
     for key, index in re.findall(r"([^.\[\]]+)|\[(\d+)\]", path):
         data = data[int(index)] if index else data[key]
@@ -42,6 +42,6 @@ def wrong_type(text: str, data: Any, path: str) -> str:
     if not kinds:
         return text
     names, ways = zip(*(_WRITTEN[k] for k in kinds), strict=True)
-    value = found_at(data, path)
+    value = _found_at(data, path)
     shown = {True: "true", False: "false"}[value] if isinstance(value, bool) else repr(value)
     return f"{shown} is not {' or '.join(names)}; write it as {' or '.join(ways)}"

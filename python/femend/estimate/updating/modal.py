@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.dof import Dof
-from femend.errors import ConvergenceError, UpdatingError
+from femend.errors import UpdatingError
 from femend.estimate.updating.dense import DenseSystem
 from femend.estimate.updating.matrices import DeckMatrices, Matrices
 from femend.estimate.updating.morphed import MorphedMatrices
@@ -63,22 +63,6 @@ class ModalSystem:
     def _symbolic(self) -> _core.Symbolic:
         return _core.Symbolic(*self._pattern)
 
-    def _modes(self, K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Frequencies and shapes, from the start where one is kept; from cold where that leads nowhere."""
-
-        def solved(start: FloatArray | None) -> tuple[FloatArray, FloatArray]:
-            freq, phi, _, _ = _core.modes(
-                *self._pattern, K, M, n_modes=self.n_modes, start=start, symbolic=self._symbolic
-            )
-            return freq, phi
-
-        try:
-            return solved(self._start)
-        except ConvergenceError:
-            if self._start is None:
-                raise
-            return solved(None)
-
     def solve(self, factors: FloatArray) -> State:
         """Results at `factors` (n_parameters,); raises what `_core.modes` raises."""
         own = np.ascontiguousarray(factors[: len(self.matrices.names)], dtype=np.float64)
@@ -86,7 +70,9 @@ class ModalSystem:
         values: dict[str, NDArray[Any]] = {}
         lam, phi = np.zeros(0), np.zeros((0, 0))
         if self.n_modes:
-            freq, phi = self._modes(K, M)
+            freq, phi, _, _ = _core.modes(
+                *self._pattern, K, M, n_modes=self.n_modes, start=self._start, symbolic=self._symbolic
+            )
             self._start = phi
             lam = (2 * np.pi * freq) ** 2
             values |= {"freq": freq, "phi": np.asarray(self.sensors @ phi)}

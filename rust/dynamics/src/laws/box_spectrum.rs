@@ -1,8 +1,7 @@
 //! Maxwell branches of one stiffness at all rates above one: a loss that hardly changes with frequency.
 
 use super::dual::Scalar;
-use super::fractional::{Fractional, LN_RATIO, NODES, bent};
-use super::viscoelastic::relaxed;
+use super::fractional::{Fractional, LN_RATIO, NODES, branch};
 use super::{
     Constants, Definition, Domain, DynamicStiffness, MAX_CONSTANTS, Motion, Parameter, State, parameter,
 };
@@ -47,19 +46,13 @@ impl Definition for BoxSpectrum {
         let from = if within { slowest } else { low };
         let top = if from.value() < high { T::constant(high) } else { from };
         out[1] = c * (-top).exp();
-        let mut branch = |i: usize, stiffness: T, h: T| {
-            out[2 + 4 * i] = (-h).exp();
-            out[3 + 4 * i] = stiffness * relaxed(h);
-            out[4 + 4 * i] = stiffness * bent(h);
-            out[5 + 4 * i] = stiffness;
-        };
         let zero = T::constant(0.0);
         let below = if within { zero } else { low - slowest };
         let mean = if within { zero } else { (low.exp() - slowest.exp()) / below };
-        branch(0, c * below, mean * dt);
+        branch(&mut out, 0, c * below, mean * dt);
         let half = (top - from) * 0.5;
         for (i, (at, weight)) in RULE.into_iter().enumerate() {
-            branch(1 + i, c * half * weight, (from + half * (1.0 + at)).exp() * dt);
+            branch(&mut out, 1 + i, c * half * weight, (from + half * (1.0 + at)).exp() * dt);
         }
         out
     }

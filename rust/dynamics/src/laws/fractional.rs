@@ -27,12 +27,20 @@ const BRANCHES: usize = NODES + 1;
 pub(super) const LN_RATIO: f64 = 1.295;
 
 /// Integral of exp(-h (1 - x)) (2 x - 1) over a step, by its series where the difference would cancel.
-pub(super) fn bent<T: Scalar>(h: T) -> T {
+fn bent<T: Scalar>(h: T) -> T {
     if h.value() < 0.05 {
         return h / 6.0 - h * h / 12.0 + h * h * h / 40.0 - h * h * h * h / 180.0;
     }
     let left = (-h).exp();
     (-left + 1.0) / h - (-(h + 1.0) * left + 1.0) * 2.0 / (h * h)
+}
+
+/// What branch `i` needs at every step; `h` is the step in its relaxation times.
+pub(super) fn branch<T: Scalar>(out: &mut Constants<T>, i: usize, stiffness: T, h: T) {
+    out[2 + 4 * i] = (-h).exp();
+    out[3 + 4 * i] = stiffness * relaxed(h);
+    out[4 + 4 * i] = stiffness * bent(h);
+    out[5 + 4 * i] = stiffness;
 }
 
 fn sin_pi<T: Scalar>(alpha: T) -> T {
@@ -75,17 +83,11 @@ impl Definition for Fractional {
         out[0] = k;
         out[1] = c * above * ((alpha - 1.0) * high).exp();
         let slow = alpha / (alpha + 1.0) * (low.exp() * dt);
-        let mut branch = |i: usize, stiffness: T, h: T| {
-            out[2 + 4 * i] = (-h).exp();
-            out[3 + 4 * i] = stiffness * relaxed(h);
-            out[4 + 4 * i] = stiffness * bent(h);
-            out[5 + 4 * i] = stiffness;
-        };
-        branch(0, c * below * (alpha * low).exp(), slow);
+        branch(&mut out, 0, c * below * (alpha * low).exp(), slow);
         for i in 0..NODES {
             let u = bottom + LN_RATIO * i as f64;
             let stiffness = c * sin_pi(alpha) * (alpha * u).exp() * (LN_RATIO / PI);
-            branch(1 + i, stiffness, T::constant(u.exp() * dt));
+            branch(&mut out, 1 + i, stiffness, T::constant(u.exp() * dt));
         }
         out
     }

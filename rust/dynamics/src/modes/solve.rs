@@ -92,7 +92,16 @@ pub fn modes(
             shifted = raise(symbolic, k, m, shifted, &mut info)?;
         }
     }
-    let found = iterate(symbolic, k, m, options, band, &shifted, &mut info)?;
+    let found = match iterate(symbolic, k, m, options, band, &shifted, &mut info) {
+        // a start that leads nowhere is no reason to fail where none would not
+        Err(DynamicsError::NotConverged { .. } | DynamicsError::Missing { .. })
+            if options.start.is_some() =>
+        {
+            let cold = ModeOptions { start: None, ..*options };
+            iterate(symbolic, k, m, &cold, band, &shifted, &mut info)?
+        }
+        found => found?,
+    };
     finish(k, shifted.sigma, found, info)
 }
 
