@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Start
 from femend.diagnose.closed_loop import ClosedLoop
-from femend.diagnose.descent import DIFFERENCE, Descent, linearised_columns
+from femend.diagnose.descent import DIFFERENCE, Descent, Reached, linearised_columns
 from femend.diagnose.joint import open_joint
 from femend.estimate import FitRecord, Problem
 from femend.model import Place, read_model, reduce_model
@@ -104,6 +104,28 @@ def test_tangents_are_the_differences_of_simulations(tmp_path: Path, law: str, s
         exact = (ends[0] - ends[1]) / 2e-6
         # a kink that falls between the two runs costs one sample
         assert np.linalg.norm(column - exact) < 2e-3 * max(np.linalg.norm(exact), 0.01 * largest), i
+
+
+class _Valley(Descent[ClosedLoop]):
+    """Descent over two unknowns, of which (y, x) = (1, 1) is the end of a bent valley (Rosenbrock 1960)."""
+
+    STEEP, SIZE = 30.0, 1000.0  # cost and tolerances of a recording
+
+    def at(self, *points: Array) -> list[Reached]:
+        residuals = [self.SIZE * np.array([self.STEEP * (z[1] - z[0] ** 2), 1 - z[0]]) for z in points]
+        return [Reached(z, e, [], self.cost(z, e)) for z, e in zip(points, residuals, strict=True)]
+
+    def jacobian(self, now: Reached, exactly: bool = False) -> Array:
+        return self.SIZE * np.array([[-2 * self.STEEP * now.z[0], self.STEEP], [-1.0, 0.0]])
+
+
+def test_a_bent_valley_is_followed(tmp_path: Path) -> None:
+    """Straight steps take more than twice as many."""
+    loop, _ = _loop(tmp_path, "cubic_stiffness", {"k3": 1.0}, 0.0)
+    valley = _Valley(loop, np.zeros(2), np.full(2, 1e3), 0, True)
+    reached = valley.run(np.array([-1.2, 1.44]), 40)
+    assert reached is not None
+    np.testing.assert_allclose(reached.z, 1.0, atol=1e-3)
 
 
 def test_nodes_inside_a_member_are_told_as_a_stretch(tmp_path: Path) -> None:

@@ -3,6 +3,9 @@
 A change of the model's unknowns hardly changes how the law works; so for their derivatives the law is a spring and a
 dashpot that follow its force best, and what is left of its force stays as it was. That needs no simulation. Friction
 that sticks and slips may be changed so much all the same that these lead nowhere; then all go along the simulation.
+
+A law, the spring beside it and the model's own stiffness make up for one another: what is known of them is a narrow,
+bent valley, along which straight steps hardly get on. Steps that gain less than they should are bent along it.
 """
 
 from __future__ import annotations
@@ -29,6 +32,9 @@ DIFFERENCE, SMALL = 1e-4, 1e-6
 LARGEST_STEP = 0.7
 # multiples of the damping that are tried, together those in one line, and its factor where they lead down
 TRIED = (((1.0, 0.1),), ((30.0, 10.0), (1000.0, 300.0)))
+# share of the gain foreseen below which a step is bent, and the change by that, against the step, up to which it is
+# (Transtrum and Sethna 2012, eq. 15)
+FORESEEN, BENT = 0.75, 0.75
 # unknowns from which simulated derivatives are carried on from step to step, and made anew where that leads no further
 MANY = 8
 
@@ -103,7 +109,7 @@ class Descent(Generic[L]):
                 J, carried, made = self.jacobian(now, exactly), False, made + 1
             H, g = self._normal(now, J)
             now = replace(now, H=H)
-            reached = self._tried(now, H, g, damping)
+            reached = self._tried(now, J, H, g, damping)
             there, taken = (now, 1.0) if reached is None else reached
             gained = now.cost - there.cost
             little = gained < 1e-2 * (1 + 1e-2 * now.cost)
@@ -142,21 +148,47 @@ class Descent(Generic[L]):
         scaled = step / self.sd[self.free] ** 2
         return np.asarray(J + np.outer(now.e - before.e - J @ step, scaled / (step @ scaled)))
 
-    def _tried(self, now: Reached, H: FloatArray, g: FloatArray, damping: float) -> tuple[Reached, float] | None:
+    def _tried(
+        self, now: Reached, J: FloatArray, H: FloatArray, g: FloatArray, damping: float
+    ) -> tuple[Reached, float] | None:
         """Where a step leads, and the factor on the damping after it; two shorter steps are tried where the whole one
-        does not lead down, and None is returned where these do not either."""
+        does not lead down, and None is returned where these do not either. Steps that gain less than foreseen are tried
+        bent too."""
         for factors in TRIED:
-            trials = []
-            for factor, _ in factors:
-                step = np.linalg.solve(H + damping * factor * np.diag(np.diag(H)), -g)
-                trial = now.z.copy()
-                trial[self.free] += np.clip(step, -LARGEST_STEP, LARGEST_STEP)
-                trials.append(trial)
-            reached = self.at(*trials)
+            damped = [H + damping * factor * np.diag(np.diag(H)) for factor, _ in factors]
+            steps = [np.clip(np.linalg.solve(A, -g), -LARGEST_STEP, LARGEST_STEP) for A in damped]
+            reached = self._beyond(now, steps)
+            curved = [
+                (i, step + self._bend(now, there, J, A, step))
+                for i, (there, A, step) in enumerate(zip(reached, damped, steps, strict=True))
+                if now.cost - there.cost < -FORESEEN * float(2 * g @ step + step @ H @ step)
+            ]
+            small = [(i, bent) for i, bent in curved if self._length(bent - steps[i]) < BENT * self._length(steps[i])]
+            for (i, _), there in zip(small, self._beyond(now, [bent for _, bent in small]), strict=True):
+                reached[i] = min(reached[i], there, key=lambda r: r.cost)
             best = int(np.argmin([r.cost for r in reached]))
             if reached[best].cost < now.cost:
                 return reached[best], factors[best][1]
         return None
+
+    def _beyond(self, now: Reached, steps: list[FloatArray]) -> list[Reached]:
+        """Where steps over the free unknowns lead."""
+        trials = [now.z.copy() for _ in steps]
+        for trial, step in zip(trials, steps, strict=True):
+            trial[self.free] += step
+        return self.at(*trials) if trials else []
+
+    def _bend(self, now: Reached, there: Reached, J: FloatArray, A: FloatArray, step: FloatArray) -> FloatArray:
+        """What a step with the damped matrix A lacks, by how far the residual it led to is from the one foreseen
+        (geodesic acceleration, Transtrum and Sethna 2012, eq. 6, its second derivative taken over the whole step)."""
+        if not np.isfinite(there.cost):
+            return np.full_like(step, np.inf)
+        further = there.e - now.e - J @ step
+        return np.asarray(-TEMPERING * np.linalg.solve(A, J.T @ further))
+
+    def _length(self, step: FloatArray) -> float:
+        """Length of a step over the free unknowns in units of their priors."""
+        return float(np.linalg.norm(step / self.sd[self.free]))
 
     def jacobian(self, now: Reached, exactly: bool = False) -> FloatArray:
         """Derivatives (n_residual, n_free) of the residual: along the simulation over x, by linearisation over p or,

@@ -14,7 +14,7 @@ from femend.diagnose.dressed import own_values
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
 from femend.diagnose.linear import fit_linear, fit_mass, judge_linear
 from femend.diagnose.locate import Located, order
-from femend.diagnose.nonlinear import fit_nonlinear, judge_nonlinear, refit_nonlinear
+from femend.diagnose.nonlinear import fit_nonlinear, judge_nonlinear, refit_nonlinear, windows
 from femend.diagnose.settings import Settings
 from femend.diagnose.soft_clamp import soft_clamps
 from femend.diagnose.split import Split
@@ -231,11 +231,11 @@ def _widest(
     whole records where none does, or none but in the beginning, where the updated model (unknowns `updated`) does
     without any."""
     whole = _Judge(split, settings, effective_values(split.choosing, reduced), 0.0)
-    narrower = sorted({t.candidate.sigma for t in tried} - {0.0})
-    if not narrower:
+    if not any(t.candidate.nonlinear for t in tried):
         return whole
+    narrower = windows(split.fitting)[::-1]
     bare = Hypothesis(reduced, np.zeros((0, reduced.r)))
-    for sigma in (0.0, *narrower):
+    for sigma in narrower:
         judge = whole
         if sigma > 0:
             judge = _Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
@@ -377,7 +377,8 @@ class _Judge:
             best += [r] if again < OF_ONE_NAME and len(best) < self.settings.refined else []
         out = [r for r in ranked if not any(r is b for b in best)]
         for r in best:
-            candidate = judge_nonlinear(self.split.choosing, refit_nonlinear(self.split.fitting, r.candidate))
+            inside = replace(r.candidate, sigma=max(r.candidate.sigma, self.sigma))
+            candidate = judge_nonlinear(self.split.choosing, refit_nonlinear(self.split.fitting, inside))
             out.append(self.ranked(_Tried(candidate, r.located, r.recovered)))
         return self.in_order(out)
 

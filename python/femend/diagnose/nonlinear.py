@@ -14,7 +14,7 @@ from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.joint import Joint, Recovered
 from femend.estimate import FitRecord, Problem
 
-__all__ = ["fit_nonlinear", "judge_nonlinear", "refit_nonlinear", "simulate_candidate"]
+__all__ = ["fit_nonlinear", "judge_nonlinear", "refit_nonlinear", "simulate_candidate", "windows"]
 
 FloatArray = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def fit_nonlinear(
     part are still together; those that get on best are followed to wider windows and the whole records, as far as their
     motion can be followed: impacts may make it depend on its past without limit. One candidate a law is kept.
     """
-    first, *wider = (*(factor * problem.scale() for factor in WINDOWS), 0.0)
+    first, *wider = windows(problem)
     runs: list[_Run] = []
     for name, start in begun:
         loop, x = loop_of(problem, joint, start, recovered)
@@ -81,6 +81,11 @@ def fit_nonlinear(
         if np.isfinite(candidate.fitted) and (before is None or _further(candidate, before)):
             kept[run.name] = candidate
     return list(kept.values())
+
+
+def windows(problem: Problem) -> list[float]:
+    """Decays sigma (1/s) of the windows exp(-sigma t) a law is followed through, the whole records (0) last."""
+    return [*(factor * problem.scale() for factor in WINDOWS), 0.0]
 
 
 def _best_of_each(runs: Sequence[_Run]) -> list[_Run]:
