@@ -54,7 +54,6 @@ impl Basis {
         taken: Vec<f64>,
         drop: f64,
     ) -> Split {
-        let p = w.ncols();
         let before: Vec<f64> = norms.iter().zip(taken).map(|(n, t)| (n * n + t).sqrt()).collect();
         if self.len() > 0 {
             gemm(&mut w, 1.0, -1.0, &self.v, inside);
@@ -65,23 +64,31 @@ impl Basis {
         if norms_known(&w, &mw).into_iter().zip(&norms).any(cancelled) {
             self.remove(m, &mut w, &mut mw);
         }
-        let mut out = orthonormal(&w, &mw, &before, drop);
-        // a nearly dependent block lets cancellation back in
+        let mut split = self.settled(m, orthonormal(&w, &mw, &before, drop), None);
+        self.add_small(m, &w, &mw, &mut split, drop);
+        split
+    }
+
+    /// Columns made orthonormal again to the basis (and `beside` it), where that lost digits: a nearly dependent block lets
+    /// cancellation back in.
+    fn settled(&self, m: &Compact, (mut split, mut safe): (Split, bool), beside: Option<&Split>) -> Split {
         for _ in 0..2 {
-            if out.0.q.ncols() == 0 || out.1 {
+            if split.q.ncols() == 0 || safe {
                 break;
             }
-            let Split { mut q, mut mq, r } = out.0;
+            let Split { mut q, mut mq, r } = split;
             self.remove(m, &mut q, &mut mq);
+            if let Some(other) = beside {
+                let inside = gemm_tn(&other.mq, &q);
+                gemm(&mut q, 1.0, -1.0, &other.q, &inside);
+                mq = m.times(&q);
+            }
             let ones = vec![1.0; q.ncols()];
-            let (mut again, safe) = orthonormal(&q, &mq, &ones, 1e-4);
-            let mut product = Dense::zeros(again.q.ncols(), p);
-            gemm(&mut product, 0.0, 1.0, &again.r, &r);
-            again.r = product;
-            out = (again, safe);
+            (split, safe) = orthonormal(&q, &mq, &ones, 1e-4);
+            let mut product = Dense::zeros(split.q.ncols(), r.ncols());
+            gemm(&mut product, 0.0, 1.0, &split.r, &r);
+            split.r = product;
         }
-        let mut split = out.0;
-        self.add_small(m, &w, &mw, &mut split, drop);
         split
     }
 
@@ -99,7 +106,7 @@ impl Basis {
             m_rest = m.times(&rest);
             self.remove(m, &mut rest, &mut m_rest);
         }
-        let (more, _) = orthonormal(&rest, &m_rest, &before, drop);
+        let more = self.settled(m, orthonormal(&rest, &m_rest, &before, drop), Some(split));
         if more.q.ncols() > 0 {
             let rows = gemm_tn(&more.mq, w);
             let (old, new) = (split.r.nrows(), rows.nrows());
@@ -177,4 +184,44 @@ fn orthonormal(w: &Dense, mw: &Dense, before: &[f64], drop: f64) -> (Split, bool
     let safe =
         keep.iter().all(|&j| size[j] > 1e-4 * before[j]) && good.iter().all(|&e| eigen.values[e] > 1e-3);
     (Split { q, mq, r: gemm_tn(&to_q, &gram) }, safe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers between -0.5 and 0.5, the same in every run.
+    fn numbers(seed: &mut u64) -> f64 {
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    }
+
+    /// What is left of a block that starts from modes of a model close by: a few large directions, and others that are
+    /// small beside them and nearly the same among themselves.
+    #[test]
+    fn small_directions_that_are_nearly_dependent_stay_orthonormal() {
+        let (n, mut seed) = (200, 7);
+        let weight: Vec<f64> = (0..n).map(|_| 1.0 + numbers(&mut seed)).collect();
+        let m = Compact::diagonal(&weight);
+        let mut draw = |columns: usize| {
+            Dense::from_vec(n, columns, (0..n * columns).map(|_| numbers(&mut seed)).collect())
+        };
+        let (large, small, smaller, mix) = (draw(3), draw(4), draw(10), draw(1));
+        let mut w = Dense::zeros(n, 10);
+        gemm(&mut w, 0.0, 1.0, &large, &Dense::from_vec(3, 10, mix.data()[..30].to_vec()));
+        gemm(&mut w, 1.0, 1e-7, &small, &Dense::from_vec(4, 10, mix.data()[30..70].to_vec()));
+        w.data_mut().iter_mut().zip(smaller.data()).for_each(|(a, b)| *a += 1e-12 * b);
+        let Split { q, mq, r } = Basis::with_room(n, 20).split(&m, &w, 1e-10);
+        let gram = gemm_tn(&q, &mq);
+        for i in 0..q.ncols() {
+            for j in 0..q.ncols() {
+                let unit = if i == j { 1.0 } else { 0.0 };
+                assert!((gram[(i, j)] - unit).abs() < 1e-10, "{i} {j}: {:e}", gram[(i, j)] - unit);
+            }
+        }
+        assert!(q.ncols() >= 7, "{} directions", q.ncols());
+        let mut rest = w.clone();
+        gemm(&mut rest, 1.0, -1.0, &q, &r);
+        assert!(norms(&m, &rest).iter().all(|v| *v < 1e-9));
+    }
 }
