@@ -36,9 +36,9 @@ def only_beginning(sigma: float) -> str:
     if sigma == 0:
         return ""
     return (
-        f"the law explains about the first {3 / sigma:.2g} s of the recordings; after that motion depends on its past "
-        "so much (impacts do that) that no simulation stays with it, and predictions of whole recordings are off "
-        "however right the law is: record short bursts from rest to check it"
+        f"the law explains about the first {3 / sigma:.2g} s of the recordings to the noise, and less of the rest: no "
+        "simulation stays with motion that depends on its past so much (impacts do that), or something beside the law "
+        "is missing. Predictions of whole recordings are off: record short bursts from rest to check it"
     )
 
 

@@ -174,7 +174,8 @@ def forces_of_laws(problem: Problem, candidate: Candidate) -> Known | None:
             history = simulate_candidate(problem, candidate, line.record)
             if not (np.isfinite(history.f).all() and np.isfinite(history.d).all()):
                 return None
-            both = (np.fft.rfft(x, line.record.n, axis=1)[:, line.index].T for x in (history.d, -history.f))
+            alone = history.f - candidate.k * history.d - candidate.c * history.v
+            both = (np.fft.rfft(x, line.record.n, axis=1)[:, line.index].T for x in (history.d, -alone))
             d, f = both
             motions.append(d)
             parts.append(f)

@@ -7,9 +7,11 @@ fit is quick; so pairs are sorted out there, and the ones that explain it follow
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 from femend.diagnose.name import Ranked
 from femend.diagnose.pairs import Searched, alike
+from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, are_told, fitted_together, term_of
 from femend.model import Place
 
@@ -26,7 +28,7 @@ def of_those_found(first: Searched) -> tuple[Searched, Scored] | None:
     no two of those found do."""
     narrow, *wider = (factor * first.problem.scale() for factor in WINDOWS)
     beginning = first.at(narrow)
-    laws = [term_of(first, r) for r in _apart(first)]
+    laws = [_unaided(term_of(first, r)) for r in _apart(first)]
     p = first.problem.prior(first.reduced)[0]
     begun = [
         found
@@ -42,6 +44,16 @@ def of_those_found(first: Searched) -> tuple[Searched, Scored] | None:
         if reached is not None and (best is None or _before(reached, best)):
             best = reached
     return best
+
+
+def _unaided(term: Term) -> Term:
+    """A law that begins without its linear companion, which may stand in for the other effect."""
+    c = term.candidate
+    if not c.nonlinear:
+        return term
+    x = c.x.copy()
+    x[-2:] = 0.0
+    return replace(term, candidate=replace(c, x=x, k=0.0, c=0.0))
 
 
 def _apart(first: Searched) -> list[Ranked]:
