@@ -77,19 +77,25 @@ class Left:
     whole: tuple[float, float]
     beginning: tuple[float, float]
     prior: float = 5.0
+    nonlinear: bool = True
+
+
+SPRING = Left(0.0, (288.0, 200.0), (14.0, 12.0), nonlinear=False)
 
 
 @pytest.mark.parametrize(
     ("stop", "spring", "alone", "sigma"),
     [
         # a spring where a free force explains nothing is no reason to compare whole records
-        (Left(6.8, (25.0, 0.7), (0.9, 0.8)), Left(0.0, (288.0, 200.0), (14.0, 12.0)), 14.7, 6.8),
+        (Left(6.8, (25.0, 0.7), (0.9, 0.8)), SPRING, 14.7, 6.8),
+        # nor is that the stop was followed through them
+        (Left(0.0, (25.0, 0.7), (0.9, 0.8)), SPRING, 14.7, 6.8),
         # one that does as well as a free force where that explains all is
-        (Left(6.8, (25.0, 0.7), (0.9, 0.8)), Left(0.0, (1.2, 200.0), (1.1, 12.0)), 14.7, 0.0),
+        (Left(6.8, (25.0, 0.7), (0.9, 0.8)), Left(0.0, (1.2, 200.0), (1.1, 12.0), nonlinear=False), 14.7, 0.0),
         # what explains a beginning by bending the rest of the model is none
-        (Left(6.8, (25.0, 0.7), (0.9, 0.8), prior=300.0), Left(0.0, (288.0, 200.0), (14.0, 12.0)), 14.7, 0.0),
+        (Left(6.8, (25.0, 0.7), (0.9, 0.8), prior=300.0), SPRING, 14.7, 0.0),
         # and so is a beginning that the updated model explains by itself
-        (Left(6.8, (25.0, 0.7), (0.9, 0.8)), Left(0.0, (288.0, 200.0), (14.0, 12.0)), 1.3, 0.0),
+        (Left(6.8, (25.0, 0.7), (0.9, 0.8)), SPRING, 1.3, 0.0),
     ],
 )
 def test_laws_are_compared_in_the_widest_window_that_one_explains(
@@ -112,7 +118,8 @@ def test_laws_are_compared_in_the_widest_window_that_one_explains(
 
     monkeypatch.setattr(name, "_Judge", Reads)
     monkeypatch.setattr(name, "effective_values", lambda *a: 1.0)
-    split = cast(Any, SimpleNamespace(choosing=SimpleNamespace(fit=fit)))
+    monkeypatch.setattr(name, "windows", lambda problem: [6.8, 0.0])
+    split = cast(Any, SimpleNamespace(choosing=SimpleNamespace(fit=fit), fitting=None))
     tried = [SimpleNamespace(candidate=left) for left in (spring, stop)]
     reduced = cast(Any, SimpleNamespace(r=3))
     assert name._widest(split, reduced, cast(Any, tried), Settings(), np.zeros(1)).sigma == sigma
