@@ -158,13 +158,9 @@ class Descent(Generic[L]):
             damped = [H + damping * factor * np.diag(np.diag(H)) for factor, _ in factors]
             steps = [np.clip(np.linalg.solve(A, -g), -LARGEST_STEP, LARGEST_STEP) for A in damped]
             reached = self._beyond(now, steps)
-            curved = [
-                (i, step + self._bend(now, there, J, A, step))
-                for i, (there, A, step) in enumerate(zip(reached, damped, steps, strict=True))
-                if now.cost - there.cost < -FORESEEN * float(2 * g @ step + step @ H @ step)
-            ]
-            small = [(i, bent) for i, bent in curved if self._length(bent - steps[i]) < BENT * self._length(steps[i])]
-            for (i, _), there in zip(small, self._beyond(now, [bent for _, bent in small]), strict=True):
+            bends = [self._bent(now, *tried, J, H, g) for tried in zip(reached, damped, steps, strict=True)]
+            bent = [(i, step) for i, step in enumerate(bends) if step is not None]
+            for (i, _), there in zip(bent, self._beyond(now, [step for _, step in bent]), strict=True):
                 reached[i] = min(reached[i], there, key=lambda r: r.cost)
             best = int(np.argmin([r.cost for r in reached]))
             if reached[best].cost < now.cost:
@@ -178,13 +174,17 @@ class Descent(Generic[L]):
             trial[self.free] += step
         return self.at(*trials) if trials else []
 
-    def _bend(self, now: Reached, there: Reached, J: FloatArray, A: FloatArray, step: FloatArray) -> FloatArray:
-        """What a step with the damped matrix A lacks, by how far the residual it led to is from the one foreseen
-        (geodesic acceleration, Transtrum and Sethna 2012, eq. 6, its second derivative taken over the whole step)."""
-        if not np.isfinite(there.cost):
-            return np.full_like(step, np.inf)
-        further = there.e - now.e - J @ step
-        return np.asarray(-TEMPERING * np.linalg.solve(A, J.T @ further))
+    def _bent(
+        self, now: Reached, there: Reached, A: FloatArray, step: FloatArray, J: FloatArray, H: FloatArray, g: FloatArray
+    ) -> FloatArray | None:
+        """A step of the damped matrix A bent by how far the residual it led to is from the one foreseen (geodesic
+        acceleration, Transtrum and Sethna 2012, eq. 6, its second derivative taken over the whole step); None where it
+        gained as foreseen, or would be bent too far."""
+        foreseen = -float(2 * g @ step + step @ H @ step)
+        if now.cost - there.cost >= FORESEEN * foreseen or not np.isfinite(there.cost):
+            return None
+        bend = np.asarray(-TEMPERING * np.linalg.solve(A, J.T @ (there.e - now.e - J @ step)), dtype=np.float64)
+        return np.asarray(step + bend) if self._length(bend) < BENT * self._length(step) else None
 
     def _length(self, step: FloatArray) -> float:
         """Length of a step over the free unknowns in units of their priors."""

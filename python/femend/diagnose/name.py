@@ -233,9 +233,8 @@ def _widest(
     whole = _Judge(split, settings, effective_values(split.choosing, reduced), 0.0)
     if not any(t.candidate.nonlinear for t in tried):
         return whole
-    narrower = windows(split.fitting)[::-1]
     bare = Hypothesis(reduced, np.zeros((0, reduced.r)))
-    for sigma in narrower:
+    for sigma in reversed(windows(split.fitting)):
         judge = whole
         if sigma > 0:
             judge = _Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)

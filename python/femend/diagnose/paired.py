@@ -10,6 +10,7 @@ import itertools
 from dataclasses import replace
 
 from femend.diagnose.name import Ranked
+from femend.diagnose.nonlinear import windows
 from femend.diagnose.pairs import Searched, alike
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, are_told, fitted_together, term_of
@@ -19,14 +20,12 @@ __all__ = ["of_those_found"]
 
 # laws at places apart from each other of which pairs are tried, and pairs that are followed
 FOUND, FOLLOWED = 6, 3
-# windows (in units of `Problem.scale`) in turns; a pair that is lost before the last but one is not told
-WINDOWS = (10.0, 3.0, 1.0, 0.0)
 
 
 def of_those_found(first: Searched) -> tuple[Searched, Scored] | None:
     """Two laws that explain the recordings together, with the search in the widest window in which they do; None where
     no two of those found do."""
-    narrow, *wider = (factor * first.problem.scale() for factor in WINDOWS)
+    narrow, *wider = windows(first.problem)
     beginning = first.at(narrow)
     laws = [_unaided(term_of(first, r)) for r in _apart(first)]
     p = first.problem.prior(first.reduced)[0]
@@ -37,10 +36,10 @@ def of_those_found(first: Searched) -> tuple[Searched, Scored] | None:
     ]
     if not begun:
         return None
-    windows = [first.at(sigma) for sigma in wider]
+    ahead = [first.at(sigma) for sigma in wider]
     best: tuple[Searched, Scored] | None = None
     for found in sorted(begun, key=lambda f: f[0])[:FOLLOWED]:
-        reached = _followed(windows, found)
+        reached = _followed(ahead, found)
         if reached is not None and (best is None or _before(reached, best)):
             best = reached
     return best
@@ -73,11 +72,11 @@ def _share(a: Place, b: Place) -> bool:
     return bool(set(a.elements) & set(b.elements)) or (a.kind == b.kind and set(a.nodes) == set(b.nodes))
 
 
-def _followed(windows: list[Searched], found: Scored) -> tuple[Searched, Scored] | None:
+def _followed(ahead: list[Searched], found: Scored) -> tuple[Searched, Scored] | None:
     """Terms on the widest window in which they explain the recordings; None where that is too narrow, or they do not
     win there."""
     reached: tuple[Searched, Scored] | None = None
-    for there in windows:
+    for there in ahead:
         wider = fitted_together(there, found[1].terms, found[1].p)
         if wider is None or not _explains(there, wider):
             break

@@ -100,7 +100,7 @@ def _worth_looking(first: Searched) -> bool:
     # above what noise leaves, the law's own parameters aside
     left = first.n_values * float(np.log(max(best.chosen, 1e-12))) + best.prior - first.floor
     # a free force may show that there is less noise than was thought, and the model bend for what a law leaves of it
-    noise = min(float(np.exp(first.floor / first.n_values)), 1.0)
+    noise = float(np.exp(first.floor / first.n_values))
     bent = best.chosen > settings.adequate * noise and best.prior > settings.gain_cost
     lacking = best.chosen > settings.adequate or settings.strains(best.prior) or bent
     return lacking and left > WORTH * settings.gain_cost

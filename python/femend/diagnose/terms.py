@@ -15,6 +15,7 @@ from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.dressed import with_own
 from femend.diagnose.joint import Joint, open_joints
 from femend.diagnose.locate import Located
+from femend.diagnose.nonlinear import windows
 from femend.estimate import FitRecord, Problem
 from femend.model import Place, ReducedModel
 
@@ -23,9 +24,9 @@ __all__ = ["Term", "Terms", "fit_terms", "judge_terms", "refit_terms", "simulate
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-# windows (in units of `Problem.scale`) by which laws that were found one by one also come to terms, where whole records
-# are too far off at first, the steps in each, and those on whole records
-WINDOWS, STEPS = (10.0, 3.0, 1.0), (6, 6, 6, 40)
+# steps in each of the windows by which laws that were found one by one also come to terms, where whole records are too
+# far off at first, and those on whole records
+STEPS = (6, 6, 6, 40)
 # coordinates that a simulation can carry
 MOST_COORDINATES = 6
 
@@ -195,10 +196,10 @@ def fit_terms(
     whole = Descent.around(loop, x, True)
     ends = [whole.run(z, STEPS[-1])]
     start = z
-    for factor, steps in zip(WINDOWS, STEPS, strict=False):
-        if factor * problem.scale() <= sigma:
+    for narrower, steps in zip(windows(problem), STEPS, strict=True):
+        if narrower <= sigma:
             break
-        windowed = replace(loop, sigma=factor * problem.scale(), substeps=COARSE)
+        windowed = replace(loop, sigma=narrower, substeps=COARSE)
         reached = Descent.around(windowed, x, True).run(start, steps)
         start = start if reached is None else reached.z
     ends.append(whole.run(start, STEPS[-1]))
