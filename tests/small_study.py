@@ -27,7 +27,7 @@ from femend.study.run import StudyRun, diagnose
 
 Array = NDArray[np.float64]
 
-RATE, SECONDS, UPSAMPLING = 512.0, 2.0, 8
+RATE, SECONDS, UPSAMPLING = 512.0, 2.0, 32
 BAND = (8.0, 150.0)
 ZETA, NOISE = 0.012, 0.01
 SENSORS, SHAKER = (4, 7, 10, 13), 13

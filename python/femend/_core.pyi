@@ -629,7 +629,7 @@ class RecordLines:
 
 @final
 class Hypothesis:
-    """What acts beside the model: nothing, a force free on every line, or linear laws (equal on all coordinates)."""
+    """What acts beside the model: nothing, a force free on every line, or linear laws."""
 
     def __new__(
         cls,
@@ -638,10 +638,12 @@ class Hypothesis:
         compliance: Sequence[float] | None = None,
         law_mean: Sequence[float] | None = None,
         law_sd: Sequence[float] | None = None,
+        at: Sequence[Sequence[int]] | None = None,
     ) -> Hypothesis:
         """`w` (n_w, r) direction vectors in the basis, None for nothing; `laws` names whose forces add up, None for a
         free force; `compliance` (n_w,) m/N in series with the laws; `law_mean`, `law_sd`: priors of the logarithms of
-        the laws' parameters, one after the other. Raises ModelError where sizes do not fit or a law is not known."""
+        the laws' parameters, one after the other; `at` numbers of the coordinates of each law, all without it. Raises
+        ModelError where sizes do not fit or a law is not known, ValueError for coordinates of more or fewer laws."""
 
 _Solved: TypeAlias = tuple[
     NDArray[np.float64], NDArray[np.float64], float, float, NDArray[np.float64], NDArray[np.float64], int, bool
@@ -678,4 +680,18 @@ def fitted_lines(
     forces on the structure there (K, n_w), for `hypothesis` on `system` at unknowns `p` and ln law parameters `x`.
 
     Raises ModelError where the model or a law cannot be solved there.
+    """
+
+def model_columns(
+    system: System,
+    record: RecordLines,
+    w: NDArray[np.float64],
+    kappa: NDArray[np.complex128],
+    p: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Derivatives (2 K n_out, n) of the record's weighted accelerations with respect to the n unknowns of `system` at
+    `p`, where the coordinates `w` (n_w, r) have the dynamic stiffness `kappa` (K, n_w), N/m: real parts of all lines,
+    then imaginary parts, sensor after sensor.
+
+    Raises ModelError for arrays that do not fit or a model that cannot be solved.
     """

@@ -38,6 +38,41 @@ class Judge:
         return [SimpleNamespace(**{**vars(r), "candidate": c}) for r, c in zip(ranked, better, strict=True)]
 
 
+@dataclass(frozen=True)
+class Stop:
+    """A stop that explains what it has not seen in windows down to sigma = `told`."""
+
+    told: float
+    sigma: float = 6.8
+    nonlinear: bool = True
+    reference: float = 1.0
+
+    @property
+    def chosen(self) -> float:
+        return 1.2 if self.sigma >= self.told else 30.0
+
+
+@pytest.mark.parametrize(("told", "reached"), [(0.0, 0.0), (0.5, 0.8), (2.0, 2.4), (5.0, 6.8)])
+def test_a_law_is_followed_as_far_as_it_explains(monkeypatch: pytest.MonkeyPatch, told: float, reached: float) -> None:
+    def judged(*args: Any) -> Any:
+        return SimpleNamespace(ranked=lambda t: SimpleNamespace(candidate=t.candidate, located=None, recovered=None))
+
+    made = {
+        "windows": lambda problem: [24.0, 8.0, 2.4, 0.8, 0.0],
+        "refit_nonlinear": lambda problem, candidate: candidate,
+        "effective_values": lambda *a: 100.0,
+        "_Judge": judged,
+        "compared_in": lambda s, r, ranked, sigma, settings: ranked,
+    }
+    for attribute, value in made.items():
+        monkeypatch.setattr(name, attribute, value)
+    given = cast(Any, SimpleNamespace(fitting=None, choosing=None))
+    first = cast(Any, SimpleNamespace(candidate=Stop(told), located=None, recovered=None))
+    ranked, sigma = name._followed_on(given, cast(Any, None), [first], 6.8, Settings())
+    assert sigma == reached
+    assert ranked[0].candidate.sigma == reached
+
+
 @pytest.mark.parametrize(("before", "sigma", "score"), [(2.0, 6.8, 0.8), (1.0, 6.8, 1.0), (9.0, 0.0, 25.0)])
 def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
     monkeypatch: pytest.MonkeyPatch, before: float, sigma: float, score: float
@@ -59,6 +94,7 @@ def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
         "_nonlinear_laws": lambda *a: [Law(before)],
         "_widest": widest,
         "compared_in": lambda s, r, ranked, sigma, settings: [Judge(sigma).ranked(tried(r)) for r in ranked],
+        "_followed_on": lambda s, r, ranked, sigma, settings: (ranked, sigma),
     }
     for attribute, value in made.items():
         monkeypatch.setattr(name, attribute, value)

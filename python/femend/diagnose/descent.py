@@ -17,18 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.closed_loop import History, Loop, Modal
-from femend.diagnose.receptances import receptances
+from femend.diagnose.linearised import linearised_columns
 from femend.diagnose.tangents import tangent_columns
 from femend.errors import ModelError
-from femend.estimate.lines import TEMPERING, Lines
+from femend.estimate.lines import TEMPERING
 
 __all__ = ["Descent", "Reached"]
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 L = TypeVar("L", bound=Loop)
 
-DIFFERENCE, SMALL = 1e-4, 1e-6
+SMALL = 1e-6
 LARGEST_STEP = 0.7
 # multiples of the damping that are tried, together those in one line, and its factor where they lead down
 TRIED = (((1.0, 0.1),), ((30.0, 10.0), (1000.0, 300.0)))
@@ -195,36 +194,19 @@ class Descent(Generic[L]):
         where wanted, `exactly` too."""
         p, x = self.split(now.z)
         here = self.loop.problem.system(self.loop.joint.reduced).modal(p)
-        moved = [_beside(self.loop, p, i, SMALL) for i in range(len(p))] if self.everything and exactly else []
+        moved = [_beside(self.loop, p, i) for i in range(len(p))] if self.everything and exactly else []
         over_p, over_x = tangent_columns(self.loop, here, x, moved)
+        J = np.array(over_p + over_x).T.reshape(len(now.e), -1)
         if self.everything and not exactly:
-            over_p = linearised_columns(self.loop, p, x, now.histories)
-        J = np.array(over_p + over_x).T
+            J = np.hstack([linearised_columns(self.loop, p, x, now.histories), J])
         return np.where(np.isfinite(J), J, 0.0)
 
 
-def linearised_columns(loop: Loop, p: FloatArray, x: FloatArray, histories: list[History]) -> list[FloatArray]:
-    """Derivatives of the residual over every unknown of the model, laws taken as linear around their histories."""
-    problem, reduced = loop.problem, loop.joint.reduced
-    system, n_par = problem.system(reduced), len(reduced.names)
-    here = system.modal(p)
-    moved = [_beside(loop, p, i) for i in range(n_par)]
-    columns: list[list[FloatArray]] = [[] for _ in p]
-    for i, line in enumerate(problem.lines(reduced, loop.sigma)):
-        at = _Linearised.of(loop, i, line, histories[i], here, x)
-        y = at.response(here)
-        changes = [(at.response(m) - y) / step for m, step in moved] + at.tuned(problem.n_tuned)
-        for column, dy in zip(columns, changes, strict=True):
-            de = (-dy * line.weight).ravel()
-            column += [de.real, de.imag]
-    return [np.concatenate(parts) for parts in columns]
-
-
-def _beside(loop: Loop, p: FloatArray, i: int, by: float = DIFFERENCE) -> tuple[Modal, float]:
+def _beside(loop: Loop, p: FloatArray, i: int) -> tuple[Modal, float]:
     """Modes of the model with unknown i moved, and by how much; inwards at the edge of what has any, and not at all in
     a corner."""
     system = loop.problem.system(loop.joint.reduced)
-    for step in (by, -by):
+    for step in (SMALL, -SMALL):
         q = p.copy()
         q[i] += step
         try:
@@ -232,106 +214,3 @@ def _beside(loop: Loop, p: FloatArray, i: int, by: float = DIFFERENCE) -> tuple[
         except ModelError:
             continue
     return system.modal(p), 1.0
-
-
-@dataclass(frozen=True, eq=False)
-class _Linearised:
-    """The closed loop on one record's lines with the law as dynamic stiffness `kappa` (K, n_w) beside a force `rest`.
-
-    `g` (K, r) receptances of the modes, `C` (K, n_w, n_w) compliance at the joint, `P` (K, r) modal forces.
-    """
-
-    loop: Loop
-    line: Lines
-    s: ComplexArray
-    kappa: ComplexArray
-    rest: ComplexArray
-    modal: tuple[FloatArray, FloatArray, FloatArray]
-    g: ComplexArray
-    C: ComplexArray
-    P: ComplexArray
-
-    @classmethod
-    def of(
-        cls,
-        loop: Loop,
-        i: int,
-        line: Lines,
-        history: History,
-        modal: tuple[FloatArray, FloatArray, FloatArray],
-        x: FloatArray,
-    ) -> _Linearised:
-        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
-        kappa, rest = _equivalent(loop, i, s, history, loop.stiffness(x, s))
-        empty = np.zeros((0, 0), dtype=np.complex128)
-        bare = cls(loop, line, s, kappa, rest, modal, empty, empty, empty)
-        g, C, P = bare.forces(modal)
-        return replace(bare, g=g, C=C, P=P)
-
-    def rows(self, Q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Modal rows of outputs, inputs and the joint's coordinates."""
-        record, reduced = self.line.record, self.loop.joint.reduced
-        out = reduced.rows(record.out_rows, record.out_signs)
-        return out @ Q, reduced.rows(record.in_rows, record.in_signs) @ Q, self.loop.joint.w @ Q
-
-    def forces(
-        self, modal: tuple[FloatArray, FloatArray, FloatArray]
-    ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        """Receptances, compliance at the joint and modal forces of a model."""
-        omega, zeta, Q = modal
-        _, into, w = self.rows(Q)
-        g = receptances(omega, zeta, self.s)
-        driven = self.line.U @ into
-        pairs = (w[:, None, :] * w[None, :, :]).reshape(-1, w.shape[1])
-        C = (g @ pairs.T).reshape(len(g), len(w), len(w)) + np.diag(self.loop.joint.compliance)
-        free = (g * driven) @ w.T - np.einsum("kvw,kw->kv", C, self.rest)
-        D = self.closed(C, free)
-        return g, C, driven - (self.rest + self.kappa * D) @ w
-
-    def closed(self, C: ComplexArray, free: ComplexArray) -> ComplexArray:
-        """Displacements of the coordinates under the law's stiffness from those without it."""
-        matrix = np.eye(free.shape[1]) + C * self.kappa[:, None, :]
-        return np.asarray(np.linalg.solve(matrix, free[:, :, None])[:, :, 0])
-
-    def response(self, modal: tuple[FloatArray, FloatArray, FloatArray]) -> ComplexArray:
-        """Accelerations (K, n_out) of a model."""
-        g, _, P = self.forces(modal)
-        return np.asarray(self.s[:, None] ** 2 * ((g * P) @ self.rows(modal[2])[0].T))
-
-    def tuned(self, n: int) -> list[ComplexArray]:
-        """Derivatives (K, n_out) over ln frequency factors and ln damping ratios of n modes, and of all others'
-        damping."""
-        omega, zeta, Q = self.modal
-        out, _, w = self.rows(Q)
-        damping = 2 * zeta * omega * self.s[:, None]
-        dq = -(self.g**2) * self.P
-        h = np.stack([(self.g * row) @ out.T for row in w], axis=1)
-
-        def change(modes: slice, slope: ComplexArray) -> ComplexArray:
-            own = dq[:, modes] * slope[:, modes]
-            dD = self.closed(self.C, own @ w[:, modes].T)
-            back = np.einsum("kwo,kw->ko", h, self.kappa * dD)
-            return np.asarray(self.s[:, None] ** 2 * (own @ out[:, modes].T - back))
-
-        stiff = 2 * omega**2 + damping
-        single = [slice(m, m + 1) for m in range(n)]
-        return [change(m, stiff) for m in single] + [change(m, damping) for m in (*single, slice(n, None))]
-
-
-def _equivalent(
-    loop: Loop, i: int, s: ComplexArray, history: History, known: ComplexArray
-) -> tuple[ComplexArray, ComplexArray]:
-    """Dynamic stiffness (K, n_w) of the spring and dashpot that follow the law's force best, and the rest of it; the
-    law's own where it is `known`."""
-    D, F = loop.spectra(history.d, i), loop.spectra(history.f, i)
-    kappa = np.zeros_like(D)
-    for j in range(D.shape[1]):
-        if np.isfinite(known[:, j]).all():
-            kappa[:, j] = known[:, j]
-            continue
-        A = np.column_stack([D[:, j], s * D[:, j]])
-        size = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
-        both = np.vstack([A.real, A.imag]) / size
-        k, c = np.linalg.lstsq(both, np.concatenate([F[:, j].real, F[:, j].imag]), rcond=None)[0] / size
-        kappa[:, j] = k + s * c
-    return kappa, F - kappa * D

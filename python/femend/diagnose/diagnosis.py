@@ -41,6 +41,7 @@ from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem
 from femend.model import Model, Place, ReducedModel, find_places
 from femend.progress import Progress, SilentProgress
+from femend.threads import one_blas_thread
 
 __all__ = ["Diagnosis", "diagnose_records", "explain"]
 
@@ -94,6 +95,7 @@ class Diagnosis:
         return self.best
 
 
+@one_blas_thread
 def diagnose_records(
     model: Model,
     records: Sequence[FitRecord],
@@ -137,6 +139,7 @@ def _nearer(start: UpdatedModel, located: Sequence[Located], settings: Settings)
     return replace(start, null=fit) if fit is not None and fit.cost < null.cost else start
 
 
+@one_blas_thread
 def explain(
     start: UpdatedModel,
     located: Sequence[Located],

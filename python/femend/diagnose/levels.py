@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
+from femend.diagnose.joint import Joint, equivalent_linear
 from femend.diagnose.locate import Located
 from femend.diagnose.settings import Settings
 from femend.estimate import Fit, FitRecord, Lines, Problem
 
-__all__ = ["depends_on_level", "levels_differ", "relative_errors"]
+__all__ = ["depends_on_level", "element_depends_on_level", "levels_differ", "relative_errors"]
 
 FloatArray = NDArray[np.float64]
 
@@ -25,6 +26,9 @@ FAR, LEAVES = 2.0, 0.5
 # the same where the misfit is near the noise because the model is allowed errors: those are the same share at all
 # levels, so an error as large as the noise (RMS) is none of them
 AS_NOISE, LEAVES_LITTLE = 1.0, 0.8
+# share of what one spring and dashpot leave of all records that one for each record leaves at most where they depend on
+# the level
+OWN_LEAVES = 0.7
 
 
 def levels_differ(records: Sequence[FitRecord]) -> bool:
@@ -83,3 +87,14 @@ def depends_on_level(problem: Problem, null: Fit, located: Sequence[Located], se
         return False
     far = misfit > FAR * settings.consistent and free < LEAVES * misfit
     return bool(far or (free < LEAVES_LITTLE * misfit and error[worst] > AS_NOISE * _noise_share(problem, null, worst)))
+
+
+def element_depends_on_level(problem: Problem, joint: Joint, p: FloatArray) -> bool:
+    """Whether recordings of different level each have a spring and dashpot of their own at a joint, from unknowns `p`
+    (n_p,) of the model: one and the same leaves clearly more. False where levels cannot be compared."""
+    if len(problem.records) < 2 or not levels_differ(problem.records):
+        return False
+    common = equivalent_linear(problem, joint, p)
+    own = [equivalent_linear(problem.on([record]), joint, p) for record in problem.records]
+    left = [float(fit.misfit[0]) for fit in own if fit is not None]
+    return bool(common is not None and len(left) == len(own) and sum(left) < OWN_LEAVES * float(common.misfit.sum()))

@@ -23,6 +23,8 @@ __all__ = ["fit_linear", "fit_mass", "judge_linear", "refit_linear"]
 LAW_SD = 3.0
 # lines a record for trying starts, starts that are followed to the end, tunings of an absorber over the band
 FEW_LINES, KEPT, TUNINGS, FINE_TUNINGS = 150, 1, 8, 60
+# steps in which the followed one comes to its end: the two parameters of a spectrum may start a factor of 100 off
+TO_THE_END = 30
 # how much further the start that hardly does anything goes than the smallest (or stiffest) of the others
 IDLE = 10.0
 # starts fitted to the recovered force that go on, and starts that go on as they are
@@ -56,7 +58,7 @@ def fit_linear(
     few = problem.sparing(FEW_LINES)
     tries = few.fit(hypotheses, [(p, m) for (p, _), m in zip(begun, means, strict=True)], iterations=10)
     ranked = sorted((f for f in tries if f is not None), key=lambda f: f.cost)[:KEPT]
-    fits = problem.fit([f.hypothesis for f in ranked], [(f.p, f.x) for f in ranked], iterations=12)
+    fits = problem.fit([f.hypothesis for f in ranked], [(f.p, f.x) for f in ranked], iterations=TO_THE_END)
     done = [f for f in fits if f is not None]
     if not done:
         return None

@@ -164,7 +164,27 @@ def name_physics(
         judge = _widest(split, reduced, [_again(r) for r in ranked], settings, updated)
         if judge.sigma > 0:
             ranked = compared_in(split, reduced, ranked, judge.sigma, settings)
-    return ranked, judge.sigma
+    return _followed_on(split, reduced, ranked, judge.sigma, settings)
+
+
+def _followed_on(
+    split: Split, reduced: ReducedModel, ranked: list[Ranked], sigma: float, settings: Settings
+) -> tuple[list[Ranked], float]:
+    """The best law fitted in fine steps in ever wider windows than exp(-sigma t) as long as it explains what it has not
+    seen there, and all laws as they compare in the last of them."""
+    if sigma == 0 or not ranked or not ranked[0].candidate.nonlinear:
+        return ranked, sigma
+    best, reached = ranked[0], sigma
+    for wider in (w for w in windows(split.fitting) if w < sigma):
+        judge = _Judge(split, settings, effective_values(split.choosing, reduced, wider), wider)
+        candidate = refit_nonlinear(split.fitting, replace(best.candidate, sigma=wider))
+        there = judge.ranked(_Tried(candidate, best.located, best.recovered))
+        if there.candidate.chosen > settings.adequate * max(there.candidate.reference, 1.0):
+            break
+        best, reached = there, wider
+    if reached == sigma:
+        return ranked, sigma
+    return compared_in(split, reduced, [best, *ranked[1:]], reached, settings), reached
 
 
 def compared_in(

@@ -19,6 +19,7 @@ from femend.diagnose.update import UpdatedModel
 from femend.errors import RecordingError
 from femend.estimate import Problem
 from femend.model import Place
+from femend.threads import one_blas_thread
 
 __all__ = ["NamedAt", "name_at"]
 
@@ -55,6 +56,7 @@ class NamedAt:
         return candidate.chosen <= self.settings.adequate * max(reference, 1.0)
 
 
+@one_blas_thread
 def name_at(found: UpdatedModel, place: Place, settings: Settings | None = None) -> NamedAt:
     """Fits the selected laws at `place` of an updated model and ranks them on the record kept for choosing.
 

@@ -15,6 +15,7 @@ from femend.diagnose.beside import companions
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.dressed import with_own
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
+from femend.diagnose.levels import element_depends_on_level
 from femend.diagnose.locate import Located, locate, shortlist, squares_of
 from femend.diagnose.name import Ranked, name_physics, told_simply
 from femend.diagnose.paired import of_those_found
@@ -22,7 +23,7 @@ from femend.diagnose.pairs import Searched, others, pair, plain, with_members
 from femend.diagnose.parallel import in_parallel
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Terms, refit_terms
-from femend.diagnose.together import Scored, are_told, best_of, term_of
+from femend.diagnose.together import Scored, are_told, best_of, shows, term_of
 from femend.estimate import Hypothesis
 from femend.model import Place
 
@@ -54,7 +55,7 @@ class Further:
 def look_further(first: Searched) -> Further | None:
     """Two effects where one law at one place leaves much that two laws explain, at two places or, where the sensors
     cannot tell two, beside each other; None otherwise."""
-    near = _beside(first)
+    near = _both_linear(first) or _beside(first)
     if near is not None:
         return near
     if not _worth_looking(first):
@@ -66,6 +67,28 @@ def look_further(first: Searched) -> Further | None:
     two = None if found is None else _further(*found, first.ranked)
     both = [f for f in (one, two) if f is not None]
     return min(both, key=partial(_place_in_order, first.settings), default=None)
+
+
+def _both_linear(first: Searched) -> Further | None:
+    """Two linear laws that explain whole records where the best law is nonlinear, but what acts at its place the same
+    at all levels, and the model bends for it or it could be followed in the beginning of the records alone; None
+    otherwise. With a spring and dashpot beside it, and a model that bends, a nonlinear law may do as well as both."""
+    settings, best = first.settings, first.ranked[0] if first.ranked else None
+    if best is None or not best.candidate.nonlinear or best.candidate.joint is None or best.recovered is None:
+        return None
+    if first.sigma == 0 and best.candidate.prior <= settings.gain_cost:
+        return None
+    if element_depends_on_level(first.problem, best.candidate.joint, best.recovered.fit.p):
+        return None
+    whole = first.at(0.0)
+    linear = [r for r in whole.ranked if not r.candidate.nonlinear]
+    alone = replace(whole, ranked=linear, settings=replace(settings, nonlinear_places=0))
+    if not _worth_looking(alone):
+        return None
+    beaten = best.score if first.sigma == 0 else np.inf
+    both = (f for f in (_in_parallel(alone), _beside_the_best(alone)[0]) if f is not None)
+    explain = [f for f in both if f.terms.chosen <= settings.adequate and f.score < beaten]
+    return min(explain, key=lambda f: f.score, default=None)
 
 
 def _in_parallel(first: Searched) -> Further | None:
@@ -103,7 +126,7 @@ def _worth_looking(first: Searched) -> bool:
     noise = float(np.exp(first.floor / first.n_values))
     bent = best.chosen > settings.adequate * noise and best.prior > settings.gain_cost
     lacking = best.chosen > settings.adequate or settings.strains(best.prior) or bent
-    return lacking and left > WORTH * settings.gain_cost
+    return lacking and left > WORTH * settings.gain_cost and shows(settings, best.chosen, noise)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,19 +143,13 @@ def _at_two_places(first: Searched) -> Further | None:
     """Names both of two effects, each with the force of the other as an input; fitted together they have to win against
     one law alone.
 
-    The best law found so far is taken for one of the two where it explains the greater part; if nothing comes of it,
-    the force read off at the second of two places whose forces leave clearly less than one. Where no force anywhere
-    explains what that law leaves, there is no second.
+    The best law found so far is taken for one of the two first; if nothing comes of it, the force read off at the
+    second of two places whose forces leave clearly less than one. Where no force anywhere explains what that law
+    leaves, there is no second.
     """
-    nothing = Known((), {r.name: () for r in first.problem.records})
-    best = first.ranked[0]
-    if first.null_score - best.score > FIRST_SHARE * (first.null_score - first.floor):
-        aside, beside = _next_to(first, best, nothing)
-        if beside is None:
-            return None
-        found = _in_turns(first, best, first.ranked, aside, beside)
-        if found is not None:
-            return found
+    found, more = _beside_the_best(first)
+    if found is not None or not more:
+        return found
     places = pair(first)
     if places is None:
         return None
@@ -143,6 +160,17 @@ def _at_two_places(first: Searched) -> Further | None:
         return None
     aside, beside = _next_to(first, one.ranked[0], free.known)
     return _in_turns(first, one.ranked[0], one.ranked, aside, beside)
+
+
+def _beside_the_best(first: Searched) -> tuple[Further | None, bool]:
+    """Two effects of which one is the best law, where that explains the greater part; and, where there are none,
+    whether there may be two others."""
+    best = first.ranked[0]
+    if first.null_score - best.score <= FIRST_SHARE * (first.null_score - first.floor):
+        return None, True
+    nothing = Known((), {r.name: () for r in first.problem.records})
+    aside, beside = _next_to(first, best, nothing)
+    return _in_turns(first, best, first.ranked, aside, beside), beside is not None
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Several laws at several places at once: fitted together with the whole model by simulation."""
+"""Several laws at several places at once, fitted together with the whole model: by simulation, linear ones on lines."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.closed_loop import COARSE, LAW_SD, LawSpec, Loop, companion_prior
-from femend.diagnose.descent import Descent, Reached
+from femend.diagnose.descent import Descent
 from femend.diagnose.dressed import with_own
 from femend.diagnose.joint import Joint, open_joints
 from femend.diagnose.locate import Located
 from femend.diagnose.nonlinear import windows
-from femend.estimate import FitRecord, Problem
+from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
 __all__ = ["Term", "Terms", "fit_terms", "judge_terms", "refit_terms", "simulate_terms"]
@@ -27,6 +27,8 @@ ComplexArray = NDArray[np.complex128]
 # steps in each of the windows by which laws that were found one by one also come to terms, where whole records are too
 # far off at first, and those on whole records
 STEPS = (6, 6, 6, 40)
+# share of the cost by which a fit of linear laws has to get on
+LINEAR_TOLERANCE = 1e-3
 # coordinates that a simulation can carry
 MOST_COORDINATES = 6
 
@@ -146,6 +148,20 @@ class TermsLoop(Loop):
         ]
         return np.concatenate([m for m, _ in found]), np.concatenate([s for _, s in found])
 
+    @property
+    def linear(self) -> bool:
+        """Whether all laws are: then there is nothing to simulate."""
+        return not any(t.candidate.nonlinear for t in self.terms)
+
+    def hypothesis(self, x: FloatArray) -> Hypothesis:
+        """Linear laws at their coordinates, with a prior around fit coordinates `x` (n_x,)."""
+        laws, at = [], []
+        for i, term in enumerate(self.terms):
+            if term.candidate.physics is not None and not term.member:
+                laws.append(term.candidate.physics.law or term.candidate.physics.name)
+                at.append(tuple(j for j, numbers in enumerate(self.acting) if i in numbers))
+        return replace(self.joint.hypothesis(tuple(laws), *self.prior(x)), at=tuple(at))
+
     def stiffness(self, x: FloatArray, s: ComplexArray) -> ComplexArray:
         """Dynamic stiffness of the coordinates at which no term is nonlinear."""
         columns = []
@@ -193,16 +209,14 @@ def fit_terms(
         return None
     loop, z = made
     x = z[len(z) - loop.n_x :]
-    whole = Descent.around(loop, x, True)
-    ends = [whole.run(z, STEPS[-1])]
+    ends = [_run(loop, x, z, STEPS[-1])]
     start = z
     for narrower, steps in zip(windows(problem), STEPS, strict=True):
         if narrower <= sigma:
             break
-        windowed = replace(loop, sigma=narrower, substeps=COARSE)
-        reached = Descent.around(windowed, x, True).run(start, steps)
+        reached = _run(replace(loop, sigma=narrower, substeps=COARSE), x, start, steps)
         start = start if reached is None else reached.z
-    ends.append(whole.run(start, STEPS[-1]))
+    ends.append(_run(loop, x, start, STEPS[-1]))
     done = [e for e in ends if e is not None]
     return _made(loop, min(done, key=lambda e: e.cost)) if done else None
 
@@ -210,15 +224,46 @@ def fit_terms(
 def refit_terms(problem: Problem, found: Terms, iterations: int = STEPS[-1]) -> Terms:
     """The terms fitted to all records of a problem, with the covariance of their laws."""
     loop = found.loop(problem)
-    reached = Descent.around(loop, found.x, True).run(np.concatenate([found.p, found.x]), iterations)
+    reached = _run(loop, found.x, np.concatenate([found.p, found.x]), iterations)
     return found if reached is None else replace(_made(loop, reached), chosen=found.chosen)
+
+
+@dataclass(frozen=True, eq=False)
+class _End:
+    """Where a fit ended: unknowns z (p, then x), cost, mean weighted square left, and Gauss-Newton matrix of half the
+    cost."""
+
+    z: FloatArray
+    cost: float
+    fitted: float
+    H: FloatArray | None
+
+
+def _run(loop: TermsLoop, x: FloatArray, z: FloatArray, steps: int) -> _End | None:
+    """The end of a fit from unknowns `z` with a prior of the laws around `x`; None where it cannot begin."""
+    if not loop.linear:
+        reached = Descent.around(loop, x, True).run(z, steps)
+        return None if reached is None else _End(reached.z, reached.cost, _left(loop, reached.e), reached.H)
+    n_p = len(z) - loop.n_x
+    (fit,) = loop.problem.fit(
+        [loop.hypothesis(x)], [(z[:n_p], z[n_p:])], sigma=loop.sigma, iterations=steps, tolerance=LINEAR_TOLERANCE
+    )
+    return None if fit is None else _End(np.concatenate([fit.p, fit.x]), fit.cost, fit.score, fit.hessian)
+
+
+def _left(loop: TermsLoop, e: FloatArray) -> float:
+    """Mean weighted square of a residual."""
+    return float(e @ e) / loop.size()
 
 
 def judge_terms(choosing: Problem, found: Terms) -> Terms:
     """The terms with the misfit they leave on records they have not seen, in their window."""
     loop = found.loop(choosing)
+    if loop.linear:
+        (seen,) = choosing.fit([loop.hypothesis(found.x)], [(found.p, found.x)], sigma=found.sigma, iterations=0)
+        return replace(found, chosen=np.inf if seen is None else seen.score)
     (e,), _ = loop.residuals([(found.p, found.x)])
-    value = float(e @ e) / loop.size()
+    value = _left(loop, e)
     return replace(found, chosen=value if np.isfinite(value) else np.inf)
 
 
@@ -247,11 +292,11 @@ def _opened(
     return TermsLoop(problem, joint, ordered, sigma=sigma), np.concatenate([start, x])
 
 
-def _made(loop: TermsLoop, reached: Reached) -> Terms:
+def _made(loop: TermsLoop, reached: _End) -> Terms:
     problem, reduced = loop.problem, loop.joint.reduced
     n_p = len(problem.prior(reduced)[0])
     p, x = reached.z[:n_p], reached.z[n_p:]
-    fitted = float(reached.e @ reached.e) / loop.size()
+    fitted = reached.fitted
     mean, sd = problem.prior(reduced)
     n = len(reduced.names)
     deviations = ((p - mean) / sd) ** 2

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.name import Ranked
 from femend.diagnose.pairs import Searched, plain
+from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms
 
-__all__ = ["Scored", "are_told", "best_of", "brings", "fitted_together", "gained", "term_of"]
+__all__ = ["Scored", "are_told", "best_of", "brings", "fitted_together", "gained", "shows", "term_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -72,9 +73,17 @@ def best_of(first: Searched, tries: Sequence[tuple[Sequence[Term], FloatArray]])
     return best
 
 
+def shows(settings: Settings, one: float, two: float) -> bool:
+    """Whether two laws show in unseen data, from what one and both of them leave there: by as much as more freedom
+    alone does not bring. What bends the rest of the model may be its mesh, so that relief alone is no second effect."""
+    return bool(np.log(max(one, 1e-12) / max(two, 1e-12)) > settings.gain_nonlinear)
+
+
 def are_told(first: Searched, found: Scored) -> bool:
-    """Whether several terms are accepted: they win against one law alone, the recordings tell the size of each, and
-    none of them does as well by itself."""
+    """Whether several terms are accepted: they show in unseen data, win against one law alone, the recordings tell the
+    size of each, and none of them does as well by itself."""
+    if not shows(first.settings, first.ranked[0].candidate.chosen, found[1].chosen):
+        return False
     return _won(first, *found) and all(map(_determined, found[1].terms)) and not _needless(first, *found)
 
 

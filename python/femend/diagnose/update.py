@@ -12,6 +12,7 @@ from femend.errors import RecordingError
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem, check_sampling, modelled_band, used_band
 from femend.estimate.fit import TUNED_ABOVE
 from femend.model import Model, ReducedModel, affordable_refinement, form_errors, reduce_model
+from femend.threads import one_blas_thread
 
 __all__ = ["UpdatedModel", "update_model"]
 
@@ -36,6 +37,7 @@ class UpdatedModel:
         return at, self.problem.prior(at.reduced)[0]
 
 
+@one_blas_thread
 def update_model(
     model: Model, records: Sequence[FitRecord], zeta: float, tell: Callable[[str], None] = lambda step: None
 ) -> UpdatedModel:

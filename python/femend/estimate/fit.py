@@ -35,7 +35,8 @@ class Hypothesis:
     """What may be attached to a reduced model.
 
     `w` (n_w, r) directions, empty for nothing; `laws` names of linear laws or None for a free force; `compliance`
-    (n_w,) in series; `mean`, `sd` prior of the logarithms of the laws' parameters.
+    (n_w,) in series; `mean`, `sd` prior of the logarithms of the laws' parameters; `at` numbers of the coordinates of
+    each law, all without it.
     """
 
     reduced: ReducedModel
@@ -44,13 +45,17 @@ class Hypothesis:
     compliance: FloatArray | None = None
     mean: FloatArray | None = None
     sd: FloatArray | None = None
+    at: tuple[tuple[int, ...], ...] | None = None
 
     def core(self) -> Any:
         """The core's object."""
         if len(self.w) == 0:
             return _core.Hypothesis()
-        listed = [None if v is None else [float(x) for x in v] for v in (self.compliance, self.mean, self.sd)]
-        return _core.Hypothesis(np.ascontiguousarray(self.w), None if self.laws is None else list(self.laws), *listed)
+        compliance, mean, sd = [
+            None if v is None else [float(x) for x in v] for v in (self.compliance, self.mean, self.sd)
+        ]
+        laws = None if self.laws is None else list(self.laws)
+        return _core.Hypothesis(np.ascontiguousarray(self.w), laws, compliance, mean, sd, self.at)
 
 
 @dataclass(frozen=True, eq=False)

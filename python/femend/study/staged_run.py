@@ -30,6 +30,7 @@ from femend.study.staged_patch import staged_cards, staged_changes
 from femend.study.staged_predictions import predict_staged
 from femend.study.staged_result import staged_result
 from femend.study.study import Study
+from femend.threads import one_blas_thread
 
 __all__ = ["StagedRun", "diagnose_staged", "is_staged"]
 
@@ -60,6 +61,7 @@ def is_staged(study: Study) -> bool:
     return any(r.excitation != "measured" for r in fit) or len({r.configuration for r in fit}) > 1
 
 
+@one_blas_thread
 def diagnose_staged(study: Study, steps: Any, info: RunInfo, progress: Progress, out: Path | None) -> StagedRun:
     """Runs a study stage by stage and writes what the contract asks for; raises what the readers raise."""
     with steps.step("read the deck and the recordings"):

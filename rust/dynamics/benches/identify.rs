@@ -110,7 +110,7 @@ fn benches(c: &mut Criterion) {
         ("free force at one place", hypothesis(What::FreeForce, Vec::new())),
         (
             "spring and dashpot at one place",
-            hypothesis(What::Laws(vec![Kind::Spring, Kind::Dashpot]), spring),
+            hypothesis(What::everywhere(&[Kind::Spring, Kind::Dashpot], 1), spring),
         ),
     ] {
         group.bench_function(name, |b| {

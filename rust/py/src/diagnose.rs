@@ -1,13 +1,15 @@
 //! Estimation on spectral lines: systems, records and hypotheses as classes, one call for a batch of hypotheses.
 
 use femend_dynamics::identify::{
-    Hypothesis as CoreHypothesis, IdentifyError, Job, RecordLines as CoreLines, Settings, Solution,
-    System as CoreSystem, Term, What, fitted as core_fitted, solve_batch,
+    Attached, Hypothesis as CoreHypothesis, IdentifyError, Job, RecordLines as CoreLines, Settings, Solution,
+    System as CoreSystem, Term, What, fitted as core_fitted, model_columns as core_model_columns,
+    solve_batch,
 };
 use femend_dynamics::laws::Kind;
 use femend_linalg::Dense;
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 pyo3::import_exception!(femend.errors, ModelError);
@@ -141,6 +143,20 @@ impl RecordLines {
     }
 }
 
+/// Laws by name at the coordinates `at`, or each at all of `n_w`.
+fn attached(names: &[String], at: Option<Vec<Vec<usize>>>, n_w: usize) -> PyResult<What> {
+    let kinds = names.iter().map(|n| Kind::from_name(n)).collect::<Result<Vec<_>, _>>();
+    let kinds = kinds.map_err(|e| refused(e.into()))?;
+    let Some(at) = at else { return Ok(What::everywhere(&kinds, n_w)) };
+    if at.len() != kinds.len() {
+        let (given, laws) = (at.len(), kinds.len());
+        return Err(PyValueError::new_err(format!(
+            "coordinates are given for {given} laws, there are {laws}; give one list of coordinates for each law"
+        )));
+    }
+    Ok(What::Laws(kinds.into_iter().zip(at).map(|(kind, at)| Attached { kind, at }).collect()))
+}
+
 /// Where (direction vectors) and what (nothing, a free force, linear laws).
 #[pyclass(frozen, module = "femend._core")]
 pub(crate) struct Hypothesis {
@@ -150,25 +166,20 @@ pub(crate) struct Hypothesis {
 #[pymethods]
 impl Hypothesis {
     #[new]
-    #[pyo3(signature = (w=None, laws=None, compliance=None, law_mean=None, law_sd=None))]
+    #[pyo3(signature = (w=None, laws=None, compliance=None, law_mean=None, law_sd=None, at=None))]
     fn new(
         w: Option<PyReadonlyArray2<'_, f64>>,
         laws: Option<Vec<String>>,
         compliance: Option<Vec<f64>>,
         law_mean: Option<Vec<f64>>,
         law_sd: Option<Vec<f64>>,
+        at: Option<Vec<Vec<usize>>>,
     ) -> PyResult<Self> {
         let w = w.as_ref().map_or_else(|| Dense::zeros(0, 0), dense);
         let what = match laws {
             _ if w.nrows() == 0 => What::Nothing,
             None => What::FreeForce,
-            Some(names) => What::Laws(
-                names
-                    .iter()
-                    .map(|n| Kind::from_name(n))
-                    .collect::<Result<_, _>>()
-                    .map_err(|e| refused(e.into()))?,
-            ),
+            Some(names) => attached(&names, at, w.nrows())?,
         };
         let compliance = compliance.unwrap_or_else(|| vec![0.0; w.nrows()]);
         let inner = CoreHypothesis {
@@ -274,11 +285,30 @@ fn fitted_lines<'py>(
         .collect())
 }
 
+/// How the weighted accelerations of a record change with the unknowns of the model; see `femend._core.pyi`.
+#[pyfunction]
+#[pyo3(signature = (system, record, w, kappa, p))]
+fn model_columns<'py>(
+    py: Python<'py>,
+    system: Py<System>,
+    record: Py<RecordLines>,
+    w: PyReadonlyArray2<'_, f64>,
+    kappa: PyReadonlyArray2<'_, Complex64>,
+    p: PyReadonlyArray1<'_, f64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (system, record) = (&system.get().inner, &record.get().inner);
+    let (w, p) = (dense(&w), p.as_array().to_vec());
+    let kappa = kappa.as_array().columns().into_iter().map(|c| c.to_vec()).collect();
+    let columns = py.detach(|| core_model_columns(system, record, w, kappa, &p)).map_err(refused)?;
+    Ok(rows(&columns).into_pyarray(py))
+}
+
 /// Adds this file's classes and functions to `_core`.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<System>()?;
     module.add_class::<RecordLines>()?;
     module.add_class::<Hypothesis>()?;
     module.add_function(wrap_pyfunction!(solve_hypotheses, module)?)?;
-    module.add_function(wrap_pyfunction!(fitted_lines, module)?)
+    module.add_function(wrap_pyfunction!(fitted_lines, module)?)?;
+    module.add_function(wrap_pyfunction!(model_columns, module)?)
 }

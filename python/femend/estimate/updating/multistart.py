@@ -14,6 +14,7 @@ from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.result import UpdateResult
 from femend.estimate.updating.unknown import spans
 from femend.estimate.updating.update import update
+from femend.threads import one_blas_thread
 
 __all__ = ["Minimum", "MultiStart", "multi_start"]
 
@@ -49,6 +50,7 @@ class MultiStart:
         return self.minima[0].result
 
 
+@one_blas_thread
 def multi_start(
     problem: Problem,
     n: int = 20,

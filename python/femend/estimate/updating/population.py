@@ -12,6 +12,7 @@ from femend.errors import UpdatingError
 from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.result import UpdateResult
 from femend.estimate.updating.update import update
+from femend.threads import one_blas_thread
 
 __all__ = ["Population", "update_population"]
 
@@ -32,6 +33,7 @@ class Population:
     n_rounds: int
 
 
+@one_blas_thread
 def update_population(problems: Sequence[Problem], *, rounds: int = 100, tolerance: float = 1e-3) -> Population:
     """Mean and scatter of the unknowns over `problems`: the same unknowns, one problem for each structure.
 

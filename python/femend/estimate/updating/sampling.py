@@ -13,6 +13,7 @@ from femend.estimate.updating.design import prior_quantiles
 from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.step import root
 from femend.estimate.updating.unknown import limits
+from femend.threads import one_blas_thread
 
 __all__ = ["Posterior", "sample"]
 
@@ -60,6 +61,7 @@ class Posterior:
         return {n: tuple(found[:, i].tolist()) for i, n in enumerate(self.problem.unknowns.names)}
 
 
+@one_blas_thread
 def sample(
     problem: Problem,
     n: int = 500,

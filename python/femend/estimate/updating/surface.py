@@ -13,6 +13,7 @@ from femend.errors import FemendError, UpdatingError
 from femend.estimate.updating.design import design, prior_quantiles
 from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.unknown import limits, spans
+from femend.threads import one_blas_thread
 
 __all__ = ["ResponseSurface", "Sobol", "response_surface", "sobol"]
 
@@ -74,6 +75,7 @@ def _terms(x: FloatArray) -> FloatArray:
     return np.hstack([np.ones((n, 1)), x, x[:, i] * x[:, j]])
 
 
+@one_blas_thread
 def response_surface(problem: Problem, n: int | None = None, *, seed: int = 0) -> ResponseSurface:
     """Solves `problem` at `n` points of a Latin hypercube of `seed` (twice the polynomial's terms by default) and fits
     a full quadratic to each residual (Box and Draper, Empirical Model-Building, 1987).

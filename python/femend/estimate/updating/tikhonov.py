@@ -13,6 +13,7 @@ from femend.errors import UpdatingError
 from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.result import UpdateResult
 from femend.estimate.updating.update import update
+from femend.threads import one_blas_thread
 
 __all__ = ["Regularised", "tikhonov"]
 
@@ -33,6 +34,7 @@ class Regularised:
     rule: str
 
 
+@one_blas_thread
 def tikhonov(
     problem: Problem,
     strengths: Sequence[float] | None = None,

@@ -15,6 +15,7 @@ from femend.estimate.updating.problem import Evaluation, Problem
 from femend.estimate.updating.result import Status, UpdateResult
 from femend.estimate.updating.step import best_step, root
 from femend.estimate.updating.unknown import limits, spans
+from femend.threads import one_blas_thread
 
 __all__ = ["update"]
 
@@ -36,6 +37,7 @@ class _Search:
     iterations: list[Iteration]
 
 
+@one_blas_thread
 def update(
     problem: Problem,
     start: ArrayLike | None = None,

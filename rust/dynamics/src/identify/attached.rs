@@ -1,31 +1,34 @@
 //! The closed loop of linear laws at the coordinates of a hypothesis.
 
 use super::IdentifyError;
-use super::arrays::{Split, inverse, update, update2};
+use super::arrays::{Pair, Split, inverse, update, update2};
 use super::hypothesis::Hypothesis;
 use super::prepared::Prepared;
 use num_complex::Complex64;
 
-/// The closed loop of a linear law: D = B (D_0 + T_d c), F = -kappa D.
+/// The closed loop of linear laws: D = B (D_0 + T_d c), F = -kappa D, with kappa a diagonal matrix over the coordinates.
 pub(crate) struct ClosedLoop {
-    /// kappa, one column.
-    pub kappa: Split,
+    /// Group of every coordinate: those with the same laws are one.
+    pub group: Vec<usize>,
+    /// kappa, a column for each group.
+    kappa: Split,
     /// Parts of kappa that act on velocity and on acceleration: kappa = elastic + s velocity + s^2 inertia.
-    pub velocity: Split,
-    pub inertia: Split,
-    /// d kappa / d x_j, a column each.
+    velocity: Split,
+    inertia: Split,
+    /// d kappa / d x_j, a column each, and the coordinates where it acts.
     pub slopes: Split,
-    /// B = (I + kappa C)^-1, column i n_w + j for each of its entries.
+    pub reach: Vec<Vec<usize>>,
+    /// B = (I + C kappa)^-1, column i n_w + j for each of its entries.
     pub b: Split,
     /// Joint compliance C = W G W^T, likewise.
     pub c: Split,
-    /// Whether a part of kappa acts on velocity or acceleration.
-    pub moving: bool,
+    /// Whether a part of a group's kappa acts on velocity or acceleration.
+    pub moving: Vec<bool>,
     n_w: usize,
 }
 
-fn column(values: &[Complex64]) -> Split {
-    Split::new(values.len(), 1, |k, _| values[k])
+fn columns(values: &[Vec<Complex64>]) -> Split {
+    Split::new(values.first().map_or(0, Vec::len), values.len(), |k, j| values[j][k])
 }
 
 impl ClosedLoop {
@@ -37,21 +40,43 @@ impl ClosedLoop {
         mut c: Split,
     ) -> Result<Self, IdentifyError> {
         let (n, n_w) = (at.n_lines(), hypothesis.w.nrows());
-        let (kappa, slopes) = hypothesis.kappa(x, &at.record.s)?;
-        let (velocity, inertia) = hypothesis.moving_parts(x, &at.record.s)?;
+        let laws = hypothesis.stiffness(x, &at.record.s)?;
         for (i, own) in hypothesis.compliance.iter().enumerate() {
             c.col_mut(i * n_w + i).0.iter_mut().for_each(|v| *v += own);
         }
-        let moving = velocity.iter().chain(&inertia).any(|v| *v != Complex64::default());
-        let kappa = column(&kappa);
+        let moving =
+            laws.velocity.iter().zip(&laws.inertia).map(|(velocity, inertia)| {
+                velocity.iter().chain(inertia).any(|v| *v != Complex64::default())
+            });
+        let moving = moving.collect();
+        let kappa = columns(&laws.kappa);
         let mut b = Split::zeros(n, n_w * n_w);
         if n_w == 1 {
             update2(b.col_mut(0), kappa.col(0), c.col(0), |_, kappa, c| inverse(1.0 + kappa * c));
         } else {
-            invert_lines(&kappa, &c, n_w, &mut b);
+            invert_lines(&kappa, &laws.group, &c, &mut b);
         }
-        let slopes = Split::new(n, slopes.len(), |k, j| slopes[j][k]);
-        Ok(Self { kappa, velocity: column(&velocity), inertia: column(&inertia), slopes, b, c, moving, n_w })
+        let (velocity, inertia) = (columns(&laws.velocity), columns(&laws.inertia));
+        let slopes = Split::new(n, laws.slopes.len(), |k, j| laws.slopes[j][k]);
+        Ok(Self { group: laws.group, kappa, velocity, inertia, slopes, reach: laws.reach, b, c, moving, n_w })
+    }
+
+    /// kappa of coordinate `i`.
+    fn kappa(&self, i: usize) -> Pair<'_> {
+        self.kappa.col(self.group[i])
+    }
+
+    /// The part s velocity + s^2 inertia of kappa of coordinate `i` on line `k`.
+    pub fn moving_part(&self, i: usize, k: usize, s: Complex64) -> Complex64 {
+        let g = self.group[i];
+        s * self.velocity.get(g, k) + s * s * self.inertia.get(g, k)
+    }
+
+    /// Forces -kappa d of the laws.
+    pub fn force(&self, d: &Split) -> Split {
+        let mut force = d.clone();
+        (0..self.n_w).for_each(|i| update(force.col_mut(i), self.kappa(i), |d, kappa| -kappa * d));
+        force
     }
 
     /// y += A x on every line for `a` of n_w x n_w entries.
@@ -80,7 +105,9 @@ impl ClosedLoop {
     /// What multiplies open-loop changes -d of the coordinates to give the law's answer: kappa B.
     pub fn answer(&self) -> Split {
         let mut a = self.b.clone();
-        a.times_line(&self.kappa);
+        for (i, j) in (0..self.n_w).flat_map(|i| (0..self.n_w).map(move |j| (i, j))) {
+            update(a.col_mut(i * self.n_w + j), self.kappa(i), |b, kappa| kappa * b);
+        }
         a
     }
 
@@ -101,28 +128,28 @@ impl ClosedLoop {
         a
     }
 
-    /// Force of the law beyond kappa times the displacement where the coordinates decay with displacement, velocity and
-    /// acceleration `moved` (three columns): what is cut off at a record's end makes the transforms of velocity and
-    /// acceleration more than s and s^2 times that of the displacement.
-    pub fn cut_off(&self, at: &Prepared<'_>, moved: &Split) -> Split {
+    /// Force of the laws of group `g` beyond kappa times the displacement where its coordinates decay with displacement,
+    /// velocity and acceleration `moved` (three columns): what is cut off at a record's end makes the transforms of
+    /// velocity and acceleration more than s and s^2 times that of the displacement.
+    pub fn cut_off(&self, at: &Prepared<'_>, g: usize, moved: &Split) -> Split {
         let mut force = Split::zeros(at.n_lines(), 1);
         for (part, factor, order) in [(&self.velocity, &at.s, 1), (&self.inertia, &at.s2, 2)] {
             let mut beyond = Split::zeros(at.n_lines(), 1);
             update2(beyond.col_mut(0), factor.col(0), moved.col(0), |_, s, d| s * d);
-            update2(beyond.col_mut(0), part.col(0), moved.col(order), |sd, part, v| part * (v - sd));
+            update2(beyond.col_mut(0), part.col(g), moved.col(order), |sd, part, v| part * (v - sd));
             update(force.col_mut(0), beyond.col(0), |f, v| f + v);
         }
         force
     }
 }
 
-/// (I + kappa C)^-1 line by line.
-fn invert_lines(kappa: &Split, c: &Split, n_w: usize, b: &mut Split) {
+/// (I + C kappa)^-1 line by line.
+fn invert_lines(kappa: &Split, group: &[usize], c: &Split, b: &mut Split) {
+    let n_w = group.len();
     let mut a = vec![Complex64::default(); n_w * n_w];
     let mut out = a.clone();
     for k in 0..c.n_lines() {
-        let factor = kappa.get(0, k);
-        a.iter_mut().enumerate().for_each(|(e, a)| *a = c.get(e, k) * factor);
+        a.iter_mut().enumerate().for_each(|(e, a)| *a = c.get(e, k) * kappa.get(group[e % n_w], k));
         (0..n_w).for_each(|i| a[i * n_w + i] += 1.0);
         invert(&mut a, n_w, &mut out);
         out.iter().enumerate().for_each(|(e, v)| b.set(e, k, *v));

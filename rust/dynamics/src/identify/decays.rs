@@ -2,7 +2,7 @@
 
 use super::IdentifyError;
 use super::arrays::{PairMut, Split, update, update2};
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, InnerPole};
 use super::prepared::Prepared;
 use super::response::Response;
 use femend_linalg::Dense;
@@ -90,9 +90,8 @@ impl Decays {
         let Some(closed) = &response.closed else {
             return response.at_sensors(m, &motion.columns(2, 1), y);
         };
-        let force = closed.cut_off(at, &motion);
         let open = response.at_coordinates(m, -1.0, &motion);
-        let extra = response.at_coordinates(m, 1.0, &force);
+        let extra = response.cut_off(at, closed, m, 1.0, &motion);
         response.at_sensors(m, &motion.columns(2, 1), y);
         response.feed_back(&open, y);
         response.push_back(&extra, y);
@@ -109,7 +108,7 @@ impl Decays {
             let motion = self.motion(response, t);
             add(&mut open, &response.at_coordinates(t / 2, *a, &motion));
             if let Some(closed) = &response.closed {
-                add(&mut extra, &response.at_coordinates(t / 2, *a, &closed.cut_off(at, &motion)));
+                add(&mut extra, &response.cut_off(at, closed, t / 2, *a, &motion));
             }
         }
         for (force, a) in self.inner.iter().zip(&amplitudes[self.n_modal()..]) {
@@ -138,16 +137,13 @@ fn inner_forces(
         return Ok(all);
     };
     let (n, n_w) = (at.n_lines(), response.n_w);
-    for (pole, pair) in hypothesis.inner_poles(x)? {
+    for InnerPole { pole, pair, at: coordinates } in hypothesis.inner_poles(x)? {
         let mut tails = Split::zeros(n, 2);
         at.tail(pole, tails.col_mut(0));
         at.tail(pole.conj(), tails.col_mut(1));
-        for i in 0..n_w {
-            let power = (0..n).map(|k| {
-                let s = at.record.s[k];
-                let moving = s * closed.velocity.get(0, k) + s * s * closed.inertia.get(0, k);
-                (moving * response.d.get(i, k)).norm_sqr()
-            });
+        for &i in coordinates {
+            let power =
+                (0..n).map(|k| (closed.moving_part(i, k, at.record.s[k]) * response.d.get(i, k)).norm_sqr());
             let weight = 1.0 / variance(at, power.sum()).max(f64::MIN_POSITIVE);
             for part in 0..if pair { 2 } else { 1 } {
                 let mut force = Split::zeros(n, n_w);

@@ -1,11 +1,13 @@
-//! Predictions of a hypothesis on the recorded lines.
+//! Predictions of a hypothesis on the recorded lines, and how they change with the model.
 
 use super::arrays::{Split, Workspace, update};
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, What};
 use super::normal::Step;
 use super::prepared::Prepared;
+use super::sensitivities::Sensitivities;
 use super::system::System;
-use super::{IdentifyError, RecordLines, check};
+use super::{IdentifyError, RecordLines, check, expect};
+use femend_linalg::Dense;
 use num_complex::Complex64;
 
 /// What is predicted and left over on the lines of one record, line after line.
@@ -44,10 +46,7 @@ fn of_record(step: &Step<'_>) -> Fitted {
     };
     step.decays.add_motion(at, response, &step.amplitudes, &mut d);
     if let Some(closed) = &response.closed {
-        for i in 0..response.n_w {
-            update(force.col_mut(i), d.col(i), |_, d| d);
-            update(force.col_mut(i), closed.kappa.col(0), |d, kappa| -kappa * d);
-        }
+        force = closed.force(&d);
     }
     Fitted { y: line_after_line(&y), d: line_after_line(&d), force: line_after_line(&force) }
 }
@@ -75,4 +74,31 @@ pub fn fitted(
             Ok(of_record(&step))
         })
         .collect()
+}
+
+/// Derivatives (2 K n_out, n) of the weighted accelerations with respect to the unknowns of the model where its
+/// coordinates `w` (n_w, r) have the dynamic stiffness `kappa` (n_w of K lines): real parts of all lines, then imaginary
+/// parts, sensor after sensor.
+///
+/// # Errors
+/// [`IdentifyError`] for arrays that do not fit or a reduced model that cannot be solved.
+pub fn model_columns(
+    system: &System,
+    record: &RecordLines,
+    w: Dense,
+    kappa: Vec<Vec<Complex64>>,
+    p: &[f64],
+) -> Result<Dense, IdentifyError> {
+    for column in &kappa {
+        expect("lines of the stiffness", column.len(), record.n_lines())?;
+    }
+    let compliance = vec![0.0; w.nrows()];
+    let what = if w.nrows() == 0 { What::Nothing } else { What::Given(kappa) };
+    let hypothesis = Hypothesis { w, what, compliance, law_mean: Vec::new(), law_sd: Vec::new() };
+    check(system, std::slice::from_ref(record), &hypothesis, p, &[])?;
+    let modal = system.modal(p)?;
+    let slopes = system.slopes(p, &modal);
+    let (at, ws) = (Prepared::new(record), &mut Workspace::default());
+    let step = Step::new(&at, system, &modal, &hypothesis, &[], ws)?;
+    Ok(Sensitivities::fill(&step, system, &modal, &slopes, ws))
 }

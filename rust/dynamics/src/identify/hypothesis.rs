@@ -12,8 +12,51 @@ pub enum What {
     Nothing,
     /// A force that is free on every line.
     FreeForce,
-    /// A sum of linear laws, the same on every coordinate. Unknowns are the logarithms of their parameters.
-    Laws(Vec<Kind>),
+    /// Linear laws; those at one coordinate add up. Unknowns are the logarithms of their parameters.
+    Laws(Vec<Attached>),
+    /// A dynamic stiffness that is known on the lines of one record, for each coordinate. No unknowns.
+    Given(Vec<Vec<Complex64>>),
+}
+
+/// A linear law, with the same parameters at every coordinate where it acts.
+#[derive(Debug, Clone)]
+pub struct Attached {
+    /// The law.
+    pub kind: Kind,
+    /// Numbers of its coordinates.
+    pub at: Vec<usize>,
+}
+
+impl What {
+    /// A sum of laws, the same at each of `n_w` coordinates.
+    pub fn everywhere(kinds: &[Kind], n_w: usize) -> Self {
+        Self::Laws(kinds.iter().map(|&kind| Attached { kind, at: (0..n_w).collect() }).collect())
+    }
+}
+
+/// An inner state of a law.
+pub(crate) struct InnerPole<'a> {
+    /// Its pole, 1/s; of a pair one.
+    pub pole: Complex64,
+    pub pair: bool,
+    /// Coordinates at which the law acts.
+    pub at: &'a [usize],
+}
+
+/// What the laws of a hypothesis are on the lines; coordinates with the same laws are of one group.
+pub(crate) struct Stiffness {
+    /// Group of every coordinate.
+    pub group: Vec<usize>,
+    /// kappa of every group.
+    pub kappa: Vec<Vec<Complex64>>,
+    /// Parts of kappa that act on the velocity and on the acceleration of a coordinate instead of its displacement:
+    /// kappa = elastic + s velocity + s^2 inertia.
+    pub velocity: Vec<Vec<Complex64>>,
+    pub inertia: Vec<Vec<Complex64>>,
+    /// Derivatives of kappa with respect to the logarithm of every law parameter, where its law acts.
+    pub slopes: Vec<Vec<Complex64>>,
+    /// Coordinates at which every law parameter acts.
+    pub reach: Vec<Vec<usize>>,
 }
 
 /// Where and what.
@@ -35,7 +78,7 @@ impl Hypothesis {
     /// Number of law unknowns.
     pub fn n_law(&self) -> usize {
         match &self.what {
-            What::Laws(kinds) => kinds.iter().map(|k| k.parameters().len()).sum(),
+            What::Laws(all) => all.iter().map(|a| a.kind.parameters().len()).sum(),
             _ => 0,
         }
     }
@@ -49,99 +92,121 @@ impl Hypothesis {
             expect("direction vectors", self.w.ncols(), r)?;
         }
         expect("residual compliances", self.compliance.len(), self.w.nrows())?;
+        if let What::Laws(all) = &self.what {
+            let needed = all.iter().flat_map(|a| &a.at).max().map_or(0, |i| i + 1);
+            expect("coordinates of the laws", self.w.nrows().max(needed), self.w.nrows())?;
+        }
+        if let What::Given(kappa) = &self.what {
+            expect("stiffness of the coordinates", kappa.len(), self.w.nrows())?;
+        }
         expect("prior means of the law", self.law_mean.len(), self.n_law())?;
         expect("prior standard deviations of the law", self.law_sd.len(), self.n_law())
     }
 
-    /// kappa(s) of the attached laws and its derivatives with respect to the logarithms `x` of their parameters.
+    /// Stiffness of the attached laws with the logarithms `x` of their parameters.
     ///
     /// # Errors
     /// [`IdentifyError::Law`].
-    pub fn kappa(
-        &self,
-        x: &[f64],
-        lines: &[Complex64],
-    ) -> Result<(Vec<Complex64>, Vec<Vec<Complex64>>), IdentifyError> {
-        let mut kappa = vec![Complex64::default(); lines.len()];
-        let mut slopes = vec![vec![Complex64::default(); lines.len()]; x.len()];
-        let mut first = 0;
-        for (_, law) in self.laws(x)? {
-            let values = law.values();
-            for (k, s) in lines.iter().enumerate() {
-                let (value, d) = law.dynamic_stiffness(*s)?;
-                kappa[k] += value;
-                for (j, slope) in d.iter().enumerate() {
-                    slopes[first + j][k] = slope * values[j];
-                }
-            }
-            first += values.len();
+    pub(crate) fn stiffness(&self, x: &[f64], lines: &[Complex64]) -> Result<Stiffness, IdentifyError> {
+        if let What::Given(kappa) = &self.what {
+            let nothing = vec![vec![Complex64::default(); lines.len()]; kappa.len()];
+            return Ok(Stiffness {
+                group: (0..kappa.len()).collect(),
+                kappa: kappa.clone(),
+                velocity: nothing.clone(),
+                inertia: nothing,
+                slopes: Vec::new(),
+                reach: Vec::new(),
+            });
         }
-        Ok((kappa, slopes))
-    }
-
-    /// Parts of kappa(s) that act on the velocity and on the acceleration of a coordinate instead of its displacement.
-    ///
-    /// # Errors
-    /// [`IdentifyError::Law`].
-    pub fn moving_parts(
-        &self,
-        x: &[f64],
-        lines: &[Complex64],
-    ) -> Result<(Vec<Complex64>, Vec<Complex64>), IdentifyError> {
-        let mut velocity = vec![Complex64::default(); lines.len()];
-        let mut inertia = velocity.clone();
-        for (kind, law) in self.laws(x)? {
-            let at_rest = match kind {
-                Kind::Spring | Kind::Structural => continue,
-                Kind::Mass | Kind::Absorber | Kind::Dashpot => Complex64::default(),
-                _ => law.dynamic_stiffness(Complex64::default())?.0,
+        let laws = self.laws(x)?;
+        let (group, first) = self.groups();
+        let nothing = vec![vec![Complex64::default(); lines.len()]; first.len()];
+        let mut out = Stiffness {
+            group,
+            kappa: nothing.clone(),
+            velocity: nothing.clone(),
+            inertia: nothing,
+            slopes: vec![vec![Complex64::default(); lines.len()]; x.len()],
+            reach: Vec::new(),
+        };
+        for (at, law) in laws {
+            let (values, unknown) = (law.values(), out.reach.len());
+            out.reach.resize(unknown + values.len(), at.at.clone());
+            let groups: Vec<usize> = (0..first.len()).filter(|g| at.at.contains(&first[*g])).collect();
+            let at_rest = match at.kind {
+                Kind::Spring | Kind::Structural => None,
+                Kind::Mass | Kind::Absorber | Kind::Dashpot => Some(Complex64::default()),
+                _ => Some(law.dynamic_stiffness(Complex64::default())?.0),
             };
             for (k, s) in lines.iter().enumerate() {
-                let moving = law.dynamic_stiffness(*s)?.0 - at_rest;
-                match kind {
-                    Kind::Mass | Kind::Absorber => inertia[k] += moving / (s * s),
-                    _ => velocity[k] += moving / s,
+                let (value, d) = law.dynamic_stiffness(*s)?;
+                let moving = at_rest.map_or_else(Complex64::default, |at_rest| value - at_rest);
+                for &g in &groups {
+                    out.kappa[g][k] += value;
+                    match at.kind {
+                        Kind::Mass | Kind::Absorber => out.inertia[g][k] += moving / (s * s),
+                        _ => out.velocity[g][k] += moving / s,
+                    }
+                }
+                for (j, slope) in d.iter().enumerate() {
+                    out.slopes[unknown + j][k] = slope * values[j];
                 }
             }
         }
-        Ok((velocity, inertia))
+        Ok(out)
     }
 
-    /// Poles of the laws' inner states (1/s), one of each pair, with whether it is one.
+    /// Group of every coordinate, and the first coordinate of every group: those with the same laws are one.
+    fn groups(&self) -> (Vec<usize>, Vec<usize>) {
+        let What::Laws(all) = &self.what else { return (vec![0; self.w.nrows()], Vec::new()) };
+        let laws_at = |i: usize| all.iter().map(move |a| a.at.contains(&i));
+        let mut first: Vec<usize> = Vec::new();
+        let group = (0..self.w.nrows())
+            .map(|i| {
+                first.iter().position(|j| laws_at(*j).eq(laws_at(i))).unwrap_or_else(|| {
+                    first.push(i);
+                    first.len() - 1
+                })
+            })
+            .collect();
+        (group, first)
+    }
+
+    /// Poles of the laws' inner states.
     ///
     /// # Errors
     /// [`IdentifyError::Law`].
-    pub fn inner_poles(&self, x: &[f64]) -> Result<Vec<(Complex64, bool)>, IdentifyError> {
+    pub(crate) fn inner_poles(&self, x: &[f64]) -> Result<Vec<InnerPole<'_>>, IdentifyError> {
         let mut poles = Vec::new();
-        for (kind, law) in self.laws(x)? {
+        for (Attached { kind, at }, law) in self.laws(x)? {
+            let real = |pole: f64| InnerPole { pole: Complex64::new(pole, 0.0), pair: false, at };
             match (kind, law.values()) {
                 (Kind::Absorber, &[m, k, c]) => {
                     let (half, square) = (0.5 * c / m, k / m - (0.5 * c / m).powi(2));
                     if square > 0.0 {
-                        poles.push((Complex64::new(-half, square.sqrt()), true));
+                        poles.push(InnerPole { pole: Complex64::new(-half, square.sqrt()), pair: true, at });
                     } else {
                         let root = (-square).sqrt();
-                        poles.push((Complex64::new(-half - root, 0.0), false));
-                        poles.push((Complex64::new(-half + root, 0.0), false));
+                        poles.extend([real(-half - root), real(-half + root)]);
                     }
                 }
-                (Kind::Viscoelastic, &[_, _, tau]) => poles.push((Complex64::new(-1.0 / tau, 0.0), false)),
+                (Kind::Viscoelastic, &[_, _, tau]) => poles.push(real(-1.0 / tau)),
                 _ => {}
             }
         }
         Ok(poles)
     }
 
-    fn laws(&self, x: &[f64]) -> Result<Vec<(Kind, Law)>, IdentifyError> {
-        let What::Laws(kinds) = &self.what else { return Ok(Vec::new()) };
+    fn laws(&self, x: &[f64]) -> Result<Vec<(&Attached, Law)>, IdentifyError> {
+        let What::Laws(all) = &self.what else { return Ok(Vec::new()) };
         let mut first = 0;
-        kinds
-            .iter()
-            .map(|&kind| {
-                let n = kind.parameters().len();
+        all.iter()
+            .map(|attached| {
+                let n = attached.kind.parameters().len();
                 let values: Vec<f64> = x[first..first + n].iter().map(|v| v.exp()).collect();
                 first += n;
-                Ok((kind, Law::new(kind, &values)?))
+                Ok((attached, Law::new(attached.kind, &values)?))
             })
             .collect()
     }

@@ -28,8 +28,8 @@ mod shapes;
 mod solve;
 mod system;
 
-pub use fitted::{Fitted, fitted};
-pub use hypothesis::{Hypothesis, What};
+pub use fitted::{Fitted, fitted, model_columns};
+pub use hypothesis::{Attached, Hypothesis, What};
 pub use lines::RecordLines;
 pub use model::Modal;
 pub use normal::Evaluation;

@@ -25,6 +25,9 @@ pub(crate) struct Group {
     pub inertial: bool,
     /// dK/dθ of each (r, r); over dM/dθ (2 r, r) where they move mass.
     pub d: Dense,
+    /// Derivative of every mode's damping 2 ζ ω for each (r); that between modes, of the order ζ of their stiffness, is
+    /// left out.
+    pub damping: Vec<Vec<f64>>,
 }
 
 /// Derivatives of the reduced model at given unknowns.
@@ -34,14 +37,21 @@ pub(crate) struct Slopes {
 }
 
 impl Slopes {
-    fn push(&mut self, parameter: usize, dk: &Dense, dm: Option<&Dense>) {
+    fn push(&mut self, parameter: usize, dk: &Dense, dm: Option<&Dense>, damping: Vec<f64>) {
         let block = dm.map_or_else(|| dk.clone(), |dm| over(dk, dm));
         let fits = |g: &&mut Group| g.inertial == dm.is_some() && g.parameters.len() < GROUP;
         if let Some(group) = self.groups.iter_mut().find(fits) {
             group.parameters.push(parameter);
             group.d.append(&block);
+            group.damping.push(damping);
         } else {
-            self.groups.push(Group { parameters: vec![parameter], inertial: dm.is_some(), d: block });
+            let inertial = dm.is_some();
+            self.groups.push(Group {
+                parameters: vec![parameter],
+                inertial,
+                d: block,
+                damping: vec![damping],
+            });
         }
     }
 }
@@ -55,6 +65,45 @@ fn over(a: &Dense, b: &Dense) -> Dense {
         lower.copy_from_slice(b.col(j));
     }
     both
+}
+
+/// Modes whose squared frequencies differ by less than this share of their sum are too close for their shapes' change.
+const APART: f64 = 0.05;
+
+/// Modes with the factors on their frequencies: factors and damping ratios stay with a mode as it changes.
+struct Tuned<'a> {
+    modal: &'a Modal,
+    factor: Vec<f64>,
+}
+
+impl Tuned<'_> {
+    /// Turns the derivative `dk` (r, r) of a model's stiffness between its modes into that of the stiffness with the
+    /// factors, and returns that of the modes' damping.
+    ///
+    /// The shapes change by dφ_j = Σ_i φ_i R_ij, R_ij = (dK_ij - λ_j dM_ij) / (λ_j - λ_i), R_jj = -dM_jj / 2 (Fox and
+    /// Kapoor 1968), and the tuned stiffnesses k_j = f_j² λ_j go with them: dK'_ij = -(R_ij k_i + R_ji k_j).
+    fn follow(&self, dk: &mut Dense, dm: Option<&Dense>) -> Vec<f64> {
+        let r = self.factor.len();
+        let k: Vec<f64> = self.modal.omega.iter().map(|w| w * w).collect();
+        let lambda: Vec<f64> = k.iter().zip(&self.factor).map(|(k, f)| k / (f * f)).collect();
+        let mut damping = vec![0.0; r];
+        for j in 0..r {
+            for i in (0..r).filter(|i| *i != j) {
+                let (apart, own, mass) = (lambda[j] - lambda[i], dk[(i, j)], dm.map_or(0.0, |dm| dm[(i, j)]));
+                dk[(i, j)] = if apart.abs() > APART * (lambda[i] + lambda[j]) {
+                    (own * (k[j] - k[i]) + mass * (lambda[j] * k[i] - lambda[i] * k[j])) / apart
+                } else {
+                    self.factor[i] * self.factor[j] * own
+                };
+            }
+            let mass = dm.map_or(0.0, |dm| dm[(j, j)]);
+            let change = dk[(j, j)] - lambda[j] * mass;
+            dk[(j, j)] = self.factor[j].powi(2) * change + k[j] * mass;
+            let relative = if lambda[j] > 0.0 { 0.5 * change / lambda[j] } else { 0.0 };
+            damping[j] = 2.0 * self.modal.zeta[j] * self.modal.omega[j] * (relative + mass);
+        }
+        damping
+    }
 }
 
 /// The reduced model at given unknowns, with its derivatives once they were asked for.
@@ -115,9 +164,11 @@ impl System {
         self.terms.iter().map(|t| t.exponents.iter().map(|(i, a)| a * p[*i]).sum::<f64>().exp()).collect()
     }
 
-    /// Derivatives of K and M at the unknowns `p` between the modes `q` there.
-    pub(crate) fn slopes(&self, p: &[f64], q: &Dense) -> Slopes {
-        let factors = self.factors(p);
+    /// Derivatives of K, M and C at the unknowns `p` between the modes there.
+    pub(crate) fn slopes(&self, p: &[f64], modal: &Modal) -> Slopes {
+        let (factors, q) = (self.factors(p), &modal.q);
+        let factor = |j: usize| if j < self.n_tuned { p[self.n_par + j].exp() } else { 1.0 };
+        let tuned = Tuned { modal, factor: (0..self.r).map(factor).collect() };
         let mut slopes = Slopes { groups: Vec::new() };
         for i in 0..self.n_par {
             let mut k = Dense::zeros(self.r, self.r);
@@ -135,7 +186,10 @@ impl System {
                     add(m.get_or_insert_with(|| Dense::zeros(self.r, self.r)), slope, part);
                 }
             }
-            slopes.push(i, &sandwich(q, &k), m.map(|m| sandwich(q, &m)).as_ref());
+            let mut dk = sandwich(q, &k);
+            let dm = m.map(|m| sandwich(q, &m));
+            let damping = tuned.follow(&mut dk, dm.as_ref());
+            slopes.push(i, &dk, dm.as_ref(), damping);
         }
         slopes
     }

@@ -104,8 +104,7 @@ impl<'a> Step<'a> {
             return p.forces(force);
         }
         if let Some(closed) = &self.response.closed {
-            force = self.response.d.clone();
-            (0..n_w).for_each(|i| update(force.col_mut(i), closed.kappa.col(0), |d, kappa| -kappa * d));
+            force = closed.force(&self.response.d);
         }
         force
     }
@@ -202,7 +201,7 @@ impl<'a> Point<'a> {
         self.at.hessian = Dense::zeros(n, n);
         prior.iter().enumerate().for_each(|(i, (_, sd))| self.at.hessian[(i, i)] = sd.powi(-2));
         let Model { modal, slopes } = &mut self.model;
-        let slopes = slopes.get_or_insert_with(|| system.slopes(&self.p, &modal.q));
+        let slopes = slopes.get_or_insert_with(|| system.slopes(&self.p, modal));
         for step in self.steps.drain(..) {
             step.accumulate(system, modal, slopes, ws, &mut self.at);
             step.give_back(ws);

@@ -12,7 +12,7 @@ use num_complex::Complex64;
 /// A window exp(-sigma t) has closed at the end T of a record where sigma T is more than this.
 const WINDOW_CLOSED: f64 = 7.0;
 /// Modes up to this multiple of the highest line's frequency have free decays that the lines can tell from noise.
-const DECAYS_ABOVE: f64 = 1.5;
+const DECAYS_ABOVE: f64 = 2.0;
 
 /// Everything about one record at one point of the unknowns.
 pub(crate) struct Response {
@@ -66,7 +66,7 @@ impl Response {
         for s in 0..n_out {
             update(y.col_mut(s), at.s2.col(0), |y, s2| y * s2);
         }
-        let is_law = matches!(hypothesis.what, What::Laws(_));
+        let is_law = matches!(hypothesis.what, What::Laws(_) | What::Given(_));
         let joint = joint_shapes(&shapes, n_out, is_law);
         let mut h = ws.split(at.n_lines(), joint.ncols());
         g.times_into(&joint, &mut h);
@@ -79,8 +79,7 @@ impl Response {
         if is_law {
             let law = ClosedLoop::new(at, hypothesis, x, c)?;
             d = law.closed(&d);
-            let mut force = d.clone();
-            (0..n_w).for_each(|i| update(force.col_mut(i), law.kappa.col(0), |d, kappa| -kappa * d));
+            let force = law.force(&d);
             push_sensors(&h, n_out, &force, &mut y);
             add_force(&shapes, n_out, &g, &force, &mut q);
             let answer = law.answer();
@@ -119,9 +118,9 @@ impl Response {
         (0..self.n_out).for_each(|s| y.col_mut(s).0.fill(0.0));
         (0..self.n_out).for_each(|s| y.col_mut(s).1.fill(0.0));
         let Some(closed) = &self.closed else { return };
-        let mut extra = self.d.clone();
-        for i in 0..self.n_w {
-            update(extra.col_mut(i), closed.slopes.col(j), |d, slope| d * slope);
+        let mut extra = Split::zeros(self.d.n_lines(), self.n_w);
+        for &i in &closed.reach[j] {
+            update2(extra.col_mut(i), self.d.col(i), closed.slopes.col(j), |_, d, slope| d * slope);
         }
         self.push_back(&extra, y);
     }
@@ -135,6 +134,24 @@ impl Response {
     /// Mode `m` at coordinate `i`.
     pub fn w(&self, i: usize, m: usize) -> f64 {
         self.shapes[(m, self.n_out + i)]
+    }
+
+    /// What the laws' forces beyond kappa times the displacement are where mode `m` decays with a motion.
+    pub fn cut_off(
+        &self,
+        at: &Prepared<'_>,
+        closed: &ClosedLoop,
+        m: usize,
+        factor: f64,
+        motion: &Split,
+    ) -> Split {
+        let forces: Vec<Split> = (0..closed.moving.len()).map(|g| closed.cut_off(at, g, motion)).collect();
+        let mut force = Split::zeros(motion.n_lines(), self.n_w);
+        for i in 0..self.n_w {
+            let w = factor * self.w(i, m);
+            update(force.col_mut(i), forces[closed.group[i]].col(0), |_, v| v * w);
+        }
+        force
     }
 
     /// The shape of mode `m` at the coordinates times one column of lines.

@@ -63,7 +63,7 @@ impl<'a> Sensitivities<'a> {
         columns
     }
 
-    /// Columns of the user's parameters: dY = -s² Φ G (dK + s² dM) q, closed loop included.
+    /// Columns of the user's parameters: dY = -s² Φ G (dK + s dC + s² dM) q, closed loop included.
     fn parameters(&mut self, slopes: &Slopes, columns: &mut Dense, ws: &mut Workspace) {
         let (n, r) = (self.q.n_lines(), self.q.n_columns());
         let any_inertial = slopes.groups.iter().any(|g| g.inertial);
@@ -78,6 +78,10 @@ impl<'a> Sensitivities<'a> {
                 for m in 0..r {
                     let (v, g) = (v.col(p * r + m), self.response.g.col(m));
                     update2(self.gv.col_mut(m), v, g, |_, v, g| v * g);
+                    let damping = group.damping[p][m];
+                    update2(self.gv.col_mut(m), self.gq.col(m), self.at.s.col(0), |gv, gq, s| {
+                        gv + gq * s * damping
+                    });
                 }
                 self.gv.times_into(&self.response.shapes, &mut self.y);
                 self.write(columns.col_mut(*parameter));

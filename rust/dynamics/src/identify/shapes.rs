@@ -13,8 +13,9 @@ pub(crate) struct Shapes {
     first: Dense,
     /// The projected part's coordinates in the projector's basis.
     along: Dense,
-    /// In a closed loop of laws that move, h (kappa B C w - w): what forces on the mode beyond the law's come to.
-    second: Option<Dense>,
+    /// In a closed loop, for every group of coordinates whose laws move, h (kappa B C w - w) with w of that group: what
+    /// forces on the mode beyond the laws' come to.
+    second: Vec<(usize, Dense)>,
 }
 
 /// column = factor times `shape` on every line, sensor after sensor (or coordinate after coordinate).
@@ -74,12 +75,19 @@ fn answered(
     }
 }
 
-/// Weighted columns of `responses` (as those of [`Response::h`]) to mode `m` at the coordinates.
-fn close(at: &Prepared<'_>, response: &Response, responses: &Split, m: usize, column: &mut [f64]) {
+/// Weighted columns of `responses` (as those of [`Response::h`]) to mode `m` at the given coordinates.
+fn close(
+    at: &Prepared<'_>,
+    response: &Response,
+    responses: &Split,
+    coordinates: &[usize],
+    m: usize,
+    column: &mut [f64],
+) {
     for (s, ((re, im), w)) in at.sensors(column).enumerate() {
         re.fill(0.0);
         im.fill(0.0);
-        for i in 0..response.n_w {
+        for &i in coordinates {
             let shape = response.w(i, m);
             let h = responses.col(i * response.n_out + s);
             update_real((&mut *re, &mut *im), h, w, |y, h, w| y + h * (w * shape));
@@ -100,12 +108,14 @@ impl Shapes {
         let n_along = if projector.is_some() { 2 * at.n_lines() * response.n_w } else { 0 };
         let mut along = ws.take(n_along, n);
         if let Some(closed) = &response.closed {
-            let mut second = closed.moving.then(|| ws.take(at.n_rows(), n));
-            for m in 0..n {
-                close(at, response, &response.to_change, m, first.col_mut(m));
-                if let Some(second) = &mut second {
-                    close(at, response, &response.to_force, m, second.col_mut(m));
-                }
+            let all: Vec<usize> = (0..response.n_w).collect();
+            (0..n).for_each(|m| close(at, response, &response.to_change, &all, m, first.col_mut(m)));
+            let mut second = Vec::new();
+            for g in (0..closed.moving.len()).filter(|g| closed.moving[*g]) {
+                let own: Vec<usize> = all.iter().copied().filter(|i| closed.group[*i] == g).collect();
+                let mut shapes = ws.take(at.n_rows(), n);
+                (0..n).for_each(|m| close(at, response, &response.to_force, &own, m, shapes.col_mut(m)));
+                second.push((g, shapes));
             }
             return Self { first, along, second };
         }
@@ -119,7 +129,7 @@ impl Shapes {
                 p.project(first.col_mut(m), along.col_mut(m));
             }
         }
-        Self { first, along, second: None }
+        Self { first, along, second: Vec::new() }
     }
 
     /// Column of the free decay of mode `m` with the given motion; `along` becomes the coordinates of what was
@@ -140,8 +150,8 @@ impl Shapes {
         let mut back = Split::zeros(at.n_lines(), 1);
         update(back.col_mut(0), motion.col(0), |_, d| -d);
         answered(at, response, m, (&mut *column, acceleration), (self.first.col(m), back.col(0)));
-        if let Some(second) = &self.second {
-            add_times(column, second.col(m), closed.cut_off(at, motion).col(0));
+        for (g, second) in &self.second {
+            add_times(column, second.col(m), closed.cut_off(at, *g, motion).col(0));
         }
     }
 
@@ -165,6 +175,6 @@ impl Shapes {
     pub fn give_back(self, ws: &mut Workspace) {
         ws.give(self.first);
         ws.give(self.along);
-        self.second.into_iter().for_each(|a| ws.give(a));
+        self.second.into_iter().for_each(|(_, a)| ws.give(a));
     }
 }

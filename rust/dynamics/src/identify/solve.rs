@@ -173,7 +173,7 @@ fn starts<'a>(jobs: &'a [Job<'a>]) -> (Vec<Start<'a>>, Vec<usize>) {
             .and_then(|()| system.check())
             .and_then(|()| Ok(system.modal(p)?))
             .map(|modal| {
-                let slopes = shared.then(|| system.slopes(p, &modal.q));
+                let slopes = shared.then(|| system.slopes(p, &modal));
                 Model { modal, slopes }
             });
         (system, p, model)

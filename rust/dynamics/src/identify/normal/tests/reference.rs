@@ -19,7 +19,8 @@ fn plain(
     let n = R + n_w;
     let shape =
         |rows: &Dense, i: usize, m: usize| -> f64 { (0..R).map(|j| rows[(i, j)] * modal.q[(j, m)]).sum() };
-    let kappa = if n_w > 0 { hypothesis.kappa(x, &[s]).expect("law").0[0] } else { Complex64::default() };
+    let laws = hypothesis.stiffness(x, &[s]).expect("laws");
+    let kappa = |i: usize| laws.kappa[laws.group[i]][0];
     let (mut a, mut b) = (vec![Complex64::default(); n * n], vec![Complex64::default(); n]);
     for m in 0..R {
         let (w, zeta) = (modal.omega[m], modal.zeta[m]);
@@ -28,10 +29,10 @@ fn plain(
             (0..record.n_in()).map(|i| record.u[k * record.n_in() + i] * shape(&record.in_rows, i, m)).sum();
         for i in 0..n_w {
             a[(R + i) * n + m] = shape(&hypothesis.w, i, m).into();
-            a[m * n + R + i] = -kappa * shape(&hypothesis.w, i, m);
+            a[m * n + R + i] = -kappa(i) * shape(&hypothesis.w, i, m);
         }
     }
-    (0..n_w).for_each(|i| a[(R + i) * n + R + i] = 1.0 + kappa * hypothesis.compliance[i]);
+    (0..n_w).for_each(|i| a[(R + i) * n + R + i] = 1.0 + kappa(i) * hypothesis.compliance[i]);
     let q = solve_complex_dense(n, &a, &b).expect("regular");
     (0..record.n_out()).map(|o| (0..R).map(|m| s * s * q[m] * shape(&record.out_rows, o, m)).sum()).collect()
 }
@@ -49,21 +50,21 @@ fn all_laws() -> Vec<(Vec<Kind>, Vec<f64>)> {
 #[test]
 fn responses_equal_dense_solutions_line_by_line() {
     let numbers = &mut Numbers(17);
+    let mut cases = vec![apart(numbers), (nothing(), vec![])];
     for (kinds, x) in all_laws() {
-        for n_w in [0, 1, 3] {
-            let system = system(numbers, 3, 0.02);
-            let record = RecordLines { dt: 0.0, ..record(numbers, 4, 2, 1.5) };
-            let (hypothesis, x) =
-                if n_w == 0 { (nothing(), vec![]) } else { (closed(numbers, n_w, &kinds, &x), x.clone()) };
-            let z = start(&system, &x);
-            let (p, x) = z.split_at(system.n_unknowns());
-            let found = fitted(&system, std::slice::from_ref(&record), &hypothesis, p, x).expect("lines");
-            for k in 0..N_LINES {
-                let expected = plain(&system, &record, &hypothesis, &z, k);
-                let size = expected.iter().fold(0.0_f64, |a, v| a.max(v.norm()));
-                for (a, b) in found[0].y[k * 4..].iter().zip(&expected) {
-                    assert!((a - b).norm() < 1e-10 * size, "{kinds:?} at {n_w}, line {k}: {a} and {b}");
-                }
+        cases.extend([1, 3].map(|n_w| (closed(numbers, n_w, &kinds, &x), x.clone())));
+    }
+    for (hypothesis, x) in cases {
+        let system = system(numbers, 3, 0.02);
+        let record = RecordLines { dt: 0.0, ..record(numbers, 4, 2, 1.5) };
+        let z = start(&system, &x);
+        let (p, x) = z.split_at(system.n_unknowns());
+        let found = fitted(&system, std::slice::from_ref(&record), &hypothesis, p, x).expect("lines");
+        for k in 0..N_LINES {
+            let expected = plain(&system, &record, &hypothesis, &z, k);
+            let size = expected.iter().fold(0.0_f64, |a, v| a.max(v.norm()));
+            for (a, b) in found[0].y[k * 4..].iter().zip(&expected) {
+                assert!((a - b).norm() < 1e-10 * size, "{:?}, line {k}: {a} and {b}", hypothesis.what);
             }
         }
     }
@@ -74,6 +75,7 @@ fn responses_equal_dense_solutions_line_by_line() {
 fn fitted_lines_leave_the_cost() {
     let numbers = &mut Numbers(29);
     let mut hypotheses = vec![(nothing(), vec![]), (free(numbers, 1), vec![]), (free(numbers, 3), vec![])];
+    hypotheses.push(apart(numbers));
     for (kinds, x) in all_laws() {
         hypotheses.extend([1, 3].map(|n_w| (closed(numbers, n_w, &kinds, &x), x.clone())));
     }
@@ -134,7 +136,8 @@ fn laws_without_coordinates_change_nothing() {
     let numbers = &mut Numbers(37);
     let (system, record) = (system(numbers, 3, 0.02), record(numbers, 4, 1, 0.3));
     let (kinds, x) = laws();
-    let nowhere = Hypothesis { w: Dense::zeros(0, R), compliance: vec![], ..closed(numbers, 1, &kinds, &x) };
+    let (w, what) = (Dense::zeros(0, R), What::everywhere(&kinds, 0));
+    let nowhere = Hypothesis { w, what, compliance: vec![], ..closed(numbers, 1, &kinds, &x) };
     let p = system.mean.clone();
     let with = evaluate(&system, std::slice::from_ref(&record), &nowhere, &p, &x);
     let without = evaluate(&system, std::slice::from_ref(&record), &nothing(), &p, &[]);

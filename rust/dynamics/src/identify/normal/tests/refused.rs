@@ -8,7 +8,7 @@ type Break = fn(&mut System, &mut RecordLines, &mut Hypothesis, &mut Vec<f64>, &
 
 #[test]
 fn arrays_that_do_not_fit_are_refused() {
-    let breaks: [(&str, Break); 16] = [
+    let breaks: [(&str, Break); 17] = [
         ("fixed stiffness", |s, _, _, _, _| s.k_fixed = Dense::zeros(R - 1, R)),
         ("fixed mass", |s, _, _, _, _| s.m_fixed = Dense::zeros(R * R, 1)),
         ("a parameter's part of K or M", |s, _, _, _, _| s.terms[0].k = Some(Dense::zeros(1, R * R))),
@@ -22,6 +22,7 @@ fn arrays_that_do_not_fit_are_refused() {
         ("spectra of the responses", |_, r, _, _, _| r.y.truncate(5)),
         ("weights", |_, r, _, _, _| r.weight.clear()),
         ("direction vectors", |_, _, h, _, _| h.w = Dense::zeros(1, R - 2)),
+        ("coordinates of the laws", |_, _, h, _, _| h.what = What::everywhere(&laws().0, 2)),
         ("residual compliances", |_, _, h, _, _| h.compliance.clear()),
         ("start values", |_, _, _, p, _| p.truncate(2)),
         ("start values of the law", |_, _, _, _, x| x.push(0.0)),

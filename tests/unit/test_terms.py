@@ -1,0 +1,94 @@
+"""Two linear laws at two places: fitted together on lines, and what their simulation makes of them."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femend.diagnose import closed_loop
+from femend.diagnose.terms import Term, Terms, fit_terms
+from femend.study.run import StudyRun
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from small_study import Truth, diagnosed
+
+DASHPOT, SPRING = 20.0, 4.0e4
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
+    laws = [(7, "viscous_damper", {"c": DASHPOT}), (13, "support_stiffness", {"k": SPRING})]
+    return diagnosed(tmp_path_factory.mktemp("linear"), Truth((7.3e10, 6.8e10), laws=laws))
+
+
+def replace_values(term: Term, factor: float) -> Term:
+    x = term.candidate.x + np.log(factor)
+    return replace(term, candidate=replace(term.candidate, x=x))
+
+
+def both(run: StudyRun) -> Terms:
+    further = run.diagnosis.further
+    assert further is not None
+    return further.terms
+
+
+def test_both_are_named_with_their_sizes(run: StudyRun) -> None:
+    findings = {f["physics"]: f for f in run.result["findings"]}
+    assert set(findings) == {"viscous_damper", "support_stiffness"}
+    assert findings["viscous_damper"]["parameters"]["c"]["value"] == pytest.approx(DASHPOT, rel=0.1)
+    assert findings["support_stiffness"]["parameters"]["k"]["value"] == pytest.approx(SPRING, rel=0.1)
+
+
+def test_lines_and_simulation_leave_the_same(run: StudyRun) -> None:
+    terms = both(run)
+    loop = terms.loop(run.diagnosis.problem)
+    assert loop.linear
+    (e,), _ = loop.residuals([(terms.p, terms.x)])
+    left = float(e @ e) / loop.size()
+    (fit,) = loop.problem.fit([loop.hypothesis(terms.x)], [(terms.p, terms.x)], iterations=0)
+    assert fit is not None
+    assert fit.score == pytest.approx(left, rel=0.1)
+
+
+def test_each_law_acts_at_its_own_coordinate(run: StudyRun) -> None:
+    terms = both(run)
+    hypothesis = terms.loop(run.diagnosis.problem).hypothesis(terms.x)
+    assert hypothesis.laws is not None
+    assert hypothesis.at == ((0,), (1,))
+    s = np.array([2j * np.pi * 50.0])
+    kappa = terms.loop(run.diagnosis.problem).stiffness(terms.x, s)
+    assert kappa.shape == (1, 2)
+    (spring,) = (t for t in terms.terms if t.candidate.name == "support_stiffness")
+    at = hypothesis.laws.index("support_stiffness")
+    assert kappa[0, at] == pytest.approx(spring.candidate.values["k"])
+
+
+def test_terms_far_off_are_fitted_back(run: StudyRun) -> None:
+    terms, d = both(run), run.diagnosis
+    moved = [replace_values(t, 3.0) for t in terms.terms]
+    found = fit_terms(d.problem, moved, d.reduced, d.g_rows, terms.p)
+    assert found is not None
+    assert found.fitted == pytest.approx(terms.fitted, rel=0.02)
+    np.testing.assert_allclose(found.x, terms.x, atol=0.05)
+
+
+def test_steps_err_with_their_fourth_power(run: StudyRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All modes stepped, and a support far softer than the one found, so that nothing has to keep it stable."""
+    monkeypatch.setattr(closed_loop, "STATIC", np.inf)
+    terms = both(run)
+    loop = terms.loop(run.diagnosis.problem)
+    x = terms.x + np.log([0.02, 0.02])
+
+    def lines(substeps: int) -> np.ndarray:
+        finer = replace(loop, substeps=substeps)
+        (histories,) = finer.histories([(terms.p, x)])
+        return np.concatenate([finer.spectra(h.y, i).ravel() for i, h in enumerate(histories)])
+
+    exact = lines(128)
+    off = {n: float(np.linalg.norm(lines(n) - exact) / np.linalg.norm(exact)) for n in (8, 16)}
+    assert off[8] < 2e-3
+    assert off[16] < off[8] / 10
