@@ -9,13 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from femend.diagnose.joint import open_joint
 from femend.diagnose.known_force import Known
+from femend.diagnose.levels import element_depends_on_level
 from femend.diagnose.locate import refitted
 from femend.diagnose.noise import UNDERRATED, louder
 from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import others
 from femend.diagnose.second import _of_law, _search
+from femend.diagnose.settings import Settings
 from femend.diagnose.terms import relaxing
+from femend.diagnose.together import shows
 from femend.diagnose.update import UpdatedModel
 from femend.study.run import StudyRun
 
@@ -107,3 +111,17 @@ def test_laws_found_one_by_one_are_tried_together(run: StudyRun) -> None:
     assert {t.candidate.name for t in terms.terms} == {"viscous_damper", "cubic_stiffness"}
     # twice the same place is no pair
     assert of_those_found(replace(first, ranked=[laws[0], laws[0]])) is None
+
+
+def test_a_cubic_spring_is_another_spring_at_every_level(run: StudyRun) -> None:
+    d = run.diagnosis
+    (cubic,) = (f for f in d.located if f.place.nodes == (13,) and f.place.text.endswith("Z"))
+    joint = open_joint(cubic.place, d.reduced, d.problem.band[1], d.g_rows)
+    assert element_depends_on_level(d.problem, joint, cubic.fit.p)
+
+
+def test_two_laws_have_to_show_in_unseen_data() -> None:
+    settings = Settings()
+    assert shows(settings, 9.6, 0.96)
+    assert not shows(settings, 0.85, 0.83)
+    assert not shows(settings, 1.0, 1.2)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from femend.diagnose import closed_loop
+from femend.diagnose.levels import element_depends_on_level
 from femend.diagnose.terms import Term, Terms, fit_terms
 from femend.study.run import StudyRun
 
@@ -92,3 +93,13 @@ def test_steps_err_with_their_fourth_power(run: StudyRun, monkeypatch: pytest.Mo
     off = {n: float(np.linalg.norm(lines(n) - exact) / np.linalg.norm(exact)) for n in (8, 16)}
     assert off[8] < 2e-3
     assert off[16] < off[8] / 10
+
+
+def test_a_spring_and_dashpot_fit_all_levels_of_linear_laws_alike(run: StudyRun) -> None:
+    d = run.diagnosis
+    (spring,) = (t for t in both(run).terms if t.candidate.name == "support_stiffness")
+    assert spring.candidate.joint is not None
+    p = d.problem.prior(d.reduced)[0]
+    assert not element_depends_on_level(d.problem, spring.candidate.joint, p)
+    one_level = d.problem.on(d.problem.records[:1])
+    assert not element_depends_on_level(one_level, spring.candidate.joint, p)

@@ -136,7 +136,9 @@ class Loop(ABC):
 
         omega, zeta = moving([m[0] for m in sets]), moving([m[1] for m in sets])
         # A law's force is linear within a step, which takes (omega h)^2/12 of it away: g (1 + omega^2 h^2/12) - h^2/12
-        # of each mode's receptance g is g but for the fourth power (as in the method of Fox and Goodwin 1949)
+        # of each mode's receptance g is g but for the fourth power (as in the method of Fox and Goodwin 1949).
+        # Accelerations come from the equations of motion: these hold what is lost of a law's force, and as much too
+        # much of the measured one, which is raised beforehand (`upsampled`).
         made_good = np.sqrt(1 + (omega * step) ** 2 / 12)[:, None, :]
         lost = step**2 / 12
         gains = [y[:, n:] / m[0][n:] ** 2 for y, m in zip(phi_out, sets, strict=True)]
