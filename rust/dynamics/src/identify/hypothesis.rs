@@ -59,6 +59,20 @@ pub(crate) struct Stiffness {
     pub reach: Vec<Vec<usize>>,
 }
 
+impl Stiffness {
+    fn none(group: Vec<usize>, n_groups: usize, n_law: usize, n_lines: usize) -> Self {
+        let zeros = |n: usize| vec![vec![Complex64::default(); n_lines]; n];
+        Self {
+            group,
+            kappa: zeros(n_groups),
+            velocity: zeros(n_groups),
+            inertia: zeros(n_groups),
+            slopes: zeros(n_law),
+            reach: Vec::new(),
+        }
+    }
+}
+
 /// Where and what.
 #[derive(Debug, Clone)]
 pub struct Hypothesis {
@@ -109,27 +123,15 @@ impl Hypothesis {
     /// [`IdentifyError::Law`].
     pub(crate) fn stiffness(&self, x: &[f64], lines: &[Complex64]) -> Result<Stiffness, IdentifyError> {
         if let What::Given(kappa) = &self.what {
-            let nothing = vec![vec![Complex64::default(); lines.len()]; kappa.len()];
+            let each = (0..kappa.len()).collect();
             return Ok(Stiffness {
-                group: (0..kappa.len()).collect(),
                 kappa: kappa.clone(),
-                velocity: nothing.clone(),
-                inertia: nothing,
-                slopes: Vec::new(),
-                reach: Vec::new(),
+                ..Stiffness::none(each, kappa.len(), 0, lines.len())
             });
         }
         let laws = self.laws(x)?;
         let (group, first) = self.groups();
-        let nothing = vec![vec![Complex64::default(); lines.len()]; first.len()];
-        let mut out = Stiffness {
-            group,
-            kappa: nothing.clone(),
-            velocity: nothing.clone(),
-            inertia: nothing,
-            slopes: vec![vec![Complex64::default(); lines.len()]; x.len()],
-            reach: Vec::new(),
-        };
+        let mut out = Stiffness::none(group, first.len(), x.len(), lines.len());
         for (at, law) in laws {
             let (values, unknown) = (law.values(), out.reach.len());
             out.reach.resize(unknown + values.len(), at.at.clone());
