@@ -37,8 +37,19 @@ def test_a_failure_takes_the_limit_back() -> None:
         assert blas_threads() == {2}
 
 
-def test_calls_in_several_threads_leave_what_was_there() -> None:
-    before = blas_threads()
-    with ThreadPoolExecutor(2) as pool:
-        list(pool.map(lambda _: one_blas_thread(blas_threads)(), range(20)))
-    assert blas_threads() == before
+def test_other_threads_find_the_number_as_it_is() -> None:
+    with threadpool_limits(2, user_api="blas"), ThreadPoolExecutor(2) as pool:
+        found = pool.map(lambda _: one_blas_thread(blas_threads)(), range(20))
+        assert all(threads == {2} for threads in found)
+        assert blas_threads() == {2}
+
+
+def test_threads_of_a_call_have_its_number() -> None:
+    @one_blas_thread
+    def spreads() -> list[set[int]]:
+        with ThreadPoolExecutor(2) as pool:
+            return list(pool.map(lambda _: one_blas_thread(blas_threads)(), range(20)))
+
+    with threadpool_limits(2, user_api="blas"):
+        assert spreads() == 20 * [{1}]
+        assert blas_threads() == {2}
