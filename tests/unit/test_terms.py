@@ -11,7 +11,11 @@ import pytest
 
 from femend.diagnose import closed_loop
 from femend.diagnose.levels import element_depends_on_level
+from femend.diagnose.name import Ranked
+from femend.diagnose.pairs import Searched
 from femend.diagnose.terms import Term, Terms, fit_terms
+from femend.diagnose.together import fitted_together, told_plainly
+from femend.physics import physics
 from femend.study.run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -103,3 +107,26 @@ def test_a_spring_and_dashpot_fit_all_levels_of_linear_laws_alike(run: StudyRun)
     assert not element_depends_on_level(d.problem, spring.candidate.joint, p)
     one_level = d.problem.on(d.problem.records[:1])
     assert not element_depends_on_level(one_level, spring.candidate.joint, p)
+
+
+def test_a_heavy_soft_absorber_is_told_as_a_dashpot(run: StudyRun) -> None:
+    """The dashpot of the truth as an absorber of many kilograms on hardly any spring."""
+    d = run.diagnosis
+    terms = both(run)
+    dashpot = next(t for t in terms.terms if t.candidate.name == "viscous_damper")
+    absorber = physics("tuned_absorber")
+    values = {"m": 50.0, "k": 10.0, "c": DASHPOT}
+    x = np.log([values[n] for n in absorber.parameter_names])
+    richer = replace(
+        dashpot.candidate, physics=absorber, name="tuned_absorber", values=values, x=x, n_law=3, covariance=None
+    )
+    given = [replace(t, candidate=richer) if t is dashpot else t for t in terms.terms]
+    noise = Ranked(terms.terms[0].candidate, terms.terms[0].located, 1e4)
+    first = Searched(d.problem, d.reduced, d.g_rows, d.split, [], d.located, [noise], d.settings, d.n_values, 1e4, 0.0)
+    found = fitted_together(first, given, terms.p)
+    assert found is not None
+    assert {t.candidate.name for t in found[1].terms} == {"support_stiffness", "tuned_absorber"}
+    plain = told_plainly(first, found)
+    assert {t.candidate.name for t in plain[1].terms} == {"support_stiffness", "viscous_damper"}
+    told = next(t for t in plain[1].terms if t.candidate.name == "viscous_damper")
+    assert told.candidate.values["c"] == pytest.approx(DASHPOT, rel=0.1)

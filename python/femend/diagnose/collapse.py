@@ -13,7 +13,7 @@ from femend.diagnose.joint import Recovered
 from femend.diagnose.settings import Settings
 from femend.physics import FitCoordinates, physics, simpler
 
-__all__ = ["SHARP", "collapsed"]
+__all__ = ["SHARP", "SPRINGS", "collapsed"]
 
 # exponent n from which the knee of a Bouc-Wen loop is as sharp as that of friction with a spring before it
 SHARP = 8.0
@@ -21,7 +21,7 @@ SHARP = 8.0
 # long, is then within a tenth of the motion, and the loop a rectangle whatever the knee
 NARROW = 0.03
 # what a plain spring is called at each kind of place
-_SPRING = {"end": "joint_stiffness", "clamp": "compliant_support"}
+SPRINGS = {"end": "joint_stiffness", "clamp": "compliant_support"}
 
 
 def collapsed(candidate: Candidate, recovered: Recovered | None, settings: Settings) -> Candidate:
@@ -38,7 +38,7 @@ def collapsed(candidate: Candidate, recovered: Recovered | None, settings: Setti
     kind = candidate.joint.place.kind
     law = candidate.physics.law or candidate.physics.name
     for name, reported in (
-        ("support_stiffness", _SPRING.get(kind, "support_stiffness")),
+        ("support_stiffness", SPRINGS.get(kind, "support_stiffness")),
         ("viscous_damper", "viscous_damper"),
         ("added_mass", "added_mass"),
     ):

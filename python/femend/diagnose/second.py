@@ -23,7 +23,7 @@ from femend.diagnose.pairs import Searched, others, pair, plain, with_members
 from femend.diagnose.parallel import in_parallel
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Terms, refit_terms
-from femend.diagnose.together import Scored, are_told, best_of, shows, term_of
+from femend.diagnose.together import Scored, are_told, best_of, shows, term_of, told_plainly
 from femend.estimate import Hypothesis
 from femend.model import Place
 
@@ -263,6 +263,7 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
         for chosen in itertools.product(*(_distinct(first, ranked) for ranked in laws))
     ]
     best = best_of(first, tries)
+    best = None if best is None else told_plainly(first, best)
     if best is None or not are_told(first, best):
         return None
     return _further(first, best, [r for every in laws for r in every])
@@ -277,8 +278,14 @@ def _further(first: Searched, found: Scored, tried: Sequence[Ranked]) -> Further
     named: list[Place] = []
     for term in whole.terms:
         here = tuple(r for r in tried if r.located.place is term.located.place)
-        alone = not here or any(term.located.place is p for p in named)
-        laws.append((Ranked(term.candidate, term.located, score, name=term.candidate.name),) if alone else here)
+        own = Ranked(term.candidate, term.located, score, name=term.candidate.name)
+        if not here or any(term.located.place is p for p in named):
+            here = (own,)
+        elif term.candidate.n_law < here[0].candidate.n_law and own.name != here[0].name:
+            # told more plainly than it was found: ahead by what the parameters cost that it does without
+            saved = first.price * (here[0].candidate.n_law - term.candidate.n_law)
+            here = (replace(own, score=here[0].score - saved), *(r for r in here if r.name != own.name))
+        laws.append(here)
         named.append(term.located.place)
     return Further(whole, tuple(laws), score)
 

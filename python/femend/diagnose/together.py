@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.collapse import collapsed
+from femend import _core
+from femend.diagnose.collapse import SPRINGS, collapsed
 from femend.diagnose.name import Ranked
 from femend.diagnose.pairs import Searched, plain
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms
+from femend.physics import physics
 
-__all__ = ["Scored", "are_told", "best_of", "brings", "fitted_together", "gained", "shows", "term_of"]
+__all__ = ["Scored", "are_told", "best_of", "brings", "fitted_together", "gained", "shows", "term_of", "told_plainly"]
 
 FloatArray = NDArray[np.float64]
 
@@ -85,6 +88,41 @@ def are_told(first: Searched, found: Scored) -> bool:
     if not shows(first.settings, first.ranked[0].candidate.chosen, found[1].chosen):
         return False
     return _won(first, *found) and all(map(_determined, found[1].terms)) and not _needless(first, *found)
+
+
+def told_plainly(first: Searched, found: Scored) -> Scored:
+    """Linear laws of several parameters as a spring, dashpot or mass where that does as well beside the other terms: an
+    absorber that is heavy and soft is a dashpot."""
+    best = found
+    for i, term in enumerate(found[1].terms):
+        if term.candidate.nonlinear or term.n_x < 2:
+            continue
+        for plainer in _plain_laws(first, term):
+            terms = [plainer if j == i else t for j, t in enumerate(best[1].terms)]
+            best = _better(first, best, fitted_together(first, terms, best[1].p)) or best
+    return best
+
+
+def _plain_laws(first: Searched, term: Term) -> list[Term]:
+    """A spring, a dashpot and, at the ground, a mass with the law's own stiffness in the middle of the band, those that
+    are positive."""
+    c, kind = term.candidate, term.located.place.kind
+    assert c.physics is not None
+    omega = 2 * np.pi * float(np.sqrt(first.problem.band[0] * first.problem.band[1]))
+    law = c.physics.law or c.physics.name
+    stiffness = complex(_core.law_dynamic_stiffness(law, term.values(term.x)[0], np.array([1j * omega]))[0][0])
+    sizes = {"support_stiffness": stiffness.real, "viscous_damper": stiffness.imag / omega}
+    if kind == "ground":
+        sizes["added_mass"] = -stiffness.real / omega**2
+    made = []
+    for law, size in sizes.items():
+        if size > 0:
+            entry = physics(law)
+            name = SPRINGS.get(kind, law) if law == "support_stiffness" else law
+            own = {entry.parameter_names[0]: size}
+            plain = replace(c, physics=entry, name=name, values=own, x=np.log([size]), n_law=1, covariance=None)
+            made.append(replace(term, candidate=plain))
+    return made
 
 
 def _better(first: Searched, best: Scored | None, found: Scored | None) -> Scored | None:
