@@ -74,7 +74,7 @@ def main() -> None:
     tasks: list[Task] = []
     for i in range(a.start - 1, a.cases):
         family = a.family or plan.family(a.seed, i, list(case.FAMILIES))
-        label = plan.suited(a.effect or plan.label(a.seed, i, share, kind), family)
+        label = plan.suited(a.effect or plan.label(a.seed, i, share, kind), family, a.unmeasured)
         tasks.append((a.out, a.seed, i, family, label, case.Options(a.noise, a.unmeasured, a.beyond)))
     a.out.mkdir(parents=True, exist_ok=True)
     count: collections.Counter[str] = collections.Counter()

@@ -68,7 +68,7 @@ def test_an_error_as_large_as_the_noise_counts_though_the_model_is_allowed_it(
 ) -> None:
     # a fit that is consistent by its weights, and a force that takes a quarter of what it leaves
     null, found = Space(misfit=np.array([0.8, 1.0])), Space(fit=Space(misfit=np.array([0.75, 0.75])))
-    problem = Space(records=[Space(frf=None, u=np.array([[-a, a]])) for a in (1.0, 5.0)])
+    problem = Space(records=[Space(frf=None, level=a) for a in (1.0, 5.0)])
     monkeypatch.setattr(levels, "relative_errors", lambda *a: np.array([0.003, 0.01]))
     monkeypatch.setattr(levels, "_noise_share", lambda *a: noise)
     assert depends_on_level(cast(Any, problem), cast(Any, null), cast(Any, [found]), Settings()) is told

@@ -92,7 +92,8 @@ def test_a_force_from_outside_neither_grows_with_the_motion_nor_takes_from_it(fo
     index = np.arange(20, 420)
     shown = recovered([-np.fft.rfft(f[0])[index] for f in histories], [index] * RECORDS)
     shown.f, shown.v = histories, motion
-    records = [SimpleNamespace(u=level * rng.standard_normal((1, N))) for level in levels]
+    forces = [level * rng.standard_normal((1, N)) for level in levels]
+    records = [SimpleNamespace(u=u, level=u.std()) for u in forces]
     assert _from_outside(cast(Any, SimpleNamespace(records=records)), shown) is outside
 
 

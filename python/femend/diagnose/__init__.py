@@ -1,6 +1,6 @@
 """Detect, locate, name, validate."""
 
-from femend.diagnose.diagnosis import Diagnosis, diagnose_records
+from femend.diagnose.diagnosis import Diagnosis, diagnose_records, diagnose_responses
 from femend.diagnose.settings import Settings
 
-__all__ = ["Diagnosis", "Settings", "diagnose_records"]
+__all__ = ["Diagnosis", "Settings", "diagnose_records", "diagnose_responses"]

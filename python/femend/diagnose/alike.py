@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from femend import _core
 from femend.diagnose.classes import similarity
 from femend.diagnose.linear_costs import directions
 from femend.diagnose.locate import ALIKE, COMPARED_LINES, LINES, Located
@@ -142,11 +141,11 @@ def _answers(problem: Problem, reduced: ReducedModel, found: Located) -> tuple[l
     system, lines = problem.system(reduced), problem.lines(reduced)
     omega, zeta, Q = system.modal(found.fit.p)
     own = found.place.w(reduced.V, reduced.V_a)[0] @ Q
-    cores = [line.core for line in lines]
-    fitted = _core.fitted_lines(system, found.fit.hypothesis.core(), cores, found.fit.p, found.fit.x)
+    fitted = problem.fitted_lines(found.fit.hypothesis, found.fit.p, found.fit.x)
     answers = []
-    for line, (_, _, F) in zip(lines, fitted, strict=True):
+    for line, (_, _, forces) in zip(lines, fitted, strict=True):
         s, g, out = on_lines(line, reduced, omega, zeta, Q)
+        F = forces[:, :1]
         answers.append(_Answer(line, s, g, out, F, s[:, None] ** 2 * ((g * own) @ out.T) * F * line.weight))
     return answers, Q
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femend import _core
 from femend.diagnose.dressed import dressed
 from femend.diagnose.receptances import on_lines
 from femend.estimate import Fit, FitRecord, Hypothesis, Lines, Problem
@@ -141,7 +140,7 @@ def recover(
         s, g, rows = on_lines(line, joint.reduced, omega, zeta, Q)
         w = joint.w @ Q
         seen = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, w, optimize=True)
-        weighted = seen * line.weight[:, :, None]
+        weighted = _beside_load(problem, line, joint.reduced, (s, g, rows), Q, seen * line.weight[:, :, None])
         left = (line.Y - y) * line.weight
         gram = np.einsum("ksv,ksw->kvw", weighted.conj(), weighted)
         # where the equivalent element explains little, the force is not known to be like its own
@@ -157,6 +156,24 @@ def recover(
         out.weight.append(weight)
         _to_time(out, line, s)
     return out
+
+
+def _beside_load(
+    problem: Problem,
+    line: Lines,
+    reduced: ReducedModel,
+    modal: tuple[ComplexArray, ComplexArray, FloatArray],
+    Q: FloatArray,
+    weighted: ComplexArray,
+) -> ComplexArray:
+    """Weighted answers (K, n_out, n_w) without what an unrecorded force could do as well; `modal` as of `on_lines`."""
+    if problem.load is None:
+        return weighted
+    s, g, rows = modal
+    load = problem.load.w(reduced.V, reduced.V_a) @ Q
+    H = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, load, optimize=True) * line.weight[:, :, None]
+    B = np.linalg.qr(H)[0]
+    return np.asarray(weighted - B @ (B.conj().transpose(0, 2, 1) @ weighted))
 
 
 def _wiener(gram: ComplexArray, shown: ComplexArray, spread: FloatArray) -> ComplexArray:
@@ -184,15 +201,15 @@ def _nearest_element(
     all records (`equal`), or `by_record` those that explain the record by itself where they do better. What depends on
     the level is another element in each record: friction that sticks in one slips in the next."""
     line = problem.lines(joint.reduced)[i]
-    system = problem.system(joint.reduced)
     several = by_record and len(problem.records) > 1
     own = equivalent_linear(problem.on([problem.records[i]]), joint, p) if several else None
     found = []
     for one in (equal, own):
         if one is not None:
-            ((y, D, F),) = _core.fitted_lines(system, one.hypothesis.core(), [line.core], p, one.x)
+            ((y, D, F),) = problem.fitted_lines(one.hypothesis, p, one.x, [line])
             left = float(np.mean(np.abs((line.Y - y) * line.weight) ** 2))
-            found.append((y, D, F, left))
+            n_w = len(one.hypothesis.w)
+            found.append((y, D[:, :n_w], F[:, :n_w], left))
     return min(found, key=lambda element: element[3])
 
 

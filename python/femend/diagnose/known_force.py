@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.dressed import with_attached
 from femend.diagnose.joint import enlarged
@@ -19,7 +18,7 @@ from femend.diagnose.split import Split
 from femend.estimate import Fit, FitRecord, Lines, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Known", "forces_of_laws", "free_forces"]
+__all__ = ["Known", "forces_of_laws", "free_forces", "last_force"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -75,29 +74,51 @@ class Known:
         return own_model, rows
 
 
-def free_forces(problem: Problem, fit: Fit, places: Sequence[Place]) -> Known:
-    """Forces at `places` as the recordings show them, the model being that of `fit`, whose hypothesis has a free force
-    at each of them in their order.
+@dataclass(frozen=True, eq=False)
+class _ReadOff:
+    """Forces `F` on the structure at the coordinates of a fit, their motion `D` and how well they are seen, `weight`,
+    each (K, n_w), on a record's lines."""
+
+    line: Lines
+    D: ComplexArray
+    F: ComplexArray
+    weight: FloatArray
+
+
+def _read_off(problem: Problem, fit: Fit) -> list[_ReadOff]:
+    """What the coordinates of a fit with free forces did on the lines of every record.
 
     A least-squares force is noise on lines where the sensors hardly see it, or cannot tell it from the other. So every
     force has a prior of a power that is smooth over the lines, and that power is estimated from the forces themselves
     (empirical Bayes by expectation maximisation; Dempster, Laird and Rubin 1977).
     """
-    problem = problem.thinned(None)
     reduced, w = fit.hypothesis.reduced, fit.hypothesis.w
     lines, system = problem.lines(reduced), problem.system(reduced)
-    fitted = _core.fitted_lines(system, fit.hypothesis.core(), [line.core for line in lines], fit.p, fit.x)
+    fitted = problem.fitted_lines(fit.hypothesis, fit.p, fit.x)
     omega, zeta, Q = system.modal(fit.p)
-    forces: dict[str, tuple[FloatArray, ...]] = {}
-    motions, parts, weights = [], [], []
+    found = []
     for line, (y, D, F) in zip(lines, fitted, strict=True):
         s, g, out = on_lines(line, reduced, omega, zeta, Q)
         H = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, out, w @ Q, optimize=True)
         answer = (line.Y - y + np.einsum("ksw,kw->ks", H, F)) * line.weight
         H = H * line.weight[:, :, None]
-        motions.append(D)
-        parts.append(_shrunk(H, answer, F))
-        weights.append((np.abs(H) ** 2).sum(axis=1))
+        found.append(_ReadOff(line, D, _shrunk(H, answer, F), np.asarray((np.abs(H) ** 2).sum(axis=1))))
+    return found
+
+
+def last_force(problem: Problem, fit: Fit) -> list[FloatArray]:
+    """History (n,) of the last of the free forces of `fit` in every record of `problem`."""
+    read = _read_off(problem.thinned(None), fit)
+    return [_in_time(one.line, one.F[:, -1:], one.D[:, -1:], 0.0, 0.0)[0] for one in read]
+
+
+def free_forces(problem: Problem, fit: Fit, places: Sequence[Place]) -> Known:
+    """Forces at `places` as the recordings show them, the model being that of `fit`, whose hypothesis has a free force
+    at each of them in their order."""
+    read = _read_off(problem.thinned(None), fit)
+    lines, motions, parts = [r.line for r in read], [r.D for r in read], [r.F for r in read]
+    weights = [r.weight for r in read]
+    forces: dict[str, tuple[FloatArray, ...]] = {}
     ends = np.cumsum([0, *(p.n_w for p in places)])
     spans = [slice(a, b) for a, b in itertools.pairwise(ends)]
     attached = tuple(
@@ -183,8 +204,7 @@ def forces_of_laws(problem: Problem, candidate: Candidate) -> Known | None:
         hypothesis = joint.hypothesis(
             (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), 1.0)
         )
-        system, cores = problem.system(joint.reduced), [line.core for line in lines]
-        for _, d, f in _core.fitted_lines(system, hypothesis.core(), cores, candidate.p, candidate.x):
+        for _, d, f in problem.fitted_lines(hypothesis, candidate.p, candidate.x, lines):
             motions.append(d)
             parts.append(f)
     place = joint.place

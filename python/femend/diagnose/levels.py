@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from femend import _core
 from femend.diagnose.joint import Joint, equivalent_linear
 from femend.diagnose.locate import Located
 from femend.diagnose.settings import Settings
@@ -33,7 +32,7 @@ OWN_LEAVES = 0.7
 
 def levels_differ(records: Sequence[FitRecord]) -> bool:
     """Whether the forces of some recordings are so much larger than those of others that levels can be compared."""
-    level = np.array([r.u.std() for r in records])
+    level = np.array([r.level for r in records])
     return bool(level.max() >= LEVELS * level.min())
 
 
@@ -44,10 +43,7 @@ def relative_errors(problem: Problem, null: Fit) -> FloatArray:
     def make() -> tuple[Fit, FloatArray]:
         reduced = null.hypothesis.reduced
         whole = problem.thinned(None)
-        lines = whole.lines(reduced)
-        fitted = _core.fitted_lines(
-            whole.system(reduced), null.hypothesis.core(), [line.core for line in lines], null.p, null.x
-        )
+        lines, fitted = whole.lines(reduced), whole.fitted_lines(null.hypothesis, null.p, null.x)
         return null, np.array([_share(line, y) for line, (y, _, _) in zip(lines, fitted, strict=True)])
 
     # asked several times on the way to a verdict; the fit is kept with its answer, so that no other takes its identity

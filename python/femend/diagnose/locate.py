@@ -110,7 +110,7 @@ def locate(
     cannot be judged and are left out.
     """
     n_out = min(r.y.shape[0] for r in problem.records)
-    free = sum(b.n_w for b in beside)
+    free = sum(b.n_w for b in beside) + problem.n_free
     todo = [p for p in places if p.n_w + free < n_out]
     many = is_many(todo)
     second, last, late_quota = (FEW_SECOND, FEW_LAST, FEW_LATE) if many else (SECOND_STAGE, LAST_STAGE, LATE)

@@ -340,7 +340,8 @@ def _soft_clamps(
 
 
 def _nonlinear_laws(split: Split, at: _Opened) -> list[Candidate]:
-    if any(r.frf is not None for r in split.whole.records):  # they show in time records alone
+    # they show in time records alone, and are simulated under the force
+    if split.whole.load is not None or any(r.frf is not None for r in split.whole.records):
         return []
     lines = split.fitting.lines(at.joint.reduced)
     s = [np.asarray(2j * np.pi * line.freq, dtype=np.complex128) for line in lines]

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femend import _core
 from femend.diagnose.locate import COMPARED_LINES, Located
 from femend.diagnose.receptances import receptances
 from femend.estimate import Lines, Problem
@@ -66,8 +65,7 @@ def next_sensor(
     W = np.array([p.w(reduced.V, reduced.V_a)[0] for p in places]) @ Q
     at = reduced.rows(rows) @ Q
     lines = few.lines(reduced)
-    cores = [line.core for line in lines]
-    fitted = _core.fitted_lines(system, found.fit.hypothesis.core(), cores, found.fit.p, found.fit.x)
+    fitted = few.fitted_lines(found.fit.hypothesis, found.fit.p, found.fit.x)
     for line, (_, _, F) in zip(lines, fitted, strict=True):
         out = reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
         moved, seen = _moved(line, (omega, zeta), W, out, np.asarray(F)[:, 0])

@@ -21,14 +21,17 @@ FLOOR = 1e-3
 UNDERRATED = 1.3
 
 
-def quieter_records(problem: Problem, located: Sequence[Located]) -> list[FitRecord] | None:
+def quieter_records(
+    problem: Problem, located: Sequence[Located], overrated: float = OVERRATED
+) -> list[FitRecord] | None:
     """The records with the noise that a free force at the best place leaves; None where the noise was no less.
 
     The noise of a recording is what does not repeat or does not follow the recorded force. A force that nobody recorded
     does neither; but it moves all sensors together, as noise does not, so that one free force takes it away.
+    `overrated` is the misfit of that force below which the noise was less.
     """
     single = [f for f in located if f.place.n_w == 1]
-    if not single or min(r.y.shape[0] for r in problem.records) < 3 or single[0].fit.score > OVERRATED:
+    if not single or min(r.y.shape[0] for r in problem.records) < 3 or single[0].fit.score > overrated:
         return None
     records = []
     for record, misfit in zip(problem.records, single[0].fit.misfit, strict=True):

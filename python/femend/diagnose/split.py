@@ -53,7 +53,7 @@ def split_records(problem: Problem, null: Fit | None = None, located: Sequence[L
     records = problem.records
     if len(records) < 2:
         return Split(problem, problem, problem)
-    order = [int(i) for i in np.argsort([r.u.std() for r in records])]
+    order = [int(i) for i in np.argsort([r.level for r in records])]
     middle = order[(len(order) - 1) // 2 if len(order) < 3 else len(order) // 2]
     fitted, choosing = [i for i in order if i != middle], [middle]
     drops = np.zeros(len(records)) if null is None or not located else _drops(null, located[0].fit, records)

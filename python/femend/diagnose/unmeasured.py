@@ -61,6 +61,8 @@ def find_unmeasured(
         return None
     (best, recovered), problem = shown[0], split.whole
     base = best.place.kind == "base"
+    if problem.load is not None and not base:
+        return None  # two forces nobody recorded: which of them is the other's law is not told
     if not base:
         sine = _best_sine(split, reduced, shown, updated, settings)
         if sine is not None:
@@ -68,7 +70,7 @@ def find_unmeasured(
     if not _from_outside(problem, recovered):
         return None
     force, repeats = _waveform(recovered)
-    weakest = int(np.argmin([r.u.std() for r in problem.records]))
+    weakest = int(np.argmin([r.level for r in problem.records]))
     values = _values(problem, force if repeats else recovered.f[weakest][0], best.place)
     direction = best.place.direction
     row = None if base else int(best.place.g_rows[0][0])
@@ -251,7 +253,7 @@ def _from_outside(problem: Problem, recovered: Recovered) -> bool:
         if min(alike) > REPEATS and max(ratio) < ALIKE * 2 and min(ratio) > 1 / (ALIKE * 2):
             return True
     size = np.array([np.sqrt(np.mean(f**2)) for f in recovered.f])
-    level = np.array([r.u.std() for r in problem.records])
+    level = np.array([r.level for r in problem.records])
     if size.min() <= 0 or np.polyfit(np.log(level), np.log(size), 1)[0] > INDEPENDENT:
         return False
     # friction, too, is as strong at every level, but takes out what the motion has; at a level too high to see that,

@@ -14,7 +14,7 @@ from femend.estimate.fit import TUNED_ABOVE
 from femend.model import Model, ReducedModel, affordable_refinement, form_errors, reduce_model
 from femend.threads import one_blas_thread
 
-__all__ = ["UpdatedModel", "update_model"]
+__all__ = ["UpdatedModel", "modelled", "update_model", "updated_by"]
 
 FloatArray = NDArray[np.float64]
 
@@ -47,23 +47,52 @@ def update_model(
     Raises RecordingError where there is nothing to fit, the sampling is too slow for the modes in the band, or the
     model has no solution at the deck's values.
     """
-    if not records:
-        raise RecordingError('no recording with role = "fit" and excitation = "measured"; name at least one')
     tell("reduce the model")
-    band = used_band(list(records))
-    g_rows = sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
+    model, reduced, problem = modelled(model, records, zeta)
+    tell("update the parameters")
+    null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))))
+    if null is None:
+        raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")
+    g_rows = _rows(records)
+    return UpdatedModel(problem, reduced, null, g_rows, _drawn(model, problem.band[1], g_rows))
+
+
+def modelled(model: Model, records: Sequence[FitRecord], zeta: float) -> tuple[Model, ReducedModel, Problem]:
+    """The model, refined where that is cheap enough, its reduction for the band of the records, and their problem;
+    raises RecordingError as `update_model`."""
+    if not records:
+        raise RecordingError('no recording with role = "fit"; name at least one')
+    band, g_rows = used_band(list(records)), _rows(records)
     finer = affordable_refinement(model, band[1]) if model.refines is None else None
     model = model if finer is None else finer
     reduced = reduce_model(model, band[1], g_rows)
     check_sampling(records, band, reduced.freq)
     band = modelled_band(band, records, reduced.freq)
     reduced = form_errors(reduced, band[1]).on(reduced)
-    tell("update the parameters")
-    problem = Problem(records, band, zeta, max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum())))
-    null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))))
-    if null is None:
-        raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")
-    return UpdatedModel(problem, reduced, null, g_rows, _drawn(model, band[1], g_rows))
+    n_tuned = max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum()))
+    return model, reduced, Problem(records, band, zeta, n_tuned)
+
+
+def updated_by(model: Model, problem: Problem, rows: Sequence[int], p: FloatArray) -> UpdatedModel | None:
+    """The `model` of `modelled` updated from unknowns `p`, and from the deck's, in a basis that also holds what forces
+    at `rows` of the g-set do at rest; None where it cannot be solved."""
+    g_rows = sorted({*_rows(problem.records), *rows})
+    reduced = reduce_model(model, problem.band[1], g_rows)
+    reduced = form_errors(reduced, problem.band[1]).on(reduced)
+    alone = Hypothesis(reduced, np.zeros((0, reduced.r)))
+    # what members differ in may be told by one unknown more or less in the larger basis
+    fits = len(p) == len(problem.prior(reduced)[0])
+    near = problem.fit([alone], [(p, np.zeros(0))])[0] if fits else None
+    found = [fit for fit in (near, problem.continuation(alone)) if fit is not None]
+    if not found:
+        return None
+    null = min(found, key=lambda fit: fit.cost)
+    return UpdatedModel(problem, reduced, null, g_rows, _drawn(model, problem.band[1], g_rows))
+
+
+def _rows(records: Sequence[FitRecord]) -> list[int]:
+    """Rows of the g-set of all sensors and recorded forces."""
+    return sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
 
 
 def _drawn(model: Model, f_max: float, g_rows: list[int]) -> Hypothesis | None:

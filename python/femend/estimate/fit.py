@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.estimate.lines import FitRecord, Lines, spectral_lines
-from femend.model import ReducedModel
+from femend.model import Place, ReducedModel
 from femend.model.form_errors import MODE_SD
 
 __all__ = ["TUNED_ABOVE", "Fit", "Hypothesis", "Problem"]
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 # ln standard deviation of a damping ratio
 DAMPING_SD = 0.5
@@ -47,15 +48,19 @@ class Hypothesis:
     sd: FloatArray | None = None
     at: tuple[tuple[int, ...], ...] | None = None
 
-    def core(self) -> Any:
-        """The core's object."""
-        if len(self.w) == 0:
+    def core(self, load: FloatArray | None = None) -> Any:
+        """The core's object; along `load` (n, r) unrecorded forces act too, free on every line."""
+        free = 0 if load is None else len(load)
+        if len(self.w) + free == 0:
             return _core.Hypothesis()
-        compliance, mean, sd = [
-            None if v is None else [float(x) for x in v] for v in (self.compliance, self.mean, self.sd)
-        ]
+        w, compliance, at = self.w, self.compliance, self.at
+        if load is not None:
+            n_w, w = len(w), np.vstack([w, load])
+            compliance = np.concatenate([np.zeros(n_w) if compliance is None else compliance, np.zeros(free)])
+            at = (tuple(range(n_w)),) * len(self.laws) if self.laws is not None and at is None else at
+        series, mean, sd = [None if v is None else [float(x) for x in v] for v in (compliance, self.mean, self.sd)]
         laws = None if self.laws is None else list(self.laws)
-        return _core.Hypothesis(np.ascontiguousarray(self.w), laws, compliance, mean, sd, self.at)
+        return _core.Hypothesis(np.ascontiguousarray(w), laws, series, mean, sd, at, free)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +78,7 @@ class Fit:
     converged: bool
     system: Any
     lines: Sequence[Any]
+    core: Any
 
     @property
     def score(self) -> float:
@@ -82,14 +88,18 @@ class Fit:
     @cached_property
     def hessian(self) -> FloatArray:
         """Gauss-Newton matrix (n, n) of half the cost over p, then x."""
-        job = (self.system, self.hypothesis.core(), self.p, self.x)
+        job = (self.system, self.core, self.p, self.x)
         (solved,) = _core.solve_hypotheses([job], self.lines, 0)
         assert solved is not None, "the minimum was solved before"
         return solved[5]
 
 
 class Problem:
-    """The records with a band: makes systems and lines, and fits batches of hypotheses."""
+    """The records with a band: makes systems and lines, and fits batches of hypotheses.
+
+    Where the force that moved the structure was not recorded, `load` is where it acts: there a force is free on every
+    line, beside whatever is attached, and only how the sensors move relative to each other is compared.
+    """
 
     def __init__(
         self,
@@ -99,12 +109,14 @@ class Problem:
         n_tuned: int,
         spans: Sequence[slice | None] | None = None,
         limit: int | None = None,
+        load: Place | None = None,
     ) -> None:
         self.records = list(records)
         self.band = band
         self.zeta = zeta
         self.n_tuned = n_tuned
         self.limit = limit
+        self.load = load
         self.spans = list(spans) if spans is not None else [None] * len(self.records)
         self._systems: dict[tuple[int, float], tuple[ReducedModel, Any]] = {}
         self._lines: dict[tuple[int, float], tuple[ReducedModel, list[Lines]]] = {}
@@ -112,7 +124,35 @@ class Problem:
 
     def thinned(self, limit: int | None) -> Problem:
         """The same problem on at most about `limit` lines a record; on all with None."""
-        return Problem(self.records, self.band, self.zeta, self.n_tuned, self.spans, limit)
+        return Problem(self.records, self.band, self.zeta, self.n_tuned, self.spans, limit, self.load)
+
+    def driven_at(self, load: Place | None) -> Problem:
+        """The same problem with an unrecorded force at `load`; with None without one."""
+        return Problem(self.records, self.band, self.zeta, self.n_tuned, self.spans, self.limit, load)
+
+    @property
+    def n_free(self) -> int:
+        """Number of unrecorded forces."""
+        return 0 if self.load is None else self.load.n_w
+
+    def core(self, hypothesis: Hypothesis) -> Any:
+        """The core's object of a hypothesis, with the force nobody recorded."""
+        if self.load is None:
+            return hypothesis.core()
+        return hypothesis.core(self.load.w(hypothesis.reduced.V, hypothesis.reduced.V_a))
+
+    def fitted_lines(
+        self, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, lines: Sequence[Lines] | None = None
+    ) -> list[tuple[ComplexArray, ComplexArray, ComplexArray]]:
+        """What a hypothesis predicts at unknowns `p` (n_p,) and ln law parameters `x` (n_law,) on each of the `lines`,
+        all records' where none are given.
+
+        Accelerations (K, n_out) with fitted free decays, displacements of the coordinates (K, n_w + n_free) and forces
+        on the structure there, those that nobody recorded last. Raises ModelError where the model cannot be solved.
+        """
+        reduced = hypothesis.reduced
+        cores = [line.core for line in (self.lines(reduced) if lines is None else lines)]
+        return list(_core.fitted_lines(self.system(reduced), self.core(hypothesis), cores, p, x))
 
     def sparing(self, limit: int) -> Problem:
         """The same problem on at most about `limit` lines a record, on fewer where many sensors give as many values on
@@ -123,7 +163,7 @@ class Problem:
     def untuned(self) -> Problem:
         """The same problem without frequency factors, with one damping ratio for all modes: enough, and much cheaper,
         where lines are so strongly damped that resonances do not show."""
-        return Problem(self.records, self.band, self.zeta, 0, self.spans, self.limit)
+        return Problem(self.records, self.band, self.zeta, 0, self.spans, self.limit, self.load)
 
     def tuned_like(self, p: FloatArray, reduced: ReducedModel) -> FloatArray:
         """Unknowns `p` of the same model in an untuned problem (or in this one) as this problem has them."""
@@ -134,7 +174,7 @@ class Problem:
 
     def on(self, records: Sequence[FitRecord]) -> Problem:
         """The same band and priors on other records."""
-        return Problem(records, self.band, self.zeta, self.n_tuned, None, self.limit)
+        return Problem(records, self.band, self.zeta, self.n_tuned, None, self.limit, self.load)
 
     def kept(self, key: Hashable, make: Callable[[], Any]) -> Any:
         """What `make` gives, made once for a key; for what belongs to the records."""
@@ -201,11 +241,13 @@ class Problem:
             return []
         if starts is None:
             starts = [(self.prior(h.reduced)[0], h.mean if h.mean is not None else np.zeros(0)) for h in hypotheses]
-        jobs = [(self.system(h.reduced, held), h.core(), p, x) for h, (p, x) in zip(hypotheses, starts, strict=True)]
+        jobs = [
+            (self.system(h.reduced, held), self.core(h), p, x) for h, (p, x) in zip(hypotheses, starts, strict=True)
+        ]
         lines = [line.core for line in self.lines(hypotheses[0].reduced, sigma)]
         done = _core.solve_hypotheses(jobs, lines, iterations, tolerance, derivatives=False)
         return [
-            None if r is None or not np.isfinite(r[2]) else Fit(h, *r[:5], r[7], job[0], lines)
+            None if r is None or not np.isfinite(r[2]) else Fit(h, *r[:5], r[7], job[0], lines, job[1])
             for h, job, r in zip(hypotheses, jobs, done, strict=True)
         ]
 

@@ -30,6 +30,11 @@ NOISE_FREEDOM, NOISE_QUANTILE = 9, 0.2
 ENOUGH_LINES = 300
 # an FRF is used up to this multiple of the model's last natural frequency
 BEYOND_MODES = 1.3
+# responses stand clear of the noise where they are so many times as strong, and so strong a share of their mean
+CLEAR, STRONG = 4.0, 0.05
+# where no force was recorded: lines in a stretch whose power is compared, the share of the stretches that are taken for
+# noise alone, and what these show of its power: the quantile they are would be 0.55 of it if all were, 0.75 if a fifth
+STRETCH, QUIETEST, SHOWN = 15, 0.05, 0.65
 # width, in lines, over which a recording's power is smoothed for the allowance
 SMOOTH = 9
 
@@ -77,6 +82,17 @@ class FitRecord:
         """Number of samples, or of an FRF's lines."""
         return int(self.u.shape[1])
 
+    @property
+    def driven(self) -> bool:
+        """Was the force recorded? Where it was not, `u` is (0, n)."""
+        return len(self.u) > 0
+
+    @property
+    def level(self) -> float:
+        """How strongly the structure was driven: standard deviation of the forces, of the responses where no force was
+        recorded."""
+        return float((self.u if self.driven else self.y).std())
+
 
 @dataclass(frozen=True, eq=False)
 class Lines:
@@ -118,9 +134,12 @@ def noise_of(u: FloatArray, y: FloatArray, dt: float, period: int) -> FloatArray
     polynomial method, Pintelon and Schoukens, System Identification, 2nd ed., ch. 7); what they leave is noise and
     distortion, and since noise is white and distortion is not, the quieter stretches tell the noise. Repeating records
     also tell it by the difference of their last two periods, in which free decays may still show: the smaller holds.
+    Without a recorded force (`u` (0, n)) the quietest stretches of the spectrum tell it, as far as it is white.
     """
     n = y.shape[1]
     U, Y = np.fft.rfft(u, axis=1), np.fft.rfft(y, axis=1)
+    if len(u) == 0:
+        return _without_force(y, Y, period)
     found = np.full(len(y), np.inf)
     repeats = bool(period) and n >= 2 * period
     if repeats:
@@ -128,6 +147,17 @@ def noise_of(u: FloatArray, y: FloatArray, dt: float, period: int) -> FloatArray
         found = (last - before).std(axis=1) / np.sqrt(2)
     if not repeats or U.shape[1] > ENOUGH_LINES:
         found = np.minimum(found, np.sqrt(_local_residuals(U, Y) / n))
+    return np.asarray(np.maximum(found, 1e-6 * y.std(axis=1)))
+
+
+def _without_force(y: FloatArray, Y: ComplexArray, period: int) -> FloatArray:
+    """Noise (n_out,) of responses to a force nobody recorded, from their quietest stretches and their last periods."""
+    n = y.shape[1]
+    whole = Y.shape[1] // STRETCH * STRETCH
+    power = (np.abs(Y[:, :whole]) ** 2).reshape(len(y), -1, STRETCH).mean(axis=2)
+    found = np.sqrt(np.quantile(power, QUIETEST, axis=1) / SHOWN / n)
+    if period and n >= 2 * period:
+        found = np.minimum(found, (y[:, n - period :] - y[:, n - 2 * period : n - period]).std(axis=1) / np.sqrt(2))
     return np.asarray(np.maximum(found, 1e-6 * y.std(axis=1)))
 
 
@@ -154,7 +184,7 @@ def _local_residuals(U: ComplexArray, Y: ComplexArray) -> FloatArray:
 def used_band(records: list[FitRecord]) -> tuple[float, float]:
     """Band (Hz) that holds the measured forces' power but for half a per cent at the low end and one at the top.
 
-    Of FRFs the band whose responses stand clear of the noise.
+    Of FRFs, and where no force was recorded, the band whose responses stand clear of the noise.
     """
     low, high = [], []
     for r in records:
@@ -164,11 +194,28 @@ def used_band(records: list[FitRecord]) -> tuple[float, float]:
             high.append(last / 1.02)
             continue
         freq = np.fft.rfftfreq(r.n, r.dt)
+        if not r.driven:
+            first, last = _standing_clear(r)
+            low.append(freq[first])
+            high.append(min(freq[last], 0.47 / r.dt))
+            continue
         share = np.cumsum((np.abs(np.fft.rfft(r.u, axis=1)) ** 2).sum(axis=0))
         share /= share[-1]
         low.append(freq[np.searchsorted(share, 0.005)])
         high.append(min(freq[np.searchsorted(share, 0.99)], 0.47 / r.dt))
     return 0.8 * float(np.median(low)), 1.02 * float(np.median(high))
+
+
+def _standing_clear(record: FitRecord) -> tuple[int, int]:
+    """First and last line, but for half a per cent at the low end and one at the top, on which some response is
+    `CLEAR` times as strong as its noise and `STRONG` times as its own mean: what the force's end leaves in other lines
+    is above the noise, too."""
+    power = _smoothed(np.abs(np.fft.rfft(record.y, axis=1)) ** 2)
+    least = np.maximum(CLEAR**2 * record.n * record.noise**2, STRONG**2 * power.mean(axis=1))
+    clear = np.flatnonzero((power > least[:, None]).any(axis=0))
+    if len(clear) == 0:
+        return 0, power.shape[1] - 1
+    return int(clear[int(0.005 * len(clear))]), int(clear[int(0.99 * (len(clear) - 1))])
 
 
 def modelled_band(band: tuple[float, float], records: Sequence[FitRecord], freq: FloatArray) -> tuple[float, float]:
@@ -195,7 +242,8 @@ def spectral_lines(
 
     The window moves the lines to s = sigma + i omega, which is the same as damping added to model and structure alike;
     lines closer than the added bandwidth are thinned and count for those left out. `span` takes a stretch of samples.
-    With `limit` at most about that many lines are taken: of each group of neighbours the one with the largest force.
+    With `limit` at most about that many lines are taken: of each group of neighbours the one with the largest force, or
+    response where no force was recorded.
     FRFs have no stretches, and on an uneven axis no window either.
     """
     if record.frf is not None:
@@ -209,7 +257,8 @@ def spectral_lines(
     Ufull, Yfull = np.fft.rfft(u * window, axis=1), np.fft.rfft(y * window, axis=1)
     if limit is not None:
         step = max(step, -(-len(index) // limit))
-    index = _thinned(index, (np.abs(Ufull) ** 2).sum(axis=0), step)
+    shown = Ufull if record.driven else Yfull / record.noise[:, None]
+    index = _thinned(index, (np.abs(shown) ** 2).sum(axis=0), step)
     U = Ufull[:, index].T
     power = np.abs(Yfull) ** 2
     variance = record.noise[:, None] ** 2 * float((window**2).sum()) + MODEL_ALLOWANCE**2 * _smoothed(power)

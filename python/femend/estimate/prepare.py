@@ -91,7 +91,8 @@ def check_sampling(records: Sequence[FitRecord], band: tuple[float, float], freq
 
 
 def fit_records(recordings: Sequence[Recording], model: Model, pairing: Pairing) -> list[FitRecord]:
-    """Records with measured force, accelerations at every response channel; every input of an FRF is a record.
+    """Records with their forces, accelerations at every response channel; every input of an FRF is a record. Of a
+    recording whose excitation was not measured the forces are (0, n).
 
     Velocities and displacements are differentiated in the frequency domain. Raises RecordingError for a record without
     a response the model has, or of a kind that the fit cannot use.
@@ -104,7 +105,7 @@ def fit_records(recordings: Sequence[Recording], model: Model, pairing: Pairing)
 
 def _time_record(recording: Recording, model: Model, pairing: Pairing) -> FitRecord:
     u, y, dt = _arrays(recording)
-    period = period_of(u)
+    period = period_of(u if len(u) else y)
     return FitRecord(recording.name, u, y, dt, *_rows(recording, model, pairing), noise_of(u, y, dt, period), period)
 
 
@@ -127,8 +128,8 @@ def frf_records(recording: Recording, model: Model, pairing: Pairing) -> list[Fi
 def _arrays(recording: Recording) -> tuple[FloatArray, FloatArray, float]:
     data = recording.time
     force, response = recording.force, recording.response
-    if force is None or response is None:
-        what = "force" if force is None else "response"
+    if response is None or (force is None and recording.excitation == "measured"):
+        what = "response" if response is None else "force"
         raise RecordingError(
             f"recording {recording.name!r} has no {what} channel with node and direction; it cannot be used to fit",
             recording=recording.name,
@@ -146,20 +147,21 @@ def _arrays(recording: Recording) -> tuple[FloatArray, FloatArray, float]:
             )
         if order:
             y[i] = np.fft.irfft((1j * omega) ** order * np.fft.rfft(y[i]), n=data.n_samples)
-    return force.values.copy(), y, data.dt
+    u = np.zeros((0, y.shape[1])) if force is None or recording.excitation != "measured" else force.values.copy()
+    return u, y, data.dt
 
 
 def _rows(
     recording: Recording, model: Model, pairing: Pairing
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray, FloatArray]:
     force, response = recording.force, recording.response
-    assert force is not None
     assert response is not None
-    (into, in_signs), (out, out_signs) = (_at(data.channels, model, pairing) for data in (force, response))
+    driven = [] if force is None or recording.excitation != "measured" else force.channels
+    (into, in_signs), (out, out_signs) = (_at(channels, model, pairing) for channels in (driven, response.channels))
     return into, out, in_signs, out_signs
 
 
 def _at(channels: Sequence[Channel], model: Model, pairing: Pairing) -> tuple[NDArray[np.int64], FloatArray]:
     """Rows of the g-set and signs of channels with a DOF."""
     dofs = [pairing[c.dof].dof for c in channels if c.dof is not None]
-    return np.array([model.row(d) for d in dofs]), np.array([float(d.sign) for d in dofs])
+    return np.array([model.row(d) for d in dofs], dtype=np.int64), np.array([float(d.sign) for d in dofs])

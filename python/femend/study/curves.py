@@ -59,13 +59,13 @@ def frf_estimate(u: FloatArray, y: FloatArray, dt: float, period: int = 0) -> tu
 
 
 def highest(records: list[FitRecord]) -> FitRecord:
-    """The record with the largest force."""
-    return max(records, key=lambda r: float(r.u.std()))
+    """The record of the highest level."""
+    return max(records, key=lambda r: r.level)
 
 
 def frf_overlays(run: StudyRun) -> tuple[FrfOverlay, ...]:
     """Of the highest fit recording, the sensors explained worst by updating alone; from its strongest force."""
-    timed = [r for r in run.records if r.frf is None]
+    timed = [r for r in run.records if r.frf is None and r.driven]
     if not timed:
         return ()
     record = highest(timed)
@@ -159,7 +159,7 @@ def restoring_force(run: StudyRun) -> RestoringForce | None:
     if ranked is None or ranked.recovered is None:
         return None
     recovered = ranked.recovered
-    i = int(np.argmax([r.u.std() for r in recovered.records]))
+    i = int(np.argmax([r.level for r in recovered.records]))
     if recovered.records[i].frf is not None:
         return None  # an FRF is not a motion
     k = int(np.argmax(recovered.f[i].std(axis=1)))

@@ -19,6 +19,7 @@ from femend.estimate.frf import ORDER
 from femend.estimate.prepare import frf_records
 from femend.io import functions_of, write_uff
 from femend.model import Model, Pairing
+from femend.study.left_out import in_band, predicted_by_others
 
 __all__ = ["STAGES", "Prediction", "nrmse", "predict_all", "write_predictions"]
 
@@ -74,7 +75,8 @@ def nrmse(predicted: Values, recorded: Values) -> float:
 def predict_all(
     diagnosis: Diagnosis, test: Test, model: Model, pairing: Pairing, records: list[FitRecord]
 ) -> list[Prediction]:
-    """Responses of every sensor of the fit recordings to the forces of every recording with measured force."""
+    """Responses of every sensor of the fit recordings to the forces of every recording with measured force; of fit
+    recordings of a force nobody recorded every sensor from the others, in the band."""
     first = next(r for r in test if r.role == "fit")
     channels = tuple(Channel(c.dof, "acceleration", "m/s^2", c.name, c.label) for c in first.sensors)
     done = []
@@ -82,13 +84,17 @@ def predict_all(
         if isinstance(recording.data, FRF):
             done.append(_predict_frf(diagnosis, recording, model, pairing, records))
             continue
+        own = next((r for r in records if r.name == recording.name), None)
+        if own is not None and not own.driven:
+            stages, recorded = predicted_by_others(diagnosis, own), in_band(diagnosis, own)
+            done.append(Prediction(recording.name, recording.role, own.dt, channels, stages, recorded))
+            continue
         if not recording.is_time or recording.force is None or recording.excitation != "measured":
             continue
-        own = next((r for r in records if r.name == recording.name), None)
         if own is None:
             own = _inputs_only(recording, model, pairing, records[0])
-        recorded = own.y if recording.role == "fit" else _recorded(recording, channels)
-        done.append(Prediction(recording.name, recording.role, own.dt, channels, _stages(diagnosis, own), recorded))
+        measured = own.y if recording.role == "fit" else _recorded(recording, channels)
+        done.append(Prediction(recording.name, recording.role, own.dt, channels, _stages(diagnosis, own), measured))
     return done
 
 

@@ -40,6 +40,7 @@ def result_of(
 ) -> dict[str, Any]:
     """The content of result.json; `warnings` are those of the recordings' channels."""
     findings = _findings(diagnosis)
+    warnings = [*warnings, *_drive(diagnosis)]
     fit = [_fit(p, records, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     return {
         "format": FORMAT,
@@ -51,6 +52,20 @@ def result_of(
         "advice": diagnosis.advice or _left_over(diagnosis.verdict, fit),
         "warnings": list(warnings),
     }
+
+
+def _drive(diagnosis: Diagnosis) -> list[str]:
+    """Where the force acts that nobody recorded, and what the errors are of."""
+    driven = diagnosis.driven
+    if driven is None:
+        return []
+    where = driven.place.text.replace(" to ground", "")
+    others = ", ".join(p.text.replace(" to ground", "") for p in driven.alike[:ALSO])
+    told = f" (or {others}, as far as the responses tell)" if others else ""
+    return [
+        f"no force was recorded: one that acts at {where}{told} explains the responses best; errors on the fitted "
+        "recordings are those of every sensor predicted from the others"
+    ]
 
 
 def _converged(diagnosis: Diagnosis) -> bool:

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from femend.data import Recording, Spectra, Test
-from femend.diagnose import Diagnosis, diagnose_records
+from femend.diagnose import Diagnosis, diagnose_records, diagnose_responses
+from femend.diagnose.unrecorded import LEAST_SENSORS
 from femend.errors import RecordingError, StudyError
 from femend.estimate import FitRecord, fit_records, pair_test
 from femend.io import OutputDirectory
@@ -56,33 +57,56 @@ def diagnose(
     progress = progress or SilentProgress()
     info = RunInfo(seed=seed, study=str(Path(study_path).name))
     steps = _Steps(info, progress)
+    folder = None if out is None else Path(out)
     with steps.step("read the study"):
         study = load_study(Path(study_path))
-    if is_staged(study):
-        return diagnose_staged(study, steps, info, progress, None if out is None else Path(out))
+    unrecorded = _unrecorded(study)
+    if is_staged(study) and not unrecorded:
+        return diagnose_staged(study, steps, info, progress, folder)
     with steps.step("read the deck and the recordings"):
         parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
         model = read_model(study.model_file, units=study.units, parameters=parameters, spc=_spc(study))
         test = study.read_recordings()
         pairing = pair_test(test, model)
-        records = fit_records(_usable(test), model, pairing)
-    with steps.step("diagnose"), steps.parts("diagnose") as told:
-        diagnosis = diagnose_records(model, records, study.damping_ratio, told)
+        records = [] if unrecorded and not _enough(test) else fit_records(_usable(test, unrecorded), model, pairing)
+    diagnosis: Diagnosis | None = None
+    if records:
+        with steps.step("diagnose"), steps.parts("diagnose") as told:
+            diagnose_them = diagnose_responses if unrecorded else diagnose_records
+            diagnosis = diagnose_them(model, records, study.damping_ratio, told)
+    if diagnosis is None:  # no one force explains the responses: what they tell are modes
+        return diagnose_staged(study, steps, info, progress, folder)
+    if diagnosis.driven is not None:  # with the noise that was told from them
+        records = diagnosis.driven.start.problem.records
     with steps.step("predict"):
         predictions = predict_all(diagnosis, test, model, pairing, records)
         result = result_of(diagnosis, predictions, records, warnings_of(model.deck, test))
     run = StudyRun(study, model, test, pairing, records, diagnosis, predictions, result)
-    if out is not None:
-        _write(run, Path(out), info)
+    if folder is not None:
+        _write(run, folder, info)
     return run
 
 
-def _usable(test: Test) -> list[Recording]:
-    """Fit recordings the estimation can take; others are an error that says what to do."""
+def _unrecorded(study: Study) -> bool:
+    """Were all fit recordings, of one configuration, driven by a force nobody recorded?"""
+    fit = [r for r in study.recordings if r.role == "fit"]
+    return bool(fit) and all(r.excitation == "unknown" for r in fit) and len({r.configuration for r in fit}) == 1
+
+
+def _enough(test: Test) -> bool:
+    """Have all fit recordings as many responses in time as a diagnosis without a force needs?"""
+    fit = [r for r in test if r.role == "fit"]
+    return all(r.is_time and r.response is not None and len(r.response.channels) >= LEAST_SENSORS for r in fit)
+
+
+def _usable(test: Test, unrecorded: bool = False) -> list[Recording]:
+    """Fit recordings the estimation can take, those of a force nobody recorded where that is looked for; others are an
+    error that says what to do."""
     fit = [r for r in test if r.role == "fit"]
     if not fit:
         raise StudyError('no recording has role = "fit"; at least one is needed to estimate anything', key="recording")
-    wrong = [r for r in fit if r.excitation != "measured" or isinstance(r.data, Spectra)]
+    taken = "unknown" if unrecorded else "measured"
+    wrong = [r for r in fit if r.excitation != taken or isinstance(r.data, Spectra)]
     if wrong:
         r = wrong[0]
         what = f'excitation = "{r.excitation}"' if r.excitation != "measured" else "auto or cross spectra"

@@ -90,6 +90,7 @@ fn hypothesis(what: What, law_mean: Vec<f64>) -> Hypothesis {
     Hypothesis {
         w: wave(n_w, 0.5),
         what,
+        free: 0,
         compliance: vec![0.0; n_w],
         law_sd: vec![3.0; law_mean.len()],
         law_mean,

@@ -166,7 +166,8 @@ pub(crate) struct Hypothesis {
 #[pymethods]
 impl Hypothesis {
     #[new]
-    #[pyo3(signature = (w=None, laws=None, compliance=None, law_mean=None, law_sd=None, at=None))]
+    #[pyo3(signature = (w=None, laws=None, compliance=None, law_mean=None, law_sd=None, at=None, free=0))]
+    #[allow(clippy::too_many_arguments)]
     fn new(
         w: Option<PyReadonlyArray2<'_, f64>>,
         laws: Option<Vec<String>>,
@@ -174,6 +175,7 @@ impl Hypothesis {
         law_mean: Option<Vec<f64>>,
         law_sd: Option<Vec<f64>>,
         at: Option<Vec<Vec<usize>>>,
+        free: usize,
     ) -> PyResult<Self> {
         let w = w.as_ref().map_or_else(|| Dense::zeros(0, 0), dense);
         let what = match laws {
@@ -184,6 +186,7 @@ impl Hypothesis {
         let compliance = compliance.unwrap_or_else(|| vec![0.0; w.nrows()]);
         let inner = CoreHypothesis {
             what,
+            free,
             compliance,
             law_mean: law_mean.unwrap_or_default(),
             law_sd: law_sd.unwrap_or_default(),

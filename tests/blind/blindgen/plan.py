@@ -57,8 +57,11 @@ def label(seed: int, case: int, controls: float = 1 / 3, kind: str = "one") -> s
     return block(seed, case // size, controls, kind)[case % size]
 
 
-def suited(label: str, family: str) -> str:
-    """Plates and solids have no members, and solids no single clamp: those slots go to `support_stiffness`."""
+def suited(label: str, family: str, unmeasured: bool = False) -> str:
+    """Plates and solids have no members, and solids no single clamp: those slots go to `support_stiffness`. Where no
+    force is recorded it cannot be misplaced, nor told from another one: those slots go to `base_motion`."""
+    if unmeasured and label in ("load_misplaced", "unmeasured_force"):
+        return "base_motion"
     without = LONE.get(family, ())
     if not label.startswith("two:"):
         return "support_stiffness" if label in without else label

@@ -11,6 +11,9 @@ use num_complex::Complex64;
 /// Power of a mode, relative to the strongest, below which its free decay is not believed to be any smaller.
 const DECAY_FLOOR: f64 = 1e-6;
 
+/// Largest inverse variance of an amplitude, where nothing moves a mode.
+const MOST_HELD: f64 = 1e150;
+
 /// The free decays of one record at one point of the unknowns.
 pub(crate) struct Decays {
     /// Transforms of exp(pole t) beyond the record's end, a column for each pole and one for its conjugate.
@@ -22,20 +25,21 @@ pub(crate) struct Decays {
 }
 
 impl Decays {
+    /// `q` and `d` are the modes' and the coordinates' answers by which the size of decays is judged.
     pub fn new(
         at: &Prepared<'_>,
         response: &Response,
-        hypothesis: &Hypothesis,
-        x: &[f64],
+        (hypothesis, x): (&Hypothesis, &[f64]),
+        (q, d): (&Split, &Split),
     ) -> Result<Self, IdentifyError> {
         let mut tails = Split::zeros(at.n_lines(), 2 * response.poles.len());
         for (m, pole) in response.poles.iter().enumerate() {
             at.tail(*pole, tails.col_mut(2 * m));
             at.tail(pole.conj(), tails.col_mut(2 * m + 1));
         }
-        let mut ridge = decay_ridge(at, response);
+        let mut ridge = decay_ridge(at, response, q);
         let mut inner = Vec::new();
-        for (force, weight) in inner_forces(at, response, hypothesis, x)? {
+        for (force, weight) in inner_forces(at, response, hypothesis, x, d)? {
             inner.push(force);
             ridge.push(weight);
         }
@@ -131,6 +135,7 @@ fn inner_forces(
     response: &Response,
     hypothesis: &Hypothesis,
     x: &[f64],
+    d: &Split,
 ) -> Result<Vec<(Split, f64)>, IdentifyError> {
     let mut all = Vec::new();
     let Some(closed) = response.closed.as_ref().filter(|_| !response.poles.is_empty()) else {
@@ -142,9 +147,8 @@ fn inner_forces(
         at.tail(pole, tails.col_mut(0));
         at.tail(pole.conj(), tails.col_mut(1));
         for &i in coordinates {
-            let power =
-                (0..n).map(|k| (closed.moving_part(i, k, at.record.s[k]) * response.d.get(i, k)).norm_sqr());
-            let weight = 1.0 / variance(at, power.sum()).max(f64::MIN_POSITIVE);
+            let power = (0..n).map(|k| (closed.moving_part(i, k, at.record.s[k]) * d.get(i, k)).norm_sqr());
+            let weight = MOST_HELD.min(1.0 / variance(at, power.sum()).max(f64::MIN_POSITIVE));
             for part in 0..if pair { 2 } else { 1 } {
                 let mut force = Split::zeros(n, n_w);
                 update2(force.col_mut(i), tails.col(0), tails.col(1), |_, own, mirrored| {
@@ -165,20 +169,20 @@ fn variance(at: &Prepared<'_>, power: f64) -> f64 {
     2.0 * power * at.record.thinning / (at.record.n_samples * at.record.n_samples)
 }
 
-/// Inverse prior variances of the decay amplitudes: a decay is about as strong as the mode's own answer to the measured
-/// force. Without that, a free force and a decay of the mode it drives could grow against each other without limit.
-fn decay_ridge(at: &Prepared<'_>, response: &Response) -> Vec<f64> {
+/// Inverse prior variances of the decay amplitudes: a decay is about as strong as the mode's own answer `q` to the force.
+/// Without that, a free force and a decay of the mode it drives could grow against each other without limit.
+fn decay_ridge(at: &Prepared<'_>, response: &Response, q: &Split) -> Vec<f64> {
     let (re, im) = at.s2.col(0);
     let factor: Vec<f64> = re.iter().zip(im).map(|(a, b)| a * a + b * b).collect();
     let power: Vec<f64> = (0..response.poles.len())
         .map(|m| {
-            let (re, im) = response.q.col(m);
+            let (re, im) = q.col(m);
             let sum: f64 = factor.iter().zip(re.iter().zip(im)).map(|(f, (a, b))| f * (a * a + b * b)).sum();
             variance(at, sum)
         })
         .collect();
     let floor = DECAY_FLOOR * power.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
-    power.iter().flat_map(|p| [1.0 / p.max(floor), 1.0 / p.max(floor)]).collect()
+    power.iter().flat_map(|p| [MOST_HELD.min(1.0 / p.max(floor)); 2]).collect()
 }
 
 /// Cholesky factor of the decays' normal equations.

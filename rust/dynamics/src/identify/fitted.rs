@@ -27,27 +27,20 @@ fn line_after_line(a: &Split) -> Vec<Complex64> {
 
 fn of_record(step: &Step<'_>) -> Fitted {
     let (at, response) = (step.at, &step.response);
-    let mut force = step.force();
+    let free = step.free_force();
     let mut y = response.y.columns(0, at.n_out());
     let mut column = Split::zeros(at.n_lines(), at.n_out());
     for (t, a) in step.amplitudes.iter().enumerate() {
         step.decays.column(at, response, t, &mut column);
         (0..at.n_out()).for_each(|s| update(y.col_mut(s), column.col(s), |y, v| y + v * *a));
     }
+    response.push_free(&free, &mut y);
     // Displacements of the coordinates answer to a free force through the whole model; free decays move them too.
-    let mut d = if step.projector.is_some() {
-        response.push(&force, &mut y);
-        let q = response.with_force(&force, Split::zeros(at.n_lines(), response.q.n_columns()));
-        let mut all = Split::zeros(at.n_lines(), response.shapes.ncols());
-        q.times_into(&response.shapes, &mut all);
-        all.columns(at.n_out(), response.n_w)
-    } else {
-        response.d.clone()
-    };
+    let (_, mut d) = response.driven(&free, Split::zeros(at.n_lines(), response.q.n_columns()));
     step.decays.add_motion(at, response, &step.amplitudes, &mut d);
-    if let Some(closed) = &response.closed {
-        force = closed.force(&d);
-    }
+    let mut force =
+        response.closed.as_ref().map_or_else(|| Split::zeros(at.n_lines(), response.n_w), |c| c.force(&d));
+    response.add_free(&free, &mut force);
     Fitted { y: line_after_line(&y), d: line_after_line(&d), force: line_after_line(&force) }
 }
 
@@ -94,7 +87,7 @@ pub fn model_columns(
     }
     let compliance = vec![0.0; w.nrows()];
     let what = if w.nrows() == 0 { What::Nothing } else { What::Given(kappa) };
-    let hypothesis = Hypothesis { w, what, compliance, law_mean: Vec::new(), law_sd: Vec::new() };
+    let hypothesis = Hypothesis { w, what, free: 0, compliance, law_mean: Vec::new(), law_sd: Vec::new() };
     check(system, std::slice::from_ref(record), &hypothesis, p, &[])?;
     let modal = system.modal(p)?;
     let slopes = system.slopes(p, &modal);

@@ -80,6 +80,8 @@ pub struct Hypothesis {
     pub w: Dense,
     /// What acts there.
     pub what: What,
+    /// Number of the last coordinates at which forces free on every line act too, whatever else acts there.
+    pub free: usize,
     /// Residual compliance of the coordinates that the basis does not hold, m/N (n_w).
     pub compliance: Vec<f64>,
     /// Prior means of the logarithms of the law parameters.
@@ -97,11 +99,17 @@ impl Hypothesis {
         }
     }
 
+    /// Number of the last coordinates whose forces are free on every line.
+    pub fn n_free(&self) -> usize {
+        if matches!(self.what, What::FreeForce) { self.w.nrows() } else { self.free }
+    }
+
     /// Checks the sizes against each other.
     ///
     /// # Errors
     /// [`IdentifyError::Shape`].
     pub fn check(&self, r: usize) -> Result<(), IdentifyError> {
+        expect("coordinates with free forces", self.free.min(self.w.nrows()), self.free)?;
         if self.w.nrows() > 0 {
             expect("direction vectors", self.w.ncols(), r)?;
         }

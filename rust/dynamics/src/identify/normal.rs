@@ -3,7 +3,7 @@
 use super::IdentifyError;
 use super::arrays::{Split, Workspace, update, update2};
 use super::decays::{Decays, decay_factor, eliminate};
-use super::hypothesis::{Hypothesis, What};
+use super::hypothesis::Hypothesis;
 use super::model::{Modal, Model, Slopes};
 use super::prepared::Prepared;
 use super::projector::Projector;
@@ -57,22 +57,33 @@ impl<'a> Step<'a> {
         ws: &mut Workspace,
     ) -> Result<Self, IdentifyError> {
         let response = Response::new(at, modal, hypothesis, x, system.n_tuned, ws)?;
-        let decays = Decays::new(at, &response, hypothesis, x)?;
+        let projector = (response.n_free > 0).then(|| Projector::new(at, &response));
+        let driven = projector.as_ref().filter(|_| at.u.n_columns() == 0).map(|p| {
+            // no force was recorded: what moves modes and coordinates is the free one
+            let mut column = vec![0.0; at.n_rows()];
+            at.fill(&mut column, &at.y);
+            response.driven(&p.taken_out(&mut column), ws.split(at.n_lines(), response.q.n_columns()))
+        });
+        let (q, d) = driven.as_ref().map_or((&response.q, &response.d), |(q, d)| (q, d));
+        let decays = Decays::new(at, &response, (hypothesis, x), (q, d))?;
+        driven.into_iter().for_each(|(q, _)| ws.give(q.into_dense()));
         let n_t = decays.len();
-        let projector = matches!(hypothesis.what, What::FreeForce).then(|| Projector::new(at, &response));
         let n_modes = system.n_tuned.max(response.poles.len());
         let shapes = Shapes::new(at, &response, projector.as_ref(), n_modes, ws);
         let mut base = ws.take(at.n_rows(), n_t + 1);
-        let n_along = if projector.is_some() { 2 * at.n_lines() * response.n_w } else { 0 };
-        let mut along = ws.take(n_along, n_t + 1);
+        let mut along = ws.take(2 * at.n_lines() * response.n_free, n_t + 1);
         for t in 0..decays.n_modal() {
             let motion = decays.needed_motion(&response, t);
-            shapes.decay(at, &response, t / 2, &motion, (base.col_mut(t), along.col_mut(t)));
+            let to = (base.col_mut(t), along.col_mut(t));
+            shapes.decay(at, &response, projector.as_ref(), (t / 2, &motion), to);
         }
         let mut y = Split::zeros(at.n_lines(), at.n_out());
         for t in decays.n_modal()..n_t {
             decays.column(at, &response, t, &mut y);
             at.fill(base.col_mut(t), &y);
+            if let Some(p) = &projector {
+                p.project(base.col_mut(t), along.col_mut(t));
+            }
         }
         for s in 0..at.n_out() {
             update2(y.col_mut(s), at.y.col(s), response.y.col(s), |_, recorded, y| recorded - y);
@@ -84,29 +95,24 @@ impl<'a> Step<'a> {
         let gram = gemm_tn(&base, &base);
         let factor = if n_t > 0 { decay_factor(&gram, &decays.ridge) } else { None };
         let (amplitudes, sum) = eliminate(&gram, factor.as_ref(), n_t);
-        let lost = if projector.is_some() { response.n_w.min(at.n_out()) } else { 0 };
+        let lost = response.n_free.min(at.n_out());
         let free = (at.n_lines() * (at.n_out() - lost)) as f64;
         Ok(Self { at, response, projector, shapes, decays, amplitudes, base, along, factor, sum, free })
     }
 
-    /// Forces on the structure at the coordinates, a column each; those of a free force fit the residual.
-    pub fn force(&self) -> Split {
-        let (n, n_w, n_t) = (self.at.n_lines(), self.response.n_w, self.decays.len());
-        let mut force = Split::zeros(n, n_w);
-        if let Some(p) = &self.projector {
-            for i in 0..n_w {
-                let block = |t: usize| self.along.col(t)[2 * n * i..2 * n * (i + 1)].split_at(n);
-                update(force.col_mut(i), block(n_t), |_, v| v);
-                for (t, a) in self.amplitudes.iter().enumerate() {
-                    update(force.col_mut(i), block(t), |f, v| f - v * *a);
-                }
+    /// Free forces on the structure, a column each, that fit the residual.
+    pub fn free_force(&self) -> Split {
+        let (n, n_t) = (self.at.n_lines(), self.decays.len());
+        let mut force = Split::zeros(n, self.response.n_free);
+        let Some(p) = &self.projector else { return force };
+        for i in 0..self.response.n_free {
+            let block = |t: usize| self.along.col(t)[2 * n * i..2 * n * (i + 1)].split_at(n);
+            update(force.col_mut(i), block(n_t), |_, v| v);
+            for (t, a) in self.amplitudes.iter().enumerate() {
+                update(force.col_mut(i), block(t), |f, v| f - v * *a);
             }
-            return p.forces(force);
         }
-        if let Some(closed) = &self.response.closed {
-            force = closed.force(&self.response.d);
-        }
-        force
+        p.forces(force)
     }
 
     /// Adds this record's part of the Gauss-Newton matrix and half gradient.

@@ -87,14 +87,15 @@ fn add_power(sum: &mut [f64], (re, im): Pair<'_>) {
 
 impl Projector {
     pub fn new(at: &Prepared<'_>, response: &Response) -> Self {
-        let (n, n_out, n_w) = (at.n_lines(), at.n_out(), response.n_w);
+        let (n, n_w) = (at.n_lines(), response.n_free);
         let mut basis = Dense::zeros(at.n_rows(), n_w);
         let mut triangle = Split::zeros(n, n_w * n_w);
         for j in 0..n_w {
             let (mut size, mut left) = (vec![0.0; n], vec![0.0; n]);
             let mut own = vec![0.0; at.n_rows()];
             for (s, (part, w)) in at.sensors(&mut own).enumerate() {
-                update_real(part, response.h.col(j * n_out + s), w, |_, h, w| h * w);
+                let (h, sign) = response.per_free_force(j, s);
+                update_real(part, h, w, |_, h, w| h * (w * sign));
             }
             own.chunks_exact((2 * n).max(1)).for_each(|v| add_power(&mut size, v.split_at(n)));
             let mut dot = vec![0.0; 2 * n];
@@ -127,6 +128,18 @@ impl Projector {
         for (j, a) in along.chunks_exact_mut(2 * n).enumerate() {
             wide(TakeOut { n, v: self.basis.col(j), x: &mut *column, a });
         }
+    }
+
+    /// Removes from a weighted column its part in the span of the basis and gives the forces it is of.
+    pub fn taken_out(&self, column: &mut [f64]) -> Split {
+        let n = self.triangle.n_lines();
+        let mut along = vec![0.0; 2 * n * self.n_w];
+        self.project(column, &mut along);
+        let mut f = Split::zeros(n, self.n_w);
+        for (i, block) in along.chunks_exact((2 * n).max(1)).enumerate() {
+            update(f.col_mut(i), block.split_at(n), |_, v| v);
+        }
+        self.forces(f)
     }
 
     /// Least-squares forces (n_w columns) of a residual with coordinates `f` in the basis.

@@ -1,7 +1,7 @@
 //! Response of one record under a hypothesis, and its changes.
 
 use super::IdentifyError;
-use super::arrays::{Split, Workspace, inverse, update, update2};
+use super::arrays::{Pair, Split, Workspace, inverse, update, update2};
 use super::attached::ClosedLoop;
 use super::hypothesis::{Hypothesis, What};
 use super::model::Modal;
@@ -20,6 +20,8 @@ pub(crate) struct Response {
     pub shapes: Dense,
     pub n_out: usize,
     pub n_w: usize,
+    /// Number of the last coordinates whose forces are free.
+    pub n_free: usize,
     /// Modal receptances, a column each.
     pub g: Split,
     /// Modal response to the measured forces (and to the law's force in a closed loop), a column each.
@@ -88,12 +90,29 @@ impl Response {
             closed = Some(law);
         }
         let poles = poles(at, modal, n_tuned);
-        Ok(Self { shapes, n_out, n_w, g, q, y, h, d, closed, to_change, to_force, poles })
+        let n_free = hypothesis.n_free();
+        Ok(Self { shapes, n_out, n_w, n_free, g, q, y, h, d, closed, to_change, to_force, poles })
     }
 
-    /// Adds forces at the coordinates, in their directions, to the accelerations of the sensors.
-    pub fn push(&self, force: &Split, y: &mut Split) {
-        push_sensors(&self.h, self.n_out, force, y);
+    /// Accelerations of sensor `s` per unit of free force `j`, a closed loop's answer included, up to the sign that is
+    /// given beside.
+    pub fn per_free_force(&self, j: usize, s: usize) -> (Pair<'_>, f64) {
+        let column = (self.n_w - self.n_free + j) * self.n_out + s;
+        if self.closed.is_some() { (self.to_force.col(column), -1.0) } else { (self.h.col(column), 1.0) }
+    }
+
+    /// Adds free forces (`n_free` columns) to the accelerations of the sensors.
+    pub fn push_free(&self, free: &Split, y: &mut Split) {
+        for (j, s) in (0..self.n_free).flat_map(|j| (0..self.n_out).map(move |s| (j, s))) {
+            let (h, sign) = self.per_free_force(j, s);
+            update2(y.col_mut(s), h, free.col(j), |y, h, f| y + sign * (h * f));
+        }
+    }
+
+    /// Adds free forces to those of all coordinates.
+    pub fn add_free(&self, free: &Split, force: &mut Split) {
+        let first = self.n_w - self.n_free;
+        (0..self.n_free).for_each(|j| update(force.col_mut(first + j), free.col(j), |f, own| f + own));
     }
 
     /// Adds the law's answer to open-loop changes -d of its coordinates.
@@ -106,21 +125,39 @@ impl Response {
         push_sensors(&self.to_force, self.n_out, force, y);
     }
 
-    /// Modal response with forces at the coordinates added, for the sensitivities of a free force.
-    pub fn with_force(&self, force: &Split, mut q: Split) -> Split {
+    /// Modal response, and displacements of the coordinates, with free forces (`n_free` columns) added; `q` is
+    /// overwritten.
+    pub fn driven(&self, free: &Split, mut q: Split) -> (Split, Split) {
         (0..q.n_columns()).for_each(|m| update(q.col_mut(m), self.q.col(m), |_, q| q));
-        add_force(&self.shapes, self.n_out, &self.g, force, &mut q);
-        q
+        if self.n_free == 0 {
+            return (q, self.d.clone());
+        }
+        let mut force = Split::zeros(self.g.n_lines(), self.n_w);
+        self.add_free(free, &mut force);
+        if let Some(closed) = &self.closed {
+            let mut moved = Split::zeros(self.g.n_lines(), self.n_w);
+            closed.add_compliance(1.0, &force, &mut moved);
+            let mut d = closed.closed(&moved);
+            let answer = closed.force(&d);
+            (0..self.n_w).for_each(|i| update(force.col_mut(i), answer.col(i), |f, a| f + a));
+            add_force(&self.shapes, self.n_out, &self.g, &force, &mut q);
+            (0..self.n_w).for_each(|i| update(d.col_mut(i), self.d.col(i), |d, own| d + own));
+            return (q, d);
+        }
+        add_force(&self.shapes, self.n_out, &self.g, &force, &mut q);
+        let mut all = Split::zeros(self.g.n_lines(), self.shapes.ncols());
+        q.times_into(&self.shapes, &mut all);
+        (q, all.columns(self.n_out, self.n_w))
     }
 
-    /// dY/dx_j of the law's parameters.
-    pub fn law_column(&self, j: usize, y: &mut Split) {
+    /// dY/dx_j of the law's parameters where its coordinates move by `d`.
+    pub fn law_column(&self, j: usize, d: &Split, y: &mut Split) {
         (0..self.n_out).for_each(|s| y.col_mut(s).0.fill(0.0));
         (0..self.n_out).for_each(|s| y.col_mut(s).1.fill(0.0));
         let Some(closed) = &self.closed else { return };
         let mut extra = Split::zeros(self.d.n_lines(), self.n_w);
         for &i in &closed.reach[j] {
-            update2(extra.col_mut(i), self.d.col(i), closed.slopes.col(j), |_, d, slope| d * slope);
+            update2(extra.col_mut(i), d.col(i), closed.slopes.col(j), |_, d, slope| d * slope);
         }
         self.push_back(&extra, y);
     }

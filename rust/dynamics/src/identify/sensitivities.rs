@@ -38,8 +38,7 @@ impl<'a> Sensitivities<'a> {
     ) -> Dense {
         let (at, response) = (step.at, &step.response);
         let r = system.r;
-        let force = if step.projector.is_some() { step.force() } else { Split::zeros(at.n_lines(), 0) };
-        let q = response.with_force(&force, ws.split(at.n_lines(), r));
+        let (q, d) = response.driven(&step.free_force(), ws.split(at.n_lines(), r));
         let mut gq = ws.split(at.n_lines(), r);
         for m in 0..r {
             update2(gq.col_mut(m), q.col(m), response.g.col(m), |_, q, g| q * g);
@@ -48,7 +47,7 @@ impl<'a> Sensitivities<'a> {
         let y = ws.split(at.n_lines(), response.shapes.ncols());
         let n_law = response.closed.as_ref().map_or(0, |c| c.slopes.n_columns());
         let mut columns = ws.take(at.n_rows(), system.n_unknowns() + n_law);
-        let along = vec![0.0; 2 * at.n_lines() * response.n_w];
+        let along = vec![0.0; 2 * at.n_lines() * response.n_free];
         let (projector, shapes) = (step.projector.as_ref(), &step.shapes);
         let mut this = Self { at, response, projector, shapes, modal, q, gq, gv, y, along };
         this.parameters(slopes, &mut columns, ws);
@@ -56,8 +55,12 @@ impl<'a> Sensitivities<'a> {
         this.damping(system, &mut columns);
         let mut y = Split::zeros(at.n_lines(), at.n_out());
         for j in 0..n_law {
-            response.law_column(j, &mut y);
-            at.fill(columns.col_mut(system.n_unknowns() + j), &y);
+            response.law_column(j, &d, &mut y);
+            let column = columns.col_mut(system.n_unknowns() + j);
+            at.fill(column, &y);
+            if let Some(p) = projector {
+                p.project(column, &mut this.along);
+            }
         }
         [this.q, this.gq, this.gv, this.y].into_iter().for_each(|a| ws.give(a.into_dense()));
         columns
@@ -109,7 +112,11 @@ impl<'a> Sensitivities<'a> {
             }
             let d = self.y.columns(n_out, self.response.n_w);
             self.response.feed_back(&d, &mut self.y);
-            return at.fill(column, &self.y);
+            at.fill(column, &self.y);
+            if let Some(p) = self.projector {
+                p.project(column, &mut self.along);
+            }
+            return;
         }
         for (s, (part, _)) in at.sensors(column).enumerate() {
             update2(part, self.y.col(s), at.weighted_s2.col(s), |_, y, ws2| -ws2 * y);
@@ -129,7 +136,8 @@ impl<'a> Sensitivities<'a> {
                 update2(change.col_mut(0), self.gq.col(m), self.at.s.col(0), |_, gq, s| {
                     (damping * s + stiff) * gq
                 });
-                self.shapes.one_mode(self.at, self.response, m, &change, columns.col_mut(at));
+                let to = (columns.col_mut(at), &mut self.along[..]);
+                self.shapes.one_mode(self.at, self.response, self.projector, (m, &change), to);
             }
         }
     }

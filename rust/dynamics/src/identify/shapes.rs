@@ -9,7 +9,8 @@ use femend_linalg::Dense;
 
 /// Weighted columns of modes.
 pub(crate) struct Shapes {
-    /// The mode's shape at the sensors, projected; of a closed loop the law's answer h kappa B w to the mode.
+    /// The mode's shape at the sensors, projected; of a closed loop the law's answer h kappa B w to the mode, which is
+    /// not: there every column is projected for itself.
     first: Dense,
     /// The projected part's coordinates in the projector's basis.
     along: Dense,
@@ -105,7 +106,11 @@ impl Shapes {
         ws: &mut Workspace,
     ) -> Self {
         let mut first = ws.take(at.n_rows(), n);
-        let n_along = if projector.is_some() { 2 * at.n_lines() * response.n_w } else { 0 };
+        let n_along = if projector.is_some() && response.closed.is_none() {
+            2 * at.n_lines() * response.n_free
+        } else {
+            0
+        };
         let mut along = ws.take(n_along, n);
         if let Some(closed) = &response.closed {
             let all: Vec<usize> = (0..response.n_w).collect();
@@ -138,8 +143,8 @@ impl Shapes {
         &self,
         at: &Prepared<'_>,
         response: &Response,
-        m: usize,
-        motion: &Split,
+        projector: Option<&Projector>,
+        (m, motion): (usize, &Split),
         (column, along): (&mut [f64], &mut [f64]),
     ) {
         let acceleration = motion.col(motion.n_columns() - 1);
@@ -153,6 +158,9 @@ impl Shapes {
         for (g, second) in &self.second {
             add_times(column, second.col(m), closed.cut_off(at, *g, motion).col(0));
         }
+        if let Some(p) = projector {
+            p.project(column, along);
+        }
     }
 
     /// Column of what changes mode `m` alone by -`change` (one column).
@@ -160,16 +168,19 @@ impl Shapes {
         &self,
         at: &Prepared<'_>,
         response: &Response,
-        m: usize,
-        change: &Split,
-        column: &mut [f64],
+        projector: Option<&Projector>,
+        (m, change): (usize, &Split),
+        (column, along): (&mut [f64], &mut [f64]),
     ) {
         let mut acceleration = Split::zeros(at.n_lines(), 1);
         update2(acceleration.col_mut(0), at.s2.col(0), change.col(0), |_, s2, v| -s2 * v);
         if response.closed.is_none() {
             return times(column, self.first.col(m), acceleration.col(0));
         }
-        answered(at, response, m, (column, acceleration.col(0)), (self.first.col(m), change.col(0)));
+        answered(at, response, m, (&mut *column, acceleration.col(0)), (self.first.col(m), change.col(0)));
+        if let Some(p) = projector {
+            p.project(column, along);
+        }
     }
 
     pub fn give_back(self, ws: &mut Workspace) {

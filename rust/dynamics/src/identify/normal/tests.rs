@@ -7,7 +7,7 @@ mod refused;
 mod solving;
 
 use super::*;
-use crate::identify::{Attached, RecordLines, Settings, Term};
+use crate::identify::{Attached, RecordLines, Settings, Term, What};
 use crate::laws::Kind;
 use femend_linalg::gemm;
 use num_complex::Complex64;
@@ -88,7 +88,7 @@ fn record(numbers: &mut Numbers, n_out: usize, n_in: usize, sigma: f64) -> Recor
 
 fn nothing() -> Hypothesis {
     let none = Dense::zeros(0, 0);
-    Hypothesis { w: none, what: What::Nothing, compliance: vec![], law_mean: vec![], law_sd: vec![] }
+    Hypothesis { w: none, what: What::Nothing, free: 0, compliance: vec![], law_mean: vec![], law_sd: vec![] }
 }
 
 fn free(numbers: &mut Numbers, n_w: usize) -> Hypothesis {
@@ -99,6 +99,7 @@ fn closed(numbers: &mut Numbers, n_w: usize, kinds: &[Kind], x: &[f64]) -> Hypot
     Hypothesis {
         w: numbers.dense(n_w, R),
         what: What::everywhere(kinds, n_w),
+        free: 0,
         compliance: (0..n_w).map(|i| 2e-5 * (1 + i) as f64).collect(),
         law_mean: x.to_vec(),
         law_sd: vec![2.0; x.len()],

@@ -1,10 +1,18 @@
-//! A free force projected out against explicit least squares.
+//! A free force projected out against explicit least squares, alone and beside laws.
 
 use super::*;
 
+/// Laws at a coordinate of their own beside `n_free` free forces.
+fn beside_laws(numbers: &mut Numbers, n_free: usize) -> Hypothesis {
+    let (kinds, x) = laws();
+    let all = kinds.iter().map(|&kind| Attached { kind, at: vec![0] }).collect();
+    let compliance = (0..=n_free).map(|i| if i == 0 { 2e-5 } else { 0.0 }).collect();
+    Hypothesis { what: What::Laws(all), free: n_free, compliance, ..closed(numbers, 1 + n_free, &kinds, &x) }
+}
+
 /// Least squares over forces on every line and decay amplitudes at once, by one dense normal equation.
 fn explicit(step: &Step<'_>, record: &RecordLines) -> (f64, Vec<f64>, Vec<Complex64>) {
-    let (n_out, n_w, n_t) = (record.n_out(), step.response.n_w, step.decays.len());
+    let (n_out, n_w, n_t) = (record.n_out(), step.response.n_free, step.decays.len());
     let mut decay = vec![Split::zeros(N_LINES, n_out); n_t];
     decay.iter_mut().enumerate().for_each(|(t, y)| step.decays.column(step.at, &step.response, t, y));
     let n = n_t + 2 * n_w * N_LINES;
@@ -21,7 +29,8 @@ fn explicit(step: &Step<'_>, record: &RecordLines) -> (f64, Vec<f64>, Vec<Comple
                 (a[(i, t)], a[(i + 1, t)]) = (v.re, v.im);
             }
             for f in 0..n_w {
-                let (v, at) = (step.response.h.get(f * n_out + s, k) * w, n_t + 2 * (k * n_w + f));
+                let (h, sign) = step.response.per_free_force(f, s);
+                let (v, at) = (Complex64::new(h.0[k], h.1[k]) * sign * w, n_t + 2 * (k * n_w + f));
                 (a[(i, at)], a[(i + 1, at)]) = (v.re, v.im);
                 (a[(i, at + 1)], a[(i + 1, at + 1)]) = (-v.im, v.re);
             }
@@ -42,13 +51,17 @@ fn explicit(step: &Step<'_>, record: &RecordLines) -> (f64, Vec<f64>, Vec<Comple
 #[test]
 fn projecting_a_free_force_out_is_least_squares_over_it() {
     let numbers = &mut Numbers(23);
-    for n_w in [1, 2] {
+    let mut cases = vec![(free(numbers, 1), 1, vec![], 1), (free(numbers, 2), 2, vec![], 1)];
+    for n_in in [0, 1] {
+        cases.push((beside_laws(numbers, 1), 1, laws().1, n_in));
+        cases.push((beside_laws(numbers, 2), 2, laws().1, n_in));
+    }
+    for (hypothesis, n_w, x, n_in) in cases {
         let system = system(numbers, 2, 0.02);
-        let record = record(numbers, 5, 1, 1.0);
-        let hypothesis = free(numbers, n_w);
+        let record = record(numbers, 5, n_in, 1.0);
         let modal = system.modal(&system.mean).expect("modes");
         let prepared = Prepared::new(&record);
-        let step = Step::new(&prepared, &system, &modal, &hypothesis, &[], &mut Workspace::default())
+        let step = Step::new(&prepared, &system, &modal, &hypothesis, &x, &mut Workspace::default())
             .expect("response");
         let (sum, amplitudes, forces) = explicit(&step, &record);
         assert!((step.sum - sum).abs() < 1e-8 * sum, "{} and {sum}", step.sum);
@@ -56,7 +69,7 @@ fn projecting_a_free_force_out_is_least_squares_over_it() {
         for (a, b) in step.amplitudes.iter().zip(&amplitudes) {
             assert!((a - b).abs() < 1e-6 * size, "decays {a} and {b}");
         }
-        let found = step.force();
+        let found = step.free_force();
         let largest = forces.iter().fold(0.0_f64, |a, b| a.max(b.norm()));
         for k in 0..N_LINES {
             for i in 0..n_w {
@@ -72,16 +85,20 @@ fn projecting_a_free_force_out_is_least_squares_over_it() {
 #[test]
 fn the_gradient_of_the_projected_cost_is_its_derivative() {
     let numbers = &mut Numbers(41);
-    for n_w in [1, 2] {
+    let mut cases = vec![(free(numbers, 1), vec![]), (free(numbers, 2), vec![])];
+    cases.push((beside_laws(numbers, 1), laws().1));
+    cases.push((beside_laws(numbers, 2), laws().1));
+    for (hypothesis, x) in cases {
         let system = system(numbers, 0, 1e-7);
-        let records = [record(numbers, 5, 1, 5.0), record(numbers, 4, 2, 5.0)];
-        let hypothesis = free(numbers, n_w);
-        let p = start(&system, &[]);
-        let cost = |p: &[f64]| evaluate(&system, &records, &hypothesis, p, &[]).cost;
-        let gradient = evaluate(&system, &records, &hypothesis, &p, &[]).gradient;
-        for j in 0..2 {
+        let records = [record(numbers, 5, 1, 5.0), record(numbers, 5, 0, 5.0)];
+        let start = start(&system, &x);
+        let (n_w, n_p) = (hypothesis.n_free(), system.n_unknowns());
+        let at = |z: &[f64]| evaluate(&system, &records, &hypothesis, &z[..n_p], &z[n_p..]);
+        let cost = |z: &[f64]| at(z).cost;
+        let gradient = at(&start).gradient;
+        for j in (0..2).chain(n_p..start.len()) {
             let h = 1e-5;
-            let (mut up, mut down) = (p.clone(), p.clone());
+            let (mut up, mut down) = (start.clone(), start.clone());
             up[j] += h;
             down[j] -= h;
             let expected = (cost(&up) - cost(&down)) / (4.0 * h);
@@ -91,5 +108,24 @@ fn the_gradient_of_the_projected_cost_is_its_derivative() {
                 gradient[j]
             );
         }
+    }
+}
+
+/// What a free force does beside laws is what the same force does as a measured one.
+#[test]
+fn a_free_force_moves_the_closed_loop_as_a_measured_one() {
+    let numbers = &mut Numbers(47);
+    let (system, hypothesis, x) = (system(numbers, 2, 0.02), beside_laws(numbers, 1), laws().1);
+    let mut record = record(numbers, 4, 1, 1.0);
+    record.in_rows = Dense::from_vec(1, R, (0..R).map(|m| hypothesis.w[(1, m)]).collect());
+    record.u.iter_mut().for_each(|u| *u = Complex64::ONE);
+    let modal = system.modal(&system.mean).expect("modes");
+    let prepared = Prepared::new(&record);
+    let ws = &mut Workspace::default();
+    let step = Step::new(&prepared, &system, &modal, &hypothesis, &x, ws).expect("response");
+    for (s, k) in (0..4).flat_map(|s| (0..N_LINES).map(move |k| (s, k))) {
+        let (h, sign) = step.response.per_free_force(0, s);
+        let (found, measured) = (Complex64::new(h.0[k], h.1[k]) * sign, step.response.y.get(s, k));
+        assert!((found - measured).norm() < 1e-10 * measured.norm(), "{found} and {measured}");
     }
 }
