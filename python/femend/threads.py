@@ -1,7 +1,7 @@
 """How many threads the BLAS of numpy and scipy may take.
 
-Updating and diagnosis multiply many small matrices, between whose products the threads of a BLAS wait in a loop; the
-work that does gain from more cores is in the Rust core, which has threads of its own.
+Updating, diagnosis and the identification of modes work on many small matrices, between whose operations the threads of
+a BLAS wait in a loop; the work that does gain from more cores is in the Rust core, which has threads of its own.
 """
 
 from __future__ import annotations

@@ -168,7 +168,9 @@ def _one_more_force(driven: Driven, settings: Settings) -> bool:
 def _simulated(driven: Driven, plain: Diagnosis, settings: Settings, tell: Progress) -> Diagnosis:
     """The diagnosis with laws that have to be simulated, under the force that is read off at the drive; `plain` where
     none holds with the force free again."""
-    known = with_force_read_off(driven, plain.place or driven.located[0])
+    first, place = driven.located[0], plain.place
+    near = place is not None and place.cost < first.cost + settings.margin
+    known = with_force_read_off(driven, place if near and place is not None else first)
     if known is None:
         return plain
     tell.start("locate what is missing", len(driven.places))

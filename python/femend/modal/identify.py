@@ -20,6 +20,7 @@ from femend.modal.refine import RefinedModes
 from femend.modal.result import ModalTest
 from femend.modal.scaling import DrivingPoint, driving_points, modal_masses, scale_by_driving_points
 from femend.modal.stabilisation import Stabilisation, stabilise
+from femend.threads import one_blas_thread
 
 __all__ = ["identify_modes", "line_noise"]
 
@@ -27,6 +28,7 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
+@one_blas_thread
 def identify_modes(
     frf: FRF | Recording,
     band: tuple[float, float] | None = None,

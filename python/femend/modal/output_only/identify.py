@@ -16,6 +16,7 @@ from femend.modal.output_only.prepare import Signals, motion_rows, prepare_signa
 from femend.modal.output_only.result import OutputOnlyModes
 from femend.modal.output_only.spectra import spectral_peaks
 from femend.modal.output_only.ssi_modes import reference_weights, ssi_modes, ssi_settings
+from femend.threads import one_blas_thread
 
 __all__ = ["HARMONICS", "METHODS", "identify_output_only"]
 
@@ -23,6 +24,7 @@ METHODS = ("ssi", "plscf", "efdd")
 HARMONICS = ("remove", "flag")
 
 
+@one_blas_thread
 def identify_output_only(
     time_data: TimeData,
     band: tuple[float, float] | None = None,
