@@ -161,3 +161,4 @@ def test_what_one_force_does_not_explain_is_left_to_modes(tmp_path: Path) -> Non
         assert "no mode could be identified" in str(error)  # noqa: PT017
     else:
         assert isinstance(run, StagedRun)
+        assert any("no one force" in warning for warning in run.result["warnings"])

@@ -32,6 +32,15 @@ from femend.study.study import Study
 __all__ = ["StudyRun", "diagnose"]
 
 
+# why recordings of a force nobody recorded are taken as ambient vibration
+ONLY_MODES = "only the modes that they show were compared, which passes over most of what may be missing"
+TOO_FEW = f"no force was recorded, and not {LEAST_SENSORS} responses in time: {ONLY_MODES}; record more responses"
+NO_ONE_FORCE = (
+    f"no force was recorded, and no one force along an axis of a node explains the responses: {ONLY_MODES}; check the "
+    'sensors, or say excitation = "ambient" where many forces act'
+)
+
+
 @dataclass(frozen=True, eq=False)
 class StudyRun:
     """A finished run: the study, model, recordings and pairing, the diagnosis, its predictions and its result."""
@@ -74,8 +83,8 @@ def diagnose(
         with steps.step("diagnose"), steps.parts("diagnose") as told:
             diagnose_them = diagnose_responses if unrecorded else diagnose_records
             diagnosis = diagnose_them(model, records, study.damping_ratio, told)
-    if diagnosis is None:  # no one force explains the responses: what they tell are modes
-        return diagnose_staged(study, steps, info, progress, folder)
+    if diagnosis is None:  # what is left of them are modes
+        return diagnose_staged(study, steps, info, progress, folder, [NO_ONE_FORCE if records else TOO_FEW])
     if diagnosis.driven is not None:  # with the noise that was told from them
         records = diagnosis.driven.start.problem.records
     with steps.step("predict"):

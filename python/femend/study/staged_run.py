@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -62,8 +63,11 @@ def is_staged(study: Study) -> bool:
 
 
 @one_blas_thread
-def diagnose_staged(study: Study, steps: Any, info: RunInfo, progress: Progress, out: Path | None) -> StagedRun:
-    """Runs a study stage by stage and writes what the contract asks for; raises what the readers raise."""
+def diagnose_staged(
+    study: Study, steps: Any, info: RunInfo, progress: Progress, out: Path | None, told: Sequence[str] = ()
+) -> StagedRun:
+    """Runs a study stage by stage and writes what the contract asks for, `told` among the warnings; raises what the
+    readers raise."""
     with steps.step("read the deck and the recordings"):
         parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
         free = free_model(_core.Deck.read(str(study.model_file)), units=study.units, parameters=parameters)
@@ -79,7 +83,7 @@ def diagnose_staged(study: Study, steps: Any, info: RunInfo, progress: Progress,
         progress.done()
     with steps.step("predict"):
         predictions = predict_staged(setup, test, data, final, plain)
-        result = staged_result(setup, data, final, plain, predictions, warnings_of(free.deck, test))
+        result = staged_result(setup, data, final, plain, predictions, [*warnings_of(free.deck, test), *told])
     run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)
     if out is not None:
         _write(run, out, info)
