@@ -111,7 +111,9 @@ def locate(
     """
     n_out = min(r.y.shape[0] for r in problem.records)
     free = sum(b.n_w for b in beside) + problem.n_free
-    todo = [p for p in places if p.n_w + free < n_out]
+    # with a force nobody recorded free too, several more explain much at any place
+    most = n_out - 1 if problem.load is None else max(n_out // 2, 1 + free)
+    todo = [p for p in places if p.n_w + free <= most]
     many = is_many(todo)
     second, last, late_quota = (FEW_SECOND, FEW_LAST, FEW_LATE) if many else (SECOND_STAGE, LAST_STAGE, LATE)
     if many:

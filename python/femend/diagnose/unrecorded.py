@@ -41,7 +41,7 @@ DRIVES = 2
 # further drives from the beginnings of the records alone: their decay in units of `Problem.scale`, steps and lines
 GLANCES, GLANCE, GLANCE_STEPS, GLANCE_LINES = 2, 30.0, 4, 60
 # drives that are compared, and the mean squared correlation of what two do to the sensors from which one goes on
-COMPARED, ALIKE = 16, 0.97
+COMPARED, ALIKE, TWINS = 16, 0.97, 0.999
 # cost, in that of the first drive, from which a drive alone leaves too much to be made up for
 HOPELESS = 10.0
 # misfit below which the noise was overrated: without a force only its quietest lines tell it, which a force over the
@@ -168,11 +168,13 @@ def _unlike(
     count: int,
     beside: Sequence[Place] = (),
 ) -> list[tuple[Place, FloatArray]]:
-    """The first `count` of the places that move the sensors unlike each other and unlike those `beside`."""
+    """The first `count` of the places that move the sensors unlike each other and are no twins of those `beside`."""
     first = list(ranked[:COMPARED])
     few = problem.on(problem.records[:1]).thinned(GLANCE_LINES)
     everything = [*beside, *(place for place, _ in first)]
-    like = similarity(few, reduced, everything, problem.prior(reduced)[0]) > ALIKE
+    # what stands for a place at a glance need not do so to the end
+    least = np.where(np.arange(len(everything)) < len(beside), TWINS, ALIKE)
+    like = similarity(few, reduced, everything, problem.prior(reduced)[0]) > least
     taken = list(range(len(beside)))
     for i in range(len(beside), len(everything)):
         if len(taken) < len(beside) + count and not like[i, taken].any():
