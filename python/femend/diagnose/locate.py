@@ -117,7 +117,7 @@ def locate(
     many = is_many(todo)
     second, last, late_quota = (FEW_SECOND, FEW_LAST, FEW_LATE) if many else (SECOND_STAGE, LAST_STAGE, LATE)
     if many:
-        todo = screened(problem, reduced, todo, null, beside)
+        todo = screened(problem, reduced, todo, null, [*beside, *([] if problem.load is None else [problem.load])])
     hypotheses = [hypothesis_of(p, reduced, beside) for p in todo]
     few = problem.sparing(LINES)
     plain = problem.sparing(FEWEST_LINES).untuned()

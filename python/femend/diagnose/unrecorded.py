@@ -22,6 +22,7 @@ from femend.diagnose.linear import LAW_SD
 from femend.diagnose.locate import Located, hypothesis_of, locate, refitted, squares_of
 from femend.diagnose.noise import quieter_records
 from femend.diagnose.nonlinear import simulate_candidate
+from femend.diagnose.screen import is_many
 from femend.diagnose.settings import Settings
 from femend.diagnose.update import UpdatedModel, modelled, updated_by
 from femend.errors import RecordingError
@@ -97,7 +98,7 @@ def locate_drive(
     (resting,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], iterations=0)
     assert resting is not None, "a model at rest has a misfit"
     found = locate(problem, reduced, drives, resting)
-    glance = _at_a_glance(problem, reduced, drives)
+    glance = [] if is_many(drives) else _at_a_glance(problem, reduced, drives)
     if not found:
         raise RecordingError(
             f"no force along an axis of a node explains how the sensors of {records[0].name!r} move relative to each "
@@ -150,8 +151,8 @@ def _quieter(driven: Driven, records: Sequence[FitRecord]) -> Driven:
 
 
 def _at_a_glance(problem: Problem, reduced: ReducedModel, drives: Sequence[Place]) -> list[tuple[Place, FloatArray]]:
-    """The drives, those first that explain best how the records begin, each with unknowns of the model from there:
-    before waves have come back neither what is missing nor what members differ in shows."""
+    """The drives, those first that explain best how the records begin, with the deck's unknowns: before waves have come
+    back neither what is missing nor what members differ in shows."""
     plain = problem.sparing(GLANCE_LINES).untuned()
     bare = reduced if reduced.form is None else reduced.bare()
     hypotheses = [hypothesis_of(place, bare) for place in drives]
