@@ -222,8 +222,7 @@ def explain(
     # turned round where it is; one between the two places, or at a joint between them, can
     near = located[0].cost + settings.reach if located else np.inf
     explained = any(f.place.kind == "ground" and f.fit.score < settings.adequate and f.cost <= near for f in located)
-    unrecorded = problem.load is not None
-    load = None if unrecorded else try_loads(problem, split, reduced, null, baseline, settings, turned=explained)
+    load = try_loads(problem, split, reduced, null, baseline, settings, turned=explained)
     short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
     tell.start("name it", len(short))
     ranked, sigma = list[Ranked](), 0.0
@@ -234,16 +233,10 @@ def explain(
         and _worth_naming(problem, null, located, settings)
         and _could_win(problem, null, baseline, located, settings)
     )
-    plainly = worth and not unrecorded and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
+    plainly = worth and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
     if worth and not plainly:
         ranked, sigma = _named(start, split, located, places, short, (null_score, n_values), settings, tell)
-        if (
-            not unrecorded
-            and load is None
-            and explained
-            and sigma == 0
-            and unclear(null_score, ranked, n_values, settings)
-        ):
+        if load is None and explained and sigma == 0 and unclear(null_score, ranked, n_values, settings):
             # no law is behind the force that explains so much: it may stand in for a load that acts elsewhere after all
             tell.start("try loads")
             load = try_loads(problem, split, reduced, null, baseline, settings)
@@ -257,8 +250,8 @@ def explain(
         n_values, sigma,
     )  # fmt: skip
     decided = decide(undecided, plainly)
-    further = further and not unrecorded
-    if not further or decided.load is not None or decided.verdict not in ("missing-physics", "located-not-named"):
+    told = decided.load is None and decided.verdict in ("missing-physics", "located-not-named")
+    if not (further and told) or problem.load is not None:
         return decided
     if decided.rival is not None and decided.rival.ranked.candidate.chosen <= settings.adequate:
         return decided  # one force at one place explains what was not used to fit it

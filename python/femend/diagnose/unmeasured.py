@@ -133,7 +133,7 @@ def plainly_unmeasured(
     No law does that, so that none needs to be tried.
     """
     best, problem = next(iter(_outside(located, settings.margin)), None), split.whole
-    if best is None or min(r.y.shape[0] for r in problem.records) < 2:
+    if best is None or problem.load is not None or min(r.y.shape[0] for r in problem.records) < 2:
         return False
     n = min(r.n for r in problem.records)
     u = np.array([r.u[:, :n].ravel() for r in problem.records])
