@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.followed import followed
 from femend.diagnose.joint import Joint, Recovered, stiffness_scale
-from femend.estimate import Problem
+from femend.estimate import Hypothesis, Problem
 from femend.physics import Physics, linear_sizes, physics
 from femend.physics.causal import box_spectrum, springpot
 
 FloatArray = NDArray[np.float64]
 
-__all__ = ["fit_linear", "fit_mass", "judge_linear", "refit_linear"]
+__all__ = ["closed_by", "fit_linear", "fit_mass", "judge_linear", "refit_linear"]
 
 # ln standard deviation of a law's parameters around their start: they are free but for absurd values
 LAW_SD = 3.0
@@ -164,23 +164,23 @@ def _absorbers(
 def judge_linear(choosing: Problem, candidate: Candidate, sigma: float = 0.0) -> Candidate:
     """The candidate with the misfit it leaves on records it has not seen (windowed by exp(-sigma t)), nothing estimated
     there but free decays."""
+    (seen,) = choosing.fit([closed_by(candidate)], [(candidate.p, candidate.x)], sigma=sigma, iterations=0)
+    return replace(candidate, chosen=np.inf if seen is None else seen.score)
+
+
+def closed_by(candidate: Candidate) -> Hypothesis:
+    """The model with the linear law of a candidate that has a joint, free but for absurd values."""
     assert candidate.joint is not None
     assert candidate.physics is not None
-    hypothesis = candidate.joint.hypothesis(
-        (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), LAW_SD)
-    )
-    (seen,) = choosing.fit([hypothesis], [(candidate.p, candidate.x)], sigma=sigma, iterations=0)
-    return replace(candidate, chosen=np.inf if seen is None else seen.score)
+    law = candidate.physics.law or candidate.physics.name
+    return candidate.joint.hypothesis((law,), candidate.x, np.full(len(candidate.x), LAW_SD))
 
 
 def refit_linear(problem: Problem, candidate: Candidate) -> Candidate:
     """The candidate fitted to all records of the problem, with the covariance of its law."""
     assert candidate.joint is not None
     assert candidate.physics is not None
-    hypothesis = candidate.joint.hypothesis(
-        (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), LAW_SD)
-    )
-    (fit,) = problem.fit([hypothesis], [(candidate.p, candidate.x)], iterations=25, tolerance=1e-3)
+    (fit,) = problem.fit([closed_by(candidate)], [(candidate.p, candidate.x)], iterations=25, tolerance=1e-3)
     if fit is None:
         return candidate
     covariance = np.asarray(np.linalg.pinv(fit.hessian), dtype=np.float64)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.classes import similarity
 from femend.diagnose.known_force import Known, last_force
-from femend.diagnose.linear import LAW_SD
+from femend.diagnose.linear import closed_by
 from femend.diagnose.locate import Located, hypothesis_of, locate, refitted, squares_of
 from femend.diagnose.noise import quieter_records
 from femend.diagnose.nonlinear import simulate_candidate
@@ -30,7 +30,7 @@ from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import Model, Place, ReducedModel, find_places
 from femend.progress import Progress, SilentProgress
 
-__all__ = ["LEAST_SENSORS", "Driven", "closed_by", "holds", "locate_drive", "under_law", "with_force_read_off"]
+__all__ = ["LEAST_SENSORS", "Driven", "holds", "locate_drive", "with_force_read_off", "with_law"]
 
 FloatArray = NDArray[np.float64]
 
@@ -98,7 +98,6 @@ def locate_drive(
     (resting,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], iterations=0)
     assert resting is not None, "a model at rest has a misfit"
     found = locate(problem, reduced, drives, resting)
-    glance = [] if is_many(drives) else _at_a_glance(problem, reduced, drives)
     if not found:
         raise RecordingError(
             f"no force along an axis of a node explains how the sensors of {records[0].name!r} move relative to each "
@@ -107,13 +106,14 @@ def locate_drive(
         )
     reach = settings.margin * max(found[0].fit.score, 1.0)
     near = [one for one in found if one.cost < found[0].cost + reach]
-    ahead = [(one.place, one.fit.p) for one in near]
-    chosen = _unlike(problem, reduced, ahead, DRIVES)
-    chosen += _unlike(problem, reduced, glance, GLANCES, [place for place, _ in chosen])
-    tell.start("locate what is missing", len(chosen))
-    if found[0].fit.score > settings.consistent and len(chosen) > 1:
-        chosen = [_likeliest(bare, problem, chosen, places, settings)]
-    place, p = chosen[0]
+    place, p = found[0].place, found[0].fit.p
+    tell.start("locate what is missing", len(places))
+    if found[0].fit.score > settings.consistent:
+        chosen = _unlike(problem, reduced, [(one.place, one.fit.p) for one in near], DRIVES)
+        glance = [] if is_many(drives) else _at_a_glance(problem, reduced, drives)
+        chosen += _unlike(problem, reduced, glance, GLANCES, [place for place, _ in chosen])
+        if len(chosen) > 1:
+            place, p = _likeliest(bare, problem, chosen, places, settings)
     best = _beside(bare, problem, place, p, places)
     if best is None:
         raise RecordingError("the model cannot be solved with the force that was located; check its mass and stiffness")
@@ -239,41 +239,38 @@ def with_force_read_off(driven: Driven, beside: Located) -> UpdatedModel | None:
     return None if null is None else replace(start, problem=known, null=null)
 
 
-def under_law(driven: Driven, known: Problem, candidate: Candidate) -> Problem | None:
-    """The problem of a force nobody recorded with what a simulated law does, under the force read off (`known`), among
-    the recorded forces; None where it cannot be followed, or acts in a cut of the model.
+def with_law(
+    driven: Driven, known: Problem, candidate: Candidate, records: Sequence[FitRecord]
+) -> tuple[Problem, Hypothesis, FloatArray] | None:
+    """The problem of `records` in which the force at the drive is free, with the law of a candidate and its fit
+    coordinates; None for what has no law, cannot be followed, or is simulated in a cut of the model.
 
-    There the force at the drive is free again, so that a law is not judged by a force that was read off to suit it.
+    What a simulated law does under the force read off (the records of `known`, by name) is among the recorded forces
+    there. So no law is judged by a force that was read off to suit it.
     """
-    if candidate.joint is None or candidate.joint.place.release is not None:
+    joint = candidate.joint
+    if joint is None or candidate.physics is None:
         return None
-    forces = {}
-    for record in known.records:
-        history = simulate_candidate(known, candidate, record)
-        if not np.isfinite(history.f).all():
-            return None
-        forces[record.name] = (-history.f,)
-    law = Known((candidate.joint.place,), forces)
-    problem = driven.start.problem
-    return problem.on([law.on(record) for record in problem.records])
+    if not candidate.nonlinear:
+        return driven.start.problem.on(records), closed_by(candidate), candidate.x
+    if joint.place.release is not None:
+        return None
+    read_off = {r.name: r for r in known.records}
+    forces = {r.name: (-simulate_candidate(known, candidate, read_off[r.name]).f,) for r in records}
+    if not all(np.isfinite(f).all() for (f,) in forces.values()):
+        return None
+    law = Known((joint.place,), forces)
+    alone = Hypothesis(joint.reduced, np.zeros((0, joint.reduced.r)))
+    return driven.start.problem.on([law.on(record) for record in records]), alone, np.zeros(0)
 
 
 def holds(driven: Driven, known: Problem, candidate: Candidate, settings: Settings) -> bool:
     """Whether a law found under the force read off explains the sensors' motion, with the force free again, by as much
     better than the updated model as a law has to."""
-    if not candidate.nonlinear:
-        hypothesis = closed_by(candidate)
-        problem: Problem | None = driven.start.problem
-    else:
-        hypothesis = (
-            None
-            if candidate.joint is None
-            else Hypothesis(candidate.joint.reduced, np.zeros((0, candidate.joint.reduced.r)))
-        )
-        problem = under_law(driven, known, candidate)
-    if problem is None or hypothesis is None:
+    closed = with_law(driven, known, candidate, driven.start.problem.records)
+    if closed is None:
         return False
-    x = np.zeros(0) if candidate.nonlinear else candidate.x
+    problem, hypothesis, x = closed
     # as it was found: a fit that goes on from there would be another finding
     (fit,) = problem.fit([hypothesis], [(candidate.p, x)], iterations=0)
     null = driven.start.null
@@ -281,12 +278,3 @@ def holds(driven: Driven, known: Problem, candidate: Candidate, settings: Settin
         return False
     less = float(np.log(null.score / max(fit.score, 1e-12)))
     return settings.wins(null.cost - fit.cost, less, null.prior - fit.prior)
-
-
-def closed_by(candidate: Candidate) -> Hypothesis | None:
-    """The model with the linear law of a candidate; None for a part of the model."""
-    if candidate.joint is None or candidate.physics is None:
-        return None
-    return candidate.joint.hypothesis(
-        (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), LAW_SD)
-    )

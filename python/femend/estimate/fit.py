@@ -124,11 +124,16 @@ class Problem:
 
     def thinned(self, limit: int | None) -> Problem:
         """The same problem on at most about `limit` lines a record; on all with None."""
-        return Problem(self.records, self.band, self.zeta, self.n_tuned, self.spans, limit, self.load)
+        return self._but(limit=limit)
+
+    def _but(self, **changes: Any) -> Problem:
+        """The same problem but for `changes`, by the names of the constructor."""
+        own = {"records": self.records, "band": self.band, "zeta": self.zeta, "n_tuned": self.n_tuned}
+        return Problem(**{**own, "spans": self.spans, "limit": self.limit, "load": self.load, **changes})
 
     def driven_at(self, load: Place | None) -> Problem:
         """The same problem with an unrecorded force at `load`; with None without one."""
-        return Problem(self.records, self.band, self.zeta, self.n_tuned, self.spans, self.limit, load)
+        return self._but(load=load)
 
     @property
     def n_free(self) -> int:
@@ -163,7 +168,7 @@ class Problem:
     def untuned(self) -> Problem:
         """The same problem without frequency factors, with one damping ratio for all modes: enough, and much cheaper,
         where lines are so strongly damped that resonances do not show."""
-        return Problem(self.records, self.band, self.zeta, 0, self.spans, self.limit, self.load)
+        return self._but(n_tuned=0)
 
     def tuned_like(self, p: FloatArray, reduced: ReducedModel) -> FloatArray:
         """Unknowns `p` of the same model in an untuned problem (or in this one) as this problem has them."""
@@ -174,7 +179,7 @@ class Problem:
 
     def on(self, records: Sequence[FitRecord]) -> Problem:
         """The same band and priors on other records."""
-        return Problem(records, self.band, self.zeta, self.n_tuned, None, self.limit, self.load)
+        return self._but(records=records, spans=None)
 
     def kept(self, key: Hashable, make: Callable[[], Any]) -> Any:
         """What `make` gives, made once for a key; for what belongs to the records."""

@@ -138,27 +138,23 @@ def noise_of(u: FloatArray, y: FloatArray, dt: float, period: int) -> FloatArray
     """
     n = y.shape[1]
     U, Y = np.fft.rfft(u, axis=1), np.fft.rfft(y, axis=1)
-    if len(u) == 0:
-        return _without_force(y, Y, period)
     found = np.full(len(y), np.inf)
     repeats = bool(period) and n >= 2 * period
     if repeats:
         last, before = y[:, n - period :], y[:, n - 2 * period : n - period]
         found = (last - before).std(axis=1) / np.sqrt(2)
-    if not repeats or U.shape[1] > ENOUGH_LINES:
+    if len(u) == 0:
+        found = np.minimum(found, np.sqrt(_quietest(Y) / n))
+    elif not repeats or U.shape[1] > ENOUGH_LINES:
         found = np.minimum(found, np.sqrt(_local_residuals(U, Y) / n))
     return np.asarray(np.maximum(found, 1e-6 * y.std(axis=1)))
 
 
-def _without_force(y: FloatArray, Y: ComplexArray, period: int) -> FloatArray:
-    """Noise (n_out,) of responses to a force nobody recorded, from their quietest stretches and their last periods."""
-    n = y.shape[1]
+def _quietest(Y: ComplexArray) -> FloatArray:
+    """Power (n_out,) per line of white noise as the quietest stretches of the spectra show it."""
     whole = Y.shape[1] // STRETCH * STRETCH
-    power = (np.abs(Y[:, :whole]) ** 2).reshape(len(y), -1, STRETCH).mean(axis=2)
-    found = np.sqrt(np.quantile(power, QUIETEST, axis=1) / SHOWN / n)
-    if period and n >= 2 * period:
-        found = np.minimum(found, (y[:, n - period :] - y[:, n - 2 * period : n - period]).std(axis=1) / np.sqrt(2))
-    return np.asarray(np.maximum(found, 1e-6 * y.std(axis=1)))
+    power = (np.abs(Y[:, :whole]) ** 2).reshape(len(Y), -1, STRETCH).mean(axis=2)
+    return np.asarray(np.quantile(power, QUIETEST, axis=1) / SHOWN)
 
 
 def _local_residuals(U: ComplexArray, Y: ComplexArray) -> FloatArray:

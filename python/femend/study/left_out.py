@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
 from femend.diagnose.joint import in_time
-from femend.diagnose.unrecorded import closed_by, under_law
+from femend.diagnose.unrecorded import with_law
 from femend.estimate import FitRecord, Hypothesis, Problem
 
 __all__ = ["in_band", "predicted_by_others"]
@@ -40,16 +40,13 @@ def predicted_by_others(diagnosis: Diagnosis, record: FitRecord) -> dict[str, Fl
     nothing = np.zeros(0)
     updated = _each(problem, null.hypothesis, null.p, nothing, record)
     final, best = updated, diagnosis.best
-    if best is not None and driven is not None and best.nonlinear:
-        under = under_law(driven, diagnosis.problem, best)
-        if under is not None and best.joint is not None:
-            alone = Hypothesis(best.joint.reduced, np.zeros((0, best.joint.reduced.r)))
-            (loaded,) = (r for r in under.records if r.name == record.name)
-            final = _each(problem, alone, best.p, nothing, loaded)
-    elif best is not None:
-        part = null.hypothesis if diagnosis.place is None else diagnosis.place.fit.hypothesis
-        closed = closed_by(best)
-        final = _each(problem, closed or part, best.p, nothing if closed is None else best.x, record)
+    if best is not None and driven is not None:
+        closed = with_law(driven, diagnosis.problem, best, [record])
+        if closed is not None:
+            under, hypothesis, x = closed
+            final = _each(under, hypothesis, best.p, x, under.records[0])
+        elif best.joint is None and diagnosis.place is not None:
+            final = _each(problem, diagnosis.place.fit.hypothesis, best.p, nothing, record)
     return {"nominal": _each(problem, nominal, p, nothing, record), "parameters": updated, "final": final}
 
 

@@ -36,7 +36,10 @@ fn of_record(step: &Step<'_>) -> Fitted {
     }
     response.push_free(&free, &mut y);
     // Displacements of the coordinates answer to a free force through the whole model; free decays move them too.
-    let (_, mut d) = response.driven(&free, Split::zeros(at.n_lines(), response.q.n_columns()));
+    let (q, mut d) = response.driven(&free, Split::zeros(at.n_lines(), response.q.n_columns()));
+    if response.closed.is_none() && response.n_free > 0 {
+        d = response.open_motion(&q);
+    }
     step.decays.add_motion(at, response, &step.amplitudes, &mut d);
     let mut force =
         response.closed.as_ref().map_or_else(|| Split::zeros(at.n_lines(), response.n_w), |c| c.force(&d));

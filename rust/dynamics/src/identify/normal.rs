@@ -80,18 +80,12 @@ impl<'a> Step<'a> {
         let mut y = Split::zeros(at.n_lines(), at.n_out());
         for t in decays.n_modal()..n_t {
             decays.column(at, &response, t, &mut y);
-            at.fill(base.col_mut(t), &y);
-            if let Some(p) = &projector {
-                p.project(base.col_mut(t), along.col_mut(t));
-            }
+            Projector::fill(projector.as_ref(), at, &y, (base.col_mut(t), along.col_mut(t)));
         }
         for s in 0..at.n_out() {
             update2(y.col_mut(s), at.y.col(s), response.y.col(s), |_, recorded, y| recorded - y);
         }
-        at.fill(base.col_mut(n_t), &y);
-        if let Some(p) = &projector {
-            p.project(base.col_mut(n_t), along.col_mut(n_t));
-        }
+        Projector::fill(projector.as_ref(), at, &y, (base.col_mut(n_t), along.col_mut(n_t)));
         let gram = gemm_tn(&base, &base);
         let factor = if n_t > 0 { decay_factor(&gram, &decays.ridge) } else { None };
         let (amplitudes, sum) = eliminate(&gram, factor.as_ref(), n_t);

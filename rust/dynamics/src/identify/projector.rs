@@ -130,6 +130,15 @@ impl Projector {
         }
     }
 
+    /// Writes the accelerations `y` to a weighted column, without what free forces could do as well, whose coordinates
+    /// `along` becomes; as they are where there is no projector.
+    pub fn fill(of: Option<&Self>, at: &Prepared<'_>, y: &Split, (column, along): (&mut [f64], &mut [f64])) {
+        at.fill(column, y);
+        if let Some(p) = of {
+            p.project(column, along);
+        }
+    }
+
     /// Removes from a weighted column its part in the span of the basis and gives the forces it is of.
     pub fn taken_out(&self, column: &mut [f64]) -> Split {
         let n = self.triangle.n_lines();

@@ -125,8 +125,8 @@ impl Response {
         push_sensors(&self.to_force, self.n_out, force, y);
     }
 
-    /// Modal response, and displacements of the coordinates, with free forces (`n_free` columns) added; `q` is
-    /// overwritten.
+    /// Modal response with free forces (`n_free` columns) added, and of a closed loop the displacements of the
+    /// coordinates with them; `q` is overwritten.
     pub fn driven(&self, free: &Split, mut q: Split) -> (Split, Split) {
         (0..q.n_columns()).for_each(|m| update(q.col_mut(m), self.q.col(m), |_, q| q));
         if self.n_free == 0 {
@@ -145,9 +145,14 @@ impl Response {
             return (q, d);
         }
         add_force(&self.shapes, self.n_out, &self.g, &force, &mut q);
+        (q, self.d.clone())
+    }
+
+    /// Displacements of the coordinates under a modal response, where no loop is closed.
+    pub fn open_motion(&self, q: &Split) -> Split {
         let mut all = Split::zeros(self.g.n_lines(), self.shapes.ncols());
         q.times_into(&self.shapes, &mut all);
-        (q, all.columns(self.n_out, self.n_w))
+        all.columns(self.n_out, self.n_w)
     }
 
     /// dY/dx_j of the law's parameters where its coordinates move by `d`.

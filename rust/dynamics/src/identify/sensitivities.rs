@@ -56,11 +56,8 @@ impl<'a> Sensitivities<'a> {
         let mut y = Split::zeros(at.n_lines(), at.n_out());
         for j in 0..n_law {
             response.law_column(j, &d, &mut y);
-            let column = columns.col_mut(system.n_unknowns() + j);
-            at.fill(column, &y);
-            if let Some(p) = projector {
-                p.project(column, &mut this.along);
-            }
+            let to = (columns.col_mut(system.n_unknowns() + j), &mut this.along[..]);
+            Projector::fill(projector, at, &y, to);
         }
         [this.q, this.gq, this.gv, this.y].into_iter().for_each(|a| ws.give(a.into_dense()));
         columns
@@ -112,11 +109,7 @@ impl<'a> Sensitivities<'a> {
             }
             let d = self.y.columns(n_out, self.response.n_w);
             self.response.feed_back(&d, &mut self.y);
-            at.fill(column, &self.y);
-            if let Some(p) = self.projector {
-                p.project(column, &mut self.along);
-            }
-            return;
+            return Projector::fill(self.projector, self.at, &self.y, (column, &mut self.along));
         }
         for (s, (part, _)) in at.sensors(column).enumerate() {
             update2(part, self.y.col(s), at.weighted_s2.col(s), |_, y, ws2| -ws2 * y);
