@@ -14,7 +14,10 @@ PAGES = (
     "README.md",
     "CONTRIBUTING.md",
     "benches/README.md",
-    *(f"python/docs/{name}.md" for name in ("architecture", "correlation", "laws", "modal", "naming", "operating")),
+    *(
+        f"python/docs/{name}.md"
+        for name in ("architecture", "blind", "correlation", "laws", "modal", "naming", "operating")
+    ),
     *(f"python/docs/{name}.md" for name in ("elements", "output_only", "pretest", "recordings", "selftest", "signals")),
     "python/docs/updating.md",
 )
