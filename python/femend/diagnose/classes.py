@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,9 +12,10 @@ from femend.diagnose.receptances import at_sensors, on_lines
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Distinct", "distinct", "similarity"]
+__all__ = ["Distinct", "distinct", "similarity", "similarity_to"]
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 # lines on which the directions of a large model are compared
 FEW = 12
@@ -23,20 +24,39 @@ FEW = 12
 def similarity(problem: Problem, reduced: ReducedModel, places: Sequence[Place], p: FloatArray) -> FloatArray:
     """How alike forces at places move the sensors: mean squared correlation (n, n) over the problem's lines.
 
-    Every place has one force, `p` are the unknowns of the model. 1 where no sensor can tell two places apart.
+    Every place has one force, `p` are the unknowns of the model. 1 where no sensor can tell two places apart. For few
+    places; one against very many is `similarity_to`.
     """
+    total, count = np.zeros((len(places), len(places))), 0
+    for own in _directions(problem, reduced, places, p):
+        total += np.abs(own.conj() @ own.T) ** 2
+        count += 1
+    return total / max(count, 1)
+
+
+def similarity_to(
+    problem: Problem, reduced: ReducedModel, place: Place, others: Sequence[Place], p: FloatArray
+) -> FloatArray:
+    """How alike a force at `place` and one at each of `others` move the sensors: that row (n,) of `similarity`, in
+    memory that grows with n and not with its square."""
+    total, count = np.zeros(len(others)), 0
+    for own in _directions(problem, reduced, [place, *others], p):
+        total += np.abs(own[1:] @ own[0].conj()) ** 2
+        count += 1
+    return total / max(count, 1)
+
+
+def _directions(
+    problem: Problem, reduced: ReducedModel, places: Sequence[Place], p: FloatArray
+) -> Iterator[ComplexArray]:
+    """Weighted accelerations (n, n_out) that a force at each place makes, of length one; on one line after the other."""
     omega, zeta, Q = problem.system(reduced).modal(p)
     W = np.array([place.w(reduced.V, reduced.V_a)[0] for place in places]) @ Q
-    total, weight = np.zeros((len(places), len(places))), 0.0
     for line in problem.lines(reduced):
         s, g, out = on_lines(line, reduced, omega, zeta, Q)
         for k in range(len(s)):
             h = (W * g[k]) @ out.T * line.weight[k]
-            size = np.maximum(np.linalg.norm(h, axis=1), 1e-300)
-            own = h / size[:, None]
-            total += np.abs(own.conj() @ own.T) ** 2
-            weight += 1.0
-    return np.asarray(total / max(weight, 1.0))
+            yield h / np.maximum(np.linalg.norm(h, axis=1), 1e-300)[:, None]
 
 
 @dataclass(frozen=True, eq=False)

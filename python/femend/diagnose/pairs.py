@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.classes import similarity
+from femend.diagnose.classes import similarity_to
 from femend.diagnose.locate import (
     ALIKE,
     COMPARED_LINES,
@@ -113,8 +113,8 @@ def _same(first: Searched, a: Place, b: Place) -> bool:
     if a.n_w != 1 or b.n_w != 1:
         return a.kind == b.kind and a.nodes == b.nodes
     few = first.problem.on(first.problem.records[:1]).thinned(COMPARED_LINES)
-    matrix = similarity(few, first.reduced, [a, b], first.problem.prior(first.reduced)[0])
-    return bool(matrix[0, 1] > ALIKE)
+    row = similarity_to(few, first.reduced, a, [b], first.problem.prior(first.reduced)[0])
+    return bool(row[0] > ALIKE)
 
 
 def others(first: Searched, place: Place) -> list[Place]:
@@ -132,8 +132,8 @@ def alike(first: Searched, place: Place) -> list[Place]:
         return []
     single = [p for p in first.places if p.n_w == 1 and p is not place]
     few = first.problem.on(first.problem.records[:1]).thinned(COMPARED_LINES)
-    matrix = similarity(few, first.reduced, [place, *single], first.problem.prior(first.reduced)[0])
-    return [p for p, r in zip(single, matrix[0, 1:], strict=True) if r > ALIKE]
+    row = similarity_to(few, first.reduced, place, single, first.problem.prior(first.reduced)[0])
+    return [p for p, r in zip(single, row, strict=True) if r > ALIKE]
 
 
 def _beside(first: Searched, at: Located) -> list[Located]:
