@@ -1,7 +1,8 @@
 """Motor rigs to diagnose: a block on four springs on a plate, tapped while clamped, run up in operation.
 
 The truth has a plate of twice as many elements, springs of bars with their own mass where they bend, parameters off the
-deck's, Rayleigh damping and dashpots in the layer. Its modes up to 300 Hz are stepped by whole transforms.
+deck's, Rayleigh damping and dashpots in the layer. Its modes up to 300 Hz are stepped by whole transforms; a rotor's
+gyroscopic moments and springs that change with the speed are stepped in time, with the speed of every instant.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from femend.model.model import Model, read_model
 Array = NDArray[np.float64]
 
 RATE, NX, NY = 256.0, 5, 4
+# steps in time within a sample, where the structure changes with the speed
+FINE = 8
 SENSORS = tuple(range(501, 509))
 BEARINGS, TOP, FEET = (511, 512), (501, 502, 503, 504), (521, 522, 523, 524)
 
@@ -43,6 +46,14 @@ class Rig:
     top_speed: float = 26.0
     onset: float | None = None
     power: float = 2.0
+    ip: float = 0.0
+    stiffening: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def turns(self) -> bool:
+        """Does anything act with the speed: polar inertia `ip` (kg m^2) of a rotor about X in the bearings, or
+        `stiffening`, the share by which the springs' k1, k2, k3 have risen at the top speed, with its square?"""
+        return self.ip != 0.0 or any(self.stiffening)
 
 
 def deck(rig: Rig, *, truth: bool = False, clamped: bool = True) -> str:
@@ -138,6 +149,44 @@ class Truth:
     def row(self, node: int, component: int) -> Array:
         return self.V[6 * self.model.index(node) + component - 1]
 
+    def turning(self, rig: Rig) -> tuple[Array, Array]:
+        """Between the modes: G (r, r) of the rotor (moments G q' per rad/s), and what the springs gain at top speed."""
+        y, z = self.row(500, 5), self.row(500, 6)
+        G = rig.ip * (np.outer(y, z) - np.outer(z, y))
+        gain = np.zeros_like(G)
+        for n, foot in enumerate(FEET):
+            # a spring acts in the middle of its length: the block's end and the foot move there rigidly
+            for i, share in enumerate(rig.stiffening):
+                k = rig.k[i] * rig.factors[i] * share
+                stretch = self.middle(TOP[n], -0.05)[i] - self.middle(foot, 0.05)[i]
+                gain += k * np.outer(stretch, stretch)
+        return G, gain
+
+    def middle(self, node: int, dz: float) -> Array:
+        """Motion (3, r) of a point `dz` above `node` that moves rigidly with it."""
+        u, turn = (np.array([self.row(node, first + c) for c in range(3)]) for first in (1, 4))
+        return u + dz * np.array([turn[1], -turn[0], np.zeros_like(turn[0])])
+
+    def respond_turning(self, rig: Rig, forces: Array, omega: Array, patterns: Array, outputs: Array) -> Array:
+        """Accelerations (n_out, n) at the record's rate to forces (m, n FINE) and speeds (n FINE,) rad/s, from rest.
+
+        Newmark's method with beta = 1/12 (Fox and Goodwin): periods are right to the fourth power of the step.
+        """
+        G, gain = self.turning(rig)
+        h, top = 1 / (RATE * FINE), 2 * np.pi * rig.top_speed
+        base, load, eye = np.diag(self.omega**2), forces.T @ patterns, np.eye(len(self.omega))
+        u, v, a = (np.zeros(len(eye)) for _ in range(3))
+        kept = np.zeros((len(outputs), forces.shape[1] // FINE))
+        for i in range(load.shape[0]):
+            C = self.C + rig.sense * omega[i] * G
+            K = base + (omega[i] / top) ** 2 * gain
+            u_next, v_next = u + h * v + (5 / 12) * h**2 * a, v + 0.5 * h * a
+            a = np.linalg.solve(eye + 0.5 * h * C + h**2 / 12 * K, load[i] - C @ v_next - K @ u_next)
+            u, v = u_next + h**2 / 12 * a, v_next + 0.5 * h * a
+            if i % FINE == 0:
+                kept[:, i // FINE] = outputs @ a
+        return kept
+
     def receptance(self, freq: Array) -> NDArray[np.complex128]:
         """(K, r, r) between the modes."""
         s = (2j * np.pi * freq)[:, None, None]
@@ -232,7 +281,8 @@ def _run(
     noise: float,
 ) -> None:
     lead, n = int(10 * RATE), int(rig.seconds * RATE)
-    t = (np.arange(lead + n) - lead) / RATE
+    fine = FINE if rig.turns else 1
+    t = (np.arange((lead + n) * fine) / fine - lead) / RATE
     rate = (speeds[1] - speeds[0]) / rig.seconds
     inside = np.maximum(t, 0.0)
     angle = 2 * np.pi * (speeds[0] * t + 0.5 * rate * inside**2)
@@ -243,8 +293,12 @@ def _run(
         forces += [u * grown * np.cos(angle + phase), rig.sense * u * grown * np.sin(angle + phase)]
         patterns += [truth.row(node, 2), truth.row(node, 3)]
     # running before the record begins, or at rest until the force sets in with it
-    soft = np.minimum(1.0, np.arange(lead + n) / (2 * RATE)) if rig.onset is None else np.clip(t / rig.onset, 0.0, 1.0)
-    y = truth.respond(soft * np.array(forces), np.array(patterns), outputs, lead)
+    soft = np.minimum(1.0, (t - t[0]) / 2) if rig.onset is None else np.clip(t / rig.onset, 0.0, 1.0)
+    if rig.turns:
+        y = truth.respond_turning(rig, soft * np.array(forces), omega, np.array(patterns), outputs)[:, lead:]
+    else:
+        y = truth.respond(soft * np.array(forces), np.array(patterns), outputs, lead)
+    angle = angle[::fine]
     if name == "rundown":
         np.save(folder / "rundown.true.npy", y)
         _write(folder, name, [], np.zeros((0, n)), _tacho(angle[lead:]))

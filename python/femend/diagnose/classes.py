@@ -37,8 +37,8 @@ def similarity(problem: Problem, reduced: ReducedModel, places: Sequence[Place],
 def similarity_to(
     problem: Problem, reduced: ReducedModel, place: Place, others: Sequence[Place], p: FloatArray
 ) -> FloatArray:
-    """How alike a force at `place` and one at each of `others` move the sensors: that row (n,) of `similarity`, in
-    memory that grows with n and not with its square."""
+    """How alike a force at `place` and one at each of `others` move the sensors: that row (n,) of `similarity` at the
+    unknowns `p`, in memory that grows with n and not with its square."""
     total, count = np.zeros(len(others)), 0
     for own in _directions(problem, reduced, [place, *others], p):
         total += np.abs(own[1:] @ own[0].conj()) ** 2
@@ -49,7 +49,7 @@ def similarity_to(
 def _directions(
     problem: Problem, reduced: ReducedModel, places: Sequence[Place], p: FloatArray
 ) -> Iterator[ComplexArray]:
-    """Weighted accelerations (n, n_out) that a force at each place makes, of length one; on one line after the other."""
+    """Weighted accelerations (n, n_out) that a force at each place makes, of length one; line after line."""
     omega, zeta, Q = problem.system(reduced).modal(p)
     W = np.array([place.w(reduced.V, reduced.V_a)[0] for place in places]) @ Q
     for line in problem.lines(reduced):

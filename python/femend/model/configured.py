@@ -5,7 +5,8 @@ masses and the terms that exist in it, and is projected on a basis of its own. W
 
     K(p) = sum_i prod_j v_j(p)^e_ij K_i,   M(p) likewise,   C(p) = alpha M + beta K_structure + sum_i prod v_j^e_ij C_i
 
-with few rows, and exact derivatives with respect to every unknown.
+with few rows, and exact derivatives with respect to every unknown. These matrices are those at rest; what turning adds
+to the dynamic stiffness is told apart, line by line.
 """
 
 from __future__ import annotations
@@ -19,15 +20,16 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from femend import _core
-from femend.model.linear_terms import LinearTerm
+from femend.model.linear_terms import LinearTerm, SpeedPower
 from femend.model.model import Model, Parameter, model_of
 from femend.model.reduction import MODES_ABOVE, _core_modes, _polynomial
 from femend.model.supports import held_rows
 from femend.model.unknowns import Unknowns
 
-__all__ = ["ALPHA", "BETA", "ConfiguredModel", "Part", "configure", "free_model"]
+__all__ = ["ALPHA", "BETA", "ConfiguredModel", "Part", "TurningPart", "configure", "free_model"]
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 # unknowns of the structure's own damping
 ALPHA, BETA = "damping: alpha", "damping: beta"
@@ -49,6 +51,20 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
+class TurningPart:
+    """A part of K or C (r, r) that acts with the speed: its weight times the value of one `unknown`."""
+
+    kind: str
+    matrix: FloatArray
+    unknown: int
+    over_speed: SpeedPower
+
+    def weight(self, s: ComplexArray, speed: FloatArray) -> ComplexArray:
+        """What `matrix` counts in the dynamic stiffness on lines `s` (K,) at `speed` (K,) rad/s, per unit of value."""
+        return np.asarray(self.over_speed.at(speed) * (s if self.kind == "C" else 1.0), dtype=np.complex128)
+
+
+@dataclass(frozen=True, eq=False)
 class ConfiguredModel:
     """A configuration in a basis of r vectors; `V` (n_g, r) gives every DOF of the g-set."""
 
@@ -57,6 +73,7 @@ class ConfiguredModel:
     V: FloatArray
     parts: tuple[Part, ...]
     unknowns: Unknowns
+    turning: tuple[TurningPart, ...] = ()
 
     @property
     def r(self) -> int:
@@ -69,15 +86,36 @@ class ConfiguredModel:
         return V if signs is None else V * np.asarray(signs)[:, None]
 
     def matrices(self, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """K, M, C (r, r) at the unknowns p (n,)."""
+        """K, M, C (r, r) at rest, at the unknowns p (n,)."""
         return self._sum(p)[:3]
 
+    def turning_stiffness(self, p: FloatArray, s: ComplexArray, speed: FloatArray) -> ComplexArray:
+        """What turning at `speed` (K,) rad/s adds to the dynamic stiffness on lines `s` (K,) at the unknowns `p` (n,):
+        (K, r, r)."""
+        v = self.unknowns.values(p)
+        total = np.zeros((len(s), self.r, self.r), dtype=np.complex128)
+        for part in self.turning:
+            total += (v[part.unknown] * part.weight(s, speed))[:, None, None] * part.matrix
+        return total
+
+    def turning_changes(
+        self, p: FloatArray, s: ComplexArray, speed: FloatArray
+    ) -> list[tuple[int, ComplexArray, FloatArray]]:
+        """Derivatives of `turning_stiffness` with respect to p (n,), at `s` and `speed` (K,): unknown, weight on the
+        lines (K,), and matrix (r, r) of every part."""
+        v, items = self.unknowns.values(p), self.unknowns.items
+        found = []
+        for part in self.turning:
+            slope = v[part.unknown] if items[part.unknown].positive else items[part.unknown].scale
+            found.append((part.unknown, slope * part.weight(s, speed), part.matrix))
+        return found
+
     def derivatives(self, p: FloatArray) -> tuple[NDArray[np.int64], FloatArray, FloatArray, FloatArray]:
-        """Unknowns (m,) that change this configuration and dK, dM, dC (m, r, r) with respect to their p."""
+        """Unknowns (m,) that change this configuration and dK, dM, dC (m, r, r) at rest with respect to their p."""
         u, r, n = self.unknowns, self.r, len(self.unknowns)
         dK, dM, dC, dS = (np.zeros((n, r, r)) for _ in range(4))
         v = u.values(p)
-        touched = set()
+        touched = {part.unknown for part in self.turning}
         into = {"K": dK, "M": dM, "C": dC}
         for part in self.parts:
             factor = float(np.prod([v[i] ** e for i, e in part.powers]))
@@ -171,7 +209,8 @@ def configure(
     loose = np.array([i for i in range(own.fe.n_a) if i not in fixed], dtype=np.int64)
     T = own.transformation()
     V_a = _basis(own, T, loose, active, f_max, g_rows)
-    return ConfiguredModel(name, own, np.asarray(T @ V_a), _parts(own, T, V_a, unknowns, active), unknowns)
+    parts, turning = _parts(own, T, V_a, unknowns, active)
+    return ConfiguredModel(name, own, np.asarray(T @ V_a), parts, unknowns, turning)
 
 
 def _basis(
@@ -207,7 +246,8 @@ def _stiffness(T: Any, terms: Sequence[LinearTerm], *, supports: bool) -> csc_ar
         if bool(len(term.releases)) is not supports:
             continue
         for part in term.parts:
-            if part.kind == "K" and part.powers and all(term.unknowns[i].positive for i, _ in part.powers):
+            at_rest = part.over_speed is None
+            if at_rest and part.kind == "K" and part.powers and all(term.unknowns[i].positive for i, _ in part.powers):
                 size = float(np.prod([term.unknowns[i].scale ** e for i, e in part.powers]))
                 total = total + size * (T.T @ part.matrix @ T)
     return csc_array(total)
@@ -243,7 +283,10 @@ def _independent(vectors: FloatArray, M: Any) -> FloatArray:
     return V
 
 
-def _parts(model: Model, T: Any, V_a: FloatArray, unknowns: Unknowns, terms: Sequence[LinearTerm]) -> tuple[Part, ...]:
+def _parts(
+    model: Model, T: Any, V_a: FloatArray, unknowns: Unknowns, terms: Sequence[LinearTerm]
+) -> tuple[tuple[Part, ...], tuple[TurningPart, ...]]:
+    """Parts at rest, and those that act with the speed."""
     ones = np.ones(len(model.parameters))
     K, M, C = (np.asarray(A) for A in model.fe.project(ones, np.ascontiguousarray(V_a))[0][:3])
     K_fixed, M_fixed = K.copy(), M.copy()
@@ -259,10 +302,14 @@ def _parts(model: Model, T: Any, V_a: FloatArray, unknowns: Unknowns, terms: Seq
     if C.any():
         parts.append(Part("C", C, (), True))
     V = T @ V_a
+    turning: list[TurningPart] = []
     for term in terms:
         own = [unknowns.index(u.name) for u in term.unknowns]
         for part in term.parts:
             matrix = np.asarray(V.T @ (part.matrix @ V))
             powers = tuple((own[i], float(e)) for i, e in part.powers)
-            parts.append(Part(part.kind, matrix, powers, term.structural))
-    return tuple(parts)
+            if part.over_speed is not None:
+                turning.append(TurningPart(part.kind, matrix, powers[0][0], part.over_speed))
+            else:
+                parts.append(Part(part.kind, matrix, powers, term.structural))
+    return tuple(parts), tuple(turning)

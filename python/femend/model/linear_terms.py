@@ -15,15 +15,18 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
 from femend.model.bushes import BushGroup
-from femend.model.model import Model
+from femend.model.model import Model, Parameter
 from femend.model.supports import SupportRegion
 from femend.model.unknowns import Unknown
 
 __all__ = [
     "LinearTerm",
+    "SpeedPower",
     "TermPart",
     "compliant_support",
     "end_masses",
+    "g_matrix",
+    "over_group",
     "point_mass",
     "point_spring",
     "spring_bending",
@@ -40,13 +43,29 @@ DECADE = float(np.log(10.0))
 BEAM, OFF_CENTRE = 1.0 / 12.0, 0.25
 
 
+@dataclass(frozen=True, slots=True)
+class SpeedPower:
+    """A weight over the speed of rotation: (speed / reference) ** power of its size, with its sign where `signed`."""
+
+    power: int
+    reference: float
+    signed: bool = False
+
+    def at(self, speed: FloatArray) -> FloatArray:
+        """Weights of the shape of `speed` (rad/s, signed)."""
+        weight = (np.abs(speed) / self.reference) ** self.power
+        return np.asarray(np.sign(speed) * weight if self.signed else weight)
+
+
 @dataclass(frozen=True, eq=False)
 class TermPart:
-    """`matrix` (n_g, n_g), times the product of value ** power over (position of the unknown in the term, power)."""
+    """`matrix` (n_g, n_g), times the product of value ** power over (position of the unknown in the term, power), and
+    times `over_speed` where the part acts with the speed of rotation; such a part has one unknown, to the power one."""
 
     kind: Literal["K", "M", "C"]
     matrix: csc_array
     powers: tuple[tuple[int, int], ...]
+    over_speed: SpeedPower | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +74,8 @@ class LinearTerm:
 
     `nodes`, `to`, `direction` are the place as a finding states it; `releases` are rows of the free model's independent
     set that the term frees; `configurations` those it exists in, empty for all; `structural`: does the structure's own
-    damping act on its stiffness too?
+    damping act on its stiffness too? A term that acts with the speed has the highest speed as `reference` (rad/s), and
+    a stiffness over speed its `size` at rest (None where only a factor can be told).
     """
 
     name: str
@@ -71,10 +91,21 @@ class LinearTerm:
     property_id: int | None = None
     area: float = 0.0
     label: str = ""
+    reference: float = 0.0
+    size: float | None = None
 
     def active(self, configuration: str) -> bool:
         """Does the term exist in that configuration?"""
         return not self.configurations or configuration in self.configurations
+
+    def base_parameter(self, parameters: Sequence[Parameter]) -> str | None:
+        """Name of the parameter that updates the one stiffness the term changes; None where there is none."""
+        wanted = f"k{'XYZ'.index(self.direction) + 1}" if self.direction else ""
+        return next(
+            (p.name for p in parameters if p.property == wanted and p.target == "property_id"
+             and self.property_id in p.ids),
+            None,
+        )  # fmt: skip
 
     def only_in(self, *configurations: str) -> LinearTerm:
         """The same term in some configurations only; its unknowns carry the first one's name."""
@@ -83,7 +114,8 @@ class LinearTerm:
         return replace(self, name=self.name + tag, configurations=configurations, unknowns=unknowns)
 
 
-def _matrix(model: Model, rows: Sequence[int], block: FloatArray) -> csc_array:
+def g_matrix(model: Model, rows: Sequence[int], block: FloatArray) -> csc_array:
+    """`block` (n, n) on g-set `rows` (n,) of a matrix (n_g, n_g)."""
     index = np.asarray(rows, dtype=np.int64)
     at, to = np.meshgrid(index, index, indexing="ij")
     n = int(model.fe.n_g)
@@ -151,12 +183,12 @@ def spring_bending(model: Model, group: BushGroup) -> LinearTerm:
     for i in range(3):
         local = np.zeros((6, 6))
         local[3 + i, 3 + i] = 1.0
-        parts.append(TermPart("K", _over_group(model, group, local), ((i, 1),)))
+        parts.append(TermPart("K", over_group(model, group, local), ((i, 1),)))
     local = np.zeros((6, 6))
     first, second = (axis + 1) % 3, (axis + 2) % 3
     local[first, 3 + second] = local[3 + second, first] = 1.0
     local[second, 3 + first] = local[3 + first, second] = -1.0
-    parts.append(TermPart("K", _over_group(model, group, local), ((3, 1),)))
+    parts.append(TermPart("K", over_group(model, group, local), ((3, 1),)))
     nodes = tuple(n for pair in group.ends for n in pair)
     return LinearTerm(
         name, "spring_bending", nodes, "", "R", tuple(unknowns), tuple(parts), property_id=group.property_id,
@@ -164,10 +196,11 @@ def spring_bending(model: Model, group: BushGroup) -> LinearTerm:
     )  # fmt: skip
 
 
-def _over_group(model: Model, group: BushGroup, local: FloatArray) -> csc_array:
+def over_group(model: Model, group: BushGroup, local: FloatArray) -> csc_array:
+    """B' local B summed over the bushes of a group (n_g, n_g); `local` (6, 6) acts on relative motion and turn."""
     total = csc_array((int(model.fe.n_g), int(model.fe.n_g)))
     for rows, B in zip(group.g_rows, group.B, strict=True):
-        total = total + _matrix(model, rows.tolist(), B.T @ local @ B)
+        total = total + g_matrix(model, rows.tolist(), B.T @ local @ B)
     return csc_array(total)
 
 
@@ -207,7 +240,7 @@ def weaker_element(model: Model, eid: int, sd: float = 0.7) -> LinearTerm:
     """One element with another stiffness than the deck's: factor 1 + d on all of it, as `joint_stiffness`."""
     rows, K, _ = model.fe.element_matrices(eid)
     name = f"stiffness of element {eid}"
-    matrix = _matrix(model, np.asarray(rows).tolist(), np.asarray(K))
+    matrix = g_matrix(model, np.asarray(rows).tolist(), np.asarray(K))
     negative = -1.0 * matrix
     unknown = Unknown(f"{name}: factor", 1.0, sd=sd, unit="", owner=name)
     nodes = next((tuple(int(n) for n in own) for e, _, own in model.fe.elements() if e == eid), ())

@@ -92,6 +92,8 @@ def _cards(setup: Setup, term: LinearTerm, values: dict[str, float], element: in
         return [f"CELAS2,{element},{values['k']:.6E},{term.nodes[0]},{component}"], element + 1
     if term.physics == "spring_bending":
         return _comment("k_rot stand in PBUSH K4 to K6; the coupling has no field there"), element
+    if term.physics in ("gyroscopic", "speed_stiffness"):
+        return _comment("no card of a deck at rest; it acts with the speed of rotation"), element
     return _comment("no card; change the element's property"), element
 
 

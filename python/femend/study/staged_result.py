@@ -22,6 +22,10 @@ _DIAGONALS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z
 # a parameter this many prior deviations away is no update any more, nor does a stage that leaves this many times the
 # noise and more than this share of its recording explain it
 FAR, POOR = 5.0, 0.15
+# places of one physics nearer than this in ln evidence are not told apart
+NOT_TOLD = 3.0
+# a stiffness over speed is told at rest and at these shares of the highest speed
+SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
 def staged_result(
@@ -94,20 +98,32 @@ def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[
 
 def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dict[str, Any]:
     system = unit_system(setup.free.units)
-    others: dict[str, float] = {}
+    said: dict[str, float] = {}
     for rival in decision.rivals:
-        if decision.taken is not None and rival is not decision.taken and rival.probability >= 0.001:
-            name = rival.physics or "nothing"
-            others[name] = others.get(name, 0.0) + rival.probability
-    probability = decision.taken.probability if decision.taken is not None else 0.0
+        name = rival.physics or "nothing"
+        said[name] = said.get(name, 0.0) + rival.probability
+    # the probability of a name is that of all its places, also of those not told apart
+    probability = said.pop(term.physics, 0.0)
+    others = {name: p for name, p in said.items() if p >= 0.001}
+    location = _location(setup, term)
+    location["also_possible"] += _elsewhere(decision, term)
     return {
         "physics": term.physics,
         "probability": round(min(probability, 0.999), 3),
-        "location": _location(setup, term),
-        "parameters": _values(setup, flow, term, system),
+        "location": location,
+        "parameters": _over_speed(setup, flow, term, system) or _values(setup, flow, term, system),
         "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in sorted(others.items())][:ALTERNATIVES],
         "configurations": list(term.configurations) or list(setup.configurations),
     }
+
+
+def _elsewhere(decision: Round, term: LinearTerm) -> list[list[int]]:
+    """Nodes of the same physics at other places that the recordings do not tell from the one taken."""
+    if decision.taken is None:
+        return []
+    near = [r for r in decision.rivals if r.term is not None and decision.taken.score - r.score < NOT_TOLD]
+    places = [list(r.term.nodes) for r in near if r.term is not None and r.physics == term.physics]
+    return [nodes for nodes in places if nodes != list(term.nodes)]
 
 
 def _force_law(configuration: str, result: Any) -> dict[str, Any]:
@@ -165,12 +181,37 @@ def _values(setup: Setup, flow: Flow, term: LinearTerm, system: UnitSystem) -> d
     return found
 
 
+def _over_speed(setup: Setup, flow: Flow, term: LinearTerm, system: UnitSystem) -> dict[str, Any]:
+    """A stiffness over speed at a few speeds, "k at 10.4 rev/s" or as a factor on the deck's; nothing of other terms.
+
+    Of springs with one stiffness the study's parameter that updates it is in the values.
+    """
+    if term.physics != "speed_stiffness":
+        return {}
+    posterior, form = flow.posterior, setup.settings.form
+    u, C = posterior.unknowns, posterior.covariance
+    at = [u.index(own.name) for own in term.unknowns]
+    base = term.base_parameter(setup.free.parameters) if term.size is not None else None
+    found: dict[str, Any] = {}
+    for share in SHARES:
+        slopes = np.zeros(len(u))
+        slopes[at] = [u.items[i].scale * share ** (n + 1) for n, i in enumerate(at)]
+        factor = float(slopes @ posterior.p) + (1.0 if base is None else float(posterior.values[u.index(base)]))
+        if base is not None:
+            slopes[u.index(base)] = posterior.values[u.index(base)]
+        sd = float(np.hypot(np.sqrt(slopes @ C @ slopes), form * factor))
+        size, unit = (1.0, "") if term.size is None else (term.size, unit_text("k", system))
+        name = f"{'factor' if term.size is None else 'k'} at {share * term.reference / (2 * np.pi):.3g} rev/s"
+        found[name] = {"value": _round(size * factor), "sd": _round(size * sd), "unit": unit}
+    return found
+
+
 def unit_text(unit: str, system: UnitSystem) -> str:
     """How the unit of an unknown is written in a unit system."""
     F, L, m = system.force_text, system.length_text, system.mass_text
     return {
         "k": f"{F}/{L}", "k/area": f"{F}/{L}^3", "k_rot": f"{F}*{L}/rad", "c": f"{F}*s/{L}", "c/area": f"{F}*s/{L}^3",
-        "c_rot": f"{F}*{L}*s/rad", "coupling": f"{F}/rad", "m": m, "m_r": f"{m}*{L}",
+        "c_rot": f"{F}*{L}*s/rad", "coupling": f"{F}/rad", "m": m, "m_r": f"{m}*{L}", "Ip": f"{m}*{L}^2",
     }.get(unit, unit)  # fmt: skip
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
 from femend.model.linear_terms import (
@@ -14,11 +16,14 @@ from femend.model.linear_terms import (
     spring_bending,
     weaker_element,
 )
+from femend.model.speed_terms import disc_at_node, member_over_speed, rotor_between, springs_over_speed
 
-__all__ = ["rivals"]
+__all__ = ["rivals", "speed_rivals"]
 
 # members whose stiffness may be another; shells and solids are too many and too alike
 MEMBERS = ("CBUSH", "CBAR", "CBEAM", "CROD", "CELAS1", "CELAS2")
+# a mass this far off the shaft's line, as a share of the structure's size, does not turn with it
+OFF_AXIS = 1e-3
 
 
 def rivals(
@@ -48,3 +53,37 @@ def rivals(
     found += [term.only_in(configuration) if only_here else term for term in local]
     names = {t.name for t in taken}
     return tuple(t for t in found if t.name not in names)
+
+
+def speed_rivals(
+    setup: Setup, bearings: Sequence[int], axis: int, reference: float, taken: Sequence[LinearTerm]
+) -> tuple[LinearTerm, ...]:
+    """Terms that act with the speed of a shaft along `axis` (0, 1, 2) in `bearings`, without those `taken`.
+
+    Gyroscopic moments of a rotor between the bearings, of discs at them and at masses on the shaft's line; springs of
+    a property, along each axis and along all, and members, whose stiffness changes up to `reference` rad/s.
+    """
+    free, limit = setup.free, setup.settings.most_places
+    xyz = dict(zip(free.node_ids.tolist(), free.xyz))
+    along = [float(xyz[n][axis]) for n in bearings]
+    found = [rotor_between(free, bearings, axis, reference)] if max(along) > min(along) else []
+    found += [disc_at_node(free, n, axis, reference) for n in _on_shaft(setup, bearings, axis)]
+    for group in setup.bushes:
+        found += [springs_over_speed(free, group, i, reference) for i in (None, 0, 1, 2)]
+    members = [eid for eid, card, _, _ in free.deck.elements() if card in MEMBERS][:limit]
+    found += [member_over_speed(free, eid, reference) for eid in members]
+    names = {t.name for t in taken}
+    return tuple(t for t in found if t.name not in names)
+
+
+def _on_shaft(setup: Setup, bearings: Sequence[int], axis: int) -> list[int]:
+    """Bearings, and nodes with masses on the line through the first one along the shaft, that can turn."""
+    free = setup.free
+    xyz = dict(zip(free.node_ids.tolist(), free.xyz))
+    off = OFF_AXIS * float(np.ptp(free.xyz, axis=0).max())
+    masses = [n for _, card, _, nodes in free.deck.elements() if card == "CONM2" for n in nodes[:1]]
+    on_line = [n for n in masses if np.linalg.norm(np.delete(xyz[n] - xyz[bearings[0]], axis)) <= off]
+    T = free.transformation()
+    turning = [3 + (axis + 1) % 3, 3 + (axis + 2) % 3]
+    nodes = dict.fromkeys([*bearings, *on_line])
+    return [n for n in nodes if all(T[[6 * free.index(n) + c]].nnz for c in turning)]

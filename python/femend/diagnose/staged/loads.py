@@ -35,7 +35,7 @@ from femend.model.configured import ConfiguredModel
 from femend.model.linear_terms import LinearTerm
 from femend.model.unknowns import Unknowns
 
-__all__ = ["LEAD", "RunResult", "fit_run", "ods_lines", "predicted_ods"]
+__all__ = ["LEAD", "RunResult", "fit_run", "ods_lines", "ods_width", "predicted_ods", "unbalance_scale"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -94,7 +94,12 @@ def ods_lines(data: RunData) -> OdsFrf:
     """Operating shapes of a run on even lines between its lowest and highest speed."""
     low, high = data.rev_per_s.min(), data.rev_per_s.max()
     freq = np.arange(FROM * low, TO * high, SPACING * high)
-    return ods_frf(data.run, data.y, freq, max(WINDOW * high, 8.0 / (data.run.padded * data.dt)))
+    return ods_frf(data.run, data.y, freq, ods_width(data))
+
+
+def ods_width(data: RunData) -> float:
+    """Window in Hz over which a line of the operating shapes is averaged."""
+    return max(WINDOW * float(data.rev_per_s.max()), 8.0 / (data.run.padded * data.dt))
 
 
 def predicted_ods(
@@ -111,7 +116,7 @@ def predicted_ods(
     # at positive frequencies the sine course is -j times the cosine course
     course = np.array([1.0, -1.0j])
     load = np.einsum("c,ucr,u->r", course, unbalance.pattern(data.bearings(setup, model)), m_r)
-    x = receptance(model, p, s).X @ load
+    x = receptance(model, p, s, unbalance.speed(freq)).X @ load
     late = np.exp(-s * values[u.index(DELAY)]) * data.growth(freq)
     return np.asarray((x * (s**2 * late)[:, None]) @ setup.rows(model, data.sensors).T)
 
@@ -134,7 +139,7 @@ def fit_run(
     about the unknowns it has. `checked` are identified modes of this configuration: around those that the model has
     wrong no line of the forces is reliable. Without any all lines may be.
     """
-    size = _size(setup, data)
+    size = unbalance_scale(setup, data)
     more = unbalance_unknowns(unbalance_of(data, 1), size, data.step)
     unknowns = carried(setup, setup.unknowns(terms, more), before)
     model = setup.model(configuration, unknowns, terms)
@@ -249,7 +254,7 @@ def _credible(
     return fine
 
 
-def _size(setup: Setup, data: RunData) -> float:
+def unbalance_scale(setup: Setup, data: RunData) -> float:
     """An unbalance that would shake the whole mass as strongly as was recorded, at the highest speed."""
     mass = setup.free.fe.total_mass()
     omega = 2 * np.pi * float(data.rev_per_s.max())

@@ -12,7 +12,7 @@ from femend.diagnose.staged.setup import Setup, carried
 from femend.estimate.joint import Block, ModesBlock, Posterior, maximise
 from femend.model.configured import ConfiguredModel
 from femend.model.linear_terms import LinearTerm
-from femend.model.unknowns import Unknowns
+from femend.model.unknowns import Unknown, Unknowns
 
 __all__ = ["Rival", "Round", "fit_terms", "select_terms"]
 
@@ -65,11 +65,13 @@ def fit_terms(
     loose: bool = False,
     new: LinearTerm | None = None,
     from_p: Posterior | None = None,
+    more: Sequence[Unknown] = (),
     iterations: int = 40,
 ) -> Posterior:
-    """The best fit of the stage's blocks with `terms`, and `new` behind them started at several sizes."""
+    """The best fit of the stage's blocks with `terms`, and `new` behind them started at several sizes; `more` are
+    unknowns of the blocks' own, those of loads."""
     everything = [*terms] if new is None else [*terms, new]
-    unknowns = carried(setup, setup.unknowns(everything), before, loose)
+    unknowns = carried(setup, setup.unknowns(everything, more), before, loose)
     model = setup.model(configuration, unknowns, everything)
     own = blocks(model)
     base = unknowns.mean.copy()
@@ -114,32 +116,38 @@ def select_terms(
     before: Posterior | None,
     blocks: Blocks,
     candidates: Callable[[Sequence[LinearTerm]], Sequence[LinearTerm]],
-    advance: Callable[[], None] = lambda: None,
+    *,
+    more: Sequence[Unknown] = (),
+    start: Posterior | None = None,
+    rounds: int | None = None,
 ) -> tuple[list[LinearTerm], Posterior, list[Round]]:
     """Adds terms while one of the rivals is clearly better than parameters alone.
 
-    Returns the terms, the stage's posterior with them, and every decision. The evidence is divided by what the best
-    hypothesis leaves above the noise, so that a model error common to all does not decide between them.
+    Returns the terms, the stage's posterior with them, and every decision. `more` are unknowns of the blocks' own,
+    `start` is where the fit without terms begins, `rounds` how many terms at most (None: as the settings say). The
+    evidence is divided by what the best hypothesis leaves above the noise, so that a model error common to all does not
+    decide between them.
     """
-    chosen, rounds = list(terms), []
-    base = fit_terms(setup, configuration, chosen, before, blocks)
-    for _ in range(setup.settings.rounds):
+    chosen, decisions = list(terms), []
+    base = fit_terms(setup, configuration, chosen, before, blocks, more=more, from_p=start)
+    for _ in range(setup.settings.rounds if rounds is None else rounds):
         rows: list[tuple[str, str, LinearTerm | None, Posterior]] = [("nothing", "", None, base)]
         if before is not None:
             # the rival that blames what the parameters are in this configuration
-            wide = fit_terms(setup, configuration, chosen, before, blocks, loose=True)
+            wide = fit_terms(setup, configuration, chosen, before, blocks, loose=True, more=more, from_p=start)
             rows.append(("parameters of this configuration", "", None, wide))
         for term in candidates(chosen):
-            fitted = fit_terms(setup, configuration, chosen, before, blocks, new=term, from_p=base, iterations=15)
+            fitted = fit_terms(
+                setup, configuration, chosen, before, blocks, new=term, from_p=base, more=more, iterations=15
+            )
             rows.append((term.label or term.name, term.physics, term, fitted))
-            advance()
         decision = _decide(setup, rows)
-        rounds.append(decision)
+        decisions.append(decision)
         if decision.taken is None or decision.taken.term is None:
             break
         chosen.append(decision.taken.term)
-        base = fit_terms(setup, configuration, chosen, before, blocks, from_p=decision.taken.posterior)
-    return chosen, base, rounds
+        base = fit_terms(setup, configuration, chosen, before, blocks, from_p=decision.taken.posterior, more=more)
+    return chosen, base, decisions
 
 
 def _decide(setup: Setup, rows: list[tuple[str, str, LinearTerm | None, Posterior]]) -> Round:

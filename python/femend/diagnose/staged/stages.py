@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from femend.diagnose.staged.candidates import rivals
 from femend.diagnose.staged.loads import RunResult, fit_run
 from femend.diagnose.staged.prepare import FrfData, ModesData, RunData, frf_data, run_data, tacho_warnings
 from femend.diagnose.staged.run_modes import run_modes, too_short_for_modes
+from femend.diagnose.staged.run_terms import terms_of_run
 from femend.diagnose.staged.select import Round, fit_terms, select_terms
 from femend.diagnose.staged.setup import Setup
 from femend.diagnose.staged.words import remark_on_frfs, remark_on_modes, remark_on_run, unseen_modes
@@ -300,16 +302,17 @@ def _runs(
     iterations: int,
 ) -> list[Stage]:
     stages = []
+    known, chosen = before, list(terms)
+    checked = data.output_only.get(configuration, [])
     for run in data.runs.get(configuration, []):
-        result = fit_run(
-            setup,
-            configuration,
-            run,
-            list(terms),
-            before,
-            iterations=iterations,
-            checked=data.output_only.get(configuration, []),
-        )
+        fit = partial(fit_run, setup, configuration, run, before=before, iterations=iterations, checked=checked)
+        result = fit(chosen)
+        rounds: list[Round] = []
+        if naming:
+            elsewhere = known is not None and configuration not in data.frfs
+            chosen, result, rounds = terms_of_run(
+                setup, configuration, result, chosen, before, fit, only_here=elsewhere
+            )
         before = result.posterior
         noise = float(np.sqrt((run.noise**2).sum() / (run.y**2).mean(axis=1).sum()))
         modes = run_modes(run)
@@ -322,7 +325,8 @@ def _runs(
                 before,
                 result.error,
                 noise,
-                remark_on_run(result),
+                remark_on_run(result, rounds),
+                tuple(rounds),
                 run=result,
                 identified=None if modes is None else modes.modes,
                 table=rows,

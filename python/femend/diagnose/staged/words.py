@@ -58,13 +58,14 @@ def remark_on_modes(rows: Sequence[tuple[float, ...]], left: float, rounds: Sequ
     return tuple(said)
 
 
-def remark_on_run(result: RunResult) -> tuple[str, ...]:
-    """Force law, unbalances, correlation, what stays."""
+def remark_on_run(result: RunResult, rounds: Sequence[Round] = ()) -> tuple[str, ...]:
+    """The decisions, force law, unbalances, correlation, what stays."""
     n, sd = result.exponent
     U, phase = result.unbalances()
     reliable = result.after.freq[result.after.reliable]
     where = f"{reliable.min():.3g} to {reliable.max():.3g} Hz" if reliable.size else "nowhere"
     said = [
+        *_decisions(rounds),
         f"bearing forces grow with speed to the power {n:.2f} +- {sd:.2f}; reliable on {reliable.size} of "
         f"{len(result.after.freq)} lines, {where}",
     ]

@@ -149,7 +149,8 @@ def _lines(
     u, v = unbalance.plane
     rows = bearings[:, [u, v]].reshape(-1, bearings.shape[2])
     s = 2j * np.pi * shapes.freq
-    H = receptance(model, p, s).between(out, rows) * np.exp(-s * delay)[:, None, None]
+    turning = receptance(model, p, s, unbalance.speed(shapes.freq))
+    H = turning.between(out, rows) * np.exp(-s * delay)[:, None, None]
     # the sine course is -j times the cosine course: a force that turns is e_u - j sense e_v
     A = H[:, :, 0::2] - 1j * unbalance.sense * H[:, :, 1::2]
     mean = np.sqrt((np.abs(shapes.Y) ** 2).mean(axis=1, keepdims=True))

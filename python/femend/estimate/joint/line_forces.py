@@ -124,7 +124,7 @@ def line_forces(
     """
     u, v = unbalance.plane
     rows = bearings[:, [u, v]].reshape(-1, bearings.shape[2])
-    H = receptance(model, p, 2j * np.pi * shapes.freq).between(out, rows)
+    H = receptance(model, p, 2j * np.pi * shapes.freq, unbalance.speed(shapes.freq)).between(out, rows)
     floor = 0.01 * np.sqrt((np.abs(shapes.Y) ** 2).mean(axis=1))
     w = 1.0 / np.hypot(shapes.sd, floor[:, None])
     solved = regularised_lines(H * w[:, :, None], shapes.Y * w)

@@ -55,12 +55,16 @@ class OdsBlock:
         # at positive frequencies the sine course is -j times the cosine course
         pattern = self.unbalance.pattern(self.bearings) * size[:, None, None]
         loads = np.einsum("c,ucr->ru", np.array([1.0, -1.0j]), pattern)
-        solved = receptance(self.model, p, s)
+        speed = self.unbalance.speed(self.shapes.freq)
+        solved = receptance(self.model, p, s, speed)
         course = (solved.s**2 * delay)[:, None, None]
         each = course * (self.out @ (solved.X @ loads))  # (K, n_out, n_u)
         total = each @ p[at]
         index, dK, dM, dC = self.model.derivatives(p)
-        own = course * solved.changes(self.out @ solved.X, solved.X @ (loads @ p[at])[:, None], dK, dM, dC)
+        left, right = self.out @ solved.X, solved.X @ (loads @ p[at])[:, None]
+        own = course * solved.changes(left, right, dK, dM, dC)
+        for i, weight, A in self.model.turning_changes(p, solved.s, speed):
+            own[int(np.searchsorted(index, i))] -= course * weight[:, None, None] * (left @ (A @ right))
         slopes = np.concatenate(
             [own, each.transpose(2, 0, 1)[..., None], (-s[:, None] * u.items[late].scale * total)[None, :, :, None]]
         )

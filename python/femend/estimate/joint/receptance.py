@@ -18,7 +18,7 @@ ComplexArray = NDArray[np.complex128]
 
 @dataclass(frozen=True, eq=False)
 class Receptance:
-    """X(s) = (K + s C + s^2 M)^-1 (n_lines, r, r) of a configuration at `s` (n_lines,) rad/s."""
+    """X(s) = (K + s C + s^2 M + what turning adds)^-1 (n_lines, r, r) of a configuration at `s` (n_lines,) rad/s."""
 
     s: ComplexArray
     X: ComplexArray
@@ -38,15 +38,18 @@ class Receptance:
         s = self.s[:, None, None]
         done = []
         for k, m, c in zip(dK, dM, dC, strict=True):
-            dZ = k + s * c + s**2 * m
-            done.append(-(left @ (dZ @ right)))
+            # matrix times few columns first: no matrix (r, r) is made on every line
+            done.append(-(left @ (k @ right + s * (c @ right) + s**2 * (m @ right))))
         return np.array(done)
 
 
-def receptance(model: ConfiguredModel, p: FloatArray, s: NDArray[Any]) -> Receptance:
-    """The receptance matrix of `model` at unknowns p (n,) on complex lines `s` (n_lines,) in rad/s."""
+def receptance(model: ConfiguredModel, p: FloatArray, s: NDArray[Any], speed: FloatArray | None = None) -> Receptance:
+    """The receptance matrix of `model` at unknowns p (n,) on complex lines `s` (n_lines,) in rad/s, at rest or turning
+    at `speed` (n_lines,) rad/s."""
     K, M, C = model.matrices(p)
     lines = np.asarray(s, dtype=np.complex128)
     at = lines[:, None, None]
-    X = np.asarray(np.linalg.inv(K + at * C + at**2 * M), dtype=np.complex128)
-    return Receptance(lines, X)
+    Z = K + at * C + at**2 * M
+    if speed is not None and model.turning:
+        Z = Z + model.turning_stiffness(p, lines, speed)
+    return Receptance(lines, np.asarray(np.linalg.inv(Z), dtype=np.complex128))

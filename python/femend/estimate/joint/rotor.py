@@ -44,6 +44,11 @@ class Unbalance:
         """Names of the unknowns, two for each bearing."""
         return tuple(f"unbalance at {n}: {part}" for n in self.nodes for part in ("U cos(phi)", "U sin(phi)"))
 
+    def speed(self, freq: FloatArray) -> FloatArray:
+        """Speed (K,) in rad/s, positive about +axis, at which a run is heard on lines `freq` (K,) Hz: the shaft turned
+        that often per second when it drove them. A run has to be slow against the decay of its modes."""
+        return np.asarray(self.sense * 2 * np.pi * np.asarray(freq, dtype=np.float64))
+
     def pattern(self, direction_rows: FloatArray) -> FloatArray:
         """Forces on the basis (2 n_bearings, 2, r): by unknown and by course (Omega^2 cos, Omega^2 sin).
 
@@ -73,7 +78,8 @@ class Run:
     """The courses Omega^2 cos(theta), Omega^2 sin(theta) of a run as spectra.
 
     `freq` (K,) Hz are the lines of a record of `n` samples at `dt` s and of silence behind it, `F` (K, 2) the courses'
-    transforms there. `lead` samples at the first speed come before the record.
+    transforms there. `lead` samples at the first speed come before the record. `omega` (padded,) rad/s is the speed at
+    every sample, the last one's in the silence.
     """
 
     freq: FloatArray
@@ -81,6 +87,7 @@ class Run:
     n: int
     dt: float
     lead: int
+    omega: FloatArray
 
     def back(self, Y: ComplexArray) -> FloatArray:
         """Time records (..., n) of spectra Y (..., K') on the run's first K' lines; the others are taken as zero."""
@@ -131,4 +138,4 @@ def run_of(
     full += full % 2
     F = np.fft.rfft(courses, full, axis=1).T
     freq = np.asarray(np.fft.rfftfreq(full, dt), dtype=np.float64)
-    return Run(freq, np.asarray(F), n, dt, lead)
+    return Run(freq, np.asarray(F), n, dt, lead, np.pad(omega, (0, full - len(omega)), "edge"))

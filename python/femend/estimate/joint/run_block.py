@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femend.estimate.joint.receptance import receptance
 from femend.estimate.joint.rotor import DELAY, Run, Unbalance
+from femend.estimate.joint.turning import turning_motion
 from femend.model.configured import ConfiguredModel
 
 __all__ = ["RunBlock", "simulate_run"]
@@ -50,14 +51,15 @@ class RunBlock:
         size = np.array([u.items[i].scale for i in at])
         pattern = self.unbalance.pattern(self.bearings) * size[:, None, None]
         lines = self._lines()
-        solved = receptance(self.model, p, 2j * np.pi * self.run.freq[lines])
+        speed = self.unbalance.speed(self.run.freq[lines])
+        solved = receptance(self.model, p, 2j * np.pi * self.run.freq[lines], speed)
         late = u.index(DELAY)
         tau = u.items[late].scale * p[late]
         s_lines = 2j * np.pi * self.run.freq[lines]
         F = self.run.F[lines] * np.exp(-tau * s_lines)[:, None]
         loads = np.einsum("kc,ucr->kru", F, pattern)
         x = solved.X @ loads  # (K, r, n_u)
-        total_x = x @ p[at]
+        total_x = turning_motion(self.model, p, self.run, self.unbalance.sense, solved, loads @ p[at])
         accelerance = self.out @ solved.X * (solved.s**2)[:, None, None]  # (K, n_out, r)
         Y = self.out @ (total_x * (solved.s**2)[:, None]).T
         factor = np.sqrt(self.weight) / self.sd
@@ -68,6 +70,8 @@ class RunBlock:
         index, dK, dM, dC = self.model.derivatives(p)
         s, left = solved.s[:, None], total_x
         forced = [-(left @ k.T + s * (left @ c.T) + s**2 * (left @ m.T)) for k, m, c in zip(dK, dM, dC, strict=True)]
+        for i, weight, A in self.model.turning_changes(p, solved.s, speed):
+            forced[int(np.searchsorted(index, i))] -= weight[:, None] * (left @ A.T)
         # a force on the basis for every unknown of the structure, then the motion for every unbalance
         dY = np.concatenate(
             [accelerance @ np.stack(forced, axis=2), (self.out @ x) * (solved.s**2)[:, None, None]], axis=2
@@ -107,5 +111,6 @@ def simulate_run(
     s = 2j * np.pi * run.freq
     F = run.F * np.exp(-s * values[u.index(DELAY)])[:, None]
     loads = F @ np.tensordot(m_r, unbalance.pattern(bearings), 1)
-    x = np.einsum("kij,kj->ki", receptance(model, p, s).X, loads)
-    return run.back(np.asarray((x * (s**2)[:, None]) @ out.T).T)
+    solved = receptance(model, p, s, unbalance.speed(run.freq))
+    x = turning_motion(model, p, run, unbalance.sense, solved, loads)
+    return run.back(np.asarray(((x * (s**2)[:, None]) @ out.T).T, dtype=np.complex128))

@@ -1,0 +1,113 @@
+"""What a run leaves: terms that act with the speed, and those that only its operating shapes show."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from femend.diagnose.staged.candidates import rivals, speed_rivals
+from femend.diagnose.staged.loads import RunResult, ods_width, predicted_ods, unbalance_scale
+from femend.diagnose.staged.select import Round, select_terms
+from femend.diagnose.staged.setup import Setup
+from femend.estimate.joint import OdsBlock, OdsFrf, Posterior, ods_frf, unbalance_unknowns
+from femend.model.configured import ConfiguredModel
+from femend.model.linear_terms import LinearTerm
+
+__all__ = ["terms_of_run"]
+
+# squares per value of the operating shapes, above noise and form, from which on something is looked for
+LOOK = 1.0
+
+
+def terms_of_run(
+    setup: Setup,
+    configuration: str,
+    result: RunResult,
+    terms: Sequence[LinearTerm],
+    before: Posterior | None,
+    fit: Callable[..., RunResult],
+    *,
+    only_here: bool,
+) -> tuple[list[LinearTerm], RunResult, list[Round]]:
+    """Terms with which the operating shapes of a run are explained, where `result` without them leaves more than noise.
+
+    Rivals are those of every stage and those that act with the speed. They are held against each other on the shapes
+    over frequency, each with the unbalances free; `fit(terms, start=p)` fits the run itself with the one taken, from
+    where the shapes put it, and the term stays only if the samples of the run are explained better too. Returns the
+    terms, the run's result with them, and the decisions.
+    """
+    chosen, rounds = list(terms), []
+    for _ in range(setup.settings.rounds):
+        shapes = _held_shapes(setup, result)
+        if _left(setup, result, shapes) < LOOK:
+            break
+        found = _one_more(setup, configuration, result, shapes, chosen, before, only_here)
+        rounds += found[2]
+        if len(found[0]) == len(chosen):
+            break
+        grown = fit(found[0], start=found[1].p)
+        if not _better(setup, result, grown):
+            rounds[-1] = replace(rounds[-1], taken=None)
+            break
+        chosen, result = found[0], grown
+    return chosen, result, rounds
+
+
+def _one_more(
+    setup: Setup,
+    configuration: str,
+    result: RunResult,
+    shapes: OdsFrf,
+    terms: Sequence[LinearTerm],
+    before: Posterior | None,
+    only_here: bool,
+) -> tuple[list[LinearTerm], Posterior, list[Round]]:
+    """Terms with the best rival behind them where it is better than none, the posterior, and the decision."""
+    data = result.data
+    top = 2 * np.pi * float(data.rev_per_s.max())
+    return select_terms(
+        setup, configuration, terms, before,
+        lambda model: [_block(setup, result, model, shapes)],
+        lambda taken: (
+            *rivals(setup, configuration, data.sensors, taken, only_here=only_here),
+            *speed_rivals(setup, data.nodes, data.axis, top, taken),
+        ),
+        more=unbalance_unknowns(result.unbalance, unbalance_scale(setup, data), data.step),
+        start=result.posterior, rounds=1,
+    )  # fmt: skip
+
+
+def _better(setup: Setup, without: RunResult, grown: RunResult) -> bool:
+    """Does the term explain samples of the run too, and not its shapes alone? Squares fall by the share of a stage."""
+    name = without.data.name
+    return grown.posterior.squares[name] < (1 - setup.settings.drop) * without.posterior.squares[name]
+
+
+def _held_shapes(setup: Setup, result: RunResult) -> OdsFrf:
+    """The run's operating shapes as they were had every line been held at its own speed.
+
+    What the fitted model says of the run, taken through the same estimate, over what it says of held lines is what
+    the sweep and the estimate do to shapes.
+    """
+    data, shapes, model = result.data, result.shapes, result.model
+    estimated = ods_frf(data.run, result.predicted, shapes.freq, ods_width(data)).Y
+    held = predicted_ods(setup, data, model, result.posterior.p, result.unbalance, shapes.freq)
+    return replace(shapes, Y=shapes.Y - estimated + held)
+
+
+def _left(setup: Setup, result: RunResult, shapes: OdsFrf) -> float:
+    """Squares per value that the fitted run leaves of its operating shapes."""
+    block = replace(_block(setup, result, result.model, shapes), weight=1.0)
+    return block.gauss_newton(result.posterior.p, False)[0] / block.n_values
+
+
+def _block(setup: Setup, result: RunResult, model: ConfiguredModel, shapes: OdsFrf) -> OdsBlock:
+    data = result.data
+    mean = np.sqrt((np.abs(shapes.Y) ** 2).mean(axis=1, keepdims=True))
+    grown = data.growth(shapes.freq)[:, None]
+    sd = np.hypot(shapes.sd, setup.settings.model_run * mean)
+    weighted = OdsFrf(shapes.freq, shapes.Y / grown, sd / grown)
+    out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
+    return OdsBlock(data.name, model, weighted, out, bearings, result.unbalance, setup.settings.weight_frf)
