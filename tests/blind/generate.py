@@ -62,6 +62,7 @@ def arguments() -> argparse.Namespace:
         "of each of two beside the other",
     )
     ap.add_argument("--effect", help="only this label: clearance, none:model_form, outside:wedge, two:a+b ...")
+    ap.add_argument("--excitation", choices=case.EXCITATIONS, default="", help="the force of the fit recordings")
     ap.add_argument("--family", choices=list(case.FAMILIES), help="only this family")
     return ap.parse_args()
 
@@ -75,7 +76,7 @@ def main() -> None:
     for i in range(a.start - 1, a.cases):
         family = a.family or plan.family(a.seed, i, list(case.FAMILIES))
         label = plan.suited(a.effect or plan.label(a.seed, i, share, kind), family, a.unmeasured)
-        tasks.append((a.out, a.seed, i, family, label, case.Options(a.noise, a.unmeasured, a.beyond)))
+        tasks.append((a.out, a.seed, i, family, label, case.Options(a.noise, a.unmeasured, a.beyond, a.excitation)))
     a.out.mkdir(parents=True, exist_ok=True)
     count: collections.Counter[str] = collections.Counter()
     with multiprocessing.Pool(a.jobs) as pool:

@@ -14,33 +14,34 @@ from .acquire import AFTER, FINER, sampled
 from .effects import Unsuitable
 from .plates import Plate
 from .respond import modal_of, record
-from .setting import FAMILIES, FRAMES, Test, draw_test
+from .setting import EXCITATIONS, FAMILIES, FRAMES, Test, draw_test
 from .solids import Solid
 from .strength import BEYOND, Drawn, draw_effects
 
-__all__ = ["FAMILIES", "FRAMES", "Options", "make", "write_case"]
+__all__ = ["EXCITATIONS", "FAMILIES", "FRAMES", "Options", "make", "write_case"]
 
 FORCE_NOISE = 0.004
 
 
 @dataclass(frozen=True)
 class Options:
-    """What a whole set has in common: range of the sensors' noise, whether the shaker's force stays unrecorded, and
-    what an update has to leave of every effect (times the noise)."""
+    """What a whole set has in common: range of the sensors' noise, whether the shaker's force stays unrecorded, what an
+    update has to leave of every effect (times the noise), and the kind of force ("": multisine or random, drawn)."""
 
     noise: tuple[float, float] = (0.01, 0.05)
     unmeasured: bool = False
     beyond: float = BEYOND
+    excitation: str = ""
 
 
 def make(
-    rng: np.random.Generator, family: str, label: str, noise: float, beyond: float = BEYOND
+    rng: np.random.Generator, family: str, label: str, noise: float, beyond: float = BEYOND, excitation: str = ""
 ) -> tuple[Test, list[Drawn]]:
     """Test and effects for a label such as "clearance", "none:exact", "outside:wedge" or "two:added_mass+clearance"."""
     kind = label.split(":")[1] if label.startswith("none") else ""
     for _ in range(40):
         try:
-            test = draw_test(rng, family, kind, noise)
+            test = draw_test(rng, family, kind, noise, excitation)
             return test, [] if label.startswith("none") else draw_effects(rng, test, label, beyond)
         except Unsuitable:
             continue
@@ -58,7 +59,7 @@ def write_case(
     """Make and write one case; returns its truth."""
     rng = np.random.default_rng([seed, index])
     noise = float(np.exp(rng.uniform(*np.log(options.noise))))
-    test, drawn = make(rng, family, label, noise, options.beyond)
+    test, drawn = make(rng, family, label, noise, options.beyond, options.excitation)
     parts = tuple((d.effect, d.x) for d in drawn)
     public, sealed = folder / "public", folder / "sealed"
     public.mkdir(parents=True, exist_ok=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,6 +60,7 @@ def draw_real(rng: np.random.Generator, s: Structure, kind: str) -> Real:
 
 
 FAMILIES = {**FRAMES, "plate": plate, "solid": solid}
+EXCITATIONS = ("multisine", "random", "burst", "sweep", "hammer")
 USUAL_TOP = {
     "plate": (150.0, 300.0),
     "solid": (200.0, 420.0),
@@ -99,20 +101,29 @@ def choose_band(rng: np.random.Generator, s: Structure) -> tuple[float, tuple[fl
     return (1024.0 if hi > 190.0 else 512.0), (float(rng.uniform(0.5, 0.8) * f[0]), float(hi))
 
 
-def draw_forces(rng: np.random.Generator, band: tuple[float, float], rate: float) -> tuple[str, dict[str, Force]]:
-    """Five forces; fit recordings are all multisines or all random, with fresh phases in each."""
+def draw_forces(
+    rng: np.random.Generator, band: tuple[float, float], rate: float, wanted: str = ""
+) -> tuple[str, dict[str, Force]]:
+    """Five forces; fit recordings are all multisines or all random, with fresh phases in each, or of the kind
+    `wanted`."""
     kind = str(rng.choice(["multisine", "random"]))
+    kind = wanted or kind
     lines = excite.odd_lines(rng, band)
-    out = {}
-    for name in ("low", "mid", "high"):
-        out[name] = excite.multisine(rng, lines) if kind == "multisine" else excite.noise(rng, band, rate, 6.0)
+    made: dict[str, Callable[[], Force]] = {
+        "multisine": lambda: excite.multisine(rng, lines),
+        "random": lambda: excite.noise(rng, band, rate, 6.0),
+        "burst": lambda: excite.burst(rng, band, rate, 6.0),
+        "sweep": lambda: excite.chirp(rng, band, 6.0),
+        "hammer": lambda: excite.hammer(rng, band, 6.0),
+    }
+    out = {name: made[kind]() for name in ("low", "mid", "high")}
     f0 = band[0] * rng.uniform(1.1, 1.4)
     out["sweep"] = Force(sweep=(f0, max(band[1] * rng.uniform(0.45, 0.7), 3 * f0), 6.0))
     out["random"] = excite.noise(rng, (0.9 * band[0], band[1]), rate, 4.0)
     return kind, {k: excite.scaled(f, LEVELS[k], rate, SECONDS[k]) for k, f in out.items()}
 
 
-def draw_test(rng: np.random.Generator, family: str, kind: str, noise: float) -> Test:
+def draw_test(rng: np.random.Generator, family: str, kind: str, noise: float, excitation: str = "") -> Test:
     """Everything but the effect."""
     s = FAMILIES[family](rng)
     real = draw_real(rng, s, kind)
@@ -123,7 +134,7 @@ def draw_test(rng: np.random.Generator, family: str, kind: str, noise: float) ->
     places = [(n, c) for n in s.free for c in s.axes]
     drive = places[int(rng.integers(len(places)))]
     some = [places[i] for i in rng.choice(len(places), min(s.n_sensors, len(places)), replace=False)]
-    kind_of, forces = draw_forces(rng, band, rate)
+    kind_of, forces = draw_forces(rng, band, rate, excitation)
     names = {name: i for i, name in enumerate(plain.names)}
     return Test(
         s,
