@@ -227,6 +227,8 @@ def test_run_information_is_written_and_read_back(tmp_path: Path) -> None:
     assert run["seed"] == 7
     assert run["threads"] >= 1
     assert {"femend", "python", "numpy", "scipy"} <= set(run["versions"])
+    rests_on = run["calibration"]
+    assert rests_on["surest"] == pytest.approx((rests_on["right"] + 1) / (rests_on["told"] + 2), abs=0.005)
 
 
 ALLOCATION = """

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.diagnosis import _accepted, _stands_out
 from femend.diagnose.name import Ranked, _Judge, tempered
@@ -60,6 +61,12 @@ def test_a_richer_law_has_to_win_clearly() -> None:
     assert names(found) == ["viscous_damper", "viscoelastic"]
     assert found[0].score < found[1].score
     assert tempered(found)[0] > 0.5
+
+
+def test_no_name_is_surer_than_names_have_been() -> None:
+    alone, beside = tempered([ranked("clearance", 0.1, 0.0), ranked("cubic_stiffness", 50.0, 0.0)], null_score=1e4)
+    assert alone == CALIBRATION.surest < 1.0
+    assert beside == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_richer_law_that_wins_clearly_is_named() -> None:

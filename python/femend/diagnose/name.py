@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import ONLY_GROUND, Candidate, Start, laws_for, starts
 from femend.diagnose.collapse import SHARP, collapsed
 from femend.diagnose.dressed import own_values
@@ -25,7 +26,6 @@ from femend.model.places import mass_place
 FloatArray = NDArray[np.float64]
 
 __all__ = [
-    "SUREST",
     "Ranked",
     "compared_in",
     "effective_values",
@@ -47,10 +47,6 @@ ALIKE_TRIED, MOST_ALIKE = 3, 12
 NEARLY = 1.15
 # candidates of one name among those that are fitted once more
 OF_ONE_NAME = 2
-# what scores are divided by before they become probabilities, and the probability that any of the names is right at
-# most: of the 47 names with the highest probability on generated cases 43 were (seeds 1 and 104, all structures: 21 of
-# 25; seeds 7 and 8, frames: 22 of 22)
-TEMPERATURE, SUREST = 4.0, 0.92
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,9 +72,9 @@ def tempered(ranked: Sequence[Ranked], null_score: float = np.inf) -> list[float
     of them says keeps the rest to one."""
     if not ranked:
         return []
-    scores = np.array([r.score for r in ranked] + [null_score]) / TEMPERATURE
+    scores = np.array([r.score for r in ranked] + [null_score]) / CALIBRATION.temperature
     weights = np.exp(-0.5 * (scores - scores.min()))
-    return [SUREST * float(w) for w in (weights / weights.sum())[:-1]]
+    return [CALIBRATION.surest * float(w) for w in (weights / weights.sum())[:-1]]
 
 
 def effective_values(choosing: Problem, reduced: ReducedModel, sigma: float = 0.0) -> float:

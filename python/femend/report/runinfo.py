@@ -15,6 +15,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from femend.diagnose.calibration import CALIBRATION
+
 __all__ = ["RunInfo", "Step", "peak_memory", "versions"]
 
 _PACKAGES = ("numpy", "scipy", "msgspec", "h5py")
@@ -100,6 +102,7 @@ class RunInfo:
             "versions": versions(),
             "system": f"{platform.system()} {platform.machine()}",
             "settings": self.settings,
+            "calibration": CALIBRATION.as_dict(),
             "steps": [
                 {
                     "name": s.name,

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
+from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.locate import Located
-from femend.diagnose.name import SUREST, Ranked, tempered
+from femend.diagnose.name import Ranked, tempered
 from femend.diagnose.next_sensor import next_sensor
 from femend.estimate import FitRecord, noise_floor
 from femend.model import Place
@@ -145,7 +146,7 @@ def _findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         return [
             {
                 "physics": load.physics,
-                "probability": SUREST,
+                "probability": CALIBRATION.surest,
                 "location": location,
                 "parameters": values,
                 "alternatives": [],

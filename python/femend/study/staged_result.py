@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.staged import Flow, Setup, StagedData, sensor_warnings
 from femend.diagnose.staged.select import Round
 from femend.model.linear_terms import LinearTerm
@@ -109,7 +110,7 @@ def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dic
     location["also_possible"] += _elsewhere(decision, term)
     return {
         "physics": term.physics,
-        "probability": round(min(probability, 0.999), 3),
+        "probability": round(min(probability, CALIBRATION.surest), 3),
         "location": location,
         "parameters": _over_speed(setup, flow, term, system) or _values(setup, flow, term, system),
         "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in sorted(others.items())][:ALTERNATIVES],
@@ -132,7 +133,7 @@ def _force_law(configuration: str, result: Any) -> dict[str, Any]:
     odds = float(np.exp(np.clip(simple.log_evidence - law.log_evidence, -700.0, 0.0)))
     return {
         "physics": "unbalance_law",
-        "probability": round(min(1.0 / (1.0 + odds), 0.999), 3),
+        "probability": round(min(1.0 / (1.0 + odds), CALIBRATION.surest), 3),
         "location": {"nodes": list(result.unbalance.nodes), "to": "", "direction": "", "also_possible": []},
         "parameters": {"exponent": {"value": _round(law.exponent), "sd": _round(law.sd), "unit": ""}},
         "alternatives": [{"physics": "nothing", "probability": round(odds / (1.0 + odds), 3)}] if odds > 1e-3 else [],
