@@ -120,14 +120,16 @@ def select_terms(
     more: Sequence[Unknown] = (),
     start: Posterior | None = None,
     rounds: int | None = None,
+    enough: float | None = None,
 ) -> tuple[list[LinearTerm], Posterior, list[Round]]:
     """Adds terms while one of the rivals is clearly better than parameters alone.
 
     Returns the terms, the stage's posterior with them, and every decision. `more` are unknowns of the blocks' own,
-    `start` is where the fit without terms begins, `rounds` how many terms at most (None: as the settings say). The
-    evidence is divided by what the best hypothesis leaves above the noise, so that a model error common to all does not
-    decide between them.
+    `start` is where the fit without terms begins, `rounds` how many terms at most, and `enough` the squares per value
+    up to which nothing is missing (None: as the settings say). The evidence is divided by what the best hypothesis
+    leaves above the noise, so that a model error common to all does not decide between them.
     """
+    enough = setup.settings.enough if enough is None else enough
     chosen, decisions = list(terms), []
     base = fit_terms(setup, configuration, chosen, before, blocks, more=more, from_p=start)
     for _ in range(setup.settings.rounds if rounds is None else rounds):
@@ -141,7 +143,7 @@ def select_terms(
                 setup, configuration, chosen, before, blocks, new=term, from_p=base, more=more, iterations=15
             )
             rows.append((term.label or term.name, term.physics, term, fitted))
-        decision = _decide(setup, rows)
+        decision = _decide(setup, rows, enough)
         decisions.append(decision)
         if decision.taken is None or decision.taken.term is None:
             break
@@ -150,7 +152,9 @@ def select_terms(
     return chosen, base, decisions
 
 
-def _decide(setup: Setup, rows: list[tuple[str, str, LinearTerm | None, Posterior]]) -> Round:
+def _decide(setup: Setup, rows: list[tuple[str, str, LinearTerm | None, Posterior]], enough: float) -> Round:
+    """The rivals by their evidence; the best is taken where it is clearly better than parameters alone, and where these
+    leave more squares per value than `enough`: of many rivals one always explains some of what is noise and form."""
     s = setup.settings
     finite = [row for row in rows if np.isfinite(row[3].cost)]
     squares = [sum(row[3].squares.values()) for row in finite]
@@ -167,7 +171,9 @@ def _decide(setup: Setup, rows: list[tuple[str, str, LinearTerm | None, Posterio
     least = min(q for _, q in without)
     ranked = sorted(zip(rivals, squares, strict=True), key=lambda row: -row[0].score)
     best, own = ranked[0]
-    taken = best if best.term is not None and best.score - level > s.gain and own < (1 - s.drop) * least else None
+    lacks = least > enough * finite[0][3].n_values
+    better = best.term is not None and best.score - level > s.gain and own < (1 - s.drop) * least
+    taken = best if lacks and better else None
     return Round(tuple(r for r, _ in ranked[:LISTED]), taken, inflation, least)
 
 

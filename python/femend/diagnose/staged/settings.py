@@ -21,9 +21,9 @@ class StagedSettings:
     the drift of parameters in the rival that blames them alone.
 
     A term is taken when the evidence, divided by what the best model leaves above its noise, rises by `gain` and the
-    squares fall by the share `drop`, in a run also by the share `share` of what is left above the noise; `form` is the
-    relative deviation that a finding's values carry for the form of the model, beside their estimated one. At most
-    `most_places` nodes are tried as places of masses and springs.
+    squares, more than `enough` per value without it, fall by the share `drop`, in a run also by the share `share` of
+    what is left above the noise; `form` is the relative deviation that a finding's values carry for the form of the
+    model, beside their estimated one. At most `most_places` nodes are tried as places of masses and springs.
     """
 
     model_freq: float = 0.002
@@ -41,6 +41,7 @@ class StagedSettings:
     gain: float = 12.0
     drop: float = 0.05
     share: float = 0.5
+    enough: float = 1.3
     form: float = 0.01
     adequate: float = 6.0
     most_places: int = 40
