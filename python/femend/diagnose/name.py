@@ -82,8 +82,10 @@ def tempered(ranked: Sequence[Ranked], null_score: float = np.inf) -> list[float
 
 
 def effective_values(choosing: Problem, reduced: ReducedModel, sigma: float = 0.0) -> float:
-    """Tempered number of values of the choosing records, windowed by exp(-sigma t), as they count in the score."""
-    return float(sum(line.share * line.Y.size for line in choosing.lines(reduced, sigma)))
+    """Tempered number of values of the choosing records, windowed by exp(-sigma t), as they count in the score: of
+    whole records, though of one only a part may choose, so that scores mean the same in every study."""
+    lines = choosing.lines(reduced, sigma)
+    return float(sum(line.share * line.Y.size * (line.record.n / line.n) for line in lines))
 
 
 def null_candidate(split: Split, null: Fit, name: str = "none", sigma: float = 0.0) -> Candidate:

@@ -57,6 +57,9 @@ class FitRecord:
         period: samples of a period where the record repeats itself, 0 elsewhere.
         frf: lines of an FRF; None for a time record.
         recording: the recording it is a column of, where that has another name.
+        start: sample from which on responses are compared, where what went before was used for something else: the
+            structure is driven by all of the record. Windowed lines (`sigma` > 0), which show the beginning, are of
+            the whole record all the same.
     """
 
     name: str
@@ -71,6 +74,7 @@ class FitRecord:
     period: int = 0
     frf: FrfLines | None = None
     recording: str = ""
+    start: int = 0
 
     @property
     def source(self) -> str:
@@ -110,13 +114,28 @@ class Lines:
     core: Any
 
     @property
+    def first(self) -> int:
+        """Sample of the record at which these lines begin."""
+        return _first(self.record, self.sigma)
+
+    @property
+    def n(self) -> int:
+        """Number of samples that these lines are of."""
+        return self.record.n - self.first
+
+    @property
     def noise_share(self) -> float:
         """NRMSE that noise alone leaves on these lines."""
         if self.record.frf is not None:
             return noise_floor(self.record, (float(self.freq[0]), float(self.freq[-1])))
-        n_eff = float((np.exp(-2 * self.sigma * self.record.dt * np.arange(self.record.n))).sum())
+        n_eff = float((np.exp(-2 * self.sigma * self.record.dt * np.arange(self.n))).sum())
         noise = len(self.freq) * n_eff * float((self.record.noise**2).sum())
         return float(np.sqrt(noise / (np.abs(self.Y) ** 2).sum()))
+
+
+def _first(record: FitRecord, sigma: float) -> int:
+    """Sample at which lines damped by `sigma` (1/s) begin."""
+    return record.start if sigma == 0 else 0
 
 
 def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
@@ -244,7 +263,8 @@ def spectral_lines(
     """
     if record.frf is not None:
         return _of_frf(record, record.frf, reduced, band, sigma, limit)
-    u, y = (x if span is None else x[:, span] for x in (record.u, record.y))
+    span = slice(_first(record, sigma), None) if span is None else span
+    u, y = record.u[:, span], record.y[:, span]
     n = u.shape[1]
     window = np.exp(-sigma * record.dt * np.arange(n))
     freq = np.asarray(np.fft.rfftfreq(n, record.dt), dtype=np.float64)

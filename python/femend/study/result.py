@@ -38,9 +38,10 @@ OFF_MODEL, OFF_LAW, OPEN_PLACE = 0.03, 0.15, 0.5
 def result_of(
     diagnosis: Diagnosis, predictions: list[Prediction], records: list[FitRecord], warnings: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """The content of result.json; `warnings` are those of the recordings' channels."""
+    """The content of result.json; `warnings` are those of the recordings' channels, to which
+    it is added where the force acts that nobody recorded, and on what laws were chosen if there was but one recording."""
     findings = _findings(diagnosis)
-    warnings = [*warnings, *_drive(diagnosis)]
+    warnings = [*warnings, *_drive(diagnosis), *filter(None, [diagnosis.split.told(diagnosis.sigma)])]
     fit = [_fit(p, records, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     return {
         "format": FORMAT,
