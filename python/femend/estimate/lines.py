@@ -13,7 +13,7 @@ from femend import _core
 from femend.estimate.frf import FrfLines, useful_band
 from femend.model import ReducedModel
 
-__all__ = ["FitRecord", "Lines", "modelled_band", "noise_floor", "noise_of", "spectral_lines", "used_band"]
+__all__ = ["FitRecord", "Lines", "band_power", "modelled_band", "noise_floor", "noise_of", "spectral_lines", "used_band"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -194,6 +194,15 @@ def _local_residuals(U: ComplexArray, Y: ComplexArray) -> FloatArray:
 
     share = gamma.ppf(NOISE_QUANTILE, NOISE_FREEDOM) / NOISE_FREEDOM
     return np.asarray(np.quantile(np.array(left), NOISE_QUANTILE, axis=0) / share)
+
+
+def band_power(record: FitRecord, band: tuple[float, float]) -> float:
+    """Power of a record's responses in a band (Hz), summed over sensors and lines."""
+    if record.frf is not None:
+        freq, power = record.frf.freq, (np.abs(record.frf.H) ** 2).sum(axis=1)
+    else:
+        freq, power = np.fft.rfftfreq(record.n, record.dt), (np.abs(np.fft.rfft(record.y, axis=1)) ** 2).sum(axis=0)
+    return float(power[(freq >= band[0]) & (freq <= band[1])].sum())
 
 
 def used_band(records: list[FitRecord]) -> tuple[float, float]:

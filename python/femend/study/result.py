@@ -39,9 +39,10 @@ def result_of(
     diagnosis: Diagnosis, predictions: list[Prediction], records: list[FitRecord], warnings: Sequence[str] = ()
 ) -> dict[str, Any]:
     """The content of result.json; `warnings` are those of the recordings' channels, to which
-    it is added where the force acts that nobody recorded, and on what laws were chosen if there was but one recording."""
+    it is added where the force acts that nobody recorded, and on what laws were chosen if there was but one recording, and
+    which lines the mesh cannot represent."""
     findings = _findings(diagnosis)
-    warnings = [*warnings, *_drive(diagnosis), *filter(None, [diagnosis.split.told(diagnosis.sigma)])]
+    warnings = [*warnings, *_drive(diagnosis), *_mesh(diagnosis), *filter(None, [diagnosis.split.told(diagnosis.sigma)])]
     fit = [_fit(p, records, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     return {
         "format": FORMAT,
@@ -53,6 +54,12 @@ def result_of(
         "advice": diagnosis.advice or _left_over(diagnosis.verdict, fit),
         "warnings": list(warnings),
     }
+
+
+def _mesh(diagnosis: Diagnosis) -> list[str]:
+    """Which lines were left out since the mesh does not follow their waves."""
+    missed = diagnosis.reduced.model.unresolved
+    return [] if missed is None else [missed.text]
 
 
 def _drive(diagnosis: Diagnosis) -> list[str]:
