@@ -128,7 +128,15 @@ def test_a_mesh_that_is_fine_enough_keeps_its_band(tmp_path: Path) -> None:
 
 def strip(path: Path, n: int) -> Model:
     """A plate of n x 1 shells, clamped at one end, bending about Y."""
-    lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "PARAM,COUPMASS,1", "MAT1,1,7.0+10,,0.,2700.", "PSHELL,4,1,.01,1,,1"]
+    lines = [
+        "SOL 103",
+        "CEND",
+        "SPC = 1",
+        "BEGIN BULK",
+        "PARAM,COUPMASS,1",
+        "MAT1,1,7.0+10,,0.,2700.",
+        "PSHELL,4,1,.01,1,,1",
+    ]
     lines += [f"GRID,{2 * i + j + 1},,{LENGTH * i / n:.9f},{0.08 * j},0." for i in range(n + 1) for j in range(2)]
     lines += [f"CQUAD4,{i + 1},4,{2 * i + 1},{2 * i + 3},{2 * i + 4},{2 * i + 2}" for i in range(n)]
     lines += ["SPC1,1,123456,1,2", f"SPC1,1,1246,3,THRU,{2 * n + 2}", "ENDDATA", ""]

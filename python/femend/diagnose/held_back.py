@@ -45,7 +45,7 @@ class HeldBack:
             return f"laws were chosen on recording {self.name!r}, which they were fitted to as well: {self.why}"
         return (
             f"laws were chosen on the last {100 * HELD_BACK:.0f} % ({self.seconds:.3g} s) of recording {self.name!r}, "
-            "which none was fitted to; a recording of another level would tell more"
+            "which none was fitted to"
         )
 
 
@@ -82,8 +82,8 @@ def _too_short(problem: Problem, seconds: float) -> str:
         return ""
     lines = int(seconds * (high - low))
     return (
-        f"its last {100 * HELD_BACK:.0f} % are {seconds:.3g} s, {lines} lines of the band {low:.3g} to {high:.3g} Hz with "
-        f"{modes} mode(s) and {seconds * low:.2g} cycles of its lower end, too few to choose by; record "
+        f"its last {100 * HELD_BACK:.0f} % are {seconds:.3g} s, {lines} lines of the band {low:.3g} to {high:.3g} Hz "
+        f"with {modes} mode(s) and {seconds * low:.2g} cycles of its lower end, too few to choose by; record "
         f"{needed / HELD_BACK:.2g} s or more, or another level"
     )
 

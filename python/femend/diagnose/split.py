@@ -21,8 +21,8 @@ SILENT, TELLING = 0.1, 0.5
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """The fit recordings apart: `fitting` for estimates, `choosing` for the choice between laws, `whole` both; `held` is
-    what is held back of a single one."""
+    """The fit recordings apart: `fitting` for estimates, `choosing` for the choice between laws, `whole` both; `held`
+    is what is held back of a single one."""
 
     whole: Problem
     fitting: Problem
@@ -56,6 +56,12 @@ class Split:
         return Split(whole, part(self.fitting), part(self.choosing), self.held)
 
     @property
+    def reading(self) -> Problem:
+        """The records that what a place did is read off, for laws to start from: fits, which start there, end on
+        `fitting`. A part of a record is too little to tell starts by."""
+        return self.fitting if self.held is None else self.whole
+
+    @property
     def unseen(self) -> list[FitRecord]:
         """Recordings that choose and that no law is fitted to, or those of which a part is so."""
         fitted = {r.name for r in self.fitting.records}
@@ -67,8 +73,8 @@ class Split:
         if self.held is None or self.held.cut == 0 or sigma == 0:
             return "" if self.held is None else self.held.text
         return (
-            f"laws were chosen on the beginning of recording {self.held.name!r}, which they were fitted to as well, since "
-            "they cannot be followed further; record another"
+            f"laws were chosen on the beginning of recording {self.held.name!r}, which they were fitted to as well, "
+            "since they cannot be followed further; record another"
         )
 
 

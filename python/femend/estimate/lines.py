@@ -13,7 +13,16 @@ from femend import _core
 from femend.estimate.frf import FrfLines, useful_band
 from femend.model import ReducedModel
 
-__all__ = ["FitRecord", "Lines", "band_power", "modelled_band", "noise_floor", "noise_of", "spectral_lines", "used_band"]
+__all__ = [
+    "FitRecord",
+    "Lines",
+    "band_power",
+    "modelled_band",
+    "noise_floor",
+    "noise_of",
+    "spectral_lines",
+    "used_band",
+]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -199,10 +208,12 @@ def _local_residuals(U: ComplexArray, Y: ComplexArray) -> FloatArray:
 def band_power(record: FitRecord, band: tuple[float, float]) -> float:
     """Power of a record's responses in a band (Hz), summed over sensors and lines."""
     if record.frf is not None:
-        freq, power = record.frf.freq, (np.abs(record.frf.H) ** 2).sum(axis=1)
+        freq, amplitude = record.frf.freq, np.abs(record.frf.H).T
     else:
-        freq, power = np.fft.rfftfreq(record.n, record.dt), (np.abs(np.fft.rfft(record.y, axis=1)) ** 2).sum(axis=0)
-    return float(power[(freq >= band[0]) & (freq <= band[1])].sum())
+        freq = np.asarray(np.fft.rfftfreq(record.n, record.dt), dtype=np.float64)
+        amplitude = np.abs(np.fft.rfft(record.y, axis=1))
+    inside = (freq >= band[0]) & (freq <= band[1])
+    return float((amplitude[:, inside] ** 2).sum())
 
 
 def used_band(records: list[FitRecord]) -> tuple[float, float]:

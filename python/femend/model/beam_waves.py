@@ -40,8 +40,8 @@ class Beam:
         return np.asarray(signs[0] * (self.ends[0] @ six) + signs[1] * (self.ends[1] @ six))
 
     def stiffness(self, vector: FloatArray, turning: bool) -> float:
-        """E I or G J over the length where the ends are turned about a vector against each other, E A over it where they
-        are moved along it; what they do otherwise is free, so that offsets take no part. 0 where there is none."""
+        """E I or G J over the length where the ends are turned about a vector against each other, E A over it where
+        they are moved along it; what they do otherwise is free, so that offsets take no part. 0 where there is none."""
         moving = np.abs(np.vstack([self.ends[0][:, :3].T, self.ends[1][:, :3].T])).max(axis=0) > 0
         held = ~moving if turning else moving
         own, other = np.flatnonzero(held), np.flatnonzero(~held)

@@ -1,13 +1,14 @@
 """Up to which frequency the elements of a deck follow its modes, and how many of them there are to a wavelength.
 
 A beam with cubic shapes follows its bending exactly but for the inertia along its own length. The error of a mode's
-frequency squared is that of the interpolation, (k h)^4/720 for a wave of k radians a length in elements of length h,
-with consistent masses from above, with lumped ones from below, where the ends of a member add what lumping does to its
-kinetic energy; of twisting, which is interpolated linearly, it is (k h)^2/12 (Cook, Malkus, Plesha and Witt, Concepts and Applications of Finite Element Analysis, 4th
-ed., sections 11.3 and 11.4). Every element counts by its share of the mode's kinetic energy. k belongs to the frequency and the section,
-k^4 = rho A omega^2 / (E I), whatever the shape of the mode, since it is the element's own inertia that is not followed.
-So four elements a wavelength of bending are enough for half a per cent. Shells and solids that interpolate linearly
-need ten for two per cent (`form_errors`); their wave is told by how much nodes of one element differ in a mode.
+frequency squared is the energy of what the interpolation leaves out (Strang and Fix, An Analysis of the Finite Element
+Method, 1973, ch. 6): of a load k^4 w, as even over an element of length h as it can be taken, (k h)^4/720 of the kinetic
+energy, with consistent masses from above, with lumped ones from below, where the ends of a member add what lumping does
+to its kinetic energy; of twisting, which is interpolated linearly, (k h)^2/12. Every element counts by its share of the
+mode's kinetic energy. k belongs to the frequency and the section, k^4 = rho A omega^2 / (E I), whatever the shape of
+the mode, since it is the element's own inertia that is not followed. So four elements a wavelength of bending are
+enough for half a per cent. Shells and solids that interpolate linearly need ten for two per cent (`form_errors`); their
+wave is told by how much nodes of one element differ in a mode.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ RIGID = 1e-3
 @dataclass(frozen=True, eq=False)
 class Resolution:
     """Modes at `freq` (n,) Hz with the relative `error` (n,) of each by the mesh, positive where it is too high, its
-    size in standard deviations of what a diagnosis allows (`excess`), the elements a wavelength (`points`) of the element that adds most to it, and
-    its id (`element`)."""
+    size in standard deviations of what a diagnosis allows (`excess`), the elements a wavelength (`points`) of the
+    element that adds most to it, and its id (`element`)."""
 
     freq: FloatArray
     error: FloatArray
@@ -53,8 +54,8 @@ class Resolution:
 class Unresolved:
     """A band whose upper part the mesh does not follow.
 
-    `freq` (Hz) is of the first mode that it puts `error` (relative) off, `points` the elements a wavelength there of the
-    element that adds most to it, of property `pid`; `limit` (Hz) is where lines end that are used, 0 where even the
+    `freq` (Hz) is of the first mode that it puts `error` (relative) off, `points` the elements a wavelength there of
+    the element that adds most to it, of property `pid`; `limit` (Hz) is where lines end that are used, 0 where even the
     first mode of the band is off and nothing is left out; `share` is what of the recorded power is left out.
     """
 
@@ -133,7 +134,9 @@ def mode_resolution(reduced: ReducedModel, f_max: float) -> Resolution:
     if linear and not others and model.refines is None:
         kh = _differences(model, reduced, linear, Q)
         told.add(linear[0][0], LINEAR * kh**2 * np.clip(1 - kinetic, 0.0, 1.0), kh, float(np.hypot(MESH_SD, MODE_SD)))
-    return Resolution(omega / (2 * np.pi), told.error, np.abs(told.excess), 2 * np.pi / np.maximum(told.kh, 1e-12), told.element)
+    return Resolution(
+        omega / (2 * np.pi), told.error, np.abs(told.excess), 2 * np.pi / np.maximum(told.kh, 1e-12), told.element
+    )
 
 
 @dataclass(eq=False)

@@ -13,6 +13,7 @@ from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.locate import Located
 from femend.diagnose.name import SUREST, Ranked, tempered
 from femend.diagnose.next_sensor import next_sensor
+from femend.diagnose.power import untold
 from femend.estimate import FitRecord, noise_floor
 from femend.model import Place
 from femend.model.places import Topology, stretches, topology
@@ -39,10 +40,16 @@ def result_of(
     diagnosis: Diagnosis, predictions: list[Prediction], records: list[FitRecord], warnings: Sequence[str] = ()
 ) -> dict[str, Any]:
     """The content of result.json; `warnings` are those of the recordings' channels, to which
-    it is added where the force acts that nobody recorded, and on what laws were chosen if there was but one recording, and
-    which lines the mesh cannot represent."""
+    it is added where the force acts that nobody recorded, which lines the mesh cannot represent, on what laws were
+    chosen if there was but one recording, and what the excitation cannot tell."""
     findings = _findings(diagnosis)
-    warnings = [*warnings, *_drive(diagnosis), *_mesh(diagnosis), *filter(None, [diagnosis.split.told(diagnosis.sigma)])]
+    warnings = [
+        *warnings,
+        *_drive(diagnosis),
+        *_mesh(diagnosis),
+        *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
+    ]
+    warnings += untold(diagnosis.problem.records)
     fit = [_fit(p, records, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     return {
         "format": FORMAT,
