@@ -2,9 +2,9 @@
 
 A beam with cubic shapes follows its bending exactly but for the inertia along its own length. The error of a mode's
 frequency squared is the energy of what the interpolation leaves out (Strang and Fix, An Analysis of the Finite Element
-Method, 1973, ch. 6): of a load k^4 w, as even over an element of length h as it can be taken, (k h)^4/720 of the kinetic
-energy, with consistent masses from above, with lumped ones from below, where the ends of a member add what lumping does
-to its kinetic energy; of twisting, which is interpolated linearly, (k h)^2/12. Every element counts by its share of the
+Method, 1973, ch. 6): of a load k^4 w that is even over an element of length h, (k h)^4/720 of the kinetic energy, with
+consistent masses from above, with lumped ones from below, where the ends of a member add what lumping does to its
+kinetic energy; of twisting, which is interpolated linearly, (k h)^2/12. Every element counts by its share of the
 mode's kinetic energy. k belongs to the frequency and the section, k^4 = rho A omega^2 / (E I), whatever the shape of
 the mode, since it is the element's own inertia that is not followed. So four elements a wavelength of bending are
 enough for half a per cent. Shells and solids that interpolate linearly need ten for two per cent (`form_errors`); their
