@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from femend.diagnose.held_back import HELD_BACK, before, hold_back, since
+from femend.diagnose.known_force import Known
 from femend.diagnose.split import Split, split_records
 from femend.estimate import FitRecord, Problem, spectral_lines
 from femend.estimate.frf import FrfLines
+from femend.model import Place
 
 N, DT, BAND = 2000, 0.005, (5.0, 80.0)
 CUT = 1300
@@ -99,3 +101,13 @@ def test_a_record_that_repeats_itself_less_than_twice_before_the_cut_does_not_re
     assert before(record(period=600), CUT).period == 600
     assert before(record(period=800), CUT).period == 0
     assert round(HELD_BACK * N) == N - CUT
+
+
+def test_a_force_taken_as_known_ends_with_the_part_that_is_fitted() -> None:
+    place = Place("ground", (1,), "X", "ground", (np.array([0]),), (np.ones(1),))
+    force = np.arange(float(N))[None]
+    found = Known((place,), {"only": (force,)}).split(split_of(record()))
+    (early,), (late,) = found.fitting.records, found.choosing.records
+    np.testing.assert_array_equal(early.u[1], force[0, :CUT])
+    np.testing.assert_array_equal(late.u[1], force[0])
+    assert late.start == CUT
