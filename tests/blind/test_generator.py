@@ -16,6 +16,7 @@ import scipy.integrate as si
 os.environ.setdefault("NUMBA_DISABLE_JIT", "1")  # short runs: compiling would take longer than interpreting
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 
+import one_record
 import score_blind
 from blindgen import (
     acquire,
@@ -461,3 +462,13 @@ def test_scoring_of_outside_two_and_intervals(tmp_path: pathlib.Path) -> None:
     row = judged(one, "missing-physics", a | {"parameters": told}, parameters={"E_a": {"factor": 1.09, "sd": 0.01}})
     assert row["covered_law"] == [False, True]
     assert row["covered_model"] == [True]
+
+
+def test_one_recording_is_left_to_fit() -> None:
+    block = '[[recording]]\nname = "{}"\nrole = "{}"\n\n'
+    head = 'title = "c"\n\n'
+    study = head + "".join(block.format(*r) for r in (("low", "fit"), ("high", "fit"), ("sweep", "predict")))
+    left = head + block.format("high", "fit") + block.format("sweep", "predict")
+    assert one_record.kept_alone(study, "high") == left
+    with pytest.raises(ValueError, match="no recording 'sweep' with role"):
+        one_record.kept_alone(study, "sweep")

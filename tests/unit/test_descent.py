@@ -139,3 +139,20 @@ def test_nodes_inside_a_member_are_told_as_a_stretch(tmp_path: Path) -> None:
     top = topology(read_model(path))
     assert set(top.joints) == {1, 7, 9, 13}
     assert stretches(top, [7, 4, 6, 3, 11]) == [(7,), (3, 6), (11,)]
+
+
+def test_a_record_is_compared_from_where_it_starts_and_simulated_from_rest(tmp_path: Path) -> None:
+    loop, x = _loop(tmp_path, "cubic_stiffness", {"k3": 3e10}, 0.0)
+    p = loop.problem.prior(loop.joint.reduced)[0]
+    (record,), cut = loop.problem.records, 600
+    (history,) = loop.histories([(p, x)])[0]
+    y = history.y.copy()
+    y[:, :cut] += y.std()
+    late = replace(loop, problem=loop.problem.on([replace(record, y=y, start=cut)]))
+    (e,), _ = late.residuals([(p, x)])
+    whole = replace(loop, problem=loop.problem.on([replace(record, y=y)]))
+    (seen,), _ = whole.residuals([(p, x)])
+    assert np.abs(e).max() < 1e-6 < 1.0 < np.abs(seen).max()
+    # in a window, which shows the beginning, all of it counts
+    (windowed,), _ = late.at(20.0).residuals([(p, x)])
+    assert np.abs(windowed).max() > 1.0

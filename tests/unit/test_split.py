@@ -54,10 +54,12 @@ def test_a_model_that_lacks_nothing_keeps_the_middle_one() -> None:
     assert names(split([1.0, 1.0, 1.0], [1.0, 1.0, 1.0]).choosing) == ["mid"]
 
 
-def test_a_single_recording_does_both() -> None:
+def test_a_single_recording_too_short_for_a_part_does_both_and_it_is_told() -> None:
     found = split_records(problem({"only": 1.0}))
     assert names(found.fitting) == names(found.choosing) == ["only"]
     assert found.unseen == []
+    assert found.told().startswith("laws were chosen on recording 'only', which they were fitted to as well: its last")
+    assert "0.22 s" in found.told()
 
 
 @pytest.mark.parametrize("null", [[5.0, 9.0, 2.0], [1.0, 9.0, 1.0]])

@@ -82,7 +82,8 @@ def test_the_result_follows_the_contract(control: Done, spring: Done) -> None:
         result = done.result
         keys = ["format", "verdict", "findings", "parameters", "fit", "status", "advice", "warnings"]
         assert list(result) == keys
-        assert result["warnings"] == []
+        (untold,) = result["warnings"]  # two levels of random force
+        assert untold.startswith("no recording repeats itself")
         assert result["format"] == "femend-diagnosis/1"
         assert result["verdict"] in VERDICTS
         assert set(result["parameters"]) == {"E_root", "E_tip"}

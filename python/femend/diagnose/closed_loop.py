@@ -173,8 +173,9 @@ class Loop(ABC):
     def spectra(self, values: FloatArray, i: int) -> ComplexArray:
         """Windowed transform (K, rows) of a history's `values` (rows, n) on the lines of record i."""
         line = self.problem.lines(self.joint.reduced, self.sigma)[i]
+        values = values[:, line.first :]
         window = np.exp(-self.sigma * line.record.dt * np.arange(values.shape[1]))
-        return np.fft.rfft(values * window, line.record.n, axis=1)[:, line.index].T
+        return np.fft.rfft(values * window, line.n, axis=1)[:, line.index].T
 
     def residual_of(self, histories: Sequence[History]) -> FloatArray:
         """Weighted residual of all records, real and imaginary parts after each other."""

@@ -89,7 +89,8 @@ def enlarged(places: Sequence[Place], reduced: ReducedModel, f_max: float, g_row
 
 @dataclass(frozen=True, eq=False)
 class Recovered:
-    """Coordinates and forces against the motion (K, n_w) on the lines of every record, and in time (n_w, n)."""
+    """Coordinates and forces against the motion (K, n_w) on the lines of every record, at `freq` (K,) Hz, and in time
+    (n_w, n)."""
 
     fit: Fit
     equivalent: Fit
@@ -102,6 +103,7 @@ class Recovered:
     weight: list[FloatArray]
     records: list[FitRecord]
     index: list[NDArray[np.int64]]
+    freq: list[FloatArray]
 
     @property
     def s(self) -> list[ComplexArray]:
@@ -134,7 +136,9 @@ def recover(
     if equal is None:
         return None
     omega, zeta, Q = _core_modal(system, fit.p)
-    out = Recovered(fit, equal, [], [], [], [], [], [], [], problem.records, [line.index for line in lines])
+    out = Recovered(fit, equal, [], [], [], [], [], [], [], problem.records, [], [])
+    out.index.extend(line.index for line in lines)
+    out.freq.extend(line.freq for line in lines)
     for i, line in enumerate(lines):
         y, D, F_eq, misfit = _nearest_element(problem, joint, i, fit.p, equal, by_record)
         s, g, rows = on_lines(line, joint.reduced, omega, zeta, Q)

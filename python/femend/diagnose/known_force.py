@@ -45,22 +45,14 @@ class Known:
         for place, force in zip(self.places, self.forces[record.name], strict=True):
             for j, (g, values) in enumerate(zip(place.g_rows, place.g_values, strict=True)):
                 rows.append(np.asarray(g, dtype=np.int64))
-                u.append(np.asarray(values)[:, None] * force[j][None, :])
+                u.append(np.asarray(values)[:, None] * force[j][None, : record.n])
         in_rows = np.concatenate(rows)
         signs = np.concatenate([record.in_signs, np.ones(len(in_rows) - len(record.in_rows))])
         return replace(record, in_rows=in_rows, in_signs=signs, u=np.ascontiguousarray(np.vstack(u)))
 
     def split(self, split: Split) -> Split:
         """The records of a split with the forces among their inputs."""
-        made = {id(r): self.on(r) for r in split.whole.records}
-
-        def part(problem: Problem) -> Problem:
-            return problem.on([made[id(r)] for r in problem.records])
-
-        whole = part(split.whole)
-        if split.fitting is split.whole:
-            return Split(whole, whole, whole)
-        return Split(whole, part(split.fitting), part(split.choosing))
+        return split.changed(self.on)
 
     def basis(self, reduced: ReducedModel, f_max: float, g_rows: Sequence[int]) -> tuple[ReducedModel, list[int]]:
         """The model in a basis that holds the response to the forces, and to those of springs that are part of it, with

@@ -108,7 +108,7 @@ def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: P
             taus = [1 / low, 1 / omega, 1 / high]
             return [{"k0": 0.5 * x, "k1": 0.5 * x, "tau": t} for x in (k, 0.3 * scale) for t in taus]
         case "tuned_absorber":
-            return _absorbers(problem, joint, recovered, scale, (low, high))
+            return _absorbers(recovered, scale, (low, high))
         case _:
             return linear_sizes(entry, k_all, (low, high))
 
@@ -138,11 +138,9 @@ def fit_mass(
     )
 
 
-def _absorbers(
-    problem: Problem, joint: Joint, recovered: Recovered, scale: float, band: tuple[float, float]
-) -> list[dict[str, float]]:
+def _absorbers(recovered: Recovered, scale: float, band: tuple[float, float]) -> list[dict[str, float]]:
     """Tunings and losses whose force follows the recovered one best, and a coarse grid of tunings beside them."""
-    s = [2j * np.pi * line.freq for line in problem.lines(joint.reduced)]
+    s = [2j * np.pi * freq for freq in recovered.freq]
     ranked = []
     for w in band[0] * (band[1] / band[0]) ** np.linspace(0.0, 1.0, FINE_TUNINGS):
         for loss in (0.01, 0.05, 0.2):

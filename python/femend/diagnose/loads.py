@@ -154,7 +154,7 @@ def _follow(
     def moved(p: Problem) -> Problem:
         return p.on([_moved(r, row, sign) for r in p.records])
 
-    at = Split(moved(split.whole), moved(split.fitting), moved(split.choosing))
+    at = split.changed(lambda r: _moved(r, row, sign))
     fit = at.whole.continuation(Hypothesis(own, np.zeros((0, own.r))))
     if fit is None:
         return None

@@ -78,8 +78,10 @@ def tempered(ranked: Sequence[Ranked], null_score: float = np.inf) -> list[float
 
 
 def effective_values(choosing: Problem, reduced: ReducedModel, sigma: float = 0.0) -> float:
-    """Tempered number of values of the choosing records, windowed by exp(-sigma t), as they count in the score."""
-    return float(sum(line.share * line.Y.size for line in choosing.lines(reduced, sigma)))
+    """Tempered number of values of the choosing records, windowed by exp(-sigma t), as they count in the score: of
+    whole records, though of one only a part may choose, so that scores mean the same in every study."""
+    lines = choosing.lines(reduced, sigma)
+    return float(sum(line.share * line.Y.size * (line.record.n / line.n) for line in lines))
 
 
 def null_candidate(split: Split, null: Fit, name: str = "none", sigma: float = 0.0) -> Candidate:
@@ -302,10 +304,10 @@ def _linear_at(
         # a member may be weaker than it is drawn; one that would have to be stiffer stands in for something else
         return [_Tried(member, found, None)] if member.values["factor"] < 1.0 else [], None
     joint = open_joint(found.place, reduced, split.whole.band[1], g_rows)
-    recovered = recover(split.fitting, joint, found.fit.p)
+    recovered = recover(split.reading, joint, found.fit.p)
     if recovered is None:
         # a cut member may be as soft there as the model's unknowns go: what the update found is more modest
-        recovered = recover(split.fitting, joint, updated)
+        recovered = recover(split.reading, joint, updated)
     if recovered is None:
         return [], None
     fitted = [
@@ -339,13 +341,13 @@ def _nonlinear_laws(split: Split, at: _Opened) -> list[Candidate]:
     # they show in time records alone, and are simulated under the force
     if split.whole.load is not None or any(r.frf is not None for r in split.whole.records):
         return []
-    lines = split.fitting.lines(at.joint.reduced)
+    lines = split.reading.lines(at.joint.reduced)
     s = [np.asarray(2j * np.pi * line.freq, dtype=np.complex128) for line in lines]
     worth: list[tuple[str, Start]] = []
     # by one element in all records and by one in each: which of them comes nearer is not known beforehand
     readings: list[Recovered | None] = [at.recovered]
-    if len(split.fitting.records) > 1:
-        readings.append(recover(split.fitting, at.joint, at.found.fit.p, by_record=True))
+    if len(split.reading.records) > 1:
+        readings.append(recover(split.reading, at.joint, at.found.fit.p, by_record=True))
     for recovered, most in zip(readings, MOST_STARTS, strict=False):
         if recovered is None:
             continue

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from femend.diagnose.held_back import HeldBack, before, hold_back, since
 from femend.diagnose.locate import Located
 from femend.estimate import Fit, FitRecord, Problem
 
@@ -20,14 +21,18 @@ SILENT, TELLING = 0.1, 0.5
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """The fit recordings apart: `fitting` for estimates, `choosing` for the choice between laws, `whole` both."""
+    """The fit recordings apart: `fitting` for estimates, `choosing` for the choice between laws, `whole` both; `held`
+    is what is held back of a single one."""
 
     whole: Problem
     fitting: Problem
     choosing: Problem
+    held: HeldBack | None = None
 
     def of(self, problem: Problem) -> Split:
         """The same split of the same recordings in another problem (with other noise, say)."""
+        if self.held is not None:
+            return _of_one(problem, self.held)
         problem = problem.sparing(NAMING_LINES)
         named = {r.name: r for r in problem.records}
         fitting, choosing = (
@@ -35,10 +40,42 @@ class Split:
         )
         return Split(problem, fitting, choosing)
 
+    def changed(self, change: Callable[[FitRecord], FitRecord]) -> Split:
+        """The same split of records that `change` makes of these, each once."""
+        made: dict[int, FitRecord] = {}
+
+        def part(problem: Problem) -> Problem:
+            for r in problem.records:
+                if id(r) not in made:
+                    made[id(r)] = change(r)
+            return problem.on([made[id(r)] for r in problem.records])
+
+        whole = part(self.whole)
+        if self.fitting is self.whole:
+            return Split(whole, whole, whole, self.held)
+        return Split(whole, part(self.fitting), part(self.choosing), self.held)
+
+    @property
+    def reading(self) -> Problem:
+        """The records that what a place did is read off, for laws to start from: fits, which start there, end on
+        `fitting`. A part of a record is too little to tell starts by."""
+        return self.fitting if self.held is None else self.whole
+
     @property
     def unseen(self) -> list[FitRecord]:
-        """Recordings that choose and that no law is fitted to."""
-        return [r for r in self.choosing.records if all(r.name != o.name for o in self.fitting.records)]
+        """Recordings that choose and that no law is fitted to, or those of which a part is so."""
+        fitted = {r.name for r in self.fitting.records}
+        return [r for r in self.choosing.records if r.start > 0 or r.name not in fitted]
+
+    def told(self, sigma: float = 0.0) -> str:
+        """On what laws that were compared in a window exp(-sigma t) were chosen where there is a single recording;
+        nothing where a whole one chooses."""
+        if self.held is None or self.held.cut == 0 or sigma == 0:
+            return "" if self.held is None else self.held.text
+        return (
+            f"laws were chosen on the beginning of recording {self.held.name!r}, which they were fitted to as well, "
+            "since they cannot be followed further; record another"
+        )
 
 
 def split_records(problem: Problem, null: Fit | None = None, located: Sequence[Located] = ()) -> Split:
@@ -47,12 +84,12 @@ def split_records(problem: Problem, null: Fit | None = None, located: Sequence[L
     A law that acts at high level alone (a stop that is reached, a stiffness that grows) leaves no trace there. Where
     the middle record hardly shows what a free force at the best place takes away from the updated model `null`, the
     lowest one that shows it is kept instead; if the highest alone does, it is fitted and chooses too, beside the middle
-    one that the law has to leave as it is. A single record does both.
+    one that the law has to leave as it is. Of a single record a part is held back, where it is long enough.
     """
     problem = problem.sparing(NAMING_LINES)
     records = problem.records
     if len(records) < 2:
-        return Split(problem, problem, problem)
+        return _of_one(problem, hold_back(problem))
     order = [int(i) for i in np.argsort([r.level for r in records])]
     middle = order[(len(order) - 1) // 2 if len(order) < 3 else len(order) // 2]
     fitted, choosing = [i for i in order if i != middle], [middle]
@@ -68,6 +105,15 @@ def split_records(problem: Problem, null: Fit | None = None, located: Sequence[L
         return problem.on([r for i, r in enumerate(records) if i in chosen])
 
     return Split(problem, part(fitted), part(choosing))
+
+
+def _of_one(problem: Problem, held: HeldBack) -> Split:
+    """The split of a problem with a single record."""
+    problem = problem.sparing(NAMING_LINES)
+    if held.cut == 0:
+        return Split(problem, problem, problem, held)
+    early, late = (problem.on([part(r, held.cut) for r in problem.records]) for part in (before, since))
+    return Split(problem, early, late, held)
 
 
 def _drops(null: Fit, free: Fit, records: Sequence[FitRecord]) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from femend.errors import RecordingError
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem, check_sampling, modelled_band, used_band
 from femend.estimate.fit import TUNED_ABOVE
+from femend.estimate.lines import band_power
 from femend.model import Model, ReducedModel, affordable_refinement, form_errors, reduce_model
+from femend.model.resolution import Unresolved, unresolved
 from femend.threads import one_blas_thread
 
 __all__ = ["UpdatedModel", "modelled", "update_model", "updated_by"]
@@ -58,7 +60,8 @@ def update_model(
 
 
 def modelled(model: Model, records: Sequence[FitRecord], zeta: float) -> tuple[Model, ReducedModel, Problem]:
-    """The model, refined where that is cheap enough, its reduction for the band of the records, and their problem;
+    """The model, refined where that is cheap enough, its reduction for the band of the records, and their problem,
+    whose band ends where the mesh no longer follows the modes (`Model.unresolved` then says so);
     raises RecordingError as `update_model`."""
     if not records:
         raise RecordingError('no recording with role = "fit"; name at least one')
@@ -68,6 +71,10 @@ def modelled(model: Model, records: Sequence[FitRecord], zeta: float) -> tuple[M
     reduced = reduce_model(model, band[1], g_rows)
     check_sampling(records, band, reduced.freq)
     band = modelled_band(band, records, reduced.freq)
+    missed = unresolved(reduced, band)
+    if missed is not None:
+        model, band = _left_out(model, records, band, missed)
+        reduced = reduce_model(model, band[1], g_rows)
     reduced = form_errors(reduced, band[1]).on(reduced)
     n_tuned = max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum()))
     return model, reduced, Problem(records, band, zeta, n_tuned)
@@ -88,6 +95,15 @@ def updated_by(model: Model, problem: Problem, rows: Sequence[int], p: FloatArra
         return None
     null = min(found, key=lambda fit: fit.cost)
     return UpdatedModel(problem, reduced, null, g_rows, _drawn(model, problem.band[1], g_rows))
+
+
+def _left_out(
+    model: Model, records: Sequence[FitRecord], band: tuple[float, float], missed: Unresolved
+) -> tuple[Model, tuple[float, float]]:
+    """The model that says what its mesh does not follow, and the band without it."""
+    end = missed.limit or band[1]
+    above = np.mean([band_power(r, (end, band[1])) / max(band_power(r, band), 1e-300) for r in records])
+    return replace(model, unresolved=replace(missed, share=float(above))), (band[0], end)
 
 
 def _rows(records: Sequence[FitRecord]) -> list[int]:

@@ -13,7 +13,16 @@ from femend import _core
 from femend.estimate.frf import FrfLines, useful_band
 from femend.model import ReducedModel
 
-__all__ = ["FitRecord", "Lines", "modelled_band", "noise_floor", "noise_of", "spectral_lines", "used_band"]
+__all__ = [
+    "FitRecord",
+    "Lines",
+    "band_power",
+    "modelled_band",
+    "noise_floor",
+    "noise_of",
+    "spectral_lines",
+    "used_band",
+]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -57,6 +66,9 @@ class FitRecord:
         period: samples of a period where the record repeats itself, 0 elsewhere.
         frf: lines of an FRF; None for a time record.
         recording: the recording it is a column of, where that has another name.
+        start: sample from which on responses are compared, where what went before was used for something else: the
+            structure is driven by all of the record. Windowed lines (`sigma` > 0), which show the beginning, are of
+            the whole record all the same.
     """
 
     name: str
@@ -71,6 +83,7 @@ class FitRecord:
     period: int = 0
     frf: FrfLines | None = None
     recording: str = ""
+    start: int = 0
 
     @property
     def source(self) -> str:
@@ -110,13 +123,28 @@ class Lines:
     core: Any
 
     @property
+    def first(self) -> int:
+        """Sample of the record at which these lines begin."""
+        return _first(self.record, self.sigma)
+
+    @property
+    def n(self) -> int:
+        """Number of samples that these lines are of."""
+        return self.record.n - self.first
+
+    @property
     def noise_share(self) -> float:
         """NRMSE that noise alone leaves on these lines."""
         if self.record.frf is not None:
             return noise_floor(self.record, (float(self.freq[0]), float(self.freq[-1])))
-        n_eff = float((np.exp(-2 * self.sigma * self.record.dt * np.arange(self.record.n))).sum())
+        n_eff = float((np.exp(-2 * self.sigma * self.record.dt * np.arange(self.n))).sum())
         noise = len(self.freq) * n_eff * float((self.record.noise**2).sum())
         return float(np.sqrt(noise / (np.abs(self.Y) ** 2).sum()))
+
+
+def _first(record: FitRecord, sigma: float) -> int:
+    """Sample at which lines damped by `sigma` (1/s) begin."""
+    return record.start if sigma == 0 else 0
 
 
 def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
@@ -175,6 +203,17 @@ def _local_residuals(U: ComplexArray, Y: ComplexArray) -> FloatArray:
 
     share = gamma.ppf(NOISE_QUANTILE, NOISE_FREEDOM) / NOISE_FREEDOM
     return np.asarray(np.quantile(np.array(left), NOISE_QUANTILE, axis=0) / share)
+
+
+def band_power(record: FitRecord, band: tuple[float, float]) -> float:
+    """Power of a record's responses in a band (Hz), summed over sensors and lines."""
+    if record.frf is not None:
+        freq, amplitude = record.frf.freq, np.abs(record.frf.H).T
+    else:
+        freq = np.asarray(np.fft.rfftfreq(record.n, record.dt), dtype=np.float64)
+        amplitude = np.abs(np.fft.rfft(record.y, axis=1))
+    inside = (freq >= band[0]) & (freq <= band[1])
+    return float((amplitude[:, inside] ** 2).sum())
 
 
 def used_band(records: list[FitRecord]) -> tuple[float, float]:
@@ -244,7 +283,8 @@ def spectral_lines(
     """
     if record.frf is not None:
         return _of_frf(record, record.frf, reduced, band, sigma, limit)
-    u, y = (x if span is None else x[:, span] for x in (record.u, record.y))
+    span = slice(_first(record, sigma), None) if span is None else span
+    u, y = record.u[:, span], record.y[:, span]
     n = u.shape[1]
     window = np.exp(-sigma * record.dt * np.arange(n))
     freq = np.asarray(np.fft.rfftfreq(n, record.dt), dtype=np.float64)

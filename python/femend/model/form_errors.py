@@ -25,7 +25,7 @@ from femend.model.reduction import ReducedModel, Term
 from femend.model.refined import QUADRATIC, is_linear
 from femend.model.supports import connected
 
-__all__ = ["MODE_SD", "FormErrors", "form_errors"]
+__all__ = ["MESH_SD", "MODE_SD", "FormErrors", "basis_modes", "form_errors"]
 
 FloatArray = NDArray[np.float64]
 
@@ -152,7 +152,7 @@ def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
     mesh_sd = MESH_SD if reduced.model.mesh_error is None else HALVED * MESH_SD
     if not units:
         return FormErrors((), np.zeros((0, 0)), mesh, mode_sd, first_sds, mesh_sd)
-    omega, Q = _modes(reduced)
+    omega, Q = basis_modes(reduced)
     n_band = max(1, int((omega < 1.1 * 2 * np.pi * f_max).sum()))
     first = omega > 1e-3 * omega.max()
     own = np.flatnonzero(first[:n_band])
@@ -213,14 +213,14 @@ def _refined_sds(reduced: ReducedModel, mode_sd: float) -> tuple[float, ...]:
 
 def _mesh_stiffness(reduced: ReducedModel, f_top: float, sd: float) -> FloatArray:
     """Change of K (r, r) that raises each frequency in proportion to itself, by `sd` at `f_top` (Hz) and above."""
-    omega, Q = _modes(reduced)
+    omega, Q = basis_modes(reduced)
     M = reduced.M_fixed + sum((t.M for t in reduced.terms if t.M is not None), np.zeros_like(reduced.M_fixed))
     growth = 2 * sd * np.minimum(omega / (2 * np.pi * f_top), 1.0)
     shapes = M @ Q
     return np.asarray((shapes * (growth * omega**2)) @ shapes.T)
 
 
-def _modes(reduced: ReducedModel) -> tuple[FloatArray, FloatArray]:
+def basis_modes(reduced: ReducedModel) -> tuple[FloatArray, FloatArray]:
     """Circular frequencies (r,) and mass-normalised shapes (r, r) in the basis at the deck's values."""
     from scipy.linalg import eigh
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
     from femend.model.mesh_error import MeshError
+    from femend.model.resolution import Unresolved
 
 __all__ = ["Model", "Parameter", "read_model"]
 
@@ -51,7 +52,7 @@ class Model:
     unit system. Degrees of freedom of the g-set stand node after node, six each, in the node's displacement frame.
     `spc` and `added_mass` are as of `read_model`. `morphs` move nodes; everything here is with them at amplitude 0.
     Where the model stands for a coarser one, `refines` is that one, whose nodes come first here, and `mesh_error` what
-    the difference is.
+    the difference is. `unresolved` is what its mesh does not follow of the band it is used in.
     """
 
     deck: _core.Deck
@@ -63,6 +64,7 @@ class Model:
     morphs: tuple[Morph, ...] = ()
     refines: Model | None = None
     mesh_error: MeshError | None = None
+    unresolved: Unresolved | None = None
 
     @property
     def as_drawn(self) -> Model:

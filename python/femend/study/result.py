@@ -14,6 +14,7 @@ from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.locate import Located
 from femend.diagnose.name import Ranked, tempered
 from femend.diagnose.next_sensor import next_sensor
+from femend.diagnose.power import untold
 from femend.estimate import FitRecord, noise_floor
 from femend.model import Place
 from femend.model.places import Topology, stretches, topology
@@ -39,9 +40,17 @@ OFF_MODEL, OFF_LAW, OPEN_PLACE = 0.03, 0.15, 0.5
 def result_of(
     diagnosis: Diagnosis, predictions: list[Prediction], records: list[FitRecord], warnings: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """The content of result.json; `warnings` are those of the recordings' channels."""
+    """The content of result.json; `warnings` are those of the recordings' channels, to which
+    it is added where the force acts that nobody recorded, which lines the mesh cannot represent, on what laws were
+    chosen if there was but one recording, and what the excitation cannot tell."""
     findings = _findings(diagnosis)
-    warnings = [*warnings, *_drive(diagnosis)]
+    warnings = [
+        *warnings,
+        *_drive(diagnosis),
+        *_mesh(diagnosis),
+        *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
+    ]
+    warnings += untold(diagnosis.problem.records)
     fit = [_fit(p, records, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     return {
         "format": FORMAT,
@@ -53,6 +62,12 @@ def result_of(
         "advice": diagnosis.advice or _left_over(diagnosis.verdict, fit),
         "warnings": list(warnings),
     }
+
+
+def _mesh(diagnosis: Diagnosis) -> list[str]:
+    """Which lines were left out since the mesh does not follow their waves."""
+    missed = diagnosis.reduced.model.unresolved
+    return [] if missed is None else [missed.text]
 
 
 def _drive(diagnosis: Diagnosis) -> list[str]:

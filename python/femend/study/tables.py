@@ -150,6 +150,8 @@ def checks(run: StudyRun) -> tuple[Check, ...]:
 
 def _chosen_on(split: Split) -> str:
     """The recordings that choose between laws, in words."""
+    if split.held is not None and split.held.cut > 0:
+        return f"the last {split.held.seconds:.3g} s of {split.held.name}, held back for choosing"
     kept = [r.name for r in split.unseen]
     if not kept:
         return "on the only recording there is to fit"

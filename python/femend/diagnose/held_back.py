@@ -1,0 +1,114 @@
+"""A part of the only fit recording that no law is fitted to, so that laws are not chosen on what they were fitted to.
+
+The last part in time is held back. Laws are fitted to what comes before it: linear ones on its lines, others simulated
+from rest. On the held-back part linear ones have the lines of that part, with a state of every mode at its beginning
+that is as free as at the end of any record; others are simulated from rest through the whole recording, so that their
+state at the cut is their own, and compared from there on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.estimate import FitRecord, Problem
+
+__all__ = ["HELD_BACK", "HeldBack", "before", "hold_back", "since"]
+
+FloatArray = NDArray[np.float64]
+
+# share of the recording that is held back
+HELD_BACK = 0.35
+# lines of the held-back part a mode of the band, and its cycles of the band's lower end, from which it can choose: its
+# lines also tell the state of every mode at the cut, which are two unknowns a mode
+LINES_A_MODE, CYCLES = 8.0, 8.0
+# stretches of the band in which the force is compared, and the least share of its energy in each that both parts have
+# to hold, in what they would hold of one that does not change: a sweep excites other modes in each, a blow only one
+STRETCHES, EVEN = 6, 0.25
+
+
+@dataclass(frozen=True, slots=True)
+class HeldBack:
+    """What is held back of a recording: from sample `cut` on; with a `cut` of 0 nothing is, and `why` says so."""
+
+    name: str
+    cut: int
+    seconds: float
+    why: str = ""
+
+    @property
+    def text(self) -> str:
+        """On what the laws were chosen, as a sentence for people."""
+        if self.cut == 0:
+            return f"laws were chosen on recording {self.name!r}, which they were fitted to as well: {self.why}"
+        return (
+            f"laws were chosen on the last {100 * HELD_BACK:.0f} % ({self.seconds:.3g} s) of recording {self.name!r}, "
+            "which none was fitted to"
+        )
+
+
+def hold_back(problem: Problem) -> HeldBack:
+    """What is held back of the only record of `problem`."""
+    (record,) = problem.records
+    if record.frf is not None:
+        return HeldBack(record.name, 0, 0.0, "an FRF has no part in time to hold back; record another")
+    if not record.driven:
+        return HeldBack(record.name, 0, 0.0, "its force was not recorded; record another")
+    cut = int(round((1 - HELD_BACK) * record.n))
+    seconds = (record.n - cut) * record.dt
+    why = _too_short(problem, seconds) or _uneven(problem, record, cut)
+    return HeldBack(record.name, 0 if why else cut, seconds, why)
+
+
+def before(record: FitRecord, cut: int) -> FitRecord:
+    """The record up to sample `cut`."""
+    period = record.period if 2 * record.period <= cut else 0
+    return replace(record, u=record.u[:, :cut], y=record.y[:, :cut], period=period)
+
+
+def since(record: FitRecord, cut: int) -> FitRecord:
+    """The record as it is compared from sample `cut` on."""
+    return replace(record, start=cut)
+
+
+def _too_short(problem: Problem, seconds: float) -> str:
+    """Why a part of so many seconds cannot choose; empty where it can."""
+    low, high = problem.band
+    modes = max(problem.n_tuned, 1)
+    needed = max(LINES_A_MODE * modes / (high - low), CYCLES / max(low, 1e-12))
+    if seconds >= needed:
+        return ""
+    lines = int(seconds * (high - low))
+    return (
+        f"its last {100 * HELD_BACK:.0f} % are {seconds:.3g} s, {lines} lines of the band {low:.3g} to {high:.3g} Hz "
+        f"with {modes} mode(s) and {seconds * low:.2g} cycles of its lower end, too few to choose by; record "
+        f"{needed / HELD_BACK:.2g} s or more, or another level"
+    )
+
+
+def _uneven(problem: Problem, record: FitRecord, cut: int) -> str:
+    """Why the parts of a record before and after the cut show different things; empty where they do not."""
+    edges = np.linspace(*problem.band, STRETCHES + 1)
+    early, late = (_energy(part, record.dt, edges) for part in (record.u[:, :cut], record.u[:, cut:]))
+    whole = np.maximum(early + late, 1e-300)
+    # a stretch in which the force hardly has anything tells nothing in either part
+    driven = whole > 0.01 * whole.max()
+    for share, of in ((late / whole, HELD_BACK), (early / whole, 1 - HELD_BACK)):
+        worst = int(np.argmin(np.where(driven, share, np.inf)))
+        if share[worst] < EVEN * of:
+            part = "last" if of == HELD_BACK else "first"
+            return (
+                f"its {part} {100 * of:.0f} % hold {100 * share[worst]:.2g} % of the force's energy between "
+                f"{edges[worst]:.3g} and {edges[worst + 1]:.3g} Hz, too little to choose by; record a second one, or a "
+                "force that goes on through the recording in the whole band"
+            )
+    return ""
+
+
+def _energy(u: FloatArray, dt: float, edges: FloatArray) -> FloatArray:
+    """Energy (n_stretches,) of forces u (n_in, n) between frequencies `edges` (Hz)."""
+    freq = np.fft.rfftfreq(u.shape[1], dt)
+    power = (np.abs(np.fft.rfft(u, axis=1)) ** 2).sum(axis=0) / max(u.shape[1], 1)
+    return np.asarray(np.histogram(freq, bins=edges, weights=power)[0])
