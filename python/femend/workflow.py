@@ -315,6 +315,7 @@ def diagnose_study(
     """Runs the study file `study` from end to end; with a folder `out` everything is written there.
 
     `seed` is written down with the run. Raises StudyError, DeckError, FormatError, RecordingError, PairingError and
-    ModelError as the readers do; nothing is written unless the whole run succeeds.
+    ModelError as the readers do; nothing is written then. Stopped by hand after the update, a study without stages
+    writes what is settled and raises `femend.study.StudyInterrupted` (a KeyboardInterrupt) with it.
     """
     return diagnose(Path(study), None if out is None else Path(out), seed=seed)

@@ -33,7 +33,8 @@ def diagnose(study: Path, out: Path, seed: int, quiet: bool) -> None:
     """Update the model of STUDY, find what it leaves out, and write the diagnosis to a folder.
 
     STUDY is a study.toml, or a folder that holds one. Written are result.json, report.html, run.json,
-    model.updated.bdf and predictions/; nothing is written unless the run comes to its end.
+    model.updated.bdf and predictions/, when the run comes to its end. Interrupted (Ctrl-C) after the parameters were
+    updated, it writes what is settled so far, with the verdict undetermined; a second Ctrl-C ends it at once.
     """
     study = study_file(study)
     run_study(study, out, seed, quiet)
