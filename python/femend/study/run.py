@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,6 +19,7 @@ from femend.estimate import FitRecord, fit_records, pair_test
 from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter, read_model
+from femend.physics import Physics, selected
 from femend.progress import Progress, SilentProgress
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
@@ -59,22 +60,35 @@ class StudyRun:
 
 
 def diagnose(
-    study_path: str | Path, out: str | Path | None = None, progress: Progress | None = None, seed: int = 0
+    study_path: str | Path,
+    out: str | Path | None = None,
+    progress: Progress | None = None,
+    seed: int = 0,
+    laws: Sequence[str | Physics] | str | None = None,
 ) -> StudyRun | StagedRun:
     """Runs a study from its file and, where `out` is given, writes everything the contract asks for to that folder.
 
+    `laws` are tried in place of the default ones, as `femend.physics.selected` takes them; run.json lists them. Raises
+    LawParameterError for one that does not exist and StudyError for a study in stages, which has laws of its own.
     Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError, PairingError, ModelError);
     nothing is written then. Stopped by hand (KeyboardInterrupt) after the update, a study without stages writes what is
     settled and raises StudyInterrupted with it; before, and stopped again while it writes, nothing is written.
     """
-    progress = progress or SilentProgress()
-    info = RunInfo(seed=seed, study=str(Path(study_path).name))
+    with selected(laws) as tried:
+        settings = {} if laws is None else {"laws": [law.name for law in tried]}
+        info = RunInfo(seed=seed, study=str(Path(study_path).name), settings=settings)
+        return _diagnose(Path(study_path), out, progress or SilentProgress(), info)
+
+
+def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info: RunInfo) -> StudyRun | StagedRun:
+    """Reads the study and runs it, in stages where it needs them."""
     steps = _Steps(info, progress)
     folder = None if out is None else Path(out)
     with steps.step("read the study"):
-        study = load_study(Path(study_path))
+        study = load_study(study_path)
     unrecorded = _unrecorded(study)
     if is_staged(study) and not unrecorded:
+        _no_laws(info)
         return diagnose_staged(study, steps, info, progress, folder)
     with steps.step("read the deck and the recordings"):
         parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
@@ -90,7 +104,17 @@ def diagnose(
     if run is not None:
         return run
     # what is left of the recordings are modes
+    _no_laws(info)
     return diagnose_staged(study, steps, info, progress, folder, [NO_ONE_FORCE if records else TOO_FEW])
+
+
+def _no_laws(info: RunInfo) -> None:
+    """Raises StudyError where laws were asked for that stages do not try."""
+    if info.settings:
+        raise StudyError(
+            f"laws were chosen ({', '.join(info.settings['laws'])}), but this study goes through its stages, which try "
+            "supports, springs, joints and masses alone; leave out the choice of laws"
+        )
 
 
 @dataclass(eq=False)
