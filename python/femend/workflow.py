@@ -310,11 +310,18 @@ def write_report(what: Named, check: Check, path: str | os.PathLike[str], title:
 
 
 def diagnose_study(
-    study: str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, seed: int = 0
+    study: str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    *,
+    seed: int = 0,
+    laws: Sequence[str | Physics] | str | None = None,
 ) -> StudyRun | StagedRun:
     """Runs the study file `study` from end to end; with a folder `out` everything is written there.
 
-    `seed` is written down with the run. Raises StudyError, DeckError, FormatError, RecordingError, PairingError and
-    ModelError as the readers do; nothing is written unless the whole run succeeds.
+    `seed` is written down with the run. `laws` (names or entries of `femend.physics`, those of one's own too) are tried
+    in place of the default ones; "default" and "all" stand for many, and each costs seconds. Raises LawParameterError
+    for a law that does not exist, and StudyError, DeckError, FormatError, RecordingError, PairingError and ModelError
+    as the readers do; nothing is written then. Stopped by hand after the update, a study without stages writes what is
+    settled and raises `femend.study.StudyInterrupted` (a KeyboardInterrupt) with it.
     """
-    return diagnose(Path(study), None if out is None else Path(out), seed=seed)
+    return diagnose(Path(study), None if out is None else Path(out), seed=seed, laws=laws)

@@ -13,13 +13,16 @@ from femend.errors import StudyError
 __all__ = ["diagnose", "run_study"]
 
 
-def run_study(study: Path, out: Path, seed: int, quiet: bool) -> None:
-    """Diagnose `study` into the folder `out`, with `seed`, and show progress unless `quiet`."""
+def run_study(study: Path, out: Path, seed: int, quiet: bool, laws: str | None = None) -> None:
+    """Diagnose `study` into the folder `out`, with `seed` and `laws` (names with commas, None for the default ones).
+
+    Shows progress unless `quiet`.
+    """
     from femend.study.run import diagnose as run  # imported here: the other commands need none of it
 
     progress = progress_for(quiet=quiet)
     try:
-        run(study, out=out, progress=progress, seed=seed)
+        run(study, out=out, progress=progress, seed=seed, laws=laws)
     finally:
         progress.done()
 
@@ -28,15 +31,21 @@ def run_study(study: Path, out: Path, seed: int, quiet: bool) -> None:
 @click.argument("study", type=click.Path(path_type=Path))
 @click.option("--out", "-o", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of everything random.")
+@click.option(
+    "--laws",
+    metavar="NAME[,NAME]",
+    help='Laws to try in place of the default ones; "default" and "all" stand for many. Each costs seconds.',
+)
 @click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
-def diagnose(study: Path, out: Path, seed: int, quiet: bool) -> None:
+def diagnose(study: Path, out: Path, seed: int, laws: str | None, quiet: bool) -> None:
     """Update the model of STUDY, find what it leaves out, and write the diagnosis to a folder.
 
     STUDY is a study.toml, or a folder that holds one. Written are result.json, report.html, run.json,
-    model.updated.bdf and predictions/; nothing is written unless the run comes to its end.
+    model.updated.bdf and predictions/, when the run comes to its end. Interrupted (Ctrl-C) after the parameters were
+    updated, it writes what is settled so far, with the verdict undetermined; a second Ctrl-C ends it at once.
     """
     study = study_file(study)
-    run_study(study, out, seed, quiet)
+    run_study(study, out, seed, quiet, laws)
     if not quiet:
         click.echo(summary(read_result(out)))
         click.echo(f"\nreport    {out / 'report.html'}")

@@ -1,7 +1,7 @@
 """The command `femend`: which subcommands there are, and how bad news reaches the terminal.
 
 Exit codes: 0 the command did its work (whatever the verdict), 2 the input is broken or the command was misused,
-130 interrupted. A traceback appears only for a fault of femend itself.
+130 interrupted (then it says what was written, if anything). A traceback appears only for a fault of femend itself.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ class Commands(click.Group):
         except click.ClickException as error:
             error.show()
             sys.exit(error.exit_code)
-        except (click.Abort, KeyboardInterrupt):
-            click.echo("interrupted; no result was written", err=True)
+        except (click.Abort, KeyboardInterrupt) as stop:
+            click.echo(_stopped(stop), err=True)
             sys.exit(130)
         except FemendError as error:
             click.echo(f"error: {_with_place(error)}", err=True)
@@ -53,6 +53,12 @@ class Commands(click.Group):
             click.echo(f"error: {_os_message(error)}", err=True)
             sys.exit(2)
         sys.exit(code if isinstance(code, int) else 0)
+
+
+def _stopped(stop: BaseException) -> str:
+    """What an interruption says of itself; click puts its own exception around it."""
+    cause = stop.__cause__ if isinstance(stop, click.Abort) else stop
+    return str(cause) if isinstance(cause, KeyboardInterrupt) and cause.args else "interrupted; no result was written"
 
 
 def _with_place(error: FemendError) -> str:

@@ -35,6 +35,7 @@ from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.second import Further, Searched, look_further
 from femend.diagnose.settings import Settings
 from femend.diagnose.shares import score_of_noise, share_explained, unclear
+from femend.diagnose.so_far import SoFar
 from femend.diagnose.split import Split, split_records
 from femend.diagnose.unmeasured import find_harmonic, find_unmeasured, plainly_unmeasured
 from femend.diagnose.unrecorded import Driven, holds, locate_drive, with_force_read_off
@@ -69,7 +70,8 @@ class Diagnosis:
     is; `ranked` are the candidates in order, `located` the places, `probabilities` of the ranked, `load` a finding
     about the load, `n_values` the effective number of values that scores count on the choosing records, windowed by
     exp(-`sigma` t); `rival` is the free-form force where it beats every named law (`best` is it then); `further` are
-    several effects at once where one does not explain enough; `driven` is where the force acts if nobody recorded it.
+    several effects at once where one does not explain enough; `driven` is where the force acts if nobody recorded it;
+    `interrupted` says that the run was stopped before it could decide.
     """
 
     verdict: str
@@ -94,6 +96,7 @@ class Diagnosis:
     rival: Rival | None = None
     further: Further | None = None
     driven: Driven | None = None
+    interrupted: bool = False
 
     @property
     def final(self) -> Candidate | None:
@@ -108,14 +111,16 @@ def diagnose_records(
     zeta: float,
     progress: Progress | None = None,
     settings: Settings | None = None,
+    so_far: SoFar | None = None,
 ) -> Diagnosis:
     """Diagnoses a model against its fit records (accelerations, measured forces, from rest).
 
-    `zeta` is the starting damping ratio. Raises RecordingError where there is nothing to fit.
+    `zeta` is the starting damping ratio; `so_far` is filled on the way. Raises RecordingError where there is nothing to
+    fit.
     """
-    settings = settings or Settings()
+    settings, so_far = settings or Settings(), so_far or SoFar()
     tell = progress or SilentProgress()
-    start = update_model(model, records, zeta, tell.start)
+    start = so_far.start = update_model(model, records, zeta, tell.start)
     tell.start("list the places")
     places = find_places(start.reduced.model)
     tell.start("locate what is missing", len(places))
@@ -124,7 +129,8 @@ def diagnose_records(
     if quieter is not None:
         start = update_model(start.reduced.model, quieter, zeta)
         located = locate(start.problem, start.reduced, places, start.null)
-    out = explain(_nearer(start, located, settings), located, places, settings, tell)
+    so_far.places(start, located)
+    out = so_far.found = explain(_nearer(start, located, settings), located, places, settings, tell, so_far=so_far)
     tell.done()
     return out
 
@@ -136,23 +142,27 @@ def diagnose_responses(
     zeta: float,
     progress: Progress | None = None,
     settings: Settings | None = None,
+    so_far: SoFar | None = None,
 ) -> Diagnosis | None:
     """Diagnoses a model against records of one force that nobody recorded (`u` (0, n)); None where no single force
-    explains them. Linear laws are named; what depends on the level is located.
+    explains them. Linear laws are named; what depends on the level is located. `so_far` is filled on the way.
 
     Raises RecordingError with fewer than three responses.
     """
-    settings, tell = settings or Settings(), progress or SilentProgress()
+    settings, tell, so_far = settings or Settings(), progress or SilentProgress(), so_far or SoFar()
     driven = locate_drive(model, records, zeta, settings, tell)
     if not driven.explained:
         return None
-    out = explain(driven.start, driven.located, driven.places, settings, tell)
+    so_far.driven = driven
+    so_far.places(driven.start, driven.located)
+    out = explain(driven.start, driven.located, driven.places, settings, tell, so_far=so_far)
     if out.verdict != "missing-physics" and _one_more_force(driven, settings):
         out = _simulated(driven, out, settings, tell)
         if out.verdict in ("consistent", "parameters-only"):
             out = replace(out, verdict="located-not-named", place=driven.located[0], advice=_unnamed(out))
     tell.done()
-    return replace(out, driven=driven)
+    so_far.found = replace(out, driven=driven)
+    return so_far.found
 
 
 def _one_more_force(driven: Driven, settings: Settings) -> bool:
@@ -206,13 +216,15 @@ def explain(
     tell: Progress | None = None,
     *,
     further: bool = True,
+    so_far: SoFar | None = None,
 ) -> Diagnosis:
     """Names what is missing at the places `located` (of all `places`), or says that nothing is; `further` effects are
-    looked for where one does not explain enough."""
-    tell = tell or SilentProgress()
+    looked for where one does not explain enough. `so_far` is filled on the way."""
+    tell, so_far = tell or SilentProgress(), so_far or SoFar()
     plain, plainly_located, loud = start, located, louder(start, located)
     if loud is not None:
         start, located = loud.start, loud.located
+    so_far.places(start, located)
     problem, reduced, null = start.problem, start.reduced, start.null
     split = split_records(problem, null, located)
     baseline, n_values, null_score = _to_beat(split, reduced, null, settings)
@@ -235,7 +247,8 @@ def explain(
     )
     plainly = worth and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
     if worth and not plainly:
-        ranked, sigma = _named(start, split, located, places, short, (null_score, n_values), settings, tell)
+        ranked, sigma = _named(start, split, located, places, short, (null_score, n_values), settings, tell, so_far)
+        so_far.ranked = list(ranked)
         if load is None and explained and sigma == 0 and unclear(null_score, ranked, n_values, settings):
             # no law is behind the force that explains so much: it may stand in for a load that acts elsewhere after all
             tell.start("try loads")
@@ -268,13 +281,16 @@ def _named(
     score_of_none: tuple[float, float],
     settings: Settings,
     tell: Progress,
+    so_far: SoFar,
 ) -> tuple[list[Ranked], float]:
     """Laws at the places `short` and, as long as none takes away nearly all, at further kinds of places and then in
     directions not tried, in rising order of score, and the window they are compared in; `score_of_none` is that of the
     updated model, with the number of values it is of."""
     problem, reduced, null = start.problem, start.reduced, start.null
     null_score, n_values = score_of_none
-    naming = partial(name_physics, split, reduced, g_rows=start.g_rows, updated=null.p, tell=tell.advance)
+    naming = partial(
+        name_physics, split, reduced, g_rows=start.g_rows, updated=null.p, tell=tell.advance, note=so_far.ranked.extend
+    )
     ranked, sigma = naming(short, settings=settings, null_score=null_score, clamps=[*short, *located])
     tried = [one.place for one in short]
     all_kinds = replace(settings, places=settings.kinds)

@@ -129,10 +129,11 @@ def name_physics(
     null_score: float = np.inf,
     tell: Callable[[int], None] = lambda n: None,
     clamps: Sequence[Located] | None = None,
+    note: Callable[[list[Ranked]], None] = lambda judged: None,
 ) -> tuple[list[Ranked], float]:
     """Candidates of all laws at the best places, in rising order of score, and the window they are compared in;
     `updated` are the unknowns of the updated model. Clamps among the places `clamps` (`located` without them) are tried
-    on springs of their own.
+    on springs of their own. `note` gets the laws of each place as they come.
 
     Linear laws are tried at every place and its nearest look-alikes; nonlinear ones at the first places, and only where
     no linear law explains the choosing records about as well as a free force does. All are compared on whole
@@ -140,6 +141,7 @@ def name_physics(
     """
     tried: list[_Tried] = []
     opened: list[_Opened] = []
+    first_look = _Judge(split, settings, effective_values(split.choosing, reduced), 0.0)
     for found in located:
         tell(1)
         for place in (found.place, *_worth_trying(found)):
@@ -148,11 +150,14 @@ def name_physics(
             masses_alone = found.place.kind != "ground" and place is not found.place
             new, at = _linear_at(split, reduced, one, g_rows, masses_alone, updated)
             tried += new
+            note(first_look.at_once(new))
             opened += [at] if at is not None and place is found.place else []
     tried += _soft_clamps(split, reduced, located if clamps is None else clamps, updated, settings)
     if not _linear_suffices(split, reduced, tried, opened, null_score, settings):
         for at in _likeliest(opened, tried, settings):
-            tried += [_Tried(c, at.found, at.recovered) for c in _nonlinear_laws(split, at)]
+            new = [_Tried(c, at.found, at.recovered) for c in _nonlinear_laws(split, at)]
+            tried += new
+            note(first_look.at_once(new))
     tried = [t for t in tried if np.isfinite(t.candidate.chosen)]
     judge = _widest(split, reduced, tried, settings, updated)
     ranked = [judge.ranked(t) for t in tried]
@@ -371,6 +376,12 @@ class _Judge:
     settings: Settings
     n_values: float
     sigma: float
+
+    def at_once(self, tried: Sequence[_Tried]) -> list[Ranked]:
+        """Candidates that were followed over whole records, with their scores as they are, nothing judged anew."""
+        whole = [t for t in tried if t.candidate.sigma == 0 and np.isfinite(t.candidate.chosen)]
+        scores = [score(t.candidate, self.split.choosing, self.settings, self.n_values) for t in whole]
+        return [Ranked(t.candidate, t.found, value, t.recovered) for t, value in zip(whole, scores, strict=True)]
 
     def ranked(self, tried: _Tried) -> Ranked:
         """A candidate with its score."""

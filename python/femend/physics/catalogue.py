@@ -117,21 +117,46 @@ def catalogue(
 
 
 @contextmanager
-def selected(laws: Iterable[str | Physics] | None) -> Iterator[tuple[Physics, ...]]:
+def selected(laws: Iterable[str | Physics] | str | None) -> Iterator[tuple[Physics, ...]]:
     """Within the block `catalogue()` gives these `laws` (names or entries) instead of the default ones; None changes
-    nothing. Holds for the thread or task that enters it. Raises LawParameterError for a name that is none.
+    nothing. "default" stands for the default ones and "all" for every law, those of one's own too; a text may name
+    several with commas. Holds for the thread or task that enters it.
+
+    Raises LawParameterError for a name that is none, or one that stands for no local law.
 
     >>> with selected(["cubic_stiffness", "play_friction"]):
     ...     [entry.name for entry in catalogue()]
     ['cubic_stiffness', 'play_friction']
+    >>> with selected("default,hertz_contact"):
+    ...     catalogue()[-1].name
+    'hertz_contact'
     """
     before = _SELECTED.get()
-    chosen = before if laws is None else tuple(law if isinstance(law, Physics) else physics(law) for law in laws)
-    token = _SELECTED.set(chosen)
+    token = _SELECTED.set(before if laws is None else _named(laws))
     try:
         yield catalogue()
     finally:
         _SELECTED.reset(token)
+
+
+def _named(laws: Iterable[str | Physics] | str) -> tuple[Physics, ...]:
+    """The entries of `laws`, each once."""
+    several = laws.split(",") if isinstance(laws, str) else laws
+    found: dict[str, Physics] = {}
+    for law in several:
+        word = law.strip() if isinstance(law, str) else law
+        if isinstance(word, str) and word in ("default", "all"):
+            found |= {entry.name: entry for entry in catalogue(extended=word == "all")}
+            continue
+        entry = word if isinstance(word, Physics) else physics(word)
+        if entry.law is None:
+            raise LawParameterError(
+                f"{entry.name} is no local law that can be selected: a diagnosis looks for it by itself where it can; "
+                "leave it out",
+                law=entry.name,
+            )
+        found[entry.name] = entry
+    return tuple(found.values())
 
 
 def add(entry: Physics) -> None:

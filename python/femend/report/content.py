@@ -19,6 +19,7 @@ __all__ = [
     "LawRow",
     "Marker",
     "MeshPicture",
+    "MismatchMap",
     "ParameterRow",
     "Picture",
     "Place",
@@ -72,6 +73,14 @@ class MeshPicture:
                 raise ValueError(
                     f"MeshPicture.{name} holds index {int(index.max())}; indices into {n} nodes run from 0 to {n - 1}"
                 )
+
+
+@dataclass(frozen=True, eq=False)
+class MismatchMap:
+    """What a free force at each of the nodes `nodes` (n,) leaves of the updated model's cost: `share` (n,), 0 to 1."""
+
+    nodes: IntArray
+    share: FloatArray
 
 
 @dataclass(frozen=True)
@@ -222,6 +231,7 @@ class ReportContent:
         overlays, traces: curves of frequency and time, in the order they are to be shown.
         restoring: force over displacement and velocity.
         places, laws, parameters, checks: tables; `places` sorted by cost on the page.
+        mismatch: the map of the places on the mesh.
         place_threshold: cost difference to the best place up to which places count as not told apart.
         run: content of run.json (`femend.report.runinfo`).
         references: methods used, one citation per entry.
@@ -242,6 +252,7 @@ class ReportContent:
     restoring: RestoringForce | None = None
     places: tuple[Place, ...] = ()
     place_threshold: float | None = None
+    mismatch: MismatchMap | None = None
     laws: tuple[LawRow, ...] = ()
     parameters: tuple[ParameterRow, ...] = ()
     checks: tuple[Check, ...] = ()

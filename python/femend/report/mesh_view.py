@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from femend.report.content import Marker, MeshPicture, ReportContent
 from femend.report.svg import svg
 
-__all__ = ["start_view", "static_picture", "view_basis", "viewer_data"]
+__all__ = ["drawn_mesh", "start_view", "static_picture", "view_basis", "viewer_data"]
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 _MAX_NODES = 5000
 _AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
@@ -82,10 +83,17 @@ def viewer_data(content: ReportContent) -> dict[str, Any] | None:
 
 def static_picture(data: dict[str, Any], width: float = 640.0, height: float = 430.0) -> str:
     """The first view of `viewer_data` as SVG, for print and for readers without scripts."""
+    parts = drawn_mesh(data, width, height)
+    return svg(width, height, "".join(parts), "Mesh with sensors, shakers and the located place", "mesh")
+
+
+def drawn_mesh(data: dict[str, Any], width: float, height: float, levels: IntArray | None = None) -> list[str]:
+    """The SVG elements of the first view of `viewer_data`; `levels` (n,) of the nodes give faces and wires the classes
+    m0, m1 ... of the style sheet."""
     xyz = np.asarray(data["xyz"], float).reshape(-1, 3)
     eye, depth, scale = _project(xyz, data["view"], width, height)
     arrow = 0.055 * math.hypot(width, height) / scale
-    parts = _surface(data, eye, depth) + _wires(data, eye)
+    parts = _surface(data, eye, depth, levels) + _wires(data, eye, levels)
     for k in data["supports"]:
         parts.append(f'<path class="support" d="M{eye[k, 0]:.1f} {eye[k, 1]:.1f}l5 9h-10z"/>')
     for css, markers in (("sensor", data["sensors"]), ("shaker", data["shakers"])):
@@ -105,7 +113,7 @@ def static_picture(data: dict[str, Any], width: float = 640.0, height: float = 4
         parts.append(f'<circle class="located" cx="{x:.1f}" cy="{y:.1f}" r="9"/>')
         if len(located) < 4:
             parts.append(f'<text class="located" x="{x + 13:.1f}" y="{y - 9:.1f}">node {data["ids"][k]}</text>')
-    return svg(width, height, "".join(parts), "Mesh with sensors, shakers and the located place", "mesh")
+    return parts
 
 
 def _markers(markers: tuple[Marker, ...], index: dict[int, int]) -> list[dict[str, Any]]:
@@ -158,25 +166,33 @@ def _place(point: FloatArray, xyz: FloatArray, data: dict[str, Any], width: floa
     return np.array([width / 2 + scale * flat[0], height / 2 - scale * flat[1]])
 
 
-def _surface(data: dict[str, Any], eye: FloatArray, depth: FloatArray) -> list[str]:
+def _surface(data: dict[str, Any], eye: FloatArray, depth: FloatArray, levels: IntArray | None) -> list[str]:
     faces = np.asarray(data["faces"], int).reshape(-1, 4)
     if not len(faces):
         return []
+    css = [""] * len(faces) if levels is None else [f" m{m}" for m in np.rint(levels[faces].mean(axis=1)).astype(int)]
     parts = []
-    for f in faces[np.argsort(depth[faces].mean(axis=1))]:
-        corners = dict.fromkeys(f.tolist())
-        parts.append(f'<path class="face" d="M{"L".join(f"{eye[k, 0]:.1f} {eye[k, 1]:.1f}" for k in corners)}Z"/>')
+    for i in np.argsort(depth[faces].mean(axis=1)):
+        corners = dict.fromkeys(faces[i].tolist())
+        path = "L".join(f"{eye[k, 0]:.1f} {eye[k, 1]:.1f}" for k in corners)
+        parts.append(f'<path class="face{css[i]}" d="M{path}Z"/>')
     return parts
 
 
-def _wires(data: dict[str, Any], eye: FloatArray) -> list[str]:
+def _wires(data: dict[str, Any], eye: FloatArray, levels: IntArray | None) -> list[str]:
     lines = np.asarray(data["lines"], int).reshape(-1, 2)
     if not len(lines):
         return []
-    path = "".join(f"M{eye[a, 0]:.1f} {eye[a, 1]:.1f}L{eye[b, 0]:.1f} {eye[b, 1]:.1f}" for a, b in lines)
+    at = np.zeros(len(lines), int) if levels is None else np.rint(levels[lines].mean(axis=1)).astype(int)
+    parts = []
+    for level in np.unique(at):
+        path = "".join(
+            f"M{eye[a, 0]:.1f} {eye[a, 1]:.1f}L{eye[b, 0]:.1f} {eye[b, 1]:.1f}" for a, b in lines[at == level]
+        )
+        parts.append(f'<path class="wire{"" if levels is None else f" m{level}"}" d="{path}"/>')
     ends = np.unique(lines)
     dots = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in eye[ends]) if len(ends) <= 400 else ""
-    return [f'<path class="wire" d="{path}"/>', f'<path class="nodes" d="{dots}"/>' if dots else ""]
+    return [*parts, f'<path class="nodes" d="{dots}"/>' if dots else ""]
 
 
 def _arrow(start: FloatArray, tip: FloatArray, css: str) -> str:

@@ -13,6 +13,7 @@ from femend.report import words
 from femend.report.content import LawRow, ParameterRow, ReportContent
 from femend.report.figures import error_bars, frf_figure, interval, places_figure, restoring_figures, trace_figure
 from femend.report.mesh_view import static_picture, viewer_data
+from femend.report.mismatch_map import mismatch_figure
 from femend.report.numbers import factor_as_percent, ratio, significant
 
 __all__ = ["render"]
@@ -54,6 +55,7 @@ def render(content: ReportContent) -> str:
         visible=_VISIBLE,
         left_out=len(content.overlays) + len(content.traces) - len(frfs) - len(traces),
         restoring=restoring_figures(content.restoring) if content.restoring else [],
+        mismatch=mismatch_figure(mesh, content.mismatch) if mesh and content.mismatch else "",
         places=places_figure(content.places, content.place_threshold),
         laws=_law_rows(content.laws),
         pictures=[(p.caption, b64encode(p.png).decode()) for p in content.pictures],

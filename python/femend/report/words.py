@@ -16,6 +16,7 @@ from femend.report.vocabulary import DIRECTIONS, PARAMETERS, PHYSICS, VERDICTS
 
 __all__ = [
     "BEYOND_NOISE",
+    "INTERRUPTED",
     "ErrorGain",
     "by_importance",
     "certainty",
@@ -161,6 +162,8 @@ def certainty(probability: float | None) -> str:
     return f"{probability * 100:.0f} % among the hypotheses tried{word}"
 
 
+# status of a run that was stopped before it could decide
+INTERRUPTED = "interrupted"
 # error of an updated model, in units of the noise, beyond which it cannot be said to explain the recordings
 BEYOND_NOISE = 1.5
 
@@ -229,6 +232,9 @@ def headline(result: Result) -> str:
         return (
             f"Nothing is missing: the model explains the recordings{updated}{_gain(result, 'nominal', 'parameters')}."
         )
+    if verdict == "undetermined" and result.get("status") == INTERRUPTED:
+        fit = _gain(result, "nominal", "parameters")
+        return f"Interrupted before it was decided whether something is missing; the parameters are updated{fit}."
     if verdict == "undetermined":
         return "The recordings cannot tell whether something is missing in the model."
     return f"{verdict_name(verdict)}." if verdict else "No verdict was reached."

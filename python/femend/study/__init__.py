@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
+from femend.study.interruption import StudyInterrupted
 from femend.study.load import load_study
 from femend.study.study import Configuration, Parameter, Study, StudyRecording
 
-__all__ = ["Configuration", "Parameter", "Study", "StudyRecording", "load_study"]
+__all__ = ["Configuration", "Parameter", "Study", "StudyInterrupted", "StudyRecording", "load_study"]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from femend.diagnose.mismatch import mismatch_map
 from femend.report import words
-from femend.report.content import ReportContent
+from femend.report.content import MismatchMap, ReportContent
 from femend.study import tables
 from femend.study.curves import frf_overlays, restoring_force, time_overlays
 from femend.study.frf_curves import measured_frf_overlays
@@ -21,6 +22,7 @@ def report_content(run: StudyRun, info: dict[str, Any]) -> ReportContent:
     """The page's content from a finished run and the content of run.json; what a verdict does not have stays empty."""
     located, ambiguous, direction = _place(run.result)
     sensors, shakers = markers(run.test, run.model, run.pairing)
+    found = mismatch_map(run.diagnosis)
     return ReportContent(
         run.study.title,
         run.result,
@@ -34,6 +36,7 @@ def report_content(run: StudyRun, info: dict[str, Any]) -> ReportContent:
         traces=time_overlays(run),
         restoring=restoring_force(run),
         places=tables.places(run.diagnosis),
+        mismatch=None if found is None else MismatchMap(*found),
         place_threshold=run.diagnosis.settings.margin,
         laws=tables.laws(run.diagnosis),
         parameters=tables.parameters(run),

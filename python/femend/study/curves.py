@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.data import Channel
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.joint import Recovered
+from femend.diagnose.joint import Recovered, recover
 from femend.diagnose.name import Ranked
 from femend.estimate import FitRecord
 from femend.report.content import FrfOverlay, RestoringForce, TimeOverlay
@@ -30,6 +30,8 @@ ComplexArray = NDArray[np.complex128]
 FRF_SENSORS, FIT_TRACES, OTHER_TRACES = 6, 3, 1
 # lines averaged by H1 where a record does not repeat itself, and how many are drawn at most
 AVERAGED, DRAWN = 5, 900
+# lines of a record up to which its force is recovered anew on all of them for the picture
+RECOVERED = 6000
 # a line whose force has less than this share of the power of the strongest of so many neighbours to either side carries
 # noise alone; a multisine leaves such lines out on purpose
 EXCITED, NEIGHBOURS = 1e-2, 12
@@ -155,18 +157,21 @@ def accepted(diagnosis: Diagnosis) -> Ranked | None:
 
 def restoring_force(run: StudyRun) -> RestoringForce | None:
     """What the opened place did on the highest recording it was recovered from, and the law along that motion."""
-    ranked = accepted(run.diagnosis)
+    diagnosis = run.diagnosis
+    ranked = accepted(diagnosis)
     if ranked is None or ranked.recovered is None:
         return None
     recovered = ranked.recovered
     i = int(np.argmax([r.level for r in recovered.records]))
     if recovered.records[i].frf is not None:
         return None  # an FRF is not a motion
+    whole = _on_all_lines(diagnosis, recovered.records[i].name)
+    recovered, i = (recovered, i) if whole is None else (whole, 0)
     k = int(np.argmax(recovered.f[i].std(axis=1)))
     d, v, f = recovered.d[i][k], recovered.v[i][k], recovered.f[i][k]
     if not (np.isfinite(d).all() and np.isfinite(f).all()):
         return None
-    best = run.diagnosis.best
+    best = diagnosis.best
     law = None if best is None else law_along(best, recovered, i, k)
     if law is None or not np.isfinite(law).all():
         law = None
@@ -180,6 +185,23 @@ def restoring_force(run: StudyRun) -> RestoringForce | None:
         recording=recovered.records[i].name,
         **_units(system, turning),
     )  # fmt: skip
+
+
+def _on_all_lines(diagnosis: Diagnosis, name: str) -> Recovered | None:
+    """What the place of one nonlinear law did in the record `name`, read off on all its lines beside the final model.
+
+    Laws are compared on some of the lines, whose time histories are smeared; a stop shows its gap on all of them.
+    """
+    best = diagnosis.best
+    if best is None or best.joint is None or not best.nonlinear or diagnosis.further is not None:
+        return None
+    record = next((r for r in diagnosis.problem.records if r.name == name), None)
+    if record is None or diagnosis.problem.load is not None:
+        return None
+    low, high = diagnosis.problem.band
+    if (high - low) * record.n * record.dt > RECOVERED:
+        return None
+    return recover(diagnosis.problem.on([record]), best.joint, best.p)
 
 
 def _units(system: UnitSystem, turning: bool) -> dict[str, str]:

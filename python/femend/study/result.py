@@ -20,7 +20,7 @@ from femend.model import Place
 from femend.model.places import Topology, stretches, topology
 from femend.physics import FitCoordinates, physics
 from femend.report.vocabulary import DIRECTIONS
-from femend.report.words import BEYOND_NOISE
+from femend.report.words import BEYOND_NOISE, INTERRUPTED
 from femend.study.predictions import STAGES, Prediction
 from femend.study.told import told
 from femend.units import UnitSystem, unit_system
@@ -58,7 +58,7 @@ def result_of(
         "findings": findings,
         "parameters": _parameters(diagnosis),
         "fit": fit,
-        "status": "converged" if _converged(diagnosis) else "stalled",
+        "status": _status(diagnosis),
         "advice": diagnosis.advice or _left_over(diagnosis.verdict, fit),
         "warnings": list(warnings),
     }
@@ -82,6 +82,13 @@ def _drive(diagnosis: Diagnosis) -> list[str]:
         f"no force was recorded: one that acts at {where}{told} explains the responses best; errors on the fitted "
         "recordings are those of every sensor predicted from the others"
     ]
+
+
+def _status(diagnosis: Diagnosis) -> str:
+    """How the run ended."""
+    if diagnosis.interrupted:
+        return INTERRUPTED
+    return "converged" if _converged(diagnosis) else "stalled"
 
 
 def _converged(diagnosis: Diagnosis) -> bool:

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from femend.data import Recording, Spectra, Test
 from femend.diagnose import Diagnosis, diagnose_records, diagnose_responses
+from femend.diagnose.interrupted import undecided
+from femend.diagnose.so_far import SoFar
 from femend.diagnose.unrecorded import LEAST_SENSORS
 from femend.errors import RecordingError, StudyError
 from femend.estimate import FitRecord, fit_records, pair_test
 from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter, read_model
+from femend.physics import Physics, selected
 from femend.progress import Progress, SilentProgress
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.content import report_content
+from femend.study.interruption import StudyInterrupted, nothing_settled
 from femend.study.load import load_study
 from femend.study.patch import deck_cards, deck_changes, on_new_supports
 from femend.study.predictions import Prediction, predict_all, write_predictions
@@ -56,21 +60,35 @@ class StudyRun:
 
 
 def diagnose(
-    study_path: str | Path, out: str | Path | None = None, progress: Progress | None = None, seed: int = 0
+    study_path: str | Path,
+    out: str | Path | None = None,
+    progress: Progress | None = None,
+    seed: int = 0,
+    laws: Sequence[str | Physics] | str | None = None,
 ) -> StudyRun | StagedRun:
     """Runs a study from its file and, where `out` is given, writes everything the contract asks for to that folder.
 
-    Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError, PairingError, ModelError).
-    Nothing is written unless the whole run succeeds.
+    `laws` are tried in place of the default ones, as `femend.physics.selected` takes them; run.json lists them. Raises
+    LawParameterError for one that does not exist and StudyError for a study in stages, which has laws of its own.
+    Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError, PairingError, ModelError);
+    nothing is written then. Stopped by hand (KeyboardInterrupt) after the update, a study without stages writes what is
+    settled and raises StudyInterrupted with it; before, and stopped again while it writes, nothing is written.
     """
-    progress = progress or SilentProgress()
-    info = RunInfo(seed=seed, study=str(Path(study_path).name))
+    with selected(laws) as tried:
+        settings = {} if laws is None else {"laws": [law.name for law in tried]}
+        info = RunInfo(seed=seed, study=str(Path(study_path).name), settings=settings)
+        return _diagnose(Path(study_path), out, progress or SilentProgress(), info)
+
+
+def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info: RunInfo) -> StudyRun | StagedRun:
+    """Reads the study and runs it, in stages where it needs them."""
     steps = _Steps(info, progress)
     folder = None if out is None else Path(out)
     with steps.step("read the study"):
-        study = load_study(Path(study_path))
+        study = load_study(study_path)
     unrecorded = _unrecorded(study)
     if is_staged(study) and not unrecorded:
+        _no_laws(info)
         return diagnose_staged(study, steps, info, progress, folder)
     with steps.step("read the deck and the recordings"):
         parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
@@ -78,22 +96,67 @@ def diagnose(
         test = study.read_recordings()
         pairing = pair_test(test, model)
         records = [] if unrecorded and not _enough(test) else fit_records(_usable(test, unrecorded), model, pairing)
-    diagnosis: Diagnosis | None = None
-    if records:
-        with steps.step("diagnose"), steps.parts("diagnose") as told:
-            diagnose_them = diagnose_responses if unrecorded else diagnose_records
-            diagnosis = diagnose_them(model, records, study.damping_ratio, told)
-    if diagnosis is None:  # what is left of them are modes
-        return diagnose_staged(study, steps, info, progress, folder, [NO_ONE_FORCE if records else TOO_FEW])
-    if diagnosis.driven is not None:  # with the noise that was told from them
-        records = diagnosis.driven.start.problem.records
-    with steps.step("predict"):
-        predictions = predict_all(diagnosis, test, model, pairing, records)
-        result = result_of(diagnosis, predictions, records, warnings_of(model.deck, test))
-    run = StudyRun(study, model, test, pairing, records, diagnosis, predictions, result)
-    if folder is not None:
-        _write(run, folder, info)
-    return run
+    task = _Task(study, model, test, pairing, records, info, steps, folder)
+    try:
+        run = task.run(unrecorded) if records else None
+    except KeyboardInterrupt:
+        raise task.stopped() from None
+    if run is not None:
+        return run
+    # what is left of the recordings are modes
+    _no_laws(info)
+    return diagnose_staged(study, steps, info, progress, folder, [NO_ONE_FORCE if records else TOO_FEW])
+
+
+def _no_laws(info: RunInfo) -> None:
+    """Raises StudyError where laws were asked for that stages do not try."""
+    if info.settings:
+        raise StudyError(
+            f"laws were chosen ({', '.join(info.settings['laws'])}), but this study goes through its stages, which try "
+            "supports, springs, joints and masses alone; leave out the choice of laws"
+        )
+
+
+@dataclass(eq=False)
+class _Task:
+    """A study that was read, while it is diagnosed; `step` is where it is, `so_far` what is settled."""
+
+    study: Study
+    model: Model
+    test: Test
+    pairing: Pairing
+    records: list[FitRecord]
+    info: RunInfo
+    steps: _Steps
+    out: Path | None
+    so_far: SoFar = field(default_factory=SoFar)
+
+    def run(self, unrecorded: bool) -> StudyRun | None:
+        """From the records to what is written; None where no single force explains responses alone."""
+        diagnose_them = diagnose_responses if unrecorded else diagnose_records
+        with self.steps.step("diagnose"), self.steps.parts("diagnose") as told:
+            found = diagnose_them(self.model, self.records, self.study.damping_ratio, told, so_far=self.so_far)
+        return None if found is None else self.finished(found)
+
+    def finished(self, diagnosis: Diagnosis) -> StudyRun:
+        """Predictions and result of a diagnosis, written to the folder where there is one."""
+        # with the noise that was told from them
+        records = self.records if diagnosis.driven is None else diagnosis.driven.start.problem.records
+        with self.steps.step("predict"):
+            predictions = predict_all(diagnosis, self.test, self.model, self.pairing, records)
+            result = result_of(diagnosis, predictions, records, warnings_of(self.model.deck, self.test))
+        run = StudyRun(self.study, self.model, self.test, self.pairing, records, diagnosis, predictions, result)
+        if self.out is not None:
+            _write(run, self.out, self.info)
+        return run
+
+    def stopped(self) -> KeyboardInterrupt:
+        """What is raised when the user stops it, after what is settled was written."""
+        step = self.steps.now
+        settled = undecided(self.so_far, step)
+        if settled is None:
+            return nothing_settled(step)
+        return StudyInterrupted(self.finished(settled), step, self.out)
 
 
 def _unrecorded(study: Study) -> bool:
@@ -156,13 +219,15 @@ def _write_deck(run: StudyRun, folder: Path) -> None:
 
 
 class _Steps:
-    """Times the steps and tells the progress."""
+    """Times the steps and tells the progress; `now` is the step, or its part, that was begun last."""
 
     def __init__(self, info: RunInfo, progress: Progress) -> None:
         self._info, self._progress = info, progress
+        self.now = ""
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
+        self.now = name
         if name != "diagnose":
             self._progress.start(name)
         with self._info.step(name):
@@ -171,7 +236,7 @@ class _Steps:
     @contextmanager
     def parts(self, name: str) -> Iterator[Progress]:
         """Progress that also times what it is told to start, as parts of the step `name`."""
-        told = _Parts(self._info, self._progress, name)
+        told = _Parts(self, self._info, self._progress, name)
         try:
             yield told
         finally:
@@ -181,12 +246,13 @@ class _Steps:
 class _Parts:
     """Progress that passes on what it is told, and times each part until the next one starts."""
 
-    def __init__(self, info: RunInfo, progress: Progress, whole: str) -> None:
-        self._info, self._progress, self._whole = info, progress, whole
+    def __init__(self, steps: _Steps, info: RunInfo, progress: Progress, whole: str) -> None:
+        self._steps, self._info, self._progress, self._whole = steps, info, progress, whole
         self._open = ExitStack()
 
     def start(self, step: str, total: int | None = None) -> None:
         self.end()
+        self._steps.now = step
         self._open.enter_context(self._info.step(f"{self._whole}: {step}"))
         self._progress.start(step, total)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from femend.diagnose.candidates import Candidate
@@ -61,7 +62,8 @@ def laws(diagnosis: Diagnosis) -> tuple[LawRow, ...]:
         rows.insert(0, _row("free form", where, free.candidate, None, "a smooth force, no law", True))
     quiet = diagnosis.verdict in ("consistent", "parameters-only")
     rows.append(_row("none", "", diagnosis.null_chosen, max(0.0, 1.0 - sum(probability)), "", quiet))
-    return tuple(rows)
+    # among some of the laws no probability says anything
+    return tuple(replace(row, probability=None) for row in rows) if diagnosis.interrupted else tuple(rows)
 
 
 def _finite(ranked: Ranked) -> bool:
@@ -84,6 +86,8 @@ def _remark(diagnosis: Diagnosis, ranked: Ranked) -> str:
     """Why a law was not taken, from the figures in its row."""
     if not _finite(ranked):
         return "its fit does not stay finite"
+    if diagnosis.interrupted:
+        return "not decided"
     own, best = ranked.candidate.chosen, min(r.candidate.chosen for r in diagnosis.ranked if _finite(r))
     without = diagnosis.null_chosen.chosen
     if not own < without:
@@ -134,18 +138,21 @@ def checks(run: StudyRun) -> tuple[Check, ...]:
                 f"{significant(max(z), 2)} prior standard deviations; {significant(settings.parameter_z, 2)} is far",
             )
         )
-    found += _gain_checks(diagnosis)
-    load = diagnosis.load if diagnosis.load is not None and diagnosis.load.physics == "load_misplaced" else None
-    found.append(
-        Check(
-            "Would the recorded force explain more at another place?",
-            "no" if load is None else "yes",
-            "" if load is None else f"at node {load.nodes[0]}, {load.direction}: misfit {significant(load.fit.score)}",
-        )
-    )
+    # an interrupted run may not have come to these
+    found += [] if diagnosis.interrupted else [*_gain_checks(diagnosis), _load_check(diagnosis)]
     stopped = "" if diagnosis.null.converged else "the update stopped before it had converged"
     found.append(Check("Did the update converge?", "yes" if diagnosis.null.converged else "no", stopped))
     return tuple(found)
+
+
+def _load_check(diagnosis: Diagnosis) -> Check:
+    """Whether the recorded force acts elsewhere than recorded."""
+    load = diagnosis.load if diagnosis.load is not None and diagnosis.load.physics == "load_misplaced" else None
+    return Check(
+        "Would the recorded force explain more at another place?",
+        "no" if load is None else "yes",
+        "" if load is None else f"at node {load.nodes[0]}, {load.direction}: misfit {significant(load.fit.score)}",
+    )
 
 
 def _chosen_on(split: Split) -> str:

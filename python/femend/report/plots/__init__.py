@@ -10,6 +10,7 @@ from femend.report.plots.dac_matrix import draw_dac
 from femend.report.plots.force_spectra import OmegaLaw, draw_force_spectra, fit_omega_law
 from femend.report.plots.frf_overlay import draw_frf
 from femend.report.plots.mac_matrix import draw_mac
+from femend.report.plots.mismatch_view import draw_mismatch
 from femend.report.plots.residual_view import draw_residual
 from femend.report.plots.sensitivity_image import draw_sensitivity
 from femend.report.plots.shape_view import draw_shape, motion_of_model, motion_of_nodes
@@ -26,6 +27,7 @@ __all__ = [
     "draw_force_spectra",
     "draw_frf",
     "draw_mac",
+    "draw_mismatch",
     "draw_residual",
     "draw_sensitivity",
     "draw_shape",

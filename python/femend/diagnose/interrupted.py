@@ -1,0 +1,59 @@
+"""The diagnosis of a run that was interrupted: what is settled, no verdict, and a sentence on what is missing."""
+
+from __future__ import annotations
+
+from femend.diagnose.diagnosis import Diagnosis
+from femend.diagnose.name import Ranked, effective_values, null_candidate, score, tempered
+from femend.diagnose.settings import Settings
+from femend.diagnose.so_far import SoFar
+from femend.diagnose.split import Split, split_records
+
+__all__ = ["undecided"]
+
+# places that are told
+TOLD = 3
+
+
+def undecided(so_far: SoFar, step: str, settings: Settings | None = None) -> Diagnosis | None:
+    """What the diagnosis `so_far` had settled when it was interrupted in the step called `step`; None where its update
+    was not done. One that had come to its end is returned as it is.
+
+    The verdict is "undetermined", and the final model is the updated one.
+    """
+    if so_far.found is not None:
+        return so_far.found
+    start, settings = so_far.start, settings or Settings()
+    if start is None:
+        return None
+    split = split_records(start.problem, start.null, so_far.located)
+    baseline = null_candidate(split, start.null)
+    n_values = effective_values(split.choosing, start.reduced)
+    null_score = score(baseline, split.choosing, settings, n_values)
+    ranked = sorted(so_far.ranked, key=lambda r: r.score)
+    return Diagnosis(
+        "undetermined", start.problem, split, start.reduced, start.nominal, start.null, baseline, null_score,
+        so_far.located, ranked, tempered(ranked, null_score), None, None, None,
+        _told(so_far, ranked, split, baseline.chosen, step), settings, start.g_rows, n_values,
+        driven=so_far.driven, interrupted=True,
+    )  # fmt: skip
+
+
+def _told(so_far: SoFar, ranked: list[Ranked], split: Split, without: float, step: str) -> str:
+    """What is settled, what is not, and how to go on."""
+    assert so_far.start is not None
+    begun = f'the run was interrupted in the step "{step}": the parameters are updated'
+    if not so_far.located:
+        return f"{begun}, no place was looked at yet; run the study again to its end for a verdict"
+    before = so_far.start.null.score
+    named = [f"{one.place.text} ({one.fit.score:.3g})" for one in so_far.located[:TOLD]]
+    said = f"{begun} and leave a misfit of {before:.3g}; with a free force it is least at {', '.join(named)}"
+    if ranked:
+        best = ranked[0]
+        on = "the recordings that choose" if split.unseen else "the recording"
+        said += (
+            f"; of {len(ranked)} laws judged so far {best.candidate.name} at {best.located.place.text} leaves least, "
+            f"{best.candidate.chosen:.3g} on {on} where updating alone leaves {without:.3g}"
+        )
+    else:
+        said += "; no law was judged yet"
+    return f"{said}; nothing of this is decided: run the study again to its end for a verdict"

@@ -1,0 +1,206 @@
+"""A study that is stopped by hand: what is settled is written, whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from femend import read_model
+from femend.cli import main
+from femend.demo import STUDY
+from femend.diagnose import diagnosis as steps
+from femend.study import StudyInterrupted
+from femend.study import run as study_run
+from femend.study.run import diagnose
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
+
+E = (7.3e10, 6.8e10)
+SPRING = small_study.Truth(E, ("CELAS2,900,3e4,7,3",))
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return small_study.write_study(tmp_path_factory.mktemp("study"), SPRING)
+
+
+def stop_at(monkeypatch: pytest.MonkeyPatch, module: Any, name: str, after: int = 0) -> None:
+    """Ctrl-C when `name` of `module` is called for the time number `after` + 1."""
+    plain: Callable[..., Any] = getattr(module, name)
+    calls = []
+
+    def stopped(*args: Any, **kwargs: Any) -> Any:
+        calls.append(name)
+        if len(calls) == after + 1:
+            raise KeyboardInterrupt
+        return plain(*args, **kwargs)
+
+    monkeypatch.setattr(module, name, stopped)
+
+
+def stopped_run(study: Path, out: Path | None) -> StudyInterrupted:
+    with pytest.raises(StudyInterrupted) as stopped:
+        diagnose(study, out)
+    return stopped.value
+
+
+def read(out: Path) -> dict[str, Any]:
+    return json.loads((out / "result.json").read_text(encoding="utf-8"))
+
+
+def folders(parent: Path) -> list[str]:
+    return sorted(p.name for p in parent.iterdir())
+
+
+def test_stopped_while_places_are_sought_the_updated_parameters_stand(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop_at(monkeypatch, steps, "locate")
+    stop = stopped_run(study, tmp_path / "out")
+    result = read(tmp_path / "out")
+    assert (result["verdict"], result["status"], result["findings"]) == ("undetermined", "interrupted", [])
+    assert "locate what is missing" in result["advice"]
+    assert "no place was looked at" in result["advice"]
+    assert all(p["factor"] != 1.0 and p["sd"] > 0 for p in result["parameters"].values())
+    for row in result["fit"]:
+        assert row["final"] == row["parameters"] < row["nominal"]
+    assert {row["recording"] for row in result["fit"]} == {"low", "high", "held"}
+    assert stop.run.diagnosis.interrupted
+    assert stop.out == tmp_path / "out"
+    assert "run the same again" in str(stop)
+
+
+def test_everything_of_a_result_is_there(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stop_at(monkeypatch, steps, "try_loads")
+    stopped_run(study, tmp_path / "out")
+    wanted = {"result.json", "run.json", "report.html", "model.updated.bdf", "predictions"}
+    assert set(folders(tmp_path / "out")) == wanted
+    assert folders(tmp_path) == ["out"]
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Interrupted before it was decided" in page
+    assert "What is settled, and what is not" in page
+    assert "Would the recorded force" not in page  # that was not asked yet
+    before, after = read_model(study.parent / "model.bdf"), read_model(tmp_path / "out" / "model.updated.bdf")
+    assert len(after.fe.elements()) == len(before.fe.elements())  # nothing added
+    assert not np.array_equal(before.matrices()[0].data, after.matrices()[0].data)
+    assert list((tmp_path / "out" / "predictions" / "final").glob("*.uff"))
+
+
+def test_places_ranked_so_far_are_told(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stop_at(monkeypatch, steps, "try_loads")
+    stop = stopped_run(study, tmp_path / "out")
+    result = read(tmp_path / "out")
+    assert "node 7 to ground, Z (" in result["advice"]
+    assert "no law was judged" in result["advice"]
+    assert "ranked places" in str(stop)
+    assert "Where something could be missing" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_laws_judged_so_far_are_told(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from femend.diagnose import name
+
+    stop_at(monkeypatch, name, "_linear_at", after=2)
+    stop = stopped_run(study, tmp_path / "out")
+    d = stop.run.diagnosis
+    assert len(d.ranked) > 3
+    assert d.ranked[0].candidate.chosen < d.null_chosen.chosen
+    advice = read(tmp_path / "out")["advice"]
+    assert f"of {len(d.ranked)} laws judged so far {d.ranked[0].candidate.name}" in advice
+    assert d.best is None  # the final model is the updated one
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "not decided" in page
+    # no probability is given among a part of the laws
+    assert all(row.probability is None for row in study_run.report_content(stop.run, {}).laws)
+
+
+def test_stopped_before_the_update_nothing_is_written(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop_at(monkeypatch, steps, "update_model")
+    with pytest.raises(KeyboardInterrupt, match="before the parameters were updated") as stopped:
+        diagnose(study, tmp_path / "out")
+    assert not isinstance(stopped.value, StudyInterrupted)
+    assert folders(tmp_path) == []
+
+
+@pytest.mark.parametrize("at", ["predict_all", "render"])
+def test_stopped_again_while_it_writes_nothing_is_written(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at: str
+) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "result.json").write_text("{}")
+    stop_at(monkeypatch, steps, "locate")
+    stop_at(monkeypatch, study_run, at)
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        diagnose(study, out)
+    assert not isinstance(stopped.value, StudyInterrupted)
+    assert folders(tmp_path) == ["out"]
+    assert folders(out) == ["result.json"]
+    assert (out / "result.json").read_text() == "{}"
+
+
+def test_stopped_when_the_diagnosis_is_complete_all_of_it_is_written(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop_at(monkeypatch, study_run, "predict_all")
+    stop = stopped_run(study, tmp_path / "out")
+    result = read(tmp_path / "out")
+    assert (result["verdict"], result["status"]) == ("missing-physics", "converged")
+    assert result["findings"][0]["location"]["nodes"] == [7]
+    assert "complete" in str(stop)
+
+
+def test_without_a_folder_the_exception_has_what_is_settled(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stop_at(monkeypatch, steps, "locate")
+    stop = stopped_run(study, None)
+    assert stop.out is None
+    assert stop.run.result["status"] == "interrupted"
+
+
+def test_the_command_says_what_was_written(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stop_at(monkeypatch, steps, "try_loads")
+    done = CliRunner().invoke(main, ["diagnose", str(study), "--out", str(tmp_path / "out"), "--quiet"])
+    assert done.exit_code == 130
+    assert "Traceback" not in done.stderr
+    said = done.stderr.strip().splitlines()[-1]
+    assert said.startswith('interrupted in the step "try loads"; written to')
+    assert str(tmp_path / "out") in said
+    stop_at(monkeypatch, steps, "update_model")
+    done = CliRunner().invoke(main, ["diagnose", str(study), "--out", str(tmp_path / "none"), "--quiet"])
+    assert done.exit_code == 130
+    assert "no result was written" in done.stderr
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
+def test_a_signal_stops_a_process(tmp_path: Path) -> None:
+    """A real Ctrl-C once the run has said that the parameters are updated, of the bundled case, which goes on for tens
+    of seconds from there."""
+    command = [sys.executable, "-m", "femend", "diagnose", str(STUDY), "--out", str(tmp_path / "out")]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    try:
+        assert process.stderr is not None
+        for line in process.stderr:  # a line is written when its step has ended
+            if line.startswith("update the parameters:"):
+                process.send_signal(signal.SIGINT)
+                break
+        _, said = process.communicate(timeout=120)
+    finally:
+        process.kill()
+    assert process.returncode == 130
+    assert "interrupted in the step" in said
+    assert "Traceback" not in said
+    assert read(tmp_path / "out")["status"] == "interrupted"
+    assert folders(tmp_path) == ["out"]
