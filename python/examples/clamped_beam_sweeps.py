@@ -20,9 +20,9 @@ sweep to the next: what the flanks below resonance of the six sweeps say of it i
 What comes out: the cubic stiffness with structural damping and dry friction follows the sweeps at 0.10 to 0.14 g up to
 where they fall (frequency to 1 %, phase to 3 degrees). What does not: the falls to 1 %. These sweeps fall long before
 the turning point: half a hertz before, the phase is 76, 55 and 46 degrees behind the force, not 86 to 88 as at 0.04 to
-0.08 g. One viscous damping comes nearer to the higher falls, by too much damping in the place of whatever makes them fall: it
-misses the fitted ones. What does is not known; half the frequency of another mode (368.5 Hz in the impact test) lies in
-between, at 184 Hz.
+0.08 g. One viscous damping comes nearer to the higher falls, by too much damping in the place of whatever makes them
+fall: it misses the fitted ones. What does is not known; half the frequency of another mode (368.5 Hz in the impact
+test) lies in between, at 184 Hz.
 """
 
 from __future__ import annotations
