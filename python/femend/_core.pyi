@@ -28,6 +28,15 @@ _LawSpec: TypeAlias = tuple[str, Mapping[str, float] | Sequence[float] | NDArray
 _Histories: TypeAlias = tuple[
     NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], _SimulationStatus
 ]
+_Branch: TypeAlias = tuple[
+    NDArray[np.float64],
+    NDArray[np.complex128],
+    NDArray[np.complex128],
+    NDArray[np.complex128],
+    list[tuple[int, bool]],
+    str,
+    int,
+]
 
 def simulate(
     omega: NDArray[np.float64],
@@ -102,6 +111,41 @@ def simulate_batch(
 
     Each of omega, zeta (r,) and phi_in, phi_out, w (n, r) may have a further first axis with one entry for each set.
     Records (n_in, n) may differ in length.
+    """
+
+def harmonic_branches(
+    omega: NDArray[np.float64],
+    zeta: NDArray[np.float64],
+    phi_in: NDArray[np.float64],
+    phi_out: NDArray[np.float64],
+    w: NDArray[np.float64],
+    laws: Sequence[Sequence[_LawSpec]],
+    force: NDArray[np.complex128],
+    levels: Sequence[float],
+    band: tuple[float, float],
+    *,
+    harmonics: int = 7,
+    samples: int = 128,
+    settling: int = 2,
+    max_step: float = 0.1,
+    max_points: int = 4000,
+    max_folds: int | None = None,
+    residual_compliance: float = 0.0,
+) -> list[list[_Branch]]:
+    """Branches of periodic motions of a modal model with laws on one coordinate `w` (r,), over `band` in rad/s:
+    result[set][level] for every set of (name, parameters) in `laws` and every factor on `force`.
+
+    `omega`, `zeta` (r,), `phi_in` (n_in, r), `phi_out` (n_out, r); `force` (n_in,) complex amplitudes in N. The mean
+    and `harmonics` harmonics are balanced by `samples` of a period; hysteretic laws settle for `settling` periods.
+    Lengths along the branch are shares of the amplitude and of the band, a step is at most `max_step`;
+    after `max_folds` turning points the branch is followed no further.
+    `residual_compliance` (m/N) is that of the omitted modes at w.
+
+    Each branch: frequencies (n,) in rad/s, harmonics (n, harmonics + 1) of the coordinate (m) and of the laws' force
+    against it (N), of the displacement (n, n_out, harmonics + 1) at the outputs; turning points (point, whether
+    frequency has a maximum there); "upper" or "lower" end of the band reached, "max_points", "max_folds" or "stuck";
+    iterations.
+    Raises `LawParameterError`, ValueError, and ConvergenceError where no motion is found at the lower end of the band.
     """
 
 def law_force(

@@ -2,6 +2,7 @@
 
 mod error;
 mod frf;
+pub mod harmonic;
 pub mod identify;
 pub mod laws;
 mod modes;

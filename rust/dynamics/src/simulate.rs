@@ -143,7 +143,7 @@ impl ModalModel<'_> {
         self.omega.len()
     }
 
-    fn check(&self, n_w: usize, n_in: usize) -> Result<(), SimulationError> {
+    pub(crate) fn check(&self, n_w: usize, n_in: usize) -> Result<(), SimulationError> {
         let r = self.n_modes();
         if r == 0 {
             let need = "1 or more; keep at least one mode";

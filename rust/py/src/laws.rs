@@ -18,7 +18,7 @@ use crate::own_law::raised;
 
 pyo3::import_exception!(femend.errors, LawParameterError);
 
-fn law_error(py: Python<'_>, error: &LawError) -> PyErr {
+pub(crate) fn law_error(py: Python<'_>, error: &LawError) -> PyErr {
     let (law, parameter) = match error {
         LawError::UnknownLaw { name, .. } => (Some(name.clone()), None),
         LawError::UnknownParameter { law, parameter, .. } => {
@@ -41,7 +41,7 @@ fn law_error(py: Python<'_>, error: &LawError) -> PyErr {
     build().unwrap_or_else(|failed| failed)
 }
 
-fn simulation_error(py: Python<'_>, error: &SimulationError) -> PyErr {
+pub(crate) fn simulation_error(py: Python<'_>, error: &SimulationError) -> PyErr {
     match error {
         SimulationError::Law(error) => law_error(py, error),
         other => PyValueError::new_err(other.to_string()),
@@ -49,7 +49,7 @@ fn simulation_error(py: Python<'_>, error: &SimulationError) -> PyErr {
 }
 
 /// A law from its name and either {parameter: value} or the values in their order.
-fn law(name: &str, parameters: &Bound<'_, PyAny>) -> PyResult<Law> {
+pub(crate) fn law(name: &str, parameters: &Bound<'_, PyAny>) -> PyResult<Law> {
     let py = parameters.py();
     let kind = Kind::from_name(name).map_err(|error| law_error(py, &error))?;
     let law = if let Ok(named) = parameters.cast::<PyDict>() {

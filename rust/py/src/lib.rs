@@ -6,6 +6,7 @@ mod arrays;
 mod deck;
 mod diagnose;
 mod frf;
+mod harmonic;
 mod laws;
 mod model;
 mod modes;
@@ -23,6 +24,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     frf::register(module)?;
     sensitivity::register(module)?;
     laws::register(module)?;
+    harmonic::register(module)?;
     own_law::register(module)?;
     diagnose::register(module)
 }
