@@ -274,7 +274,7 @@ class _Kin:
     @classmethod
     def of(cls, problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> _Kin:
         single = [i for i, p in enumerate(places) if p.n_w == 1]
-        elements = {i: frozenset(p.elements) for i, p in enumerate(places) if p.kind == "member"}
+        elements = {i: frozenset(p.elements) for i, p in enumerate(places) if p.scaled}
         if not single:
             return cls({}, np.zeros((0, 0)), elements)
         few = problem.on(problem.records[:1]).thinned(COMPARED_LINES)
