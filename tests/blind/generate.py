@@ -62,7 +62,7 @@ def arguments() -> argparse.Namespace:
         "of each of two beside the other",
     )
     ap.add_argument("--effect", help="only this label: clearance, none:model_form, outside:wedge, two:a+b ...")
-    ap.add_argument("--family", choices=list(case.FAMILIES), help="only this family")
+    ap.add_argument("--family", choices=[*case.FAMILIES, *case.ALONE], help="only this family")
     return ap.parse_args()
 
 

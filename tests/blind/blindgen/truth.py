@@ -36,6 +36,7 @@ class Change:
     hinge: tuple[int, int, float] | None = None  # member, end (0 or 1), rotational stiffness
     mass: dict[int, float] = field(default_factory=dict)  # node -> kg
     support: dict[tuple[int, int], float] = field(default_factory=dict)  # clamped (node, component) -> stiffness
+    patch: tuple[int, int, int, int, float] | None = None  # deck cells of a plate along X and Y, factor on stiffness
 
 
 def nominal(s: Structure) -> Real:
@@ -103,7 +104,7 @@ def build(s: Structure, real: Real, change: Change | None = None) -> Built:
     change = change or Change()
     num = Numbering(s, change)
     if isinstance(s, Plate):
-        parts = plates.assemble(s, real, num.get)
+        parts = plates.assemble(s, real, num.get, change.patch)
     elif isinstance(s, Solid):
         parts = solids.assemble(s, real, num.get)
     else:
