@@ -33,10 +33,9 @@ def region_stiffness(place: Place, reduced: ReducedModel) -> FloatArray:
         rows, K, _ = fe.element_matrices(eid, ones)
         at.append(np.array([np.repeat(rows, len(rows)), np.tile(rows, len(rows))]))
         values.append(np.asarray(K).ravel())
-    touched, local = np.unique(np.hstack(at), return_inverse=True)
-    row, column = local.reshape(2, -1)
-    whole = csr_array(coo_array((np.concatenate(values), (row, column)), shape=(len(touched), len(touched))))
-    V = reduced.V[touched]
-    K = np.asarray(V.T @ (whole @ V))
+    n = len(reduced.V)
+    whole = csr_array(coo_array((np.concatenate(values), np.hstack(at)), shape=(n, n)))
+    touched = np.flatnonzero(np.diff(whole.indptr))
+    K = np.asarray(reduced.V[touched].T @ (whole[touched] @ reduced.V))
     _made[place] = (weakref.ref(reduced.V), K)
     return K

@@ -99,7 +99,7 @@ def somewhere(sc: Scene, pair: float = 0.0) -> Place:
 
 def across(sc: Scene, s: Plate) -> Place:
     """Two points of two plates that face each other, moving apart."""
-    a = int(sc.rng.choice([n for n in s.free if s.levels[n] == 0]))
+    a = int(sc.rng.choice([n for n in s.free if s.levels[n] == 0 and n not in s.ties]))
     place = sc.look([a, a + LAYER], 3)
     if place.d < 0.05 * max(sc.look([n], 3).d for n in s.free):
         raise Unsuitable("hardly moves")

@@ -4,7 +4,7 @@ half the size as truth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -21,13 +21,14 @@ LAYER = 1000
 
 @dataclass
 class Plate(Structure):
-    """Rectangular plate in X-Y, two halves as groups, or two `layers` that nothing joins, a group each; `cells` deck
-    elements along X and Y, sides and thickness in m."""
+    """Rectangular plate in X-Y, two halves as groups, or two `layers`, a group each, joined by springs in Z at `ties`
+    (node of the first, stiffness); `cells` deck elements along X and Y, sides and thickness in m."""
 
     cells: tuple[int, int] = (16, 12)
     sides: tuple[float, float] = (0.5, 0.35)
     thickness: float = 0.004
     layers: int = 1
+    ties: dict[int, float] = field(default_factory=dict)
 
     def rigidity(self, factor: float = 1.0) -> float:
         """Bending stiffness per width D (N m)."""
@@ -71,6 +72,7 @@ class Plate(Structure):
             eid = 1 + i + j * nx + LAYER * layer
             out.append(f"CQUAD4,{eid},{self.group(i, layer)}," + ",".join(map(str, corners)))
         out += [f"CONM2,{90000 + k},{n},,{num(m)}" for k, (n, m) in enumerate(self.lumps.items(), 1)]
+        out += [f"CELAS2,{95000 + n},{num(k)},{n},3,{n + LAYER},3" for n, k in self.ties.items()]
         corners = self.clamped
         out += [f"SPC1,1,3,{','.join(map(str, corners[k : k + 4]))}" for k in range(0, len(corners), 4)]
         nodes = sorted(self.xyz)
@@ -111,7 +113,7 @@ def plate(rng: np.random.Generator) -> Plate:
 
 
 def twin_plates(rng: np.random.Generator) -> Plate:
-    """Two plates, one a little above the other and each on its own corners, with a lump each."""
+    """Two plates, one a little above the other, each on its own corners and with a lump; two springs join them."""
     s = plate(rng)
     s.family, s.layers, s.groups = "twin plates", 2, {1: "lower", 2: "upper"}
     gap = rng.uniform(0.015, 0.04)
@@ -120,6 +122,8 @@ def twin_plates(rng: np.random.Generator) -> Plate:
     s.clamped += [n + LAYER for n in s.clamped]
     last = max(s.lumps)
     s.lumps[last + LAYER] = s.lumps.pop(last)
+    usual = 40.0 * s.rigidity() / s.sides[1] ** 2
+    s.ties = {int(n): usual * rng.uniform(0.5, 2.0) for n in rng.choice(s.free, 2, replace=False)}
     s.levels |= {n + LAYER: 1 for n in s.joints}
     s.joints = [*s.joints, *(n + LAYER for n in s.joints)]
     s.n_sensors = 14

@@ -136,6 +136,12 @@ def add_points(s: Structure, real: Real, change: Change, num: Numbering, K, M) -
                 K[b, b] += change.hinge[2]
                 K[a, b] -= change.hinge[2]
                 K[b, a] -= change.hinge[2]
+    for node, k in s.ties.items() if isinstance(s, Plate) else ():
+        lower, upper = num.get(node, 3), num.get(node + plates.LAYER, 3)
+        K[lower, lower] += k
+        K[upper, upper] += k
+        K[lower, upper] -= k
+        K[upper, lower] -= k
     for (node, c), k in change.support.items():
         i = num.get(node, c)
         if i >= 0:
