@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from femend.model.model import Model
-from femend.model.pair_places import along_axis, along_line
+from femend.model.pair_places import Between
 from femend.model.place import Place
 
 __all__ = ["facing", "gap_places"]
@@ -48,16 +48,16 @@ def gap_places(model: Model, held: NDArray[np.bool_], known: Sequence[Place] = (
     places `known` are not listed again; `held` (n_g,) are the DOFs of the g-set that cannot move."""
     had = {(frozenset(p.nodes), p.direction) for p in known}
     turning = {n for _, card, nodes in model.as_drawn.fe.elements() if card.startswith(_TURNING) for n in nodes}
-    size = _diagonal(model.as_drawn.xyz)
+    between = Between.of(model, held)
+    together = AT_ONE_POINT * _diagonal(between.xyz)
     places = []
     for a, b in facing(model)[:MAX_GAPS]:
-        at = model.index(a), model.index(b)
-        if held[6 * at[0] : 6 * at[0] + 3].all() and held[6 * at[1] : 6 * at[1] + 3].all():
+        if between.fixed(a) and between.fixed(b):
             continue
-        apart = float(np.linalg.norm(model.xyz[at[1]] - model.xyz[at[0]])) > AT_ONE_POINT * size
-        found = [along_line(model, held, a, b)] if apart else []
+        apart = float(np.linalg.norm(between.xyz[model.index(b)] - between.xyz[model.index(a)])) > together
+        found = [between.along_line(a, b)] if apart else []
         axes = range(6 if not apart and {a, b} <= turning else 3)
-        found += [along_axis(model, held, a, b, c) for c in axes]
+        found += [between.along_axis(a, b, c) for c in axes]
         places += [p for p in found if p is not None and (frozenset(p.nodes), p.direction) not in had]
     return places
 

@@ -78,9 +78,9 @@ def _groups(model: Model) -> dict[int, _Group]:
             mine.append((eid, tuple(n for n in nodes if n)))
         else:
             others.append(eid)
-    groups = {}
+    groups, xyz = {}, model.xyz
     for pid, (mine, others) in sorted(found.items()):
-        at = np.array([model.xyz[[model.index(n) for n in nodes]].mean(axis=0) for _, nodes in mine]).reshape(-1, 3)
+        at = np.array([xyz[[model.index(n) for n in nodes]].mean(axis=0) for _, nodes in mine]).reshape(-1, 3)
         groups[pid] = _Group(tuple(e for e, _ in mine), tuple(n for _, n in mine), at, tuple(others))
     return groups
 
@@ -168,7 +168,7 @@ def _place(model: Model, group: _Group, pid: int, elements: Elements, *, unlikel
 
 def _corners(model: Model, nodes: Sequence[int]) -> tuple[int, ...]:
     """Those of the nodes that are farthest out towards the corners of the box around them."""
-    xyz = np.array([model.xyz[model.index(n)] for n in nodes])
+    xyz = model.xyz[[model.index(n) for n in nodes]]
     sides = np.ptp(xyz, axis=0)
     signs = product(*[(-1.0, 1.0) if side > FLAT * sides.max() else (0.0,) for side in sides])
     scaled = (xyz - xyz.mean(axis=0)) / np.maximum(sides, 1e-300)
