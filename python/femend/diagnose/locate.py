@@ -117,8 +117,7 @@ def locate(
     many = is_many(todo)
     second, last, late_quota = (FEW_SECOND, FEW_LAST, FEW_LATE) if many else (SECOND_STAGE, LAST_STAGE, LATE)
     free_too = [*beside, *([] if problem.load is None else [problem.load])]
-    sorted_out = screened if many else without_poor_regions
-    todo = sorted_out(problem, reduced, todo, null, free_too)
+    todo = (screened if many else without_poor_regions)(problem, reduced, todo, null, free_too)
     hypotheses = [hypothesis_of(p, reduced, beside) for p in todo]
     few = problem.sparing(LINES)
     plain = problem.sparing(FEWEST_LINES).untuned()
