@@ -63,7 +63,7 @@ def arguments() -> argparse.Namespace:
     )
     ap.add_argument("--effect", help="only this label: clearance, none:model_form, outside:wedge, two:a+b ...")
     ap.add_argument("--excitation", choices=case.EXCITATIONS, default="", help="the force of the fit recordings")
-    ap.add_argument("--family", choices=list(case.FAMILIES), help="only this family")
+    ap.add_argument("--family", choices=[*case.FAMILIES, *case.ALONE], help="only this family")
     return ap.parse_args()
 
 

@@ -190,6 +190,39 @@ def test_plate_frequencies_and_deck() -> None:
     assert w[0] == pytest.approx(beam, rel=0.02)  # clamped at x = 0, free elsewhere: between beam and plate rigidity
 
 
+def test_twin_plates_are_two_plates_on_springs() -> None:
+    """Without springs every mode of the plate is there twice; a stiff spring holds its ends together."""
+    s = plates.twin_plates(np.random.default_rng(4))
+    assert all(n + plates.LAYER in s.xyz for n in s.ties)
+    assert {s.xyz[n + plates.LAYER][2] - s.xyz[n][2] for n in s.ties} == {s.xyz[1001][2]}
+    s.lumps = {}
+    ties, s.ties = s.ties, {}
+    w, _ = fe.modes(truth.build(s, truth.nominal(s)).system, 300.0)
+    np.testing.assert_allclose(w[::2][:3], w[1::2][:3], rtol=1e-9)
+    s.ties = dict.fromkeys(ties, 1e9)
+    built = truth.build(s, truth.nominal(s))
+    _, phi = fe.modes(built.system, 300.0)
+    for n in ties:
+        apart = phi[built.system.dof[n + plates.LAYER, 3]] - phi[built.system.dof[n, 3]]
+        assert np.abs(apart).max() < 1e-4 * np.abs(phi).max()
+    assert s.bulk().count("CELAS2") == 2
+    assert s.bulk().count("CQUAD4") == 2 * 16 * 12
+
+
+def test_a_patch_over_half_a_plate_is_the_modulus_of_that_half() -> None:
+    """And a smaller one leaves every other cell as it is."""
+    s = plates.plate(np.random.default_rng(4))
+    real = truth.nominal(s)
+    whole = truth.build(s, real, truth.Change(patch=(0, 8, 0, 12, 0.5))).system.K
+    halved = truth.build(s, dataclasses.replace(real, factor={1: 0.5, 2: 1.0})).system.K
+    assert abs(whole - halved).max() < 1e-9 * abs(halved).max()
+    plain, weak = (truth.build(s, real, c).system for c in (None, truth.Change(patch=(2, 4, 3, 5, 0.5))))
+    changed = np.unique((plain.K - weak.K).tocoo().row)
+    inside = {weak.dof[s.node(i, j), 3] for i in (2, 3, 4) for j in (3, 4, 5)}
+    deck = {weak.dof[n, 3] for n in s.xyz} - {-1}
+    assert deck.intersection(changed.tolist()) == inside
+
+
 def test_solid_frequencies_and_deck() -> None:
     """First bending frequencies of the clamped bar about both axes (Bernoulli, shear and end effects below 2 %), and
     brick matrices: six rigid motions without force, the whole mass.

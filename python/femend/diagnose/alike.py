@@ -49,7 +49,7 @@ def with_look_alikes(
         of: min((f.cost for f, s in zip(found, several, strict=True) if s is of), default=0.0) for of in (True, False)
     }
     reach = {of: cost * (1 + settings.further) + settings.reach for of, cost in least.items()}
-    members = [one for one in found if one.place.kind == "member"][: settings.members]
+    members = [one for one in found if one.place.scaled][: settings.members]
     for n, one in enumerate(found):
         new = kind[n] not in kind[:n] and one.cost < reach[several[n]] and len(set(kind[: n + 1])) <= settings.kinds
         wanted = len(kept) < settings.places or new or any(one is m for m in members)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.region_stiffness import region_stiffness
 from femend.model import Place, ReducedModel
 from femend.model.freed import freed, with_springs
 
@@ -29,8 +30,8 @@ def dressed(bare: ReducedModel, like: ReducedModel) -> ReducedModel:
 
 
 def with_own(place: Place, reduced: ReducedModel) -> ReducedModel:
-    """The model with the unknowns of a place that are part of it: a factor on a member's stiffness, a spring's
-    stiffness, or the springs of a soft clamp under DOFs set free.
+    """The model with the unknowns of a place that are part of it: a factor on a member's or region's stiffness, a
+    spring's stiffness, or the springs of a soft clamp under DOFs set free.
 
     Raises ModelError for a clamp that no SPC set holds.
     """
@@ -47,7 +48,9 @@ def with_own(place: Place, reduced: ReducedModel) -> ReducedModel:
 
 
 def member_stiffness(place: Place, reduced: ReducedModel) -> FloatArray:
-    """Stiffness of a member in the basis (r, r), at the deck's values."""
+    """Stiffness of a member or region in the basis (r, r), at the deck's values."""
+    if place.kind == "region":
+        return region_stiffness(place, reduced)
     model = reduced.model
     ones = np.ones(len(model.parameters))
     K = np.zeros((reduced.r, reduced.r))

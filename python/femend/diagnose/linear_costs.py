@@ -25,6 +25,7 @@ from scipy.sparse import csr_array
 from femend import _core
 from femend.diagnose.dressed import MEMBER_SD
 from femend.diagnose.receptances import at_sensors, on_lines
+from femend.diagnose.region_stiffness import region_stiffness
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
@@ -160,7 +161,7 @@ def linear_costs(
         for some in np.array_split(own, 1 + len(own) * n_w // AT_ONCE):
             at = first[some][:, None] + np.arange(n_w)
             costs[some] = _of_forces(linear, WQ[at.ravel()], n_w, len(free))
-    members = [i for i, place in enumerate(places) if place.kind == "member" and not place.springs]
+    members = [i for i, place in enumerate(places) if place.scaled and not place.springs]
     if members:
         costs[members] = _of_members(linear, reduced, [places[i] for i in members], len(free))
     return costs
@@ -213,7 +214,7 @@ def _whitened(
 
 
 def _of_members(linear: _Linear, reduced: ReducedModel, members: Sequence[Place], n_free: int) -> FloatArray:
-    """Costs of members with a factor on their stiffness; in the exponent, so that it is one as the deck has it."""
+    """Costs of members and regions with a factor on their stiffness; in the exponent: it is one as the deck has it."""
     ones = np.ones(len(reduced.model.parameters))
     q = np.array([line.q for line in linear.lines]).T
     both = np.hstack([q.real, q.imag])
@@ -228,6 +229,10 @@ def _of_members(linear: _Linear, reduced: ReducedModel, members: Sequence[Place]
     for some in np.array_split(np.arange(len(members)), 1 + len(members) // 256):
         Z = np.zeros((len(some), len(q), n_k), dtype=complex)
         for z, i in zip(Z, some, strict=True):
+            if members[i].kind == "region":
+                f = linear.Q.T @ (region_stiffness(members[i], reduced) @ (linear.Q @ both))
+                z -= f[:, :n_k] + 1j * f[:, n_k:]
+                continue
             for eid in members[i].elements:
                 rows, K, _ = reduced.model.fe.element_matrices(eid, ones)
                 E = reduced.V[rows] @ linear.Q

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from femend.diagnose.classes import similarity
 from femend.diagnose.dressed import with_own
 from femend.diagnose.preference import preference
-from femend.diagnose.screen import is_many, screened
+from femend.diagnose.screen import is_many, screened, without_poor_regions
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
@@ -116,8 +116,8 @@ def locate(
     todo = [p for p in places if p.n_w + free <= most]
     many = is_many(todo)
     second, last, late_quota = (FEW_SECOND, FEW_LAST, FEW_LATE) if many else (SECOND_STAGE, LAST_STAGE, LATE)
-    if many:
-        todo = screened(problem, reduced, todo, null, [*beside, *([] if problem.load is None else [problem.load])])
+    free_too = [*beside, *([] if problem.load is None else [problem.load])]
+    todo = (screened if many else without_poor_regions)(problem, reduced, todo, null, free_too)
     hypotheses = [hypothesis_of(p, reduced, beside) for p in todo]
     few = problem.sparing(LINES)
     plain = problem.sparing(FEWEST_LINES).untuned()
@@ -274,7 +274,7 @@ class _Kin:
     @classmethod
     def of(cls, problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> _Kin:
         single = [i for i, p in enumerate(places) if p.n_w == 1]
-        elements = {i: frozenset(p.elements) for i, p in enumerate(places) if p.kind == "member"}
+        elements = {i: frozenset(p.elements) for i, p in enumerate(places) if p.scaled}
         if not single:
             return cls({}, np.zeros((0, 0)), elements)
         few = problem.on(problem.records[:1]).thinned(COMPARED_LINES)

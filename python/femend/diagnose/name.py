@@ -304,7 +304,7 @@ def _linear_at(
 ) -> tuple[list[_Tried], _Opened | None]:
     """All linear laws at a place, or those of a mass alone, and the place opened; a member has its stiffness factor
     alone."""
-    if found.place.kind == "member":
+    if found.place.scaled:
         member = null_candidate(split, found.fit, "joint_stiffness")
         # a member may be weaker than it is drawn; one that would have to be stiffer stands in for something else
         return [_Tried(member, found, None)] if member.values["factor"] < 1.0 else [], None

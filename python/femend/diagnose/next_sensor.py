@@ -52,8 +52,8 @@ def next_sensor(
     Bhattacharyya distance). A rival counts as told apart where D_0j is above `margin`. The forces and the model's
     unknowns are held, so that it is the most that a sensor can tell.
     """
-    places = [found.place, *(p for p in rivals if p.n_w == 1 and p.kind != "member")][:MOST_PLACES]
-    if found.place.n_w != 1 or found.place.kind == "member" or len(places) < 2:
+    places = [found.place, *(p for p in rivals if p.n_w == 1 and not p.scaled)][:MOST_PLACES]
+    if found.place.n_w != 1 or found.place.scaled or len(places) < 2:
         return None
     few = problem.thinned(COMPARED_LINES)
     nodes, rows = _translations(reduced, few)

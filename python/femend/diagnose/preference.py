@@ -12,5 +12,6 @@ def preference(place: Place) -> int:
     before what nothing of the model suggests."""
     if place.unlikely:
         return 5
-    order = {"pair": 0 if not place.direction else 2, "ground": 1, "member": 3, "end": 3, "clamp": 3, "support": 3}
+    order = {"pair": 0 if not place.direction else 2, "ground": 1}
+    order |= dict.fromkeys(("member", "region", "end", "clamp", "support"), 3)
     return order.get(place.kind, 4)

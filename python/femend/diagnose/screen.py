@@ -18,7 +18,7 @@ from femend.diagnose.preference import preference
 from femend.estimate import Fit, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["is_many", "screened"]
+__all__ = ["is_many", "screened", "without_poor_regions"]
 
 FloatArray = NDArray[np.float64]
 
@@ -28,6 +28,8 @@ MANY = 1500
 SIGMA, DAMPED_LINES, WHOLE_LINES = 8.0, 24, 16
 # how many go on from each start: members, kinds of places with one force, places with several
 KEPT = (6, 16, 4)
+# regions of shells and solids up to which all of them are fitted, and how many go on from each start otherwise
+MANY_REGIONS, REGIONS = 24, 12
 # places with one force that are compared, the first of the order; squared correlation above which two are of one kind;
 # kinds of which the likest places go on too, and how many of each
 COMPARED, TWINS, FIRST_KINDS, WITH_FIRST = 6000, 0.999, 3, 3
@@ -45,18 +47,39 @@ def screened(
     force one of each kind that the sensors tell apart, and every motion of the base. `null` is the fit of the model as
     it is; at the places `beside` forces are free."""
     W = directions(reduced, places)
-    damped = problem.thinned(DAMPED_LINES).untuned()
-    n = len(reduced.names)
-    starts = (
-        (damped, damped.prior(reduced)[0], SIGMA * problem.scale()),
-        (damped, np.append(null.p[:n], null.p[-1]), SIGMA * problem.scale()),
-        (problem.thinned(WHOLE_LINES), null.p, 0.0),
-    )
     kept = {i for i, place in enumerate(places) if place.kind == "base" or place.springs}
-    for lines, p, sigma in starts:
+    for lines, p, sigma in _starts(problem, reduced, null):
         costs = linear_costs(lines, reduced, places, W, p, sigma=sigma, beside=beside)
         kept |= _best(problem, reduced, places, W, costs, null.p)
     return [places[i] for i in sorted(kept)]
+
+
+def without_poor_regions(
+    problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit, beside: Sequence[Place] = ()
+) -> list[Place]:
+    """The places without those regions of shells and solids that cost more than others after one linear step; in their
+    order, `null` and `beside` as of `screened`. The patches of a mesh are many, and most of them much alike."""
+    regions = [i for i, place in enumerate(places) if place.kind == "region"]
+    if len(regions) <= MANY_REGIONS:
+        return list(places)
+    own = [places[i] for i in regions]
+    kept: set[int] = set()
+    for lines, p, sigma in _starts(problem, reduced, null):
+        costs = linear_costs(lines, reduced, own, np.zeros((0, reduced.r)), p, sigma=sigma, beside=beside)
+        kept.update(np.argsort(costs, kind="stable")[:REGIONS].tolist())
+    left_out = {i for n, i in enumerate(regions) if n not in kept}
+    return [place for i, place in enumerate(places) if i not in left_out]
+
+
+def _starts(problem: Problem, reduced: ReducedModel, null: Fit) -> list[tuple[Problem, FloatArray, float]]:
+    """Lines, unknowns of the model and decay of each screen."""
+    damped = problem.thinned(DAMPED_LINES).untuned()
+    sigma = SIGMA * problem.scale()
+    return [
+        (damped, damped.prior(reduced)[0], sigma),
+        (damped, np.append(null.p[: len(reduced.names)], null.p[-1]), sigma),
+        (problem.thinned(WHOLE_LINES), null.p, 0.0),
+    ]
 
 
 def _best(

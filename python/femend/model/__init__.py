@@ -1,6 +1,7 @@
 """A deck with its parameters and terms; a change gives a new model."""
 
 from femend.model.form_errors import FormErrors, form_errors
+from femend.model.gap_places import gap_places
 from femend.model.mesh_error import MeshError, affordable_refinement, mesh_error
 from femend.model.model import Model, Parameter, model_of, read_model
 from femend.model.morph import Morph
@@ -25,6 +26,7 @@ __all__ = [
     "amplitude_limits",
     "find_places",
     "form_errors",
+    "gap_places",
     "grown",
     "joint_moved",
     "mesh_error",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -51,8 +51,9 @@ class Model:
     `deck` is the `_core.Deck`, `fe` the `_core.FeModel` (constraints eliminated: u_g = T u_a), `units` the deck's
     unit system. Degrees of freedom of the g-set stand node after node, six each, in the node's displacement frame.
     `spc` and `added_mass` are as of `read_model`. `morphs` move nodes; everything here is with them at amplitude 0.
-    Where the model stands for a coarser one, `refines` is that one, whose nodes come first here, and `mesh_error` what
-    the difference is. `unresolved` is what its mesh does not follow of the band it is used in.
+    Where the model stands for a coarser one, `refines` is that one, whose nodes come first here, `mesh_error` what the
+    difference is, and `parts` the elements that each of its elements became, where those are several. `unresolved` is
+    what its mesh does not follow of the band it is used in.
     """
 
     deck: _core.Deck
@@ -65,6 +66,7 @@ class Model:
     refines: Model | None = None
     mesh_error: MeshError | None = None
     unresolved: Unresolved | None = None
+    parts: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
 
     @property
     def as_drawn(self) -> Model:
@@ -75,6 +77,11 @@ class Model:
         """Those of `nodes` that the user's deck has."""
         n = len(self.as_drawn.node_ids)
         return tuple(node for node in nodes if self.index(node) < n)
+
+    def drawn_elements(self, elements: Iterable[int]) -> tuple[int, ...]:
+        """Those of the user's deck that `elements` of this model are or are parts of, in their order."""
+        whole = {part: eid for eid, parts in self.parts.items() for part in parts}
+        return tuple(dict.fromkeys(whole.get(eid, eid) for eid in elements))
 
     @property
     def node_ids(self) -> NDArray[np.int64]:

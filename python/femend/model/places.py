@@ -1,4 +1,4 @@
-"""Where something may be left out: every joint, support, member end, member and pair of joints of a model.
+"""Where something may be left out: every joint, support, member, region and pair of nodes of a model that face.
 
 A place is a set of direction vectors `w`: forces F along them are what the model lacks, and their work is done on
 d = wᵀu. There are two kinds. *Attached* places (to ground, between two joints, the moving base) take w as a unit
@@ -16,8 +16,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.model.gap_places import gap_places
 from femend.model.model import Model
+from femend.model.pair_places import joint_pairs
 from femend.model.place import AXES, Place
+from femend.model.region_places import region_places
 from femend.model.support_places import support_places
 
 __all__ = ["Place", "Topology", "find_places", "stretches", "topology"]
@@ -25,14 +28,8 @@ __all__ = ["Place", "Topology", "find_places", "stretches", "topology"]
 FloatArray = NDArray[np.float64]
 # element cards that connect two nodes and carry bending
 _BEAMS = ("CBAR", "CBEAM")
-# two joints on a line as near to an axis as this have one place along both
-ALONG = 0.99
 # elements from which on a member is also taken in parts
 PARTED = 4
-# joints beyond this number are not paired with each other: the pairs would outnumber everything else
-MAX_PAIRED_JOINTS = 40
-# and beyond this number not along the axes either, only along the line between them
-MAX_PAIRED_ALONG_AXES = 16
 
 
 @dataclass(eq=False)
@@ -134,7 +131,10 @@ def find_places(model: Model, top: Topology | None = None) -> list[Place]:
                       unlikely=part is not chain)
             )  # fmt: skip
     places += support_places(model, top.held, list(top.ends))
-    places += _pairs(model, top)
+    places += region_places(model)
+    pairs = joint_pairs(model, top.held, top.joints, (frozenset((a, b)) for a, b, _ in top.members))
+    places += pairs
+    places += gap_places(model, top.held, pairs)
     places += _bases(model, top)
     return places
 
@@ -252,51 +252,6 @@ def _end_places(model: Model, top: Topology, joint: int, eid: int, end: int) -> 
 def _nearest_axis(vector: FloatArray, turn: int) -> str:
     """Name of the axis of the node's frame that a vector follows best, with R for a rotation."""
     return AXES[3 * turn + int(np.argmax(np.abs(vector)))]
-
-
-def _pairs(model: Model, top: Topology) -> list[Place]:
-    if len(top.joints) > MAX_PAIRED_JOINTS:
-        return []
-    joined = {frozenset((a, b)) for a, b, _ in top.members}
-    places = []
-    for i, a in enumerate(top.joints):
-        for b in top.joints[i + 1 :]:
-            ra, rb = _rows(model, a), _rows(model, b)
-            both_held = top.held[ra[:3]].all() and top.held[rb[:3]].all()
-            x = model.xyz[model.index(b)] - model.xyz[model.index(a)]
-            length = float(np.linalg.norm(x))
-            if both_held or length == 0 or frozenset((a, b)) in joined:
-                continue  # along a member it is that member's own axial stiffness
-            frame_a, frame_b = model.fe.frames[model.index(a)], model.fe.frames[model.index(b)]
-            rows = np.concatenate([ra[:3], rb[:3]])
-            values = np.concatenate([-(frame_a @ x), frame_b @ x]) / length
-            label = f"between nodes {a} and {b}"
-            places.append(Place("pair", (a, b), "", str(b), (rows,), (values,), label=label))
-    return places + _pairs_along_axes(model, top)
-
-
-def _pairs_along_axes(model: Model, top: Topology) -> list[Place]:
-    """Relative motions of two joints along X, Y, Z: what slides or rubs between two parts, or between two storeys."""
-    if len(top.joints) > MAX_PAIRED_ALONG_AXES:
-        return []
-    places = []
-    free = [j for j in top.joints if not top.held[_rows(model, j)[:3]].all()]
-    for i, a in enumerate(free):
-        for b in free[i + 1 :]:
-            at = model.index(a), model.index(b)
-            x = model.xyz[at[1]] - model.xyz[at[0]]
-            length = float(np.linalg.norm(x))
-            for c in range(3):
-                along = length > 0 and abs(x[c]) > ALONG * length
-                rows = np.concatenate([_rows(model, a)[:3], _rows(model, b)[:3]])
-                values = np.concatenate([-model.fe.frames[at[0]][:, c], model.fe.frames[at[1]][:, c]])
-                moving = rows[(values != 0) & ~top.held[rows]]
-                if along or not len(moving):
-                    continue
-                label = f"between nodes {a} and {b}, {AXES[c]}"
-                keep = np.flatnonzero(values)
-                places.append(Place("pair", (a, b), AXES[c], str(b), (rows[keep],), (values[keep],), label=label))
-    return places
 
 
 def _moved_supports(model: Model, held: Sequence[int]) -> list[Place]:

@@ -84,7 +84,7 @@ def refined_model(model: Model) -> Model:
     made = model_of(deck, units=model.units, parameters=parameters, spc=model.spc, added_mass=model.added_mass)
     if not np.array_equal(made.node_ids[: len(model.node_ids)], model.node_ids):
         raise ModelError("the refined model has other nodes than the deck; its mesh cannot be compared")
-    return replace(made, refines=model)
+    return replace(made, refines=model, parts=refined.parts)
 
 
 @dataclass

@@ -259,6 +259,9 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
         "direction": place.place.direction,
         "also_possible": others[:ALSO],
     }
+    if place.place.kind == "region":
+        # of what the factor is; the nodes are its corners
+        said["elements"] = list(diagnosis.reduced.model.drawn_elements(place.place.elements))
     # with several effects the force at one place is not what its fit says
     sensor = None if diagnosis.further is not None else _next_sensor(diagnosis, place, rivals[:ALSO])
     return said if sensor is None else {**said, "next_sensor": sensor}

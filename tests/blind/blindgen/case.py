@@ -14,11 +14,11 @@ from .acquire import AFTER, FINER, sampled
 from .effects import Unsuitable
 from .plates import Plate
 from .respond import modal_of, record
-from .setting import EXCITATIONS, FAMILIES, FRAMES, Test, draw_test
+from .setting import ALONE, EXCITATIONS, FAMILIES, FRAMES, Test, draw_test
 from .solids import Solid
 from .strength import BEYOND, Drawn, draw_effects
 
-__all__ = ["EXCITATIONS", "FAMILIES", "FRAMES", "Options", "make", "write_case"]
+__all__ = ["ALONE", "EXCITATIONS", "FAMILIES", "FRAMES", "Options", "make", "write_case"]
 
 FORCE_NOISE = 0.004
 

@@ -16,7 +16,7 @@ import numpy as np
 from . import excite, laws
 from .excite import Force
 from .integrate import Law
-from .plates import Plate
+from .plates import LAYER, Plate
 from .solids import Solid
 from .structures import Structure
 from .truth import Change
@@ -80,6 +80,8 @@ AXIS = {1: "X", 2: "Y", 3: "Z", 4: "RX", 5: "RY", 6: "RZ"}
 def somewhere(sc: Scene, pair: float = 0.0) -> Place:
     """A joint (or, with probability `pair`, two joints of different storeys) that moves in the direction drawn."""
     s, rng = sc.s, sc.rng
+    if isinstance(s, Plate) and s.layers > 1:
+        return across(sc, s)
     comps = [1, 1, 1, 3] if s.family == "plane frame" else s.axes
     levels = {s.levels[n] for n in s.free}
     if rng.random() < pair and len(levels) > 1 and s.family != "cantilever":
@@ -91,6 +93,15 @@ def somewhere(sc: Scene, pair: float = 0.0) -> Place:
     best = max(sc.look([n], c).d for n in s.free for c in s.axes)
     place = sc.look(sorted(nodes), comp)
     if place.d < 0.05 * best:
+        raise Unsuitable("hardly moves")
+    return place
+
+
+def across(sc: Scene, s: Plate) -> Place:
+    """Two points of two plates that face each other, moving apart."""
+    a = int(sc.rng.choice([n for n in s.free if s.levels[n] == 0 and n not in s.ties]))
+    place = sc.look([a, a + LAYER], 3)
+    if place.d < 0.05 * max(sc.look([n], 3).d for n in s.free):
         raise Unsuitable("hardly moves")
     return place
 
@@ -341,6 +352,29 @@ def joint_stiffness(sc: Scene) -> Effect:
     )
 
 
+def weak_patch(sc: Scene) -> Effect:
+    """A rectangle of a plate's cells, within one of its groups, whose stiffness is down by 30-60 %."""
+    s, rng = sc.s, sc.rng
+    if not isinstance(s, Plate) or s.layers > 1:
+        raise Unsuitable("no plate of two halves")
+    half, ny = s.cells[0] // 2, s.cells[1]
+    wide, high = int(rng.integers(half // 2, half + 1)), int(rng.integers(ny // 3, ny // 2 + 1))
+    i0 = half * int(rng.integers(2)) + int(rng.integers(half - wide + 1))
+    j0 = int(rng.integers(ny - high + 1))
+    factor = rng.uniform(0.4, 0.7)
+    return Effect(
+        "joint_stiffness",
+        [s.node(i, j) for j in (j0, j0 + high) for i in (i0, i0 + wide)],
+        "",
+        "",
+        (1.0, 1.0),
+        lambda x: {"factor": factor},
+        change=lambda x: Change(patch=(i0, i0 + wide, j0, j0 + high, factor)),
+        fixed=True,
+        extra={"kind": "patch"},
+    )
+
+
 def compliant_support(sc: Scene) -> Effect:
     """One clamp gives way in rotation, in translation along an axis, or both."""
     s, rng = sc.s, sc.rng
@@ -454,6 +488,7 @@ CATALOGUE: dict[str, Callable[[Scene], Effect]] = {
         bouc_wen,
         added_mass,
         joint_stiffness,
+        weak_patch,
         compliant_support,
         base_motion,
         unmeasured_force,

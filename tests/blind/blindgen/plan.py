@@ -25,7 +25,11 @@ EFFECTS = [
 ]
 RARE = ["base_motion", "load_misplaced", "unmeasured_force"]
 KINDS = ("one", "outside", "two")
-LONE = {"plate": ("joint_stiffness",), "solid": ("joint_stiffness", "compliant_support")}
+LONE = {
+    "plate": ("joint_stiffness",),
+    "twin plates": ("joint_stiffness",),
+    "solid": ("joint_stiffness", "compliant_support"),
+}
 
 
 def shown(seed: int, index: int, kind: str) -> list[str]:

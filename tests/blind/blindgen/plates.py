@@ -1,8 +1,11 @@
-"""Plates on four corner supports: flat shells in the deck, conforming bicubic elements of half the size as truth."""
+"""Plates on four corner supports, one or two above each other: flat shells in the deck, conforming bicubic elements of
+half the size as truth.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,15 +15,20 @@ from .fe import GAUSS_W, GAUSS_X
 from .structures import Structure
 
 NU = 0.33
+# what node and element numbers of the second plate are above those of the first
+LAYER = 1000
 
 
 @dataclass
 class Plate(Structure):
-    """Rectangular plate in X-Y, two halves as groups; `cells` deck elements along X and Y, sides and thickness in m."""
+    """Rectangular plate in X-Y, two halves as groups, or two `layers`, a group each, joined by springs in Z at `ties`
+    (node of the first, stiffness); `cells` deck elements along X and Y, sides and thickness in m."""
 
     cells: tuple[int, int] = (16, 12)
     sides: tuple[float, float] = (0.5, 0.35)
     thickness: float = 0.004
+    layers: int = 1
+    ties: dict[int, float] = field(default_factory=dict)
 
     def rigidity(self, factor: float = 1.0) -> float:
         """Bending stiffness per width D (N m)."""
@@ -29,7 +37,7 @@ class Plate(Structure):
     @property
     def total(self) -> float:
         """Mass of the deck's model (kg)."""
-        return 2700.0 * self.thickness * self.sides[0] * self.sides[1] + sum(self.lumps.values())
+        return self.layers * 2700.0 * self.thickness * self.sides[0] * self.sides[1] + sum(self.lumps.values())
 
     @property
     def carried(self) -> float:
@@ -37,9 +45,15 @@ class Plate(Structure):
         h = max(self.sides[0] / self.cells[0], self.sides[1] / self.cells[1])
         return float(np.sqrt(self.rigidity() / (2700.0 * self.thickness)) * (np.pi / (7 * h)) ** 2 / (2 * np.pi))
 
-    def node(self, i: int, j: int) -> int:
+    def node(self, i: int, j: int, layer: int = 0) -> int:
         """Deck node of grid point (i, j)."""
-        return 1 + i + j * (self.cells[0] + 1)
+        return 1 + i + j * (self.cells[0] + 1) + LAYER * layer
+
+    def group(self, i: int, layer: int = 0) -> int:
+        """Group of the deck elements at i along X."""
+        if self.layers > 1:
+            return 1 + layer
+        return 1 if i < self.cells[0] // 2 else 2
 
     def bulk(self) -> str:
         """The deck: shells of two properties, lumps, corner supports, membrane and drilling held."""
@@ -53,12 +67,14 @@ class Plate(Structure):
                 f"PSHELL,{pid},{pid},{num(self.thickness)},{pid},,{pid}",
             ]
         nx, ny = self.cells
-        for j in range(ny):
-            for i in range(nx):
-                corners = self.node(i, j), self.node(i + 1, j), self.node(i + 1, j + 1), self.node(i, j + 1)
-                out.append(f"CQUAD4,{1 + i + j * nx},{1 if i < nx // 2 else 2}," + ",".join(map(str, corners)))
+        for layer, j, i in product(range(self.layers), range(ny), range(nx)):
+            corners = [self.node(i + a, j + b, layer) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))]
+            eid = 1 + i + j * nx + LAYER * layer
+            out.append(f"CQUAD4,{eid},{self.group(i, layer)}," + ",".join(map(str, corners)))
         out += [f"CONM2,{90000 + k},{n},,{num(m)}" for k, (n, m) in enumerate(self.lumps.items(), 1)]
-        out.append("SPC1,1,3," + ",".join(map(str, self.clamped)))
+        out += [f"CELAS2,{95000 + n},{num(k)},{n},3,{n + LAYER},3" for n, k in self.ties.items()]
+        corners = self.clamped
+        out += [f"SPC1,1,3,{','.join(map(str, corners[k : k + 4]))}" for k in range(0, len(corners), 4)]
         nodes = sorted(self.xyz)
         out += [f"SPC1,1,126,{','.join(map(str, nodes[k : k + 6]))}" for k in range(0, len(nodes), 6)]
         return "\n".join([*out, "ENDDATA", ""])
@@ -96,6 +112,24 @@ def plate(rng: np.random.Generator) -> Plate:
     return s
 
 
+def twin_plates(rng: np.random.Generator) -> Plate:
+    """Two plates, one a little above the other, each on its own corners and with a lump; two springs join them."""
+    s = plate(rng)
+    s.family, s.layers, s.groups = "twin plates", 2, {1: "lower", 2: "upper"}
+    gap = rng.uniform(0.015, 0.04)
+    lower = dict(s.xyz)
+    s.xyz.update({n + LAYER: p + np.array([0.0, 0.0, gap]) for n, p in lower.items()})
+    s.clamped += [n + LAYER for n in s.clamped]
+    last = max(s.lumps)
+    s.lumps[last + LAYER] = s.lumps.pop(last)
+    usual = 40.0 * s.rigidity() / s.sides[1] ** 2
+    s.ties = {int(n): usual * rng.uniform(0.5, 2.0) for n in rng.choice(s.free, 2, replace=False)}
+    s.levels |= {n + LAYER: 1 for n in s.joints}
+    s.joints = [*s.joints, *(n + LAYER for n in s.joints)]
+    s.n_sensors = 14
+    return s
+
+
 def hermite(h: float) -> dict[tuple[int, int], np.ndarray]:
     """Integrals over one cell of products of the a-th and b-th derivatives of the cubic Hermite functions (4x4)."""
     out = {(a, b): np.zeros((4, 4)) for a in range(3) for b in range(3)}
@@ -121,8 +155,9 @@ def cell_matrices(hx: float, hy: float, D: float, mass: float) -> tuple[np.ndarr
     return D * k, mass * np.kron(X[0, 0], Y[0, 0])
 
 
-def assemble(s: Plate, real, get) -> tuple[sp.coo_matrix, sp.coo_matrix]:
-    """K and M on the fine mesh; `get(place, component)` numbers equations: 3, 5, 4, 7 are w, w_x, w_y, w_xy."""
+def assemble(s: Plate, real, get, patch=None) -> tuple[sp.coo_matrix, sp.coo_matrix]:
+    """K and M on the fine mesh; `get(place, component)` numbers equations: 3, 5, 4, 7 are w, w_x, w_y, w_xy. `patch` is
+    a rectangle of deck cells (first and end along X, the same along Y) with the factor on their stiffness."""
     n = min(real.n_sub, 2)
     nx, ny = s.cells[0] * n, s.cells[1] * n
     hx, hy = s.sides[0] / nx, s.sides[1] / ny
@@ -130,28 +165,34 @@ def assemble(s: Plate, real, get) -> tuple[sp.coo_matrix, sp.coo_matrix]:
         p: cell_matrices(hx, hy, s.rigidity(real.factor[p]), 2700.0 * real.density[p] * s.thickness) for p in s.groups
     }
 
-    def place(i: int, j: int) -> object:
-        return s.node(i // n, j // n) if i % n == 0 and j % n == 0 else ("fine", i, j)
+    def place(i: int, j: int, layer: int) -> object:
+        fine = ("fine", i, j) if layer == 0 else ("fine", i, j, layer)
+        return s.node(i // n, j // n, layer) if i % n == 0 and j % n == 0 else fine
+
+    def weak(i: int, j: int) -> float:
+        if patch is None:
+            return 1.0
+        i0, i1, j0, j1, factor = patch
+        return factor if i0 <= i // n < i1 and j0 <= j // n < j1 else 1.0
 
     rows, cols, kv, mv = [], [], [], []
-    for j in range(ny):
-        for i in range(nx):
-            ends = [(i + a, ca) for a in (0, 1) for ca in (0, 1)]
-            dofs = np.array(
-                [
-                    get(place(p, j + b), {(0, 0): 3, (1, 0): 5, (0, 1): 4, (1, 1): 7}[ca, cb])
-                    for p, ca in ends
-                    for b in (0, 1)
-                    for cb in (0, 1)
-                ]
-            )
-            k, m = kinds[1 if i < nx // 2 else 2]
-            on = np.flatnonzero(dofs >= 0)
-            I, J = np.meshgrid(dofs[on], dofs[on], indexing="ij")
-            rows.append(I.ravel())
-            cols.append(J.ravel())
-            kv.append(k[np.ix_(on, on)].ravel())
-            mv.append(m[np.ix_(on, on)].ravel())
+    for layer, j, i in product(range(s.layers), range(ny), range(nx)):
+        ends = [(i + a, ca) for a in (0, 1) for ca in (0, 1)]
+        dofs = np.array(
+            [
+                get(place(p, j + b, layer), {(0, 0): 3, (1, 0): 5, (0, 1): 4, (1, 1): 7}[ca, cb])
+                for p, ca in ends
+                for b in (0, 1)
+                for cb in (0, 1)
+            ]
+        )
+        k, m = kinds[s.group(i // n, layer)]
+        on = np.flatnonzero(dofs >= 0)
+        I, J = np.meshgrid(dofs[on], dofs[on], indexing="ij")
+        rows.append(I.ravel())
+        cols.append(J.ravel())
+        kv.append(weak(i, j) * k[np.ix_(on, on)].ravel())
+        mv.append(m[np.ix_(on, on)].ravel())
     r, c = np.concatenate(rows), np.concatenate(cols)
     size = int(r.max()) + 1
     return sp.coo_matrix((np.concatenate(kv), (r, c)), (size, size)), sp.coo_matrix(

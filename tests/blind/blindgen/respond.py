@@ -30,13 +30,15 @@ def direction(built: Built, nodes: list[int], comp: int) -> np.ndarray:
 
 
 def changed(parts: Parts) -> Change | None:
-    """All structural changes as one; None without any. Raises Unsuitable for two hinges."""
+    """All structural changes as one; None without any. Raises Unsuitable for two hinges or patches."""
     changes = [e.change(x) for e, x in parts if e.change]
     out = Change()
     for c in changes:
         if out.hinge is not None and c.hinge is not None:
             raise Unsuitable("two hinges")
-        out.hinge = out.hinge or c.hinge
+        if out.patch is not None and c.patch is not None:
+            raise Unsuitable("two patches")
+        out.hinge, out.patch = out.hinge or c.hinge, out.patch or c.patch
         for i, f in c.weaker.items():
             out.weaker[i] = out.weaker.get(i, 1.0) * f
         for n, m in c.mass.items():

@@ -10,7 +10,7 @@ import numpy as np
 from . import excite, fe
 from .effects import Unsuitable
 from .excite import Force
-from .plates import Plate, plate
+from .plates import Plate, plate, twin_plates
 from .solids import Solid, solid
 from .structures import FAMILIES as FRAMES
 from .structures import Structure
@@ -61,8 +61,11 @@ def draw_real(rng: np.random.Generator, s: Structure, kind: str) -> Real:
 
 FAMILIES = {**FRAMES, "plate": plate, "solid": solid}
 EXCITATIONS = ("multisine", "random", "burst", "sweep", "hammer")
+# structures that do not take turns with the others, so that sets made before stay what they are
+ALONE = {"twin plates": twin_plates}
 USUAL_TOP = {
     "plate": (150.0, 300.0),
+    "twin plates": (150.0, 300.0),
     "solid": (200.0, 420.0),
     "plane frame": (200.0, 300.0),
     "cantilever": (340.0, 425.0),
@@ -125,7 +128,7 @@ def draw_forces(
 
 def draw_test(rng: np.random.Generator, family: str, kind: str, noise: float, excitation: str = "") -> Test:
     """Everything but the effect."""
-    s = FAMILIES[family](rng)
+    s = (FAMILIES | ALONE)[family](rng)
     real = draw_real(rng, s, kind)
     plain = build(s, real)
     rate, band = choose_band(rng, s)

@@ -36,6 +36,7 @@ class Change:
     hinge: tuple[int, int, float] | None = None  # member, end (0 or 1), rotational stiffness
     mass: dict[int, float] = field(default_factory=dict)  # node -> kg
     support: dict[tuple[int, int], float] = field(default_factory=dict)  # clamped (node, component) -> stiffness
+    patch: tuple[int, int, int, int, float] | None = None  # deck cells of a plate along X and Y, factor on stiffness
 
 
 def nominal(s: Structure) -> Real:
@@ -103,7 +104,7 @@ def build(s: Structure, real: Real, change: Change | None = None) -> Built:
     change = change or Change()
     num = Numbering(s, change)
     if isinstance(s, Plate):
-        parts = plates.assemble(s, real, num.get)
+        parts = plates.assemble(s, real, num.get, change.patch)
     elif isinstance(s, Solid):
         parts = solids.assemble(s, real, num.get)
     else:
@@ -135,6 +136,12 @@ def add_points(s: Structure, real: Real, change: Change, num: Numbering, K, M) -
                 K[b, b] += change.hinge[2]
                 K[a, b] -= change.hinge[2]
                 K[b, a] -= change.hinge[2]
+    for node, k in s.ties.items() if isinstance(s, Plate) else ():
+        lower, upper = num.get(node, 3), num.get(node + plates.LAYER, 3)
+        K[lower, lower] += k
+        K[upper, upper] += k
+        K[lower, upper] -= k
+        K[upper, lower] -= k
     for (node, c), k in change.support.items():
         i = num.get(node, c)
         if i >= 0:
