@@ -76,7 +76,7 @@ def _one_more(
             *speed_rivals(setup, data.nodes, data.axis, top, taken),
         ),
         more=unbalance_unknowns(result.unbalance, unbalance_scale(setup, data), data.step),
-        start=result.posterior, rounds=1, enough=0.0,  # `LOOK` has told that something is
+        start=result.posterior, rounds=1,
     )  # fmt: skip
 
 

@@ -120,16 +120,15 @@ def select_terms(
     more: Sequence[Unknown] = (),
     start: Posterior | None = None,
     rounds: int | None = None,
-    enough: float | None = None,
+    enough: float = 0.0,
 ) -> tuple[list[LinearTerm], Posterior, list[Round]]:
     """Adds terms while one of the rivals is clearly better than parameters alone.
 
     Returns the terms, the stage's posterior with them, and every decision. `more` are unknowns of the blocks' own,
-    `start` is where the fit without terms begins, `rounds` how many terms at most, and `enough` the squares per value
-    up to which nothing is missing (None: as the settings say). The evidence is divided by what the best hypothesis
-    leaves above the noise, so that a model error common to all does not decide between them.
+    `start` is where the fit without terms begins, `rounds` how many terms at most (None: as the settings say), `enough`
+    the squares per value up to which nothing is missing. The evidence is divided by what the best hypothesis leaves
+    above the noise, so that a model error common to all does not decide between them.
     """
-    enough = setup.settings.enough if enough is None else enough
     chosen, decisions = list(terms), []
     base = fit_terms(setup, configuration, chosen, before, blocks, more=more, from_p=start)
     for _ in range(setup.settings.rounds if rounds is None else rounds):

@@ -21,9 +21,10 @@ class StagedSettings:
     the drift of parameters in the rival that blames them alone.
 
     A term is taken when the evidence, divided by what the best model leaves above its noise, rises by `gain` and the
-    squares, more than `enough` per value without it, fall by the share `drop`, in a run also by the share `share` of
-    what is left above the noise; `form` is the relative deviation that a finding's values carry for the form of the
-    model, beside their estimated one. At most `most_places` nodes are tried as places of masses and springs.
+    squares fall by the share `drop`, in a run also by the share `share` of what is left above the noise. Identified
+    modes that parameters explain to `enough` squares per value lack nothing: one that is paired otherwise moves a tenth
+    of all squares. `form` is the relative deviation that a finding's values carry for the form of the model, beside
+    their estimated one. At most `most_places` nodes are tried as places of masses and springs.
     """
 
     model_freq: float = 0.002

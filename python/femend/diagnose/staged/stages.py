@@ -257,6 +257,7 @@ def _output_only(
         chosen, posterior, rounds = select_terms(
             setup, configuration, terms, before, blocks,
             lambda taken: rivals(setup, configuration, sensors, taken, only_here=elsewhere),
+            enough=setup.settings.enough,
         )  # fmt: skip
     else:
         posterior = fit_terms(setup, configuration, terms, before, blocks)
