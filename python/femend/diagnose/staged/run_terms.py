@@ -50,7 +50,7 @@ def terms_of_run(
             break
         grown = fit(found[0], start=found[1].p)
         if not _better(setup, result, grown):
-            rounds[-1] = replace(rounds[-1], taken=None)
+            rounds[-1] = replace(rounds[-1], taken=None, refused=True)
             break
         chosen, result = found[0], grown
     return chosen, result, rounds

@@ -46,13 +46,15 @@ class Round:
     """One decision: the rivals by falling score, and the one taken (None: nothing was gained).
 
     `inflation` is what the best rival leaves, in units of what noise and the form of the model explain; `without` are
-    the least squares that parameters alone leave.
+    the least squares that parameters alone leave. `refused` says that the best rival was taken back, since the samples
+    behind the stage's data are not explained better.
     """
 
     rivals: tuple[Rival, ...]
     taken: Rival | None
     inflation: float
     without: float
+    refused: bool = False
 
 
 def fit_terms(

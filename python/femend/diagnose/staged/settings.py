@@ -41,7 +41,7 @@ class StagedSettings:
     loose: float = 0.3
     gain: float = 12.0
     drop: float = 0.05
-    share: float = 0.5
+    share: float = 0.4
     enough: float = 1.3
     form: float = 0.01
     adequate: float = 6.0

@@ -31,6 +31,8 @@ def _decisions(rounds: Sequence[Round]) -> tuple[str, ...]:
             following = next((r for r in decision.rivals[1:]), None)
             against = f", ln evidence {best.score - following.score:.3g} above {following.label}" if following else ""
             said.append(f"added: {decision.taken.label}{against}")
+        elif decision.refused:
+            said.append(f"nothing added: {best.label} explains the shapes better, but too little of the run's samples")
         else:
             without = max(r.score for r in decision.rivals if r.term is None) if _has_plain(decision) else np.nan
             said.append(f"nothing added: the best rival is {best.label} (ln evidence {best.score - without:+.3g})")
