@@ -95,11 +95,14 @@ def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
         "_widest": widest,
         "compared_in": lambda s, r, ranked, sigma, settings: [Judge(sigma).ranked(tried(r)) for r in ranked],
         "_followed_on": lambda s, r, ranked, sigma, settings: (ranked, sigma),
+        # what is noted place by place, for a run that may be interrupted
+        "effective_values": lambda *a: 1.0,
+        "_Judge": lambda *a: SimpleNamespace(at_once=lambda new: []),
     }
     for attribute, value in made.items():
         monkeypatch.setattr(name, attribute, value)
     located = [cast(Any, SimpleNamespace(place=SimpleNamespace(kind="ground")))]
-    given = cast(Any, None)
+    given = cast(Any, SimpleNamespace(choosing=None))
     ranked, window = name.name_physics(given, given, located, [], Settings(), np.zeros(1))
     assert window == sigma
     assert ranked[0].score == pytest.approx(score)
