@@ -189,7 +189,11 @@ def test_a_signal_stops_a_process(tmp_path: Path) -> None:
     """A real Ctrl-C once the run has said that the parameters are updated, of the bundled case, which goes on for tens
     of seconds from there."""
     command = [sys.executable, "-m", "femend", "diagnose", str(STUDY), "--out", str(tmp_path / "out")]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+    process = subprocess.Popen(
+        command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
+        # whoever runs the tests in the background may have left the signal ignored, which is inherited
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
     try:
         assert process.stderr is not None
         for line in process.stderr:  # a line is written when its step has ended
