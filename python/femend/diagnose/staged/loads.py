@@ -35,7 +35,16 @@ from femend.model.configured import ConfiguredModel
 from femend.model.linear_terms import LinearTerm
 from femend.model.unknowns import Unknowns
 
-__all__ = ["LEAD", "RunResult", "fit_run", "ods_lines", "ods_width", "predicted_ods", "unbalance_scale"]
+__all__ = [
+    "LEAD",
+    "RunResult",
+    "fit_run",
+    "ods_lines",
+    "ods_width",
+    "predicted_ods",
+    "shapes_block",
+    "unbalance_scale",
+]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -212,13 +221,27 @@ def _choice(
     setup: Setup, data: RunData, model: ConfiguredModel, p: FloatArray, shapes: OdsFrf, unbalance: Unbalance
 ) -> DataChoice:
     """Which sensors tell what in which band, of a structure and loads that have seen the run once."""
+    block = shapes_block(setup, data, model, shapes, unbalance)
+    grown = data.growth(shapes.freq)[:, None]
+    return choose_data(block, p, [str(d) for d in data.sensors], [data.name], noise=(shapes.sd / grown)[:, :, None])
+
+
+def shapes_block(
+    setup: Setup,
+    data: RunData,
+    model: ConfiguredModel,
+    shapes: OdsFrf,
+    unbalance: Unbalance,
+    weight: float = 1.0,
+) -> OdsBlock:
+    """Residuals of a run's operating shapes against a configuration, per unit of the force that drove it, with the
+    share of a line's mean that no model explains beside the noise."""
     mean = np.sqrt((np.abs(shapes.Y) ** 2).mean(axis=1, keepdims=True))
     grown = data.growth(shapes.freq)[:, None]
     sd = np.hypot(shapes.sd, setup.settings.model_run * mean)
     weighted = OdsFrf(shapes.freq, shapes.Y / grown, sd / grown)
     out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
-    block = OdsBlock(data.name, model, weighted, out, bearings, unbalance)
-    return choose_data(block, p, [str(d) for d in data.sensors], [data.name], noise=(shapes.sd / grown)[:, :, None])
+    return OdsBlock(data.name, model, weighted, out, bearings, unbalance, weight)
 
 
 def _laws(

@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from femend.diagnose.staged.candidates import rivals, speed_rivals
-from femend.diagnose.staged.loads import RunResult, ods_width, predicted_ods, unbalance_scale
+from femend.diagnose.staged.loads import RunResult, ods_width, predicted_ods, shapes_block, unbalance_scale
 from femend.diagnose.staged.select import Round, select_terms
 from femend.diagnose.staged.setup import Setup
-from femend.estimate.joint import OdsBlock, OdsFrf, Posterior, ods_frf, unbalance_unknowns
-from femend.model.configured import ConfiguredModel
+from femend.estimate.joint import OdsFrf, Posterior, ods_frf, unbalance_unknowns
 from femend.model.linear_terms import LinearTerm
 
 __all__ = ["terms_of_run"]
@@ -70,7 +69,7 @@ def _one_more(
     top = 2 * np.pi * float(data.rev_per_s.max())
     return select_terms(
         setup, configuration, terms, before,
-        lambda model: [_block(setup, result, model, shapes)],
+        lambda model: [shapes_block(setup, data, model, shapes, result.unbalance, setup.settings.weight_frf)],
         lambda taken: (
             *rivals(setup, configuration, data.sensors, taken, only_here=only_here),
             *speed_rivals(setup, data.nodes, data.axis, top, taken),
@@ -81,8 +80,8 @@ def _one_more(
 
 
 def _better(setup: Setup, without: RunResult, grown: RunResult) -> bool:
-    """Does the term explain samples of the run too, and most of what they leave above the noise? At a wrong place a
-    term takes a little of everything."""
+    """Does the term explain samples of the run too, and the share asked for of what they leave above the noise? At a
+    wrong place a term takes a little of everything."""
     s, name = setup.settings, without.data.name
     before, after = (result.posterior.squares[name] for result in (without, grown))
     sd = without.data.block(setup, without.model, without.unbalance).sd
@@ -104,15 +103,5 @@ def _held_shapes(setup: Setup, result: RunResult) -> OdsFrf:
 
 def _left(setup: Setup, result: RunResult, shapes: OdsFrf) -> float:
     """Squares per value that the fitted run leaves of its operating shapes."""
-    block = replace(_block(setup, result, result.model, shapes), weight=1.0)
+    block = shapes_block(setup, result.data, result.model, shapes, result.unbalance)
     return block.gauss_newton(result.posterior.p, False)[0] / block.n_values
-
-
-def _block(setup: Setup, result: RunResult, model: ConfiguredModel, shapes: OdsFrf) -> OdsBlock:
-    data = result.data
-    mean = np.sqrt((np.abs(shapes.Y) ** 2).mean(axis=1, keepdims=True))
-    grown = data.growth(shapes.freq)[:, None]
-    sd = np.hypot(shapes.sd, setup.settings.model_run * mean)
-    weighted = OdsFrf(shapes.freq, shapes.Y / grown, sd / grown)
-    out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
-    return OdsBlock(data.name, model, weighted, out, bearings, result.unbalance, setup.settings.weight_frf)
