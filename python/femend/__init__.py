@@ -40,6 +40,7 @@ _LAZY = {
     "locate": "femend.workflow",
     "name": "femend.workflow",
     "pair": "femend.workflow",
+    "pretest_study": "femend.workflow",
     "read_model": "femend.workflow",
     "update": "femend.workflow",
     "update_study": "femend.workflow",

@@ -1,5 +1,5 @@
 """The steps of a diagnosis one by one, for scripts and notebooks; `femend.diagnose_study` does them all from a file,
-as `correlate_study` and `update_study` do the classic chain.
+as `correlate_study`, `update_study` and `pretest_study` do the classic chain.
 
 Each step takes what the one before gave and returns an object that shows itself as a short table.
 """
@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.bench import CorrelationRun, UpdateRun
+from femend.bench import CorrelationRun, PretestRun, UpdateRun
 from femend.bench import correlate as correlate_bench
+from femend.bench import pretest as pretest_bench
 from femend.bench import update as update_bench
 from femend.cli.summary import summary
 from femend.cli.table import table
@@ -53,6 +54,7 @@ __all__ = [
     "locate",
     "name",
     "pair",
+    "pretest_study",
     "read_model",
     "update",
     "update_study",
@@ -351,3 +353,12 @@ def update_study(study: str | os.PathLike[str], out: str | os.PathLike[str] | No
     Raises what `correlate_study` raises, and UpdatingError for a problem that cannot be posed.
     """
     return update_bench(Path(study), None if out is None else Path(out))
+
+
+def pretest_study(study: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> PretestRun:
+    """Plans a test on the model of the study file `study`, as its table [pretest] says; recordings are not needed. With
+    a folder `out` everything is written there.
+
+    Raises StudyError, DeckError and ModelError as the readers do, and PretestError for a test that cannot be planned.
+    """
+    return pretest_bench(Path(study), None if out is None else Path(out))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from femend.bench.correlate import CorrelationRun, correlate
+from femend.bench.pretest import PretestRun, pretest
 from femend.bench.update import UpdateRun, update
 
-__all__ = ["CorrelationRun", "UpdateRun", "correlate", "update"]
+__all__ = ["CorrelationRun", "PretestRun", "UpdateRun", "correlate", "pretest", "update"]

@@ -90,7 +90,7 @@ def prepare(study_path: Path, steps: Steps) -> Prepared:
         models = Models(study)
         used = [r.configuration for r in study.recordings if r.role != "predict"]
         first = next(iter(models.all(used).values()))
-    with steps.step("identify modes"):
+    with steps.info.step("identify modes"):  # which tells its progress recording by recording
         measured, passed = measured_modes(study, steps.progress)
     with steps.step("place sensors"):
         placed = placed_sensors(measured, first, align=study.correlation.align)

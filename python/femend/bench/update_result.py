@@ -21,6 +21,8 @@ __all__ = ["FORMAT", "update_result"]
 FORMAT = "femend-update/1"
 # a held-out recording is met worse when its error grows by more than this share
 WORSE = 0.02
+# rms of what is left, in deviations, from which it is told that they do not explain it
+LEFT = 3.0
 
 
 def update_result(
@@ -156,15 +158,22 @@ def _summary(c: Compared) -> dict[str, Any]:
 
 def _advice(found: UpdateResult, told: Sensitivity, recordings: Sequence[dict[str, Any]]) -> str:
     said = [found.advice] if found.advice else []
+    left = float(np.sqrt(found.after.squares / max(found.after.residual.size, 1)))
+    if left > LEFT:
+        said.append(
+            f"what is left is {left:.1f} times the deviations on average: these are too tight ([updating] freq_sd, "
+            "shape_sd ...), modes are paired wrongly, or the model lacks something (`femend diagnose` looks for it); "
+            "the parameters are less sure than their deviations say"
+        )
     lost = found.unpaired()
     if lost:
         modes = ", ".join(f"{c} {n}" for c, n in lost[:6])
         said.append(f"measured modes without a mate of the asked MAC at the end: {modes}")
-    left = found.left_prior()
-    if left:
+    far = found.left_prior()
+    if far:
         said.append(
-            f"{', '.join(left)} moved further than two prior deviations: is the prior right, or do they make up for "
-            "something the model lacks (`femend diagnose` looks for it)?"
+            f"{', '.join(far)} moved further than two prior deviations: is the prior right, or do they make up for "
+            "something the model lacks?"
         )
     groups = [" and ".join(c.names) for c in told.collinear]
     if groups:

@@ -7,7 +7,7 @@ from typing import Any
 from femend.bench.page import fixed, number, percent
 from femend.cli.table import table
 
-__all__ = ["correlation_text", "update_text"]
+__all__ = ["correlation_text", "pretest_text", "update_text"]
 
 
 def correlation_text(result: dict[str, Any]) -> str:
@@ -55,6 +55,46 @@ def update_text(result: dict[str, Any]) -> str:
         ]  # fmt: skip
         header = ["mode", "f test Hz", "before", "after", "error", "after", "MAC", "after"]
         parts += ["", f"{r['recording']} ({used}, {r['configuration']})", table(header, rows, "rrrrrrrr")]
+    return "\n".join([*parts, "", *_ends(result)]).rstrip()
+
+
+def pretest_text(result: dict[str, Any]) -> str:
+    """A plan: targets, sensors, exciters, what the test would tell, and doubts."""
+    targets = result["targets"]
+    e = result["exciters"]
+    parts = [
+        f"{len(targets)} target modes from {number(targets[0]['freq'])} to {number(targets[-1]['freq'])} Hz",
+        f"sensors   {' '.join(s['dof'] + ('*' if s['placed'] else '') for s in result['sensors'])}",
+        f"          by {result['method']} among {result['places']} places; AutoMAC up to "
+        f"{fixed(result['largest_off_diagonal'])} off the diagonal",
+        f"exciters  {' '.join(c['dof'] for c in e['chosen'])}",
+        "",
+    ]
+    rows = [
+        [
+            str(t["mode"]),
+            number(t["freq"]),
+            *(percent(m, 1, sign=False) for m in t["effective_mass"]),
+            fixed(x),
+            fixed(m),
+        ]
+        for t, x, m in zip(targets, e["relative_residue"], e["indicator"], strict=True)
+    ]
+    parts.append(table(["mode", "Hz", "mass X", "mass Y", "mass Z", "residue", "indicator"], rows, "rrrrrrr"))
+    forecast = result.get("forecast")
+    if forecast:
+        rows = [
+            [p["name"], percent(p["prior_sd"], 2, sign=False), percent(p["expected_sd"], 2, sign=False),
+             "test" if p["determined"] else "prior"]
+            for p in forecast["parameters"]
+        ]  # fmt: skip
+        parts += ["", table(["parameter", "prior sd", "expected", "told by"], rows, "lrrl")]
+    v = result["virtual_test"]
+    if "modes" in v:
+        parts += ["", f"virtual test: {v['found']} of {len(v['modes'])} modes found"]
+        parts += [
+            f"{p['name']}: true {p['truth']:.4f}, found {p['found']:.4f} ± {p['sd']:.4f}" for p in v["parameters"]
+        ]
     return "\n".join([*parts, "", *_ends(result)]).rstrip()
 
 
