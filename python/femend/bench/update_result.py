@@ -183,8 +183,9 @@ def _advice(found: UpdateResult, told: Sensitivity, recordings: Sequence[dict[st
     for r in recordings:
         b, a = r["before"]["freq_error"], r["after"]["freq_error"]
         if r["role"] == "validate" and np.isfinite([a, b]).all() and a > b + WORSE * max(b, 1e-6) and a > 1e-3:
-            said.append(
+            said.insert(
+                0,
                 f"the held-out recording {r['recording']!r} is met worse than before ({100 * b:.2f} % to {100 * a:.2f} "
-                "% of its frequencies): do not use the update without finding out why"
+                "% of its frequencies): do not use the update without finding out why",
             )
     return "; ".join(said)
