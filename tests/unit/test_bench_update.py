@@ -172,12 +172,52 @@ def test_what_cannot_be_posed(folder: Path, run: UpdateRun, tmp_path: Path) -> N
     write_modes(tmp_path / "tip.uff", np.array([50.0]), shape, DOFS)
     own = tmp_path / "study.toml"
     own.write_text(study_text(RECORDINGS[:1], ""))
+    with pytest.raises(
+        UpdatingError, match=r"no measured mode counts: recording 'tip': mode 1 at 50 Hz .* no mate of MAC 0\.5"
+    ):
+        update_study(own, tmp_path / "out")
+    own.write_text(study_text(RECORDINGS[:1], "[updating]\nmodes = [1]\n"))
     with pytest.raises(UpdatingError, match=r"no measured mode has a mate in the model: tip: best MAC 0\.\d+ \(asked"):
         update_study(own, tmp_path / "out")
     own.write_text(study_text(RECORDINGS[:1], '[updating]\nresponses = ["frfs"]\n'))
     with pytest.raises(UpdatingError, match="responses has 'frfs', and no recording to fit holds FRFs"):
         update_study(own, tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_modes_without_a_near_mate_do_not_count_and_are_told(tmp_path: Path) -> None:
+    """A second pole of a resonance, and a mode the model lacks, must not pull the parameters."""
+    (tmp_path / "model.bdf").write_text(deck(TRUE_E))
+    from femend import model_modes
+
+    modes = model_modes(read_model(tmp_path / "model.bdf"), n_modes=3)
+    phi = modes.phi[[modes.dofs.index(d) for d in DOFS]]
+    (tmp_path / "model.bdf").write_text(deck())
+    freq = [*modes.freq, 99.5, 180.0]
+    twice = phi[:, 1] + 0.02 * np.abs(phi).max() * np.array([1, -1, 1, 1, -1, 1])
+    other = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+    write_modes(tmp_path / "tip.uff", np.array(freq), np.column_stack([phi, twice, other]), DOFS)
+    path = tmp_path / "study.toml"
+    path.write_text(study_text(RECORDINGS[:1], ""))
+    run = update_study(path)
+    assert run.counted[0].numbers == (1, 2, 5)
+    assert within(run)
+    told = [w for w in run.result["warnings"] if "does not count" in w]
+    assert len(told) == 2
+    assert "mode 3 at 99.5 Hz does not count: it looks like the model's mode 2 (MAC 1.00)" in told[0]
+    assert "whose mate is mode 2; a second pole of one resonance?" in told[0]
+    assert "mode 4 at 180 Hz does not count: it has no mate of MAC 0.5" in told[1]
+    assert run.result["fit"]["freq_error"]["after"] < 1e-4
+    path.write_text(study_text(RECORDINGS[:1], "[updating]\nfreq_far = 0.02\n"))
+    run = update_study(path)
+    assert run.counted[0].numbers == (2, 5)
+    assert any("its mate is at 16.78 Hz, -4 % off ([updating] freq_far is 2 %)" in w for w in run.result["warnings"])
+
+
+def test_frfs_alone(tmp_path: Path) -> None:
+    tables = TABLES + '[updating]\nresponses = ["frfs"]\nfrf_lines = 200\nfrf_sd = 0.1\n'
+    run = update_study(write_study(tmp_path, (Recorded("tip"),), tables))
+    np.testing.assert_allclose([run.factors[n] for n in TRUTH], list(TRUTH.values()), rtol=5e-3)
 
 
 def test_a_parameter_nothing_sees_and_two_alike_are_said(tmp_path: Path) -> None:

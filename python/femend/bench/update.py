@@ -8,8 +8,9 @@ from typing import Any
 
 from femend.bench.compared import Compared
 from femend.bench.correlate import Prepared, prepare
+from femend.bench.counted import Counted, counted_modes
 from femend.bench.page import render_page
-from femend.bench.problem import Counted, counted_modes, study_problem
+from femend.bench.problem import study_problem
 from femend.bench.steps import Steps, write_json
 from femend.bench.update_content import update_page, write_tables
 from femend.bench.update_result import update_result
@@ -80,9 +81,9 @@ def update(study: str | Path, out: str | Path | None = None, progress: Progress 
     steps = Steps(Path(study), progress)
     prepared = prepare(Path(study), steps)
     with steps.step("weigh what was measured"):
-        counted = counted_modes(prepared)
-        problem = study_problem(prepared, counted)
         before = tuple(prepared.compare(m) for m in prepared.measured)
+        counted = counted_modes(prepared, before)
+        problem = study_problem(prepared, counted)
         told = sensitivities(problem)
     with steps.step("update parameters"):
         found = search(problem, iterations=prepared.study.updating.iterations, stop=_telling(progress))

@@ -29,13 +29,17 @@ BADGES = {"converged": "good", "at bound": "warn", "stalled": "bad", "limit": "w
 def update_page(run: UpdateRun, info: dict[str, Any], files: Sequence[str]) -> Page:
     """The page of an update; `info` is the content of run.json, `files` what stands beside it."""
     result, study = run.result, run.study
-    fit = [r for r in result["recordings"] if r["role"] == "fit"]
+    fit = result["fit"]
     held = [r for r in result["recordings"] if r["role"] == "validate"]
-    before, after = _mean(fit, "before", "freq_error"), _mean(fit, "after", "freq_error")
+    before, after = fit["freq_error"]["before"], fit["freq_error"]["after"]
     told = [n for n, p in result["parameters"].items() if p["determined"]]
     facts = [
-        Fact("Frequencies", f"{percent(before, sign=False)} → {percent(after, sign=False)}", "mean error, fit"),
-        Fact("Shapes", f"{fixed(_mean(fit, 'before', 'mac'))} → {fixed(_mean(fit, 'after', 'mac'))}", "mean MAC, fit"),
+        Fact(
+            "Frequencies",
+            f"{percent(before, sign=False)} → {percent(after, sign=False)}",
+            "mean error of the modes that count",
+        ),
+        Fact("Shapes", f"{fixed(fit['mac']['before'])} → {fixed(fit['mac']['after'])}", "their mean MAC"),
         Fact("Parameters told", f"{len(told)} of {len(result['parameters'])}", ", ".join(told[:6]) or "none"),
     ]
     if held:

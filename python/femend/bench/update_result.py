@@ -9,7 +9,7 @@ import numpy as np
 
 from femend.bench.compared import Compared
 from femend.bench.correlation_result import comparison_result, placed_result
-from femend.bench.problem import Counted
+from femend.bench.counted import Counted
 from femend.correlate import match_frfs
 from femend.estimate.updating import Sensitivity, UpdatedDeck, UpdateResult
 
@@ -37,7 +37,7 @@ def update_result(
     """The content of updating.json."""
     settings = prepared.study.updating
     recordings = [_recording(b, a) for b, a in zip(before, after, strict=True)]
-    warnings = [*prepared.warnings]
+    warnings = [*prepared.warnings, *(text for c in counted for text in c.left_out)]
     if deck.left_out:
         warnings.append(
             f"no field of the deck holds the values of {', '.join(deck.left_out)}: the deck keeps them as they were"
@@ -57,6 +57,7 @@ def update_result(
             {"condition": c.condition, "parameters": list(c.names), "weights": list(c.weights)} for c in told.collinear
         ],
         "hardly_seen": list(told.insensitive),
+        "fit": _fit(found),
         "responses": list(settings.responses),
         "counted": [_counted(c) for c in counted],
         "recordings": recordings,
@@ -65,6 +66,23 @@ def update_result(
         ],
         "sensors": placed_result(prepared.placed),
         "warnings": list(dict.fromkeys(warnings)),
+    }
+
+
+def _fit(found: UpdateResult) -> dict[str, Any]:
+    """Mean frequency error and MAC over the modes that count, before and after; NaN where there are none."""
+    rows = found.modes()
+
+    def mean(values: list[float]) -> float:
+        known = [v for v in values if np.isfinite(v)]
+        return float(np.mean(known)) if known else float("nan")
+
+    return {
+        "freq_error": {
+            "before": mean([abs(r.freq_before / r.freq - 1) for r in rows]),
+            "after": mean([abs(r.freq_after / r.freq - 1) for r in rows]),
+        },
+        "mac": {"before": mean([r.mac_before for r in rows]), "after": mean([r.mac_after for r in rows])},
     }
 
 

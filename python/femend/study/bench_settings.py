@@ -28,16 +28,18 @@ class UpdatingSettings:
     """``[updating]``: the `responses` that are compared, the measured `modes` (numbers from 1; None: all), and their
     least deviations.
 
-    `damping_model` is what becomes unknown beside the parameters where damping or FRFs are compared: one "loss factor"
-    of all stiffness, or the two of "proportional" damping. `freq_sd`, `damping_sd` are shares of the value, `shape_sd`
-    of a shape's largest component, `frf_sd` of an FRF's magnitude, of which `frf_lines` lines count. `repeated` takes
-    recordings of one configuration and the same sensors as one test done several times, whose scatter gives the
-    deviations. `iterations` is the most the search takes.
+    Where no modes are named, those count whose mate in the model as it stands is within the share `freq_far` of their
+    frequency. `damping_model` is what becomes unknown beside the parameters where damping or FRFs are compared: one
+    "loss factor" of all stiffness, or the two of "proportional" damping. `freq_sd`, `damping_sd` are shares of the
+    value, `shape_sd` of a shape's largest component, `frf_sd` of an FRF's magnitude, of which `frf_lines` lines count.
+    `repeated` takes recordings of one configuration and the same sensors as one test done several times, whose scatter
+    gives the deviations. `iterations` is the most the search takes.
     """
 
     responses: tuple[str, ...] = ("frequencies", "shapes")
     modes: tuple[int, ...] | None = None
     freq_sd: float = 0.001
+    freq_far: float = 0.3
     shape_sd: float = 0.05
     damping_sd: float = 0.2
     damping_model: str = "loss factor"

@@ -48,7 +48,7 @@ def updating_settings(check: Check, table: UpdatingTable) -> UpdatingSettings:
         if table.responses.count(name) > 1:
             raise check.fail("updating.responses", f"{name!r} stands twice; it would count twice")
     check.one_of("updating.damping_model", table.damping_model, DAMPING_MODELS)
-    for key in ("freq_sd", "shape_sd", "damping_sd", "frf_sd"):
+    for key in ("freq_sd", "freq_far", "shape_sd", "damping_sd", "frf_sd"):
         _above_0(check, f"updating.{key}", getattr(table, key))
     for key in ("frf_lines", "iterations"):
         _count(check, f"updating.{key}", getattr(table, key))
@@ -56,6 +56,7 @@ def updating_settings(check: Check, table: UpdatingTable) -> UpdatingSettings:
         tuple(table.responses),
         _modes(check, "updating.modes", table.modes),
         table.freq_sd,
+        table.freq_far,
         table.shape_sd,
         table.damping_sd,
         table.damping_model,

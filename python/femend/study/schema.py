@@ -109,6 +109,7 @@ class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_
     responses: list[str] = msgspec.field(default_factory=lambda: ["frequencies", "shapes"])
     modes: list[int] | None = None
     freq_sd: float = 0.001
+    freq_far: float = 0.3
     shape_sd: float = 0.05
     damping_sd: float = 0.2
     damping_model: str = "loss factor"
