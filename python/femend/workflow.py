@@ -346,13 +346,21 @@ def correlate_study(study: str | os.PathLike[str], out: str | os.PathLike[str] |
     return correlate_bench(Path(study), None if out is None else Path(out))
 
 
-def update_study(study: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> UpdateRun:
+def update_study(
+    study: str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    *,
+    history: str | os.PathLike[str] | None = None,
+) -> UpdateRun:
     """Updates the parameters of the study file `study` on its measured modes, and FRFs where its table [updating] asks
     for them; with a folder `out` everything is written there, the changed deck too.
 
-    Raises what `correlate_study` raises, and UpdatingError for a problem that cannot be posed.
+    `history` is a file that keeps every iteration, from which a run that was stopped goes on. Raises what
+    `correlate_study` raises, and UpdatingError for a problem that cannot be posed and a history of another one.
     """
-    return update_bench(Path(study), None if out is None else Path(out))
+    return update_bench(
+        Path(study), None if out is None else Path(out), history=None if history is None else Path(history)
+    )
 
 
 def pretest_study(study: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> PretestRun:

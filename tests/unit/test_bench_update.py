@@ -126,6 +126,25 @@ def test_proportional_damping(tmp_path: Path) -> None:
     assert run.result["parameters"]["alpha"]["unit"] == "1/s"
 
 
+def test_a_stopped_search_goes_on_from_its_history(folder: Path, run: UpdateRun, tmp_path: Path) -> None:
+    path = folder / "short.toml"
+    path.write_text(study_text(RECORDINGS, TABLES + "[updating]\niterations = 1\n"))
+    kept = tmp_path / "history.json"
+    first = update_study(path, history=kept)
+    assert first.found.status == "limit"
+    assert "allow more iterations" in first.result["advice"]
+    done = CliRunner().invoke(
+        main, ["update", str(folder / "study.toml"), "-o", str(tmp_path / "out"), "--history", str(kept)]
+    )
+    assert done.exit_code == 0, done.output
+    result = json.loads((tmp_path / "out" / "updating.json").read_text())
+    assert result["cost"]["after"] == pytest.approx(run.found.after.cost, rel=1e-6)
+    assert result["history"][0]["cost"] == pytest.approx(run.found.before.cost)
+    path.write_text(study_text(RECORDINGS, TABLES + "[updating]\nshape_sd = 0.2\n"))
+    with pytest.raises(UpdatingError, match="is the history of another problem"):
+        update_study(path, history=kept)
+
+
 def test_chosen_modes_alone_count(folder: Path, run: UpdateRun, tmp_path: Path) -> None:
     path = folder / "chosen.toml"
     path.write_text(study_text(RECORDINGS, TABLES + "[updating]\nmodes = [1, 3]\n"))

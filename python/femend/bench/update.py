@@ -68,14 +68,20 @@ class UpdateRun:
 
 
 @one_blas_thread
-def update(study: str | Path, out: str | Path | None = None, progress: Progress | None = None) -> UpdateRun:
+def update(
+    study: str | Path,
+    out: str | Path | None = None,
+    progress: Progress | None = None,
+    history: str | Path | None = None,
+) -> UpdateRun:
     """Updates the parameters of `study` on what its fit recordings measured, as its table [updating] says.
 
     Recordings with role validate are compared with the model before and after and have no part in it. With a folder
     `out` everything is written there: updating.json, updating.html, model.updated.bdf with the changed values where
-    they stood, model.diff, tables as CSV and updating.run.json. Raises the errors of the readers (StudyError,
-    DeckError, FormatError, RecordingError, PairingError, ModelError), and UpdatingError for a problem that cannot be
-    posed: no mode with a mate, fewer values than unknowns; nothing is written then.
+    they stood, model.diff, tables as CSV and updating.run.json. `history` is a file that keeps every iteration; where
+    it is there, the search goes on from it. Raises the errors of the readers (StudyError, DeckError, FormatError,
+    RecordingError, PairingError, ModelError), and UpdatingError for a problem that cannot be posed: no mode with a
+    mate, fewer values than unknowns; nothing is written then.
     """
     progress = progress or SilentProgress()
     steps = Steps(Path(study), progress)
@@ -86,7 +92,8 @@ def update(study: str | Path, out: str | Path | None = None, progress: Progress 
         problem = study_problem(prepared, counted)
         told = sensitivities(problem)
     with steps.step("update parameters"):
-        found = search(problem, iterations=prepared.study.updating.iterations, stop=_telling(progress))
+        most = prepared.study.updating.iterations
+        found = search(problem, iterations=most, history=history, resume=True, stop=_telling(progress))
     with steps.step("compare what was found"):
         factors = {p.name: found.values[p.name] for p in prepared.study.parameters}
         after = tuple(prepared.compare(m, factors) for m in prepared.measured)

@@ -15,8 +15,9 @@ __all__ = ["update"]
 @click.command()
 @click.argument("study", type=click.Path(path_type=Path))
 @click.option("--out", "-o", type=click.Path(path_type=Path), required=True, help="Folder for the results.")
+@click.option("--history", type=click.Path(path_type=Path), help="File that keeps every step; a stopped run goes on.")
 @click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
-def update(study: Path, out: Path, quiet: bool) -> None:
+def update(study: Path, out: Path, history: Path | None, quiet: bool) -> None:
     """Update the parameters of STUDY on measured modes, and FRFs where asked for.
 
     STUDY is a study.toml, or a folder that holds one. Frequencies and shapes of the recordings with role fit are met
@@ -29,7 +30,7 @@ def update(study: Path, out: Path, quiet: bool) -> None:
 
     progress = progress_for(quiet=quiet)
     try:
-        found = run(study_file(study), out, progress)
+        found = run(study_file(study), out, progress, history)
     finally:
         progress.done()
     if not quiet:
