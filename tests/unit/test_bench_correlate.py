@@ -90,6 +90,33 @@ def test_what_is_written(run: CorrelationRun, folder: Path) -> None:
     }  # fmt: skip
 
 
+def test_shapes_are_orthogonal_over_the_reduced_mass(run: CorrelationRun, folder: Path) -> None:
+    table = run.tams[0]
+    assert table is not None
+    assert [r.method for r in table.rows] == ["Guyan", "IRS", "SEREP", "hybrid"]
+    for row in table.rows:
+        # six sensors hold the mass of three modes; the test's shapes are those of a deck that is 10 % off
+        assert row.off_model < 0.01
+        assert row.off_test < 0.01
+        assert row.least_pair > 0.995
+        assert row.off_cross < 0.05
+    result = json.loads((folder / "out" / "correlation.json").read_text())
+    assert [r["reduction"] for r in result["recordings"][0]["orthogonality"]] == ["Guyan", "IRS", "SEREP", "hybrid"]
+    assert "NASA-STD-5002" in (folder / "out" / "correlation.html").read_text()
+
+
+def test_a_sensor_that_is_turned_round_keeps_orthogonality(tmp_path: Path) -> None:
+    freq, phi = truth_modes(tmp_path)
+    phi[3] *= -1
+    dofs = tuple(Dof(d.node, 3, -1 if i == 3 else 1) for i, d in enumerate(DOFS))
+    # data set 55 has no signs: the file holds the motion along +Z again, as read
+    write_modes(tmp_path / "modes.uff", freq, phi, dofs)
+    run = correlate_study(modes_study(tmp_path))
+    assert run["modes"].faults == ()
+    assert run.tams[0] is not None
+    assert run.tams[0]["Guyan"].least_pair > 0.995
+
+
 def test_the_command_says_the_table_and_keeps_other_files(folder: Path, run: CorrelationRun, tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("kept")
     done = CliRunner().invoke(main, ["correlate", str(folder), "--out", str(tmp_path)])
@@ -112,6 +139,23 @@ def test_modes_are_read_from_data_sets_55(tmp_path: Path) -> None:
     assert one.n_pairs == 3
     assert one.frfs is None
     assert one.dofs == DOFS
+
+
+def test_frfs_beside_modes_are_compared_too(tmp_path: Path) -> None:
+    freq, phi = truth_modes(tmp_path)
+    write_modes(tmp_path / "modes.uff", freq, phi, DOFS)
+    write_uff(tmp_path / "frf.uff", functions_of(measured_frf(tmp_path, Recorded("tip"))))
+    text = (tmp_path / "modes.uff").read_bytes()
+    (tmp_path / "modes.uff").write_bytes(text + (tmp_path / "frf.uff").read_bytes())
+    one = correlate_study(modes_study(tmp_path, "[correlation]\nband = [10.0, 400.0]\n"))["modes"]
+    assert one.measured.how == "read from data sets 55"
+    assert one.n_test == 3
+    assert one.frfs is not None
+    assert one.frfs.matched.freq[0] == 10.0
+    assert float(np.nanmean(one.frfs.csac)) > 0.98
+    said = CliRunner().invoke(main, ["inspect", str(tmp_path / "modes.uff")]).output
+    assert "3 mode shapes" in said
+    assert "FRFs (accelerance" in said
 
 
 def test_a_reversed_sensor_is_named(tmp_path: Path) -> None:

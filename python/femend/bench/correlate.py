@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from femend.analysis.tam import TamTable
 from femend.bench.compared import Compared, compare_recording
 from femend.bench.correlation_content import correlation_page, write_tables
 from femend.bench.correlation_result import correlation_result
 from femend.bench.measured import MeasuredModes, measured_modes
 from femend.bench.models import Models
+from femend.bench.orthogonal import orthogonality_of
 from femend.bench.page import render_page
 from femend.bench.placed import Placed, placed_sensors
 from femend.bench.steps import Steps, write_json
@@ -59,10 +61,12 @@ class Prepared:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CorrelationRun:
-    """A finished correlation: what was `prepared`, each recording `compared`, and the `result` as it is written."""
+    """A finished correlation: what was `prepared`, each recording `compared`, the orthogonality of its shapes
+    over reduced masses (`tams`, None where there is none), and the `result` as it is written."""
 
     prepared: Prepared
     compared: tuple[Compared, ...]
+    tams: tuple[TamTable | None, ...]
     result: dict[str, Any]
 
     @property
@@ -110,8 +114,9 @@ def correlate(study: str | Path, out: str | Path | None = None, progress: Progre
     prepared = prepare(Path(study), steps)
     with steps.step("compare"):
         compared = tuple(prepared.compare(m) for m in prepared.measured)
-        result = correlation_result(prepared, compared)
-    run = CorrelationRun(prepared, compared, result)
+        tams = tuple(orthogonality_of(c, prepared.models.of(c.measured.configuration)) for c in compared)
+        result = correlation_result(prepared, compared, tams)
+    run = CorrelationRun(prepared, compared, tams, result)
     if out is not None:
         with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
             _write(run, folder, steps)

@@ -45,6 +45,8 @@ def correlation_page(
     if frfs:
         csac = float(np.mean([f["mean_csac"] for f in frfs]))
         facts.append(Fact("FRFs", f"CSAC {fixed(csac)}", f"CSF {fixed(float(np.mean([f['mean_csf'] for f in frfs])))}"))
+    each = zip(compared, result["recordings"], strict=True)
+    sections = [_section(c, r["orthogonality"]) for c, r in each]
     return Page(
         prepared.study.title,
         "femend correlation",
@@ -55,7 +57,7 @@ def correlation_page(
         [sentence(w) for w in result["warnings"]],
         prepared_mesh(prepared),
         f"{len(prepared.placed.pairing)} sensors and shakers at their nodes.",
-        [*(_section(c) for c in compared), _sensors(prepared)],
+        [*sections, _sensors(prepared)],
         run,
         files,
     )
@@ -96,7 +98,7 @@ def mode_rows(c: Compared) -> list[list[str]]:
     return rows
 
 
-def _section(c: Compared) -> Section:
+def _section(c: Compared, orthogonality: list[dict[str, Any]] | None) -> Section:
     m = c.measured
     lone = [k for k, r in enumerate(mode_rows(c)) if r[1] == "–"]
     tables = [Table(MODE_HEADER, mode_rows(c), "rrrrrrrr", frozenset(lone), "Modes")]
@@ -115,6 +117,14 @@ def _section(c: Compared) -> Section:
         ]
         worst = sorted(rows, key=lambda r: r[2])[:SENSORS_SHOWN]
         tables.append(Table(("output", "input", "FRAC", "FAAC"), worst, "llrr", title="FRFs, the worst first"))
+    if orthogonality:
+        rows = [
+            [r["reduction"], *(fixed(r[k]) for k in ("off_model", "off_test", "least_pair", "off_cross")), r["status"]]
+            for r in orthogonality
+        ]
+        header = ("mass reduced by", "model, off", "test, off", "least pair", "cross, off", "")
+        title = "Orthogonality of the pairs (asked by NASA-STD-5002: pairs at least 0.9, all else at most 0.1)"
+        tables.append(Table(header, rows, "lrrrrl", title=title))
     held = "" if m.role == "fit" else ", held out (only ever scored)"
     return Section(
         f"{m.name}: {m.configuration}",

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from femend.analysis.tam import TamTable
 from femend.bench.compared import Compared
 from femend.bench.measured import MeasuredModes
+from femend.bench.orthogonal import orthogonality_result
 from femend.bench.placed import Placed
 
 if TYPE_CHECKING:
@@ -19,14 +21,19 @@ __all__ = ["FORMAT", "comparison_result", "correlation_result", "placed_result"]
 FORMAT = "femend-correlation/1"
 
 
-def correlation_result(prepared: Prepared, compared: Sequence[Compared]) -> dict[str, Any]:
-    """The content of correlation.json."""
+def correlation_result(
+    prepared: Prepared, compared: Sequence[Compared], tams: Sequence[TamTable | None]
+) -> dict[str, Any]:
+    """The content of correlation.json; `tams` are the orthogonalities of what is `compared`."""
     faults = [f"recording {c.measured.name!r}: {f.text}" for c in compared for f in c.faults]
     return {
         "format": FORMAT,
         "title": prepared.study.title,
         "sensors": placed_result(prepared.placed),
-        "recordings": [comparison_result(c) for c in compared],
+        "recordings": [
+            {**comparison_result(c), "orthogonality": orthogonality_result(t)}
+            for c, t in zip(compared, tams, strict=True)
+        ],
         "warnings": [*prepared.warnings, *faults],
         "advice": _advice(compared, faults),
     }

@@ -11,6 +11,7 @@ from femend.data import FRF, Geometry, IdentifiedModes, Spectra
 from femend.diagnose.staged.prepare import frf_data
 from femend.dof import Dof
 from femend.errors import FemendError, RecordingError
+from femend.io import read_uff
 from femend.io.recordings import read_modes
 from femend.modal import ModalTest, identify_modes
 from femend.modal.output_only import identify_output_only
@@ -92,7 +93,7 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str:
         told = tuple(f"recording {recording.name!r}: {n}" for n in notes)
         if not modes.n_modes:
             return f"recording {recording.name!r} has no mode in the band {_text(band)}"
-        return MeasuredModes(*about, modes, READ, geometry=geometry, warnings=told)
+        return MeasuredModes(*about, modes, READ, frf=_frfs_beside(recording, study), geometry=geometry, warnings=told)
     full = with_warnings(recording.read(study.units))
     if recording.excitation == "rotating" or isinstance(full.data, Spectra):
         what = "a rotor's run" if recording.excitation == "rotating" else "auto or cross spectra"
@@ -118,6 +119,17 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str:
     return MeasuredModes(
         *about, test.modes, FRFS, test, test.measured, geometry=full.geometry, warnings=(*full.warnings, *told)
     )
+
+
+def _frfs_beside(recording: StudyRecording, study: Study) -> FRF | None:
+    """FRFs that stand in one file with modes, in the band."""
+    if not any(f.header.func_type == 4 for f in read_uff(recording.file).functions):
+        return None
+    data = recording.read(study.units).data
+    if not isinstance(data, FRF):
+        return None
+    low, high = study.correlation.band or (0.0, np.inf)
+    return data.band(max(low, float(data.freq[data.freq > 0][0])), high)
 
 
 def _in_band(modes: IdentifiedModes, band: Band) -> IdentifiedModes:

@@ -127,7 +127,7 @@ def identified_modes(modes: Sequence[Mode55], file: str) -> tuple[IdentifiedMode
     lacks are left out, modes at 0 Hz (of a free body) too. Raises FormatError where nothing is left.
     """
     elastic = [m for m in modes if m.pole.imag > 1e-9]
-    notes = [f"{len(modes) - len(elastic)} modes at 0 Hz are left out"] if len(elastic) < len(modes) else []
+    notes = [f"left out: {len(modes) - len(elastic)} at 0 Hz, of a free body"] if len(elastic) < len(modes) else []
     tables = [
         {Dof(int(n), c + 1): v for n, row in zip(m.nodes, m.values, strict=True) for c, v in enumerate(row)}
         for m in elastic
