@@ -142,7 +142,16 @@ def test_many_places_are_thinned_out(tmp_path: Path, monkeypatch: pytest.MonkeyP
     run = pretest_study(study(tmp_path, PLAN + "virtual_test = false\n"))
     assert len(run.plan.places) == 8
     assert run.plan.places[0] == Dof(13, 3, -1)
-    assert "11 places are thinned out to 8 that move apart" in run.result["warnings"][0]
+    assert run.result["warnings"][0].startswith("11 places are thinned out to 8, spread over the structure")
+
+
+def test_sensors_keep_their_distance(tmp_path: Path) -> None:
+    run = pretest_study(study(tmp_path, PLAN.replace("sensors = 5", "sensors = 4") + "spacing = 0.12\n"))
+    nodes = [d.node for d in run.plan.places]
+    # from the placed tip to the root, then half way and half way again: 0.06 m a node, two nodes at least
+    assert sorted(nodes) == [3, 5, 8, 10, 13]
+    assert "11 places are thinned out to 5, 0.12 apart" in run.result["warnings"]
+    assert len(run.plan.drives) == 11
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from femend.data import ModeSet
 from femend.dof import Dof
 from femend.errors import PairingError, PretestError
 from femend.model import Model
-from femend.pretest import TargetModes, qr_placement, target_modes
+from femend.pretest import TargetModes, target_modes
 from femend.study.bench_settings import PretestSettings
 
 __all__ = ["Targets", "found_places", "found_targets"]
@@ -29,7 +29,7 @@ FIRST = 8
 RIGID_MODES = 6
 # modes that are solved beside the targets, since their skirts are in every FRF
 ABOVE = 1.5
-# more places than MOST are thinned out to KEPT by the length of pivots (QR) before anything is chosen
+# more places than MOST are thinned out to KEPT that are spread over the structure before anything is chosen
 MOST, KEPT = 3000, 600
 # below this share of its largest motion in the target modes a place stands still
 STILL = 1e-9
@@ -128,13 +128,31 @@ def found_places(
     dofs = [d for d, m in zip(dofs, moves, strict=True) if m]
     if not dofs:
         raise PretestError(f"[pretest] {key}: none of the {len(still)} allowed places moves in the target modes")
-    told: tuple[str, ...] = ()
-    if len(dofs) > MOST:
-        own = range(len(placed))
-        kept = qr_placement(targets.shapes(dofs), KEPT, placed=list(own)).rows
-        told = (f"{len(dofs)} places are thinned out to {len(kept)} that move apart; name [pretest] nodes for others",)
-        dofs = [dofs[int(i)] for i in kept]
-    return tuple(dofs), told
+    n_nodes = KEPT // len(directions) if len(dofs) > MOST else None
+    spacing = 0.0 if exciting else settings.spacing
+    if n_nodes is None and spacing == 0:
+        return tuple(dofs), ()
+    nodes = list(dict.fromkeys(d.node for d in dofs))
+    kept = _spread(model, nodes, [d.node for d in placed], n_nodes, spacing)
+    few = [d for d in dofs if d.node in kept or d in placed]
+    why = "spread over the structure; name [pretest] nodes for others" if n_nodes else f"{spacing:g} apart"
+    return tuple(few), (f"{len(dofs)} places are thinned out to {len(few)}, {why}",)
+
+
+def _spread(model: Model, nodes: Sequence[int], placed: Sequence[int], most: int | None, spacing: float) -> set[int]:
+    """Nodes that are far from each other: again and again the one that is furthest from those before, from the `placed`
+    ones on, until `most` are taken or none is further than `spacing` (farthest points, Gonzalez 1985)."""
+    xyz = np.array([model.xyz[model.index(n)] for n in nodes])
+    corner = int(np.argmax(np.linalg.norm(xyz - xyz.mean(axis=0), axis=1)))
+    chosen = [nodes.index(n) for n in dict.fromkeys(placed)] or [corner]
+    distance = np.min([np.linalg.norm(xyz - xyz[k], axis=1) for k in chosen], axis=0)
+    while most is None or len(chosen) < most:
+        k = int(np.argmax(distance))
+        if distance[k] == 0 or distance[k] < spacing * (1 - 1e-9):
+            break
+        chosen.append(k)
+        distance = np.minimum(distance, np.linalg.norm(xyz - xyz[k], axis=1))
+    return {nodes[k] for k in chosen}
 
 
 def _known(model: Model, nodes: Sequence[int], key: str) -> None:

@@ -151,7 +151,7 @@ def _plan(study: Study, model: Model, targets: Targets) -> tuple[Plan, tuple[str
     residues = residues / np.maximum(residues.max(axis=0), 1e-300)
     loading = _loading(targets, placement.dofs(places), s.sensor_mass)
     plan = Plan(targets, places, placement, others, planned, drives, driven, residues, loading)
-    return plan, (*told, *more)
+    return plan, tuple(dict.fromkeys([*told, *more]))
 
 
 def _placed(

@@ -78,9 +78,14 @@ def pretest_result(
             "not_told_apart": [list(c.names) for c in plan.planned.collinear(rows)],
         }
     found["virtual_test"] = {"note": note} if virtual is None else _virtual(virtual, plan)
-    found["warnings"] = [*told, *([] if virtual is not None else [f"no virtual test: {note}"])]
+    found["warnings"] = [*told, *_unrehearsed(study, virtual, note)]
     found["advice"] = _advice(found, plan)
     return found
+
+
+def _unrehearsed(study: Study, virtual: VirtualTest | None, note: str) -> list[str]:
+    """Why a virtual test that was asked for was not done."""
+    return [f"no virtual test: {note}"] if virtual is None and study.pretest.virtual_test else []
 
 
 def largest_off_diagonal(mac: ArrayLike) -> float:

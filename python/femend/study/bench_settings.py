@@ -52,7 +52,8 @@ class UpdatingSettings:
 @dataclass(frozen=True, slots=True)
 class PretestSettings:
     """``[pretest]``: target modes by `band` (Hz) or by number (`modes`, from 1), `sensors` in all with those `placed`,
-    chosen by `method` among `nodes` (None: all) without `leave_out` in `directions`, and `exciters` likewise.
+    chosen by `method` among `nodes` (None: all) without `leave_out` in `directions`, on nodes no nearer to each
+    other than `spacing` (in the model's unit), and `exciters` likewise.
 
     `freq_sd` and `shape_sd` are how well the test is going to tell frequencies and shapes (shares), `sensor_mass` what
     a sensor weighs, in the model's unit; the virtual test adds `noise` with `seed`.
@@ -67,6 +68,7 @@ class PretestSettings:
     leave_out: tuple[int, ...] = ()
     directions: tuple[int, ...] = (1, 2, 3)
     placed: tuple[Dof, ...] = ()
+    spacing: float = 0.0
     exciters: int = 1
     exciter_nodes: tuple[int, ...] | None = None
     exciter_directions: tuple[int, ...] | None = None

@@ -79,7 +79,7 @@ def pretest_settings(check: Check, table: PretestTable, configurations: Sequence
         _count(check, f"pretest.{key}", getattr(table, key))
     for key in ("freq_sd", "shape_sd"):
         _above_0(check, f"pretest.{key}", getattr(table, key))
-    for key in ("sensor_mass", "noise"):
+    for key in ("sensor_mass", "noise", "spacing"):
         value = getattr(table, key)
         if not (math.isfinite(value) and value >= 0):
             raise check.fail(f"pretest.{key}", f"{value:g} is below 0")
@@ -100,6 +100,7 @@ def pretest_settings(check: Check, table: PretestTable, configurations: Sequence
         tuple(table.leave_out),
         _directions(check, "pretest.directions", table.directions),
         placed,
+        table.spacing,
         table.exciters,
         None if table.exciter_nodes is None else tuple(table.exciter_nodes),
         None if given is None else _directions(check, "pretest.exciter_directions", given),

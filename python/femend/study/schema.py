@@ -131,6 +131,7 @@ class PretestTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_o
     leave_out: list[int] = []
     directions: list[str] = msgspec.field(default_factory=lambda: ["X", "Y", "Z"])
     placed: list[str] = []
+    spacing: float = 0.0
     exciters: int = 1
     exciter_nodes: list[int] | None = None
     exciter_directions: list[str] | None = None
