@@ -169,22 +169,30 @@ def test_a_reversed_sensor_is_named(tmp_path: Path) -> None:
     assert "mend the sensors" in run.result["advice"]
 
 
-def test_a_turned_geometry_in_millimetres_is_brought_onto_the_model(tmp_path: Path) -> None:
+def branched(folder: Path) -> tuple[Path, dict[int, np.ndarray]]:
+    """A study of modes of the cantilever with a branch, so that its nodes are not in line; their coordinates."""
     lines = deck().splitlines()
-    lines.insert(-2, "GRID,20,,0.3,0.2,0.")  # off the line, so that three points are no line
-    lines.insert(-2, "CONM2,120,20,,0.01")
-    lines.insert(-2, "CBAR,120,1,6,20,0.,0.,1.")
-    (tmp_path / "model.bdf").write_text("\n".join(lines))
-    model = read_model(tmp_path / "model.bdf")
-    modes = model_modes(model, n_modes=4)
+    for card in ("GRID,20,,0.3,0.2,0.", "CONM2,120,20,,0.01", "CBAR,120,1,6,20,0.,0.,1."):
+        lines.insert(-2, card)
+    (folder / "model.bdf").write_text("\n".join(lines))
+    model = read_model(folder / "model.bdf")
+    path = folder / "study.toml"
+    path.write_text(study_text((Recorded("modes"),), ""))
+    return path, {n: model.xyz[model.index(n)] for n in (*SENSORS, 20)}
+
+
+def write_branched(folder: Path, places: dict[int, tuple[float, float, float]]) -> None:
+    """Its own four modes with test nodes at `places`."""
+    modes = model_modes(read_model(folder / "model.bdf"), n_modes=4)
     dofs = (*DOFS, Dof(20, 3))
     phi = modes.phi[[modes.dofs.index(d) for d in dofs]]
+    write_modes(folder / "modes.uff", modes.freq, phi, dofs, places=places)
+
+
+def test_a_turned_geometry_in_millimetres_is_brought_onto_the_model(tmp_path: Path) -> None:
+    path, where = branched(tmp_path)
     # the test's X is the model's Y, its Y the model's -X, and it is in mm
-    where = {n: model.xyz[model.index(n)] for n in (*SENSORS, 20)}
-    places = {n: (1e3 * x[1], -1e3 * x[0], 1e3 * x[2]) for n, x in where.items()}
-    write_modes(tmp_path / "modes.uff", modes.freq, phi, dofs, places=places)
-    path = tmp_path / "study.toml"
-    path.write_text(study_text((Recorded("modes"),), ""))
+    write_branched(tmp_path, {n: (1e3 * x[1], -1e3 * x[0], 1e3 * x[2]) for n, x in where.items()})
     run = correlate_study(path)
     assert run.prepared.placed.applied
     told = " ".join(run.result["warnings"])
@@ -198,6 +206,27 @@ def test_a_turned_geometry_in_millimetres_is_brought_onto_the_model(tmp_path: Pa
     left = correlate_study(path).prepared.placed
     assert not left.applied
     assert any("scale 0.001" in w for w in left.warnings)
+
+
+def test_points_in_each_others_place_are_named(tmp_path: Path) -> None:
+    path, where = branched(tmp_path)
+    places = {n: tuple(x) for n, x in where.items()}
+    places[5], places[11] = places[11], places[5]
+    write_branched(tmp_path, places)
+    run = correlate_study(path)
+    assert "test geometry: test nodes 5 and 11 are exchanged" in run.result["warnings"]
+    # each sensor is taken to be where its coordinates are
+    assert "sensor 5:+Z is paired with node 11, 0 away" in run.result["warnings"]
+    assert {p.dof.node for p in run.prepared.placed.pairing} == {*SENSORS, 20}
+
+
+def test_a_point_that_is_off_is_named(tmp_path: Path) -> None:
+    path, where = branched(tmp_path)
+    write_branched(tmp_path, {n: (x[0], 0.1 if n == 9 else x[1], x[2]) for n, x in where.items()})
+    run = correlate_study(path)
+    assert "test geometry: test node 9 is 0.1 from its mate 9" in run.result["warnings"]
+    assert not run.prepared.placed.applied
+    assert run["modes"].n_pairs == 4
 
 
 def test_what_a_diagnosis_says_of_a_file_of_modes(tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ def placed_sensors(measured: Sequence[MeasuredModes], model: Model, *, align: bo
     if found is None:
         pairing = pair_sensors(sensors, ids, xyz, sensor_xyz=places)
         return Placed(pairing, None, False, pairing.notes)
-    told = tuple(f"test geometry: {_named(n, nodes)}" for n in found.notes)
+    told = tuple(f"test geometry: {_named(n, nodes, ids)}" for n in found.notes)
     reach = PAIRING_TOLERANCE * float(np.linalg.norm(np.ptp(xyz, axis=0)))
     if not (align and _helps(found, reach)):
         try:
@@ -112,11 +112,11 @@ def _turned(dof: Dof, R: FloatArray) -> Dof:
     return Dof(dof.node, k + 1 + (3 if dof.is_rotation else 0), 1 if v[k] > 0 else -1)
 
 
-def _named(note: str, nodes: Sequence[int]) -> str:
-    """A note of `align_points` with the test's node ids in the place of its row numbers."""
+def _named(note: str, nodes: Sequence[int], ids: NDArray) -> str:
+    """A note of `align_points` with node ids of the test and of the model in the place of row numbers."""
     words = note.split()
     if words[:2] == ["test", "point"]:
-        return " ".join(["test node", str(nodes[int(words[2])]), *words[3:]])
+        return " ".join(["test node", str(nodes[int(words[2])]), *words[3:-1], str(ids[int(words[-1])])])
     if words[:2] == ["test", "points"]:
         return f"test nodes {nodes[int(words[2])]} and {nodes[int(words[4])]} are exchanged"
     return note
