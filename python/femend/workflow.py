@@ -1,4 +1,5 @@
-"""The steps of a diagnosis one by one, for scripts and notebooks; `femend.diagnose_study` does them all from a file.
+"""The steps of a diagnosis one by one, for scripts and notebooks; `femend.diagnose_study` does them all from a file,
+as `correlate_study`, `update_study` and `pretest_study` do the classic chain.
 
 Each step takes what the one before gave and returns an object that shows itself as a short table.
 """
@@ -15,6 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.bench import CorrelationRun, PretestRun, UpdateRun
+from femend.bench import correlate as correlate_bench
+from femend.bench import pretest as pretest_bench
+from femend.bench import update as update_bench
 from femend.cli.summary import summary
 from femend.cli.table import table
 from femend.data import FRF, Test
@@ -44,12 +49,15 @@ __all__ = [
     "Named",
     "Places",
     "Updated",
+    "correlate_study",
     "diagnose_study",
     "locate",
     "name",
     "pair",
+    "pretest_study",
     "read_model",
     "update",
+    "update_study",
     "validate",
     "write_report",
 ]
@@ -325,3 +333,40 @@ def diagnose_study(
     settled and raises `femend.study.StudyInterrupted` (a KeyboardInterrupt) with it.
     """
     return diagnose(Path(study), None if out is None else Path(out), seed=seed, laws=laws)
+
+
+def correlate_study(study: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> CorrelationRun:
+    """Compares the deck of the study file `study`, as it stands, with its test; with a folder `out` everything is
+    written there.
+
+    Modes are identified or read, sensors placed, modes and FRFs compared; the result shows itself as a table. Raises
+    StudyError, DeckError, FormatError, RecordingError, PairingError and ModelError as the readers do; nothing is
+    written then.
+    """
+    return correlate_bench(Path(study), None if out is None else Path(out))
+
+
+def update_study(
+    study: str | os.PathLike[str],
+    out: str | os.PathLike[str] | None = None,
+    *,
+    history: str | os.PathLike[str] | None = None,
+) -> UpdateRun:
+    """Updates the parameters of the study file `study` on its measured modes, and FRFs where its table [updating] asks
+    for them; with a folder `out` everything is written there, the changed deck too.
+
+    `history` is a file that keeps every iteration, from which a run that was stopped goes on. Raises what
+    `correlate_study` raises, and UpdatingError for a problem that cannot be posed and a history of another one.
+    """
+    return update_bench(
+        Path(study), None if out is None else Path(out), history=None if history is None else Path(history)
+    )
+
+
+def pretest_study(study: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> PretestRun:
+    """Plans a test on the model of the study file `study`, as its table [pretest] says; recordings are not needed. With
+    a folder `out` everything is written there.
+
+    Raises StudyError, DeckError and ModelError as the readers do, and PretestError for a test that cannot be planned.
+    """
+    return pretest_bench(Path(study), None if out is None else Path(out))

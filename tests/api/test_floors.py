@@ -18,7 +18,7 @@ FLOORS: tuple[frozenset[str], ...] = (
     frozenset({"analysis"}),
     frozenset({"estimate"}),
     frozenset({"diagnose", "pretest"}),
-    frozenset({"study", "batch", "report", "app", "demo", "cli", "selftest", "workflow", "__main__"}),
+    frozenset({"study", "bench", "batch", "report", "app", "demo", "cli", "selftest", "workflow", "__main__"}),
 )
 # On these floors modules of the same floor may import each other: they are single files that build on one another,
 # and the top floor is where everything is put together.

@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-
-from femend import Dof
-from femend.estimate.updating import deck_system, factors_of
-from femend.model import Parameter, read_model
-from femend.pretest import parameter_sensors, planned_test
+import pytest
 
 
-def test_proposed_sensors_beat_random_ones(shared: Callable[[str], Path]) -> None:
-    names = ("E_columns", "E_beams_x", "E_beams_y")
-    parameters = [Parameter(n, "E", "material", (i,)) for i, n in enumerate(names, 1)]
-    model = read_model(shared("cases/c04/public/model.bdf"), parameters=parameters)
-    free = [Dof(int(n), c) for n in model.node_ids for c in (1, 2, 3) if model.xyz[model.index(int(n)), 2] > 0]
-    plan = planned_test(
-        deck_system(model, free, 10), factors_of(parameters), modes=range(8), freq_sd=0.002, shape_sd=0.05
-    )
-    found = plan.variance_left(parameter_sensors(plan, 8).rows)
-    rng = np.random.default_rng(0)
-    random = [plan.variance_left(rng.choice(len(free), 8, replace=False)) for _ in range(300)]
-    assert found < min(random)
-    assert found < 0.9 * np.median(random)
+def test_the_example_shows_its_figures(project_root: Path, shared: Callable[[str], Path], tmp_path: Path) -> None:
+    spec = importlib.util.spec_from_file_location("pretest_frame", project_root / "python/examples/pretest_frame.py")
+    assert spec is not None
+    assert spec.loader is not None
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    model, places = example.frame(shared("cases/c04/public/model.bdf"))
+    assert len(places) == 120
+    plan = example.plan_of(model, places)
+    rows = example.proposals(model, places, plan)
+    found = {name: plan.variance_left(r) for name, r in rows.items()}
+    assert found["parameter variance"] == pytest.approx(0.00768, abs=1e-5)
+    assert found["effective independence"] == pytest.approx(0.00838, abs=1e-5)
+    random = example.random_sets(plan, 300)
+    assert found["parameter variance"] < random.min()
+    assert found["parameter variance"] < 0.9 * np.median(random)
+    rehearsed = example.rehearsal(model, places, rows["parameter variance"])
+    assert rehearsed.missed == ()
+    assert all(inside for _, _, inside in rehearsed.parameters())
+    example.picture(tmp_path / "sets.png", random, found)
+    assert (tmp_path / "sets.png").stat().st_size > 5000

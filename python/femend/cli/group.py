@@ -13,12 +13,15 @@ from typing import Any
 import click
 
 from femend import __version__
+from femend.cli.correlate import correlate
 from femend.cli.demo import demo
 from femend.cli.diagnose import diagnose
 from femend.cli.inspect import inspect
 from femend.cli.modes import modes
 from femend.cli.op4_to_dmig import op4_to_dmig
+from femend.cli.pretest import pretest
 from femend.cli.selftest import selftest
+from femend.cli.update import update
 from femend.errors import FemendError
 
 __all__ = ["Commands", "main"]
@@ -82,9 +85,12 @@ def main() -> None:
     """Update a finite-element model with recordings, and say what physics it leaves out, where, and how much."""
 
 
+main.add_command(correlate)
 main.add_command(diagnose)
 main.add_command(demo)
 main.add_command(inspect)
 main.add_command(modes)
 main.add_command(op4_to_dmig)
+main.add_command(pretest)
 main.add_command(selftest)
+main.add_command(update)

@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from femend.cli.table import table
-from femend.data import FRF, Recording, Spectra, TimeData
+from femend.data import FRF, Geometry, IdentifiedModes, Recording, Spectra, TimeData
 from femend.report.numbers import significant
 
 __all__ = ["inspect"]
@@ -21,10 +21,11 @@ _DECKS = (".bdf", ".dat", ".nas", ".blk")
 def inspect(file: Path) -> None:
     """Say what is in FILE.
 
-    Of a Nastran deck (.bdf .dat .nas): cards, size, parameters. Of recordings (.uff .unv): channels, directions,
-    units, rates and levels. Of OUTPUT4 files (.op4): matrices with their sizes and types.
+    Of a Nastran deck (.bdf .dat .nas): cards, size, parameters. Of recordings (.uff .unv): channels, directions, units,
+    rates and levels, or of mode shapes: frequencies and damping. Of OUTPUT4 files (.op4): matrices with their sizes and
+    types.
     """
-    from femend.io import read_recordings
+    from femend.io import read_modes, read_recordings, read_uff
 
     if file.suffix.lower() in _DECKS:
         click.echo(_deck_text(file))
@@ -32,6 +33,12 @@ def inspect(file: Path) -> None:
     if file.suffix.lower() == ".op4":
         click.echo(_op4_text(file))
         return
+    modes = read_modes(file) if file.is_file() else None
+    if modes is not None:
+        click.echo(_modes_text(file, *modes))
+        if not read_uff(file).functions:
+            return
+        click.echo("")
     test = read_recordings(file, role="predict")
     for recording in test:
         click.echo(_recording_text(recording))
@@ -60,6 +67,16 @@ def _deck_text(file: Path) -> str:
     if ignored:
         lines.append(f"without influence on modes, left out: {', '.join(ignored)}")
     return "\n".join(lines)
+
+
+def _modes_text(file: Path, modes: IdentifiedModes, geometry: Geometry | None, notes: tuple[str, ...]) -> str:
+    """Mode shapes (data sets 55): frequencies, damping, DOFs."""
+    nodes = len({d.node for d in modes.dofs})
+    places = "" if geometry is None else f", coordinates of {len(geometry.ids)} nodes"
+    head = f"{file}: {modes.n_modes} mode shapes (data sets 55) at {len(modes.dofs)} DOFs of {nodes} nodes{places}"
+    rows = [[str(i), f"{f:.5g}", f"{100 * z:.3g}"] for i, (f, z) in enumerate(zip(modes.freq, modes.zeta), start=1)]
+    told = "".join(f"\nnote: {note}" for note in notes)
+    return f"{head}\n\n{table(['mode', 'Hz', 'damping %'], rows, 'rrr')}{told}"
 
 
 def _op4_text(file: Path) -> str:

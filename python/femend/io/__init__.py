@@ -5,7 +5,7 @@ from __future__ import annotations
 from femend.io.atomic import OutputDirectory, write_atomic
 from femend.io.channel_map import ChannelMap
 from femend.io.op4 import Op4Matrix, read_op4, write_op4
-from femend.io.recordings import read_recording, read_recordings
+from femend.io.recordings import read_modes, read_recording, read_recordings
 from femend.io.uff import UniversalFile, functions_of, read_uff, write_uff
 
 __all__ = [
@@ -14,6 +14,7 @@ __all__ = [
     "OutputDirectory",
     "UniversalFile",
     "functions_of",
+    "read_modes",
     "read_op4",
     "read_recording",
     "read_recordings",

@@ -7,18 +7,21 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from femend.data import FRF, Geometry, Recording, Rotating, Spectra, Test, TimeData
+from femend.data import FRF, Geometry, IdentifiedModes, Recording, Rotating, Spectra, Test, TimeData
 from femend.errors import FormatError, RecordingError
 from femend.io.channel_map import ChannelMap
 from femend.io.uff.frfs import frf_blocks
 from femend.io.uff.reader import UniversalFile, read_uff
+from femend.io.uff.scan import scan
+from femend.io.uff.set55 import identified_modes
 from femend.io.uff.spectra import spectra_blocks
 from femend.io.uff.times import time_data
 from femend.units import unit_system
 
-__all__ = ["read_recording", "read_recordings"]
+__all__ = ["read_modes", "read_recording", "read_recordings"]
 
 Data = TimeData | FRF | Spectra
+_UNIVERSAL = (".uff", ".unv", ".uf", ".unv58")
 
 
 def read_recording(
@@ -76,6 +79,32 @@ def read_recordings(
     return Test(tuple(found))
 
 
+def read_modes(
+    path: str | os.PathLike[str], *, units: str = "SI"
+) -> tuple[IdentifiedModes, Geometry | None, tuple[str, ...]] | None:
+    """The mode shapes of a universal file at `path` (data sets 55), its test nodes in `units`, and notes; None where it
+    holds none.
+
+    Deviations are not known, shapes unscaled. Raises FormatError for a damaged file and for shapes without a DOF in
+    common, FileNotFoundError for one that is not there.
+
+    >>> read_modes("modes.uff")[0].freq       # doctest: +SKIP
+    array([ 5.2,  7.3])
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"there is no file {path}")
+    if path.suffix.lower() not in _UNIVERSAL:
+        return None
+    if not any(raw.number == 55 for raw in scan(path.read_bytes(), str(path))):
+        return None
+    file = read_uff(path)
+    if not file.modes:
+        return None
+    modes, notes = identified_modes(file.modes, file.file)
+    return modes, _geometry(file, units), (*file.notes, *notes)
+
+
 def _split_names(found: list[Recording]) -> list[Recording]:
     if len(found) == 1:
         return found
@@ -97,7 +126,7 @@ def _read(
     if not path.is_file():
         raise FileNotFoundError(f"recording {name!r}: there is no file {path}")
     geometry = None
-    if path.suffix.lower() in (".uff", ".unv", ".uf", ".unv58"):
+    if path.suffix.lower() in _UNIVERSAL:
         file = read_uff(path)
         blocks, notes = _from_uff(file, channels or (), name, units)
         geometry = _geometry(file, units)
@@ -156,6 +185,12 @@ def _from_uff(
     spectra = spectra_blocks(file.functions, name)
     if spectra:
         return [*spectra], notes
+    if file.modes:
+        raise FormatError(
+            f"recording {name!r}: {file.file} holds {len(file.modes)} mode shapes (data set 55) and no time records, "
+            "FRFs or spectra (58); `femend correlate` and `femend update` compare modes, here the functions are needed",
+            file=file.file,
+        )
     raise FormatError(
         f"recording {name!r}: {file.file} holds no time records, FRFs or spectra (data set 58); "
         "check that the functions were exported",

@@ -16,7 +16,7 @@ from femend.report.mesh_view import static_picture, viewer_data
 from femend.report.mismatch_map import mismatch_figure
 from femend.report.numbers import factor_as_percent, ratio, significant
 
-__all__ = ["render"]
+__all__ = ["asset", "render"]
 
 _FIGURE_BYTES = 1_200_000
 _VISIBLE = 4
@@ -31,7 +31,7 @@ def render(content: ReportContent) -> str:
 
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     environment.filters.update(svg=Markup, ratio=ratio, significant=significant, percent=_percent)
-    template = environment.from_string(_asset("report.html.j2"))
+    template = environment.from_string(asset("report.html.j2"))
     mesh = viewer_data(content)
     traces, used = _drawn(content.traces, trace_figure, _FIGURE_BYTES * 2 // 5)
     frfs, _ = _drawn(content.overlays, frf_figure, _FIGURE_BYTES - used)
@@ -61,8 +61,8 @@ def render(content: ReportContent) -> str:
         pictures=[(p.caption, b64encode(p.png).decode()) for p in content.pictures],
         parameters=_parameter_rows(content),
         run=_run(content.run),
-        style=Markup(_asset("style.css")),
-        script=Markup(_asset("viewer.js") + _asset("page.js")),
+        style=Markup(asset("style.css")),
+        script=Markup(asset("viewer.js") + asset("page.js")),
     )
 
 
@@ -216,5 +216,6 @@ def _script_json(data: Any) -> str:
     return text.replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """The text of a file of the page, by its name among the assets."""
     return resources.files("femend.report").joinpath("assets", name).read_text(encoding="utf-8")

@@ -20,6 +20,7 @@ from femend.data.recording import EXCITATIONS, ROLES
 from femend.dof import parse_direction
 from femend.errors import StudyError, UnitError
 from femend.io.channel_map import CHANNEL_QUANTITIES, ChannelMap
+from femend.study.bench_tables import correlation_settings, pretest_settings, updating_settings
 from femend.study.schema import ChannelTable, ParameterTable, RecordingTable, StudyFile
 from femend.study.study import AS_MODELLED, Configuration, Parameter, Study, StudyRecording
 from femend.study.wrong_type import wrong_type
@@ -122,11 +123,12 @@ def _typed(check: _Checker, data: dict[str, Any]) -> StudyFile:
         raise check.fail(key, wrong_type(text[: match.start()] if match else text, data, key)) from None
 
 
-def load_study(path: str | os.PathLike[str]) -> Study:
+def load_study(path: str | os.PathLike[str], *, recordings: bool = True) -> Study:
     """Reads and checks the study file at `path`, or `study.toml` in that folder.
 
-    Raises StudyError, naming file and key, for a syntax error, an unknown key (with the nearest known one), a missing
-    or wrong value, a name that stands twice, and a file that is not there; FileNotFoundError for the study itself.
+    With `recordings` False a study without any is taken, as one is that only plans a test. Raises StudyError, naming
+    file and key, for a syntax error, an unknown key (with the nearest known one), a missing or wrong value, a name that
+    stands twice, and a file that is not there; FileNotFoundError for the study itself.
 
     >>> load_study("study.toml").units       # doctest: +SKIP
     'SI'
@@ -147,17 +149,17 @@ def load_study(path: str | os.PathLike[str]) -> Study:
     if "format" in data and data["format"] != FORMAT:
         raise check.fail("format", f"{data['format']!r} is not {FORMAT!r}, the only one this version reads")
     _refuse_unknown(check, data, StudyFile, "")
-    return _study(check, _typed(check, data))
+    return _study(check, _typed(check, data), recordings)
 
 
-def _study(check: _Checker, content: StudyFile) -> Study:
+def _study(check: _Checker, content: StudyFile, needed: bool) -> Study:
     check.one_of("model.units", content.model.units, tuple(SYSTEMS))
     if not (0 < content.damping.ratio < 1):
         raise check.fail("damping.ratio", f"{content.damping.ratio:g} is not between 0 and 1 (1 % is 0.01)")
     check.unique("parameter", [p.name for p in content.parameter])
     check.unique("configuration", [c.name for c in content.configuration])
     check.unique("recording", [r.name for r in content.recording])
-    if not content.recording:
+    if needed and not content.recording:
         raise check.fail("recording", 'there is no [[recording]]; a diagnosis needs at least one with role = "fit"')
     parameters = tuple(_parameter(check, p, f"parameter[{i}]") for i, p in enumerate(content.parameter))
     configurations = []
@@ -169,7 +171,7 @@ def _study(check: _Checker, content: StudyFile) -> Study:
         configurations.append(Configuration(table.name, table.spc, masses, table.note))
     names = tuple(c.name for c in configurations)
     recordings = tuple(_recording(check, r, f"recording[{i}]", names) for i, r in enumerate(content.recording))
-    if not any(r.role == "fit" for r in recordings):
+    if needed and not any(r.role == "fit" for r in recordings):
         raise check.fail("recording", 'no [[recording]] has role = "fit"; at least one is needed to estimate from')
     return Study(
         check.file,
@@ -180,6 +182,9 @@ def _study(check: _Checker, content: StudyFile) -> Study:
         parameters,
         tuple(configurations),
         recordings,
+        correlation_settings(check, content.correlation),
+        updating_settings(check, content.updating),
+        pretest_settings(check, content.pretest, names),
     )
 
 

@@ -8,12 +8,15 @@ __all__ = [
     "AddedMassTable",
     "ChannelTable",
     "ConfigurationTable",
+    "CorrelationTable",
     "DampingTable",
     "ModelTable",
     "ParameterTable",
+    "PretestTable",
     "RecordingTable",
     "RotatingTable",
     "StudyFile",
+    "UpdatingTable",
 ]
 
 
@@ -91,6 +94,55 @@ class RecordingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw
     channel: list[ChannelTable] = []
 
 
+class CorrelationTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """``[correlation]``: `band` in Hz of the modal test, least MAC of a pair, whether a turned or scaled test geometry
+    is brought onto the model's; `femend correlate` and `femend update` read it."""
+
+    band: list[float] | None = None
+    mac_min: float = 0.5
+    align: bool = True
+
+
+class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """``[updating]``: what `femend update` compares and how far it trusts it; deviations are relative."""
+
+    responses: list[str] = msgspec.field(default_factory=lambda: ["frequencies", "shapes"])
+    modes: list[int] | None = None
+    freq_sd: float = 0.001
+    freq_far: float = 0.3
+    shape_sd: float = 0.05
+    damping_sd: float = 0.2
+    damping_model: str = "loss factor"
+    frf_sd: float = 0.3
+    frf_lines: int = 40
+    repeated: bool = False
+    iterations: int = 60
+
+
+class PretestTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """``[pretest]``: the test that `femend pretest` plans."""
+
+    band: list[float] | None = None
+    modes: list[int] | None = None
+    configuration: str | None = None
+    sensors: int = 8
+    method: str | None = None
+    nodes: list[int] | None = None
+    leave_out: list[int] = []
+    directions: list[str] = msgspec.field(default_factory=lambda: ["X", "Y", "Z"])
+    placed: list[str] = []
+    spacing: float = 0.0
+    exciters: int = 1
+    exciter_nodes: list[int] | None = None
+    exciter_directions: list[str] | None = None
+    freq_sd: float = 0.002
+    shape_sd: float = 0.05
+    sensor_mass: float = 0.0
+    virtual_test: bool = True
+    noise: float = 0.02
+    seed: int = 0
+
+
 class StudyFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """The whole file."""
 
@@ -101,3 +153,6 @@ class StudyFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only
     parameter: list[ParameterTable] = []
     configuration: list[ConfigurationTable] = []
     recording: list[RecordingTable] = []
+    correlation: CorrelationTable = CorrelationTable()
+    updating: UpdatingTable = UpdatingTable()
+    pretest: PretestTable = PretestTable()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from femend.data import Recording, Rotating, Test
 from femend.errors import FemendError, StudyError
 from femend.io.channel_map import ChannelMap
 from femend.io.recordings import read_recording
+from femend.study.bench_settings import CorrelationSettings, PretestSettings, UpdatingSettings
 from femend.study.sound import with_warnings
 
 __all__ = ["AS_MODELLED", "Configuration", "Parameter", "Study", "StudyRecording"]
@@ -70,7 +71,10 @@ class StudyRecording:
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """A study file read and checked: every path is absolute and exists, every name is unique."""
+    """A study file read and checked: every path is absolute and exists, every name is unique.
+
+    `correlation`, `updating` and `pretest` are what the commands of these names read; a diagnosis does not.
+    """
 
     file: Path
     title: str
@@ -80,6 +84,9 @@ class Study:
     parameters: tuple[Parameter, ...]
     configurations: tuple[Configuration, ...]
     recordings: tuple[StudyRecording, ...]
+    correlation: CorrelationSettings = field(default_factory=CorrelationSettings)
+    updating: UpdatingSettings = field(default_factory=UpdatingSettings)
+    pretest: PretestSettings = field(default_factory=PretestSettings)
 
     def configuration(self, name: str) -> Configuration:
         """The configuration of that name ("as modelled" always exists); raises StudyError for another."""

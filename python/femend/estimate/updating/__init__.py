@@ -9,6 +9,7 @@ from femend.estimate.updating.frf_responses import CrossOrthogonality, FracDiffe
 from femend.estimate.updating.history import Iteration, read_history
 from femend.estimate.updating.matrices import AffineMatrices, DeckMatrices, affine_matrices
 from femend.estimate.updating.modal import ModalSystem, deck_system, modal_system
+from femend.estimate.updating.modal_damping import DampingRatios
 from femend.estimate.updating.morphed import MorphedMatrices
 from femend.estimate.updating.multistart import Minimum, MultiStart, multi_start
 from femend.estimate.updating.population import Population, update_population
@@ -18,6 +19,7 @@ from femend.estimate.updating.requests import Frfs, Statics
 from femend.estimate.updating.responses import Frequencies, MacDifferences, Response, ShapeDifferences, Values
 from femend.estimate.updating.result import ModeRow, ParameterRow, UpdateResult
 from femend.estimate.updating.sampling import Posterior, sample
+from femend.estimate.updating.scatter import Scatter, scatter_of
 from femend.estimate.updating.sensitivity import Collinear, Sensitivity, collinear_groups, sensitivities
 from femend.estimate.updating.state import State, System
 from femend.estimate.updating.surface import ResponseSurface, Sobol, response_surface, sobol
@@ -30,6 +32,7 @@ __all__ = [
     "AffineMatrices",
     "Configuration",
     "CrossOrthogonality",
+    "DampingRatios",
     "DeckMatrices",
     "DenseSystem",
     "Evaluation",
@@ -81,11 +84,13 @@ __all__ = [
     "reduced_system",
     "Posterior",
     "sample",
+    "scatter_of",
     "Collinear",
     "Sensitivity",
     "collinear_groups",
     "sensitivities",
     "Response",
+    "Scatter",
     "ResponseSurface",
     "Sobol",
     "response_surface",

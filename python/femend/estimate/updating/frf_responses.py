@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.errors import UpdatingError
-from femend.estimate.updating.responses import Compared, Mates, _needed, deviation
+from femend.estimate.updating.responses import Compared, Mates, deviation, needed
 from femend.estimate.updating.state import State
 
 __all__ = ["CrossOrthogonality", "FracDifferences", "FrfDifferences"]
@@ -141,7 +141,7 @@ class CrossOrthogonality:
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
         """Residuals of the paired modes of `state`, row by row of `mates`, the diagonal left out."""
-        pairs = _needed(mates, self.name)
+        pairs = needed(mates, self.name)
         t, m = pairs.test, pairs.mate[pairs.test]
         y, x = self.phi[:, t], state.value("phi")[:, m]
         y = y / np.sqrt(np.einsum("it,ij,jt->t", y, self.M, y))

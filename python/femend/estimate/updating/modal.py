@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.dof import Dof
 from femend.errors import UpdatingError
-from femend.estimate.updating.dense import DenseSystem
+from femend.estimate.updating.dense import GAP, DenseSystem
 from femend.estimate.updating.matrices import DeckMatrices, Matrices
+from femend.estimate.updating.modal_damping import ratio_slopes, ratios
 from femend.estimate.updating.morphed import MorphedMatrices
 from femend.estimate.updating.requests import DAMPING, Frfs, Statics, damping_matrix
 from femend.estimate.updating.state import State
@@ -33,8 +34,9 @@ class ModalSystem:
     """A sparse model seen through `sensors` (n_sensors, n): "freq", "phi" of the lowest `n_modes`, and what is asked.
 
     With `shapes` False no derivatives of shapes are made, which makes a step cheap where frequencies alone are met. The
-    modes of one solution start the search for the next. With `frfs` the parameters "alpha", "beta", "eta" follow those
-    of the matrices; a deck's own dashpots and loss factors are in its FRFs. `rigid` (n, 6) are rigid-body motions about
+    modes of one solution start the search for the next. With `frfs` or `damping`, which asks for the modes' damping
+    ratios "zeta", the parameters "alpha", "beta", "eta" follow those of the matrices; a deck's own dashpots and loss
+    factors are in its FRFs and ratios. `rigid` (n, 6) are rigid-body motions about
     the origin: with them "mass" (1,) and "centre" (3,) are given. `rigid_slopes` (n_morphs, n, 6) are their derivatives
     with respect to the last of the matrices' parameters, in which they are linear.
     """
@@ -48,12 +50,13 @@ class ModalSystem:
     rigid: FloatArray | None = None
     rigid_slopes: FloatArray | None = None
     defaults: Mapping[str, float] = field(default_factory=dict)
+    damping: bool = False
     _start: FloatArray | None = field(default=None, repr=False)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the parameters, the damping's last."""
-        return self.matrices.names + (DAMPING if self.frfs is not None else ())
+        return self.matrices.names + (DAMPING if self.frfs is not None or self.damping else ())
 
     @cached_property
     def _pattern(self) -> tuple[Any, Any]:
@@ -76,6 +79,9 @@ class ModalSystem:
             self._start = phi
             lam = (2 * np.pi * freq) ** 2
             values |= {"freq": freq, "phi": np.asarray(self.sensors @ phi)}
+            if self.damping:
+                C, H = self._damping(K, M, factors)
+                values["zeta"] = ratios(self._sparse(C), self._sparse(H), np.sqrt(lam), phi)
         if self.frfs is not None:
             values["frf"] = self._frf(K, M, factors)
         if self.statics is not None:
@@ -118,7 +124,28 @@ class ModalSystem:
         out = {name: np.concatenate([v, np.zeros((extra, *v.shape[1:]))]) for name, v in out.items()}
         if self.frfs is not None:
             out["frf"] = self._frf_slopes(K, M, dK, dM, factors)
+        if self.damping and lam.size:
+            out["zeta"] = self._zeta_slopes(K, M, dK, dM, lam, phi, factors, out["freq"])
         return out
+
+    def _zeta_slopes(
+        self,
+        K: FloatArray,
+        M: FloatArray,
+        dK: FloatArray,
+        dM: FloatArray,
+        lam: FloatArray,
+        phi: FloatArray,
+        factors: FloatArray,
+        dfreq: FloatArray,
+    ) -> FloatArray:
+        """d zeta (n_parameters, n_modes), those of the damping's own parameters last."""
+        moving = dM if np.any(dM) else None
+        dphi = self._whole_shape_slopes(K, M, dK, moving, lam, phi)
+        extra = np.zeros((len(DAMPING), *dphi.shape[1:]))
+        C, H = map(self._sparse, self._damping(K, M, factors))
+        dC, dH = ([self._sparse(one) for one in part] for part in self._damping_slopes(K, M, dK, dM, factors))
+        return ratio_slopes(C, H, dC, dH, np.sqrt(lam), 2 * np.pi * dfreq, phi, np.concatenate([dphi, extra]))
 
     def _shape_slopes(
         self,
@@ -135,8 +162,7 @@ class ModalSystem:
         if n == 0:
             return np.zeros((len(dK), self.sensors.shape[0], lam.size))
         try:
-            low = np.ascontiguousarray(phi[:, :n])
-            full = _core.shape_sensitivities(*self._pattern, K, M, dK, dM, lam[:n], low, symbolic=self._symbolic)
+            full = self._whole_shape_slopes(K, M, dK, dM, lam[:n], np.ascontiguousarray(phi[:, :n]))
         except (ValueError, ArithmeticError):
             if n == lam.size:
                 raise
@@ -145,6 +171,23 @@ class ModalSystem:
         for i, one in enumerate(full):
             out[i, :, :n] = self.sensors @ one
         return out
+
+    def _whole_shape_slopes(
+        self, K: FloatArray, M: FloatArray, dK: FloatArray, dM: FloatArray | None, lam: FloatArray, phi: FloatArray
+    ) -> FloatArray:
+        """d phi at all DOFs (n_parameters, n, n_modes); of a model with all of its modes by superposition of them."""
+        if lam.size < phi.shape[0]:
+            return _core.shape_sensitivities(*self._pattern, K, M, dK, dM, lam, phi, symbolic=self._symbolic)
+        distance = lam[None, :] - lam[:, None]
+        near = np.abs(distance) <= GAP * np.maximum(lam[None, :], 1e-300)
+        out = []
+        for i, one in enumerate(dK):
+            b = np.zeros((lam.size, lam.size)) if dM is None else phi.T @ (self._sparse(dM[i]) @ phi)
+            load = phi.T @ (self._sparse(one) @ phi) - lam[None, :] * b
+            share = np.where(near, 0.0, load / np.where(near, 1.0, distance))
+            np.fill_diagonal(share, -0.5 * np.diag(b))
+            out.append(phi @ share)
+        return np.array(out).reshape(len(dK), *phi.shape)
 
     def _rows(self, rows: Sequence[int]) -> FloatArray:
         picked = self.sensors[list(rows)]
@@ -192,6 +235,19 @@ class ModalSystem:
             np.ascontiguousarray(self._rows(self.frfs.inputs).T),
         )
 
+    def _damping_slopes(
+        self, K: FloatArray, M: FloatArray, dK: FloatArray, dM: FloatArray, factors: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """d C and d H (n_parameters, nnz), those with respect to alpha, beta and eta last."""
+        n = len(self.matrices.names)
+        alpha, beta, eta = factors[n:]
+        dC, dH = alpha * dM + beta * dK, eta * dK
+        if isinstance(self.matrices, (DeckMatrices, MorphedMatrices)):
+            own = self.matrices.damping_slopes(factors[:n])
+            dC, dH = dC + own[0], dH + own[1]
+        zero = np.zeros_like(K)
+        return np.vstack([dC, M, K, zero]), np.vstack([dH, zero, zero, K])
+
     def _frf(self, K: FloatArray, M: FloatArray, factors: FloatArray) -> NDArray[np.complex128]:
         assert self.frfs is not None
         C, H = self._damping(K, M, factors)
@@ -202,17 +258,10 @@ class ModalSystem:
     ) -> NDArray[np.complex128]:
         assert self.frfs is not None
         C, H = self._damping(K, M, factors)
-        n = len(self.matrices.names)
-        alpha, beta, eta = factors[n:]
-        dC, dH = alpha * dM + beta * dK, eta * dK
-        if isinstance(self.matrices, (DeckMatrices, MorphedMatrices)):
-            own = self.matrices.damping_slopes(factors[:n])
-            dC, dH = dC + own[0], dH + own[1]
         zero = np.zeros_like(K)
         dk = np.vstack([dK, zero, zero, zero])
         dm = np.vstack([dM, zero, zero, zero])
-        dc = np.vstack([dC, M, K, zero])
-        dh = np.vstack([dH, zero, zero, K])
+        dc, dh = self._damping_slopes(K, M, dK, dM, factors)
         return _core.frf_direct_sensitivities(
             *self._pattern, K, M, dk, dm, *self._ends(), self.frfs.s, self.frfs.kind, c=C, h=H, dc=dc, dh=dh
         )
@@ -236,11 +285,13 @@ def modal_system(
     shapes: bool = True,
     frfs: Frfs | None = None,
     statics: Statics | None = None,
+    damping: bool = False,
 ) -> ModalSystem | DenseSystem:
     """A model of `matrices` (affine sums, a deck) that gives its lowest `n_modes` at `sensors`: a matrix (n_sensors, n)
     or row numbers. Small affine models with a positive definite mass are solved in full matrices.
 
-    `shapes`, `frfs` and `statics` as of `ModalSystem`. Raises UpdatingError for rows that the model does not have.
+    `shapes`, `frfs`, `statics` and `damping` as of `ModalSystem`. Raises UpdatingError for rows that the model does not
+    have.
 
     >>> from femend.estimate.updating.matrices import affine_matrices
     >>> chain = modal_system(affine_matrices({"k": [[1.0]]}, [[1.0]]), [0], 1)
@@ -258,8 +309,8 @@ def modal_system(
     B = csr_array(sensors)
     if B.shape[1] != n:
         raise UpdatingError(f"the sensors see {B.shape[1]} DOFs, the model has {n}; `sensors` is (n_sensors, n)")
-    system = ModalSystem(matrices, B, n_modes, shapes, frfs, statics)
-    if n > DENSE or not matrices.affine or (isinstance(matrices, DeckMatrices) and frfs is not None):
+    system = ModalSystem(matrices, B, n_modes, shapes, frfs, statics, damping=damping)
+    if damping or n > DENSE or not matrices.affine or (isinstance(matrices, DeckMatrices) and frfs is not None):
         return system
     at_one = np.ones(len(matrices.names))
     K, M = (system._sparse(v).toarray() for v in matrices.at(at_one))
@@ -279,14 +330,15 @@ def deck_system(
     shapes: bool = True,
     frfs: Frfs | None = None,
     inertia: bool = False,
+    damping: bool = False,
 ) -> ModalSystem | DenseSystem:
     """A deck with parameters and morphs, seen at `sensors` in their signed directions; `inertia` asks for mass and
     centre of gravity.
 
-    `n_modes`, `shapes`, `frfs` as of `ModalSystem`; a morph is a parameter that is 0 as the deck stands. DOFs that the
-    deck holds have no mass here: read it with `spc=0` for the inertia. Raises PairingError for a sensor at a node that
-    the deck does not have, and UpdatingError for one on a rigid element that a morph moves, and for the inertia where a
-    morph moves a node with displacement axes of its own.
+    `n_modes`, `shapes`, `frfs`, `damping` as of `ModalSystem`; a morph is a parameter that is 0 as the deck stands.
+    DOFs that the deck holds have no mass here: read it with `spc=0` for the inertia. Raises PairingError for a sensor
+    at a node that the deck does not have, and UpdatingError for one on a rigid element that a morph moves, and for the
+    inertia where a morph moves a node with displacement axes of its own.
     """
     from scipy.sparse import csr_array, diags_array
 
@@ -298,11 +350,11 @@ def deck_system(
         still = {m.name: 0.0 for m in model.morphs}
         rigid, turning = (_rigid(model), _rigid_slopes(model)) if inertia else (None, None)
         B = csr_array(B)
-        return ModalSystem(MorphedMatrices(model), B, n_modes, shapes, frfs, None, rigid, turning, still)
-    system = modal_system(DeckMatrices(model), B, n_modes, shapes=shapes, frfs=frfs)
+        return ModalSystem(MorphedMatrices(model), B, n_modes, shapes, frfs, None, rigid, turning, still, damping)
+    system = modal_system(DeckMatrices(model), B, n_modes, shapes=shapes, frfs=frfs, damping=damping)
     if not inertia:
         return system
-    return ModalSystem(DeckMatrices(model), csr_array(B), n_modes, shapes, frfs, rigid=_rigid(model))
+    return ModalSystem(DeckMatrices(model), csr_array(B), n_modes, shapes, frfs, rigid=_rigid(model), damping=damping)
 
 
 def _check_morphs(model: Model, sensors: Sequence[Dof]) -> None:

@@ -21,6 +21,7 @@ __all__ = [
     "ShapeDifferences",
     "Values",
     "deviation",
+    "needed",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -94,7 +95,7 @@ class Frequencies:
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
         """Residuals of the paired modes of `state`, in the order of the test modes of `mates`."""
-        pairs = _needed(mates, self.name)
+        pairs = needed(mates, self.name)
         t, m = pairs.test, pairs.mate[pairs.test]
         f, f0, sd = state.value("freq")[m], self.freq[t], self.sd[t]
         if self.of == "eigenvalue":
@@ -140,7 +141,7 @@ class ShapeDifferences:
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
         """Residuals of the paired shapes of `state`, mode after mode of `mates`."""
-        pairs = _needed(mates, self.name)
+        pairs = needed(mates, self.name)
         phi = state.value("phi")
         d = state.slope("phi") if slopes else None
         parts = [
@@ -182,7 +183,8 @@ class ShapeDifferences:
 class MacDifferences:
     """(1 - sqrt(MAC)) / sqrt(MAC) of shapes `phi` (n_sensors, n_test) over `sd` (n_test,) (Moller and Friberg 1998).
 
-    Its derivative vanishes where the shapes agree, so it says little near the answer: shape differences say more.
+    NaN marks a sensor that was not there, in all modes. Its derivative vanishes where the shapes agree, so it says
+    little near the answer: shape differences say more.
     """
 
     phi: FloatArray
@@ -195,15 +197,16 @@ class MacDifferences:
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
         """Residuals of the paired shapes of `state`, in the order of the test modes of `mates`."""
-        pairs = _needed(mates, self.name)
+        pairs = needed(mates, self.name)
         t, m = pairs.test, pairs.mate[pairs.test]
-        y, x = self.phi[:, t], state.value("phi")[:, m]
+        there = np.isfinite(self.phi).all(axis=1)
+        y, x = self.phi[there][:, t], state.value("phi")[there][:, m]
         xx, yy, xy = (x * x).sum(0), (y * y).sum(0), (x * y).sum(0)
         root = np.maximum(np.abs(xy) / np.sqrt(np.maximum(xx * yy, 1e-300)), 1e-6)
         residual = (1.0 / root - 1.0) / self.sd[t]
         if not slopes:
             return Compared(residual, None)
-        dx = state.slope("phi")[:, :, m]
+        dx = state.slope("phi")[:, there][:, :, m]
         droot = root * ((dx * y).sum(1) / np.where(xy == 0, 1e-300, xy) - (dx * x).sum(1) / xx)
         return Compared(residual, -droot / root**2 / self.sd[t])
 
@@ -238,7 +241,8 @@ class Values:
         return Compared(np.asarray(residual, dtype=np.float64), d)
 
 
-def _needed(mates: Mates | None, name: str) -> Mates:
+def needed(mates: Mates | None, name: str) -> Mates:
+    """The `mates` of a response called `name`; raises UpdatingError where the configuration has no test modes."""
     if mates is None:
         raise UpdatingError(f"{name} belong to modes, and the configuration has no test modes; give it `test`")
     return mates

@@ -13,6 +13,7 @@ from femend.errors import FormatError
 from femend.io.uff import geometry
 from femend.io.uff.geometry import Element2412, Lines82, Nodes, Units164
 from femend.io.uff.scan import RawSet, scan
+from femend.io.uff.set55 import Mode55, read_55
 from femend.io.uff.set58 import Function58, read_58
 
 __all__ = ["UniversalFile", "read_uff"]
@@ -22,8 +23,8 @@ __all__ = ["UniversalFile", "read_uff"]
 class UniversalFile:
     """Content of a universal file, values in the file's own units.
 
-    `functions` (58), `nodes` (15, 2411), `lines` (82), `elements` (2412), `units` (164); `unknown` lists (data set
-    number, record in the file) of sets that were passed over; `notes` say what was tolerated.
+    `functions` (58), `nodes` (15, 2411), `lines` (82), `elements` (2412), `units` (164), `modes` (55); `unknown` lists
+    (data set number, record in the file) of sets that were passed over; `notes` say what was tolerated.
     """
 
     file: str
@@ -34,6 +35,7 @@ class UniversalFile:
     units: tuple[Units164, ...] = ()
     unknown: tuple[tuple[int, int], ...] = ()
     notes: tuple[str, ...] = ()
+    modes: tuple[Mode55, ...] = ()
 
     def units_at(self, record: int) -> Units164 | None:
         """The data set 164 that holds for the data set `record`: the last one before it, else the file's first."""
@@ -56,12 +58,13 @@ class UniversalFile:
         unknown = sorted({n for n, _ in self.unknown})
         return (
             f"UniversalFile({self.file!r}: {len(self.functions)} functions, {n_nodes} nodes, {len(self.elements)} "
-            f"elements, {len(self.lines)} lines, passed over: {unknown or 'nothing'})"
+            f"elements, {len(self.lines)} lines, {len(self.modes)} modes, passed over: {unknown or 'nothing'})"
         )
 
 
 def read_uff(path: str | Path) -> UniversalFile:
-    """Reads the universal file at `path` (.uff, .unv): data sets 58 and 58b, 15, 2411, 82, 2412 and 164.
+    """Reads the universal file at `path` (.uff, .unv): data sets 58 and 58b, 55, 15, 2411, 82, 2412 and
+    164.
 
     Values stay in the file's units. Sets of other numbers are listed in `unknown`. Raises FormatError naming file and
     data set for a file that is damaged, FileNotFoundError for one that is not there.
@@ -77,12 +80,19 @@ def read_uff(path: str | Path) -> UniversalFile:
     elements: list[Element2412] = []
     units: list[Units164] = []
     unknown: list[tuple[int, int]] = []
+    modes: list[Mode55] = []
     notes: list[str] = []
     for raw in scan(path.read_bytes(), file):
         fail = _failure(file, raw)
         notes += raw.notes
         if raw.number == 58:
             functions.append(read_58(raw, fail))
+        elif raw.number == 55:
+            mode = read_55(raw, fail)
+            if mode is None:
+                unknown.append((raw.number, raw.record))
+            else:
+                modes.append(mode)
         elif raw.number == 15:
             nodes.append(geometry.read_15(raw, fail))
         elif raw.number in (2411, 781):
@@ -108,6 +118,7 @@ def read_uff(path: str | Path) -> UniversalFile:
         tuple(units),
         tuple(unknown),
         tuple(notes),
+        tuple(modes),
     )
 
 

@@ -1,4 +1,4 @@
-"""Writing universal files: data sets 58 (binary and text), 2411 or 15, 82, 2412 and 164."""
+"""Writing universal files: data sets 58 (binary and text), 55, 2411 or 15, 82, 2412 and 164."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from femend.io.atomic import atomic_path
 from femend.io.uff.geometry import Element2412, Lines82, Nodes, Units164
 from femend.io.uff.header58 import Axis, Header58
 from femend.io.uff.reader import UniversalFile
+from femend.io.uff.set55 import lines_of_55
 from femend.io.uff.set58 import Function58, text_widths
 
 __all__ = ["write_uff"]
@@ -46,10 +47,13 @@ def write_uff(
                 _write_164(file, units)
             for nodes in content.nodes:
                 _write_nodes(file, nodes)
-            for lines in content.lines:
-                _write_82(file, lines)
+            for trace in content.lines:
+                _write_82(file, trace)
             if content.elements:
                 _write_2412(file, content.elements)
+            for mode in content.modes:
+                lines = "\n".join([*lines_of_55(mode), ""])
+                file.write(_SEPARATOR + lines.encode("utf-8") + _SEPARATOR)
             content = content.functions
         for number, function in enumerate(content, start=1):
             _write_58(file, function, number, binary, allow_nan)

@@ -1,0 +1,163 @@
+"""One recording's modes and FRFs against the model: everything the correlation of a test is told by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.analysis.frf import modal_frf
+from femend.analysis.model_modes import model_modes
+from femend.bench.measured import MeasuredModes
+from femend.bench.models import modes_up_to
+from femend.correlate import (
+    FrfComparison,
+    ModeComparison,
+    SensorFault,
+    automac,
+    comac,
+    compare_frfs,
+    compare_modes,
+    ecomac,
+    macco,
+    sensor_faults,
+)
+from femend.data import FRF, ModeSet
+from femend.dof import Dof
+from femend.errors import CorrelationError
+from femend.model import Model
+
+__all__ = ["Compared", "compare_recording", "modelled_frf"]
+
+FloatArray = NDArray[np.float64]
+
+# the model's FRFs are superposed from modes up to this multiple of the band's end
+FRF_ABOVE = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """The modes of a recording, `measured`, against those of the `model` in its configuration.
+
+    `test` are the nearest real shapes, `modes` the model's; `comparison` pairs and tabulates them. `comac`, `ecomac`
+    (n_dof,) and `macco` (n_dof, n_pairs) are per DOF over the paired modes (None with fewer than two DOFs or without a
+    pair), `faults` sensors that look reversed or exchanged, `automac` (n_test, n_test) of the test. `frfs` compares
+    the measured FRFs with `frf`, the model's; None where none were measured.
+    """
+
+    measured: MeasuredModes
+    test: ModeSet
+    modes: ModeSet
+    comparison: ModeComparison
+    comac: FloatArray | None
+    ecomac: FloatArray | None
+    macco: FloatArray | None
+    faults: tuple[SensorFault, ...]
+    automac: FloatArray
+    frfs: FrfComparison | None = None
+    frf: FRF | None = None
+
+    @property
+    def dofs(self) -> tuple[Dof, ...]:
+        """Sensors at which shapes are compared, (n_dof,)."""
+        return self.comparison.match.dofs
+
+    @property
+    def n_test(self) -> int:
+        """Number of measured modes."""
+        return self.test.n_modes
+
+    @property
+    def n_pairs(self) -> int:
+        """Number of measured modes that have a mate in the model."""
+        return len(self.comparison.pairing.pairs)
+
+    def summary(self) -> dict[str, Any]:
+        """Means over the pairs: number, absolute frequency error, MAC; NaN without a pair."""
+        rows = self.comparison.table.rows
+        freq = [abs(r.freq_difference) for r in rows]
+        return {
+            "measured": self.n_test,
+            "paired": self.n_pairs,
+            "freq_error": float(np.mean(freq)) if rows else float("nan"),
+            "largest_freq_error": max(freq, default=float("nan")),
+            "mac": float(np.mean([r.mac for r in rows])) if rows else float("nan"),
+        }
+
+
+def compare_recording(
+    measured: MeasuredModes,
+    model: Model,
+    places: dict[Dof, Dof],
+    *,
+    zeta: float,
+    mac_min: float = 0.5,
+    factors: Mapping[str, float] | None = None,
+) -> Compared:
+    """Compares `measured` modes, and its FRFs if there are any, with `model` at `factors` of its parameters by name.
+
+    `places` has the model's DOF of each sensor; the model's modes have the damping ratio `zeta` but for those that are
+    paired, which have the measured one in the FRFs. `mac_min` as in `pair_modes`. Raises what `compare_modes` and
+    `compare_frfs` raise.
+    """
+    test = measured.modes.to_mode_set()
+    modes = modes_up_to(model, float(test.freq[-1]), test.n_modes, zeta, factors)
+    comparison = compare_modes(test, modes, places=places, mac_min=mac_min)
+    a, b = comparison.pairing.a, comparison.pairing.b
+    phi_a, phi_b = comparison.phi_a[:, a], comparison.phi_b[:, b]
+    found = Compared(measured, test, modes, comparison, None, None, None, (), automac(comparison.phi_a))
+    if a.size and len(comparison.match.dofs) > 1:
+        found = replace(
+            found,
+            comac=comac(phi_a, phi_b),
+            ecomac=ecomac(phi_a, phi_b),
+            macco=macco(phi_a, phi_b),
+            faults=_faults(phi_a, phi_b, comparison.match.dofs),
+        )
+    if measured.frf is None:
+        return found
+    frf = modelled_frf(measured.frf, model, places, _damped(found, zeta), zeta, factors)
+    return replace(found, frf=frf, frfs=compare_frfs(measured.frf, frf))
+
+
+def _faults(phi_a: FloatArray, phi_b: FloatArray, dofs: tuple[Dof, ...]) -> tuple[SensorFault, ...]:
+    try:
+        return sensor_faults(phi_a, phi_b, dofs)[0]
+    except CorrelationError:
+        return ()  # too few sensors or modes to tell
+
+
+def _damped(found: Compared, zeta: float) -> dict[float, float]:
+    """Damping of the model's modes by frequency: that of the test where they are paired."""
+    return {float(found.modes.freq[p.b]): float(found.test.zeta[p.a]) or zeta for p in found.comparison.pairing.pairs}
+
+
+def modelled_frf(
+    measured: FRF,
+    model: Model,
+    places: dict[Dof, Dof],
+    zeta_of: dict[float, float],
+    zeta: float,
+    factors: Mapping[str, float] | None = None,
+) -> FRF:
+    """The model's FRFs at the lines, sensors and shakers of the `measured` ones, and of their kind.
+
+    `zeta_of` gives damping ratios by the modes' frequencies in Hz, `zeta` that of all others; `factors` are those of
+    the parameters. Modes count up to three
+    times the band's end. Raises what `model_modes` and `modal_frf` raise.
+    """
+    # with the rigid-body modes of a free structure, whose share FRFs have
+    every = model_modes(model, f_max=FRF_ABOVE * float(measured.freq[-1]), zeta=zeta, factors=factors)
+    own = np.array([zeta_of.get(float(f), zeta) for f in every.freq])
+    for f, value in zeta_of.items():  # two solutions of one model agree to rounding alone
+        near = int(np.argmin(np.abs(every.freq - f)))
+        if abs(every.freq[near] - f) < 1e-6 * f:
+            own[near] = value
+    modes = ModeSet(every.freq, own, every.phi, every.dofs, every.scaling)
+    outputs, inputs = ([replace(c, dof=places[c.dof]) for c in side if c.dof is not None]
+                       for side in (measured.outputs, measured.inputs))  # fmt: skip
+    found = modal_frf(modes, measured.freq, outputs, inputs, kind=measured.kind, unit=measured.unit)
+    return replace(found, outputs=measured.outputs, inputs=measured.inputs, name="model")

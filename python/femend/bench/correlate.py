@@ -1,0 +1,133 @@
+"""`femend correlate`: a study's deck against its test, as the deck stands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from femend.analysis.tam import TamTable
+from femend.bench.compared import Compared, compare_recording
+from femend.bench.correlation_content import correlation_page, write_tables
+from femend.bench.correlation_result import correlation_result
+from femend.bench.measured import MeasuredModes, measured_modes
+from femend.bench.models import Models
+from femend.bench.orthogonal import orthogonality_of
+from femend.bench.page import render_page
+from femend.bench.placed import Placed, placed_sensors
+from femend.bench.steps import Steps, write_json
+from femend.io import OutputDirectory
+from femend.model import Model
+from femend.model.negative import negative_values
+from femend.progress import Progress, SilentProgress
+from femend.study.load import load_study
+from femend.study.study import Study
+from femend.threads import one_blas_thread
+
+__all__ = ["CorrelationRun", "Prepared", "correlate", "prepare"]
+
+# what the command writes: entries of these names from an earlier run are replaced
+OWNED = ("correlation.json", "correlation.html", "correlation.run.json", "correlation.*.csv")
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A study read for correlation or updating: the models of its configurations, the measured modes of its fit and
+    validate recordings, its sensors placed on the first model, and what is to be told."""
+
+    study: Study
+    models: Models
+    measured: tuple[MeasuredModes, ...]
+    placed: Placed
+    warnings: tuple[str, ...]
+
+    @property
+    def model(self) -> Model:
+        """The model of the first recording."""
+        return self.models.of(self.measured[0].configuration)
+
+    def compare(self, measured: MeasuredModes, factors: Mapping[str, float] | None = None) -> Compared:
+        """The `measured` modes of a recording against the model in its configuration, at `factors` by name."""
+        return compare_recording(
+            measured,
+            self.models.of(measured.configuration),
+            self.placed.places,
+            zeta=self.study.damping_ratio,
+            mac_min=self.study.correlation.mac_min,
+            factors=factors,
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CorrelationRun:
+    """A finished correlation: what was `prepared`, each recording `compared`, the orthogonality of its shapes
+    over reduced masses (`tams`, None where there is none), and the `result` as it is written."""
+
+    prepared: Prepared
+    compared: tuple[Compared, ...]
+    tams: tuple[TamTable | None, ...]
+    result: dict[str, Any]
+
+    @property
+    def study(self) -> Study:
+        """The study."""
+        return self.prepared.study
+
+    def __getitem__(self, recording: str) -> Compared:
+        """The comparison of a recording by name; raises KeyError where it has none."""
+        for one in self.compared:
+            if one.measured.name == recording:
+                return one
+        raise KeyError(f"no recording {recording!r}; there are {', '.join(c.measured.name for c in self.compared)}")
+
+    def __repr__(self) -> str:
+        from femend.bench.words import correlation_text
+
+        return correlation_text(self.result)
+
+
+def prepare(study_path: Path, steps: Steps) -> Prepared:
+    """Reads a study with its deck and recordings, identifies modes and places the sensors; raises what these raise."""
+    with steps.step("read the study and the deck"):
+        study = load_study(study_path)
+        models = Models(study)
+        used = [r.configuration for r in study.recordings if r.role != "predict"]
+        first = next(iter(models.all(used).values()))
+    with steps.info.step("identify modes"):  # which tells its progress recording by recording
+        measured, passed = measured_modes(study, steps.progress)
+    with steps.step("place sensors"):
+        placed = placed_sensors(measured, first, align=study.correlation.align)
+    told = [*negative_values(first.deck), *placed.warnings, *passed, *(w for m in measured for w in m.warnings)]
+    return Prepared(study, models, measured, placed, tuple(dict.fromkeys(told)))
+
+
+@one_blas_thread
+def correlate(study: str | Path, out: str | Path | None = None, progress: Progress | None = None) -> CorrelationRun:
+    """Compares the modes and FRFs of every fit and validate recording of `study` with its deck as it stands.
+
+    With a folder `out` everything is written there: correlation.json, correlation.html, tables as CSV and
+    correlation.run.json. Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError,
+    PairingError, ModelError); nothing is written then.
+    """
+    steps = Steps(Path(study), progress or SilentProgress())
+    prepared = prepare(Path(study), steps)
+    with steps.step("compare"):
+        compared = tuple(prepared.compare(m) for m in prepared.measured)
+        tams = tuple(orthogonality_of(c, prepared.models.of(c.measured.configuration)) for c in compared)
+        result = correlation_result(prepared, compared, tams)
+    run = CorrelationRun(prepared, compared, tams, result)
+    if out is not None:
+        with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
+            _write(run, folder, steps)
+    steps.progress.done()
+    return run
+
+
+def _write(run: CorrelationRun, folder: Path, steps: Steps) -> None:
+    write_json(folder / "correlation.json", run.result)
+    names = write_tables(folder, run.compared)
+    info = steps.info.as_dict()
+    page = correlation_page(run.prepared, run.compared, run.result, info, ("correlation.json", *names))
+    (folder / "correlation.html").write_text(render_page(page), encoding="utf-8")
+    steps.info.write(folder / "correlation.run.json")

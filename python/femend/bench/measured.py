@@ -1,0 +1,140 @@
+"""What a study's recordings say of modes: identified from FRFs, from responses alone, or read as modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.data import FRF, Geometry, IdentifiedModes, Spectra
+from femend.diagnose.staged.prepare import frf_data
+from femend.dof import Dof
+from femend.errors import FemendError, RecordingError
+from femend.io import read_uff
+from femend.io.recordings import read_modes
+from femend.modal import ModalTest, identify_modes
+from femend.modal.output_only import identify_output_only
+from femend.progress import Progress
+from femend.signal import estimate_frf
+from femend.study.sound import with_warnings
+from femend.study.study import Study, StudyRecording
+
+__all__ = ["MeasuredModes", "measured_modes"]
+
+FloatArray = NDArray[np.float64]
+Band = tuple[float, float] | None
+
+# how the report says where modes came from
+FRFS, ALONE, READ = "identified from FRFs", "identified from responses alone", "read from data sets 55"
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredModes:
+    """The modes of one recording, in the order of frequency.
+
+    `how` says where they are from; `test` is the modal test and `frf` the FRFs in its band, where there are any;
+    `shape_sd` (n_dof, n_modes) the deviations of the shapes where they are known; `geometry` the test's nodes.
+    `warnings` are what to mind about the recording and its modes.
+    """
+
+    name: str
+    role: str
+    configuration: str
+    modes: IdentifiedModes
+    how: str
+    test: ModalTest | None = None
+    frf: FRF | None = None
+    shape_sd: FloatArray | None = None
+    geometry: Geometry | None = None
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def dofs(self) -> tuple[Dof, ...]:
+        """Every sensor and shaker, once, in the order of appearance."""
+        of_frf = () if self.frf is None else (*self.frf.output_dofs, *self.frf.input_dofs)
+        return tuple(dict.fromkeys(d for d in (*self.modes.dofs, *of_frf) if d is not None))
+
+
+def measured_modes(study: Study, progress: Progress) -> tuple[tuple[MeasuredModes, ...], tuple[str, ...]]:
+    """The modes of every recording with role fit or validate that shows some, and why others do not.
+
+    Recordings to be predicted hold inputs only and are passed over. Raises what the readers and the identification
+    raise, and RecordingError where no fit recording has a mode.
+    """
+    found: list[MeasuredModes] = []
+    passed: list[str] = []
+    used = [r for r in study.recordings if r.role != "predict"]
+    progress.start("identify modes", len(used))
+    for recording in used:
+        try:
+            one = _modes_of(recording, study)
+        except FemendError as error:
+            error.add_note(f"while reading [[recording]] {recording.name!r} of {study.file}")
+            raise
+        progress.advance()
+        if isinstance(one, str):
+            passed.append(one)
+        else:
+            found.append(one)
+    if not any(m.role == "fit" for m in found):
+        why = "; ".join(passed) or "there is none with role fit"
+        raise RecordingError(f"no recording to fit shows a mode: {why}; widen [correlation] band, or record longer")
+    return tuple(found), tuple(passed)
+
+
+def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str:
+    band = study.correlation.band
+    read = read_modes(recording.file, units=study.units)
+    about = (recording.name, recording.role, recording.configuration)
+    if read is not None:
+        modes, geometry, notes = read
+        modes = _in_band(modes, band)
+        told = tuple(f"recording {recording.name!r}: {n}" for n in notes)
+        if not modes.n_modes:
+            return f"recording {recording.name!r} has no mode in the band {_text(band)}"
+        return MeasuredModes(*about, modes, READ, frf=_frfs_beside(recording, study), geometry=geometry, warnings=told)
+    full = with_warnings(recording.read(study.units))
+    if recording.excitation == "rotating" or isinstance(full.data, Spectra):
+        what = "a rotor's run" if recording.excitation == "rotating" else "auto or cross spectra"
+        return f"recording {recording.name!r} is {what}, from which no modes are taken here"
+    if recording.excitation != "measured":
+        alone = identify_output_only(full.time, band)
+        if not alone.modes.n_modes:
+            return f"recording {recording.name!r}: {'; '.join(alone.advice) or 'no mode was found'}"
+        keep = ~alone.harmonic
+        told = tuple(f"recording {recording.name!r}: {t}" for t in alone.advice if alone.status != "ok")
+        return MeasuredModes(
+            *about, alone.modes.select(keep), ALONE, shape_sd=alone.shape_sd[:, keep], geometry=full.geometry,
+            warnings=(*full.warnings, *told),
+        )  # fmt: skip
+    frf = full.data if isinstance(full.data, FRF) else estimate_frf(full.time).frf
+    if band is None:
+        own = frf_data(full)
+        band = (float(own.freq[0]), float(own.freq[-1]))
+    test = identify_modes(frf, band, geometry=full.geometry)
+    told = tuple(f"recording {recording.name!r}: {t}" for t in test.advice if test.status != "ok")
+    if not test.modes.n_modes:
+        return f"recording {recording.name!r}: {'; '.join(test.advice)}"
+    return MeasuredModes(
+        *about, test.modes, FRFS, test, test.measured, geometry=full.geometry, warnings=(*full.warnings, *told)
+    )
+
+
+def _frfs_beside(recording: StudyRecording, study: Study) -> FRF | None:
+    """FRFs that stand in one file with modes, in the band."""
+    if not any(f.header.func_type == 4 for f in read_uff(recording.file).functions):
+        return None
+    data = recording.read(study.units).data
+    if not isinstance(data, FRF):
+        return None
+    low, high = study.correlation.band or (0.0, np.inf)
+    return data.band(max(low, float(data.freq[data.freq > 0][0])), high)
+
+
+def _in_band(modes: IdentifiedModes, band: Band) -> IdentifiedModes:
+    return modes if band is None else modes.select((modes.freq >= band[0]) & (modes.freq <= band[1]))
+
+
+def _text(band: Band) -> str:
+    return "of all frequencies" if band is None else f"{band[0]:g} to {band[1]:g} Hz"

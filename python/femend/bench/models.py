@@ -1,0 +1,83 @@
+"""The study's deck in each of its configurations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from femend import _core
+from femend.analysis.model_modes import model_modes
+from femend.data import ModeSet
+from femend.errors import FemendError
+from femend.model import Model, Parameter, model_of
+from femend.study.study import AS_MODELLED, Study
+
+__all__ = ["Models", "modes_up_to"]
+
+# modes of the model that are looked at: up to this multiple of the highest measured one
+ABOVE = 1.5
+# below this share of the highest frequency of interest a mode is one of a free body
+RIGID = 1e-4
+
+
+class Models:
+    """The models of a study's configurations, read once and made when they are first asked for."""
+
+    def __init__(self, study: Study) -> None:
+        self.study = study
+        self._made: dict[str, Model] = {}
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The study's parameters as the model takes them."""
+        return tuple(
+            Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in self.study.parameters
+        )
+
+    @cached_property
+    def _deck(self) -> _core.Deck:
+        return _core.Deck.read(str(self.study.model_file))
+
+    def of(self, configuration: str = AS_MODELLED) -> Model:
+        """The model of a `configuration` by name: its SPC set and added masses.
+
+        Raises StudyError for a name that is none, and what the reading of the deck raises.
+        """
+        if configuration not in self._made:
+            how = self.study.configuration(configuration)
+            try:
+                self._made[configuration] = model_of(
+                    self._deck,
+                    units=self.study.units,
+                    parameters=self.parameters,
+                    spc=how.spc,
+                    added_mass=how.added_mass,
+                )
+            except FemendError as error:
+                error.add_note(f"in configuration {configuration!r} of {self.study.file}")
+                raise
+        return self._made[configuration]
+
+    def all(self, configurations: Sequence[str]) -> dict[str, Model]:
+        """The models of the `configurations` by name, each once."""
+        return {name: self.of(name) for name in dict.fromkeys(configurations)}
+
+
+def modes_up_to(
+    model: Model, f_max: float, least: int, zeta: float = 0.0, factors: Mapping[str, float] | None = None
+) -> ModeSet:
+    """Elastic modes of `model` up to one and a half times `f_max` Hz, at least `least` of them where it has so many;
+    each has the damping ratio `zeta`, `factors` are those of the parameters by name. Modes of a free body are left out;
+    raises what `model_modes` raises."""
+    found = model_modes(model, f_max=ABOVE * f_max, zeta=zeta, factors=factors)
+    elastic = found.freq > RIGID * f_max
+    if int(elastic.sum()) < least:
+        more = least + int((~elastic).sum())
+        found = model_modes(model, n_modes=more, zeta=zeta, factors=factors)
+        elastic = found.freq > RIGID * f_max
+    if elastic.all():
+        return found
+    keep = np.flatnonzero(elastic)
+    return ModeSet(found.freq[keep], found.zeta[keep], found.phi[:, keep], found.dofs, found.scaling)

@@ -1,0 +1,130 @@
+"""`femend update`: the parameters of a study updated on modes and FRFs of its test."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from femend.bench.compared import Compared
+from femend.bench.correlate import Prepared, prepare
+from femend.bench.counted import Counted, counted_modes
+from femend.bench.page import render_page
+from femend.bench.problem import study_problem
+from femend.bench.steps import Steps, write_json
+from femend.bench.update_content import update_page, write_tables
+from femend.bench.update_result import update_result
+from femend.estimate.updating import (
+    Iteration,
+    Problem,
+    Sensitivity,
+    UpdatedDeck,
+    UpdateResult,
+    sensitivities,
+    updated_deck,
+)
+from femend.estimate.updating import update as search
+from femend.io import OutputDirectory
+from femend.progress import Progress, SilentProgress
+from femend.study.study import Study
+from femend.threads import one_blas_thread
+
+__all__ = ["UpdateRun", "update"]
+
+# what the command writes: entries of these names from an earlier run are replaced
+OWNED = ("updating.json", "updating.html", "updating.run.json", "updating.*.csv", "model.updated.*", "model.diff")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class UpdateRun:
+    """A finished update: what was `prepared` and `counted`, the `problem` with what its data can tell
+    (`sensitivity`), what was `found`, every fit and validate recording compared `before` and `after`, the changed
+    `deck`, and the `result` as it is written."""
+
+    prepared: Prepared
+    counted: tuple[Counted, ...]
+    problem: Problem
+    sensitivity: Sensitivity
+    found: UpdateResult
+    before: tuple[Compared, ...]
+    after: tuple[Compared, ...]
+    deck: UpdatedDeck
+    result: dict[str, Any]
+
+    @property
+    def study(self) -> Study:
+        """The study."""
+        return self.prepared.study
+
+    @property
+    def factors(self) -> dict[str, float]:
+        """Factors of the deck's parameters by name."""
+        return {p.name: self.found.values[p.name] for p in self.study.parameters}
+
+    def __repr__(self) -> str:
+        from femend.bench.words import update_text
+
+        return update_text(self.result)
+
+
+@one_blas_thread
+def update(
+    study: str | Path,
+    out: str | Path | None = None,
+    progress: Progress | None = None,
+    history: str | Path | None = None,
+) -> UpdateRun:
+    """Updates the parameters of `study` on what its fit recordings measured, as its table [updating] says.
+
+    Recordings with role validate are compared with the model before and after and have no part in it. With a folder
+    `out` everything is written there: updating.json, updating.html, model.updated.bdf with the changed values where
+    they stood, model.diff, tables as CSV and updating.run.json. `history` is a file that keeps every iteration; where
+    it is there, the search goes on from it. Raises the errors of the readers (StudyError, DeckError, FormatError,
+    RecordingError, PairingError, ModelError), and UpdatingError for a problem that cannot be posed: no mode with a
+    mate, fewer values than unknowns; nothing is written then.
+    """
+    progress = progress or SilentProgress()
+    steps = Steps(Path(study), progress)
+    prepared = prepare(Path(study), steps)
+    with steps.step("weigh what was measured"):
+        before = tuple(prepared.compare(m) for m in prepared.measured)
+        counted = counted_modes(prepared, before)
+        problem = study_problem(prepared, counted)
+        told = sensitivities(problem)
+    with steps.step("update parameters"):
+        most = prepared.study.updating.iterations
+        found = search(problem, iterations=most, history=history, resume=True, stop=_telling(progress))
+    with steps.step("compare what was found"):
+        factors = {p.name: found.values[p.name] for p in prepared.study.parameters}
+        after = tuple(prepared.compare(m, factors) for m in prepared.measured)
+        deck = updated_deck(prepared.models.of(counted[0].configuration), factors)
+        result = update_result(prepared, counted, told, found, before, after, deck)
+    run = UpdateRun(prepared, counted, problem, told, found, before, after, deck, result)
+    if out is not None:
+        with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
+            _write(run, folder, steps)
+    progress.done()
+    return run
+
+
+def _telling(progress: Progress) -> Any:
+    """Counts the iterations of a search, and stops none."""
+
+    def told(iteration: Iteration) -> bool:
+        progress.advance()
+        return False
+
+    return told
+
+
+def _write(run: UpdateRun, folder: Path, steps: Steps) -> None:
+    write_json(folder / "updating.json", run.result)
+    main = run.study.model_file
+    files = {path.resolve(): content for path, content in run.deck.files.items()}
+    (folder / "model.updated.bdf").write_bytes(files.pop(main) if main in files else main.read_bytes())
+    for path, content in files.items():
+        (folder / f"model.updated.{path.name}").write_bytes(content)
+    (folder / "model.diff").write_text(run.deck.diff, encoding="utf-8")
+    names = ("updating.json", "model.updated.bdf", "model.diff", *write_tables(folder, run))
+    (folder / "updating.html").write_text(render_page(update_page(run, steps.info.as_dict(), names)), encoding="utf-8")
+    steps.info.write(folder / "updating.run.json")

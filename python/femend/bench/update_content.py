@@ -1,0 +1,221 @@
+"""An update as a page and as tables for a spreadsheet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from femend.bench.correlation_content import frf_drawings, prepared_mesh
+from femend.bench.page import Fact, Page, Section, Svg, Table, figures, fixed, number, percent
+from femend.bench.steps import write_csv
+from femend.report import plots
+from femend.report.content import Picture
+from femend.report.figures import interval
+from femend.report.words import sentence
+
+if TYPE_CHECKING:
+    from femend.bench.update import UpdateRun
+
+__all__ = ["update_page", "write_tables"]
+
+# rows of the sensitivity picture; more would not be read
+VALUES_SHOWN = 60
+BADGES = {"converged": "good", "at bound": "warn", "stalled": "bad", "limit": "warn", "stopped": "warn"}
+
+
+def update_page(run: UpdateRun, info: dict[str, Any], files: Sequence[str]) -> Page:
+    """The page of an update; `info` is the content of run.json, `files` what stands beside it."""
+    result, study = run.result, run.study
+    fit = result["fit"]
+    held = [r for r in result["recordings"] if r["role"] == "validate"]
+    before, after = fit["freq_error"]["before"], fit["freq_error"]["after"]
+    told = [n for n, p in result["parameters"].items() if p["determined"]]
+    facts = [
+        Fact(
+            "Frequencies",
+            f"{percent(before, sign=False)} → {percent(after, sign=False)}",
+            "mean error of the modes that count",
+        ),
+        Fact("Shapes", f"{fixed(fit['mac']['before'])} → {fixed(fit['mac']['after'])}", "their mean MAC"),
+        Fact("Parameters told", f"{len(told)} of {len(result['parameters'])}", ", ".join(told[:6]) or "none"),
+    ]
+    if held:
+        b, a = (percent(_mean(held, k, "freq_error"), sign=False) for k in ("before", "after"))
+        facts.append(Fact("Held out", f"{b} → {a}", "mean frequency error of recordings that had no part"))
+    head = (
+        f"{len(result['parameters'])} parameters updated: measured frequencies are met to "
+        f"{percent(after, sign=False)}, before to {percent(before, sign=False)}"
+    )
+    return Page(
+        study.title,
+        "femend update",
+        head,
+        (result["status"], BADGES[result["status"]]),
+        facts,
+        sentence(result["advice"]),
+        [sentence(w) for w in result["warnings"]],
+        prepared_mesh(run.prepared),
+        f"{len(run.prepared.placed.pairing)} sensors and shakers at their nodes.",
+        [_parameters(run), *_recordings(run), _search(run), _deck(run)],
+        info,
+        files,
+    )
+
+
+def _mean(recordings: Sequence[dict[str, Any]], when: str, key: str) -> float:
+    values = [r[when][key] for r in recordings if np.isfinite(r[when][key])]
+    return float(np.mean(values)) if values else float("nan")
+
+
+def _parameters(run: UpdateRun) -> Section:
+    rows = []
+    for name, p in run.result["parameters"].items():
+        factor = p.get("factor")
+        value = f"{factor:.4f}" if factor is not None else f"{number(p['value'])} {p['unit']}".strip()
+        sd = percent(p["sd"], sign=False) if factor is not None else number(p["sd"], 2)
+        rows.append(
+            [
+                name,
+                value,
+                "–" if factor is None else percent(factor - 1),
+                sd,
+                percent(p["prior_sd"], 1, sign=False),
+                fixed(p["moved_by_prior_sd"], 1),
+                percent(p["learned"], 0, sign=False),
+                ("the data" if p["determined"] else "the prior") + (", at its limit" if p["at_bound"] else ""),
+                "" if factor is None else Svg(interval(factor, p["sd"], p["prior_sd"])),
+            ]
+        )
+    header = ("parameter", "factor", "change", "± now", "± before", "moved, prior sd", "learned", "told by", "")
+    return Section(
+        "Parameters: prior to posterior",
+        "Factors of the deck's values. Grey: the prior, one and two standard deviations; blue: the estimate with its "
+        "95 % interval (Laplace). A parameter is told by the data where they take away more than half of its prior "
+        "variance.",
+        [Table(header, rows, "lrrrrrrll")],
+        _sensitivity(run),
+        notes=[f"not told apart: {' '.join(f'{w:+.2f} {n}' for n, w in zip(c.names, c.weights, strict=True))} "
+               f"(condition index {c.condition:.0f})" for c in run.sensitivity.collinear],
+    )  # fmt: skip
+
+
+def _sensitivity(run: UpdateRun) -> tuple[Picture, ...]:
+    labels, rows = [], []
+    at = 0
+    table = run.sensitivity.table
+    active = run.problem.evaluate(run.problem.unknowns.mean)
+    for c, config, mates in zip(run.counted, run.problem.configurations, active.mates, strict=True):
+        for response in config.responses:
+            n = response.compare(active.states[run.counted.index(c)], mates, False).residual.size
+            if response.name == "frequencies" and mates is not None:
+                rows += list(range(at, at + n))
+                labels += [f"{c.name}: f {c.numbers[t]}" for t in mates.test]
+            at += n
+    if not rows or table.shape[1] > 40:
+        return ()
+    with plots.paper_style():
+        made = plots.figure("page", min(30.0 + 6.0 * len(rows[:VALUES_SHOWN]), 150.0))
+        plots.draw_sensitivity(
+            made.axes[0], table[rows[:VALUES_SHOWN]], labels[:VALUES_SHOWN], list(run.sensitivity.names),
+            label="deviations of the test per prior sd",
+        )  # fmt: skip
+        caption = "What one prior deviation of each parameter does to each frequency, in deviations of the test"
+        return figures([(caption, made)])
+
+
+def _recordings(run: UpdateRun) -> list[Section]:
+    sections = []
+    for r, before, after in zip(run.result["recordings"], run.before, run.after, strict=True):
+        rows = [
+            [
+                str(m["mode"]),
+                number(m["freq"]),
+                number(m["freq_before"]),
+                number(m["freq_after"]),
+                percent(m["error_before"]),
+                percent(m["error_after"]),
+                fixed(m["mac_before"]),
+                fixed(m["mac_after"]),
+                "–" if m["model_mode_after"] is None else str(m["model_mode_after"]),
+            ]
+            for m in r["modes"]
+        ]
+        header = (
+            "mode",
+            "f test, Hz",
+            "before",
+            "after",
+            "Δf before",
+            "Δf after",
+            "MAC before",
+            "MAC after",
+            "is model's",
+        )
+        lead = "Used to fit." if r["role"] == "fit" else "Held out: it had no part in the update."
+        if "csac" in r["before"]:
+            b, a = r["before"], r["after"]
+            lead += (
+                f" FRFs: CSAC {fixed(b['csac'])} → {fixed(a['csac'])}, CSF {fixed(b['csf'])} → {fixed(a['csf'])}, "
+                f"magnitudes off by {fixed(b['frf_error_db'], 1)} → {fixed(a['frf_error_db'], 1)} dB (rms)."
+            )
+        lost = frozenset(k for k, m in enumerate(r["modes"]) if m["model_mode_after"] is None)
+        sections.append(
+            Section(
+                f"{r['recording']}: {r['configuration']}",
+                lead,
+                [Table(header, rows, "rrrrrrrrr", lost)],
+                drawings=frf_drawings(before, after.frf),
+            )
+        )
+    return sections
+
+
+def _search(run: UpdateRun) -> Section:
+    history = run.result["history"]
+    rows = [
+        [str(i), number(h["cost"], 6), number(h["squares"], 6), number(h["radius"], 3), "; ".join(h["notes"])]
+        for i, h in enumerate(history)
+    ]
+    counted = [
+        [c["name"], str(n), number(f, 5), percent(s / f, 3, sign=False), percent(d, 1, sign=False)]
+        for c in run.result["counted"]
+        for n, f, s, d in zip(c["modes"], c["freq"], c["freq_sd"], c["shape_sd"], strict=True)
+    ]
+    responses = ", ".join(run.result["responses"])
+    return Section(
+        "The search",
+        f"Compared: {responses}. The cost is the sum of squared differences in deviations of the test and of the prior "
+        f"({run.result['squares']['values']} values).",
+        [
+            Table(("step", "cost", "squares", "radius", "what happened"), rows, "rrrrl"),
+            Table(
+                ("recording", "mode", "f, Hz", "± f", "± shape"), counted, "lrrrr", title="What counted, and how well"
+            ),
+        ],
+    )
+
+
+def _deck(run: UpdateRun) -> Section:
+    diff = run.deck.diff or "nothing changes"
+    shown = diff if len(diff) < 8000 else diff[:8000] + "\n…"
+    return Section(
+        "The deck", "model.updated.bdf differs from the deck in these lines; model.diff has them all.", code=shown
+    )
+
+
+def write_tables(folder: Path, run: UpdateRun) -> list[str]:
+    """Tables of parameters and modes as CSV into `folder`; gives the names of the files."""
+    parameters = [
+        [n, p.get("factor", p.get("value")), p["sd"], p["before"], p["prior_sd"], p["moved_by_prior_sd"], p["learned"],
+         "data" if p["determined"] else "prior"]
+        for n, p in run.result["parameters"].items()
+    ]  # fmt: skip
+    header = ("parameter", "value", "sd", "before", "prior sd", "moved by prior sd", "learned", "told by")
+    write_csv(folder / "updating.parameters.csv", header, parameters)
+    keys = ("mode", "freq", "freq_before", "freq_after", "error_before", "error_after", "mac_before", "mac_after")
+    modes = [[r["recording"], r["role"], *(m[k] for k in keys)] for r in run.result["recordings"] for m in r["modes"]]
+    write_csv(folder / "updating.modes.csv", ("recording", "role", *keys), modes)
+    return ["updating.parameters.csv", "updating.modes.csv"]

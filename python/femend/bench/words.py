@@ -1,0 +1,104 @@
+"""What the commands say on the terminal, from the same values as their JSON files."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from femend.bench.page import fixed, number, percent
+from femend.cli.table import table
+
+__all__ = ["correlation_text", "pretest_text", "update_text"]
+
+
+def correlation_text(result: dict[str, Any]) -> str:
+    """A correlation: each recording's mode table, what is doubtful, and what to do."""
+    parts = []
+    for r in result["recordings"]:
+        s = r["summary"]
+        parts.append(
+            f"{r['recording']} ({r['role']}, {r['configuration']}): {s['paired']} of {s['measured']} modes {r['from']} "
+            "are paired"
+        )
+        rows = [
+            [str(m["a"] + 1), str(m["b"] + 1), number(m["freq_a"]), number(m["freq_b"]), percent(m["freq_difference"]),
+             percent(m["zeta_a"], sign=False), fixed(m["mac"])]
+            for m in r["modes"]["rows"]
+        ]  # fmt: skip
+        rows += [[str(k + 1), "-", number(f), "-", "-", "-", "-"] for k, f in r["modes"]["alone_a"]]
+        parts.append(table(["test", "model", "f test Hz", "f model Hz", "df", "damping", "MAC"], rows, "rrrrrrr"))
+        if "frfs" in r:
+            parts.append(f"FRFs: mean CSAC {fixed(r['frfs']['mean_csac'])}, CSF {fixed(r['frfs']['mean_csf'])}")
+        parts.append("")
+    return "\n".join([*parts, *_ends(result)]).rstrip()
+
+
+def update_text(result: dict[str, Any]) -> str:
+    """An update: status, parameters, modes before and after, and what to do."""
+    cost = result["cost"]
+    costs = f"cost {number(cost['before'])} -> {number(cost['after'])}"
+    parts = [f"{result['status']} after {result['iterations']} steps, {costs}", ""]
+    rows = []
+    for name, p in result["parameters"].items():
+        factor = p.get("factor")
+        rows.append(
+            [name, number(p["value"]) if factor is None else f"{factor:.4f}", number(p["sd"], 2),
+             number(p["prior_sd"], 2), fixed(p["moved_by_prior_sd"], 1),
+             ("data" if p["determined"] else "prior") + (", at its limit" if p["at_bound"] else "")]
+        )  # fmt: skip
+    parts.append(table(["parameter", "value", "sd", "prior sd", "moved by", "told by"], rows, "lrrrrl"))
+    for r in result["recordings"]:
+        used = "used to fit" if r["role"] == "fit" else "held out"
+        rows = [
+            [str(m["mode"]), number(m["freq"]), number(m["freq_before"]), number(m["freq_after"]),
+             percent(m["error_before"]), percent(m["error_after"]), fixed(m["mac_before"]), fixed(m["mac_after"])]
+            for m in r["modes"]
+        ]  # fmt: skip
+        header = ["mode", "f test Hz", "before", "after", "error", "after", "MAC", "after"]
+        parts += ["", f"{r['recording']} ({used}, {r['configuration']})", table(header, rows, "rrrrrrrr")]
+    return "\n".join([*parts, "", *_ends(result)]).rstrip()
+
+
+def pretest_text(result: dict[str, Any]) -> str:
+    """A plan: targets, sensors, exciters, what the test would tell, and doubts."""
+    targets = result["targets"]
+    e = result["exciters"]
+    parts = [
+        f"{len(targets)} target modes from {number(targets[0]['freq'])} to {number(targets[-1]['freq'])} Hz",
+        f"sensors   {' '.join(s['dof'] + ('*' if s['placed'] else '') for s in result['sensors'])}",
+        f"          by {result['method']} among {result['places']} places; AutoMAC up to "
+        f"{fixed(result['largest_off_diagonal'])} off the diagonal",
+        f"exciters  {' '.join(c['dof'] for c in e['chosen'])}",
+        "",
+    ]
+    rows = [
+        [
+            str(t["mode"]),
+            number(t["freq"]),
+            *(percent(m, 1, sign=False) for m in t["effective_mass"]),
+            fixed(x),
+            fixed(m),
+        ]
+        for t, x, m in zip(targets, e["relative_residue"], e["indicator"], strict=True)
+    ]
+    parts.append(table(["mode", "Hz", "mass X", "mass Y", "mass Z", "residue", "indicator"], rows, "rrrrrrr"))
+    forecast = result.get("forecast")
+    if forecast:
+        rows = [
+            [p["name"], percent(p["prior_sd"], 2, sign=False), percent(p["expected_sd"], 2, sign=False),
+             "test" if p["determined"] else "prior"]
+            for p in forecast["parameters"]
+        ]  # fmt: skip
+        parts += ["", table(["parameter", "prior sd", "expected", "told by"], rows, "lrrl")]
+    v = result["virtual_test"]
+    if "modes" in v:
+        parts += ["", f"virtual test: {v['found']} of {len(v['modes'])} modes found"]
+        parts += [
+            f"{p['name']}: true {p['truth']:.4f}, found {p['found']:.4f} ± {p['sd']:.4f}" for p in v["parameters"]
+        ]
+    return "\n".join([*parts, "", *_ends(result)]).rstrip()
+
+
+def _ends(result: dict[str, Any]) -> list[str]:
+    """Warnings and advice."""
+    said = [f"warning   {w}" for w in result["warnings"]]
+    return [*said, f"advice    {result['advice']}"] if result["advice"] else said

@@ -1,0 +1,80 @@
+"""What correlation, updating and the planning of a test are told in a study file, checked and with defaults."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from femend.dof import Dof
+
+__all__ = ["DAMPING_MODELS", "METHODS", "RESPONSES", "CorrelationSettings", "PretestSettings", "UpdatingSettings"]
+
+RESPONSES = ("frequencies", "shapes", "mac", "damping", "frfs")
+DAMPING_MODELS = ("loss factor", "proportional")
+METHODS = ("parameters", "effective independence", "QR", "MAC", "Guyan")
+
+
+@dataclass(frozen=True, slots=True)
+class CorrelationSettings:
+    """``[correlation]``: the modal test's `band` (low, high) in Hz or None for all that is measured, the MAC `mac_min`
+    from which modes are a pair, and whether to `align` a test geometry that is turned or scaled."""
+
+    band: tuple[float, float] | None = None
+    mac_min: float = 0.5
+    align: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class UpdatingSettings:
+    """``[updating]``: the `responses` that are compared, the measured `modes` (numbers from 1; None: all), and their
+    least deviations.
+
+    Where no modes are named, those count whose mate in the model as it stands is within the share `freq_far` of their
+    frequency. `damping_model` is what becomes unknown beside the parameters where damping or FRFs are compared: one
+    "loss factor" of all stiffness, or the two of "proportional" damping. `freq_sd`, `damping_sd` are shares of the
+    value, `shape_sd` of a shape's largest component, `frf_sd` of an FRF's magnitude, of which `frf_lines` lines count.
+    `repeated` takes recordings of one configuration and the same sensors as one test done several times, whose scatter
+    gives the deviations. `iterations` is the most the search takes.
+    """
+
+    responses: tuple[str, ...] = ("frequencies", "shapes")
+    modes: tuple[int, ...] | None = None
+    freq_sd: float = 0.001
+    freq_far: float = 0.3
+    shape_sd: float = 0.05
+    damping_sd: float = 0.2
+    damping_model: str = "loss factor"
+    frf_sd: float = 0.3
+    frf_lines: int = 40
+    repeated: bool = False
+    iterations: int = 60
+
+
+@dataclass(frozen=True, slots=True)
+class PretestSettings:
+    """``[pretest]``: target modes by `band` (Hz) or by number (`modes`, from 1), `sensors` in all with those `placed`,
+    chosen by `method` among `nodes` (None: all) without `leave_out` in `directions`, on nodes no nearer to each
+    other than `spacing` (in the model's unit), and `exciters` likewise.
+
+    `freq_sd` and `shape_sd` are how well the test is going to tell frequencies and shapes (shares), `sensor_mass` what
+    a sensor weighs, in the model's unit; the virtual test adds `noise` with `seed`.
+    """
+
+    band: tuple[float, float] | None = None
+    modes: tuple[int, ...] | None = None
+    configuration: str | None = None
+    sensors: int = 8
+    method: str | None = None
+    nodes: tuple[int, ...] | None = None
+    leave_out: tuple[int, ...] = ()
+    directions: tuple[int, ...] = (1, 2, 3)
+    placed: tuple[Dof, ...] = ()
+    spacing: float = 0.0
+    exciters: int = 1
+    exciter_nodes: tuple[int, ...] | None = None
+    exciter_directions: tuple[int, ...] | None = None
+    freq_sd: float = 0.002
+    shape_sd: float = 0.05
+    sensor_mass: float = 0.0
+    virtual_test: bool = True
+    noise: float = 0.02
+    seed: int = 0

@@ -1,0 +1,161 @@
+"""Checking the tables of a study file that correlation, updating and the planning of a test read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Protocol
+
+from femend.dof import Dof, parse_direction
+from femend.errors import StudyError
+from femend.study.bench_settings import (
+    DAMPING_MODELS,
+    METHODS,
+    RESPONSES,
+    CorrelationSettings,
+    PretestSettings,
+    UpdatingSettings,
+)
+from femend.study.schema import CorrelationTable, PretestTable, UpdatingTable
+
+__all__ = ["correlation_settings", "pretest_settings", "updating_settings"]
+
+
+class Check(Protocol):
+    """What makes a message that names the study file and the key."""
+
+    def fail(self, key: str, fact: str) -> StudyError:
+        """The error to be raised."""
+
+    def one_of(self, key: str, value: str, allowed: tuple[str, ...]) -> None:
+        """Raises it for a value that is not among those `allowed`."""
+
+
+def correlation_settings(check: Check, table: CorrelationTable) -> CorrelationSettings:
+    """``[correlation]``; raises StudyError, naming the key, for a band or a MAC that is none."""
+    if not 0 <= table.mac_min < 1:
+        raise check.fail("correlation.mac_min", f"{table.mac_min:g} is not from 0 to below 1, as a MAC is")
+    return CorrelationSettings(_band(check, "correlation.band", table.band), table.mac_min, table.align)
+
+
+def updating_settings(check: Check, table: UpdatingTable) -> UpdatingSettings:
+    """``[updating]``; raises StudyError, naming the key, for an unknown response and a deviation that is not above
+    0."""
+    if not table.responses:
+        raise check.fail("updating.responses", f"the list is empty; compare one of {', '.join(RESPONSES)}")
+    for name in table.responses:
+        check.one_of("updating.responses", name, RESPONSES)
+        if table.responses.count(name) > 1:
+            raise check.fail("updating.responses", f"{name!r} stands twice; it would count twice")
+    check.one_of("updating.damping_model", table.damping_model, DAMPING_MODELS)
+    for key in ("freq_sd", "freq_far", "shape_sd", "damping_sd", "frf_sd"):
+        _above_0(check, f"updating.{key}", getattr(table, key))
+    for key in ("frf_lines", "iterations"):
+        _count(check, f"updating.{key}", getattr(table, key))
+    return UpdatingSettings(
+        tuple(table.responses),
+        _modes(check, "updating.modes", table.modes),
+        table.freq_sd,
+        table.freq_far,
+        table.shape_sd,
+        table.damping_sd,
+        table.damping_model,
+        table.frf_sd,
+        table.frf_lines,
+        table.repeated,
+        table.iterations,
+    )
+
+
+def pretest_settings(check: Check, table: PretestTable, configurations: Sequence[str]) -> PretestSettings:
+    """``[pretest]``; raises StudyError, naming the key, for what no test can be planned with."""
+    if table.band is not None and table.modes is not None:
+        raise check.fail("pretest.modes", "are given beside a band; name the target modes by the one or the other")
+    if table.method is not None:
+        check.one_of("pretest.method", table.method, METHODS)
+    if table.configuration is not None:
+        check.one_of("pretest.configuration", table.configuration, ("as modelled", *configurations))
+    for key in ("sensors", "exciters"):
+        _count(check, f"pretest.{key}", getattr(table, key))
+    for key in ("freq_sd", "shape_sd"):
+        _above_0(check, f"pretest.{key}", getattr(table, key))
+    for key in ("sensor_mass", "noise", "spacing"):
+        value = getattr(table, key)
+        if not (math.isfinite(value) and value >= 0):
+            raise check.fail(f"pretest.{key}", f"{value:g} is below 0")
+    if table.seed < 0:
+        raise check.fail("pretest.seed", f"{table.seed} is below 0")
+    for key in ("nodes", "exciter_nodes"):
+        if getattr(table, key) == []:
+            raise check.fail(f"pretest.{key}", "the list is empty; leave it out to allow all nodes")
+    placed = tuple(_dof(check, f"pretest.placed[{i}]", text) for i, text in enumerate(table.placed))
+    given = table.exciter_directions
+    return PretestSettings(
+        _band(check, "pretest.band", table.band),
+        _modes(check, "pretest.modes", table.modes),
+        table.configuration,
+        table.sensors,
+        table.method,
+        None if table.nodes is None else tuple(table.nodes),
+        tuple(table.leave_out),
+        _directions(check, "pretest.directions", table.directions),
+        placed,
+        table.spacing,
+        table.exciters,
+        None if table.exciter_nodes is None else tuple(table.exciter_nodes),
+        None if given is None else _directions(check, "pretest.exciter_directions", given),
+        table.freq_sd,
+        table.shape_sd,
+        table.sensor_mass,
+        table.virtual_test,
+        table.noise,
+        table.seed,
+    )
+
+
+def _band(check: Check, key: str, value: list[float] | None) -> tuple[float, float] | None:
+    if value is None:
+        return None
+    if len(value) != 2 or not (math.isfinite(value[1]) and 0 <= value[0] < value[1]):
+        raise check.fail(key, f"{value} is not [lower, upper] in Hz with 0 <= lower < upper")
+    return value[0], value[1]
+
+
+def _modes(check: Check, key: str, value: list[int] | None) -> tuple[int, ...] | None:
+    if value is None:
+        return None
+    if not value or min(value) < 1 or len(set(value)) != len(value):
+        raise check.fail(key, f"{value} are not numbers of modes, each once, from 1 on")
+    return tuple(sorted(value))
+
+
+def _above_0(check: Check, key: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0):
+        raise check.fail(key, f"{value:g} is not above 0 (1 % is 0.01)")
+
+
+def _count(check: Check, key: str, value: int) -> None:
+    if value < 1:
+        raise check.fail(key, f"{value} is less than one")
+
+
+def _directions(check: Check, key: str, value: Sequence[str]) -> tuple[int, ...]:
+    if not value:
+        raise check.fail(key, 'the list is empty; give one of "X", "Y", "Z"')
+    found = []
+    for text in value:
+        try:
+            component = parse_direction(text)[0]
+        except ValueError as error:
+            raise check.fail(key, str(error)) from None
+        if component > 3:
+            raise check.fail(key, f"{text!r} is a rotation; a plan is made of translations X, Y and Z")
+        found.append(component)
+    return tuple(sorted(set(found)))
+
+
+def _dof(check: Check, key: str, text: str) -> Dof:
+    try:
+        return Dof.parse(text)
+    except ValueError as error:
+        raise check.fail(key, str(error)) from None

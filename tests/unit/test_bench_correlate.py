@@ -1,0 +1,340 @@
+"""`femend correlate`: a small study from its files to tables, and what stands in its way, said."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from femend import Dof, correlate_study, functions_of, model_modes, read_model, write_uff
+from femend.bench import CorrelationRun
+from femend.cli import main
+from femend.data import FRF
+from femend.errors import FormatError, PairingError, RecordingError, StudyError
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from bench_study import SENSORS, Recorded, measured_frf, study_text, write_modes, write_study
+from small_study import deck
+
+DOFS = tuple(Dof(n, 3) for n in SENSORS)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("bench")
+
+
+@pytest.fixture(scope="module")
+def run(folder: Path) -> CorrelationRun:
+    return correlate_study(write_study(folder), folder / "out")
+
+
+def truth_modes(folder: Path, E: tuple[float, float] = (7.7e10, 6.6e10)) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies (3,) and shapes (6, 3) of the truth at the sensors."""
+    path = folder / "truth.bdf"
+    path.write_text(deck(E))
+    modes = model_modes(read_model(path), n_modes=3)
+    rows = [modes.dofs.index(d) for d in DOFS]
+    return modes.freq, modes.phi[rows]
+
+
+def modes_study(folder: Path, tables: str = "") -> Path:
+    """A study whose test is a file of modes."""
+    (folder / "model.bdf").write_text(deck())
+    path = folder / "study.toml"
+    path.write_text(study_text((Recorded("modes"),), tables))
+    return path
+
+
+def test_modes_are_identified_paired_and_tabulated(run: CorrelationRun, folder: Path) -> None:
+    freq, _ = truth_modes(folder)
+    one = run["tip"]
+    assert one.n_pairs == one.n_test == 3
+    np.testing.assert_allclose(one.test.freq, freq, rtol=1e-4)
+    rows = one.comparison.table.rows
+    # the deck is as soft at the root as it is stiff at the tip: 1 falls by 4 %, 2 and 3 by 0.1 and 1.4 %
+    np.testing.assert_allclose([r.freq_difference for r in rows], [-0.0415, -0.001, -0.0139], atol=5e-4)
+    assert min(r.mac for r in rows) > 0.998
+    np.testing.assert_allclose(one.test.zeta, 0.01, rtol=0.02)
+
+
+def test_what_is_written(run: CorrelationRun, folder: Path) -> None:
+    out = folder / "out"
+    result = json.loads((out / "correlation.json").read_text())
+    assert result["format"] == "femend-correlation/1"
+    assert [(r["recording"], r["role"]) for r in result["recordings"]] == [("tip", "fit"), ("middle", "validate")]
+    one = result["recordings"][0]
+    assert np.shape(one["mac"]) == (3, len(one["model_freq"]))
+    assert len(one["comac"]) == len(one["ecomac"]) == len(one["dofs"]) == 6
+    assert min(one["comac"]) > 0.99
+    # shapes agree line by line, levels do where no resonance is moved
+    assert one["frfs"]["mean_csac"] > 0.98
+    assert np.shape(one["frfs"]["frac"]) == (6, 1)
+    with (out / "correlation.modes.csv").open() as file:
+        table = list(csv.DictReader(file))
+    assert len(table) == 6
+    assert float(table[0]["MAC"]) == pytest.approx(one["modes"]["rows"][0]["mac"], abs=1e-12)
+    page = (out / "correlation.html").read_text()
+    assert "6 of 6 measured modes are paired" in page
+    assert "data:image/png;base64," in page
+    assert not re.search(r'(?:src|href)="https?:', page)
+    assert {p.name for p in out.iterdir()} == {
+        "correlation.json", "correlation.html", "correlation.run.json", "correlation.modes.csv",
+        "correlation.sensors.csv", "correlation.frfs.csv",
+    }  # fmt: skip
+
+
+def test_shapes_are_orthogonal_over_the_reduced_mass(run: CorrelationRun, folder: Path) -> None:
+    table = run.tams[0]
+    assert table is not None
+    assert [r.method for r in table.rows] == ["Guyan", "IRS", "SEREP", "hybrid"]
+    for row in table.rows:
+        # six sensors hold the mass of three modes; the test's shapes are those of a deck that is 10 % off
+        assert row.off_model < 0.01
+        assert row.off_test < 0.01
+        assert row.least_pair > 0.995
+        assert row.off_cross < 0.05
+    result = json.loads((folder / "out" / "correlation.json").read_text())
+    assert [r["reduction"] for r in result["recordings"][0]["orthogonality"]] == ["Guyan", "IRS", "SEREP", "hybrid"]
+    assert "NASA-STD-5002" in (folder / "out" / "correlation.html").read_text()
+
+
+def test_a_sensor_that_is_turned_round_keeps_orthogonality(tmp_path: Path) -> None:
+    freq, phi = truth_modes(tmp_path)
+    phi[3] *= -1
+    dofs = tuple(Dof(d.node, 3, -1 if i == 3 else 1) for i, d in enumerate(DOFS))
+    # data set 55 has no signs: the file holds the motion along +Z again, as read
+    write_modes(tmp_path / "modes.uff", freq, phi, dofs)
+    run = correlate_study(modes_study(tmp_path))
+    assert run["modes"].faults == ()
+    assert run.tams[0] is not None
+    assert run.tams[0]["Guyan"].least_pair > 0.995
+
+
+def test_the_command_says_the_table_and_keeps_other_files(folder: Path, run: CorrelationRun, tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("kept")
+    done = CliRunner().invoke(main, ["correlate", str(folder), "--out", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    assert "tip (fit, as modelled): 3 of 3 modes identified from FRFs are paired" in done.output
+    assert "−4.15 %" in done.output
+    assert "identify modes:" in done.stderr
+    assert (tmp_path / "mine.txt").read_text() == "kept"
+    assert CliRunner().invoke(main, ["correlate", str(folder), "-o", str(tmp_path), "-q"]).output == ""
+
+
+def test_modes_are_read_from_data_sets_55(tmp_path: Path) -> None:
+    freq, phi = truth_modes(tmp_path)
+    write_modes(tmp_path / "modes.uff", freq, phi, DOFS)
+    one = correlate_study(modes_study(tmp_path))["modes"]
+    assert one.measured.how == "read from data sets 55"
+    # five digits stand in the file
+    np.testing.assert_allclose(one.test.freq, freq, rtol=1e-5)
+    np.testing.assert_allclose(one.test.zeta, 0.01, rtol=1e-4)
+    assert one.n_pairs == 3
+    assert one.frfs is None
+    assert one.dofs == DOFS
+
+
+def test_frfs_beside_modes_are_compared_too(tmp_path: Path) -> None:
+    freq, phi = truth_modes(tmp_path)
+    write_modes(tmp_path / "modes.uff", freq, phi, DOFS)
+    write_uff(tmp_path / "frf.uff", functions_of(measured_frf(tmp_path, Recorded("tip"))))
+    text = (tmp_path / "modes.uff").read_bytes()
+    (tmp_path / "modes.uff").write_bytes(text + (tmp_path / "frf.uff").read_bytes())
+    one = correlate_study(modes_study(tmp_path, "[correlation]\nband = [10.0, 400.0]\n"))["modes"]
+    assert one.measured.how == "read from data sets 55"
+    assert one.n_test == 3
+    assert one.frfs is not None
+    assert one.frfs.matched.freq[0] == 10.0
+    assert float(np.nanmean(one.frfs.csac)) > 0.98
+    said = CliRunner().invoke(main, ["inspect", str(tmp_path / "modes.uff")]).output
+    assert "3 mode shapes" in said
+    assert "FRFs (accelerance" in said
+
+
+def test_a_reversed_sensor_is_named(tmp_path: Path) -> None:
+    freq, phi = truth_modes(tmp_path)
+    phi[2] *= -1
+    write_modes(tmp_path / "modes.uff", freq, phi, DOFS)
+    run = correlate_study(modes_study(tmp_path))
+    (fault,) = run["modes"].faults
+    assert (fault.kind, fault.names) == ("reversed", ("7:+Z",))
+    assert any("7:+Z looks reversed" in w for w in run.result["warnings"])
+    assert "mend the sensors" in run.result["advice"]
+
+
+def branched(folder: Path) -> tuple[Path, dict[int, np.ndarray]]:
+    """A study of modes of the cantilever with a branch, so that its nodes are not in line; their coordinates."""
+    lines = deck().splitlines()
+    for card in ("GRID,20,,0.3,0.2,0.", "CONM2,120,20,,0.01", "CBAR,120,1,6,20,0.,0.,1."):
+        lines.insert(-2, card)
+    (folder / "model.bdf").write_text("\n".join(lines))
+    model = read_model(folder / "model.bdf")
+    path = folder / "study.toml"
+    path.write_text(study_text((Recorded("modes"),), ""))
+    return path, {n: model.xyz[model.index(n)] for n in (*SENSORS, 20)}
+
+
+def write_branched(folder: Path, places: dict[int, tuple[float, float, float]]) -> None:
+    """Its own four modes with test nodes at `places`."""
+    modes = model_modes(read_model(folder / "model.bdf"), n_modes=4)
+    dofs = (*DOFS, Dof(20, 3))
+    phi = modes.phi[[modes.dofs.index(d) for d in dofs]]
+    write_modes(folder / "modes.uff", modes.freq, phi, dofs, places=places)
+
+
+def test_a_turned_geometry_in_millimetres_is_brought_onto_the_model(tmp_path: Path) -> None:
+    path, where = branched(tmp_path)
+    # the test's X is the model's Y, its Y the model's -X, and it is in mm
+    write_branched(tmp_path, {n: (1e3 * x[1], -1e3 * x[0], 1e3 * x[2]) for n, x in where.items()})
+    run = correlate_study(path)
+    assert run.prepared.placed.applied
+    told = " ".join(run.result["warnings"])
+    assert "scale 0.001: test in mm, model in m" in told
+    assert "test Y is model -X" in told
+    assert "applied to the sensors' places and directions" in told
+    assert run["modes"].n_pairs == 4
+    assert min(r.mac for r in run["modes"].comparison.table.rows) > 0.9999
+    text = path.read_text()
+    path.write_text(text + "[correlation]\nalign = false\n")
+    left = correlate_study(path).prepared.placed
+    assert not left.applied
+    assert any("scale 0.001" in w for w in left.warnings)
+
+
+def test_points_in_each_others_place_are_named(tmp_path: Path) -> None:
+    path, where = branched(tmp_path)
+    places = {n: tuple(x) for n, x in where.items()}
+    places[5], places[11] = places[11], places[5]
+    write_branched(tmp_path, places)
+    run = correlate_study(path)
+    assert "test geometry: test nodes 5 and 11 are exchanged" in run.result["warnings"]
+    # each sensor is taken to be where its coordinates are
+    assert "sensor 5:+Z is paired with node 11, 0 away" in run.result["warnings"]
+    assert {p.dof.node for p in run.prepared.placed.pairing} == {*SENSORS, 20}
+
+
+def test_a_point_that_is_off_is_named(tmp_path: Path) -> None:
+    path, where = branched(tmp_path)
+    write_branched(tmp_path, {n: (x[0], 0.1 if n == 9 else x[1], x[2]) for n, x in where.items()})
+    run = correlate_study(path)
+    assert "test geometry: test node 9 is 0.1 from its mate 9" in run.result["warnings"]
+    assert not run.prepared.placed.applied
+    assert run["modes"].n_pairs == 4
+
+
+def test_what_a_diagnosis_says_of_a_file_of_modes(tmp_path: Path) -> None:
+    freq, phi = truth_modes(tmp_path)
+    write_modes(tmp_path / "modes.uff", freq, phi, DOFS)
+    from femend import diagnose_study
+
+    with pytest.raises(FormatError, match=r"holds 3 mode shapes \(data set 55\) and no time records.*femend correlate"):
+        diagnose_study(modes_study(tmp_path))
+
+
+def test_a_diagnosis_takes_a_study_with_the_tables_and_refuses_unknown_keys(tmp_path: Path) -> None:
+    from femend import load_study
+
+    path = write_study(tmp_path, tables="[correlation]\nband = [5.0, 400.0]\n[updating]\nfreq_sd = 0.01\n[pretest]\n")
+    assert load_study(path).updating.freq_sd == 0.01
+    path.write_text(path.read_text().replace("freq_sd", "frequency_sd"))
+    with pytest.raises(StudyError, match=r"updating\.frequency_sd: .* no key of \[updating\]; did you mean 'freq_sd'"):
+        load_study(path)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("[correlation]\nband = [400.0, 5.0]", r"correlation\.band: \[400\.0, 5\.0\] is not \[lower, upper\] in Hz"),
+        ("[correlation]\nmac_min = 1.5", r"correlation\.mac_min: 1\.5 is not from 0 to below 1"),
+        ("[updating]\nresponses = []", r"updating\.responses: the list is empty; compare one of frequencies, shapes"),
+        ('[updating]\nresponses = ["shape"]', r"updating\.responses: 'shape' is none of .*did you mean 'shapes'"),
+        ('[updating]\nresponses = ["mac", "mac"]', r"updating\.responses: 'mac' stands twice"),
+        ("[updating]\nfreq_sd = 0.0", r"updating\.freq_sd: 0 is not above 0"),
+        ("[updating]\niterations = 0", r"updating\.iterations: 0 is less than one"),
+        ("[updating]\nmodes = [0]", r"updating\.modes: \[0\] are not numbers of modes"),
+        ("[pretest]\nband = [1.0, 2.0]\nmodes = [1]", r"pretest\.modes: are given beside a band"),
+        ('[pretest]\nmethod = "kammer"', r"pretest\.method: 'kammer' is none of parameters, effective independence"),
+        ('[pretest]\ndirections = ["RX"]', r"pretest\.directions: 'RX' is a rotation"),
+        ('[pretest]\nplaced = ["13"]', r"pretest\.placed\[0\]: DOF '13' is not written as node:direction"),
+        ("[pretest]\nnodes = []", r"pretest\.nodes: the list is empty"),
+        ("[pretest]\nnoise = -1.0", r"pretest\.noise: -1 is below 0"),
+        ('[pretest]\nconfiguration = "free"', r"pretest\.configuration: 'free' is none of as modelled"),
+    ],
+)
+def test_broken_tables_are_named(folder: Path, run: CorrelationRun, table: str, message: str) -> None:
+    path = folder / "broken.toml"
+    path.write_text(study_text((Recorded("tip"),), table + "\n"))
+    with pytest.raises(StudyError, match=message):
+        correlate_study(path)
+
+
+def test_nothing_is_written_where_no_recording_shows_a_mode(folder: Path, run: CorrelationRun, tmp_path: Path) -> None:
+    path = folder / "empty.toml"
+    path.write_text(study_text((Recorded("tip"),), "[correlation]\nband = [30.0, 60.0]\n"))
+    with pytest.raises(
+        RecordingError, match=r"no recording to fit shows a mode: recording 'tip': .*no mode was found from 30 to 60 Hz"
+    ):
+        correlate_study(path, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_sensor_that_is_nowhere(tmp_path: Path) -> None:
+    freq, phi = truth_modes(tmp_path)
+    write_modes(tmp_path / "modes.uff", freq, phi, (*DOFS[:5], Dof(99, 3)))
+    with pytest.raises(PairingError, match="sensor 99:\\+Z: node 99 is not among the 13 nodes of the model"):
+        correlate_study(modes_study(tmp_path))
+
+
+def test_a_damaged_recording_says_which_study_wanted_it(tmp_path: Path) -> None:
+    path = write_study(tmp_path, (Recorded("tip"),))
+    data = (tmp_path / "tip.uff").read_bytes()
+    (tmp_path / "tip.uff").write_bytes(data[: len(data) * 3 // 5])
+    with pytest.raises(FormatError) as caught:
+        correlate_study(path)
+    assert any("[[recording]] 'tip'" in note for note in caught.value.__notes__)
+
+
+def test_a_mode_the_model_does_not_have_stays_without_a_mate(tmp_path: Path) -> None:
+    freq, phi = truth_modes(tmp_path)
+    strange = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
+    write_modes(tmp_path / "modes.uff", [*freq, 200.0], np.column_stack([phi, strange]), DOFS)
+    run = correlate_study(modes_study(tmp_path))
+    assert run["modes"].comparison.table.alone_a == ((2, pytest.approx(200.0, rel=1e-5)),)
+    assert "1 of 4 measured modes have no mate" in run.result["advice"]
+
+
+def test_frfs_of_a_free_structure_hold_its_rigid_body_modes(tmp_path: Path) -> None:
+    text = deck().replace("SPC1,1,123456,1", "SPC1,1,246,1")
+    (tmp_path / "model.bdf").write_text(text)
+    from femend import Channel
+    from femend.analysis.frf import modal_frf
+
+    modes = model_modes(read_model(tmp_path / "model.bdf"), f_max=2500.0, zeta=0.01)
+    assert modes.freq[2] < 1e-2 < modes.freq[3]
+    outputs = [Channel(d, "acceleration", "m/s^2") for d in DOFS]
+    frf = modal_frf(modes, np.arange(20.0, 400.0, 0.25), outputs, [Channel(Dof(13, 3), "force", "N")])
+    rng = np.random.default_rng(1)
+    H = frf.H * (1 + 1e-3 * rng.standard_normal(frf.H.shape))
+    write_uff(
+        tmp_path / "tip.uff",
+        functions_of(FRF("tip", frf.freq, H, frf.outputs, frf.inputs, frf.kind, frf.unit)),
+    )
+    (tmp_path / "study.toml").write_text(study_text((Recorded("tip"),), ""))
+    one = correlate_study(tmp_path)["tip"]
+    assert one.frfs is not None
+    assert float(np.nanmean(one.frfs.csac)) > 0.999
+    assert one.modes.freq[0] > 10.0
+
+
+def test_measured_frfs_of_the_helper_are_those_of_the_truth(tmp_path: Path) -> None:
+    frf = measured_frf(tmp_path, Recorded("x"), noise=0.0)
+    freq, _ = truth_modes(tmp_path)
+    peak = frf.freq[np.argmax(np.abs(frf.H[(frf.freq > 50) & (frf.freq < 150), 0, 0])) + int((frf.freq <= 50).sum())]
+    assert abs(peak - freq[1]) < 0.25
