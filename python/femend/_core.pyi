@@ -713,7 +713,8 @@ def solve_hypotheses(
 
     Returns, for each job, unknowns p (n,), ln law parameters x (n_x,), cost, its prior part, misfit of each record
     (mean weighted square left per free complex value), Gauss-Newton matrix of half the cost (n + n_x, n + n_x) where
-    `derivatives` are wanted (else what the search used), number of steps, convergence; None where the model or law cannot be solved at the start.
+    `derivatives` are wanted (else what the search used), number of steps, convergence; None where the model or law
+    cannot be solved at the start.
     Raises ModelError where sizes do not fit.
     """
 

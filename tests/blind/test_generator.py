@@ -37,6 +37,7 @@ from blindgen import (
     update,
 )
 from blindgen.integrate import Law, Modal, simulate
+from blindgen.truth import quasi_static
 
 
 @pytest.fixture(scope="module")
@@ -505,3 +506,13 @@ def test_one_recording_is_left_to_fit() -> None:
     assert one_record.kept_alone(study, "high") == left
     with pytest.raises(ValueError, match="no recording 'sweep' with role"):
         one_record.kept_alone(study, "sweep")
+
+
+def test_a_residual_vector_far_above_the_modes_keeps_its_flexibility() -> None:
+    """Above the highest frequency phi phi^T / omega^2 stays, so that nothing rings and nothing stiffens."""
+    w = np.array([10.0, 200.0, 5e4])
+    phi = np.array([[1.0, -0.5, 30.0], [0.2, 0.9, -20.0]])
+    got_w, got = quasi_static(w, phi, 400.0)
+    assert got_w.max() == 400.0
+    np.testing.assert_allclose((got / got_w**2) @ got.T, (phi / w**2) @ phi.T, rtol=1e-12)
+    np.testing.assert_array_equal(got[:, :2], phi[:, :2])
