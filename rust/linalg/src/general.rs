@@ -45,7 +45,11 @@ pub fn general_eigen_complex(n: usize, a: &[Complex64]) -> Result<GeneralEigen, 
 }
 
 fn finite(all: bool) -> Result<(), LinalgError> {
-    if all { Ok(()) } else { Err(LinalgError::Library("dense matrix with entries that are not finite".into())) }
+    if all {
+        Ok(())
+    } else {
+        Err(LinalgError::Library("dense matrix with entries that are not finite".into()))
+    }
 }
 
 fn not_converged() -> LinalgError {

@@ -43,8 +43,8 @@ type Block<'py> = Bound<'py, PyArray2<Complex64>>;
 
 pub(crate) fn block(py: Python<'_>, n: usize, values: Vec<Complex64>) -> PyResult<Block<'_>> {
     let columns = values.len() / n.max(1);
-    let array = Array2::from_shape_vec((n, columns).f(), values)
-        .map_err(|e| PyValueError::new_err(e.to_string()))?;
+    let array =
+        Array2::from_shape_vec((n, columns).f(), values).map_err(|e| PyValueError::new_err(e.to_string()))?;
     Ok(PyArray2::from_owned_array(py, array))
 }
 
@@ -65,8 +65,7 @@ impl PyComplexProblem {
         tolerance: f64,
         symbolic: Option<PyRef<PySymbolic>>,
     ) -> PyResult<Self> {
-        let (symbolic, matrices) =
-            prepare(py, &indptr, &indices, &[(&k, "K"), (&m, "M")], "auto", symbolic)?;
+        let (symbolic, matrices) = prepare(py, &indptr, &indices, &[(&k, "K"), (&m, "M")], "auto", symbolic)?;
         let terms: Vec<Term> = terms
             .iter()
             .map(|(text, speed_power, values)| {
@@ -111,9 +110,9 @@ impl PyComplexProblem {
 
 impl PyComplexProblem {
     fn lock(&self) -> PyResult<std::sync::MutexGuard<'_, ComplexProblem>> {
-        self.inner
-            .try_lock()
-            .map_err(|_| PyValueError::new_err("this problem is being solved in another thread; make one for each"))
+        self.inner.try_lock().map_err(|_| {
+            PyValueError::new_err("this problem is being solved in another thread; make one for each")
+        })
     }
 }
 

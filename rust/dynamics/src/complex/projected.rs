@@ -19,8 +19,6 @@ pub(super) struct Pair {
     pub lambda: Complex64,
     pub right: Vec<Complex64>,
     pub left: Vec<Complex64>,
-    /// Norms of left and right companion vectors that have the product 1: large near a defective eigenvalue.
-    pub condition: f64,
 }
 
 /// Matrices of one speed in the space, each (r, r).
@@ -66,9 +64,10 @@ impl Projected {
             })
             .collect();
         let mut rhs = Vec::with_capacity(2 * r * r);
-        rhs.extend((0..r * r).map(|e| {
-            Complex64::from(-tau * (2.0 * s0 * self.mass.data()[e] + self.damping.data()[e]))
-        }));
+        rhs.extend(
+            (0..r * r)
+                .map(|e| Complex64::from(-tau * (2.0 * s0 * self.mass.data()[e] + self.damping.data()[e]))),
+        );
         rhs.extend(self.mass.data().iter().map(|m| Complex64::from(-tau * tau * m)));
         let top = solve_complex_dense(r, &d0, &rhs)?;
         let eigen = if self.structural.is_some() {
@@ -84,8 +83,7 @@ impl Projected {
             }
         }
         let size = eigen.values.iter().map(|v| v.norm()).fold(0.0, f64::max);
-        let finite: Vec<usize> =
-            (0..2 * r).filter(|&e| eigen.values[e].norm() > INFINITE * size).collect();
+        let finite: Vec<usize> = (0..2 * r).filter(|&e| eigen.values[e].norm() > INFINITE * size).collect();
         // left vectors of the quadratic problem: y = D₀⁻ᵀ z₁
         let z1: Vec<Complex64> =
             finite.iter().flat_map(|&e| eigen.left[2 * r * e..2 * r * e + r].iter().copied()).collect();
@@ -97,13 +95,7 @@ impl Projected {
                 let mu = eigen.values[e];
                 let column = &eigen.right[2 * r * e..2 * r * (e + 1)];
                 let right = if mu.norm() > 1.0 { &column[..r] } else { &column[r..] };
-                let z = &eigen.left[2 * r * e..2 * r * (e + 1)];
-                Pair {
-                    lambda: s0 + tau / mu,
-                    right: unit(right),
-                    left: unit(&left[f * r..(f + 1) * r]),
-                    condition: z.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt(),
-                }
+                Pair { lambda: s0 + tau / mu, right: unit(right), left: unit(&left[f * r..(f + 1) * r]) }
             })
             .collect())
     }

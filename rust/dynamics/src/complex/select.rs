@@ -33,7 +33,7 @@ pub(super) fn select(
     let mut out = Vec::new();
     if all.iter().any(is_rigid) {
         for x in projected.still()? {
-            let pair = Pair { lambda: Complex64::ZERO, left: x.clone(), right: x, condition: f64::INFINITY };
+            let pair = Pair { lambda: Complex64::ZERO, left: x.clone(), right: x };
             out.push(Wanted { kind: PoleKind::Rigid, pair });
         }
     }
@@ -56,8 +56,7 @@ pub(super) fn select(
         )));
     }
     out.truncate(options.n_modes.unwrap_or(usize::MAX));
-    let chosen: Vec<Pair> =
-        above.into_iter().take(room).take_while(|p| p.lambda.norm() <= limit).collect();
+    let chosen: Vec<Pair> = above.into_iter().take(room).take_while(|p| p.lambda.norm() <= limit).collect();
     let reach = match options.f_max {
         Some(_) if chosen.len() < room => limit,
         _ => chosen.last().map_or(limit, |p| p.lambda.norm()),

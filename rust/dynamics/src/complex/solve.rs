@@ -6,7 +6,7 @@ use femend_linalg::{Dense, Symbolic, SymmetricCsc};
 use num_complex::Complex64;
 
 use super::probe::probe;
-use super::projected::{Pair, Projected};
+use super::projected::Projected;
 use super::select::{Wanted, select};
 use super::space::Space;
 use super::terms::{Parts, Power, Products, Term, stacked};
@@ -21,6 +21,8 @@ const ROUNDS: usize = 60;
 const ROUNDING: f64 = 16.0;
 /// A part (real or imaginary) of a correction smaller than this beside the whole is left for the next round.
 const PART: f64 = 1e-2;
+/// Residual from which the rounding error is looked at.
+const NEAR: f64 = 1e-5;
 /// Relative change of |λ| up to which a pole is the same as before the probe.
 const SAME: f64 = 1e-6;
 
@@ -63,7 +65,8 @@ pub struct ComplexModes {
     pub modal_a: Vec<Complex64>,
     /// Residuals of the full problem, right and left.
     pub residual: [Vec<f64>; 2],
-    /// Condition of each eigenvalue in the projected problem; infinite for rigid-body modes.
+    /// (2|λ| ‖ψ‖ ‖y‖ + |yᵀCψ|) / |a| with norms by the mass: 1 where a mode is like a real one, 1/√(1 - ζ²) of one
+    /// mass on a spring, large near a defective pole, infinite for rigid-body modes.
     pub condition: Vec<f64>,
     /// Poles that the probe added before they had converged too.
     pub n_late: usize,
@@ -115,15 +118,10 @@ impl ComplexProblem {
         let (real, shifted) = start(symbolic, k, m, n <= SMALL, options)?;
         let k_sigma = k.plus(-shifted.sigma, m);
         let own = |power, a: &SymmetricCsc| Term { power, speed_power: 0, values: a.values().to_vec() };
-        let mut parts = vec![
-            Parts::new(pattern, &own(Power::Stiffness, k)),
-            Parts::new(pattern, &own(Power::Mass, m)),
-        ];
+        let mut parts =
+            vec![Parts::new(pattern, &own(Power::Stiffness, k)), Parts::new(pattern, &own(Power::Mass, m))];
         parts.extend(
-            terms
-                .iter()
-                .filter(|t| t.values.iter().any(|v| *v != 0.0))
-                .map(|t| Parts::new(pattern, t)),
+            terms.iter().filter(|t| t.values.iter().any(|v| *v != 0.0)).map(|t| Parts::new(pattern, t)),
         );
         let magnitudes: Vec<f64> = k_sigma.values().iter().map(|v| v.abs()).collect();
         let magnitude = Compact::of_values(pattern, &magnitudes);
@@ -178,7 +176,7 @@ impl ComplexProblem {
         let (mut known, mut n_late) = (None, 0);
         for round in 0..ROUNDS {
             let wanted = self.wanted(speed)?;
-            let checked = self.checked(speed, &wanted);
+            let mut checked = self.checked(speed, &wanted);
             let open: Vec<usize> = (0..wanted.len()).filter(|&j| !checked.done(j, &self.options)).collect();
             if open.is_empty() || whole {
                 let poles: Vec<f64> = wanted.iter().map(|w| w.pair.lambda.norm()).collect();
@@ -186,6 +184,9 @@ impl ComplexProblem {
                     n_late += late(&before, known.as_ref().unwrap_or(&before));
                 }
                 if self.probed || whole {
+                    if checked.left.is_none() {
+                        checked.left = Some(self.side(speed, &wanted, true));
+                    }
                     return Ok(self.told(wanted, checked, n_late));
                 }
                 probe(&mut self.space, speed, 3, &mut self.seed);
@@ -213,38 +214,39 @@ impl ComplexProblem {
             converged: wanted.len() - open,
             wanted: wanted.len(),
             vectors: self.space.len(),
-            residual: checked.residual.iter().flatten().copied().fold(0.0, f64::max),
+            residual: checked.sides().flat_map(|s| &s.residual).copied().fold(0.0, f64::max),
             speed,
         }
     }
 
     /// The vectors at all DOFs with the residuals of the full problem.
     fn checked(&self, speed: f64, wanted: &[Wanted]) -> Checked {
-        let shift = -self.space.sigma;
-        let side = |of: &dyn Fn(&Pair) -> &Vec<Complex64>, transposed: bool| {
-            let y: Vec<Complex64> = wanted.iter().flat_map(|w| of(&w.pair).iter().copied()).collect();
-            let x = self.space.expand(&stacked(self.space.len(), &y));
-            let products = Products::new(&self.space.terms, speed, &x, transposed);
-            let floor = self.rounding(&x);
-            let (mut vectors, mut sizes) = (Vec::new(), Vec::new());
-            for (j, w) in wanted.iter().enumerate() {
-                let (r, size) = products.residual(j, w.pair.lambda, shift);
-                let norm = r.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();
-                sizes.push((norm / size, floor[j] / size));
-                vectors.push(r);
-            }
-            (x, products, vectors, sizes)
-        };
-        let (x, products, right, sizes) = side(&|p| &p.right, false);
-        let (y, _, left, left_sizes) = side(&|p| &p.left, true);
-        Checked {
-            x,
-            y,
-            products,
-            vectors: [right, left],
-            residual: [sizes.iter().map(|s| s.0).collect(), left_sizes.iter().map(|s| s.0).collect()],
-            floor: [sizes.iter().map(|s| s.1).collect(), left_sizes.iter().map(|s| s.1).collect()],
+        let right = self.side(speed, wanted, false);
+        // where all matrices are symmetric, left vectors are right ones, those of repeated poles mixed among themselves
+        let left = (!self.space.symmetric()).then(|| self.side(speed, wanted, true));
+        Checked { right, left }
+    }
+
+    fn side(&self, speed: f64, wanted: &[Wanted], transposed: bool) -> Side {
+        let of = |w: &Wanted| if transposed { w.pair.left.clone() } else { w.pair.right.clone() };
+        let y: Vec<Complex64> = wanted.iter().flat_map(of).collect();
+        let x = self.space.expand(&stacked(self.space.len(), &y));
+        let products = Products::new(&self.space.terms, speed, &x, transposed);
+        let (mut vectors, mut residual, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
+        for (j, w) in wanted.iter().enumerate() {
+            let (r, size) = products.residual(j, w.pair.lambda, -self.space.sigma);
+            residual.push(r.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt() / size);
+            sizes.push(size);
+            vectors.push(r);
         }
+        // the rounding error matters where little is left
+        let mut floor = vec![0.0; wanted.len()];
+        let near = |r: f64| r > self.options.tolerance && r < NEAR;
+        if residual.iter().any(|r| near(*r)) {
+            let bounds = self.rounding(&x);
+            floor = bounds.iter().zip(&sizes).map(|(b, s)| b / s).collect();
+        }
+        Side { x, products, vectors, residual, floor }
     }
 
     /// Rounding error of K ψ of each column.
@@ -263,19 +265,17 @@ impl ComplexProblem {
     /// K_σ⁻¹ times the residuals that are too large, real and imaginary parts.
     fn enlarge(&mut self, checked: &Checked, open: &[usize]) {
         let n = self.space.n();
-        let sides = if self.space.symmetric() { 1 } else { 2 };
         let mut block = Dense::zeros(n, 0);
-        for side in 0..sides {
-            for &j in open {
-                if checked.side_done(side, j, &self.options) {
-                    continue;
-                }
-                let r = &checked.vectors[side][j];
-                let two = stacked(n, r);
+        for side in checked.sides() {
+            for &j in open.iter().filter(|&&j| !side.done(j, &self.options)) {
+                let two = stacked(n, &side.vectors[j]);
                 let size = |c: usize| two.col(c).iter().map(|v| v * v).sum::<f64>().sqrt();
                 let (re, im) = (size(0), size(1));
-                let keep: Vec<usize> =
-                    [(0, re), (1, im)].iter().filter(|(_, s)| *s > PART * re.hypot(im)).map(|p| p.0).collect();
+                let keep: Vec<usize> = [(0, re), (1, im)]
+                    .iter()
+                    .filter(|(_, s)| *s > PART * re.hypot(im))
+                    .map(|p| p.0)
+                    .collect();
                 block.append(&two.select(&keep));
             }
         }
@@ -285,17 +285,24 @@ impl ComplexProblem {
 
     fn told(&self, wanted: Vec<Wanted>, checked: Checked, n_late: usize) -> ComplexModes {
         let (mut right, mut left) = (Vec::new(), Vec::new());
-        let mut modal_a = Vec::new();
+        let (mut modal_a, mut condition) = (Vec::new(), Vec::new());
+        let own_side = &checked.right;
+        let other_side = checked.left.as_ref().unwrap_or(own_side);
         for (j, w) in wanted.iter().enumerate() {
-            let (mut psi, mut y) = (unstacked(&checked.x, j), unstacked(&checked.y, j));
-            let conj: Vec<Complex64> = psi.iter().map(|v| v.conj()).collect();
-            let mass = checked.products.forms(j, &conj).0.re;
-            let (m, c) = checked.products.forms(j, &y);
-            let own = scale(&psi, mass);
-            let other = scale(&y, mass * ratio(&y, &psi));
-            modal_a.push((2.0 * w.pair.lambda * m + c) * own * other);
-            psi.iter_mut().for_each(|v| *v *= own);
-            y.iter_mut().for_each(|v| *v *= other);
+            let (mut psi, mut y) = (unstacked(&own_side.x, j), unstacked(&other_side.x, j));
+            let masses = [(&psi, own_side), (&y, other_side)].map(|(x, side)| {
+                let conj: Vec<Complex64> = x.iter().map(|v| v.conj()).collect();
+                side.products.forms(j, &conj).0.re
+            });
+            let factors = [scale(&psi, masses[0]), scale(&y, masses[1])];
+            psi.iter_mut().for_each(|v| *v *= factors[0]);
+            y.iter_mut().for_each(|v| *v *= factors[1]);
+            let (m, c) = own_side.products.forms(j, &y);
+            let (m, c) = (m * factors[0], c * factors[0]);
+            let a = 2.0 * w.pair.lambda * m + c;
+            let mass: f64 = masses.iter().zip(factors).map(|(m, f)| m.max(0.0).sqrt() * f.norm()).product();
+            condition.push((2.0 * w.pair.lambda.norm() * mass + c.norm()) / a.norm());
+            modal_a.push(a);
             right.append(&mut psi);
             left.append(&mut y);
         }
@@ -305,30 +312,41 @@ impl ComplexProblem {
             right,
             left,
             modal_a,
-            residual: checked.residual,
-            condition: wanted.iter().map(|w| w.pair.condition).collect(),
+            residual: [checked.right.residual.clone(), other_side.residual.clone()],
+            condition,
             n_late,
         }
     }
 }
 
-/// Vectors at all DOFs, residuals D(λ)ψ and D(λ)ᵀy and their sizes beside the terms.
-struct Checked {
+/// One side's vectors at all DOFs (n, 2 m), D(λ) ψ and its size beside the terms.
+struct Side {
     x: Dense,
-    y: Dense,
     products: Products,
-    vectors: [Vec<Vec<Complex64>>; 2],
-    residual: [Vec<f64>; 2],
-    floor: [Vec<f64>; 2],
+    vectors: Vec<Vec<Complex64>>,
+    residual: Vec<f64>,
+    /// What rounding may leave of it.
+    floor: Vec<f64>,
+}
+
+impl Side {
+    fn done(&self, j: usize, options: &ComplexOptions) -> bool {
+        self.residual[j] <= options.tolerance.max(self.floor[j])
+    }
+}
+
+struct Checked {
+    right: Side,
+    left: Option<Side>,
 }
 
 impl Checked {
-    fn side_done(&self, side: usize, j: usize, options: &ComplexOptions) -> bool {
-        self.residual[side][j] <= options.tolerance.max(self.floor[side][j])
+    fn sides(&self) -> impl Iterator<Item = &Side> {
+        std::iter::once(&self.right).chain(&self.left)
     }
 
     fn done(&self, j: usize, options: &ComplexOptions) -> bool {
-        (0..2).all(|side| self.side_done(side, j, options))
+        self.sides().all(|side| side.done(j, options))
     }
 }
 
@@ -360,12 +378,6 @@ fn start(
 fn unstacked(x: &Dense, j: usize) -> Vec<Complex64> {
     let k = x.ncols() / 2;
     x.col(j).iter().zip(x.col(j + k)).map(|(&re, &im)| Complex64::new(re, im)).collect()
-}
-
-/// ‖y‖² / ‖ψ‖².
-fn ratio(y: &[Complex64], psi: &[Complex64]) -> f64 {
-    let size = |x: &[Complex64]| x.iter().map(|v| v.norm_sqr()).sum::<f64>();
-    size(y) / size(psi)
 }
 
 /// Factor that makes the mass 1 and the largest component real and positive; a vector without mass gets the length 1.

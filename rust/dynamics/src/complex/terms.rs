@@ -57,15 +57,9 @@ impl Parts {
                 odd[k] = if half.abs() > ROUNDING * (a.abs() + b.abs()) { half } else { 0.0 };
             }
         }
-        let part = |values: Vec<f64>| {
-            values.iter().any(|v| *v != 0.0).then(|| Compact::of_values(pattern, &values))
-        };
-        Self {
-            power: term.power,
-            speed_power: term.speed_power,
-            symmetric: part(even),
-            skew: part(odd),
-        }
+        let part =
+            |values: Vec<f64>| values.iter().any(|v| *v != 0.0).then(|| Compact::of_values(pattern, &values));
+        Self { power: term.power, speed_power: term.speed_power, symmetric: part(even), skew: part(odd) }
     }
 
     /// Real factor at a speed.
