@@ -61,6 +61,19 @@ pub enum DynamicsError {
         /// Speed in rad/s.
         speed: f64,
     },
+    /// A forced response in the space of complex modes that misses its load.
+    #[error(
+        "the response at {speed:.6} rad/s misses its load by {residual:.1e} with {vectors} vectors; ask for fewer inputs at \
+             once, a narrower band, or solve it directly"
+    )]
+    ResponseNotConverged {
+        /// Vectors used.
+        vectors: usize,
+        /// Largest residual beside the load.
+        residual: f64,
+        /// Speed in rad/s.
+        speed: f64,
+    },
     /// The inertia count and the modes found disagree.
     #[error(
         "{counted} modes lie below {freq_hz:.6} Hz by the inertia of K - sigma*M, {found} were found; \

@@ -156,6 +156,7 @@ pub(crate) fn dynamics_error(error: DynamicsError) -> PyErr {
         DynamicsError::NegativeStiffness { .. } => ModelError::new_err(message),
         DynamicsError::NotConverged { .. }
         | DynamicsError::ComplexNotConverged { .. }
+        | DynamicsError::ResponseNotConverged { .. }
         | DynamicsError::Missing { .. } => ConvergenceError::new_err(message),
     }
 }

@@ -3,9 +3,9 @@
 use std::sync::Mutex;
 
 use femend_dynamics::{ComplexOptions, ComplexProblem, PoleKind, Power, Term};
-use ndarray::{Array2, ShapeBuilder};
+use ndarray::{Array2, Array3, ShapeBuilder};
 use num_complex::Complex64;
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
+use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -105,6 +105,29 @@ impl PyComplexProblem {
         out.set_item("solves", problem.solves())?;
         out.set_item("rounds", problem.rounds)?;
         Ok(out)
+    }
+
+    /// Receptances (n_lines, n_out, n_in) at the complex `s`, in the space of the modes and what the load adds to it.
+    #[pyo3(signature = (b_out, b_in, s, speed = 0.0, *, tolerance = 1e-9))]
+    fn receptance<'py>(
+        &self,
+        py: Python<'py>,
+        b_out: PyReadonlyArray2<f64>,
+        b_in: PyReadonlyArray2<f64>,
+        s: PyReadonlyArray1<Complex64>,
+        speed: f64,
+        tolerance: f64,
+    ) -> PyResult<Bound<'py, PyArray3<Complex64>>> {
+        let (b_out, b_in) = (arrays::dense(&b_out), arrays::dense(&b_in));
+        let s = s.as_array().to_vec();
+        let mut problem = self.lock()?;
+        let inner: &mut ComplexProblem = &mut problem;
+        let found = py
+            .detach(|| inner.receptance(speed, &b_out, &b_in, &s, tolerance))
+            .map_err(arrays::dynamics_error)?;
+        let shape = (s.len(), b_out.ncols(), b_in.ncols());
+        let array = Array3::from_shape_vec(shape, found).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        Ok(PyArray3::from_owned_array(py, array))
     }
 }
 

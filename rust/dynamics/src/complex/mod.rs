@@ -8,6 +8,7 @@
 
 mod probe;
 mod projected;
+mod response;
 mod select;
 mod solve;
 mod space;

@@ -250,7 +250,7 @@ impl ComplexProblem {
     }
 
     /// Rounding error of K ψ of each column.
-    fn rounding(&self, x: &Dense) -> Vec<f64> {
+    pub(super) fn rounding(&self, x: &Dense) -> Vec<f64> {
         let k = x.ncols() / 2;
         let mut sizes = Dense::zeros(x.nrows(), k);
         for j in 0..k {

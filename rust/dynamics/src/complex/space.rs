@@ -99,6 +99,11 @@ impl Space {
         x
     }
 
+    /// Vᵀ X.
+    pub fn project(&self, x: &Dense) -> Dense {
+        gemm_tn(&self.basis.v, x)
+    }
+
     /// Is every matrix symmetric?
     pub fn symmetric(&self) -> bool {
         self.terms.iter().all(|t| t.skew.is_none())
