@@ -60,6 +60,11 @@ class ComplexSolver:
         T = self._nodes[0]
         return v if T is None else np.asarray(T @ v)
 
+    def to_system(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Forces `f` (n_dof, m) at `dofs` as forces at the rows of the system."""
+        T = self._nodes[0]
+        return f if T is None else np.asarray(T.T @ f)
+
     def raw(self, speed: float) -> dict[str, Any]:
         """Poles, kinds, vectors at the rows of the system and evidence at `speed` (rad/s), as the core gives them.
 
