@@ -133,7 +133,7 @@ def test_a_free_chain_keeps_its_rigid_body_at_zero() -> None:
     np.testing.assert_allclose(found.modes.phi[:, 0].real, 1 / np.sqrt(n), rtol=1e-8)
     omega = 2 * np.sqrt(1e4) * np.sin(np.arange(1, 6) * np.pi / (2 * n))
     np.testing.assert_allclose(np.abs(found.poles[1:]), omega, rtol=1e-3)
-    assert np.all(found.modes.zeta[1:] > 0)
+    assert np.all(found.modes.zeta[1:] > -1e-12)
     with pytest.raises(ValueError, match="rigid-body motions with modal A = 0"):
         found.modal_a_shapes()
 
@@ -157,7 +157,7 @@ def test_negative_damping_is_unstable() -> None:
 
 def test_what_cannot_be_solved_is_refused() -> None:
     M, K = np.eye(3), np.diag([1.0, 2.0, 3.0])
-    with pytest.raises(SingularModelError, match="2:X"):
+    with pytest.raises(SingularModelError, match=r"2:\+X"):
         complex_modes(system(np.diag([1.0, 0.0, 1.0]), np.diag([1.0, 0.0, 3.0])), n_modes=1)
     with pytest.raises(ModelError, match="negative eigenvalue"):
         complex_modes(system(M, np.diag([1.0, -2.0, 3.0])), n_modes=1)
@@ -174,7 +174,7 @@ def test_what_cannot_be_solved_is_refused() -> None:
     with pytest.raises(ValueError, match=r"C is \(2, 2\), but there are 3 DOF names"):
         system(M, K, C=np.eye(2))
     found = complex_modes(system(M, K), n_modes=2)
-    with pytest.raises(PairingError, match="no DOF 9:X"):
+    with pytest.raises(PairingError, match=r"no DOF 9:\+X"):
         complex_receptance(found, [1j], [Dof(9, 1)], [Dof(1, 1)])
     place = [Channel(Dof(1, 1), "displacement", "m")]
     with pytest.raises(ValueError, match="rising lines"):

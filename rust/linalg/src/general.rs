@@ -16,9 +16,36 @@ pub struct GeneralEigen {
     pub values: Vec<Complex64>,
     /// Right vectors x of length 1 (n, n), column after column: A x = λ x.
     pub right: Vec<Complex64>,
-    /// Left vectors z (n, n), column after column: zᵀ A = λ zᵀ and zᵀ x = 1 with the right vector of the same column, 0
-    /// with the others. The length of z is the condition of the eigenvalue.
-    pub left: Vec<Complex64>,
+}
+
+impl GeneralEigen {
+    /// Left vectors z (n, k) of some eigenvalues, column after column: zᵀ A = λ zᵀ and zᵀ x = 1 with the right vector of
+    /// the same eigenvalue, 0 with the others. The length of z is the condition of the eigenvalue.
+    ///
+    /// Right vectors that coincide (a defective matrix) are taken apart by a little, which leaves the others as they are.
+    ///
+    /// # Errors
+    /// [`LinalgError::Library`] where the right vectors are dependent even so.
+    pub fn left(&self, chosen: &[usize]) -> Result<Vec<Complex64>, LinalgError> {
+        let (n, x) = (self.values.len(), &self.right);
+        let mut t = vec![Complex64::ZERO; n * n];
+        for j in 0..n {
+            for i in 0..n {
+                t[i * n + j] = x[j * n + i];
+            }
+        }
+        let mut unit = vec![Complex64::ZERO; n * chosen.len()];
+        for (k, &e) in chosen.iter().enumerate() {
+            unit[k * n + e] = Complex64::ONE;
+        }
+        solve_complex_dense(n, &t, &unit).or_else(|_| {
+            for j in 0..n {
+                t[j * n + (j * 7 + 1) % n] += APART * (1.0 + (j % 5) as f64);
+                t[j * n + j] += APART * (2.0 + (j % 3) as f64);
+            }
+            solve_complex_dense(n, &t, &unit)
+        })
+    }
 }
 
 /// Eigenvalues of a real square matrix.
@@ -29,7 +56,7 @@ pub fn general_eigen(a: &Dense) -> Result<GeneralEigen, LinalgError> {
     faer::set_global_parallelism(Par::Seq);
     finite(a.data().iter().all(|v| v.is_finite()))?;
     let found = faer::linalg::solvers::Eigen::new_from_real(a.view()).map_err(|_| not_converged())?;
-    both_sides(a.nrows(), &found)
+    unit_vectors(a.nrows(), &found)
 }
 
 /// Eigenvalues of a complex square matrix (n, n), column after column.
@@ -41,7 +68,7 @@ pub fn general_eigen_complex(n: usize, a: &[Complex64]) -> Result<GeneralEigen, 
     finite(a.iter().all(|v| v.re.is_finite() && v.im.is_finite()))?;
     let view = MatRef::from_column_major_slice(a, n, n);
     let found = faer::linalg::solvers::Eigen::new(view).map_err(|_| not_converged())?;
-    both_sides(n, &found)
+    unit_vectors(n, &found)
 }
 
 fn finite(all: bool) -> Result<(), LinalgError> {
@@ -56,7 +83,7 @@ fn not_converged() -> LinalgError {
     LinalgError::Library("dense eigenvalue iteration did not converge".into())
 }
 
-fn both_sides(n: usize, found: &faer::linalg::solvers::Eigen<f64>) -> Result<GeneralEigen, LinalgError> {
+fn unit_vectors(n: usize, found: &faer::linalg::solvers::Eigen<f64>) -> Result<GeneralEigen, LinalgError> {
     let values: Vec<Complex64> = (0..n).map(|i| found.S()[i]).collect();
     let mut right = Vec::with_capacity(n * n);
     for j in 0..n {
@@ -64,30 +91,7 @@ fn both_sides(n: usize, found: &faer::linalg::solvers::Eigen<f64>) -> Result<Gen
         let size = column.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();
         right.extend(column.iter().map(|v| v / size));
     }
-    let left = inverse_transposed(n, &right)?;
-    Ok(GeneralEigen { values, right, left })
-}
-
-/// X⁻ᵀ; vectors that coincide (a defective matrix) are taken apart by a little, which leaves the others as they are.
-fn inverse_transposed(n: usize, x: &[Complex64]) -> Result<Vec<Complex64>, LinalgError> {
-    let mut t = vec![Complex64::ZERO; n * n];
-    let mut unit = vec![Complex64::ZERO; n * n];
-    for j in 0..n {
-        unit[j * n + j] = Complex64::ONE;
-        for i in 0..n {
-            t[i * n + j] = x[j * n + i];
-        }
-    }
-    match solve_complex_dense(n, &t, &unit) {
-        Ok(left) => Ok(left),
-        Err(_) => {
-            for j in 0..n {
-                t[j * n + (j * 7 + 1) % n] += APART * (1.0 + (j % 5) as f64);
-                t[j * n + j] += APART * (2.0 + (j % 3) as f64);
-            }
-            solve_complex_dense(n, &t, &unit)
-        }
-    }
+    Ok(GeneralEigen { values, right })
 }
 
 #[cfg(test)]
@@ -107,8 +111,9 @@ mod tests {
     fn errors(n: usize, a: &[Complex64], e: &GeneralEigen) -> [f64; 3] {
         let at = |i: usize, j: usize| a[j * n + i];
         let mut worst = [0.0f64; 3];
+        let left = e.left(&(0..n).collect::<Vec<_>>()).unwrap();
         for j in 0..n {
-            let (x, z) = (&e.right[j * n..(j + 1) * n], &e.left[j * n..(j + 1) * n]);
+            let (x, z) = (&e.right[j * n..(j + 1) * n], &left[j * n..(j + 1) * n]);
             for i in 0..n {
                 let ax: Complex64 = (0..n).map(|k| at(i, k) * x[k]).sum();
                 let za: Complex64 = (0..n).map(|k| z[k] * at(k, i)).sum();
@@ -142,7 +147,7 @@ mod tests {
         (a[(0, 0)], a[(0, 1)], a[(1, 1)], a[(2, 2)]) = (2.0, 1.0, 2.0, 5.0);
         let e = general_eigen(&a).unwrap();
         let simple = (0..3).find(|&j| (e.values[j] - 5.0).norm() < 1e-12).unwrap();
-        let z = &e.left[3 * simple..3 * simple + 3];
+        let z = e.left(&[simple]).unwrap();
         assert!((z[2].norm() - 1.0).abs() < 1e-9 && z[0].norm() < 1e-9);
         assert!(general_eigen(&Dense::from_vec(1, 1, vec![f64::NAN])).is_err());
     }

@@ -51,7 +51,8 @@ pub(crate) fn block(py: Python<'_>, n: usize, values: Vec<Complex64>) -> PyResul
 #[pymethods]
 impl PyComplexProblem {
     #[new]
-    #[pyo3(signature = (indptr, indices, k, m, terms, n_modes = None, f_max = None, *, tolerance = 1e-8, symbolic = None))]
+    #[pyo3(signature = (indptr, indices, k, m, terms, n_modes = None, f_max = None, *, tolerance = 1e-8, left_tolerance = 1e-8,
+                        symbolic = None))]
     #[expect(clippy::too_many_arguments, reason = "a Python signature, by keyword")]
     fn new(
         py: Python<'_>,
@@ -63,6 +64,7 @@ impl PyComplexProblem {
         n_modes: Option<usize>,
         f_max: Option<f64>,
         tolerance: f64,
+        left_tolerance: f64,
         symbolic: Option<PyRef<PySymbolic>>,
     ) -> PyResult<Self> {
         let (symbolic, matrices) = prepare(py, &indptr, &indices, &[(&k, "K"), (&m, "M")], "auto", symbolic)?;
@@ -73,7 +75,7 @@ impl PyComplexProblem {
                 Ok(Term { power: power(text)?, speed_power: *speed_power, values })
             })
             .collect::<PyResult<_>>()?;
-        let options = ComplexOptions { n_modes, f_max, tolerance };
+        let options = ComplexOptions { n_modes, f_max, tolerance, left_tolerance };
         let n = matrices[0].n();
         let inner = py
             .detach(|| ComplexProblem::new(&symbolic, &matrices[0], &matrices[1], &terms, &options))

@@ -6,6 +6,7 @@
 //! number of speeds W. The columns of V are orthonormal in K_σ, so that the projected problem is near the unit matrix at
 //! s₀ = √-σ, about which it is linearised; massless DOFs are then eigenvalues 1/(λ - s₀) = 0.
 
+mod correction;
 mod probe;
 mod projected;
 mod response;
@@ -13,6 +14,8 @@ mod select;
 mod solve;
 mod space;
 mod terms;
+#[cfg(test)]
+mod tests;
 
 pub use solve::{ComplexModes, ComplexOptions, ComplexProblem, PoleKind};
 pub use terms::{Power, Term};

@@ -3,7 +3,7 @@
 //! With D₀ = D(s₀), D₁ = τ D'(s₀), D₂ = τ² M the problem is μ² D₀ + μ D₁ + D₂ = 0, and D₀ is near the unit matrix. μ = 0
 //! belongs to λ = ∞, which massless DOFs have (first companion form; Tisseur and Meerbergen 2001, section 3.4).
 
-use femend_linalg::{Dense, general_eigen, general_eigen_complex, solve_complex_dense};
+use femend_linalg::{Dense, GeneralEigen, general_eigen, general_eigen_complex, solve_complex_dense};
 use num_complex::Complex64;
 
 use super::space::Space;
@@ -13,12 +13,45 @@ use crate::DynamicsError;
 /// μ below this beside the largest belongs to λ = ∞.
 const INFINITE: f64 = 1e-11;
 
-/// An eigenvalue with the coefficients of its vectors in V.
+/// An eigenvalue with the coefficients of its vector in V.
 #[derive(Debug, Clone)]
 pub(super) struct Pair {
     pub lambda: Complex64,
     pub right: Vec<Complex64>,
-    pub left: Vec<Complex64>,
+    /// Place in the spectrum; `None` for a rigid-body motion.
+    place: Option<usize>,
+}
+
+impl Pair {
+    /// A motion x with λ = 0.
+    pub fn rigid(x: Vec<Complex64>) -> Self {
+        Self { lambda: Complex64::ZERO, right: x, place: None }
+    }
+}
+
+/// Eigenvalues of the linearised problem.
+pub(super) struct Spectrum {
+    pub pairs: Vec<Pair>,
+    eigen: GeneralEigen,
+    /// D₀ᵀ.
+    d0_t: Vec<Complex64>,
+}
+
+impl Spectrum {
+    /// Left vectors of the quadratic problem, yᵀ D(λ) = 0, bi-orthogonal to the right ones: y = D₀⁻ᵀ z₁.
+    pub fn left(&self, pairs: &[&Pair]) -> Result<Vec<Vec<Complex64>>, DynamicsError> {
+        let r = self.eigen.values.len() / 2;
+        let places: Vec<usize> = pairs.iter().filter_map(|p| p.place).collect();
+        let z = self.eigen.left(&places)?;
+        let z1: Vec<Complex64> = z.chunks_exact(2 * r).flat_map(|z| z[..r].iter().copied()).collect();
+        let y = solve_complex_dense(r, &self.d0_t, &z1)?;
+        let mut found = y.chunks_exact(r).map(unit);
+        let own = |p: &&Pair| match p.place {
+            Some(_) => found.next().unwrap_or_default(),
+            None => p.right.clone(),
+        };
+        Ok(pairs.iter().map(own).collect())
+    }
 }
 
 /// Matrices of one speed in the space, each (r, r).
@@ -53,7 +86,7 @@ impl Projected {
     }
 
     /// All finite eigenvalues.
-    pub fn eigen(&self, s0: f64) -> Result<Vec<Pair>, DynamicsError> {
+    pub fn eigen(&self, s0: f64) -> Result<Spectrum, DynamicsError> {
         let r = self.r();
         let largest = (0..r).map(|i| self.mass[(i, i)]).fold(0.0, f64::max);
         let tau = if largest > 0.0 { 1.0 / largest.sqrt() } else { 1.0 };
@@ -83,21 +116,14 @@ impl Projected {
             }
         }
         let size = eigen.values.iter().map(|v| v.norm()).fold(0.0, f64::max);
-        let finite: Vec<usize> = (0..2 * r).filter(|&e| eigen.values[e].norm() > INFINITE * size).collect();
-        // left vectors of the quadratic problem: y = D₀⁻ᵀ z₁
-        let z1: Vec<Complex64> =
-            finite.iter().flat_map(|&e| eigen.left[2 * r * e..2 * r * e + r].iter().copied()).collect();
-        let left = solve_complex_dense(r, &d0_t, &z1)?;
-        Ok(finite
-            .iter()
-            .enumerate()
-            .map(|(f, &e)| {
-                let mu = eigen.values[e];
-                let column = &eigen.right[2 * r * e..2 * r * (e + 1)];
-                let right = if mu.norm() > 1.0 { &column[..r] } else { &column[r..] };
-                Pair { lambda: s0 + tau / mu, right: unit(right), left: unit(&left[f * r..(f + 1) * r]) }
-            })
-            .collect())
+        let finite = (0..2 * r).filter(|&e| eigen.values[e].norm() > INFINITE * size);
+        let pair = |e: usize| {
+            let mu = eigen.values[e];
+            let column = &eigen.right[2 * r * e..2 * r * (e + 1)];
+            let right = if mu.norm() > 1.0 { &column[..r] } else { &column[r..] };
+            Pair { lambda: s0 + tau / mu, right: unit(right), place: Some(e) }
+        };
+        Ok(Spectrum { pairs: finite.map(pair).collect(), eigen, d0_t })
     }
 
     /// Vectors x of the space, orthonormal, with (K + iD) x = 0: what stands still in the direction of a rigid motion.

@@ -2,8 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use num_complex::Complex64;
-
 use super::projected::{Pair, Projected};
 use super::solve::{ComplexOptions, PoleKind};
 use crate::DynamicsError;
@@ -23,7 +21,7 @@ pub(super) struct Wanted {
 /// The poles asked for: rigid-body modes, oscillatory ones by |λ|, overdamped ones up to the last of them, and with
 /// structural damping as many of the other half-plane, where K + iD is not physical but part of the rational function.
 pub(super) fn select(
-    all: Vec<Pair>,
+    all: &[Pair],
     projected: &Projected,
     s0: f64,
     options: &ComplexOptions,
@@ -33,8 +31,7 @@ pub(super) fn select(
     let mut out = Vec::new();
     if all.iter().any(is_rigid) {
         for x in projected.still()? {
-            let pair = Pair { lambda: Complex64::ZERO, left: x.clone(), right: x };
-            out.push(Wanted { kind: PoleKind::Rigid, pair });
+            out.push(Wanted { kind: PoleKind::Rigid, pair: Pair::rigid(x) });
         }
     }
     let is_real = |p: &Pair| p.lambda.im.abs() <= REAL * p.lambda.norm();

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use femend_linalg::{Dense, Symbolic, SymmetricCsc};
 use num_complex::Complex64;
 
+use super::correction::correct;
 use super::probe::probe;
 use super::projected::Projected;
 use super::select::{Wanted, select};
@@ -33,8 +34,10 @@ pub struct ComplexOptions {
     pub n_modes: Option<usize>,
     /// All modes with |λ| up to this frequency in Hz.
     pub f_max: Option<f64>,
-    /// Residual to reach, ‖D(λ)ψ‖ / (‖λ²Mψ‖ + ‖λCψ‖ + ‖(K + iD - σM)ψ‖), right and left.
+    /// Residual to reach, ‖D(λ)ψ‖ / (‖λ²Mψ‖ + ‖λCψ‖ + ‖(K + iD - σM)ψ‖).
     pub tolerance: f64,
+    /// The same of left vectors. The error of a pole goes with the product of both.
+    pub left_tolerance: f64,
 }
 
 /// What a pole is.
@@ -103,17 +106,8 @@ impl ComplexProblem {
         terms: &[Term],
         options: &ComplexOptions,
     ) -> Result<Self, DynamicsError> {
+        check(symbolic.pattern().nnz(), terms, options)?;
         let pattern = symbolic.pattern();
-        if let Some(t) = terms.iter().find(|t| t.values.len() != pattern.nnz()) {
-            let (found, expected) = (t.values.len(), pattern.nnz());
-            return Err(DynamicsError::Argument(format!(
-                "a {:?} term has {found} values, {expected} expected: one for each entry of the pattern of K",
-                t.power
-            )));
-        }
-        if terms.iter().any(|t| t.values.iter().any(|v| !v.is_finite())) {
-            return Err(DynamicsError::Argument("a term has values that are not finite".into()));
-        }
         let n = k.n();
         let (real, shifted) = start(symbolic, k, m, n <= SMALL, options)?;
         let k_sigma = k.plus(-shifted.sigma, m);
@@ -175,61 +169,41 @@ impl ComplexProblem {
         }
         let (mut known, mut n_late) = (None, 0);
         for round in 0..ROUNDS {
-            let wanted = self.wanted(speed)?;
-            let mut checked = self.checked(speed, &wanted);
-            let open: Vec<usize> = (0..wanted.len()).filter(|&j| !checked.done(j, &self.options)).collect();
-            if open.is_empty() || whole {
-                let poles: Vec<f64> = wanted.iter().map(|w| w.pair.lambda.norm()).collect();
-                if let Some(before) = known.replace(poles) {
-                    n_late += late(&before, known.as_ref().unwrap_or(&before));
-                }
-                if self.probed || whole {
-                    if checked.left.is_none() {
-                        checked.left = Some(self.side(speed, &wanted, true));
-                    }
-                    return Ok(self.told(wanted, checked, n_late));
-                }
-                probe(&mut self.space, speed, 3, &mut self.seed);
-                self.probed = true;
+            let projected = Projected::new(&self.space, speed);
+            let spectrum = projected.eigen(self.s0)?;
+            self.rounds += 1;
+            let wanted = select(&spectrum.pairs, &projected, self.s0, &self.options)?;
+            let vectors: Vec<&[Complex64]> = wanted.iter().map(|w| &w.pair.right[..]).collect();
+            let right = self.side(speed, &wanted, &vectors, false);
+            let open = right.open(self.options.tolerance);
+            if !open.is_empty() && !whole {
+                self.enlarge(speed, &wanted, &right, &open, round)?;
                 continue;
             }
-            let limit = 12 * wanted.len() + 400;
-            if self.space.len() > limit || round + 1 == ROUNDS {
-                return Err(self.not_converged(speed, &wanted, &checked, open.len()));
+            // left vectors once the right ones are there: they hold most of what these need
+            let left = spectrum.left(&wanted.iter().map(|w| &w.pair).collect::<Vec<_>>())?;
+            let vectors: Vec<&[Complex64]> = left.iter().map(|y| &y[..]).collect();
+            let left = self.side(speed, &wanted, &vectors, true);
+            let open = left.open(self.options.left_tolerance);
+            if !open.is_empty() && !whole && !self.space.symmetric() {
+                self.enlarge(speed, &wanted, &left, &open, round)?;
+                continue;
             }
-            self.enlarge(&checked, &open);
+            let poles: Vec<f64> = wanted.iter().map(|w| w.pair.lambda.norm()).collect();
+            if let Some(before) = known.replace(poles) {
+                n_late += late(&before, known.as_ref().unwrap_or(&before));
+            }
+            if self.probed || whole {
+                return Ok(told(wanted, right, left, n_late));
+            }
+            probe(&mut self.space, speed, 3, &mut self.seed);
+            self.probed = true;
         }
         unreachable!("the last round returns")
     }
 
-    fn wanted(&mut self, speed: f64) -> Result<Vec<Wanted>, DynamicsError> {
-        self.rounds += 1;
-        let projected = Projected::new(&self.space, speed);
-        let all = projected.eigen(self.s0)?;
-        select(all, &projected, self.s0, &self.options)
-    }
-
-    fn not_converged(&self, speed: f64, wanted: &[Wanted], checked: &Checked, open: usize) -> DynamicsError {
-        DynamicsError::ComplexNotConverged {
-            converged: wanted.len() - open,
-            wanted: wanted.len(),
-            vectors: self.space.len(),
-            residual: checked.sides().flat_map(|s| &s.residual).copied().fold(0.0, f64::max),
-            speed,
-        }
-    }
-
-    /// The vectors at all DOFs with the residuals of the full problem.
-    fn checked(&self, speed: f64, wanted: &[Wanted]) -> Checked {
-        let right = self.side(speed, wanted, false);
-        // where all matrices are symmetric, left vectors are right ones, those of repeated poles mixed among themselves
-        let left = (!self.space.symmetric()).then(|| self.side(speed, wanted, true));
-        Checked { right, left }
-    }
-
-    fn side(&self, speed: f64, wanted: &[Wanted], transposed: bool) -> Side {
-        let of = |w: &Wanted| if transposed { w.pair.left.clone() } else { w.pair.right.clone() };
-        let y: Vec<Complex64> = wanted.iter().flat_map(of).collect();
+    fn side(&self, speed: f64, wanted: &[Wanted], vectors: &[&[Complex64]], transposed: bool) -> Side {
+        let y: Vec<Complex64> = vectors.concat();
         let x = self.space.expand(&stacked(self.space.len(), &y));
         let products = Products::new(&self.space.terms, speed, &x, transposed);
         let (mut vectors, mut residual, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
@@ -241,12 +215,11 @@ impl ComplexProblem {
         }
         // the rounding error matters where little is left
         let mut floor = vec![0.0; wanted.len()];
-        let near = |r: f64| r > self.options.tolerance && r < NEAR;
-        if residual.iter().any(|r| near(*r)) {
+        if residual.iter().any(|r| *r > self.options.tolerance && *r < NEAR) {
             let bounds = self.rounding(&x);
             floor = bounds.iter().zip(&sizes).map(|(b, s)| b / s).collect();
         }
-        Side { x, products, vectors, residual, floor }
+        Side { transposed, x, products, vectors, residual, floor }
     }
 
     /// Rounding error of K ψ of each column.
@@ -262,65 +235,72 @@ impl ComplexProblem {
         (0..k).map(|j| ROUNDING * f64::EPSILON * norm(j)).collect()
     }
 
-    /// K_σ⁻¹ times the residuals that are too large, real and imaginary parts.
-    fn enlarge(&mut self, checked: &Checked, open: &[usize]) {
-        let n = self.space.n();
-        let mut block = Dense::zeros(n, 0);
-        for side in checked.sides() {
-            for &j in open.iter().filter(|&&j| !side.done(j, &self.options)) {
-                let two = stacked(n, &side.vectors[j]);
-                let size = |c: usize| two.col(c).iter().map(|v| v * v).sum::<f64>().sqrt();
-                let (re, im) = (size(0), size(1));
-                let keep: Vec<usize> = [(0, re), (1, im)]
-                    .iter()
-                    .filter(|(_, s)| *s > PART * re.hypot(im))
-                    .map(|p| p.0)
-                    .collect();
-                block.append(&two.select(&keep));
-            }
-        }
-        let block = self.space.solve(block);
-        self.space.add(&block);
-    }
-
-    fn told(&self, wanted: Vec<Wanted>, checked: Checked, n_late: usize) -> ComplexModes {
-        let (mut right, mut left) = (Vec::new(), Vec::new());
-        let (mut modal_a, mut condition) = (Vec::new(), Vec::new());
-        let own_side = &checked.right;
-        let other_side = checked.left.as_ref().unwrap_or(own_side);
-        for (j, w) in wanted.iter().enumerate() {
-            let (mut psi, mut y) = (unstacked(&own_side.x, j), unstacked(&other_side.x, j));
-            let masses = [(&psi, own_side), (&y, other_side)].map(|(x, side)| {
-                let conj: Vec<Complex64> = x.iter().map(|v| v.conj()).collect();
-                side.products.forms(j, &conj).0.re
+    /// Adds what the correction equation makes of residuals that are too large.
+    fn enlarge(
+        &mut self,
+        speed: f64,
+        wanted: &[Wanted],
+        side: &Side,
+        open: &[usize],
+        round: usize,
+    ) -> Result<(), DynamicsError> {
+        if self.space.len() > 12 * wanted.len() + 400 || round + 1 == ROUNDS {
+            return Err(DynamicsError::ComplexNotConverged {
+                converged: wanted.len() - open.len(),
+                wanted: wanted.len(),
+                vectors: self.space.len(),
+                residual: side.residual.iter().copied().fold(0.0, f64::max),
+                speed,
             });
-            let factors = [scale(&psi, masses[0]), scale(&y, masses[1])];
-            psi.iter_mut().for_each(|v| *v *= factors[0]);
-            y.iter_mut().for_each(|v| *v *= factors[1]);
-            let (m, c) = own_side.products.forms(j, &y);
-            let (m, c) = (m * factors[0], c * factors[0]);
-            let a = 2.0 * w.pair.lambda * m + c;
-            let mass: f64 = masses.iter().zip(factors).map(|(m, f)| m.max(0.0).sqrt() * f.norm()).product();
-            condition.push((2.0 * w.pair.lambda.norm() * mass + c.norm()) / a.norm());
-            modal_a.push(a);
-            right.append(&mut psi);
-            left.append(&mut y);
         }
-        ComplexModes {
-            lambda: wanted.iter().map(|w| w.pair.lambda).collect(),
-            kind: wanted.iter().map(|w| w.kind).collect(),
-            right,
-            left,
-            modal_a,
-            residual: [checked.right.residual.clone(), other_side.residual.clone()],
-            condition,
-            n_late,
-        }
+        let lambda: Vec<Complex64> = open.iter().map(|&j| wanted[j].pair.lambda).collect();
+        let residuals: Vec<Complex64> = open.iter().flat_map(|&j| side.vectors[j].iter().copied()).collect();
+        let block = correct(&mut self.space, speed, &lambda, &residuals, side.transposed)?;
+        let size = |c: usize| block.col(c).iter().map(|v| v * v).sum::<f64>().sqrt();
+        let k = open.len();
+        let large = |&c: &usize| size(c) > PART * size(c % k).hypot(size(c % k + k));
+        let keep: Vec<usize> = (0..2 * k).filter(large).collect();
+        self.space.add(&block.select(&keep));
+        Ok(())
+    }
+}
+
+fn told(wanted: Vec<Wanted>, own: Side, other: Side, n_late: usize) -> ComplexModes {
+    let (mut right, mut left) = (Vec::new(), Vec::new());
+    let (mut modal_a, mut condition) = (Vec::new(), Vec::new());
+    for (j, w) in wanted.iter().enumerate() {
+        let (mut psi, mut y) = (unstacked(&own.x, j), unstacked(&other.x, j));
+        let masses = [(&psi, &own), (&y, &other)].map(|(x, side)| {
+            let conj: Vec<Complex64> = x.iter().map(|v| v.conj()).collect();
+            side.products.forms(j, &conj).0.re
+        });
+        let factors = [scale(&psi, masses[0]), scale(&y, masses[1])];
+        psi.iter_mut().for_each(|v| *v *= factors[0]);
+        y.iter_mut().for_each(|v| *v *= factors[1]);
+        let (m, c) = own.products.forms(j, &y);
+        let (m, c) = (m * factors[0], c * factors[0]);
+        let a = 2.0 * w.pair.lambda * m + c;
+        let mass: f64 = masses.iter().zip(factors).map(|(m, f)| m.max(0.0).sqrt() * f.norm()).product();
+        condition.push((2.0 * w.pair.lambda.norm() * mass + c.norm()) / a.norm());
+        modal_a.push(a);
+        right.append(&mut psi);
+        left.append(&mut y);
+    }
+    ComplexModes {
+        lambda: wanted.iter().map(|w| w.pair.lambda).collect(),
+        kind: wanted.iter().map(|w| w.kind).collect(),
+        right,
+        left,
+        modal_a,
+        residual: [own.residual, other.residual],
+        condition,
+        n_late,
     }
 }
 
 /// One side's vectors at all DOFs (n, 2 m), D(λ) ψ and its size beside the terms.
 struct Side {
+    transposed: bool,
     x: Dense,
     products: Products,
     vectors: Vec<Vec<Complex64>>,
@@ -330,23 +310,35 @@ struct Side {
 }
 
 impl Side {
-    fn done(&self, j: usize, options: &ComplexOptions) -> bool {
-        self.residual[j] <= options.tolerance.max(self.floor[j])
+    /// Columns whose residual is too large.
+    fn open(&self, tolerance: f64) -> Vec<usize> {
+        (0..self.residual.len()).filter(|&j| !(self.residual[j] <= tolerance.max(self.floor[j]))).collect()
     }
 }
 
-struct Checked {
-    right: Side,
-    left: Option<Side>,
-}
-
-impl Checked {
-    fn sides(&self) -> impl Iterator<Item = &Side> {
-        std::iter::once(&self.right).chain(&self.left)
+fn check(nnz: usize, terms: &[Term], options: &ComplexOptions) -> Result<(), DynamicsError> {
+    let bad = |text: String| Err(DynamicsError::Argument(text));
+    if let Some(t) = terms.iter().find(|t| t.values.len() != nnz) {
+        let found = t.values.len();
+        return bad(format!(
+            "a {:?} term has {found} values, {nnz} expected: one for each entry of the pattern of K",
+            t.power
+        ));
     }
-
-    fn done(&self, j: usize, options: &ComplexOptions) -> bool {
-        self.sides().all(|side| side.done(j, options))
+    if terms.iter().any(|t| t.values.iter().any(|v| !v.is_finite())) {
+        return bad("a term has values that are not finite".into());
+    }
+    match (options.n_modes, options.f_max) {
+        (None, None) => bad("neither n_modes nor f_max is given; pass one of them".into()),
+        (Some(0), _) => bad("n_modes = 0; ask for at least one mode".into()),
+        (_, Some(f)) if !(f > 0.0 && f.is_finite()) => {
+            bad(format!("f_max = {f} Hz; it must be positive and finite"))
+        }
+        _ if !(options.tolerance > 0.0 && options.left_tolerance > 0.0) => bad(format!(
+            "tolerance = {}, left_tolerance = {}; both must be positive",
+            options.tolerance, options.left_tolerance
+        )),
+        _ => Ok(()),
     }
 }
 

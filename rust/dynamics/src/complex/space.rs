@@ -92,6 +92,18 @@ impl Space {
         x
     }
 
+    /// K_σ X.
+    pub fn metric_times(&self, x: &Dense) -> Dense {
+        self.metric.times(x)
+    }
+
+    /// X -= V Vᵀ K_σ X, and the same for K_σ X at hand.
+    pub fn remove(&self, x: &mut Dense, kx: &mut Dense) {
+        let inside = gemm_tn(&self.basis.v, kx);
+        gemm(x, 1.0, -1.0, &self.basis.v, &inside);
+        *kx = self.metric.times(x);
+    }
+
     /// V Y for Y (r, k).
     pub fn expand(&self, y: &Dense) -> Dense {
         let mut x = Dense::zeros(self.n(), y.ncols());
