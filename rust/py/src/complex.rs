@@ -51,7 +51,7 @@ pub(crate) fn block(py: Python<'_>, n: usize, values: Vec<Complex64>) -> PyResul
 #[pymethods]
 impl PyComplexProblem {
     #[new]
-    #[pyo3(signature = (indptr, indices, k, m, terms, n_modes = None, f_max = None, *, tolerance = 1e-8, left_tolerance = 1e-8,
+    #[pyo3(signature = (indptr, indices, k, m, terms, n_modes = None, f_max = None, *, speed = 0.0, tolerance = 1e-8, left_tolerance = 1e-8,
                         symbolic = None))]
     #[expect(clippy::too_many_arguments, reason = "a Python signature, by keyword")]
     fn new(
@@ -63,6 +63,7 @@ impl PyComplexProblem {
         terms: Vec<(String, i32, PyReadonlyArray1<f64>)>,
         n_modes: Option<usize>,
         f_max: Option<f64>,
+        speed: f64,
         tolerance: f64,
         left_tolerance: f64,
         symbolic: Option<PyRef<PySymbolic>>,
@@ -78,7 +79,7 @@ impl PyComplexProblem {
         let options = ComplexOptions { n_modes, f_max, tolerance, left_tolerance };
         let n = matrices[0].n();
         let inner = py
-            .detach(|| ComplexProblem::new(&symbolic, &matrices[0], &matrices[1], &terms, &options))
+            .detach(|| ComplexProblem::new(&symbolic, &matrices[0], &matrices[1], &terms, speed, &options))
             .map_err(arrays::dynamics_error)?;
         Ok(Self { inner: Mutex::new(inner), n })
     }

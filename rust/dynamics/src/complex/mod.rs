@@ -7,6 +7,7 @@
 //! s₀ = √-σ, about which it is linearised; massless DOFs are then eigenvalues 1/(λ - s₀) = 0.
 
 mod correction;
+mod krylov;
 mod probe;
 mod projected;
 mod response;

@@ -11,8 +11,7 @@ const COLUMNS: usize = 4;
 /// every other term. Poles near s₀ that the space is blind to grow in it as in Arnoldi's method; terms of a rank up to the
 /// number of columns (local dashpots, bearings, discs) are in it exactly after one step.
 pub(super) fn probe(space: &mut Space, speed: f64, steps: usize, seed: &mut u64) {
-    let mut block = Dense::zeros(space.n(), COLUMNS);
-    block.data_mut().iter_mut().for_each(|v| *v = draw(seed));
+    let mut block = random(space.n(), COLUMNS, seed);
     block = space.solve(block);
     space.add(&block);
     for _ in 0..steps {
@@ -28,6 +27,13 @@ pub(super) fn probe(space: &mut Space, speed: f64, steps: usize, seed: &mut u64)
         let keep: Vec<usize> = (0..COLUMNS.min(block.ncols())).collect();
         block = block.select(&keep);
     }
+}
+
+/// A block (n, k) of a fixed sequence.
+pub(super) fn random(n: usize, columns: usize, seed: &mut u64) -> Dense {
+    let mut block = Dense::zeros(n, columns);
+    block.data_mut().iter_mut().for_each(|v| *v = draw(seed));
+    block
 }
 
 /// A fixed sequence between -0.5 and 0.5, so that two runs give the same digits.

@@ -126,6 +126,19 @@ impl Projected {
         Ok(Spectrum { pairs: finite.map(pair).collect(), eigen, d0_t })
     }
 
+    /// Undamped eigenvalues ω² of K and M alone, rising.
+    pub fn at_rest(&self) -> Result<Vec<f64>, DynamicsError> {
+        let l = self.stiffness.cholesky()?;
+        let mut half = self.mass.clone();
+        l.solve_lower_in_place(false, &mut half);
+        let mut c = half.transposed();
+        l.solve_lower_in_place(false, &mut c);
+        let eigen = c.symmetric_eigen()?;
+        let largest = eigen.values.last().copied().unwrap_or(0.0);
+        let finite = eigen.values.iter().rev().filter(|v| **v > 1e-14 * largest);
+        Ok(finite.map(|v| 1.0 / v).collect())
+    }
+
     /// Vectors x of the space, orthonormal, with (K + iD) x = 0: what stands still in the direction of a rigid motion.
     pub fn still(&self) -> Result<Vec<Vec<Complex64>>, DynamicsError> {
         let r = self.r();

@@ -2,17 +2,18 @@
 
 use std::sync::Arc;
 
-use femend_linalg::{Dense, Symbolic, SymmetricCsc};
+use femend_linalg::{Dense, Factor, Kind as FactorKind, LinalgError, Symbolic, SymmetricCsc};
 use num_complex::Complex64;
 
 use super::correction::correct;
+use super::krylov::Growth;
 use super::probe::probe;
 use super::projected::Projected;
 use super::select::{Wanted, select};
 use super::space::Space;
 use super::terms::{Parts, Power, Products, Term, stacked};
 use crate::DynamicsError;
-use crate::modes::{Compact, ModeOptions, modes_and_factor};
+use crate::modes::{Compact, ModeOptions, Modes, ModesInfo, Shifted, count_below, modes_and_factor};
 
 /// Models up to this size are solved in their whole space.
 const SMALL: usize = 60;
@@ -22,6 +23,8 @@ const ROUNDS: usize = 60;
 const ROUNDING: f64 = 16.0;
 /// A part (real or imaginary) of a correction smaller than this beside the whole is left for the next round.
 const PART: f64 = 1e-2;
+/// Part of λ² beyond the highest wanted pole at which the modes at rest are counted.
+const MARGIN: f64 = 1e-3;
 /// Residual from which the rounding error is looked at.
 const NEAR: f64 = 1e-5;
 /// Relative change of |λ| up to which a pole is the same as before the probe.
@@ -91,11 +94,13 @@ pub struct ComplexProblem {
     pub n_rigid: usize,
     /// Dense eigenproblems solved.
     pub rounds: usize,
+    /// The model at rest, until its modes have been counted.
+    rest: Option<Rest>,
 }
 
 impl ComplexProblem {
-    /// Real modes of K and M and the space they begin. Further terms hold damping, gyroscopic moments and all that goes
-    /// with the speed.
+    /// The space, with the real modes of K and M in it where these are free. Further terms hold damping, gyroscopic moments
+    /// and all that goes with the speed; K at `speed` is what is factorised, where it is positive definite.
     ///
     /// # Errors
     /// As [`crate::modes()`]; [`DynamicsError::Argument`] for values that do not fit the pattern.
@@ -104,39 +109,44 @@ impl ComplexProblem {
         k: &SymmetricCsc,
         m: &SymmetricCsc,
         terms: &[Term],
+        speed: f64,
         options: &ComplexOptions,
     ) -> Result<Self, DynamicsError> {
         check(symbolic.pattern().nnz(), terms, options)?;
         let pattern = symbolic.pattern();
-        let n = k.n();
-        let (real, shifted) = start(symbolic, k, m, n <= SMALL, options)?;
-        let k_sigma = k.plus(-shifted.sigma, m);
         let own = |power, a: &SymmetricCsc| Term { power, speed_power: 0, values: a.values().to_vec() };
         let mut parts =
             vec![Parts::new(pattern, &own(Power::Stiffness, k)), Parts::new(pattern, &own(Power::Mass, m))];
         parts.extend(
             terms.iter().filter(|t| t.values.iter().any(|v| *v != 0.0)).map(|t| Parts::new(pattern, t)),
         );
-        let magnitudes: Vec<f64> = k_sigma.values().iter().map(|v| v.abs()).collect();
-        let magnitude = Compact::of_values(pattern, &magnitudes);
-        let s0 = (-shifted.sigma).max(0.0).sqrt();
-        let room = 4 * real.lambda.len() + 64;
-        let mut space = Space::new(parts, &k_sigma, shifted.sigma, shifted.factor, room.min(n));
-        if n <= SMALL {
-            space.fill(&k_sigma)?;
-        } else {
+        let begun = begin(symbolic, k, m, terms, speed, options)?;
+        let base = begun.base.plus(-begun.shifted.sigma, m);
+        let magnitudes: Vec<f64> = base.values().iter().map(|v| v.abs()).collect();
+        let sigma = begun.shifted.sigma;
+        let room = options.n_modes.map_or(128, |n| 10 * n + 64).min(k.n());
+        let mut space = Space::new(parts, &base, sigma, begun.shifted.factor, room);
+        if k.n() <= SMALL {
+            space.fill(&base)?;
+        } else if let Some(real) = &begun.real {
             space.add(&real.phi);
         }
+        let known = begun.real.as_ref().map(|real| &real.info);
         Ok(Self {
             space,
-            magnitude,
+            magnitude: Compact::of_values(pattern, &magnitudes),
             options: options.clone(),
-            s0,
+            s0: (-sigma).max(0.0).sqrt(),
             seed: 0x2545_f491_4f6c_dd1d,
-            probed: n <= SMALL,
-            counted: real.info.counted,
-            n_rigid: real.info.n_rigid,
+            probed: k.n() <= SMALL,
+            counted: known.and_then(|info| info.counted),
+            n_rigid: known.map_or(0, |info| info.n_rigid),
             rounds: 0,
+            rest: begun.real.is_none().then(|| Rest {
+                symbolic: symbolic.clone(),
+                k: k.clone(),
+                m: m.clone(),
+            }),
         })
     }
 
@@ -164,20 +174,31 @@ impl ComplexProblem {
             return Err(DynamicsError::Argument(format!("speed = {speed} rad/s; it must be finite")));
         }
         let whole = self.space.len() == self.space.n();
+        let mut growth = Growth::default();
         if self.rounds == 0 && !whole {
-            probe(&mut self.space, if speed == 0.0 { 1.0 } else { speed }, 1, &mut self.seed);
+            let first = if speed == 0.0 && self.rest.is_none() { 1.0 } else { speed };
+            match &self.rest {
+                Some(_) => growth.begin(&mut self.space, first, self.options.n_modes, &mut self.seed),
+                None => probe(&mut self.space, first, 1, &mut self.seed),
+            }
         }
         let (mut known, mut n_late) = (None, 0);
         for round in 0..ROUNDS {
             let projected = Projected::new(&self.space, speed);
             let spectrum = projected.eigen(self.s0)?;
             self.rounds += 1;
-            let wanted = select(&spectrum.pairs, &projected, self.s0, &self.options)?;
+            let wanted = match select(&spectrum.pairs, &projected, self.s0, &self.options) {
+                // a space that is too small yet
+                Err(_) if growth.further(&mut self.space, speed, 0, f64::INFINITY) => continue,
+                other => other?,
+            };
             let vectors: Vec<&[Complex64]> = wanted.iter().map(|w| &w.pair.right[..]).collect();
             let right = self.side(speed, &wanted, &vectors, false);
             let open = right.open(self.options.tolerance);
             if !open.is_empty() && !whole {
-                self.enlarge(speed, &wanted, &right, &open, round)?;
+                if !growth.further(&mut self.space, speed, 0, right.worst(&open)) {
+                    self.enlarge(speed, &wanted, &right, &open, round)?;
+                }
                 continue;
             }
             // left vectors once the right ones are there: they hold most of what these need
@@ -186,12 +207,18 @@ impl ComplexProblem {
             let left = self.side(speed, &wanted, &vectors, true);
             let open = left.open(self.options.left_tolerance);
             if !open.is_empty() && !whole && !self.space.symmetric() {
-                self.enlarge(speed, &wanted, &left, &open, round)?;
+                if !growth.further(&mut self.space, speed, 1, left.worst(&open)) {
+                    self.enlarge(speed, &wanted, &left, &open, round)?;
+                }
                 continue;
             }
             let poles: Vec<f64> = wanted.iter().map(|w| w.pair.lambda.norm()).collect();
+            let reach = poles.iter().copied().fold(0.0, f64::max);
             if let Some(before) = known.replace(poles) {
                 n_late += late(&before, known.as_ref().unwrap_or(&before));
+            }
+            if !whole && !self.complete(reach)? {
+                continue;
             }
             if self.probed || whole {
                 return Ok(told(wanted, right, left, n_late));
@@ -200,6 +227,25 @@ impl ComplexProblem {
             self.probed = true;
         }
         unreachable!("the last round returns")
+    }
+
+    /// Does the space hold as many undamped modes of the model at rest up to `reach` in rad/s as inertia counts? Where it does
+    /// not, their shapes are taken into it.
+    fn complete(&mut self, reach: f64) -> Result<bool, DynamicsError> {
+        let Some(rest) = self.rest.take() else { return Ok(true) };
+        let projected = Projected::new(&self.space, 0.0);
+        let lambda = projected.at_rest()?;
+        let mut info = ModesInfo::default();
+        let upper = reach * reach * (1.0 + MARGIN);
+        let (counted, upper) = count_below(&rest.symbolic, &rest.k, &rest.m, upper, &lambda, &mut info)?;
+        self.counted = Some(counted);
+        if lambda.iter().filter(|&&l| l < upper).count() >= counted {
+            return Ok(true);
+        }
+        let all = ModeOptions { n_modes: Some(counted), ..Default::default() };
+        let (real, _) = modes_and_factor(&rest.symbolic, &rest.k, &rest.m, &all)?;
+        self.space.add(&real.phi);
+        Ok(false)
     }
 
     fn side(&self, speed: f64, wanted: &[Wanted], vectors: &[&[Complex64]], transposed: bool) -> Side {
@@ -310,6 +356,11 @@ struct Side {
 }
 
 impl Side {
+    /// The largest residual among some.
+    fn worst(&self, of: &[usize]) -> f64 {
+        of.iter().map(|&j| self.residual[j]).fold(0.0, f64::max)
+    }
+
     /// Columns whose residual is too large.
     fn open(&self, tolerance: f64) -> Vec<usize> {
         (0..self.residual.len()).filter(|&j| !(self.residual[j] <= tolerance.max(self.floor[j]))).collect()
@@ -342,29 +393,79 @@ fn check(nnz: usize, terms: &[Term], options: &ComplexOptions) -> Result<(), Dyn
     }
 }
 
-/// Real modes beyond the wanted ones, and K - σM with its factor.
-fn start(
+/// K and M at rest.
+struct Rest {
+    symbolic: Arc<Symbolic>,
+    k: SymmetricCsc,
+    m: SymmetricCsc,
+}
+
+/// What a space begins with.
+struct Begun {
+    /// The stiffness that is factorised.
+    base: SymmetricCsc,
+    shifted: Shifted,
+    /// Real modes of a free or a small model.
+    real: Option<Modes>,
+}
+
+/// K at the speed with its factor; for a free model K - σM at rest with real modes beyond the wanted ones.
+fn begin(
     symbolic: &Arc<Symbolic>,
     k: &SymmetricCsc,
     m: &SymmetricCsc,
-    small: bool,
+    terms: &[Term],
+    speed: f64,
     options: &ComplexOptions,
-) -> Result<(crate::Modes, crate::modes::Shifted), DynamicsError> {
-    let of = |n_modes, f_max| {
+) -> Result<Begun, DynamicsError> {
+    let real = |n_modes, f_max| {
         let options = ModeOptions { n_modes, f_max, ..Default::default() };
-        modes_and_factor(symbolic, k, m, &options)
+        let (real, shifted) = modes_and_factor(symbolic, k, m, &options)?;
+        Ok(Begun { base: k.clone(), shifted, real: Some(real) })
     };
-    if small {
-        return of(Some(1), None);
+    if k.n() <= SMALL {
+        return real(Some(1), None);
+    }
+    if k.pattern() != m.pattern() {
+        let (rows, other) = (k.n(), m.n());
+        return Err(DynamicsError::Argument(format!(
+            "K ({rows} rows) and M ({other} rows) do not share one pattern"
+        )));
+    }
+    let mut bases = Vec::new();
+    if let Some(turning) = stiffness_at(k, terms, speed) {
+        bases.push(turning);
+    }
+    bases.push(k.clone());
+    for base in bases {
+        match Factor::new(symbolic.clone(), base.values(), FactorKind::Cholesky, None) {
+            Ok(factor) => return Ok(Begun { base, shifted: Shifted { sigma: 0.0, factor }, real: None }),
+            Err(
+                LinalgError::NotPositiveDefinite | LinalgError::Singular { .. } | LinalgError::Probe { .. },
+            ) => {}
+            Err(other) => return Err(other.into()),
+        }
     }
     let more = options.n_modes.map(|n| n + n / 2 + 8);
-    match of(more, options.f_max.map(|f| 1.5 * f)) {
+    match real(more, options.f_max.map(|f| 1.5 * f)) {
         // fewer modes than that: those that there are
-        Err(DynamicsError::Argument(_)) if options.n_modes.is_some_and(|n| n > 0) => {
-            of(options.n_modes, options.f_max)
-        }
+        Err(DynamicsError::Argument(_)) if options.n_modes.is_some() => real(options.n_modes, options.f_max),
         other => other,
     }
+}
+
+/// K with the symmetric terms that the speed adds to it; `None` where it adds none.
+fn stiffness_at(k: &SymmetricCsc, terms: &[Term], speed: f64) -> Option<SymmetricCsc> {
+    let mut values = k.values().to_vec();
+    let mut changed = false;
+    for term in terms.iter().filter(|t| t.power == Power::Stiffness) {
+        let weight = speed.powi(term.speed_power);
+        if weight != 0.0 && Parts::new(k.pattern(), term).skew.is_none() {
+            values.iter_mut().zip(&term.values).for_each(|(v, t)| *v += weight * t);
+            changed = true;
+        }
+    }
+    changed.then(|| SymmetricCsc::new(k.pattern().clone(), values, "K + W^2 S").ok()).flatten()
 }
 
 fn unstacked(x: &Dense, j: usize) -> Vec<Complex64> {

@@ -64,8 +64,13 @@ impl Space {
 
     /// Adds the directions of a real block.
     pub fn add(&mut self, w: &Dense) {
+        self.add_above(w, DROP);
+    }
+
+    /// Adds directions of which at least the part `drop` is new.
+    pub fn add_above(&mut self, w: &Dense, drop: f64) {
         if w.ncols() > 0 {
-            let fresh = self.basis.split(&self.metric, w, DROP).q;
+            let fresh = self.basis.split(&self.metric, w, drop).q;
             self.take(&fresh);
         }
     }

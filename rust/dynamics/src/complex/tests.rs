@@ -47,7 +47,7 @@ fn proportional_and_structural_damping_have_their_closed_form() {
     let damping = m.values().iter().map(|v| c * v).collect();
     let structural = k.values().iter().map(|v| eta * v).collect();
     let terms = [term(Power::Damping, 0, damping), term(Power::Structural, 0, structural)];
-    let mut problem = ComplexProblem::new(&symbolic, &k, &m, &terms, &options(8)).unwrap();
+    let mut problem = ComplexProblem::new(&symbolic, &k, &m, &terms, 0.0, &options(8)).unwrap();
     let found = problem.modes(0.0).unwrap();
     for r in 0..8 {
         let stiffness = omega(n, r).powi(2) * Complex64::new(1.0, eta);
@@ -89,7 +89,7 @@ fn gyroscopic_coupling_splits_pairs_into_two_senses() {
     let k = SymmetricCsc::new(p.clone(), stiffness, "K").unwrap();
     let m = SymmetricCsc::new(p, mass, "M").unwrap();
     let terms = [term(Power::Damping, 1, gyro)];
-    let mut problem = ComplexProblem::new(&symbolic, &k, &m, &terms, &options(6)).unwrap();
+    let mut problem = ComplexProblem::new(&symbolic, &k, &m, &terms, 0.0, &options(6)).unwrap();
     for speed in [0.0, 3.0] {
         let found = problem.modes(speed).unwrap();
         let shift = 0.5 * g * speed;
@@ -116,7 +116,7 @@ fn a_dashpot_shifts_poles_as_the_static_answer_to_it_needs() {
     for c in [1.0, 100.0, 1e4] {
         let local = values(k.pattern(), |i, j| if i == j && i == 70 { c } else { 0.0 });
         let terms = [term(Power::Damping, 0, local)];
-        let mut problem = ComplexProblem::new(&symbolic, &k, &m, &terms, &options(6)).unwrap();
+        let mut problem = ComplexProblem::new(&symbolic, &k, &m, &terms, 0.0, &options(6)).unwrap();
         let found = problem.modes(0.0).unwrap();
         // no rigid-body motion is free of the damper: it moves on at a real pole near -c / n where c is small
         assert_eq!(found.kind[0], PoleKind::Rigid);
@@ -132,7 +132,7 @@ fn receptance_in_the_space_is_that_of_the_chain() {
     let n = 300;
     let (symbolic, k, m) = chain(n, false);
     let terms = [term(Power::Damping, 0, m.values().iter().map(|v| 2.0 * v).collect())];
-    let mut problem = ComplexProblem::new(&symbolic, &k, &m, &terms, &options(4)).unwrap();
+    let mut problem = ComplexProblem::new(&symbolic, &k, &m, &terms, 0.0, &options(4)).unwrap();
     problem.modes(0.0).unwrap();
     let (mut b_out, mut b_in) = (Dense::zeros(n, 2), Dense::zeros(n, 1));
     (b_out[(10, 0)], b_out[(200, 1)], b_in[(10, 0)]) = (1.0, 1.0, 1.0);
@@ -155,7 +155,10 @@ fn receptance_in_the_space_is_that_of_the_chain() {
 fn bad_arguments_are_told() {
     let (symbolic, k, m) = chain(80, false);
     let refused = |terms: &[Term], options: ComplexOptions| {
-        matches!(ComplexProblem::new(&symbolic, &k, &m, terms, &options), Err(DynamicsError::Argument(_)))
+        matches!(
+            ComplexProblem::new(&symbolic, &k, &m, terms, 0.0, &options),
+            Err(DynamicsError::Argument(_))
+        )
     };
     assert!(refused(&[], options(0)));
     assert!(refused(
@@ -169,6 +172,6 @@ fn bad_arguments_are_told() {
     assert!(refused(&[], ComplexOptions { tolerance: 0.0, ..options(2) }));
     assert!(refused(&[term(Power::Damping, 0, vec![1.0])], options(2)));
     assert!(refused(&[term(Power::Damping, 0, vec![f64::NAN; k.values().len()])], options(2)));
-    let mut problem = ComplexProblem::new(&symbolic, &k, &m, &[], &options(2)).unwrap();
+    let mut problem = ComplexProblem::new(&symbolic, &k, &m, &[], 0.0, &options(2)).unwrap();
     assert!(problem.modes(f64::NAN).is_err());
 }
