@@ -242,8 +242,8 @@ class ComplexProblem:
 
     `k`, `m` (nnz,) and the values of the `terms` lie on the symmetric pattern `indptr`, `indices`; a term is (what it
     belongs to: "K", "C", "M" or "D"; the power of W that goes with it; values, symmetric or not). The lowest `n_modes` by
-    |pole|, or all up to `f_max` in Hz. `tolerance` bounds |D(pole) psi| beside the sum of the norms of its terms. Raises as
-    `modes`.
+    |pole|, or all up to `f_max` in Hz. The stiffness at `speed` is factorised. `tolerance` bounds |D(pole) psi| beside the
+    sum of the norms of its terms, `left_tolerance` the same of left vectors. Raises as `modes`.
     """
 
     def __new__(
@@ -256,7 +256,9 @@ class ComplexProblem:
         n_modes: int | None = None,
         f_max: float | None = None,
         *,
+        speed: float = 0.0,
         tolerance: float = 1e-8,
+        left_tolerance: float = 1e-8,
         symbolic: Symbolic | None = None,
     ) -> ComplexProblem: ...
     def modes(self, speed: float = 0.0) -> dict[str, Any]:

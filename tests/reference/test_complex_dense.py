@@ -78,7 +78,7 @@ CASES = {
 def test_poles_are_those_of_the_dense_state_space(case: str, n: int) -> None:
     options, speed = CASES[case]
     system = random_system(n, 5, **options)
-    found = complex_modes(system, n_modes=12, speed=speed)
+    found = complex_modes(system, n_modes=12, speed=speed, left_tolerance=1e-8)
     dense = dense_poles(system, speed)
     expected = dense[(dense.imag > 1e-7 * np.abs(dense)) & (np.abs(dense) > 1e-4)]
     flexible = found.poles[found.poles != 0]

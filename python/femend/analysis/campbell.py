@@ -79,19 +79,19 @@ def campbell(
     if n_modes is None and f_max is None:
         n_modes = min(10, len(system.dofs))
     beyond = None if n_modes is None else n_modes + max(4, int(GUARD * n_modes))
-    solver = _solver(system, n_modes, beyond, f_max, tolerance)
+    solver = _solver(system, n_modes, beyond, f_max, tolerance, float(speed[-1]))
     walk = _walked(system, solver, speed, n_modes, f_max)
     return _told(system, solver, walk, tuple(float(o) for o in orders))
 
 
 def _solver(
-    system: TurningSystem, n_modes: int | None, beyond: int | None, f_max: float | None, tolerance: float
+    system: TurningSystem, n_modes: int | None, beyond: int | None, f_max: float | None, tolerance: float, top: float
 ) -> ComplexSolver:
-    """A solver for the wanted modes and some beyond, as many as there are."""
+    """A solver for the wanted modes and some beyond, as many as there are; its space begins at the `top` speed."""
     wider = None if f_max is None else (1 + GUARD) * f_max
     try:
         solver = ComplexSolver(system, n_modes=beyond, f_max=wider, tolerance=tolerance)
-        solver.raw(0.0)
+        solver.raw(top)
     except ValueError:
         if n_modes is None:
             raise

@@ -132,7 +132,7 @@ def complex_frf(
         f_max = 1.2 * float(lines[-1])
     out = [c.dof for c in outputs if c.dof is not None]
     into = [c.dof for c in inputs if c.dof is not None]
-    solver = ComplexSolver(system, n_modes=n_modes, f_max=f_max)
+    solver = ComplexSolver(system, n_modes=n_modes, f_max=f_max, speed=speed, left_tolerance=1e-8)
     modes = solver.solve(speed)
     b_out, b_in = _patterns(solver, out), _patterns(solver, into)
     H = complex_receptance(modes, 2j * np.pi * lines, out, into)

@@ -24,7 +24,8 @@ _INFO = ("sigma", "counted", "n_rigid", "n_late", "vectors", "solves", "rounds")
 class ComplexSolver:
     """Complex modes of one `system` at any number of speeds: one factorisation, one space that grows with the speeds.
 
-    `n_modes` lowest by |pole|, or all up to `f_max` in Hz; `tolerance` bounds the residual of the whole model. Raises what
+    `n_modes` lowest by |pole|, or all up to `f_max` in Hz; `tolerance` bounds the residual of the whole model, `left_tolerance`
+    that of left vectors. The stiffness at `speed` (rad/s) is the one that is factorised, where it is positive definite. Raises what
     `solve_modes` raises: SingularModelError naming DOFs without stiffness and mass, ModelError for a stiffness with
     negative eigenvalues, ValueError for arguments that do not fit.
     """
@@ -35,11 +36,20 @@ class ComplexSolver:
         *,
         n_modes: int | None = None,
         f_max: float | None = None,
+        speed: float = 0.0,
         tolerance: float = 1e-8,
+        left_tolerance: float = 1e-4,
     ) -> None:
         self.system = system
         try:
-            self.core = _core.ComplexProblem(*system.arrays(), n_modes, f_max, tolerance=tolerance)
+            self.core = _core.ComplexProblem(
+                *system.arrays(),
+                n_modes,
+                f_max,
+                speed=float(speed),
+                tolerance=tolerance,
+                left_tolerance=left_tolerance,
+            )
         except SingularModelError as error:
             moving = tuple(str(system.dofs[int(row)]) for row in error.dofs)
             shown = ", ".join(moving[:12]) + (f" and {len(moving) - 12} more" if len(moving) > 12 else "")
@@ -123,19 +133,22 @@ def complex_modes(
     preload: Mapping[Dof, float] | None = None,
     factors: Mapping[str, float] | None = None,
     tolerance: float = 1e-8,
+    left_tolerance: float = 1e-4,
 ) -> ComplexModes:
     """The lowest `n_modes` complex modes (10 by default), or all up to `f_max` in Hz, at the shaft's `speed` in rad/s.
 
     Of M u'' + (C + W G) u' + (K + W N + W^2 S + i D) u = 0: dashpots, structural damping and, with `parts` that turn,
     gyroscopic moments. `system` is a model, with its own damping, the `preload` that stiffens it and `factors` on its
     parameters, or a `TurningSystem`, whose matrices are taken as they are. Modes come by |pole|; shapes are at every
-    DOF of a model's nodes, psi^H M psi = 1. `tolerance` bounds the residuals |D(pole) psi|, right and left, beside
-    the sum of their terms.
+    DOF of a model's nodes, psi^H M psi = 1. `tolerance` bounds the residuals |D(pole) psi| beside the sum of their terms,
+    `left_tolerance` those of left vectors where matrices are not symmetric: modal a is as good as that, poles to the
+    product of both.
 
-    Projection on real modes whose number is proved by inertia, enlarged by K^-1 times the residuals of the whole model
-    until they are small, then by a random probe (Tisseur and Meerbergen, SIAM Review 43 (2001) 235, eq. 3.5 for the
-    linearisation; Hochstenbach and van der Vorst, SIAM J. Sci. Comput. 25 (2003) 591 for the enlargement).
-    `info["counted"]` real modes below the first space's end are proved; that no mode came from above it is probed.
+    Galerkin projection on a second-order Krylov space of K^-1 (Lu, Su and Bai, SIAM J. Matrix Anal. Appl. 37 (2016) 195;
+    linearisation Tisseur and Meerbergen, SIAM Review 43 (2001) 235, eq. 3.5), enlarged by corrections (Hochstenbach and van
+    der Vorst, SIAM J. Sci. Comput. 25 (2003) 591) until the residuals of the whole model are small, and then by a random
+    probe, which has to find nothing new. `info["counted"]` undamped modes at rest up to the highest pole are proved by inertia
+    and are in the space (None: free or small models, whose real modes are all in it).
 
     Raises SingularModelError, ModelError, ConvergenceError, and ValueError: for arguments that do not fit, or more modes
     than oscillate (the message tells how many are overdamped).
@@ -154,4 +167,7 @@ def complex_modes(
         raise ValueError("parts, preload and factors belong to a model; a TurningSystem has its matrices already")
     if n_modes is None and f_max is None:
         n_modes = min(10, len(system.dofs))
-    return ComplexSolver(system, n_modes=n_modes, f_max=f_max, tolerance=tolerance).solve(speed)
+    solver = ComplexSolver(
+        system, n_modes=n_modes, f_max=f_max, speed=speed, tolerance=tolerance, left_tolerance=left_tolerance
+    )
+    return solver.solve(speed)

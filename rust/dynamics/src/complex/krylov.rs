@@ -11,12 +11,14 @@ use super::probe::random;
 use super::space::Space;
 use super::terms::{Power, add};
 
-/// Vectors of a block.
+/// Vectors of a block: as many poles may coincide at any speed.
 const BLOCK: usize = 4;
 /// Part of the largest residual to which it has to fall for the process to be worth its while.
 const FALL: f64 = 0.5;
 /// Times it may fail to.
 const PATIENCE: usize = 3;
+/// Multiples of the tolerance up to which left vectors are corrected one by one.
+const NEAR: f64 = 1e3;
 /// Steps at a time.
 const MOST_STEPS: usize = 40;
 /// Part of a vector that orthogonalisation has to leave for it to be new.
@@ -121,34 +123,61 @@ pub(super) struct Growth {
     processes: Option<[Krylov; 2]>,
     /// Largest residual when each was asked last.
     worst: [f64; 2],
+    /// Size of the space then.
+    size: [usize; 2],
     /// Times in a row that it did not fall.
     idle: [usize; 2],
 }
 
+/// Vectors to add: those that the rate between two looks, (residual, size) each, asks for, from an eighth to a half of what
+/// there is.
+fn due(before: (f64, usize), now: (f64, usize), tolerance: f64) -> usize {
+    let least = (now.1 / 8).max(2 * BLOCK);
+    let fallen = (before.0 / now.0).ln();
+    if !(fallen.is_finite() && fallen > 0.0 && now.1 > before.1) {
+        return (now.1 / 4).max(least);
+    }
+    let rate = fallen / (now.1 - before.1) as f64;
+    let wanted = 1.05 * (now.0 / tolerance).ln() / rate;
+    (wanted as usize).clamp(least, (now.1 / 2).max(least))
+}
+
 impl Growth {
-    /// Fills the space to a few vectors for each mode that is wanted.
+    /// Fills the space to a few vectors for each mode that is wanted, from random ones.
     pub fn begin(&mut self, space: &mut Space, speed: f64, n_modes: Option<usize>, seed: &mut u64) {
         let block = BLOCK;
         let start = random(space.n(), block, seed);
         self.processes = Some([false, true].map(|transposed| Krylov::new(space, start.clone(), transposed)));
         self.worst = [f64::INFINITY; 2];
-        let size = (4 * n_modes.unwrap_or(10) + 4 * block).min(space.n());
+        let size = (7 * n_modes.unwrap_or(10) + 4 * block).min(space.n());
         let Some([process, _]) = &mut self.processes else { return };
         while space.len() < size && process.step(space, speed) {}
     }
 
     /// Lets the process of one side (0 right, 1 left) go on for a while. False where it cannot, or where the residual does
     /// not fall with it (what is factorised is not all of the stiffness).
-    pub fn further(&mut self, space: &mut Space, speed: f64, side: usize, worst: f64) -> bool {
+    pub fn further(
+        &mut self,
+        space: &mut Space,
+        speed: f64,
+        side: usize,
+        worst: f64,
+        tolerance: f64,
+    ) -> bool {
         let Some(processes) = &mut self.processes else { return false };
         self.idle[side] = if worst < FALL * self.worst[side] { 0 } else { self.idle[side] + 1 };
+        // a few corrections cost less than a process that begins anew
+        if side == 1 && worst < NEAR * tolerance {
+            return false;
+        }
+        let due_from = (self.worst[side], self.size[side]);
         self.worst[side] = self.worst[side].min(worst);
         if self.idle[side] > PATIENCE {
             return false;
         }
         let before = space.len();
-        // the left process begins anew in a space that holds much of it: it is to bring as much as the right one did
-        let size = before + (before / 5).max(2 * BLOCK);
+        let size = before + due(due_from, (worst, before), tolerance);
+        self.size[side] = before;
         let mut steps = 0;
         while space.len() < size && steps < MOST_STEPS && processes[side].step(space, speed) {
             steps += 1;

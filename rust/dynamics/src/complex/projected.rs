@@ -63,7 +63,8 @@ pub(super) struct Projected {
 }
 
 impl Projected {
-    pub fn new(space: &Space, speed: f64) -> Self {
+    pub fn new(space: &mut Space, speed: f64) -> Self {
+        space.settle();
         let r = space.len();
         let zero = || Dense::zeros(r, r);
         let (mut mass, mut damping, mut stiffness, mut structural) = (zero(), zero(), zero(), None);

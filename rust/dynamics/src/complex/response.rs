@@ -38,7 +38,7 @@ impl ComplexProblem {
             self.space.add(&statics);
         }
         for _ in 0..ROUNDS {
-            let projected = Projected::new(&self.space, speed);
+            let projected = Projected::new(&mut self.space, speed);
             let (load, output) = (self.space.project(b_in), self.space.project(b_out));
             let (mut found, mut open, mut worst) = (Vec::new(), Dense::zeros(n, 0), 0.0f64);
             for &s in s {

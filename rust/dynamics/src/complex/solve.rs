@@ -175,28 +175,33 @@ impl ComplexProblem {
         }
         let whole = self.space.len() == self.space.n();
         let mut growth = Growth::default();
+        let (tolerance, left_tolerance) = (self.options.tolerance, self.options.left_tolerance);
         if self.rounds == 0 && !whole {
             let first = if speed == 0.0 && self.rest.is_none() { 1.0 } else { speed };
             match &self.rest {
-                Some(_) => growth.begin(&mut self.space, first, self.options.n_modes, &mut self.seed),
+                Some(_) => {
+                    growth.begin(&mut self.space, first, self.options.n_modes, &mut self.seed);
+                    // a random block that Arnoldi's process has gone on from is a probe
+                    self.probed = true;
+                }
                 None => probe(&mut self.space, first, 1, &mut self.seed),
             }
         }
         let (mut known, mut n_late) = (None, 0);
         for round in 0..ROUNDS {
-            let projected = Projected::new(&self.space, speed);
+            let projected = Projected::new(&mut self.space, speed);
             let spectrum = projected.eigen(self.s0)?;
             self.rounds += 1;
             let wanted = match select(&spectrum.pairs, &projected, self.s0, &self.options) {
                 // a space that is too small yet
-                Err(_) if growth.further(&mut self.space, speed, 0, f64::INFINITY) => continue,
+                Err(_) if growth.further(&mut self.space, speed, 0, f64::INFINITY, tolerance) => continue,
                 other => other?,
             };
             let vectors: Vec<&[Complex64]> = wanted.iter().map(|w| &w.pair.right[..]).collect();
             let right = self.side(speed, &wanted, &vectors, false);
-            let open = right.open(self.options.tolerance);
+            let open = right.open(tolerance);
             if !open.is_empty() && !whole {
-                if !growth.further(&mut self.space, speed, 0, right.worst(&open)) {
+                if !growth.further(&mut self.space, speed, 0, right.worst(&open), tolerance) {
                     self.enlarge(speed, &wanted, &right, &open, round)?;
                 }
                 continue;
@@ -205,9 +210,9 @@ impl ComplexProblem {
             let left = spectrum.left(&wanted.iter().map(|w| &w.pair).collect::<Vec<_>>())?;
             let vectors: Vec<&[Complex64]> = left.iter().map(|y| &y[..]).collect();
             let left = self.side(speed, &wanted, &vectors, true);
-            let open = left.open(self.options.left_tolerance);
+            let open = left.open(left_tolerance);
             if !open.is_empty() && !whole && !self.space.symmetric() {
-                if !growth.further(&mut self.space, speed, 1, left.worst(&open)) {
+                if !growth.further(&mut self.space, speed, 1, left.worst(&open), left_tolerance) {
                     self.enlarge(speed, &wanted, &left, &open, round)?;
                 }
                 continue;
@@ -233,7 +238,7 @@ impl ComplexProblem {
     /// not, their shapes are taken into it.
     fn complete(&mut self, reach: f64) -> Result<bool, DynamicsError> {
         let Some(rest) = self.rest.take() else { return Ok(true) };
-        let projected = Projected::new(&self.space, 0.0);
+        let projected = Projected::new(&mut self.space, 0.0);
         let lambda = projected.at_rest()?;
         let mut info = ModesInfo::default();
         let upper = reach * reach * (1.0 + MARGIN);

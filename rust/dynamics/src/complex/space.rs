@@ -24,6 +24,8 @@ pub(super) struct Space {
     metric: Compact,
     basis: Basis,
     pub squares: Vec<Square>,
+    /// Columns of V that are in the squares.
+    projected: usize,
     /// Right-hand sides solved.
     pub solves: usize,
 }
@@ -35,7 +37,7 @@ impl Space {
             terms.iter().map(|t| Square { symmetric: none(&t.symmetric), skew: none(&t.skew) }).collect();
         let metric = Compact::new(k_sigma);
         let basis = Basis::with_room(metric.n(), room);
-        Self { terms, sigma, factor, metric, basis, squares, solves: 0 }
+        Self { terms, sigma, factor, metric, basis, squares, projected: 0, solves: 0 }
     }
 
     pub fn n(&self) -> usize {
@@ -78,16 +80,26 @@ impl Space {
     /// Adds columns that are orthonormal, and to those before.
     fn take(&mut self, fresh: &Dense) {
         self.basis.v.append(fresh);
+    }
+
+    /// Projects what has been added since the last time: many columns at once, so that V is read once.
+    pub fn settle(&mut self) {
         let v = &self.basis.v;
+        let columns: Vec<usize> = (self.projected..v.ncols()).collect();
+        if columns.is_empty() {
+            return;
+        }
+        let fresh = v.select(&columns);
         for (term, square) in self.terms.iter().zip(&mut self.squares) {
             for (part, square, sign) in
                 [(&term.symmetric, &mut square.symmetric, 1.0), (&term.skew, &mut square.skew, -1.0)]
             {
                 if let (Some(a), Some(square)) = (part, square.as_mut()) {
-                    *square = bordered(square, &gemm_tn(v, &a.times(fresh)), sign);
+                    *square = bordered(square, &gemm_tn(v, &a.times(&fresh)), sign);
                 }
             }
         }
+        self.projected = v.ncols();
     }
 
     /// K_σ⁻¹ X.
