@@ -34,7 +34,8 @@ def overhung() -> TurningSystem:
 
 
 def whirl_speeds(W: float) -> Array:
-    """Roots w of (12 k - m w^2)(4 k L^2 + Ip W w - Id w^2) = (6 k L)^2 (Genta 2005, eq. 3.34): forward w > 0, backward w < 0."""
+    """Roots w of (12 k - m w^2)(4 k L^2 + Ip W w - Id w^2) = (6 k L)^2 (Genta 2005, eq. 3.34): forward w > 0,
+    backward w < 0."""
     p = np.poly1d([-MASS, 0, 12 * K]) * np.poly1d([-ID, IP * W, 4 * K * L * L]) - (6 * K * L) ** 2
     roots: Array = np.sort(p.roots.real)
     return roots

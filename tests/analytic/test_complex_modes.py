@@ -1,4 +1,5 @@
-"""Complex modes with known answers: one and two masses, proportional damping, overdamped and defective pairs, rigid bodies."""
+"""Complex modes with known answers: one and two masses, proportional damping, overdamped and defective pairs, rigid
+bodies."""
 
 from __future__ import annotations
 
@@ -19,7 +20,9 @@ def names(n: int) -> tuple[Dof, ...]:
 
 
 def system(M: object, K: object, **more: object) -> TurningSystem:
-    return TurningSystem(csc_array(M), csc_array(K), names(csc_array(K).shape[0]), **{k: csc_array(v) for k, v in more.items()})
+    return TurningSystem(
+        csc_array(M), csc_array(K), names(csc_array(K).shape[0]), **{k: csc_array(v) for k, v in more.items()}
+    )
 
 
 def chain(n: int, k: float = 1e4, *, free: bool = False) -> csc_array:
@@ -139,7 +142,8 @@ def test_a_free_chain_keeps_its_rigid_body_at_zero() -> None:
 
 
 def test_a_damper_on_a_massless_dof_relaxes() -> None:
-    """A spring and a damper in series on a mass: p (m p^2 + k) c + k1 (m p^2 + c p + k) = 0, with no pole of the middle's own."""
+    """A spring and a damper in series on a mass: p (m p^2 + k) c + k1 (m p^2 + c p + k) = 0, with no pole of the
+    middle's own."""
     m, k, k1, c = 2.0, 200.0, 500.0, 4.0
     given = system(np.diag([m, 0.0]), [[k + k1, -k1], [-k1, k1]], C=np.diag([0.0, c]))
     roots = np.roots([c * m, k1 * m, c * (k + k1), k1 * k])

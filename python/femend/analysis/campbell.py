@@ -47,17 +47,19 @@ def campbell(
     factors: Mapping[str, float] | None = None,
     tolerance: float = 1e-8,
 ) -> Campbell:
-    """The lowest `n_modes` (10 by default) or those up to `f_max` in Hz at the first of `speeds` (rad/s, rising), followed.
+    """The lowest `n_modes` (10 by default) or those up to `f_max` in Hz at the first of `speeds` (rad/s, rising),
+    followed.
 
-    `system`, `parts`, `preload`, `factors` and `tolerance` as in `complex_modes`. Modes of neighbouring speeds are paired by
-    bi-orthogonality, |y_i^T ((p_i + p_j) M + C + W G) psi_j| / |modal a|, with an assignment over all of them; where the
-    pairing is not clear the step is halved. Whirl is told forward or backward by the orbits of the parts. Critical speeds
-    are where the damped frequency is an order of `orders` times the speed; they and the limits of stability are solved for
-    at the very speed by bracketed root finding. One factorisation and one space serve all speeds.
+    `system`, `parts`, `preload`, `factors` and `tolerance` as in `complex_modes`. Modes of neighbouring speeds are
+    paired by bi-orthogonality, |y_i^T ((p_i + p_j) M + C + W G) psi_j| / |modal a|, with an assignment over all of
+    them; where the pairing is not clear the step is halved. Whirl is told forward or backward by the orbits of the
+    parts. Critical speeds are where the damped frequency is an order of `orders` times the speed; they and the
+    limits of stability are solved for at the very speed by bracketed root finding. One factorisation and one space
+    serve all speeds.
 
-    Genta, Dynamics of Rotating Systems, 2005, sections 3.3 (Campbell diagram) and 3.9 (stability); bi-orthogonality as in
-    Meirovitch, Computational Methods in Structural Dynamics, 1980, eq. 12.30. Raises ValueError for speeds that do not
-    rise or are fewer than two, and what `complex_modes` raises.
+    Genta, Dynamics of Rotating Systems, 2005, sections 3.3 (Campbell diagram) and 3.9 (stability); bi-orthogonality
+    as in Meirovitch, Computational Methods in Structural Dynamics, 1980, eq. 12.30. Raises ValueError for speeds
+    that do not rise or are fewer than two, and what `complex_modes` raises.
 
     A disc of Id = 3, Ip = 2 on springs of 400 tilts at W (Ip/2 Id +- sqrt((Ip/2 Id)^2 + ...)): forward critical at
     sqrt(400 / (Id - Ip)) = 20 rad/s, backward at sqrt(400 / (Id + Ip)) = 8.944 rad/s.

@@ -27,12 +27,13 @@ Complex = NDArray[np.complex128]
 
 
 def complex_receptance(modes: ComplexModes, s: ArrayLike, out: Sequence[Dof], into: Sequence[Dof]) -> Complex:
-    """Receptances (n_s, n_out, n_in) at the complex `s` (n_s,) in rad/s from the `modes` alone, in signed DOFs `out`, `into`.
+    """Receptances (n_s, n_out, n_in) at the complex `s` (n_s,) in rad/s from the `modes` alone, in signed DOFs
+    `out`, `into`.
 
     H = sum over poles of psi y^T / (a (s - pole)), conjugate poles included: those of structural damping are the
     `mirrored` ones. Rigid-body modes are left out. Ewins, Modal Testing, 2000, eq. 2.90, with left vectors as in
-    Lancaster, Lambda-Matrices and Vibrating Systems, 1966, eq. 4.4.8. Raises PairingError for a DOF that the modes do not
-    have, ConvergenceError for a defective pair of poles, whose modal a is 0.
+    Lancaster, Lambda-Matrices and Vibrating Systems, 1966, eq. 4.4.8. Raises PairingError for a DOF that the modes
+    do not have, ConvergenceError for a defective pair of poles, whose modal a is 0.
 
     >>> from femend.data import ModeSet
     >>> from femend.data.complex_modes import PoleSet
@@ -50,8 +51,8 @@ def complex_receptance(modes: ComplexModes, s: ArrayLike, out: Sequence[Dof], in
     if flexible.any() and modes.condition[worst] > DEFECTIVE:
         pole = modes.poles[worst]
         raise ConvergenceError(
-            f"mode {worst + 1} ({abs(pole) / (2 * np.pi):.5g} Hz, zeta {-pole.real / abs(pole):.5g}) is defective: its condition "
-            f"is {modes.condition[worst]:.1e}, its modal a is lost; change a damper by 1e-6 of it, or solve directly"
+            f"mode {worst + 1} ({abs(pole) / (2 * np.pi):.5g} Hz, zeta {-pole.real / abs(pole):.5g}) is defective: "
+            f"its condition is {modes.condition[worst]:.1e}, its modal a is lost; change a damper by 1e-6 of it, or solve directly"
         )
     right, left = np.asarray(modes.modes.phi)[:, flexible], modes.left[:, flexible]
     sets = [(modes.poles[flexible], right, left, modes.modal_a[flexible])]
@@ -93,20 +94,21 @@ def complex_frf(
     unit: str | None = None,
     name: str = "model",
 ) -> FRF:
-    """FRFs (n_freq, n_out, n_in) at the rising `freq` (n_freq,) in Hz from complex modes and what those left out contribute.
+    """FRFs (n_freq, n_out, n_in) at the rising `freq` (n_freq,) in Hz from complex modes and what those left out
+    contribute.
 
-    `system`, `speed`, `parts`, `preload`, `factors` as in `complex_modes`; the modes are the lowest `n_modes`, or those up to
-    `f_max` in Hz (1.2 times the last line by default). `outputs` and `inputs` are channels with DOFs, `kind` receptance,
-    mobility or accelerance, `unit` the unit of H (SI if not given), `name` its name.
+    `system`, `speed`, `parts`, `preload`, `factors` as in `complex_modes`; the modes are the lowest `n_modes`, or
+    those up to `f_max` in Hz (1.2 times the last line by default). `outputs` and `inputs` are channels with DOFs,
+    `kind` receptance, mobility or accelerance, `unit` the unit of H (SI if not given), `name` its name.
 
     What is left out is the whole model's response less the modes' own at a few lines, solved in the space of the modes
-    enlarged until ||f - D(s) u|| <= `tolerance` / 100 ||f||, and interpolated over the band (Chebyshev points; it is smooth
-    where its poles lie beyond the band; times s^2 for a free model). Lines are added until interpolation misses at most
-    `tolerance` of the largest receptance between two of them.
+    enlarged until ||f - D(s) u|| <= `tolerance` / 100 ||f||, and interpolated over the band (Chebyshev points; it is
+    smooth where its poles lie beyond the band; times s^2 for a free model). Lines are added until interpolation
+    misses at most `tolerance` of the largest receptance between two of them.
 
-    Raises ValueError for lines that are not positive and rising, a channel without DOF or an unknown kind; PairingError for
-    a DOF that is not there; ConvergenceError for defective poles or where the tolerance is not reached; and what
-    `complex_modes` raises.
+    Raises ValueError for lines that are not positive and rising, a channel without DOF or an unknown kind;
+    PairingError for a DOF that is not there; ConvergenceError for defective poles or where the tolerance is not
+    reached; and what `complex_modes` raises.
 
     >>> from scipy.sparse import csc_array
     >>> one = csc_array([[1.0]])
@@ -170,12 +172,12 @@ def _interpolated(
 
     lo, hi = float(freq[0]), float(freq[-1])
     if freq.size <= NODES[0]:
-        found = value(2j * np.pi * freq)[0]
+        found = value(np.asarray(2j * np.pi * freq, dtype=np.complex128))[0]
         return found / (2j * np.pi * freq[:, None, None]) ** 2 if free else found
     miss, before = np.inf, None
     for n in NODES:
         nodes = 0.5 * (lo + hi) - 0.5 * (hi - lo) * np.cos((np.arange(n) + 0.5) * np.pi / n)
-        rest, largest = value(2j * np.pi * nodes)
+        rest, largest = value(np.asarray(2j * np.pi * nodes, dtype=np.complex128))
         curve = BarycentricInterpolator((nodes - lo) / (hi - lo), rest)
         found = np.asarray(curve((freq - lo) / (hi - lo)))
         if free:
@@ -186,6 +188,6 @@ def _interpolated(
                 return found
         before = found
     raise ConvergenceError(
-        f"what the modes leave out misses {miss:.1e} of the largest receptance between {NODES[-1]} lines (asked {tolerance:.1e}); "
-        "take more modes, or the band in parts"
+        f"what the modes leave out misses {miss:.1e} of the largest receptance between {NODES[-1]} lines "
+        f"(asked {tolerance:.1e}); take more modes, or the band in parts"
     )

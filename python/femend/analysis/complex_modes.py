@@ -24,10 +24,11 @@ _INFO = ("sigma", "counted", "n_rigid", "n_late", "vectors", "solves", "rounds")
 class ComplexSolver:
     """Complex modes of one `system` at any number of speeds: one factorisation, one space that grows with the speeds.
 
-    `n_modes` lowest by |pole|, or all up to `f_max` in Hz; `tolerance` bounds the residual of the whole model, `left_tolerance`
-    that of left vectors. The stiffness at `speed` (rad/s) is the one that is factorised, where it is positive definite. Raises what
-    `solve_modes` raises: SingularModelError naming DOFs without stiffness and mass, ModelError for a stiffness with
-    negative eigenvalues, ValueError for arguments that do not fit.
+    `n_modes` lowest by |pole|, or all up to `f_max` in Hz; `tolerance` bounds the residual of the whole model,
+    `left_tolerance` that of left vectors. The stiffness at `speed` (rad/s) is the one that is factorised, where it
+    is positive
+    definite. Raises what `solve_modes` raises: SingularModelError naming DOFs without stiffness and mass, ModelError
+    for a stiffness with negative eigenvalues, ValueError for arguments that do not fit.
     """
 
     def __init__(
@@ -62,7 +63,8 @@ class ComplexSolver:
 
     @property
     def dofs(self) -> tuple[Dof, ...]:
-        """Names of the rows of the shapes that `solve` returns: all DOFs of the nodes of a model, else those of the system."""
+        """Names of the rows of the shapes that `solve` returns: all DOFs of the nodes of a model, else those of the
+        system."""
         return self._nodes[1]
 
     def at_nodes(self, v: NDArray[Any]) -> NDArray[Any]:
@@ -90,9 +92,7 @@ class ComplexSolver:
 
         def some(kind: str) -> PoleSet:
             at = np.flatnonzero(kinds == kind)
-            return PoleSet(
-                found["poles"][at], right[:, at], left[:, at], found["modal_a"][at], found["residual"][at]
-            )
+            return PoleSet(found["poles"][at], right[:, at], left[:, at], found["modal_a"][at], found["residual"][at])
 
         at = np.flatnonzero((kinds == "rigid") | (kinds == "oscillatory"))
         poles = found["poles"][at]
@@ -140,18 +140,19 @@ def complex_modes(
     Of M u'' + (C + W G) u' + (K + W N + W^2 S + i D) u = 0: dashpots, structural damping and, with `parts` that turn,
     gyroscopic moments. `system` is a model, with its own damping, the `preload` that stiffens it and `factors` on its
     parameters, or a `TurningSystem`, whose matrices are taken as they are. Modes come by |pole|; shapes are at every
-    DOF of a model's nodes, psi^H M psi = 1. `tolerance` bounds the residuals |D(pole) psi| beside the sum of their terms,
-    `left_tolerance` those of left vectors where matrices are not symmetric: modal a is as good as that, poles to the
-    product of both.
+    DOF of a model's nodes, psi^H M psi = 1. `tolerance` bounds the residuals |D(pole) psi| beside the sum of their
+    terms, `left_tolerance` those of left vectors where matrices are not symmetric: modal a is as good as that, poles
+    to the product of both.
 
-    Galerkin projection on a second-order Krylov space of K^-1 (Lu, Su and Bai, SIAM J. Matrix Anal. Appl. 37 (2016) 195;
-    linearisation Tisseur and Meerbergen, SIAM Review 43 (2001) 235, eq. 3.5), enlarged by corrections (Hochstenbach and van
-    der Vorst, SIAM J. Sci. Comput. 25 (2003) 591) until the residuals of the whole model are small, and then by a random
-    probe, which has to find nothing new. `info["counted"]` undamped modes at rest up to the highest pole are proved by inertia
-    and are in the space (None: free or small models, whose real modes are all in it).
+    Galerkin projection on a second-order Krylov space of K^-1 (Lu, Su and Bai, SIAM J. Matrix Anal. Appl. 37 (2016)
+    195; linearisation Tisseur and Meerbergen, SIAM Review 43 (2001) 235, eq. 3.5), enlarged by corrections
+    (Hochstenbach and van der Vorst, SIAM J. Sci. Comput. 25 (2003) 591) until the residuals of the whole model are
+    small, and then by a random probe, which has to find nothing new. `info["counted"]` undamped modes at rest up to
+    the highest pole are proved by inertia and are in the space (None: free or small models, whose real modes are all
+    in it).
 
-    Raises SingularModelError, ModelError, ConvergenceError, and ValueError: for arguments that do not fit, or more modes
-    than oscillate (the message tells how many are overdamped).
+    Raises SingularModelError, ModelError, ConvergenceError, and ValueError: for arguments that do not fit, or more
+    modes than oscillate (the message tells how many are overdamped).
 
     >>> from scipy.sparse import csc_array
     >>> one = csc_array([[1.0]])

@@ -19,8 +19,8 @@ NEARNESS = 0.05  # weight of the distance to the predicted pole beside the liken
 class State:
     """Modes at one `speed` (rad/s) as they are followed: oscillatory and rigid ones, without conjugates.
 
-    `poles` (m,), `right` and `left` (n, m), `a` (m,) modal a, `slope` (m,) d pole / d speed, `residual` (m,), `n_divergent`
-    real poles with growing motion.
+    `poles` (m,), `right` and `left` (n, m), `a` (m,) modal a, `slope` (m,) d pole / d speed, `residual` (m,),
+    `n_divergent` real poles with growing motion.
     """
 
     speed: float
@@ -65,7 +65,8 @@ class State:
 
 
 def follow(before: State, after: State, *, by_pole: bool = False) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Likeness (m,) of each mode of `before` with its continuation in `after`, and the column (m,) of that, -1 for none.
+    """Likeness (m,) of each mode of `before` with its continuation in `after`, and the column (m,) of that, -1 for
+    none.
 
     Bi-orthogonality b_ij = |y_i^T ((p_i + p_j) M + C + W G) psi_j| / |a_i| with psi_j scaled to its own modal a; 1 for
     the mode itself, 0 for the others. Rigid-body modes are told by the mass alone. `by_pole` pairs by the poles alone.
@@ -73,7 +74,7 @@ def follow(before: State, after: State, *, by_pole: bool = False) -> tuple[NDArr
     """
     from scipy.optimize import linear_sum_assignment
 
-    m, k = before.poles.size, after.poles.size
+    m = before.poles.size
     step = after.speed - before.speed
     expected = before.poles + step * before.slope
     scale = np.maximum(np.abs(before.poles), 1e-3 * np.max(np.abs(before.poles), initial=1e-300))

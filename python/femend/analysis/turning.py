@@ -43,8 +43,8 @@ class TurningSystem:
 
     `M` and `K` symmetric, K positive semi-definite; `C` viscous, `D` structural damping, `G` gyroscopic per rad/s, `N`
     circulatory per rad/s (damping of turning parts, seen from axes at rest), `S` per (rad/s)^2; None is zero. `dofs`
-    (n,) names the rows in axes of the basic system. `parts` turn; without a model their `elements` mean nothing, and all
-    nodes count. Raises ValueError for shapes that do not fit.
+    (n,) names the rows in axes of the basic system. `parts` turn; without a model their `elements` mean nothing, and
+    all nodes count. Raises ValueError for shapes that do not fit.
     """
 
     M: csc_array
@@ -66,15 +66,19 @@ class TurningSystem:
             if a is not None and a.shape != (n, n):
                 raise ValueError(f"{name} is {a.shape}, but there are {n} DOF names; name every row once")
 
-    def arrays(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any], list[tuple[str, int, NDArray[Any]]]]:
-        """indptr, indices, K, M (nnz,) and the further terms (kind, power of speed, values) on one pattern, for the core."""
+    def arrays(
+        self,
+    ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any], list[tuple[str, int, NDArray[Any]]]]:
+        """indptr, indices, K, M (nnz,) and the further terms (kind, power of speed, values) on one pattern, for the
+        core."""
         given = [(name, getattr(self, name)) for name in _TERMS if getattr(self, name) is not None]
         indptr, indices, values = on_one_pattern([self.K, self.M, *(a for _, a in given)])
         terms = [(*_TERMS[name], v) for (name, _), v in zip(given, values[2:], strict=True)]
         return indptr, indices, values[0], values[1], terms
 
     def matrix(self, name: str, speed: float) -> csc_array:
-        """"damping" C + W G or "stiffness" K + W N + W^2 S (+ i D) at `speed` W in rad/s. Raises ValueError for another `name`."""
+        """ "damping" C + W G or "stiffness" K + W N + W^2 S (+ i D) at `speed` W in rad/s. Raises ValueError for
+        another `name`."""
         if name not in ("damping", "stiffness"):
             raise ValueError(f"matrix {name!r} is neither 'damping' nor 'stiffness'")
         kind = "C" if name == "damping" else "K"
@@ -156,9 +160,7 @@ def turning_system(
         g, s = gyroscopic_matrices(model, part.axis, elements=part.elements, axes=part.axes, factors=factors)
         G = made(part.ratio * g.data + (0.0 if G is None else G.data))
         S = made(part.ratio**2 * s.data + (0.0 if S is None else S.data))
-    names = tuple(
-        Dof(int(n), int(comp)) for n, comp in zip(model.fe.dof_nodes, model.fe.dof_components, strict=True)
-    )
+    names = tuple(Dof(int(n), int(comp)) for n, comp in zip(model.fe.dof_nodes, model.fe.dof_components, strict=True))
 
     def some(a: csc_array | None) -> csc_array | None:
         return a if a is not None and a.data.any() else None

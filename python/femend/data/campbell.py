@@ -52,12 +52,13 @@ class StabilityLimit:
 class Campbell:
     """Modes followed over speed.
 
-    `speed` (n_speeds,) in rad/s: those asked for and those put between where following was ambiguous (`asked` (n_speeds,)
-    tells which). `poles`, `whirl`, `residual`, `follow` (n_speeds, n_branches): poles in rad/s, NaN where a branch is not
-    among the modes computed (it left the range or became overdamped); whirl from -1 (backward) to 1 (forward), NaN where
-    nothing turns; residual of the whole model; bi-orthogonality with the mode before, 1 where the shape went on and near 0.5
-    where two branches were mixed. `critical` and `limits` as their classes tell. `divergent` (n_speeds,): real poles with
-    growing motion.
+    `speed` (n_speeds,) in rad/s: those asked for and those put between where following was ambiguous (`asked`
+    (n_speeds,) tells which). `poles`, `whirl`, `residual`, `follow` (n_speeds, n_branches): poles in rad/s, NaN
+    where a branch is not among the modes computed (it left the range or became overdamped); whirl from -1 (backward)
+    to 1 (forward), NaN where nothing turns; residual of the whole model; bi-orthogonality with the mode before, 1 where
+    the shape went on and near 0.5 where two branches were mixed. `critical` and `limits` as their classes tell.
+    `divergent` (n_speeds,): real poles
+    with growing motion.
     """
 
     speed: NDArray[np.float64]

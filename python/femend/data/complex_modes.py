@@ -95,15 +95,17 @@ class ComplexModes:
         """
         a = np.array(self.modal_a)
         if np.any(self.poles == 0):
-            raise ValueError(f"{int(np.sum(self.poles == 0))} modes are rigid-body motions with modal A = 0; leave them out")
+            raise ValueError(
+                f"{int(np.sum(self.poles == 0))} modes are rigid-body motions with modal A = 0; leave them out"
+            )
         psi = np.asarray(self.modes.phi)
         ratio = np.sum(psi.conj() * self.left, axis=0) / np.sum(np.abs(psi) ** 2, axis=0)
         apart = np.linalg.norm(self.left - psi * ratio, axis=0) / np.linalg.norm(self.left, axis=0)
         if np.any(apart > 1e-4):
             mode = int(np.argmax(apart))
             raise ValueError(
-                f"left and right vector of mode {mode + 1} differ by {apart[mode]:.2g}: the matrices are not symmetric, or "
-                "poles coincide; use left and modal_a"
+                f"left and right vector of mode {mode + 1} differ by {apart[mode]:.2g}: the matrices are not "
+                "symmetric, or poles coincide; use left and modal_a"
             )
         return np.asarray(psi / np.sqrt(a / ratio))
 

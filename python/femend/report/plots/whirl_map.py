@@ -31,7 +31,8 @@ def draw_whirl(
     """Draws the branches of `campbell` over the speed in 1/min, up to `f_max` in Hz.
 
     Forward, backward and planar whirl have lines of their own, growing motion is thick and marked, critical speeds are
-    rings on the lines of `orders` (those of the diagram if not given). Raises ValueError where no branch has a frequency.
+    rings on the lines of `orders` (those of the diagram if not given). Raises ValueError where no branch has a
+    frequency.
 
     >>> draw_whirl(ax, campbell(model, speeds, parts=parts))  # doctest: +SKIP
     """
@@ -51,8 +52,8 @@ def draw_whirl(
             ax.plot(rpm[i : i + 2], ends, label=label, solid_capstyle="round", **_SENSES[sense])  # type: ignore[arg-type]
     grows = np.isfinite(freq) & (campbell.zeta < -1e-9)
     if grows.any():
-        i, branch = np.nonzero(grows)
-        ax.plot(rpm[i], freq[i, branch], "x", color=MARK, markersize=4, label="unstable")
+        rows, columns = np.nonzero(grows)
+        ax.plot(rpm[rows], freq[rows, columns], "x", color=MARK, markersize=4, label="unstable")
     ax.set_xlim(rpm[0], rpm[-1])
     ax.set_ylim(0, top)
     draw_order_lines(ax, campbell.orders if orders is None else orders, color=INK)
