@@ -52,7 +52,8 @@ def complex_receptance(modes: ComplexModes, s: ArrayLike, out: Sequence[Dof], in
         pole = modes.poles[worst]
         raise ConvergenceError(
             f"mode {worst + 1} ({abs(pole) / (2 * np.pi):.5g} Hz, zeta {-pole.real / abs(pole):.5g}) is defective: "
-            f"its condition is {modes.condition[worst]:.1e}, its modal a is lost; change a damper by 1e-6 of it, or solve directly"
+            f"its condition is {modes.condition[worst]:.1e}, its modal a is lost; change a damper by 1e-6 of it, or "
+            "solve directly"
         )
     right, left = np.asarray(modes.modes.phi)[:, flexible], modes.left[:, flexible]
     sets = [(modes.poles[flexible], right, left, modes.modal_a[flexible])]
