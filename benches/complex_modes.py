@@ -25,7 +25,7 @@ from rivals_modes import on_one_pattern
 from femend import _core
 
 CASES = ("shell30:20", "hex30:20")
-OURS = ("femend",)
+OURS = ("femend", "femend-left")
 RIVALS = ("eigs+splu", "eigs+splu-symmetric")
 
 
@@ -57,9 +57,10 @@ def worker(contender: str, model: str, data: Path, k: int) -> dict[str, Any]:
     indptr, indices, kv, mv, cv, gv, sv = on_one_pattern(K, M, C, sp.csr_matrix(G.T), S)  # takes rows for columns
     B, K_turning = sp.csc_array(C + speed * G), sp.csc_array(K + speed**2 * S)
     wall, cpu = time.time(), time.process_time()
-    if contender == "femend":
+    if contender.startswith("femend"):
+        left = 1e-4 if contender.endswith("left") else 1.0
         terms = [("C", 0, cv), ("C", 1, gv), ("K", 2, sv)]
-        solver = _core.ComplexProblem(indptr, indices, kv, mv, terms, k, speed=speed, left_tolerance=1e-4)
+        solver = _core.ComplexProblem(indptr, indices, kv, mv, terms, k, speed=speed, left_tolerance=left)
         found = solver.modes(speed)
         at = [i for i, kind in enumerate(found["kinds"]) if kind == "oscillatory"]
         poles, psi = found["poles"][at], found["right"][:, at]
