@@ -21,7 +21,7 @@ X = (1.0, 0.0, 0.0)
 
 
 def shaft(folder: Path) -> Model:
-    """Twenty elements along X between hinges, discs on nodes 4 and 15, a loss factor in the material, a damper at node 8."""
+    """Twenty elements along X between hinges, discs on nodes 4 and 15, a loss factor, a damper at node 8."""
     deck = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "PARAM,COUPMASS,1", "MAT1,1,2.1+11,,0.3,7850.,,,0.01"]
     deck += ["PBAR,1,1,6.-4,5.-8,5.-8,1.-7", *(f"GRID,{i + 1},,{i / 20},0.,0." for i in range(21))]
     deck += [f"CBAR,{i},1,{i},{i + 1},0.,1.,0." for i in range(1, 21)]
