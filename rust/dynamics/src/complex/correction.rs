@@ -5,7 +5,6 @@ use num_complex::Complex64;
 
 use super::space::Space;
 use super::terms::{Products, stacked};
-use crate::DynamicsError;
 
 /// Applications of K_σ⁻¹ D(λ) for one correction. More make it better and the space smaller; each costs a solution.
 const STEPS: usize = 2;
@@ -19,7 +18,7 @@ pub(super) fn correct(
     lambda: &[Complex64],
     residuals: &[Complex64],
     transposed: bool,
-) -> Result<Dense, DynamicsError> {
+) -> Dense {
     let n = space.n();
     let k = lambda.len();
     let first = space.solve(stacked(n, residuals));
@@ -37,7 +36,7 @@ pub(super) fn correct(
     }
     let mut out = Dense::zeros(n, 2 * k);
     for j in 0..k {
-        for (step, c) in coefficients(&chain, &weighed, j)?.into_iter().enumerate() {
+        for (step, c) in coefficients(&chain, &weighed, j).into_iter().enumerate() {
             let (re, im) = (chain[step].col(j), chain[step].col(j + k));
             out.col_mut(j)
                 .iter_mut()
@@ -49,11 +48,11 @@ pub(super) fn correct(
                 .for_each(|(o, (a, b))| *o += c.re * b + c.im * a);
         }
     }
-    Ok(out)
+    out
 }
 
 /// Coefficients c with the least ‖a₀ - Σ c_s a_{s+1}‖ for column j, a_s the members of the chain.
-fn coefficients(chain: &[Dense], weighed: &[Dense], j: usize) -> Result<Vec<Complex64>, DynamicsError> {
+fn coefficients(chain: &[Dense], weighed: &[Dense], j: usize) -> Vec<Complex64> {
     let k = chain[0].ncols() / 2;
     let steps = chain.len() - 1;
     let dot = |a: usize, b: usize| -> Complex64 {
@@ -75,6 +74,8 @@ fn coefficients(chain: &[Dense], weighed: &[Dense], j: usize) -> Result<Vec<Comp
         }
         gram[b * steps + b] *= 1.0 + 1e-12;
     }
-    let c = solve_complex_dense(steps, &gram, &rhs)?;
-    Ok(c.iter().zip(&size[1..]).map(|(c, s)| c / s).collect())
+    // a chain that ends early has dependent members: its first is a correction too
+    let plain = || (0..steps).map(|s| if s == 0 { size[1].into() } else { Complex64::ZERO }).collect();
+    let c = solve_complex_dense(steps, &gram, &rhs).unwrap_or_else(|_| plain());
+    c.iter().zip(&size[1..]).map(|(c, s)| c / s).collect()
 }

@@ -307,7 +307,7 @@ impl ComplexProblem {
         }
         let lambda: Vec<Complex64> = open.iter().map(|&j| wanted[j].pair.lambda).collect();
         let residuals: Vec<Complex64> = open.iter().flat_map(|&j| side.vectors[j].iter().copied()).collect();
-        let block = correct(&mut self.space, speed, &lambda, &residuals, side.transposed)?;
+        let block = correct(&mut self.space, speed, &lambda, &residuals, side.transposed);
         let size = |c: usize| block.col(c).iter().map(|v| v * v).sum::<f64>().sqrt();
         let k = open.len();
         let large = |&c: &usize| size(c) > PART * size(c % k).hypot(size(c % k + k));
