@@ -236,6 +236,52 @@ class Factor:
     @property
     def kind(self) -> str: ...
 
+@final
+class ComplexProblem:
+    """Complex modes of M u'' + (C + W G) u' + (K + W N + W^2 S + i D) u = 0 at any number of speeds W in rad/s.
+
+    `k`, `m` (nnz,) and the values of the `terms` lie on the symmetric pattern `indptr`, `indices`; a term is (what it
+    belongs to: "K", "C", "M" or "D"; the power of W that goes with it; values, symmetric or not). The lowest
+    `n_modes` by |pole|, or all up to `f_max` in Hz. The stiffness at `speed` is factorised. `tolerance` bounds
+    |D(pole) psi| beside the sum of the norms of its terms, `left_tolerance` the same of left vectors. Raises as
+    `modes`.
+    """
+
+    def __new__(
+        cls,
+        indptr: _Indices,
+        indices: _Indices,
+        k: NDArray[np.float64],
+        m: NDArray[np.float64],
+        terms: Sequence[tuple[str, int, NDArray[np.float64]]],
+        n_modes: int | None = None,
+        f_max: float | None = None,
+        *,
+        speed: float = 0.0,
+        tolerance: float = 1e-8,
+        left_tolerance: float = 1e-8,
+        symbolic: Symbolic | None = None,
+    ) -> ComplexProblem: ...
+    def modes(self, speed: float = 0.0) -> dict[str, Any]:
+        """Modes at `speed`: `poles` (m,), `kinds` ("rigid", "oscillatory", "overdamped", "mirrored"), `right` and
+        `left` (n, m), `modal_a`, `residual`, `residual_left`, `condition` (m,), and `sigma`, `counted`, `n_rigid`,
+        `n_late`, `vectors`, `solves`, `rounds`. Raises ConvergenceError, and ValueError where fewer modes oscillate
+        than asked for.
+        """
+
+    def receptance(
+        self,
+        b_out: NDArray[np.float64],
+        b_in: NDArray[np.float64],
+        s: NDArray[np.complex128],
+        speed: float = 0.0,
+        *,
+        tolerance: float = 1e-9,
+    ) -> NDArray[np.complex128]:
+        """b_out^T D(s)^-1 b_in, (n_s, n_out, n_in), for `b_out` (n, n_out), `b_in` (n, n_in) at `s` (n_s,) in rad/s,
+        from the space of the modes, enlarged until |b_in - D(s) u| <= `tolerance` |b_in|. Raises ConvergenceError.
+        """
+
 def modes(
     indptr: _Indices,
     indices: _Indices,

@@ -19,6 +19,7 @@ PAGES = (
         for name in ("architecture", "blind", "correlation", "laws", "modal", "naming", "operating")
     ),
     *(f"python/docs/{name}.md" for name in ("elements", "output_only", "pretest", "recordings", "selftest", "signals")),
+    "python/docs/complex_modes.md",
     "python/docs/updating.md",
 )
 

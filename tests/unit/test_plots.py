@@ -14,6 +14,7 @@ from matplotlib.collections import LineCollection, PolyCollection, QuadMesh
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
+from femend.data import Campbell, CriticalSpeed, StabilityLimit
 from femend.dof import Dof
 from femend.model import read_model
 from femend.report import plots
@@ -400,3 +401,22 @@ def test_motion_of_a_model_reaches_tied_and_turned_nodes(tmp_path) -> None:
     assert plots.motion_of_model(model, 1j * shape)[model.index(2)] == pytest.approx([1j, 0, 0])
     with pytest.raises(ValueError, match="free DOFs; give one column"):
         plots.motion_of_model(model, shape[:-1])
+
+
+def test_whirl_tells_senses_critical_speeds_and_growth() -> None:
+    speed = np.array([0.0, 50.0, 100.0])
+    poles = np.array([[-1 + 90j, -1 + 110j], [-1 + 80j, 0 + 120j], [-1 + 70j, 2 + 130j]])
+    whirl = np.array([[-1.0, 1.0]] * 3)
+    critical = (CriticalSpeed(1.0, 0, 75.0, 75.0 / (2 * np.pi), -1.0, 0.01, 1e-12),)
+    limits = (StabilityLimit(1, 50.0, 120 / (2 * np.pi), True),)
+    ones = np.ones((3, 2))
+    data = Campbell(speed, np.full(3, True), poles, whirl, 1e-9 * ones, ones, critical, limits, np.zeros(3, dtype=int))
+    (ax,) = axes()
+    plots.draw_whirl(ax, data, orders=[1.0])
+    assert line(ax, "critical") == (pytest.approx([75 * 30 / np.pi]), pytest.approx([75 / (2 * np.pi)]))
+    assert line(ax, "unstable") == (pytest.approx([3000 / np.pi]), pytest.approx([130 / (2 * np.pi)]))
+    assert {"forward", "backward"} <= {str(one.get_label()) for one in ax.lines}
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("speed, 1/min", "damped frequency, Hz")
+    nothing = Campbell(speed, np.full(3, True), poles * np.nan, whirl, ones, ones, (), (), np.zeros(3, dtype=int))
+    with pytest.raises(ValueError, match="no branch"):
+        plots.draw_whirl(ax, nothing)

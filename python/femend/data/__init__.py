@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from femend.data.campbell import Campbell, CriticalSpeed, StabilityLimit
 from femend.data.channel import Channel
+from femend.data.complex_modes import ComplexModes, PoleSet
 from femend.data.frf import FRF
 from femend.data.geometry import Geometry
 from femend.data.identified import IdentifiedModes
@@ -16,16 +18,21 @@ from femend.data.time_data import TimeData
 
 __all__ = [
     "FRF",
+    "Campbell",
     "Channel",
+    "ComplexModes",
+    "CriticalSpeed",
     "Geometry",
     "IdentifiedModes",
     "ModeSet",
     "ODS",
     "OrderTrack",
+    "PoleSet",
     "Recording",
     "Rotating",
     "Spectra",
     "Speed",
+    "StabilityLimit",
     "Test",
     "TimeData",
 ]

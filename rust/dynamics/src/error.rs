@@ -44,6 +44,36 @@ pub enum DynamicsError {
         /// Largest residual among the wanted.
         residual: f64,
     },
+    /// The complex modes of a speed stopped before all had converged.
+    #[error(
+        "{converged} of {wanted} complex poles converged at {speed:.6} rad/s with {vectors} vectors (largest residual \
+             {residual:.1e}); ask for fewer modes, or raise the tolerance if that is enough"
+    )]
+    ComplexNotConverged {
+        /// Poles that did.
+        converged: usize,
+        /// Poles wanted.
+        wanted: usize,
+        /// Vectors used.
+        vectors: usize,
+        /// Largest residual among the wanted.
+        residual: f64,
+        /// Speed in rad/s.
+        speed: f64,
+    },
+    /// A forced response in the space of complex modes that misses its load.
+    #[error(
+        "the response at {speed:.6} rad/s misses its load by {residual:.1e} with {vectors} vectors; ask for fewer inputs at \
+             once, a narrower band, or solve it directly"
+    )]
+    ResponseNotConverged {
+        /// Vectors used.
+        vectors: usize,
+        /// Largest residual beside the load.
+        residual: f64,
+        /// Speed in rad/s.
+        speed: f64,
+    },
     /// The inertia count and the modes found disagree.
     #[error(
         "{counted} modes lie below {freq_hz:.6} Hz by the inertia of K - sigma*M, {found} were found; \

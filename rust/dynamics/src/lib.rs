@@ -1,5 +1,6 @@
-//! Modes, FRFs, sensitivities, local laws and the response of a model with a law attached.
+//! Modes (real and complex), FRFs, sensitivities, local laws and the response of a model with a law attached.
 
+mod complex;
 mod error;
 mod frf;
 pub mod harmonic;
@@ -11,6 +12,7 @@ mod reduction;
 mod sensitivity;
 pub mod simulate;
 
+pub use complex::{ComplexModes, ComplexOptions, ComplexProblem, PoleKind, Power, Term};
 pub use error::DynamicsError;
 pub use frf::{
     DirectModel, FrfKind, FrfScores, LineModel, ModalModel, ReducedFrf, ReducedOptions, residual_vectors,

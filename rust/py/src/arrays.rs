@@ -154,8 +154,9 @@ pub(crate) fn dynamics_error(error: DynamicsError) -> PyErr {
         DynamicsError::Argument(_) => PyValueError::new_err(message),
         DynamicsError::Mechanism { dofs } => singular(message, dofs),
         DynamicsError::NegativeStiffness { .. } => ModelError::new_err(message),
-        DynamicsError::NotConverged { .. } | DynamicsError::Missing { .. } => {
-            ConvergenceError::new_err(message)
-        }
+        DynamicsError::NotConverged { .. }
+        | DynamicsError::ComplexNotConverged { .. }
+        | DynamicsError::ResponseNotConverged { .. }
+        | DynamicsError::Missing { .. } => ConvergenceError::new_err(message),
     }
 }

@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 mod arrays;
+mod complex;
 mod deck;
 mod diagnose;
 mod frf;
@@ -21,6 +22,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     model::register(module)?;
     moved::register(module)?;
     modes::register(module)?;
+    complex::register(module)?;
     frf::register(module)?;
     sensitivity::register(module)?;
     laws::register(module)?;

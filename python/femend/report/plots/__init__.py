@@ -18,6 +18,7 @@ from femend.report.plots.signature import draw_signature
 from femend.report.plots.stabilisation import STATUSES, draw_stabilisation
 from femend.report.plots.style import figure, paper_style
 from femend.report.plots.waterfall import draw_waterfall
+from femend.report.plots.whirl_map import draw_whirl
 
 __all__ = [
     "STATUSES",
@@ -34,6 +35,7 @@ __all__ = [
     "draw_signature",
     "draw_stabilisation",
     "draw_waterfall",
+    "draw_whirl",
     "figure",
     "fit_omega_law",
     "motion_of_model",

@@ -18,5 +18,6 @@ pub use solve::{ModeOptions, Modes, ModesInfo, modes};
 
 pub(crate) use basis::{Basis, norms};
 pub(crate) use product::Compact;
-pub(crate) use shift::static_shift;
+pub(crate) use shift::{Shifted, static_shift};
+pub(crate) use solve::modes_and_factor;
 pub(crate) use upper::count_below;

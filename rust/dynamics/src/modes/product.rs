@@ -1,6 +1,6 @@
 //! Products of a sparse symmetric matrix with blocks, free of the zeros that its pattern holds for other matrices.
 
-use femend_linalg::{Dense, SymmetricCsc, row_times};
+use femend_linalg::{Dense, Pattern, SymmetricCsc, row_times};
 use rayon::prelude::*;
 
 /// Columns multiplied at once: one AVX-512 register.
@@ -20,19 +20,23 @@ pub(crate) struct Compact {
 
 impl Compact {
     pub fn new(a: &SymmetricCsc) -> Self {
-        let pattern = a.pattern();
-        let count = a.values().iter().filter(|v| **v != 0.0).count();
+        Self::of_values(a.pattern(), a.values())
+    }
+
+    /// Of values on a pattern, where row j stands as column j does.
+    pub fn of_values(pattern: &Pattern, values: &[f64]) -> Self {
+        let count = values.iter().filter(|v| **v != 0.0).count();
         let mut out = Self {
-            start: Vec::with_capacity(a.n() + 1),
+            start: Vec::with_capacity(pattern.n() + 1),
             index: Vec::with_capacity(count),
             values: Vec::with_capacity(count),
         };
         out.start.push(0);
-        for j in 0..a.n() {
+        for j in 0..pattern.n() {
             for k in pattern.range(j) {
-                if a.values()[k] != 0.0 {
+                if values[k] != 0.0 {
                     out.index.push(pattern.row_idx()[k]);
-                    out.values.push(a.values()[k]);
+                    out.values.push(values[k]);
                 }
             }
             out.start.push(out.index.len());
@@ -90,8 +94,6 @@ impl Compact {
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
-
-    use femend_linalg::Pattern;
 
     use super::*;
 

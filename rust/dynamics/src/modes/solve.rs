@@ -77,6 +77,16 @@ pub fn modes(
     m: &SymmetricCsc,
     options: &ModeOptions,
 ) -> Result<Modes, DynamicsError> {
+    Ok(modes_and_factor(symbolic, k, m, options)?.0)
+}
+
+/// [`modes`], with the K - σM that was factorised.
+pub(crate) fn modes_and_factor(
+    symbolic: &Arc<Symbolic>,
+    k: &SymmetricCsc,
+    m: &SymmetricCsc,
+    options: &ModeOptions,
+) -> Result<(Modes, Shifted), DynamicsError> {
     let band = check(k, m, options)?;
     let mut info = ModesInfo { factorisations: 1, ..Default::default() };
     let (mut shifted, free) = match options.sigma {
@@ -84,7 +94,11 @@ pub fn modes(
         None => shift::automatic(symbolic, k, m, band)?,
     };
     if k.n() <= SMALL {
-        return dense(k, m, options, band, shifted, free, info);
+        let found = dense(k, m, options, band, &shifted, free, info)?;
+        if found.info.sigma != shifted.sigma {
+            shifted = shift::below(symbolic, k, m, found.info.sigma)?;
+        }
+        return Ok((found, shifted));
     }
     if free {
         info.factorisations += 1;
@@ -102,7 +116,7 @@ pub fn modes(
         }
         found => found?,
     };
-    finish(k, shifted.sigma, found, info)
+    Ok((finish(k, shifted.sigma, found, info)?, shifted))
 }
 
 fn check(k: &SymmetricCsc, m: &SymmetricCsc, options: &ModeOptions) -> Result<Option<f64>, DynamicsError> {
@@ -157,7 +171,7 @@ fn dense(
     m: &SymmetricCsc,
     options: &ModeOptions,
     band: Option<f64>,
-    shifted: Shifted,
+    shifted: &Shifted,
     free: bool,
     info: ModesInfo,
 ) -> Result<Modes, DynamicsError> {

@@ -1,0 +1,174 @@
+"""Complex modes of damped and turning structures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.analysis.turning import SpinningPart, TurningSystem, turning_system
+from femend.data.complex_modes import ComplexModes, PoleSet
+from femend.data.mode_set import ModeSet
+from femend.dof import Dof
+from femend.errors import SingularModelError
+from femend.model import Model
+
+__all__ = ["ComplexSolver", "complex_modes"]
+
+_INFO = ("sigma", "counted", "n_rigid", "n_late", "vectors", "solves", "rounds")
+
+
+class ComplexSolver:
+    """Complex modes of one `system` at any number of speeds: one factorisation, one space that grows with the speeds.
+
+    `n_modes` lowest by |pole|, or all up to `f_max` in Hz; `tolerance` bounds the residual of the whole model,
+    `left_tolerance` that of left vectors. The stiffness at `speed` (rad/s) is the one that is factorised, where it
+    is positive
+    definite. Raises what `solve_modes` raises: SingularModelError naming DOFs without stiffness and mass, ModelError
+    for a stiffness with negative eigenvalues, ValueError for arguments that do not fit.
+    """
+
+    def __init__(
+        self,
+        system: TurningSystem,
+        *,
+        n_modes: int | None = None,
+        f_max: float | None = None,
+        speed: float = 0.0,
+        tolerance: float = 1e-8,
+        left_tolerance: float = 1e-4,
+    ) -> None:
+        self.system = system
+        try:
+            self.core = _core.ComplexProblem(
+                *system.arrays(),
+                n_modes,
+                f_max,
+                speed=float(speed),
+                tolerance=tolerance,
+                left_tolerance=left_tolerance,
+            )
+        except SingularModelError as error:
+            moving = tuple(str(system.dofs[int(row)]) for row in error.dofs)
+            shown = ", ".join(moving[:12]) + (f" and {len(moving) - 12} more" if len(moving) > 12 else "")
+            message = (
+                f"{len(moving)} DOF(s) move without stiffness and without mass: {shown}; constrain them, or give them "
+                "stiffness or mass"
+            )
+            raise SingularModelError(message, dofs=moving) from error
+        self._nodes = _at_nodes(system)
+
+    @property
+    def dofs(self) -> tuple[Dof, ...]:
+        """Names of the rows of the shapes that `solve` returns: all DOFs of the nodes of a model, else those of the
+        system."""
+        return self._nodes[1]
+
+    def at_nodes(self, v: NDArray[Any]) -> NDArray[Any]:
+        """Rows of `dofs` from rows of the system: `v` (n, m)."""
+        T = self._nodes[0]
+        return v if T is None else np.asarray(T @ v)
+
+    def to_system(self, f: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Forces `f` (n_dof, m) at `dofs` as forces at the rows of the system."""
+        T = self._nodes[0]
+        return f if T is None else np.asarray(T.T @ f)
+
+    def raw(self, speed: float) -> dict[str, Any]:
+        """Poles, kinds, vectors at the rows of the system and evidence at `speed` (rad/s), as the core gives them.
+
+        Raises ConvergenceError.
+        """
+        return self.core.modes(float(speed))
+
+    def solve(self, speed: float = 0.0) -> ComplexModes:
+        """The modes at `speed` W in rad/s. Raises ConvergenceError where a residual stays too large."""
+        found = self.raw(speed)
+        kinds = np.array(found["kinds"], dtype=object)
+        right, left = self.at_nodes(found["right"]), self.at_nodes(found["left"])
+
+        def some(kind: str) -> PoleSet:
+            at = np.flatnonzero(kinds == kind)
+            return PoleSet(found["poles"][at], right[:, at], left[:, at], found["modal_a"][at], found["residual"][at])
+
+        at = np.flatnonzero((kinds == "rigid") | (kinds == "oscillatory"))
+        poles = found["poles"][at]
+        size = np.abs(poles)
+        zeta = np.where(size > 0, -poles.real / np.where(size > 0, size, 1.0), 0.0)
+        return ComplexModes(
+            ModeSet(size / (2 * np.pi), zeta, right[:, at], self.dofs),
+            poles,
+            left[:, at],
+            np.where(kinds[at] == "rigid", 0.0, found["modal_a"][at]),
+            found["residual"][at],
+            found["residual_left"][at],
+            found["condition"][at],
+            some("overdamped"),
+            some("mirrored"),
+            float(speed),
+            {name: found[name] for name in _INFO},
+        )
+
+
+def _at_nodes(system: TurningSystem) -> tuple[Any, tuple[Dof, ...]]:
+    """Matrix from the system's rows to the DOFs of all nodes of its model, and their names."""
+    model = system.model
+    if model is None:
+        return None, system.dofs
+    grid = ~model.is_scalar
+    dofs = tuple(Dof(int(n), c) for n in model.node_ids[grid] for c in range(1, 7))
+    return model.transformation()[np.repeat(grid, 6)], dofs
+
+
+def complex_modes(
+    system: Model | TurningSystem,
+    *,
+    n_modes: int | None = None,
+    f_max: float | None = None,
+    speed: float = 0.0,
+    parts: Sequence[SpinningPart] = (),
+    preload: Mapping[Dof, float] | None = None,
+    factors: Mapping[str, float] | None = None,
+    tolerance: float = 1e-8,
+    left_tolerance: float = 1e-4,
+) -> ComplexModes:
+    """The lowest `n_modes` complex modes (10 by default), or all up to `f_max` in Hz, at the shaft's `speed` in rad/s.
+
+    Of M u'' + (C + W G) u' + (K + W N + W^2 S + i D) u = 0: dashpots, structural damping and, with `parts` that turn,
+    gyroscopic moments. `system` is a model, with its own damping, the `preload` that stiffens it and `factors` on its
+    parameters, or a `TurningSystem`, whose matrices are taken as they are. Modes come by |pole|; shapes are at every
+    DOF of a model's nodes, psi^H M psi = 1. `tolerance` bounds the residuals |D(pole) psi| beside the sum of their
+    terms, `left_tolerance` those of left vectors where matrices are not symmetric: modal a is as good as that, poles
+    to the product of both.
+
+    Galerkin projection on a second-order Krylov space of K^-1 (Lu, Su and Bai, SIAM J. Matrix Anal. Appl. 37 (2016)
+    195; linearisation Tisseur and Meerbergen, SIAM Review 43 (2001) 235, eq. 3.5), enlarged by corrections
+    (Hochstenbach and van der Vorst, SIAM J. Sci. Comput. 25 (2003) 591) until the residuals of the whole model are
+    small, and then by a random probe, which has to find nothing new. `info["counted"]` undamped modes at rest up to
+    the highest pole are proved by inertia and are in the space (None: free or small models, whose real modes are all
+    in it).
+
+    Raises SingularModelError, ModelError, ConvergenceError, and ValueError: for arguments that do not fit, or more
+    modes than oscillate (the message tells how many are overdamped).
+
+    >>> from scipy.sparse import csc_array
+    >>> one = csc_array([[1.0]])
+    >>> found = complex_modes(TurningSystem(one, 100 * one, (Dof(1, 3),), C=2 * one), n_modes=1)
+    >>> complex(np.round(found.poles[0], 6))
+    (-1+9.949874j)
+    >>> found.modes.zeta.round(6).tolist()
+    [0.1]
+    """
+    if isinstance(system, Model):
+        system = turning_system(system, parts, preload=preload, factors=factors)
+    elif parts or preload or factors:
+        raise ValueError("parts, preload and factors belong to a model; a TurningSystem has its matrices already")
+    if n_modes is None and f_max is None:
+        n_modes = min(10, len(system.dofs))
+    solver = ComplexSolver(
+        system, n_modes=n_modes, f_max=f_max, speed=speed, tolerance=tolerance, left_tolerance=left_tolerance
+    )
+    return solver.solve(speed)

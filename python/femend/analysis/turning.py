@@ -1,0 +1,170 @@
+"""The matrices of a damped structure with spinning parts, on one pattern."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.analysis.preload import stress_stiffness
+from femend.analysis.rotor import gyroscopic_matrices
+from femend.dof import Dof
+from femend.model import Model
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
+__all__ = ["SpinningPart", "TurningSystem", "turning_system"]
+
+# name -> (what it multiplies in the core, power of the speed)
+_TERMS = {"C": ("C", 0), "D": ("D", 0), "G": ("C", 1), "N": ("K", 1), "S": ("K", 2)}
+
+
+@dataclass(frozen=True, slots=True)
+class SpinningPart:
+    """A part that turns at `ratio` times the shaft's speed about the direction `axis` (right hand, basic system).
+
+    `elements` are its ids, masses included (None: all); a negative `ratio` turns the other way. `axes` "fixed" or
+    "rotating" as in `gyroscopic_matrices`.
+    """
+
+    axis: tuple[float, float, float]
+    elements: tuple[int, ...] | None = None
+    ratio: float = 1.0
+    axes: Literal["fixed", "rotating"] = "fixed"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TurningSystem:
+    """M u'' + (C + W G) u' + (K + W N + W^2 S + i D) u = f with the shaft's speed W in rad/s; matrices (n, n), sparse.
+
+    `M` and `K` symmetric, K positive semi-definite; `C` viscous, `D` structural damping, `G` gyroscopic per rad/s, `N`
+    circulatory per rad/s (damping of turning parts, seen from axes at rest), `S` per (rad/s)^2; None is zero. `dofs`
+    (n,) names the rows in axes of the basic system. `parts` turn; without a model their `elements` mean nothing, and
+    all nodes count. Raises ValueError for shapes that do not fit.
+    """
+
+    M: csc_array
+    K: csc_array
+    dofs: tuple[Dof, ...]
+    C: csc_array | None = None
+    D: csc_array | None = None
+    G: csc_array | None = None
+    N: csc_array | None = None
+    S: csc_array | None = None
+    parts: tuple[SpinningPart, ...] = ()
+    model: Model | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "dofs", tuple(self.dofs))
+        n = len(self.dofs)
+        for name in ("M", "K", *_TERMS):
+            a = getattr(self, name)
+            if a is not None and a.shape != (n, n):
+                raise ValueError(f"{name} is {a.shape}, but there are {n} DOF names; name every row once")
+
+    def arrays(
+        self,
+    ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[Any], list[tuple[str, int, NDArray[Any]]]]:
+        """indptr, indices, K, M (nnz,) and the further terms (kind, power of speed, values) on one pattern, for the
+        core."""
+        given = [(name, getattr(self, name)) for name in _TERMS if getattr(self, name) is not None]
+        indptr, indices, values = on_one_pattern([self.K, self.M, *(a for _, a in given)])
+        terms = [(*_TERMS[name], v) for (name, _), v in zip(given, values[2:], strict=True)]
+        return indptr, indices, values[0], values[1], terms
+
+    def matrix(self, name: str, speed: float) -> csc_array:
+        """ "damping" C + W G or "stiffness" K + W N + W^2 S (+ i D) at `speed` W in rad/s. Raises ValueError for
+        another `name`."""
+        if name not in ("damping", "stiffness"):
+            raise ValueError(f"matrix {name!r} is neither 'damping' nor 'stiffness'")
+        kind = "C" if name == "damping" else "K"
+        total = 0.0 * self.K if name == "damping" else self.K.copy()
+        for key, (what, power) in _TERMS.items():
+            a = getattr(self, key)
+            if a is not None and what == kind:
+                total = total + speed**power * a
+        if name == "stiffness" and self.D is not None:
+            total = total + 1j * self.D
+        return total
+
+
+def on_one_pattern(matrices: Sequence[csc_array]) -> tuple[NDArray[Any], NDArray[Any], list[NDArray[np.float64]]]:
+    """indptr, indices of the union of the patterns (symmetric, with the diagonal), and the values of each on it."""
+    from scipy.sparse import csc_array, eye_array
+
+    first = matrices[0]
+    same = all(np.array_equal(a.indptr, first.indptr) and np.array_equal(a.indices, first.indices) for a in matrices)
+    if same and first.has_sorted_indices:
+        full = csc_array((np.ones(first.nnz), first.indices, first.indptr), shape=first.shape)
+        if full.diagonal().all() and (full - full.T).nnz == 0:
+            return first.indptr, first.indices, [np.asarray(a.data, dtype=np.float64) for a in matrices]
+    n = first.shape[0]
+    union = csc_array(eye_array(n, format="csc"))
+    for a in matrices:
+        ones = csc_array((np.ones(a.nnz), a.indices, a.indptr), shape=a.shape)
+        union = csc_array(union + ones + ones.T)
+    union.sort_indices()
+    values = []
+    for a in matrices:
+        # the union holds every entry, so adding a zero of its pattern leaves its order
+        zero = csc_array((np.zeros(union.nnz), union.indices, union.indptr), shape=union.shape)
+        values.append(_values_on(zero, csc_array(a)))
+    return union.indptr, union.indices, values
+
+
+def _values_on(zero: csc_array, a: csc_array) -> NDArray[np.float64]:
+    """Values of `a` in the order of the pattern of `zero`."""
+    a = a.copy()
+    a.sum_duplicates()
+    n = a.shape[0]
+    columns = np.repeat(np.arange(n), np.diff(zero.indptr))
+    place = columns * n + zero.indices
+    own = np.repeat(np.arange(n), np.diff(a.indptr)) * n + a.indices
+    out = np.zeros(zero.nnz)
+    out[np.searchsorted(place, own)] = a.data
+    return out
+
+
+def turning_system(
+    model: Model,
+    parts: Sequence[SpinningPart] = (),
+    *,
+    preload: Mapping[Dof, float] | None = None,
+    factors: Mapping[str, float] | None = None,
+) -> TurningSystem:
+    """The matrices of `model` with its dashpots (C) and structural damping (D), and with `parts` that turn.
+
+    G is the sum of ratio x G of the parts and S of ratio^2 x S. `preload` are constant forces whose stress stiffens the
+    model (`stress_stiffness`), `factors` factors on parameters. Raises what `gyroscopic_matrices` and
+    `stress_stiffness` raise.
+
+    >>> turning_system(model, [SpinningPart((1, 0, 0)), SpinningPart((1, 0, 0), (70,), ratio=2.5)])  # doctest: +SKIP
+    """
+    from scipy.sparse import csc_array
+
+    indptr, indices, k, m, c, h = model.fe.assemble(model.factors(factors))
+    shape = (model.fe.n_a, model.fe.n_a)
+
+    def made(values: NDArray[np.float64]) -> csc_array:
+        return csc_array((values, indices, indptr), shape=shape)
+
+    K = made(k)
+    if preload:
+        K = made(k + stress_stiffness(model, preload, factors=factors).data)
+    G = S = None
+    for part in parts:
+        g, s = gyroscopic_matrices(model, part.axis, elements=part.elements, axes=part.axes, factors=factors)
+        G = made(part.ratio * g.data + (0.0 if G is None else G.data))
+        S = made(part.ratio**2 * s.data + (0.0 if S is None else S.data))
+    names = tuple(Dof(int(n), int(comp)) for n, comp in zip(model.fe.dof_nodes, model.fe.dof_components, strict=True))
+
+    def some(a: csc_array | None) -> csc_array | None:
+        return a if a is not None and a.data.any() else None
+
+    return TurningSystem(
+        made(m), K, names, C=some(made(c)), D=some(made(h)), G=some(G), S=some(S), parts=tuple(parts), model=model
+    )

@@ -1,0 +1,407 @@
+//! Complex modes of the full problem: the space grows until every residual is small, and then is probed.
+
+use std::sync::Arc;
+
+use femend_linalg::{Dense, Symbolic, SymmetricCsc};
+use num_complex::Complex64;
+
+use super::begin::{Rest, begin, check};
+use super::correction::correct;
+use super::krylov::Growth;
+use super::probe::probe;
+use super::projected::Projected;
+use super::select::{Wanted, select};
+use super::space::Space;
+use super::terms::{Parts, Power, Products, Term, stacked};
+use crate::DynamicsError;
+use crate::modes::{Compact, ModeOptions, ModesInfo, count_below, modes_and_factor};
+
+/// Models up to this size are solved in their whole space.
+pub(super) const SMALL: usize = 60;
+/// Rounds of enlargement at most.
+const ROUNDS: usize = 60;
+/// Multiples of the rounding error of D(λ) ψ that a residual may have left.
+const ROUNDING: f64 = 16.0;
+/// A part (real or imaginary) of a correction smaller than this beside the whole is left for the next round.
+const PART: f64 = 1e-2;
+/// Part of λ² beyond the highest wanted pole at which the modes at rest are counted.
+const MARGIN: f64 = 1e-3;
+/// Residual from which the rounding error is looked at.
+const NEAR: f64 = 1e-5;
+/// Relative change of |λ| up to which a pole is the same as before the probe.
+const SAME: f64 = 1e-6;
+
+/// What to compute.
+#[derive(Debug, Clone)]
+pub struct ComplexOptions {
+    /// The lowest modes by |λ|; with `f_max` at most so many.
+    pub n_modes: Option<usize>,
+    /// All modes with |λ| up to this frequency in Hz.
+    pub f_max: Option<f64>,
+    /// Residual to reach, ‖D(λ)ψ‖ / (‖λ²Mψ‖ + ‖λCψ‖ + ‖(K + iD - σM)ψ‖).
+    pub tolerance: f64,
+    /// The same of left vectors. The error of a pole goes with the product of both.
+    pub left_tolerance: f64,
+}
+
+/// What a pole is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PoleKind {
+    /// λ = 0.
+    Rigid,
+    /// Im λ > 0; with its conjugate.
+    Oscillatory,
+    /// Real.
+    Overdamped,
+    /// Im λ < 0 with structural damping: not physical there, but a pole of the same rational function.
+    Mirrored,
+}
+
+/// Complex modes at one speed.
+#[derive(Debug, Clone)]
+pub struct ComplexModes {
+    /// Poles in rad/s: rigid, oscillatory by |λ|, overdamped, mirrored.
+    pub lambda: Vec<Complex64>,
+    /// What each is.
+    pub kind: Vec<PoleKind>,
+    /// Right vectors (n, m) column after column, ψᴴMψ = 1, largest component real and positive.
+    pub right: Vec<Complex64>,
+    /// Left vectors, yᵀ D(λ) = 0, scaled alike.
+    pub left: Vec<Complex64>,
+    /// a = yᵀ (2λM + C + W G) ψ.
+    pub modal_a: Vec<Complex64>,
+    /// Residuals of the full problem, right and left.
+    pub residual: [Vec<f64>; 2],
+    /// (2|λ| ‖ψ‖ ‖y‖ + |yᵀCψ|) / |a| with norms by the mass: 1 where a mode is like a real one, 1/√(1 - ζ²) of one
+    /// mass on a spring, large near a defective pole, infinite for rigid-body modes.
+    pub condition: Vec<f64>,
+    /// Poles that the probe added before they had converged too.
+    pub n_late: usize,
+}
+
+/// A model whose complex modes are wanted at any number of speeds. What one speed adds to the space serves the others.
+pub struct ComplexProblem {
+    pub(super) space: Space,
+    /// |K|, whose product with |ψ| bounds the rounding error of K ψ.
+    magnitude: Compact,
+    options: ComplexOptions,
+    /// √-σ.
+    pub(super) s0: f64,
+    seed: u64,
+    probed: bool,
+    /// Undamped modes at rest below the highest in the start space, by inertia.
+    pub counted: Option<usize>,
+    /// Rigid-body modes of K and M.
+    pub n_rigid: usize,
+    /// Dense eigenproblems solved.
+    pub rounds: usize,
+    /// The model at rest, until its modes have been counted.
+    rest: Option<Rest>,
+}
+
+impl ComplexProblem {
+    /// The space, with the real modes of K and M in it where these are free. Further terms hold damping, gyroscopic moments
+    /// and all that goes with the speed; K at `speed` is what is factorised, where it is positive definite.
+    ///
+    /// # Errors
+    /// As [`crate::modes()`]; [`DynamicsError::Argument`] for values that do not fit the pattern.
+    pub fn new(
+        symbolic: &Arc<Symbolic>,
+        k: &SymmetricCsc,
+        m: &SymmetricCsc,
+        terms: &[Term],
+        speed: f64,
+        options: &ComplexOptions,
+    ) -> Result<Self, DynamicsError> {
+        check(symbolic.pattern().nnz(), terms, options)?;
+        let pattern = symbolic.pattern();
+        let own = |power, a: &SymmetricCsc| Term { power, speed_power: 0, values: a.values().to_vec() };
+        let mut parts =
+            vec![Parts::new(pattern, &own(Power::Stiffness, k)), Parts::new(pattern, &own(Power::Mass, m))];
+        parts.extend(
+            terms.iter().filter(|t| t.values.iter().any(|v| *v != 0.0)).map(|t| Parts::new(pattern, t)),
+        );
+        let begun = begin(symbolic, k, m, terms, speed, options)?;
+        let base = begun.base.plus(-begun.shifted.sigma, m);
+        let magnitudes: Vec<f64> = base.values().iter().map(|v| v.abs()).collect();
+        let sigma = begun.shifted.sigma;
+        let room = options.n_modes.map_or(128, |n| 10 * n + 64).min(k.n());
+        let mut space = Space::new(parts, &base, sigma, begun.shifted.factor, room);
+        if k.n() <= SMALL {
+            space.fill(&base)?;
+        } else if let Some(real) = &begun.real {
+            space.add(&real.phi);
+        }
+        let known = begun.real.as_ref().map(|real| &real.info);
+        Ok(Self {
+            space,
+            magnitude: Compact::of_values(pattern, &magnitudes),
+            options: options.clone(),
+            s0: (-sigma).max(0.0).sqrt(),
+            seed: 0x2545_f491_4f6c_dd1d,
+            probed: k.n() <= SMALL,
+            counted: known.and_then(|info| info.counted),
+            n_rigid: known.map_or(0, |info| info.n_rigid),
+            rounds: 0,
+            rest: begun.real.is_none().then(|| Rest {
+                symbolic: symbolic.clone(),
+                k: k.clone(),
+                m: m.clone(),
+            }),
+        })
+    }
+
+    /// Size of the space.
+    pub fn vectors(&self) -> usize {
+        self.space.len()
+    }
+
+    /// Right-hand sides solved.
+    pub fn solves(&self) -> usize {
+        self.space.solves
+    }
+
+    /// Shift in rad²/s².
+    pub fn sigma(&self) -> f64 {
+        self.space.sigma
+    }
+
+    /// Complex modes at a speed in rad/s.
+    ///
+    /// # Errors
+    /// [`DynamicsError::ComplexNotConverged`], [`DynamicsError::Argument`] where there are fewer modes than asked for.
+    pub fn modes(&mut self, speed: f64) -> Result<ComplexModes, DynamicsError> {
+        if !speed.is_finite() {
+            return Err(DynamicsError::Argument(format!("speed = {speed} rad/s; it must be finite")));
+        }
+        let whole = self.space.len() == self.space.n();
+        let mut growth = Growth::default();
+        let (tolerance, left_tolerance) = (self.options.tolerance, self.options.left_tolerance);
+        if self.rounds == 0 && !whole {
+            let first = if speed == 0.0 && self.rest.is_none() { 1.0 } else { speed };
+            match &self.rest {
+                Some(_) => {
+                    growth.begin(&mut self.space, first, self.options.n_modes, &mut self.seed);
+                    // a random block that Arnoldi's process has gone on from is a probe
+                    self.probed = true;
+                }
+                None => probe(&mut self.space, first, 1, &mut self.seed),
+            }
+        }
+        let (mut known, mut n_late) = (None, 0);
+        for round in 0..ROUNDS {
+            let projected = Projected::new(&mut self.space, speed);
+            let spectrum = projected.eigen(self.s0)?;
+            self.rounds += 1;
+            let wanted = match select(&spectrum.pairs, &projected, self.s0, &self.options) {
+                // a space that is too small yet
+                Err(_) if growth.further(&mut self.space, speed, 0, f64::INFINITY, tolerance) => continue,
+                other => other?,
+            };
+            let vectors: Vec<&[Complex64]> = wanted.iter().map(|w| &w.pair.right[..]).collect();
+            let right = self.side(speed, &wanted, &vectors, false);
+            let open = right.open(tolerance);
+            if !open.is_empty() && !whole {
+                if !growth.further(&mut self.space, speed, 0, right.worst(&open), tolerance) {
+                    self.enlarge(speed, &wanted, &right, &open, round)?;
+                }
+                continue;
+            }
+            // left vectors once the right ones are there: they hold most of what these need
+            let left = spectrum.left(&wanted.iter().map(|w| &w.pair).collect::<Vec<_>>())?;
+            let vectors: Vec<&[Complex64]> = left.iter().map(|y| &y[..]).collect();
+            let left = self.side(speed, &wanted, &vectors, true);
+            let open = left.open(left_tolerance);
+            if !open.is_empty() && !whole && !self.space.symmetric() {
+                if !growth.further(&mut self.space, speed, 1, left.worst(&open), left_tolerance) {
+                    self.enlarge(speed, &wanted, &left, &open, round)?;
+                }
+                continue;
+            }
+            let poles: Vec<f64> = wanted.iter().map(|w| w.pair.lambda.norm()).collect();
+            let reach = poles.iter().copied().fold(0.0, f64::max);
+            if let Some(before) = known.replace(poles) {
+                n_late += late(&before, known.as_ref().unwrap_or(&before));
+            }
+            if !whole && !self.complete(reach)? {
+                continue;
+            }
+            if self.probed || whole {
+                return Ok(told(wanted, right, left, n_late));
+            }
+            probe(&mut self.space, speed, 3, &mut self.seed);
+            self.probed = true;
+        }
+        unreachable!("the last round returns")
+    }
+
+    /// Does the space hold as many undamped modes of the model at rest up to `reach` in rad/s as inertia counts? Where it does
+    /// not, their shapes are taken into it.
+    fn complete(&mut self, reach: f64) -> Result<bool, DynamicsError> {
+        let Some(rest) = self.rest.take() else { return Ok(true) };
+        let projected = Projected::new(&mut self.space, 0.0);
+        let lambda = projected.at_rest()?;
+        let mut info = ModesInfo::default();
+        let upper = reach * reach * (1.0 + MARGIN);
+        let (counted, upper) = count_below(&rest.symbolic, &rest.k, &rest.m, upper, &lambda, &mut info)?;
+        self.counted = Some(counted);
+        if lambda.iter().filter(|&&l| l < upper).count() >= counted {
+            return Ok(true);
+        }
+        let all = ModeOptions { n_modes: Some(counted), ..Default::default() };
+        let (real, _) = modes_and_factor(&rest.symbolic, &rest.k, &rest.m, &all)?;
+        self.space.add(&real.phi);
+        Ok(false)
+    }
+
+    fn side(&self, speed: f64, wanted: &[Wanted], vectors: &[&[Complex64]], transposed: bool) -> Side {
+        let y: Vec<Complex64> = vectors.concat();
+        let x = self.space.expand(&stacked(self.space.len(), &y));
+        let products = Products::new(&self.space.terms, speed, &x, transposed);
+        let (mut vectors, mut residual, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
+        for (j, w) in wanted.iter().enumerate() {
+            let (r, size) = products.residual(j, w.pair.lambda, -self.space.sigma);
+            residual.push(r.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt() / size);
+            sizes.push(size);
+            vectors.push(r);
+        }
+        // the rounding error matters where little is left
+        let mut floor = vec![0.0; wanted.len()];
+        if residual.iter().any(|r| *r > self.options.tolerance && *r < NEAR) {
+            let bounds = self.rounding(&x);
+            floor = bounds.iter().zip(&sizes).map(|(b, s)| b / s).collect();
+        }
+        Side { transposed, x, products, vectors, residual, floor }
+    }
+
+    /// Rounding error of K ψ of each column.
+    pub(super) fn rounding(&self, x: &Dense) -> Vec<f64> {
+        let k = x.ncols() / 2;
+        let mut sizes = Dense::zeros(x.nrows(), k);
+        for j in 0..k {
+            let parts = x.col(j).iter().zip(x.col(j + k));
+            sizes.col_mut(j).iter_mut().zip(parts).for_each(|(s, (a, b))| *s = a.hypot(*b));
+        }
+        let product = self.magnitude.times(&sizes);
+        let norm = |j: usize| product.col(j).iter().map(|v| v * v).sum::<f64>().sqrt();
+        (0..k).map(|j| ROUNDING * f64::EPSILON * norm(j)).collect()
+    }
+
+    /// Adds what the correction equation makes of residuals that are too large.
+    fn enlarge(
+        &mut self,
+        speed: f64,
+        wanted: &[Wanted],
+        side: &Side,
+        open: &[usize],
+        round: usize,
+    ) -> Result<(), DynamicsError> {
+        if self.space.len() > 12 * wanted.len() + 400 || round + 1 == ROUNDS {
+            return Err(DynamicsError::ComplexNotConverged {
+                converged: wanted.len() - open.len(),
+                wanted: wanted.len(),
+                vectors: self.space.len(),
+                residual: side.residual.iter().copied().fold(0.0, f64::max),
+                speed,
+            });
+        }
+        let lambda: Vec<Complex64> = open.iter().map(|&j| wanted[j].pair.lambda).collect();
+        let residuals: Vec<Complex64> = open.iter().flat_map(|&j| side.vectors[j].iter().copied()).collect();
+        let block = correct(&mut self.space, speed, &lambda, &residuals, side.transposed);
+        let size = |c: usize| block.col(c).iter().map(|v| v * v).sum::<f64>().sqrt();
+        let k = open.len();
+        let large = |&c: &usize| size(c) > PART * size(c % k).hypot(size(c % k + k));
+        let keep: Vec<usize> = (0..2 * k).filter(large).collect();
+        self.space.add(&block.select(&keep));
+        Ok(())
+    }
+}
+
+fn told(wanted: Vec<Wanted>, own: Side, other: Side, n_late: usize) -> ComplexModes {
+    let (mut right, mut left) = (Vec::new(), Vec::new());
+    let (mut modal_a, mut condition) = (Vec::new(), Vec::new());
+    for (j, w) in wanted.iter().enumerate() {
+        let (mut psi, mut y) = (unstacked(&own.x, j), unstacked(&other.x, j));
+        let masses = [(&psi, &own), (&y, &other)].map(|(x, side)| {
+            let conj: Vec<Complex64> = x.iter().map(|v| v.conj()).collect();
+            side.products.forms(j, &conj).0.re
+        });
+        let factors = [scale(&psi, masses[0]), scale(&y, masses[1])];
+        psi.iter_mut().for_each(|v| *v *= factors[0]);
+        y.iter_mut().for_each(|v| *v *= factors[1]);
+        let (m, c) = own.products.forms(j, &y);
+        let (m, c) = (m * factors[0], c * factors[0]);
+        let a = 2.0 * w.pair.lambda * m + c;
+        let mass: f64 = masses.iter().zip(factors).map(|(m, f)| m.max(0.0).sqrt() * f.norm()).product();
+        condition.push((2.0 * w.pair.lambda.norm() * mass + c.norm()) / a.norm());
+        modal_a.push(a);
+        right.append(&mut psi);
+        left.append(&mut y);
+    }
+    ComplexModes {
+        lambda: wanted.iter().map(|w| w.pair.lambda).collect(),
+        kind: wanted.iter().map(|w| w.kind).collect(),
+        right,
+        left,
+        modal_a,
+        residual: [own.residual, other.residual],
+        condition,
+        n_late,
+    }
+}
+
+/// One side's vectors at all DOFs (n, 2 m), D(λ) ψ and its size beside the terms.
+struct Side {
+    transposed: bool,
+    x: Dense,
+    products: Products,
+    vectors: Vec<Vec<Complex64>>,
+    residual: Vec<f64>,
+    /// What rounding may leave of it.
+    floor: Vec<f64>,
+}
+
+impl Side {
+    /// The largest residual among some.
+    fn worst(&self, of: &[usize]) -> f64 {
+        of.iter().map(|&j| self.residual[j]).fold(0.0, f64::max)
+    }
+
+    /// Columns whose residual is too large.
+    fn open(&self, tolerance: f64) -> Vec<usize> {
+        // one that is not a number stays open
+        let done = |j: usize| self.residual[j] <= tolerance.max(self.floor[j]);
+        (0..self.residual.len()).filter(|&j| !done(j)).collect()
+    }
+}
+
+fn unstacked(x: &Dense, j: usize) -> Vec<Complex64> {
+    let k = x.ncols() / 2;
+    x.col(j).iter().zip(x.col(j + k)).map(|(&re, &im)| Complex64::new(re, im)).collect()
+}
+
+/// Factor that makes the mass 1 and the largest component real and positive; a vector without mass gets the length 1.
+fn scale(x: &[Complex64], mass: f64) -> Complex64 {
+    let largest = x.iter().copied().fold(Complex64::ZERO, |a, v| {
+        // of components that are equal to rounding the first
+        if v.norm_sqr() > a.norm_sqr() * (1.0 + 1e-9) { v } else { a }
+    });
+    let length = x.iter().map(|v| v.norm_sqr()).sum::<f64>();
+    let size = if mass > f64::MIN_POSITIVE { mass } else { length }.sqrt();
+    if largest == Complex64::ZERO { Complex64::ONE } else { largest.conj() / largest.norm() / size }
+}
+
+/// Poles of the second list that the first does not have.
+fn late(before: &[f64], after: &[f64]) -> usize {
+    let mut left: Vec<f64> = before.to_vec();
+    let mut count = 0;
+    for a in after {
+        match left.iter().position(|b| (a - b).abs() <= SAME * a.abs()) {
+            Some(at) => {
+                left.swap_remove(at);
+            }
+            None => count += 1,
+        }
+    }
+    count
+}
