@@ -747,20 +747,17 @@ def solve_hypotheses(
     iterations: int = 20,
     tolerance: float = 1e-2,
     derivatives: bool = True,
-    thorough: bool = False,
 ) -> list[_Solved | None]:
     """Minimises the cost of each job over the same `records`, in parallel (Levenberg-Marquardt, free forces and free
     decays projected out: Golub and Pereyra 1973 with Kaufman's Jacobian).
 
     A job is (system, hypothesis, start of the unknowns (n,), start of the ln law parameters (n_x,)); it takes at most
     `iterations` steps and ends when one lowers the cost by less than `tolerance` (plus a thousandth of it times the
-    cost). Steps use the exact gradient and a Gauss-Newton matrix without what modes far above the lines do, which
-    serves up to five steps while these come out as it says; with `thorough` each has a whole one of its own.
+    cost).
 
     Returns, for each job, unknowns p (n,), ln law parameters x (n_x,), cost, its prior part, misfit of each record
     (mean weighted square left per free complex value), Gauss-Newton matrix of half the cost (n + n_x, n + n_x) where
-    `derivatives` are wanted (else what the search used), number of steps, convergence; None where the model or law
-    cannot be solved at the start.
+    `derivatives` are wanted, number of steps, convergence; None where the model or law cannot be solved at the start.
     Raises ModelError where sizes do not fit.
     """
 

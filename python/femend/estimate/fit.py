@@ -235,13 +235,12 @@ class Problem:
         iterations: int = 20,
         tolerance: float = 1e-2,
         held: float = 1.0,
-        thorough: bool = False,
     ) -> list[Fit | None]:
         """Fits each hypothesis from its start (prior means where none are given); None where its model breaks down.
 
         `starts` are (unknowns, ln law parameters) of each. All hypotheses of a call share one basis. With `held` < 1
         the modes' own frequency factors and damping ratios are held that much tighter, so that far from the minimum the
-        parameters do the work; `thorough` steps are slower and end less often in a wrong minimum from far off.
+        parameters do the work.
         """
         if not hypotheses:
             return []
@@ -251,7 +250,7 @@ class Problem:
             (self.system(h.reduced, held), self.core(h), p, x) for h, (p, x) in zip(hypotheses, starts, strict=True)
         ]
         lines = [line.core for line in self.lines(hypotheses[0].reduced, sigma)]
-        done = _core.solve_hypotheses(jobs, lines, iterations, tolerance, derivatives=False, thorough=thorough)
+        done = _core.solve_hypotheses(jobs, lines, iterations, tolerance, derivatives=False)
         return [
             None if r is None or not np.isfinite(r[2]) else Fit(h, *r[:5], r[7], job[0], lines, job[1])
             for h, job, r in zip(hypotheses, jobs, done, strict=True)
@@ -271,12 +270,9 @@ class Problem:
                 sigma=factor * self.scale(),
                 iterations=iterations,
                 held=held,
-                thorough=True,
             )
             if new is None:  # lines that are damped less may break down where a wrong model was taken to
-                (new,) = self.fit(
-                    [hypothesis], None if start is None else [start], iterations=iterations, thorough=True
-                )
+                (new,) = self.fit([hypothesis], None if start is None else [start], iterations=iterations)
                 return new
             fit = new
         return fit

@@ -223,7 +223,7 @@ fn solved<'py>(py: Python<'py>, s: Solution) -> SolvedTuple<'py> {
 
 /// Minimises a batch of hypotheses over the same records, in parallel.
 #[pyfunction]
-#[pyo3(signature = (jobs, records, iterations=20, tolerance=1e-2, derivatives=true, thorough=false))]
+#[pyo3(signature = (jobs, records, iterations=20, tolerance=1e-2, derivatives=true))]
 #[allow(clippy::type_complexity)]
 fn solve_hypotheses<'py>(
     py: Python<'py>,
@@ -232,7 +232,6 @@ fn solve_hypotheses<'py>(
     iterations: usize,
     tolerance: f64,
     derivatives: bool,
-    thorough: bool,
 ) -> PyResult<Vec<Option<SolvedTuple<'py>>>> {
     let records: Vec<CoreLines> = records.iter().map(|r| r.get().inner.clone()).collect();
     let jobs: Vec<Job<'_>> = jobs
@@ -244,7 +243,7 @@ fn solve_hypotheses<'py>(
             x: x.as_array().to_vec(),
         })
         .collect();
-    let settings = Settings { iterations, tolerance, derivatives, thorough, ..Settings::default() };
+    let settings = Settings { iterations, tolerance, derivatives, ..Settings::default() };
     let results = py.detach(|| solve_batch(&jobs, &records, settings));
     results
         .into_iter()
