@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,10 +12,11 @@ from femend.demo import STUDY
 from femend.diagnose import loads, screen
 from femend.diagnose.alike import _answers, _not_beyond, look_alikes
 from femend.diagnose.classes import distinct, similarity
-from femend.diagnose.linear_costs import directions, linear_costs
+from femend.diagnose.linear_costs import _step, directions, linear_costs
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
 from femend.diagnose.screen import is_many, screened
 from femend.diagnose.update import UpdatedModel, update_model
+from femend.errors import ModelError
 from femend.estimate import Problem, fit_records, pair_test
 from femend.model import Parameter, Place, find_places, read_model
 from femend.study import load_study
@@ -135,3 +137,19 @@ def test_a_moved_load_is_among_the_likeliest(start: UpdatedModel) -> None:
     moving = np.flatnonzero(np.linalg.norm(start.reduced.V, axis=1) > 0)
     rows = [int(r) for r in moving if r % 6 < 3]
     assert own in [row for row, _ in loads._likeliest(moved, start.reduced, start.null, rows)[:3]]
+
+
+def test_an_unknown_is_stepped_back_where_the_model_ends_and_held_where_it_ends_both_ways() -> None:
+    p = np.array([0.0, 1.0])
+
+    def ends(*sides: float) -> Callable[[np.ndarray], list[np.ndarray]]:
+        def answers(at: np.ndarray) -> list[np.ndarray]:
+            if np.sign(at[1] - p[1]) in sides:
+                raise ModelError("matrix is not positive definite")
+            return [at.astype(complex)]
+
+        return answers
+
+    for sides, slope in (((), 1.0), ((1.0,), 1.0), ((-1.0,), 1.0), ((1.0, -1.0), 0.0)):
+        step, (there,) = _step(ends(*sides), p, 1)
+        np.testing.assert_allclose((there - p) / step, [0.0, slope], atol=1e-9)

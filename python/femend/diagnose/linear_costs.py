@@ -15,7 +15,7 @@ its factor.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +26,7 @@ from femend import _core
 from femend.diagnose.dressed import MEMBER_SD
 from femend.diagnose.receptances import at_sensors, on_lines
 from femend.diagnose.region_stiffness import region_stiffness
+from femend.errors import ModelError
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
@@ -86,6 +87,21 @@ class _Linear:
     prior: float
 
 
+def _step(
+    answers: Callable[[FloatArray], list[ComplexArray]], p: FloatArray, unknown: int
+) -> tuple[float, list[ComplexArray]]:
+    """A step of one unknown and the answers there: back where an update that went far has come to where the mass is
+    hardly positive definite; the unknown is held where that cannot be solved either."""
+    for step in (STEP, -STEP):
+        there = p.copy()
+        there[unknown] += step
+        try:
+            return step, answers(there)
+        except ModelError:
+            continue
+    return STEP, answers(p)
+
+
 def _linear(
     problem: Problem,
     reduced: ReducedModel,
@@ -110,10 +126,9 @@ def _linear(
     here = answers(p)
     slopes = [np.zeros((*y.shape, len(moving)), dtype=complex) for y in here]
     for i, unknown in enumerate(moving):
-        there = p.copy()
-        there[unknown] += STEP
-        for slope, y, y0 in zip(slopes, answers(there), here, strict=True):
-            slope[:, :, i] = (y - y0) / STEP
+        step, there = _step(answers, p, int(unknown))
+        for slope, y, y0 in zip(slopes, there, here, strict=True):
+            slope[:, :, i] = (y - y0) / step
     omega, zeta, Q = (np.asarray(x) for x in system.modal(p))
     made = []
     for line, y, slope in zip(lines, here, slopes, strict=True):
