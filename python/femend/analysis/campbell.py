@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend.analysis.complex_modes import ComplexSolver
 from femend.analysis.follow import State, follow
-from femend.analysis.turning import SpinningPart, TurningSystem, turning_system
+from femend.analysis.turning import SpinningPart, TurningSystem, as_turning_system
 from femend.analysis.whirl import WhirlMeter
 from femend.data.campbell import Campbell, CriticalSpeed, StabilityLimit
 from femend.dof import Dof
@@ -74,10 +74,7 @@ def campbell(
     speed = np.asarray(speeds, dtype=np.float64)
     if speed.ndim != 1 or speed.size < 2 or not np.all(np.diff(speed) > 0) or not np.isfinite(speed).all():
         raise ValueError(f"speeds of shape {speed.shape} must be two or more rising values in rad/s")
-    if isinstance(system, Model):
-        system = turning_system(system, parts, preload=preload, factors=factors)
-    elif parts or preload or factors:
-        raise ValueError("parts, preload and factors belong to a model; a TurningSystem has its matrices already")
+    system = as_turning_system(system, parts, preload, factors)
     if n_modes is None and f_max is None:
         n_modes = min(10, len(system.dofs))
     beyond = None if n_modes is None else n_modes + max(4, int(GUARD * n_modes))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.analysis.complex_modes import ComplexSolver
-from femend.analysis.turning import SpinningPart, TurningSystem, turning_system
+from femend.analysis.turning import SpinningPart, TurningSystem, as_turning_system
 from femend.data.channel import Channel
 from femend.data.complex_modes import ComplexModes
 from femend.data.frf import FRF
@@ -127,10 +127,7 @@ def complex_frf(
     for channel in (*outputs, *inputs):
         if channel.dof is None:
             raise ValueError(f"channel {channel.text} has no DOF; FRFs are between DOFs")
-    if isinstance(system, Model):
-        system = turning_system(system, parts, preload=preload, factors=factors)
-    elif parts or preload or factors:
-        raise ValueError("parts, preload and factors belong to a model; a TurningSystem has its matrices already")
+    system = as_turning_system(system, parts, preload, factors)
     if n_modes is None and f_max is None:
         f_max = 1.2 * float(lines[-1])
     out = [c.dof for c in outputs if c.dof is not None]

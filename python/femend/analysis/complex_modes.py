@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.analysis.turning import SpinningPart, TurningSystem, turning_system
+from femend.analysis.turning import SpinningPart, TurningSystem, as_turning_system
 from femend.data.complex_modes import ComplexModes, PoleSet
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
@@ -162,10 +162,7 @@ def complex_modes(
     >>> found.modes.zeta.round(6).tolist()
     [0.1]
     """
-    if isinstance(system, Model):
-        system = turning_system(system, parts, preload=preload, factors=factors)
-    elif parts or preload or factors:
-        raise ValueError("parts, preload and factors belong to a model; a TurningSystem has its matrices already")
+    system = as_turning_system(system, parts, preload, factors)
     if n_modes is None and f_max is None:
         n_modes = min(10, len(system.dofs))
     solver = ComplexSolver(

@@ -17,7 +17,7 @@ from femend.model import Model
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-__all__ = ["SpinningPart", "TurningSystem", "turning_system"]
+__all__ = ["SpinningPart", "TurningSystem", "as_turning_system", "turning_system"]
 
 # name -> (what it multiplies in the core, power of the speed)
 _TERMS = {"C": ("C", 0), "D": ("D", 0), "G": ("C", 1), "N": ("K", 1), "S": ("K", 2)}
@@ -168,3 +168,18 @@ def turning_system(
     return TurningSystem(
         made(m), K, names, C=some(made(c)), D=some(made(h)), G=some(G), S=some(S), parts=tuple(parts), model=model
     )
+
+
+def as_turning_system(
+    system: Model | TurningSystem,
+    parts: Sequence[SpinningPart],
+    preload: Mapping[Dof, float] | None,
+    factors: Mapping[str, float] | None,
+) -> TurningSystem:
+    """A model with what belongs to it as a `TurningSystem`, and one of these as it is; raises ValueError where parts,
+    preload or factors are given beside it, and what `turning_system` raises."""
+    if isinstance(system, Model):
+        return turning_system(system, parts, preload=preload, factors=factors)
+    if parts or preload or factors:
+        raise ValueError("parts, preload and factors belong to a model; a TurningSystem has its matrices already")
+    return system

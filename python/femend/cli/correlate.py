@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from femend.app.progress import progress_for
 from femend.cli.diagnose import study_file
+from femend.cli.shown import run_shown
 
 __all__ = ["correlate"]
 
@@ -27,11 +27,4 @@ def correlate(study: Path, out: Path, quiet: bool) -> None:
     """
     from femend.bench import correlate as run  # imported here: the other commands need none of it
 
-    progress = progress_for(quiet=quiet)
-    try:
-        found = run(study_file(study), out, progress)
-    finally:
-        progress.done()
-    if not quiet:
-        click.echo(found)
-        click.echo(f"\nreport    {out / 'correlation.html'}")
+    run_shown(lambda progress: run(study_file(study), out, progress), out / "correlation.html", quiet)

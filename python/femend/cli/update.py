@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from femend.app.progress import progress_for
 from femend.cli.diagnose import study_file
+from femend.cli.shown import run_shown
 
 __all__ = ["update"]
 
@@ -28,11 +28,4 @@ def update(study: Path, out: Path, history: Path | None, quiet: bool) -> None:
     """
     from femend.bench import update as run  # imported here: the other commands need none of it
 
-    progress = progress_for(quiet=quiet)
-    try:
-        found = run(study_file(study), out, progress, history)
-    finally:
-        progress.done()
-    if not quiet:
-        click.echo(found)
-        click.echo(f"\nreport    {out / 'updating.html'}")
+    run_shown(lambda progress: run(study_file(study), out, progress, history), out / "updating.html", quiet)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Protocol
+from dataclasses import fields
+from typing import Any, Protocol
 
 from femend.dof import Dof, parse_direction
 from femend.errors import StudyError
@@ -52,19 +53,8 @@ def updating_settings(check: Check, table: UpdatingTable) -> UpdatingSettings:
         _above_0(check, f"updating.{key}", getattr(table, key))
     for key in ("frf_lines", "iterations"):
         _count(check, f"updating.{key}", getattr(table, key))
-    return UpdatingSettings(
-        tuple(table.responses),
-        _modes(check, "updating.modes", table.modes),
-        table.freq_sd,
-        table.freq_far,
-        table.shape_sd,
-        table.damping_sd,
-        table.damping_model,
-        table.frf_sd,
-        table.frf_lines,
-        table.repeated,
-        table.iterations,
-    )
+    checked = {"responses": tuple(table.responses), "modes": _modes(check, "updating.modes", table.modes)}
+    return UpdatingSettings(**_by_name(UpdatingSettings, table) | checked)
 
 
 def pretest_settings(check: Check, table: PretestTable, configurations: Sequence[str]) -> PretestSettings:
@@ -88,29 +78,23 @@ def pretest_settings(check: Check, table: PretestTable, configurations: Sequence
     for key in ("nodes", "exciter_nodes"):
         if getattr(table, key) == []:
             raise check.fail(f"pretest.{key}", "the list is empty; leave it out to allow all nodes")
-    placed = tuple(_dof(check, f"pretest.placed[{i}]", text) for i, text in enumerate(table.placed))
     given = table.exciter_directions
-    return PretestSettings(
-        _band(check, "pretest.band", table.band),
-        _modes(check, "pretest.modes", table.modes),
-        table.configuration,
-        table.sensors,
-        table.method,
-        None if table.nodes is None else tuple(table.nodes),
-        tuple(table.leave_out),
-        _directions(check, "pretest.directions", table.directions),
-        placed,
-        table.spacing,
-        table.exciters,
-        None if table.exciter_nodes is None else tuple(table.exciter_nodes),
-        None if given is None else _directions(check, "pretest.exciter_directions", given),
-        table.freq_sd,
-        table.shape_sd,
-        table.sensor_mass,
-        table.virtual_test,
-        table.noise,
-        table.seed,
-    )
+    checked = {
+        "band": _band(check, "pretest.band", table.band),
+        "modes": _modes(check, "pretest.modes", table.modes),
+        "nodes": None if table.nodes is None else tuple(table.nodes),
+        "leave_out": tuple(table.leave_out),
+        "directions": _directions(check, "pretest.directions", table.directions),
+        "placed": tuple(_dof(check, f"pretest.placed[{i}]", text) for i, text in enumerate(table.placed)),
+        "exciter_nodes": None if table.exciter_nodes is None else tuple(table.exciter_nodes),
+        "exciter_directions": None if given is None else _directions(check, "pretest.exciter_directions", given),
+    }
+    return PretestSettings(**_by_name(PretestSettings, table) | checked)
+
+
+def _by_name(settings: type, table: PretestTable | UpdatingTable) -> dict[str, Any]:
+    """The values of a table by the names of the settings."""
+    return {field.name: getattr(table, field.name) for field in fields(settings)}
 
 
 def _band(check: Check, key: str, value: list[float] | None) -> tuple[float, float] | None:

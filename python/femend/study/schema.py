@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import msgspec
 
+from femend.study.bench_settings import CorrelationSettings, PretestSettings, UpdatingSettings
+
 __all__ = [
     "AddedMassTable",
     "ChannelTable",
@@ -94,29 +96,33 @@ class RecordingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw
     channel: list[ChannelTable] = []
 
 
+# what stands in the settings is the default here too
+_CORRELATION, _UPDATING, _PRETEST = CorrelationSettings(), UpdatingSettings(), PretestSettings()
+
+
 class CorrelationTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """``[correlation]``: `band` in Hz of the modal test, least MAC of a pair, whether a turned or scaled test geometry
     is brought onto the model's; `femend correlate` and `femend update` read it."""
 
     band: list[float] | None = None
-    mac_min: float = 0.5
-    align: bool = True
+    mac_min: float = _CORRELATION.mac_min
+    align: bool = _CORRELATION.align
 
 
 class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """``[updating]``: what `femend update` compares and how far it trusts it; deviations are relative."""
 
-    responses: list[str] = msgspec.field(default_factory=lambda: ["frequencies", "shapes"])
+    responses: list[str] = msgspec.field(default_factory=lambda: list(_UPDATING.responses))
     modes: list[int] | None = None
-    freq_sd: float = 0.001
-    freq_far: float = 0.3
-    shape_sd: float = 0.05
-    damping_sd: float = 0.2
-    damping_model: str = "loss factor"
-    frf_sd: float = 0.3
-    frf_lines: int = 40
-    repeated: bool = False
-    iterations: int = 60
+    freq_sd: float = _UPDATING.freq_sd
+    freq_far: float = _UPDATING.freq_far
+    shape_sd: float = _UPDATING.shape_sd
+    damping_sd: float = _UPDATING.damping_sd
+    damping_model: str = _UPDATING.damping_model
+    frf_sd: float = _UPDATING.frf_sd
+    frf_lines: int = _UPDATING.frf_lines
+    repeated: bool = _UPDATING.repeated
+    iterations: int = _UPDATING.iterations
 
 
 class PretestTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
@@ -124,23 +130,23 @@ class PretestTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_o
 
     band: list[float] | None = None
     modes: list[int] | None = None
-    configuration: str | None = None
-    sensors: int = 8
-    method: str | None = None
+    configuration: str | None = _PRETEST.configuration
+    sensors: int = _PRETEST.sensors
+    method: str | None = _PRETEST.method
     nodes: list[int] | None = None
     leave_out: list[int] = []
     directions: list[str] = msgspec.field(default_factory=lambda: ["X", "Y", "Z"])
     placed: list[str] = []
-    spacing: float = 0.0
-    exciters: int = 1
+    spacing: float = _PRETEST.spacing
+    exciters: int = _PRETEST.exciters
     exciter_nodes: list[int] | None = None
     exciter_directions: list[str] | None = None
-    freq_sd: float = 0.002
-    shape_sd: float = 0.05
-    sensor_mass: float = 0.0
-    virtual_test: bool = True
-    noise: float = 0.02
-    seed: int = 0
+    freq_sd: float = _PRETEST.freq_sd
+    shape_sd: float = _PRETEST.shape_sd
+    sensor_mass: float = _PRETEST.sensor_mass
+    virtual_test: bool = _PRETEST.virtual_test
+    noise: float = _PRETEST.noise
+    seed: int = _PRETEST.seed
 
 
 class StudyFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
