@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -141,8 +141,11 @@ def _plan(study: Study, model: Model, targets: Targets) -> tuple[Plan, tuple[str
         planned = planned_test(system, priors, modes=targets.at.tolist(), freq_sd=s.freq_sd, shape_sd=s.shape_sd)
     # sensors that tell parameters may not tell modes apart; who wants them says so
     method = s.method or ("effective independence" if s.sensors >= targets.at.size else "QR")
-    placement = _placed(method, model, places, phi, planned, s.sensors, len(s.placed))
-    others = _others(method, model, places, phi, planned, s.sensors, len(s.placed))
+
+    def placed_by(way: str) -> Placement:
+        return _placed(way, model, places, phi, planned, s.sensors, len(s.placed))
+
+    placement, others = placed_by(method), _others(placed_by, method, planned is not None)
     drives, more = found_places(model, targets, s, exciting=True)
     at_drives = targets.shapes(drives)
     omega = 2 * np.pi * targets.freq
@@ -198,22 +201,15 @@ def _guyan(model: Model, places: Sequence[Dof], n: int, kept: Sequence[int]) -> 
     return Placement(found.method, rows, np.array(list(kept), dtype=np.int64), found.score, found.measure)
 
 
-def _others(
-    method: str,
-    model: Model,
-    places: Sequence[Dof],
-    phi: FloatArray,
-    planned: PlannedTest | None,
-    n: int,
-    n_placed: int,
-) -> dict[str, Placement]:
-    """What other methods choose, as far as they apply, for comparison."""
+def _others(placed_by: Callable[[str], Placement], method: str, telling: bool) -> dict[str, Placement]:
+    """What methods other than `method` choose, as far as they apply, for comparison; `telling` says that there are
+    parameters to be told."""
     found = {}
     for other in ("parameters", "effective independence", "QR", "MAC"):
-        if other == method or (other == "parameters" and planned is None):
+        if other == method or (other == "parameters" and not telling):
             continue
         try:
-            found[other] = _placed(other, model, places, phi, planned, n, n_placed)
+            found[other] = placed_by(other)
         except FemendError:
             continue  # too few sensors for this one, or a single mode
     return found
