@@ -1,4 +1,4 @@
-//! Shells and solids: patch tests, rigid motion, mass, bending without locking, derivatives, errors.
+//! Shells and solids (patch tests are in `patch.rs`): rigid motion, mass, bending without locking, derivatives, errors.
 
 mod common;
 
@@ -179,51 +179,6 @@ fn anisotropic_solids_equal_isotropic_ones_and_turn_with_their_axes() {
     }
 }
 
-/// Pyramids over the faces of a distorted cube, with a common apex inside.
-fn pyramids(quadratic: bool) -> Mesh {
-    let mut mesh = bricks([1, 1, 1], [1.0, 1.2, 0.9], 0.1);
-    let corners: Vec<[f64; 3]> = mesh.nodes.iter().map(|n| n.xyz).collect();
-    mesh.nodes.push(node(9, [0.45, 0.65, 0.5]));
-    mesh.solids.clear();
-    let faces = [[1, 2, 4, 3], [5, 7, 8, 6], [1, 5, 6, 2], [3, 4, 8, 7], [1, 3, 7, 5], [2, 6, 8, 4]];
-    let mut middles = std::collections::BTreeMap::<(Id, Id), Id>::new();
-    let at = |id: Id| if id == 9 { [0.45, 0.65, 0.5] } else { corners[id as usize - 1] };
-    for (e, [a, b, c, d]) in faces.into_iter().enumerate() {
-        let mut nodes = vec![a, b, c, d, 9];
-        if quadratic {
-            for (p, q) in [(a, b), (b, c), (c, d), (d, a), (a, 9), (b, 9), (c, 9), (d, 9)] {
-                let next = 100 + middles.len() as Id;
-                let middle = *middles.entry((p.min(q), p.max(q))).or_insert(next);
-                if middle == next {
-                    let x = std::array::from_fn(|i| 0.5 * (at(p)[i] + at(q)[i]));
-                    mesh.nodes.push(node(middle, x));
-                }
-                nodes.push(middle);
-            }
-        }
-        let kind = if quadratic { SolidKind::Pyramid13 } else { SolidKind::Pyramid5 };
-        mesh.solids.push(Solid { id: e as Id + 1, property: 1, kind, nodes });
-    }
-    mesh
-}
-
-#[test]
-fn pyramids_pass_the_patch_test() {
-    for quadratic in [false, true] {
-        let model = Model::new(&pyramids(quadratic), &[], &[]).unwrap();
-        let k = dense(&model, &model.assemble(&[]).unwrap().k);
-        let f = &k * linear_field(&model, &GRADIENT);
-        // the apex is the only inner node, with its mid-side nodes
-        let inner = |i: usize| {
-            let x = model.nodes.xyz(model.a_rows[i] / 6);
-            (0..3).all(|c| x[c] > 0.2 && x[c] < [0.8, 0.95, 0.7][c])
-        };
-        let largest = (0..model.n_a()).filter(|&i| inner(i)).map(|i| f[i].abs()).fold(0.0, f64::max);
-        assert!((0..model.n_a()).filter(|&i| inner(i)).count() >= 3);
-        assert!(largest < 1e-12 * f.amax(), "{quadratic}: {largest:e} of {:e}", f.amax());
-    }
-}
-
 #[test]
 fn moments_of_inertia_of_quadratic_solids_are_exact() {
     // x = linear field: u = x e_y has kinetic energy int rho x² dV, which quadratic shapes hold exactly
@@ -281,17 +236,6 @@ fn bricks(n: [usize; 3], size: [f64; 3], shake: f64) -> Mesh {
         }
     }
     mesh
-}
-
-#[test]
-fn distorted_bricks_pass_the_patch_test() {
-    let mesh = bricks([2, 2, 2], [1.0, 1.2, 0.9], 0.12);
-    let model = Model::new(&mesh, &[], &[]).unwrap();
-    let k = dense(&model, &model.assemble(&[]).unwrap().k);
-    let f = &k * linear_field(&model, &GRADIENT);
-    let centre = 3 * 13;
-    let interior = f.rows(centre, 3).amax();
-    assert!(interior < 1e-12 * f.amax(), "{interior:e} of {:e}", f.amax());
 }
 
 fn solve(k: DMatrix<f64>, f: &DMatrix<f64>) -> DMatrix<f64> {
@@ -376,43 +320,6 @@ fn plate(n: usize, a: f64, b: f64, t: f64, skew: f64, shake: f64) -> Mesh {
         }
     }
     mesh
-}
-
-#[test]
-fn distorted_shells_pass_the_membrane_and_bending_patch_tests() {
-    for mid3 in [Some(1), None] {
-        let mut mesh = plate(3, 1.0, 0.8, 0.01, 0.4, 0.5);
-        mesh.shell_properties[0].mid3 = mid3;
-        let model = Model::new(&mesh, &[], &[]).unwrap();
-        let k = dense(&model, &model.assemble(&[]).unwrap().k);
-        // membrane strains with the matching spin; curvatures 1, 0.6, 0.4 with w = -(kx x² + ky y² + kxy x y)/2
-        let field = |i: usize| {
-            let (x, y) = (model.nodes.xyz(model.a_rows[i] / 6)[0], model.nodes.xyz(model.a_rows[i] / 6)[1]);
-            let (kx, ky, kxy) = (1.0, 0.6, 0.4);
-            match model.a_rows[i] % 6 {
-                0 => 1e-3 * (1.0 * x + 0.3 * y),
-                1 => 1e-3 * (0.5 * x - 0.7 * y),
-                2 => -0.5 * (kx * x * x + ky * y * y + kxy * x * y),
-                3 => -(ky * y + 0.5 * kxy * x),
-                4 => kx * x + 0.5 * kxy * y,
-                _ => 1e-3 * 0.5 * (0.5 - 0.3),
-            }
-        };
-        let f = &k * DMatrix::from_fn(model.n_a(), 1, |i, _| field(i));
-        for i in 0..model.n_a() {
-            let x = model.nodes.xyz(model.a_rows[i] / 6);
-            let inner = [5_u32, 6, 9, 10].contains(&(model.a_rows[i] as u32 / 6)) && x[1] > 0.0;
-            if inner {
-                assert!(
-                    f[i].abs() < 1e-10 * f.amax(),
-                    "{:?}: {:e} of {:e}",
-                    model.nodes.component(model.a_rows[i]),
-                    f[i],
-                    f.amax()
-                );
-            }
-        }
-    }
 }
 
 #[test]

@@ -87,8 +87,8 @@ pub fn pyramid(n: usize) -> Vec<Point> {
     out
 }
 
-/// Points on the unit tetrahedron (volume 1/6): one (degree 1), four (degree 2) or, for `n >= 3`, the collapsed cube
-/// of `n` Gauss points each way (degree 2 n - 3).
+/// Points on the unit tetrahedron (volume 1/6): one (degree 1), four (degree 2), eight (degree 3) or, for `n >= 4`, the
+/// collapsed cube of `n` Gauss points each way (degree 2 n - 3). The first three treat all corners alike.
 #[must_use]
 pub fn tetrahedron(n: usize) -> Vec<Point> {
     match n {
@@ -98,6 +98,7 @@ pub fn tetrahedron(n: usize) -> Vec<Point> {
             let a = 1.0 - 3.0 * b;
             [[b, b, b], [a, b, b], [b, a, b], [b, b, a]].map(|p| (p, 1.0 / 24.0)).to_vec()
         }
+        3 => eight(),
         _ => {
             let mut out = Vec::new();
             for (a, wa) in gauss(n) {
@@ -110,6 +111,24 @@ pub fn tetrahedron(n: usize) -> Vec<Point> {
             out
         }
     }
+}
+
+/// Eight points of equal weight, all inside, exact to degree 3: the five-point rule of that degree has a negative weight.
+///
+/// A point at the share s of the way from the centre to a corner, and its like at the other corners, integrate the
+/// elementary symmetric polynomials of the volume coordinates to (3 - 3 s²) / 8 and (1 - 3 s² + 2 s³) / 16; exact are
+/// 3/10 and 1/30. Two such sets of half the volume each need s² + t² = 2/5 and s³ + t³ = 2/15.
+fn eight() -> Vec<Point> {
+    // p = s + t is the root of p³ - 6 p / 5 + 4/15 = 0 for which both lie inside, by the cosine of three times an angle
+    let r = 1.6_f64.sqrt();
+    let p = r * (((-16.0 / (15.0 * r.powi(3))).acos() + 2.0 * std::f64::consts::TAU) / 3.0).cos();
+    let root = (0.8 - p * p).sqrt();
+    let mut out = Vec::with_capacity(8);
+    for s in [0.5 * (p + root), 0.5 * (p - root)] {
+        let (a, b) = (0.25 * (1.0 + 3.0 * s), 0.25 * (1.0 - s));
+        out.extend([[b, b, b], [a, b, b], [b, a, b], [b, b, a]].map(|x| (x, 1.0 / 48.0)));
+    }
+    out
 }
 
 #[cfg(test)]
@@ -135,6 +154,9 @@ mod tests {
                 let exact = factorial(a) * factorial(b) * factorial(c) / factorial(a + b + c + 3);
                 assert!((sum - exact).abs() < 1e-14, "tetrahedron {n}: {i} {j} {k}");
             }
+        }
+        for (p, w) in [1, 2, 3, 4].into_iter().flat_map(tetrahedron) {
+            assert!(w > 0.0 && p.iter().all(|&x| x > 0.0) && p.iter().sum::<f64>() < 1.0, "{p:?} {w}");
         }
         for (n, degree) in [(1, 2), (3, 4), (4, 6)] {
             for (i, j) in (0..=degree).flat_map(|i| (0..=degree - i).map(move |j| (i, j))) {

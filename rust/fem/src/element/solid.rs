@@ -2,7 +2,9 @@
 //!
 //! The 8-node hexahedron has nine incompatible modes (Taylor, Beresford and Wilson, Int. J. Numer. Meth. Engng 10
 //! (1976) 1211), so that it neither locks in bending nor near incompressibility, and passes the patch test. The
-//! other shapes are displacement elements: 4-node tetrahedra, 6-node wedges and 5-node pyramids are stiff in bending. Lumped mass:
+//! other shapes are displacement elements: 4-node tetrahedra, 6-node wedges and 5-node pyramids are stiff in bending. Those
+//! with nodes inside edges pass the patch test with bowed edges too: their stations integrate the stress of a constant
+//! strain exactly. Lumped mass:
 //! row sums for linear shapes, diagonal scaling (Hinton, Rock and Zienkiewicz 1976) for quadratic ones.
 
 use super::solid_shape::{Station, stations};

@@ -155,7 +155,8 @@ pub fn stations(kind: SolidKind) -> &'static Stations {
     static TABLES: [OnceLock<Stations>; 8] = [const { OnceLock::new() }; 8];
     let (slot, k, m) = match kind {
         SolidKind::Tetra4 => (0, tetrahedron(1), tetrahedron(2)),
-        SolidKind::Tetra10 => (1, tetrahedron(2), tetrahedron(4)),
+        // degree 2 is enough where edges are straight; where they are bowed a constant stress asks for degree 3
+        SolidKind::Tetra10 => (1, tetrahedron(3), tetrahedron(4)),
         SolidKind::Penta6 => (2, wedge(2, 2), wedge(2, 2)),
         SolidKind::Penta15 => (3, wedge(3, 3), wedge(3, 3)),
         SolidKind::Hexa8 => (4, cube(2), cube(2)),
