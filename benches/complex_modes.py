@@ -1,11 +1,10 @@
 """20 complex modes of large models beside scipy: `python benches/complex_modes.py HARNESS_DATA [MODEL:K ...]`.
 
 HARNESS_DATA holds MODEL_K.npz, MODEL_M.npz and MODEL_el.npz of the harness of rivals. To K and M come ten dashpots,
-stiffness- proportional damping of half the elements (2 % at the first mode), and Coriolis and centrifugal terms at
-0.3 of the first frequency. The rival is `scipy.sparse.linalg.eigs` on the state space, shift-invert about 0 by
-`splu`, with its
-default ordering and with the symmetric one. One process a cell, one thread, CPU seconds; ours include ordering, the
-count by inertia and left vectors to 1e-4, which the rival does not compute.
+stiffness-proportional damping of half the elements (2 % at the first mode), and Coriolis and centrifugal terms at 0.3
+of the first frequency. The rival is `scipy.sparse.linalg.eigs` on the state space, shift-invert about 0 by `splu`,
+with its default ordering and with the symmetric one. One process a cell, one thread, CPU seconds; ours include
+ordering, the count by inertia and left vectors to 1e-4, which the rival does not compute.
 """
 
 from __future__ import annotations

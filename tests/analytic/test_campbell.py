@@ -34,7 +34,7 @@ def overhung() -> TurningSystem:
 
 
 def whirl_speeds(W: float) -> Array:
-    """Roots w of (12 k - m w^2)(4 k L^2 + Ip W w - Id w^2) = (6 k L)^2 (Genta 2005, eq. 3.34): forward w > 0,
+    """Roots w of (12 k - m w^2)(4 k L^2 + Ip W w - Id w^2) = (6 k L)^2 (Genta 2005): forward w > 0,
     backward w < 0."""
     p = np.poly1d([-MASS, 0, 12 * K]) * np.poly1d([-ID, IP * W, 4 * K * L * L]) - (6 * K * L) ** 2
     roots: Array = np.sort(p.roots.real)
@@ -78,7 +78,7 @@ def test_critical_speeds_of_stodolas_rotor() -> None:
 
 
 def test_internal_damping_makes_a_jeffcott_rotor_unstable_above_its_limit() -> None:
-    """Stable up to w_n (1 + c_e / c_i) (Genta 2005, eq. 3.80); whirl there is forward at w_n."""
+    """Stable up to w_n (1 + c_e / c_i) (Genta 2005); whirl there is forward at w_n."""
     m, k, outer, inner = 2.0, 8e4, 20.0, 10.0
     turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
     rotor = TurningSystem(

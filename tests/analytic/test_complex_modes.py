@@ -10,7 +10,7 @@ from scipy.sparse import csc_array, diags_array, eye_array, kron
 from femend.analysis.complex_frf import complex_frf, complex_receptance
 from femend.analysis.complex_modes import complex_modes
 from femend.analysis.turning import TurningSystem
-from femend.data import Channel
+from femend.data import Channel, ComplexModes
 from femend.dof import Dof
 from femend.errors import ConvergenceError, ModelError, PairingError, SingularModelError
 
@@ -41,7 +41,7 @@ def test_two_equal_masses_have_two_damped_modes_in_closed_form() -> None:
     for pole, damping, stiffness in zip(found.poles, (c, c + 2 * c12), (k, k + 2 * k12), strict=True):
         expected = -damping / (2 * m) + 1j * np.sqrt(stiffness / m - (damping / (2 * m)) ** 2)
         assert pole == pytest.approx(expected, rel=1e-13)
-    # modal a of mass-normalised shapes is 2 i times the damped frequency, residues are those of Ewins, eq. 2.90
+    # modal a of mass-normalised shapes is 2 i times the damped frequency, residues phi phi^T / a (Ewins 2000, ch. 2)
     np.testing.assert_allclose(found.modal_a, 2j * found.poles.imag, rtol=1e-12)
     np.testing.assert_allclose(found.condition, (2 * abs(found.poles) - 2 * found.poles.real) / (2 * found.poles.imag))
     np.testing.assert_allclose(np.abs(found.modes.phi), np.full((2, 2), 0.5), rtol=1e-12)
@@ -118,11 +118,26 @@ def test_a_critically_damped_pair_is_told_defective() -> None:
     assert max(near) > 1e6
     pair = [*found.poles, *found.overdamped.poles]
     assert min(abs(p + 10) for p in pair) < 1e-5
-    close = system(np.eye(2), np.diag([100.0, 400.0]), C=np.diag([20.0 * (1 - 1e-13), 1.0]))
-    found = complex_modes(close, f_max=10.0)
-    if found.condition.max() > 1e6:
-        with pytest.raises(ConvergenceError, match="is defective: its condition"):
-            complex_receptance(found, [1j], [Dof(1, 1)], [Dof(1, 1)])
+
+
+def test_frfs_of_a_nearly_defective_mode_are_refused() -> None:
+    """zeta = 1 - 1e-13 has the condition sqrt((1 + zeta) / (1 - zeta)) = 4.5e6, above the 1e6 from which modal a is
+    lost; at zeta = 1 - 1e-9 it is 4.5e4 and the receptance is still 1 / (k - w^2 + i c w)."""
+    place = [Dof(1, 1)]
+
+    def found(gap: float) -> ComplexModes:
+        return complex_modes(system(np.eye(2), np.diag([100.0, 400.0]), C=np.diag([20.0 * (1 - gap), 1.0])), n_modes=2)
+
+    near = found(1e-13)
+    # the two poles part by the root of rounding, 1.5e-8 of their size, beside 4.5e-7 by damping
+    assert near.condition.max() == pytest.approx(np.sqrt(2e13), rel=0.05)
+    with pytest.raises(
+        ConvergenceError, match=r"mode 1 \(1\.59\d* Hz, zeta 1\) is defective: its condition is 4\.\de\+06"
+    ):
+        complex_receptance(near, [1j], place, place)
+    well = found(1e-9)
+    assert well.condition.max() == pytest.approx(np.sqrt(2e9), rel=1e-3)
+    np.testing.assert_allclose(complex_receptance(well, [1j], place, place)[0, 0, 0], 1 / (99 + 20j), rtol=1e-6)
 
 
 def test_a_free_chain_keeps_its_rigid_body_at_zero() -> None:

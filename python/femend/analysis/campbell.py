@@ -57,8 +57,9 @@ def campbell(
     limits of stability are solved for at the very speed by bracketed root finding. One factorisation and one space
     serve all speeds.
 
-    Genta, Dynamics of Rotating Systems, 2005, sections 3.3 (Campbell diagram) and 3.9 (stability); bi-orthogonality
-    as in Meirovitch, Computational Methods in Structural Dynamics, 1980, eq. 12.30. Raises ValueError for speeds
+    Genta, Dynamics of Rotating Systems, 2005 (Campbell diagram, stability); bi-orthogonality as in Meirovitch,
+    Computational Methods in Structural Dynamics, 1980, in the form that the quadratic problem gives it: from
+    y_i^T D(p_i) = 0 and D(p_j) psi_j = 0 the difference of both, over p_i - p_j, is 0. Raises ValueError for speeds
     that do not rise or are fewer than two, and what `complex_modes` raises.
 
     A disc of Id = 3, Ip = 2 on springs of 400 tilts at W (Ip/2 Id +- sqrt((Ip/2 Id)^2 + ...)): forward critical at

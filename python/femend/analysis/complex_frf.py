@@ -31,9 +31,9 @@ def complex_receptance(modes: ComplexModes, s: ArrayLike, out: Sequence[Dof], in
     `out`, `into`.
 
     H = sum over poles of psi y^T / (a (s - pole)), conjugate poles included: those of structural damping are the
-    `mirrored` ones. Rigid-body modes are left out. Ewins, Modal Testing, 2000, eq. 2.90, with left vectors as in
-    Lancaster, Lambda-Matrices and Vibrating Systems, 1966, eq. 4.4.8. Raises PairingError for a DOF that the modes
-    do not have, ConvergenceError for a defective pair of poles, whose modal a is 0.
+    `mirrored` ones. Rigid-body modes are left out. Ewins, Modal Testing, 2000, chapter 2 (general viscous damping),
+    with left vectors as in Lancaster, Lambda-Matrices and Vibrating Systems, 1966. Raises PairingError for a DOF that
+    the modes do not have, ConvergenceError for a defective pair of poles, whose modal a is 0.
 
     >>> from femend.data import ModeSet
     >>> from femend.data.complex_modes import PoleSet
@@ -119,6 +119,22 @@ def complex_frf(
     >>> abs(H[0, 0, 0].round(9)) == 0.05
     np.True_
     """
+    lines, out, into = _checked(freq, outputs, inputs, kind)
+    system = as_turning_system(system, parts, preload, factors)
+    if n_modes is None and f_max is None:
+        f_max = 1.2 * float(lines[-1])
+    solver = ComplexSolver(system, n_modes=n_modes, f_max=f_max, speed=speed, left_tolerance=1e-8)
+    modes = solver.solve(speed)
+    H = complex_receptance(modes, 2j * np.pi * lines, out, into)
+    H += _left_out(solver, modes, lines, out, into, tolerance)
+    s = 2j * np.pi * lines[:, None, None]
+    return FRF(name, lines, H * s ** _POWER[kind], tuple(outputs), tuple(inputs), kind, unit or _PER_FORCE[kind])
+
+
+def _checked(
+    freq: ArrayLike, outputs: Sequence[Channel], inputs: Sequence[Channel], kind: str
+) -> tuple[NDArray[np.float64], list[Dof], list[Dof]]:
+    """The lines and the DOFs of both sides, or ValueError."""
     lines = np.asarray(freq, dtype=np.float64)
     if lines.ndim != 1 or lines.size == 0 or not np.all(np.diff(lines) > 0) or not lines[0] >= 0:
         raise ValueError(f"freq of shape {lines.shape} must be rising lines in Hz, none negative")
@@ -127,27 +143,28 @@ def complex_frf(
     for channel in (*outputs, *inputs):
         if channel.dof is None:
             raise ValueError(f"channel {channel.text} has no DOF; FRFs are between DOFs")
-    system = as_turning_system(system, parts, preload, factors)
-    if n_modes is None and f_max is None:
-        f_max = 1.2 * float(lines[-1])
-    out = [c.dof for c in outputs if c.dof is not None]
-    into = [c.dof for c in inputs if c.dof is not None]
-    solver = ComplexSolver(system, n_modes=n_modes, f_max=f_max, speed=speed, left_tolerance=1e-8)
-    modes = solver.solve(speed)
+    return lines, [c.dof for c in outputs if c.dof is not None], [c.dof for c in inputs if c.dof is not None]
+
+
+def _left_out(
+    solver: ComplexSolver,
+    modes: ComplexModes,
+    lines: NDArray[np.float64],
+    out: Sequence[Dof],
+    into: Sequence[Dof],
+    tolerance: float,
+) -> Complex:
+    """Receptances (n_freq, n_out, n_in) at `lines` in Hz of what the `modes` leave out, from few of them."""
     b_out, b_in = _patterns(solver, out), _patterns(solver, into)
-    H = complex_receptance(modes, 2j * np.pi * lines, out, into)
     free = bool(np.any(modes.poles == 0))
 
-    def left_out(s: Complex) -> tuple[Complex, float]:
+    def rest(s: Complex) -> tuple[Complex, float]:
         """What the modes do not tell at `s`, and the largest receptance."""
-        whole = solver.core.receptance(b_out, b_in, s, float(speed), tolerance=1e-2 * tolerance)
-        rest = whole - complex_receptance(modes, s, out, into)
-        return (rest * s[:, None, None] ** 2 if free else rest), float(np.max(np.abs(whole)))
+        whole = solver.core.receptance(b_out, b_in, s, modes.speed, tolerance=1e-2 * tolerance)
+        missing = whole - complex_receptance(modes, s, out, into)
+        return (missing * s[:, None, None] ** 2 if free else missing), float(np.max(np.abs(whole)))
 
-    rest = _interpolated(left_out, lines, tolerance, free)
-    s = 2j * np.pi * lines[:, None, None]
-    H = (H + rest) * s ** _POWER[kind]
-    return FRF(name, lines, H, tuple(outputs), tuple(inputs), kind, unit or _PER_FORCE[kind])
+    return _interpolated(rest, lines, tolerance, free)
 
 
 def _patterns(solver: ComplexSolver, dofs: Sequence[Dof]) -> NDArray[np.float64]:

@@ -145,11 +145,11 @@ def complex_modes(
     to the product of both.
 
     Galerkin projection on a second-order Krylov space of K^-1 (Lu, Su and Bai, SIAM J. Matrix Anal. Appl. 37 (2016)
-    195; linearisation Tisseur and Meerbergen, SIAM Review 43 (2001) 235, eq. 3.5), enlarged by corrections
-    (Hochstenbach and van der Vorst, SIAM J. Sci. Comput. 25 (2003) 591) until the residuals of the whole model are
-    small, and then by a random probe, which has to find nothing new. `info["counted"]` undamped modes at rest up to
-    the highest pole are proved by inertia and are in the space (None: free or small models, whose real modes are all
-    in it).
+    195; linearisation Tisseur and Meerbergen, SIAM Review 43 (2001) 235), enlarged by corrections (the equation of
+    Jacobi-Davidson, solved roughly: Bai, Sleijpen and van der Vorst in Templates for the Solution of Algebraic
+    Eigenvalue Problems, SIAM 2000, chapter 9) until the residuals of the whole model are small, and then by a random
+    probe, which has to find nothing new. `info["counted"]` undamped modes at rest up to the highest pole are proved
+    by inertia and are in the space (None: free or small models, whose real modes are all in it).
 
     Raises SingularModelError, ModelError, ConvergenceError, and ValueError: for arguments that do not fit, or more
     modes than oscillate (the message tells how many are overdamped).

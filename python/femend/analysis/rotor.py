@@ -27,8 +27,8 @@ def gyroscopic_matrices(
     are the ids of the part (masses included), None means all; for parts of different speeds call once for each and
     add. In axes at rest ("fixed") the part must be symmetric about its axis: beams along it and concentrated masses
     count with their polar inertia, S is zero. In "rotating" axes every mass counts (Coriolis force and centrifugal
-    softening; the stiffening by centrifugal preload is `stress_stiffness`). Genta, Dynamics of Rotating Systems, 2005,
-    sections 2.5 and 4.4. Raises ModelError for an element that cannot spin or is not there.
+    softening; the stiffening by centrifugal preload is `stress_stiffness`). Genta, Dynamics of Rotating Systems, 2005.
+    Raises ModelError for an element that cannot spin or is not there.
 
     A disc of polar inertia Jp on a shaft along X couples its tilts by `W Jp`: G[RY, RZ] = Jp = -G[RZ, RY].
     """

@@ -47,9 +47,9 @@ class ComplexModes:
     as psi; equal to psi up to a factor where all matrices are symmetric. `modal_a` (n_modes,) is
     y^T (2 pole M + C + W G) psi; 0 for a rigid-body mode. `residual`, `residual_left` (n_modes,) are
     |D(pole) psi| / (|pole^2 M psi| + |pole C psi| + |(K + iD - sigma M) psi|) of the whole model. `condition`
-    (n_modes,) is 1 where a mode is like a real one, 1/sqrt(1 - zeta^2) for one mass on a spring, and large near a
-    defective pole. `overdamped` are real poles up to the last mode, `mirrored` those of the lower half-plane that
-    structural damping makes (not physical, but part of the receptance's rational function). `speed` W in rad/s.
+    (n_modes,) is 1 where a mode is like a real one, sqrt((1 + zeta) / (1 - zeta)) for one mass on a spring, and large
+    near a defective pole. `overdamped` are real poles up to the last mode, `mirrored` those of the lower half-plane
+    that structural damping makes (not physical, but part of the receptance's rational function). `speed` W in rad/s.
     `info`: shift `sigma` in (rad/s)^2, undamped modes at rest by inertia `counted`, poles found late by the probe
     `n_late`, and the work done.
     """

@@ -1,4 +1,5 @@
-//! The correction equation D(λ) t = r beside the space, solved roughly.
+//! The correction equation D(λ) t = r beside the space, solved roughly (as in the Jacobi-Davidson method; Bai, Sleijpen and
+//! van der Vorst in Templates for the Solution of Algebraic Eigenvalue Problems, SIAM 2000, chapter 9).
 
 use femend_linalg::{Dense, solve_complex_dense};
 use num_complex::Complex64;

@@ -1,7 +1,7 @@
 //! The second-order Krylov space of K_σ⁻¹ B and K_σ⁻¹ M, by the two-level orthogonal Arnoldi process in blocks.
 //!
 //! The Arnoldi process of the linearised problem in 2 n unknowns is kept as coefficients of both halves of its vectors in
-//! one space V of n unknowns (Lu, Su and Bai, SIAM J. Matrix Anal. Appl. 37 (2016) 195, section 3). All of it is real, and
+//! one space V of n unknowns (Lu, Su and Bai, SIAM J. Matrix Anal. Appl. 37 (2016) 195). All of it is real, and
 //! one factor of K_σ serves; where σ = 0 and the stiffness does not change with the speed, poles nearest to 0 converge as in
 //! shift-invert Arnoldi.
 

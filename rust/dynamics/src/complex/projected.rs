@@ -1,7 +1,7 @@
 //! The projected quadratic eigenproblem by linearisation about s₀: λ = s₀ + τ/μ.
 //!
 //! With D₀ = D(s₀), D₁ = τ D'(s₀), D₂ = τ² M the problem is μ² D₀ + μ D₁ + D₂ = 0, and D₀ is near the unit matrix. μ = 0
-//! belongs to λ = ∞, which massless DOFs have (first companion form; Tisseur and Meerbergen 2001, section 3.4).
+//! belongs to λ = ∞, which massless DOFs have (first companion form; Tisseur and Meerbergen, SIAM Review 43 (2001) 235).
 
 use femend_linalg::{Dense, GeneralEigen, general_eigen, general_eigen_complex, solve_complex_dense};
 use num_complex::Complex64;

@@ -72,8 +72,8 @@ pub struct ComplexModes {
     pub modal_a: Vec<Complex64>,
     /// Residuals of the full problem, right and left.
     pub residual: [Vec<f64>; 2],
-    /// (2|λ| ‖ψ‖ ‖y‖ + |yᵀCψ|) / |a| with norms by the mass: 1 where a mode is like a real one, 1/√(1 - ζ²) of one
-    /// mass on a spring, large near a defective pole, infinite for rigid-body modes.
+    /// (2|λ| ‖ψ‖ ‖y‖ + |yᵀCψ|) / |a| with norms by the mass: 1 where a mode is like a real one, √((1 + ζ)/(1 - ζ)) of
+    /// one mass on a spring, large near a defective pole, infinite for rigid-body modes.
     pub condition: Vec<f64>,
     /// Poles that the probe added before they had converged too.
     pub n_late: usize,
@@ -175,49 +175,13 @@ impl ComplexProblem {
             return Err(DynamicsError::Argument(format!("speed = {speed} rad/s; it must be finite")));
         }
         let whole = self.space.len() == self.space.n();
-        let mut growth = Growth::default();
-        let (tolerance, left_tolerance) = (self.options.tolerance, self.options.left_tolerance);
-        if self.rounds == 0 && !whole {
-            let first = if speed == 0.0 && self.rest.is_none() { 1.0 } else { speed };
-            match &self.rest {
-                Some(_) => {
-                    growth.begin(&mut self.space, first, self.options.n_modes, &mut self.seed);
-                    // a random block that Arnoldi's process has gone on from is a probe
-                    self.probed = true;
-                }
-                None => probe(&mut self.space, first, 1, &mut self.seed),
-            }
-        }
+        let mut growth = if whole { Growth::default() } else { self.first_growth(speed) };
         let (mut known, mut n_late) = (None, 0);
         for round in 0..ROUNDS {
-            let projected = Projected::new(&mut self.space, speed);
-            let spectrum = projected.eigen(self.s0)?;
-            self.rounds += 1;
-            let wanted = match select(&spectrum.pairs, &projected, self.s0, &self.options) {
-                // a space that is too small yet
-                Err(_) if growth.further(&mut self.space, speed, 0, f64::INFINITY, tolerance) => continue,
-                other => other?,
+            let Some(Found { wanted, right, left }) = self.converged(speed, round, whole, &mut growth)?
+            else {
+                continue;
             };
-            let vectors: Vec<&[Complex64]> = wanted.iter().map(|w| &w.pair.right[..]).collect();
-            let right = self.side(speed, &wanted, &vectors, false);
-            let open = right.open(tolerance);
-            if !open.is_empty() && !whole {
-                if !growth.further(&mut self.space, speed, 0, right.worst(&open), tolerance) {
-                    self.enlarge(speed, &wanted, &right, &open, round)?;
-                }
-                continue;
-            }
-            // left vectors once the right ones are there: they hold most of what these need
-            let left = spectrum.left(&wanted.iter().map(|w| &w.pair).collect::<Vec<_>>())?;
-            let vectors: Vec<&[Complex64]> = left.iter().map(|y| &y[..]).collect();
-            let left = self.side(speed, &wanted, &vectors, true);
-            let open = left.open(left_tolerance);
-            if !open.is_empty() && !whole && !self.space.symmetric() {
-                if !growth.further(&mut self.space, speed, 1, left.worst(&open), left_tolerance) {
-                    self.enlarge(speed, &wanted, &left, &open, round)?;
-                }
-                continue;
-            }
             let poles: Vec<f64> = wanted.iter().map(|w| w.pair.lambda.norm()).collect();
             let reach = poles.iter().copied().fold(0.0, f64::max);
             if let Some(before) = known.replace(poles) {
@@ -233,6 +197,64 @@ impl ComplexProblem {
             self.probed = true;
         }
         unreachable!("the last round returns")
+    }
+
+    /// The process that makes the space grow, begun where nothing has been solved yet.
+    fn first_growth(&mut self, speed: f64) -> Growth {
+        let mut growth = Growth::default();
+        if self.rounds == 0 {
+            let first = if speed == 0.0 && self.rest.is_none() { 1.0 } else { speed };
+            match &self.rest {
+                Some(_) => {
+                    growth.begin(&mut self.space, first, self.options.n_modes, &mut self.seed);
+                    // a random block that Arnoldi's process has gone on from is a probe
+                    self.probed = true;
+                }
+                None => probe(&mut self.space, first, 1, &mut self.seed),
+            }
+        }
+        growth
+    }
+
+    /// The wanted poles of the projected problem with the residuals of both sides in the full one. `None` where some are too
+    /// large yet: the space has been enlarged for them. Nothing can be added to one that is `whole`.
+    fn converged(
+        &mut self,
+        speed: f64,
+        round: usize,
+        whole: bool,
+        growth: &mut Growth,
+    ) -> Result<Option<Found>, DynamicsError> {
+        let (tolerance, left_tolerance) = (self.options.tolerance, self.options.left_tolerance);
+        let projected = Projected::new(&mut self.space, speed);
+        let spectrum = projected.eigen(self.s0)?;
+        self.rounds += 1;
+        let wanted = match select(&spectrum.pairs, &projected, self.s0, &self.options) {
+            // a space that is too small yet
+            Err(_) if growth.further(&mut self.space, speed, 0, f64::INFINITY, tolerance) => return Ok(None),
+            other => other?,
+        };
+        let vectors: Vec<&[Complex64]> = wanted.iter().map(|w| &w.pair.right[..]).collect();
+        let right = self.side(speed, &wanted, &vectors, false);
+        let open = right.open(tolerance);
+        if !open.is_empty() && !whole {
+            if !growth.further(&mut self.space, speed, 0, right.worst(&open), tolerance) {
+                self.enlarge(speed, &wanted, &right, &open, round)?;
+            }
+            return Ok(None);
+        }
+        // left vectors once the right ones are there: they hold most of what these need
+        let left = spectrum.left(&wanted.iter().map(|w| &w.pair).collect::<Vec<_>>())?;
+        let vectors: Vec<&[Complex64]> = left.iter().map(|y| &y[..]).collect();
+        let left = self.side(speed, &wanted, &vectors, true);
+        let open = left.open(left_tolerance);
+        if !open.is_empty() && !whole && !self.space.symmetric() {
+            if !growth.further(&mut self.space, speed, 1, left.worst(&open), left_tolerance) {
+                self.enlarge(speed, &wanted, &left, &open, round)?;
+            }
+            return Ok(None);
+        }
+        Ok(Some(Found { wanted, right, left }))
     }
 
     /// Does the space hold as many undamped modes of the model at rest up to `reach` in rad/s as inertia counts? Where it does
@@ -348,6 +370,13 @@ fn told(wanted: Vec<Wanted>, own: Side, other: Side, n_late: usize) -> ComplexMo
         condition,
         n_late,
     }
+}
+
+/// Poles of a round whose residuals are small on both sides.
+struct Found {
+    wanted: Vec<Wanted>,
+    right: Side,
+    left: Side,
 }
 
 /// One side's vectors at all DOFs (n, 2 m), D(λ) ψ and its size beside the terms.
