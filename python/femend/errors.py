@@ -17,6 +17,7 @@ __all__ = [
     "GeometryError",
     "LawParameterError",
     "LoadError",
+    "MemoryLimitError",
     "ModelError",
     "PairingError",
     "PretestError",
@@ -76,6 +77,18 @@ class GeometryError(ModelError):
 
 class ConvergenceError(FemendError, ArithmeticError):
     """An eigensolution or factorisation that missed its accuracy; the message says by how much and what to do."""
+
+
+class MemoryLimitError(FemendError, MemoryError):
+    """A solution that would need more memory than is free, told before it begins.
+
+    Attributes: `needed`, `free` in bytes; `free` is None where the system does not say.
+    """
+
+    def __init__(self, message: str, *, needed: int, free: int | None = None) -> None:
+        super().__init__(message)
+        self.needed = needed
+        self.free = free
 
 
 class StudyError(FemendError, ValueError):

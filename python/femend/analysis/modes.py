@@ -14,7 +14,7 @@ from femend.data.mode_set import ModeSet
 from femend.dof import Dof
 from femend.errors import SingularModelError
 
-__all__ = ["SolvedModes", "solve_modes"]
+__all__ = ["SolvedModes", "modes_memory", "solve_modes"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,6 +29,27 @@ class SolvedModes:
     modes: ModeSet
     residual: NDArray[np.float64]
     info: dict[str, Any]
+
+
+def modes_memory(
+    indptr: NDArray[np.int32] | NDArray[np.int64],
+    indices: NDArray[np.int32] | NDArray[np.int64],
+    n_modes: int | None = None,
+    *,
+    symbolic: _core.Symbolic | None = None,
+) -> int:
+    """Bytes that `solve_modes` will add to what is in use for `n_modes` of this pattern, about.
+
+    `indptr`, `indices` are the compressed columns of K and M; `symbolic`, where at hand, saves the ordering. Two
+    factors (the second counts the modes at the upper end), the Lanczos basis, the modes with their products and the
+    values of K - sigma M; without `n_modes`, as for a band, the least. `solve_modes` compares this with what the
+    machine, a container and `ulimit -v` leave and raises MemoryLimitError before it factorises. Raises ValueError for
+    a pattern that is none.
+
+    >>> modes_memory(np.array([0, 2, 4]), np.array([0, 1, 0, 1]), 1) < 1000
+    True
+    """
+    return (symbolic or _core.Symbolic(indptr, indices)).modes_memory(n_modes)
 
 
 def solve_modes(
@@ -51,7 +72,8 @@ def solve_modes(
     `start` (n, k) are shapes near the wanted ones, `symbolic` the symbolic factor of the pattern; both only save time.
 
     Raises SingularModelError naming the DOFs that have neither stiffness nor mass, ModelError for a stiffness with
-    negative eigenvalues or values that are not finite, ConvergenceError, and ValueError for arguments that do not fit.
+    negative eigenvalues or values that are not finite, MemoryLimitError for modes that do not fit into memory (before
+    anything is factorised: `modes_memory`), ConvergenceError, and ValueError for arguments that do not fit.
 
     Block Lanczos with shift-invert (Grimes, Lewis and Simon 1994), inertia count by Sylvester's law.
 

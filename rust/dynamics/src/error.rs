@@ -2,6 +2,8 @@
 
 use femend_linalg::LinalgError;
 
+use crate::modes::ModesMemory;
+
 /// Errors of this crate. DOF numbers are rows of K and M, from 0.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DynamicsError {
@@ -28,6 +30,20 @@ pub enum DynamicsError {
         count: usize,
         /// Shift in rad²/s².
         sigma: f64,
+    },
+    /// Modes that do not fit into memory.
+    #[error(
+        "{what} need {:.2} GB of memory beside what is in use ({:.2} GB of it for factors, {:.2} GB for vectors), {:.2} GB are \
+             free; ask for fewer modes, reduce the model to fewer DOFs or use a machine with more",
+        gigabytes(need.total()), gigabytes(need.factors), gigabytes(need.vectors), gigabytes(*free)
+    )]
+    Memory {
+        /// The modes or vectors, with their number and the DOFs.
+        what: String,
+        /// What they take.
+        need: ModesMemory,
+        /// Bytes free.
+        free: usize,
     },
     /// The eigenvalue iteration stopped before all modes converged.
     #[error(
@@ -87,6 +103,10 @@ pub enum DynamicsError {
         /// Upper end in Hz.
         freq_hz: f64,
     },
+}
+
+fn gigabytes(bytes: usize) -> f64 {
+    bytes as f64 * 1e-9
 }
 
 fn list(dofs: &[usize]) -> String {

@@ -17,7 +17,7 @@ pub use error::DynamicsError;
 pub use frf::{
     DirectModel, FrfKind, FrfScores, LineModel, ModalModel, ReducedFrf, ReducedOptions, residual_vectors,
 };
-pub use modes::{ModeOptions, Modes, ModesInfo, modes};
+pub use modes::{ModeOptions, Modes, ModesInfo, ModesMemory, modes};
 pub use reduction::{RitzBasis, RitzOptions, ritz_basis};
 pub use sensitivity::{
     DirectDerivative, EigenSensitivities, ModalDerivatives, ParameterDerivatives, clusters,

@@ -90,6 +90,12 @@ impl Dense {
         self.ncols += other.ncols;
     }
 
+    /// Takes columns away from the end until `ncols` are left.
+    pub fn truncate(&mut self, ncols: usize) {
+        self.ncols = self.ncols.min(ncols);
+        self.data.truncate(self.nrows * self.ncols);
+    }
+
     /// Transposed copy.
     pub fn transposed(&self) -> Self {
         let mut t = Self::zeros(self.ncols, self.nrows);

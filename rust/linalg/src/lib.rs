@@ -29,7 +29,7 @@ pub use dense::{Dense, SymmetricEigen, gemm, gemm_tn, solve_complex_dense};
 pub use error::LinalgError;
 pub use factor::{Factor, Inertia, Kind, PIVOT_TOLERANCE, PROBE_TOLERANCE, ZeroPivot};
 pub use general::{GeneralEigen, general_eigen, general_eigen_complex};
-pub use memory::Memory;
+pub use memory::{Memory, free as free_memory};
 pub use order::{Ordering, Permutation, order};
 pub use pattern::Pattern;
 pub use sparse::{SymmetricCsc, row_times};

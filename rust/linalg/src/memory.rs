@@ -108,8 +108,9 @@ fn work(symbolic: &Symbolic, threads: usize) -> usize {
     together(symbolic.roots(), &peak).1
 }
 
-/// Bytes the machine can still give to this process; `None` where the system does not say.
-pub(crate) fn free() -> Option<usize> {
+/// Bytes the machine can still give to this process, the least of what is available, a container's limit and the process's
+/// own limit of address space; `None` where the system does not say.
+pub fn free() -> Option<usize> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
     let number = |path: &str| read(path).and_then(|text| text.trim().parse::<usize>().ok());
     let machine = read("/proc/meminfo").and_then(|text| {
@@ -118,10 +119,19 @@ pub(crate) fn free() -> Option<usize> {
     });
     // a container's own limit; page cache counted as used there can be given back, so only the limit itself is read
     let limit = number("/sys/fs/cgroup/memory.max");
-    match (machine, limit) {
-        (Some(m), Some(l)) => Some(m.min(l)),
-        (m, l) => m.or(l),
-    }
+    let own =
+        read("/proc/self/limits").zip(read("/proc/self/status")).and_then(|(l, s)| address_space(&l, &s));
+    [machine, limit, own].into_iter().flatten().min()
+}
+
+/// Bytes of address space that a process may still map (`ulimit -v`), from the texts of its `limits` and `status`.
+fn address_space(limits: &str, status: &str) -> Option<usize> {
+    let after =
+        |text: &str, name: &str| text.lines().find_map(|line| line.strip_prefix(name).map(str::to_owned));
+    let first = |text: String| text.split_whitespace().next()?.parse::<usize>().ok();
+    let limit = first(after(limits, "Max address space")?)?;
+    let mapped = first(after(status, "VmSize:")?)?;
+    Some(limit.saturating_sub(mapped.saturating_mul(1024)))
 }
 
 /// Zeros, or the typed error where the allocator refuses.
@@ -147,6 +157,18 @@ mod tests {
         assert_eq!(error, LinalgError::Memory { bytes: 8_000_000_000, free: Some(4_000_000_000) });
         let text = error.to_string();
         assert!(text.contains("8.00 GB") && text.contains("4.00 GB are free"), "{text}");
+    }
+
+    #[test]
+    fn a_limit_of_address_space_counts_less_what_is_mapped() {
+        let limits = |soft: &str| {
+            format!("Limit  Soft Limit  Hard Limit  Units\nMax address space  {soft}  unlimited  bytes\n")
+        };
+        let status = "Name:\tpython\nVmPeak:\t  900000 kB\nVmSize:\t  500000 kB\n";
+        assert_eq!(address_space(&limits("2000000000"), status), Some(2_000_000_000 - 512_000_000));
+        assert_eq!(address_space(&limits("100"), status), Some(0));
+        assert_eq!(address_space(&limits("unlimited"), status), None);
+        assert_eq!(address_space("", ""), None);
     }
 
     #[test]

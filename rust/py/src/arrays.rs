@@ -6,11 +6,12 @@ use femend_dynamics::DynamicsError;
 use femend_linalg::{Dense, LinalgError, Ordering, Pattern, Symbolic, SymmetricCsc};
 use ndarray::{Array2, ArrayView1, ShapeBuilder};
 use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
-use pyo3::exceptions::{PyMemoryError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 pyo3::import_exception!(femend.errors, ConvergenceError);
+pyo3::import_exception!(femend.errors, MemoryLimitError);
 pyo3::import_exception!(femend.errors, ModelError);
 pyo3::import_exception!(femend.errors, SingularModelError);
 
@@ -130,6 +131,20 @@ fn singular(message: String, dofs: Vec<usize>) -> PyErr {
     })
 }
 
+/// `MemoryLimitError` with both numbers in bytes.
+fn too_large(message: String, needed: usize, free: Option<usize>) -> PyErr {
+    Python::attach(|py| {
+        let build = || -> PyResult<PyErr> {
+            let kwargs = PyDict::new(py);
+            kwargs.set_item("needed", needed)?;
+            kwargs.set_item("free", free)?;
+            let value = py.get_type::<MemoryLimitError>().call((message,), Some(&kwargs))?;
+            Ok(PyErr::from_value(value))
+        };
+        build().unwrap_or_else(|e| e)
+    })
+}
+
 /// An error of sparse algebra as an exception.
 pub(crate) fn linalg_error(error: LinalgError) -> PyErr {
     let message = error.to_string();
@@ -142,7 +157,7 @@ pub(crate) fn linalg_error(error: LinalgError) -> PyErr {
         | LinalgError::NotPositiveDefinite => ModelError::new_err(message),
         LinalgError::Singular { pivots } => singular(message, pivots.iter().map(|p| p.dof).collect()),
         LinalgError::Probe { .. } => ConvergenceError::new_err(message),
-        LinalgError::Memory { .. } => PyMemoryError::new_err(message),
+        LinalgError::Memory { bytes, free } => too_large(message, bytes, free),
     }
 }
 
@@ -154,6 +169,7 @@ pub(crate) fn dynamics_error(error: DynamicsError) -> PyErr {
         DynamicsError::Argument(_) => PyValueError::new_err(message),
         DynamicsError::Mechanism { dofs } => singular(message, dofs),
         DynamicsError::NegativeStiffness { .. } => ModelError::new_err(message),
+        DynamicsError::Memory { need, free, .. } => too_large(message, need.total(), Some(free)),
         DynamicsError::NotConverged { .. }
         | DynamicsError::ComplexNotConverged { .. }
         | DynamicsError::ResponseNotConverged { .. }

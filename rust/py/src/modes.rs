@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use femend_dynamics::ModeOptions;
+use femend_dynamics::{ModeOptions, ModesMemory};
 use femend_linalg::{Dense, Factor, Kind, LinalgError, Symbolic, SymmetricCsc};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -53,6 +53,12 @@ impl PySymbolic {
     #[getter]
     fn memory(&self) -> usize {
         self.inner.memory().numeric(8)
+    }
+
+    /// Bytes that `n_modes` modes will add to what is in use; without a number the least that a band takes.
+    #[pyo3(signature = (n_modes = None, check = true))]
+    fn modes_memory(&self, n_modes: Option<usize>, check: bool) -> usize {
+        ModesMemory::of(&self.inner, n_modes, !check).total()
     }
 }
 

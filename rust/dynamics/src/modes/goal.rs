@@ -56,6 +56,7 @@ pub(super) fn converge(process: &mut Lanczos<'_>, goal: &Goal) -> Result<(Ritz, 
             process.inject();
         }
         steps += 1;
+        process.make_room()?;
         let more = process.step();
         if more && process.len() < next_check {
             continue;

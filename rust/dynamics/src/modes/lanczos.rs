@@ -4,7 +4,9 @@
 use femend_linalg::{Dense, Factor, LinalgError, gemm, gemm_tn};
 
 use super::basis::{Basis, norms_known};
+use super::need;
 use super::product::Compact;
+use crate::DynamicsError;
 
 /// Directions of a new block smaller than this beside what they were before orthogonalisation are rounding.
 const DROP: f64 = 1e-10;
@@ -24,6 +26,8 @@ pub(crate) struct Lanczos<'a> {
     /// The last block in the basis and M times it.
     last: [Dense; 2],
     block: usize,
+    /// Columns of the basis for which memory has been asked for.
+    room: usize,
     seed: u64,
     /// Right-hand sides solved.
     pub solves: usize,
@@ -53,6 +57,7 @@ impl<'a> Lanczos<'a> {
             residual: Dense::zeros(0, 0),
             last: [Dense::zeros(n, 0), Dense::zeros(n, 0)],
             block,
+            room,
             seed: 0x1234_5678_9abc_def1,
             solves: 0,
         };
@@ -105,6 +110,19 @@ impl<'a> Lanczos<'a> {
         self.projected.len()
     }
 
+    /// Asks for more memory before a step takes the basis beyond what it was expected to have.
+    ///
+    /// # Errors
+    /// [`DynamicsError::Memory`].
+    pub fn make_room(&mut self) -> Result<(), DynamicsError> {
+        if self.len() + self.next.ncols() > self.room {
+            let more = (self.room / 4).max(8 * self.block);
+            need::vectors_fit(self.m.n(), self.len(), more)?;
+            self.room += more;
+        }
+        Ok(())
+    }
+
     /// Takes the next block into the basis and expands it. False when the space is exhausted: the basis then spans all
     /// modes with finite frequency.
     pub fn step(&mut self) -> bool {
@@ -149,10 +167,11 @@ impl<'a> Lanczos<'a> {
     pub fn inject(&mut self) {
         let mut fresh = self.random(self.block);
         self.apply(&mut fresh);
-        let mut all = Basis::with_room(self.m.n(), self.basis.len() + self.next.ncols());
-        all.v.append(&self.basis.v);
-        all.v.append(&self.next);
-        let split = all.split(self.m, &fresh, 1e-8);
+        // beside the next block too, which joins the basis for that
+        let len = self.basis.len();
+        self.basis.v.append(&self.next);
+        let split = self.basis.split(self.m, &fresh, 1e-8);
+        self.basis.v.truncate(len);
         let columns = self.residual.ncols();
         let mut residual = Dense::zeros(self.next.ncols() + split.q.ncols(), columns);
         for j in 0..columns {

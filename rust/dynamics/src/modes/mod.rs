@@ -8,12 +8,14 @@ mod basis;
 mod finish;
 mod goal;
 mod lanczos;
+mod need;
 mod product;
 mod shift;
 mod small;
 mod solve;
 mod upper;
 
+pub use need::ModesMemory;
 pub use solve::{ModeOptions, Modes, ModesInfo, modes};
 
 pub(crate) use basis::{Basis, norms};

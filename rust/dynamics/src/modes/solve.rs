@@ -8,6 +8,7 @@ use femend_linalg::{Dense, Symbolic, SymmetricCsc};
 use super::finish::finish;
 use super::goal::{BEYOND, Goal, converge, too_few};
 use super::lanczos::Lanczos;
+use super::need;
 use super::product::Compact;
 use super::shift::{self, Shifted};
 use super::small::{self, Pairs};
@@ -15,7 +16,7 @@ use super::upper::{count_below, upper_end};
 use crate::DynamicsError;
 
 /// Models up to this size are solved densely.
-const SMALL: usize = 300;
+pub(super) const SMALL: usize = 300;
 /// Residual K φ - λ M φ above which the vectors are solved for once more.
 const SHARP: f64 = 1e-8;
 
@@ -70,7 +71,8 @@ pub struct ModesInfo {
 ///
 /// # Errors
 /// [`DynamicsError::Argument`], [`DynamicsError::Mechanism`], [`DynamicsError::NegativeStiffness`],
-/// [`DynamicsError::NotConverged`], [`DynamicsError::Missing`], [`DynamicsError::Linalg`].
+/// [`DynamicsError::NotConverged`], [`DynamicsError::Missing`], [`DynamicsError::Linalg`], and [`DynamicsError::Memory`]
+/// before anything is factorised, or before the basis outgrows what is free.
 pub fn modes(
     symbolic: &Arc<Symbolic>,
     k: &SymmetricCsc,
@@ -88,6 +90,7 @@ pub(crate) fn modes_and_factor(
     options: &ModeOptions,
 ) -> Result<(Modes, Shifted), DynamicsError> {
     let band = check(k, m, options)?;
+    need::fits(symbolic, options)?;
     let mut info = ModesInfo { factorisations: 1, ..Default::default() };
     let (mut shifted, free) = match options.sigma {
         Some(sigma) => (shift::below(symbolic, k, m, sigma)?, false),
@@ -205,9 +208,8 @@ fn iterate(
     info: &mut ModesInfo,
 ) -> Result<Pairs, DynamicsError> {
     let sigma = shifted.sigma;
-    let block = if options.n_modes.is_some_and(|n| n < 8) { 4 } else { 8 };
     let compact = Compact::new(m);
-    let room = options.n_modes.map_or(64, |n| 3 * n + 8 * block);
+    let (block, room) = (need::block(options.n_modes), need::room(options.n_modes));
     let mut process = Lanczos::new(&compact, &shifted.factor, block, options.start.as_ref(), room);
     let mut goal = Goal { n_modes: options.n_modes, band, sigma, below: None };
     for round in 0..4 {
