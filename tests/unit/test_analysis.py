@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 
 from femend import _core
-from femend.analysis.frf import modal_frf, shapes_at
+from femend.analysis.frf import modal_frf, modal_frf_scores, shapes_at
 from femend.analysis.model_modes import model_modes
 from femend.analysis.modes import solve_modes
+from femend.correlate import compare_frfs
 from femend.data.channel import Channel
+from femend.data.frf import FRF
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
-from femend.errors import SingularModelError
+from femend.errors import SingularModelError, UnitError
 from femend.model.model import read_model
 
 DOFS = [Dof(10, 1), Dof(10, 3), Dof(20, 1)]
@@ -108,3 +110,42 @@ def test_factor_tells_inertia_cost_and_singular_rows() -> None:
     assert len(caught.value.dofs) == 2
     with pytest.raises(ValueError, match="rows"):
         factor.solve(np.ones((4, 1)))
+
+
+def frf_of(modes: ModeSet, kind: str, unit: str, *, scale: float = 1.0) -> FRF:
+    outputs = [Channel(Dof(n, 3, sign), "acceleration", "m/s^2") for n, sign in ((1, 1), (4, -1), (7, 1))]
+    inputs = [Channel(Dof(1, 3), "force", "N"), Channel(Dof(5, 3), "force", "N")]
+    found = modal_frf(modes, np.linspace(2.0, 40.0, 77), outputs, inputs, kind=kind)
+    return FRF("test", found.freq, found.H * scale, found.outputs, found.inputs, kind, unit)
+
+
+def random_modes(*, soft: float = 1.0) -> ModeSet:
+    rng = np.random.default_rng(8)
+    freq, phi = np.sort(rng.uniform(5, 35, 6)), rng.standard_normal((9, 6))
+    return ModeSet(soft * freq, np.full(6, 0.02), phi, tuple(Dof(n, 3) for n in range(1, 10)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "unit", "scale"),
+    [("accelerance", "mm/s^2/N", 1e3), ("receptance", "m/N", 1.0), ("mobility", "m/s/N", 1.0)],
+)
+def test_scores_without_storing_are_those_of_the_stored_frfs(kind: str, unit: str, scale: float) -> None:
+    measured = frf_of(random_modes(soft=1.03), kind, unit, scale=scale)
+    found = modal_frf_scores(random_modes(), measured)
+    stored = modal_frf(random_modes(), measured.freq, measured.outputs, measured.inputs, kind=kind)
+    expected = compare_frfs(measured, stored)
+    for name in ("frac", "faac", "csac", "csf"):
+        np.testing.assert_allclose(getattr(found, name), getattr(expected, name), rtol=1e-9)
+    assert found.misfit == pytest.approx(np.sum(np.abs(stored.H - measured.H / scale) ** 2), rel=1e-9)
+    # a residual takes part
+    other = modal_frf_scores(random_modes(), measured, residual=np.full((3, 2), 1e-3))
+    assert other.misfit != pytest.approx(found.misfit, rel=1e-3)
+
+
+def test_scores_of_what_does_not_fit_are_refused() -> None:
+    measured = frf_of(random_modes(), "accelerance", "m/s^2/N")
+    with pytest.raises(UnitError, match=r"'test' is in 'm/s\^2/N' and the model's FRFs are in 'm/N'"):
+        modal_frf_scores(random_modes(), measured, unit="m/N")
+    few = ModeSet([1.0], [0.01], [[2.0]], (Dof(1, 3),))
+    with pytest.raises(ValueError, match=r"no DOF 4:-Z, 7:\+Z"):
+        modal_frf_scores(few, measured)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,8 +13,10 @@ from femend.data.channel import Channel
 from femend.data.frf import FRF
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
+from femend.errors import UnitError
+from femend.units import parse_unit
 
-__all__ = ["modal_frf", "shapes_at"]
+__all__ = ["FrfScores", "modal_frf", "modal_frf_scores", "shapes_at"]
 
 _PER_FORCE = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
 
@@ -62,6 +65,63 @@ def modal_frf(
     >>> complex(H[0, 0, 0] * (2 * np.pi) ** 2).imag
     -1.0
     """
+    lines = np.asarray(freq, dtype=np.float64)
+    s = (2j * np.pi * lines).astype(np.complex128)
+    H = _core.frf_modal(*_superposed(modes, outputs, inputs), s, kind, residual)
+    return FRF(name, lines, H, tuple(outputs), tuple(inputs), kind, unit or _PER_FORCE[kind])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrfScores:
+    """Agreement of a model's FRFs with measured ones: `frac`, `faac` (n_out, n_in) of each pair, `csac`, `csf`
+    (n_freq,) of each line, as `femend.correlate` has them; `misfit` is the sum of |H - H_measured|^2 over all, in the
+    square of the model's unit. NaN where an FRF is zero."""
+
+    frac: NDArray[np.float64]
+    faac: NDArray[np.float64]
+    csac: NDArray[np.float64]
+    csf: NDArray[np.float64]
+    misfit: float
+
+
+def modal_frf_scores(
+    modes: ModeSet,
+    measured: FRF,
+    *,
+    residual: NDArray[np.float64] | NDArray[np.complex128] | None = None,
+    unit: str | None = None,
+) -> FrfScores:
+    """How far FRFs by superposition of `modes` agree with `measured`, without the model's ever being stored.
+
+    The model's are what `modal_frf` gives at the lines, channels and kind of `measured`, with the static `residual`
+    (n_out, n_in) of the modes left out, in `unit` (SI if not given), into which the measured ones are converted. They
+    are reduced to sums while they are computed: for loops over samples of parameters, where storing and reading them
+    again costs more than computing. FRAC, FAAC, CSAC and CSF are those of `femend.correlate`; where DOFs or lines of
+    both have to be matched first, `compare_frfs` does that. Raises what `modal_frf` raises, and UnitError for units
+    that do not convert.
+
+    >>> modes = ModeSet([1.0], [0.5], [[1.0]], (Dof(1, 3),))
+    >>> place = [Channel(Dof(1, 3), "acceleration", "m/s^2")]
+    >>> scores = modal_frf_scores(modes, modal_frf(modes, [0.5, 1.0], place, place))
+    >>> scores.csac.round(9).tolist(), scores.misfit < 1e-20
+    ([1.0, 1.0], True)
+    """
+    own, given = parse_unit(unit or _PER_FORCE[measured.kind]), parse_unit(measured.unit)
+    if own.dims != given.dims:
+        raise UnitError(
+            f"{measured.name!r} is in {measured.unit!r} and the model's FRFs are in {own.text!r}, which measure "
+            "different things"
+        )
+    s = (2j * np.pi * measured.freq).astype(np.complex128)
+    H = np.ascontiguousarray(measured.H * (given.factor / own.factor))
+    ends = _superposed(modes, measured.outputs, measured.inputs)
+    return FrfScores(**_core.frf_modal_scores(*ends, s, H, measured.kind, residual))
+
+
+def _superposed(
+    modes: ModeSet, outputs: Sequence[Channel], inputs: Sequence[Channel]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """omega, zeta and the shapes at both ends, or ValueError."""
     if modes.scaling != "mass" or np.iscomplexobj(modes.phi):
         raise ValueError(
             f"modes are scaled {modes.scaling!r} and {modes.phi.dtype}; superposition needs real mass-normalised ones"
@@ -69,14 +129,5 @@ def modal_frf(
     for channel in (*outputs, *inputs):
         if channel.dof is None:
             raise ValueError(f"channel {channel.text} has no DOF; FRFs are between DOFs")
-    lines = np.asarray(freq, dtype=np.float64)
-    H = _core.frf_modal(
-        2 * np.pi * modes.freq,
-        np.ascontiguousarray(modes.zeta),
-        shapes_at(modes, [c.dof for c in outputs if c.dof is not None]),
-        shapes_at(modes, [c.dof for c in inputs if c.dof is not None]),
-        (2j * np.pi * lines).astype(np.complex128),
-        kind,
-        residual,
-    )
-    return FRF(name, lines, H, tuple(outputs), tuple(inputs), kind, unit or _PER_FORCE[kind])
+    ends = [shapes_at(modes, [c.dof for c in side if c.dof is not None]) for side in (outputs, inputs)]
+    return 2 * np.pi * modes.freq, np.ascontiguousarray(modes.zeta), ends[0], ends[1]
