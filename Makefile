@@ -64,6 +64,7 @@ test-python: build
 	$(BIN)/python -m pytest -m "not slow" -rs --durations=10 $(PYTEST_FLAGS)
 
 proof: build  ## the proofs that take minutes
+	cargo test --release --lib --tests --no-fail-fast --jobs $(JOBS) $(RUST_CRATES) $(CARGO_FLAGS) -- --ignored
 	$(BIN)/python -m pytest -m slow -rs --durations=0 $(PYTEST_FLAGS)
 
 lint: build  ## formats, lints, types and the stub of the extension module
