@@ -87,10 +87,11 @@ class CorrelationRun:
         return correlation_text(self.result)
 
 
-def prepare(study_path: Path, steps: Steps) -> Prepared:
-    """Reads a study with its deck and recordings, identifies modes and places the sensors; raises what these raise."""
+def prepare(study_path: Path, steps: Steps, use: str) -> Prepared:
+    """Reads a study with its deck and recordings, identifies modes and places the sensors; raises what these raise.
+    `use` is what all this is for ("an update"), as messages say it."""
     with steps.step("read the study and the deck"):
-        study = load_study(study_path)
+        study = load_study(study_path, use=use)
         models = Models(study)
         used = [r.configuration for r in study.recordings if r.role != "predict"]
         first = next(iter(models.all(used).values()))
@@ -111,7 +112,7 @@ def correlate(study: str | Path, out: str | Path | None = None, progress: Progre
     PairingError, ModelError); nothing is written then.
     """
     steps = Steps(Path(study), progress or SilentProgress())
-    prepared = prepare(Path(study), steps)
+    prepared = prepare(Path(study), steps, "a correlation")
     with steps.step("compare"):
         compared = tuple(prepared.compare(m) for m in prepared.measured)
         tams = tuple(orthogonality_of(c, prepared.models.of(c.measured.configuration)) for c in compared)

@@ -85,7 +85,7 @@ def update(
     """
     progress = progress or SilentProgress()
     steps = Steps(Path(study), progress)
-    prepared = prepare(Path(study), steps)
+    prepared = prepare(Path(study), steps, "an update")
     with steps.step("weigh what was measured"):
         before = tuple(prepared.compare(m) for m in prepared.measured)
         counted = counted_modes(prepared, before)
