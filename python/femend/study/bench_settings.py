@@ -6,10 +6,19 @@ from dataclasses import dataclass
 
 from femend.dof import Dof
 
-__all__ = ["DAMPING_MODELS", "METHODS", "RESPONSES", "CorrelationSettings", "PretestSettings", "UpdatingSettings"]
+__all__ = [
+    "DAMPING_MODELS",
+    "METHODS",
+    "POSTERIORS",
+    "RESPONSES",
+    "CorrelationSettings",
+    "PretestSettings",
+    "UpdatingSettings",
+]
 
 RESPONSES = ("frequencies", "shapes", "mac", "damping", "frfs")
 DAMPING_MODELS = ("loss factor", "proportional")
+POSTERIORS = ("laplace", "sampled")
 METHODS = ("parameters", "effective independence", "QR", "MAC", "Guyan")
 
 
@@ -34,6 +43,10 @@ class UpdatingSettings:
     value, `shape_sd` of a shape's largest component, `frf_sd` of an FRF's magnitude, of which `frf_lines` lines count.
     `repeated` takes recordings of one configuration and the same sensors as one test done several times, whose scatter
     gives the deviations. `iterations` is the most the search takes.
+
+    `starts` searches are made in all, the first from the deck as it stands, others from points between the bounds. The
+    `posterior` is that of the search's end ("laplace"), or "sampled" as well, by so many `draws`. `seed` is that of the
+    points and the draws.
     """
 
     responses: tuple[str, ...] = ("frequencies", "shapes")
@@ -47,6 +60,10 @@ class UpdatingSettings:
     frf_lines: int = 40
     repeated: bool = False
     iterations: int = 60
+    starts: int = 1
+    posterior: str = "laplace"
+    draws: int = 500
+    seed: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from femend.errors import StudyError
 from femend.study.bench_settings import (
     DAMPING_MODELS,
     METHODS,
+    POSTERIORS,
     RESPONSES,
     CorrelationSettings,
     PretestSettings,
@@ -20,6 +21,9 @@ from femend.study.bench_settings import (
 from femend.study.schema import CorrelationTable, PretestTable, UpdatingTable
 
 __all__ = ["correlation_settings", "pretest_settings", "updating_settings"]
+
+# of fewer draws no quantile of 2.5 % is to be had
+FEWEST_DRAWS = 100
 
 
 class Check(Protocol):
@@ -51,8 +55,12 @@ def updating_settings(check: Check, table: UpdatingTable) -> UpdatingSettings:
     check.one_of("updating.damping_model", table.damping_model, DAMPING_MODELS)
     for key in ("freq_sd", "freq_far", "shape_sd", "damping_sd", "frf_sd"):
         _above_0(check, f"updating.{key}", getattr(table, key))
-    for key in ("frf_lines", "iterations"):
+    check.one_of("updating.posterior", table.posterior, POSTERIORS)
+    for key in ("frf_lines", "iterations", "starts"):
         _count(check, f"updating.{key}", getattr(table, key))
+    if table.draws < FEWEST_DRAWS:
+        raise check.fail("updating.draws", f"{table.draws} is less than {FEWEST_DRAWS}; so few tell no quantiles")
+    _seed(check, "updating.seed", table.seed)
     checked = {"responses": tuple(table.responses), "modes": _modes(check, "updating.modes", table.modes)}
     return UpdatingSettings(**_by_name(UpdatingSettings, table) | checked)
 
@@ -73,8 +81,7 @@ def pretest_settings(check: Check, table: PretestTable, configurations: Sequence
         value = getattr(table, key)
         if not (math.isfinite(value) and value >= 0):
             raise check.fail(f"pretest.{key}", f"{value:g} is below 0")
-    if table.seed < 0:
-        raise check.fail("pretest.seed", f"{table.seed} is below 0")
+    _seed(check, "pretest.seed", table.seed)
     for key in ("nodes", "exciter_nodes"):
         if getattr(table, key) == []:
             raise check.fail(f"pretest.{key}", "the list is empty; leave it out to allow all nodes")
@@ -116,6 +123,11 @@ def _modes(check: Check, key: str, value: list[int] | None) -> tuple[int, ...] |
 def _above_0(check: Check, key: str, value: float) -> None:
     if not (math.isfinite(value) and value > 0):
         raise check.fail(key, f"{value:g} is not above 0 (1 % is 0.01)")
+
+
+def _seed(check: Check, key: str, value: int) -> None:
+    if value < 0:
+        raise check.fail(key, f"{value} is below 0")
 
 
 def _count(check: Check, key: str, value: int) -> None:

@@ -123,6 +123,10 @@ class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_
     frf_lines: int = _UPDATING.frf_lines
     repeated: bool = _UPDATING.repeated
     iterations: int = _UPDATING.iterations
+    starts: int = _UPDATING.starts
+    posterior: str = _UPDATING.posterior
+    draws: int = _UPDATING.draws
+    seed: int = _UPDATING.seed
 
 
 class PretestTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):

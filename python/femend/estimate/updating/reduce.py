@@ -26,12 +26,14 @@ def reduced_system(system: ModalSystem, points: FloatArray) -> DenseSystem:
 
     Frequencies from it lie above the full model's (Rayleigh), and coincide at the points (a reduced basis: Hesthaven,
     Rozza and Stamm 2016, chapter 3). Raises UpdatingError for a model that is not affine in its factors, or where it is
-    asked for static values.
+    asked for static values or damping ratios.
     """
     if not system.matrices.affine:
         raise UpdatingError(
             "K and M are not affine in the factors (thickness, section, morphs): a basis has to be made anew at each"
         )
+    if system.damping:
+        raise UpdatingError("a reduced model gives no damping ratios; reduce a configuration without them")
     if system.statics is not None or system.rigid is not None:
         raise UpdatingError("a basis of modes does not hold static displacements; reduce a configuration without them")
     pattern = system.matrices.indptr, system.matrices.indices

@@ -68,6 +68,7 @@ def sample(
     *,
     seed: int = 0,
     solve_all: Callable[[FloatArray], FloatArray] | None = None,
+    told: Callable[[], None] | None = None,
 ) -> Posterior:
     """Draws from the posterior of `problem` by sequential Monte Carlo: `n` particles from the prior, cut off at the
     bounds, through tempered likelihoods exp(-beta squares / 2) with beta from 0 to 1.
@@ -77,8 +78,9 @@ def sample(
     1997) and repeated until the particles have moved a deviation on average (Del Moral, Doucet and Jasra 2006). The
     evidence is the product of the mean weights, its error from their scatter. A model without a solution has no
     likelihood. `solve_all` maps points (n, n_unknowns) to squares (n,), where there is something faster than one after
-    the other (a response surface). `seed` makes it repeatable. Raises UpdatingError for an unknown without prior or
-    bounds, where the prior is correlated, and where no particle has a solution.
+    the other (a response surface). `seed` makes it repeatable, `told` is called after every temperature. Raises
+    UpdatingError for an unknown without prior or bounds, where the prior is correlated, and where no particle has a
+    solution.
     """
     rng = np.random.default_rng(seed)
     lower, upper = limits(problem.unknowns)
@@ -109,6 +111,8 @@ def sample(
         solved += count
         temperatures.append(beta)
         acceptance.append(rate)
+        if told is not None:
+            told()
         if moved < 1.0:
             advice = (
                 f"particles moved {moved:.2f} deviations at temperature {beta:.3g}: take more of them, or trust less"
