@@ -114,6 +114,7 @@ def _densities(run: UpdateRun, drawn: Drawn) -> tuple[Picture, ...]:
     down = -(-len(names) // across)
     found, sd = run.found.values, run.found.sd
     prior = {p.name: (1.0, p.prior_sd) for p in run.study.parameters}
+    prior |= {m.name: (0.0, m.prior_sd) for m in run.study.updating.morph}
     with plots.paper_style():
         made = plots.figure("page", 38.0 * down + 6.0, down, across, squeeze=False)
         for i, name in enumerate(names):

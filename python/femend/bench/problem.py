@@ -42,16 +42,18 @@ DAMPING_SD = 1.0
 
 
 def study_problem(prepared: Prepared, counted: Sequence[Counted]) -> Problem:
-    """The problem of `femend.estimate.updating` over what is `counted`: the study's parameters with their priors, and
-    damping where damping or FRFs are compared.
+    """The problem of `femend.estimate.updating` over what is `counted`: the study's parameters and morphs with their
+    priors, and damping where damping or FRFs are compared.
 
-    Raises StudyError for a study without parameters, and UpdatingError where FRFs are to be compared and no recording
+    Raises StudyError for a study without either, and UpdatingError where FRFs are to be compared and no recording
     to fit has any.
     """
     study = prepared.study
-    if not study.parameters:
+    if not study.parameters and not study.updating.morph:
         raise StudyError(
-            f"{study.file}: there is no [[parameter]]; an update needs at least one that may change", key="parameter"
+            f"{study.file}: there is no [[parameter]]; an update needs at least one that may change, or an "
+            "[[updating.morph]]",
+            key="parameter",
         )
     responses = study.updating.responses
     if "frfs" in responses and all(c.frf is None for c in counted):

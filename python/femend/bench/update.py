@@ -68,6 +68,11 @@ class UpdateRun:
         """Factors of the deck's parameters by name."""
         return {p.name: self.found.values[p.name] for p in self.study.parameters}
 
+    @property
+    def amplitudes(self) -> dict[str, float]:
+        """Amplitudes of the study's morphs by name."""
+        return {m.name: self.found.values[m.name] for m in self.study.updating.morph}
+
     def __repr__(self) -> str:
         from femend.bench.words import update_text
 
@@ -92,7 +97,7 @@ def update(
     """
     progress = progress or SilentProgress()
     steps = Steps(Path(study), progress)
-    prepared = prepare(Path(study), steps, "an update")
+    prepared = prepare(Path(study), steps, "an update", morphs=True)
     with steps.step("weigh what was measured"):
         before = tuple(prepared.compare(m) for m in prepared.measured)
         counted = counted_modes(prepared, before)
@@ -104,9 +109,12 @@ def update(
     starts, drawn = _more(prepared.study, problem, found, counted, steps)
     found = found if starts is None else starts.taken
     with steps.step("compare what was found"):
-        factors = {p.name: found.values[p.name] for p in prepared.study.parameters}
-        after = tuple(prepared.compare(m, factors) for m in prepared.measured)
-        deck = updated_deck(prepared.models.of(counted[0].configuration), factors)
+        model = prepared.models.of(counted[0].configuration)
+        # what damping is unknown beside them is none of the deck's
+        names = [*(p.name for p in model.parameters), *(m.name for m in model.morphs)]
+        values = {name: found.values[name] for name in names}
+        after = tuple(prepared.compare(m, values) for m in prepared.measured)
+        deck = updated_deck(model, values)
         result = update_result(prepared, counted, told, found, before, after, deck, starts, drawn)
     run = UpdateRun(prepared, counted, problem, told, found, before, after, deck, result, starts, drawn)
     if out is not None:

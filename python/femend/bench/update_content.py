@@ -79,14 +79,17 @@ def _parameters(run: UpdateRun) -> Section:
     for name, p in run.result["parameters"].items():
         factor = p.get("factor")
         value = f"{factor:.4f}" if factor is not None else f"{number(p['value'])} {p['unit']}".strip()
-        sd = percent(p["sd"], sign=False) if factor is not None else number(p["sd"], 2)
+        sd, before = (
+            percent(p[k], 2 if k == "sd" else 1, sign=False) if factor is not None else number(p[k], 2)
+            for k in ("sd", "prior_sd")
+        )
         rows.append(
             [
                 name,
                 value,
                 "–" if factor is None else percent(factor - 1),
                 sd,
-                percent(p["prior_sd"], 1, sign=False),
+                before,
                 fixed(p["moved_by_prior_sd"], 1),
                 percent(p["learned"], 0, sign=False),
                 ("the data" if p["determined"] else "the prior") + (", at its limit" if p["at_bound"] else ""),
@@ -96,14 +99,20 @@ def _parameters(run: UpdateRun) -> Section:
     header = ("parameter", "factor", "change", "± now", "± before", "moved, prior sd", "learned", "told by", "")
     return Section(
         "Parameters: prior to posterior",
-        "Factors of the deck's values. Grey: the prior, one and two standard deviations; blue: the estimate with its "
-        "95 % interval (Laplace). A parameter is told by the data where they take away more than half of its prior "
-        "variance.",
+        f"Factors of the deck's values{_positions(run)}. Grey: the prior, one and two standard deviations; blue: the "
+        "estimate with its 95 % interval (Laplace). A parameter is told by the data where they take away more than "
+        "half of its prior variance.",
         [Table(header, rows, "lrrrrrrll")],
         _sensitivity(run),
         notes=[f"not told apart: {' '.join(f'{w:+.2f} {n}' for n, w in zip(c.names, c.weights, strict=True))} "
                f"(condition index {c.condition:.0f})" for c in run.sensitivity.collinear],
     )  # fmt: skip
+
+
+def _positions(run: UpdateRun) -> str:
+    """What a value without percent is, where there are positions among them."""
+    morphs = run.study.updating.morph
+    return f", and amplitudes of positions ({', '.join(m.name for m in morphs)}), 0 in the deck" if morphs else ""
 
 
 def _sensitivity(run: UpdateRun) -> tuple[Picture, ...]:

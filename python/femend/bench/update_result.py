@@ -95,14 +95,16 @@ def _fit(found: UpdateResult) -> dict[str, Any]:
 
 
 def _parameters(prepared: Prepared, told: Sensitivity, found: UpdateResult) -> dict[str, Any]:
-    """Every unknown; those of the deck have a factor, damping has a value."""
+    """Every unknown; those of the deck have a factor, positions and damping have a value."""
     determined = set(found.determined())
     units = {u.name: u.unit for u in found.problem.unknowns.items}
+    factors = {p.name for p in prepared.study.parameters}
     prior = {p.name: p.prior_sd for p in prepared.study.parameters}
+    prior |= {m.name: m.prior_sd for m in prepared.study.updating.morph}
     size = dict(zip(told.names, told.size.tolist(), strict=True))
     out = {}
     for row in found.parameters():
-        kind = {"factor": row.value} if row.name in prior else {"value": row.value, "unit": units[row.name]}
+        kind = {"factor": row.value} if row.name in factors else {"value": row.value, "unit": units[row.name]}
         out[row.name] = {
             **kind,
             "sd": row.sd,

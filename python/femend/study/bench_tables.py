@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import fields
-from typing import Any, Protocol
+from typing import Any
 
 from femend.dof import Dof, parse_direction
-from femend.errors import StudyError
 from femend.study.bench_settings import (
     DAMPING_MODELS,
     METHODS,
@@ -18,22 +17,14 @@ from femend.study.bench_settings import (
     PretestSettings,
     UpdatingSettings,
 )
+from femend.study.check import Check
+from femend.study.morph_tables import morph_settings
 from femend.study.schema import CorrelationTable, PretestTable, UpdatingTable
 
 __all__ = ["correlation_settings", "pretest_settings", "updating_settings"]
 
 # of fewer draws no quantile of 2.5 % is to be had
 FEWEST_DRAWS = 100
-
-
-class Check(Protocol):
-    """What makes a message that names the study file and the key."""
-
-    def fail(self, key: str, fact: str) -> StudyError:
-        """The error to be raised."""
-
-    def one_of(self, key: str, value: str, allowed: tuple[str, ...]) -> None:
-        """Raises it for a value that is not among those `allowed`."""
 
 
 def correlation_settings(check: Check, table: CorrelationTable) -> CorrelationSettings:
@@ -43,9 +34,9 @@ def correlation_settings(check: Check, table: CorrelationTable) -> CorrelationSe
     return CorrelationSettings(_band(check, "correlation.band", table.band), table.mac_min, table.align)
 
 
-def updating_settings(check: Check, table: UpdatingTable) -> UpdatingSettings:
-    """``[updating]``; raises StudyError, naming the key, for an unknown response and a deviation that is not above
-    0."""
+def updating_settings(check: Check, table: UpdatingTable, parameters: Sequence[str]) -> UpdatingSettings:
+    """``[updating]`` of a study with `parameters` of these names; raises StudyError, naming the key, for an unknown
+    response, a deviation that is not above 0, and a morph that cannot be meant."""
     if not table.responses:
         raise check.fail("updating.responses", f"the list is empty; compare one of {', '.join(RESPONSES)}")
     for name in table.responses:
@@ -61,7 +52,11 @@ def updating_settings(check: Check, table: UpdatingTable) -> UpdatingSettings:
     if table.draws < FEWEST_DRAWS:
         raise check.fail("updating.draws", f"{table.draws} is less than {FEWEST_DRAWS}; so few tell no quantiles")
     _seed(check, "updating.seed", table.seed)
-    checked = {"responses": tuple(table.responses), "modes": _modes(check, "updating.modes", table.modes)}
+    checked = {
+        "responses": tuple(table.responses),
+        "modes": _modes(check, "updating.modes", table.modes),
+        "morph": morph_settings(check, table.morph, parameters),
+    }
     return UpdatingSettings(**_by_name(UpdatingSettings, table) | checked)
 
 

@@ -185,7 +185,7 @@ def _study(check: _Checker, content: StudyFile, use: str | None) -> Study:
         tuple(configurations),
         recordings,
         correlation_settings(check, content.correlation),
-        updating_settings(check, content.updating),
+        updating_settings(check, content.updating, [p.name for p in content.parameter]),
         pretest_settings(check, content.pretest, names),
     )
 
