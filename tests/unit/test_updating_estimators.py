@@ -159,6 +159,30 @@ def test_many_starts_in_a_basis_end_in_one_place() -> None:
     np.testing.assert_allclose(many.best.p, TRUTH, rtol=1e-5)
 
 
+def test_a_system_that_configurations_share_is_solved_and_reduced_once() -> None:
+    problem = chain_problem(sd=0.5)
+    (c,) = problem.configurations
+    big = ModalSystem(chain(), np.eye(6), 5)
+    solved = []
+    big.solve = lambda factors, own=big.solve: solved.append(1) or own(factors)  # type: ignore[method-assign]
+    both = replace(problem, configurations=(replace(c, system=big), replace(c, name="again", system=big)))
+    p = np.full(4, 1.1)
+    states = both.states(p)
+    assert len(solved) == 1
+    assert states[0] is states[1]
+    np.testing.assert_allclose(
+        both.evaluate(p, slopes=True).jacobian, np.tile(problem.evaluate(p, slopes=True).jacobian, (2, 1)), atol=1e-6
+    )
+    small = reduced_problem(both).problem.configurations
+    assert small[0].system is small[1].system
+    # a link gives the second one factors of its own
+    links = {c.system.names[0]: c.system.names[1]}
+    other = replace(both, configurations=(both.configurations[0], replace(both.configurations[1], links=links)))
+    solved.clear()
+    other.states(np.array([1.0, 1.1, 1.0, 1.0]))
+    assert len(solved) == 2
+
+
 def test_many_starts_tell_of_minima_and_failures() -> None:
     def solve(x: np.ndarray) -> np.ndarray:
         if x[0] > 1.8:

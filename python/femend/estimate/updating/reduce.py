@@ -81,13 +81,16 @@ def reduced_problem(problem: Problem, n_points: int | None = None, *, n_check: i
     """
     n_points = 2 * len(problem.unknowns) + 8 if n_points is None else n_points
     points = np.vstack([problem.unknowns.mean, design(problem.unknowns, n_points, seed=seed)])
-    made = []
+    made, known = [], list[tuple[ModalSystem, FloatArray, DenseSystem]]()
     for i, c in enumerate(problem.configurations):
-        if isinstance(c.system, ModalSystem):
-            factors = np.array([problem.factors(p, i) for p in points])
-            made.append(replace(c, system=reduced_system(c.system, factors)))
-        else:
+        if not isinstance(c.system, ModalSystem):
             made.append(c)
+            continue
+        factors = np.array([problem.factors(p, i) for p in points])
+        # configurations that have a system in common have its reduction in common
+        there = next((r for s, f, r in known if s is c.system and np.array_equal(f, factors)), None)
+        known.append((c.system, factors, there or reduced_system(c.system, factors)))
+        made.append(replace(c, system=known[-1][2]))
     small = Problem(problem.unknowns, tuple(made), problem.mac_min)
     worst = 0.0
     for p in design(problem.unknowns, n_check, seed=seed + 1):
