@@ -15,6 +15,7 @@ from click.testing import CliRunner
 from femend import load_study
 from femend.cli import main
 from femend.study.bench_settings import UpdatingSettings
+from femend.study.morph_tables import MOVES
 from femend.study.schema import CorrelationTable, PretestTable, UpdatingTable
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -33,8 +34,20 @@ def test_the_page_shows_every_key(shown: str) -> None:
     tables = tomllib.loads(shown)
     for name, kind in (("correlation", CorrelationTable), ("updating", UpdatingTable), ("pretest", PretestTable)):
         known = {f.encode_name for f in msgspec.structs.fields(kind)}
-        known -= {"modes"} if name == "pretest" else set()  # it takes the place of the band
+        # modes take the place of the band; morphs have an example of their own
+        known -= {"pretest": {"modes"}, "updating": {"morph"}}.get(name, set())
         assert set(tables[name]) == known
+
+
+def test_the_page_shows_every_move(project_root: Path, shown: str, tmp_path: Path) -> None:
+    page = (project_root / "python" / "docs" / "updating.md").read_text(encoding="utf-8")
+    (example,) = (block for block in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) if "[[updating.morph]]" in block)
+    path = write_study(tmp_path, (Recorded("tip"), Recorded("more", mass=(7, 0.15)), Recorded("middle", "validate", 9)))
+    path.write_text(shown + example)
+    assert [m.name for m in load_study(path).updating.morph] == ["apex", "corner"]
+    for move, (needed, more) in MOVES.items():
+        (row,) = re.findall(rf'^\| `"{move}"` \| (.*) \| `\S+` \|$', page, re.MULTILINE)
+        assert re.findall(r"`(\w+)`", row) == [*needed, *more]
 
 
 def test_the_study_of_the_page_runs(shown: str, tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from femend.errors import UpdatingError
-from femend.estimate.updating import sample, update
+from femend.estimate.updating import Problem, UpdateResult, limits, modal_system, sample, update
 
 
 def script(root: Path, name: str) -> ModuleType:
@@ -76,6 +76,80 @@ def test_eighteen_storeys(project_root: Path, shared: Callable[[str], Path]) -> 
     # within 30 % the third mode cannot be met, and the run says where it hurts
     assert narrow.status == "at bound"
     assert narrow.modes()[2].freq_after / narrow.modes()[2].freq < 0.97
+
+
+def chain_of_draws(problem: Problem, start: UpdateResult, n: int, seed: int) -> np.ndarray:
+    """A plain random walk of `n` steps in the posterior, which has nothing in common with `sample`."""
+    rng = np.random.default_rng(seed)
+    lower, upper = limits(problem.unknowns)
+    L = 1.9 / np.sqrt(start.p.size) * np.linalg.cholesky(start.covariance)
+    every = tuple(None if c.test is None else np.ones(c.test.freq.size, dtype=bool) for c in problem.configurations)
+    p, cost, kept = start.p, problem.evaluate(start.p, active=every).cost, []
+    for k in range(n):
+        q = p + L @ rng.standard_normal(p.size)
+        if np.all((q >= lower) & (q <= upper)):
+            there = problem.evaluate(q, active=every).cost
+            if np.log(rng.random()) < 0.5 * (cost - there):
+                p, cost = q, there
+        if k >= n // 20 and k % 20 == 0:
+            kept.append(p)
+    return np.array(kept)
+
+
+@pytest.mark.slow
+def test_eighteen_storeys_and_the_whole_posterior(project_root: Path, shared: Callable[[str], Path]) -> None:
+    """Three modes at six floors tell few of 18 factors: their posterior is cut off at the bounds and no bell. Draws are
+    those of a long chain; Laplace's deviations are too large, but it tells what was measured as well as the draws do.
+    """
+    example = script(project_root, "shear_frames")
+    problem = example.eighteen_storeys(shared("data/shear_frames"), 3, example.WIDE)
+    found = update(problem)
+    sd = np.sqrt(np.diag(found.covariance))
+    drawn = sample(problem, 300)
+    assert drawn.advice == ""
+    chain = chain_of_draws(problem, found, 120_000, 11)
+    # 300 draws: a mean to 0.06 deviations, the chain, whose steps depend on each other for hundreds, to 0.1
+    np.testing.assert_allclose((drawn.mean - chain.mean(axis=0)) / sd, 0.0, atol=0.35)
+    ratio = np.sqrt(np.diag(drawn.covariance)) / chain.std(axis=0)
+    np.testing.assert_allclose(ratio, 1.0, atol=0.3)
+    narrower = chain.std(axis=0) / sd
+    assert narrower.max() < 1.1
+    assert np.count_nonzero(narrower < 0.8) >= 9
+    # frequencies in deviations of the test: by the draws, and by Laplace to first order
+    (c,) = problem.configurations
+    assert c.test is not None
+    unit = example.FREQUENCY_SD * c.test.freq
+    freq = np.array([c.system.solve(problem.factors(p, 0)).value("freq")[:3] for p in drawn.p])
+    state = found.after.states[0]
+    slope = state.slope("freq")[:, :3] * np.exp(found.p)[:, None]
+    first_order = np.sqrt(np.diag(slope.T @ found.covariance @ slope))
+    np.testing.assert_allclose(freq.mean(axis=0) / unit, state.value("freq")[:3] / unit, atol=0.3)
+    np.testing.assert_allclose(freq.std(axis=0) / first_order, 1.0, atol=0.15)
+
+
+@pytest.mark.slow
+def test_eighteen_storeys_that_six_modes_tell_of(project_root: Path) -> None:
+    """The same frame with six modes at all floors tells of every factor: there draws and Laplace say the same."""
+    example = script(project_root, "shear_frames")
+    rng = np.random.default_rng(18)
+    truth, n_modes, rows = np.exp(0.2 * rng.standard_normal(18)), 6, list(range(18))
+    matrices = example.chain(example.LARGE_STIFFNESS, example.LARGE_WEIGHT / 9.8)
+    state = modal_system(matrices, rows, n_modes).solve(truth)
+    phi = state.value("phi") / np.abs(state.value("phi")).max(axis=0)
+    freq = state.value("freq") * (1 + example.FREQUENCY_SD * rng.standard_normal(n_modes))
+    phi = phi + example.SHAPE_SD * rng.standard_normal(phi.shape)
+    problem = example.problem("18 storeys, simulated", matrices, rows, (freq, phi), example.WIDE)
+    found = update(problem)
+    sd = np.sqrt(np.diag(found.covariance))
+    assert min(r.learned for r in found.parameters()) > 0.9
+    assert np.abs((found.p - np.log(truth)) / sd).max() < 3.5
+    drawn = sample(problem, 300)
+    # three standard errors of 300 draws, 0.06 of a mean and 4 % of a deviation, widened for what moves leave
+    np.testing.assert_allclose((drawn.mean - found.p) / sd, 0.0, atol=0.3)
+    np.testing.assert_allclose(np.sqrt(np.diag(drawn.covariance)) / sd, 1.0, atol=0.2)
+    # Laplace's prior reaches beyond the bounds at two deviations, that of the draws does not: 18 ln 0.9545
+    inside = 18 * np.log(0.9545)
+    assert drawn.log_evidence == pytest.approx(found.log_evidence - inside, abs=4 * drawn.log_evidence_se)
 
 
 def recovered(root: Path, n_starts: int) -> tuple[float, float]:

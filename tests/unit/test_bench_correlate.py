@@ -6,13 +6,14 @@ import csv
 import json
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from femend import Dof, correlate_study, functions_of, model_modes, read_model, write_uff
+from femend import Dof, correlate_study, functions_of, model_modes, read_model, update_study, write_uff
 from femend.bench import CorrelationRun
 from femend.cli import main
 from femend.data import FRF
@@ -236,6 +237,17 @@ def test_what_a_diagnosis_says_of_a_file_of_modes(tmp_path: Path) -> None:
 
     with pytest.raises(FormatError, match=r"holds 3 mode shapes \(data set 55\) and no time records.*femend correlate"):
         diagnose_study(modes_study(tmp_path))
+
+
+@pytest.mark.parametrize(("run", "use"), [(correlate_study, "a correlation"), (update_study, "an update")])
+def test_a_study_without_recordings_to_fit_says_what_needs_them(
+    tmp_path: Path, run: Callable[[Path], object], use: str
+) -> None:
+    with pytest.raises(StudyError, match=rf"recording: there is no \[\[recording\]\]; {use} needs at least one with"):
+        run(write_study(tmp_path, ()))
+    held = write_study(tmp_path, (Recorded("middle", "validate", 9),))
+    with pytest.raises(StudyError, match=rf"no \[\[recording\]\] has role = \"fit\"; {use} needs at least one"):
+        run(held)
 
 
 def test_a_diagnosis_takes_a_study_with_the_tables_and_refuses_unknown_keys(tmp_path: Path) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,15 @@ from femend import Dof, read_model, update_study
 from femend.bench import UpdateRun
 from femend.cli import main
 from femend.errors import StudyError, UpdatingError
-from femend.estimate.updating import DampingRatios, UpdateResult, affine_matrices, factor, modal_system, scatter_of
+from femend.estimate.updating import (
+    DampingRatios,
+    UpdateResult,
+    affine_matrices,
+    factor,
+    modal_system,
+    scatter_of,
+    update,
+)
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from bench_study import RECORDINGS, SENSORS, TABLES, TRUE_E, Recorded, study_text, write_modes, write_study
@@ -124,6 +134,32 @@ def test_proportional_damping(tmp_path: Path) -> None:
     # two terms cannot have one ratio at three frequencies 15 times apart, and are held by 20 %
     assert 0.005 < zeta.min() < 0.01 < zeta.max() < 0.02
     assert run.result["parameters"]["alpha"]["unit"] == "1/s"
+
+
+def test_recordings_of_one_configuration_are_solved_for_once(tmp_path: Path) -> None:
+    """With other sensors too; each by itself, and both as one problem of separate systems, say the same."""
+    (tmp_path / "model.bdf").write_text(deck(TRUE_E))
+    from femend import model_modes
+
+    modes = model_modes(read_model(tmp_path / "model.bdf"), n_modes=3)
+    (tmp_path / "model.bdf").write_text(deck())
+    for name, dofs, scale in (("one", DOFS[:5], 1.002), ("two", DOFS[2:], 0.998)):
+        phi = modes.phi[[modes.dofs.index(d) for d in dofs]]
+        write_modes(tmp_path / f"{name}.uff", scale * modes.freq, phi, dofs)
+    path = tmp_path / "study.toml"
+    path.write_text(study_text((Recorded("one"), Recorded("two"))))
+    run = update_study(path)
+    first, second = run.problem.configurations
+    assert first.system is second.system
+    for c, missing in ((first, [5]), (second, [0, 1])):
+        assert c.test is not None
+        assert c.test.phi is not None
+        assert np.flatnonzero(np.isnan(c.test.phi).all(axis=1)).tolist() == missing
+    apart = replace(run.problem, configurations=tuple(replace(c, system=copy.copy(c.system)) for c in (first, second)))
+    assert apart.configurations[0].system is not apart.configurations[1].system
+    alone = update(apart)
+    assert list(alone.values.values()) == pytest.approx(list(run.found.values.values()), rel=1e-9)
+    assert alone.after.cost == pytest.approx(run.found.after.cost, rel=1e-9)
 
 
 def test_a_stopped_search_goes_on_from_its_history(folder: Path, run: UpdateRun, tmp_path: Path) -> None:

@@ -101,6 +101,18 @@ def test_dac_is_drawn_over_both_speeds() -> None:
     assert ax.get_ylabel() == "test: speed, 1/min"
 
 
+def test_a_posterior_has_its_density_with_the_bell_and_the_prior() -> None:
+    (ax,) = axes()
+    draws = 1.0 + 0.1 * np.random.default_rng(0).standard_normal(400)
+    plots.draw_posterior(ax, [*draws, np.nan], name="E", laplace=(1.0, 0.1), prior=(1.0, 0.5))
+    assert sum(p.get_height() * p.get_width() for p in ax.patches) == pytest.approx(1.0)
+    x, bell = line(ax, "Laplace")
+    assert bell.max() == pytest.approx(1 / (0.1 * np.sqrt(2 * np.pi)), rel=1e-3)
+    assert line(ax, "prior")[1].max() == pytest.approx(1 / (0.5 * np.sqrt(2 * np.pi)), rel=1e-3)
+    assert ax.get_xlim() == (x[0], x[-1])
+    assert ax.get_xlabel() == "E"
+
+
 def test_sensitivities_are_white_at_zero_and_symmetric() -> None:
     S = np.array([[0.5, -0.1, 0.0], [0.2, np.nan, -0.4]])
     (ax,) = axes()
@@ -344,6 +356,7 @@ def test_motion_of_nodes_applies_signs_and_refuses_strangers() -> None:
         (lambda ax: plots.draw_force_spectra(ax, [1.0, 2.0], {"a": [1.0, 0.0]}), "1 speeds with a force"),
         (lambda ax: plots.draw_sensitivity(ax, np.eye(2), ["f1"], ["E"]), "shape (2, 2), not (1, 1)"),
         (lambda ax: plots.draw_shape(ax, BOX, np.ones((4, 3))), "shape (4, 3) for 5 nodes"),
+        (lambda ax: plots.draw_posterior(ax, [1.0, np.nan], name="E"), "1 finite draws of 'E'"),
         (lambda ax: plots.draw_shape(ax, BOX, np.ones((5, 3)), measured={8: [1, 0, 0]}), "measured node 8"),
         (lambda ax: plots.figure("poster"), "'poster' is none of column, page"),
     ],

@@ -153,6 +153,31 @@ def test_exciters_avoid_nodes() -> None:
     assert suspension_points(phi[:, 1:2], 1) == (19,)
 
 
+def test_exciters_drive_before_they_tell_modes_apart() -> None:
+    """Row 1 hardly moves, but alike in both modes, so its indicators are the best; rows 0 and 2 hide one mode."""
+    phi = np.array([[1.0, 0.05], [1e-3, 1e-3], [0.06, 1.0]])
+    omega = np.array([10.0, 10.5])
+    indicators = np.array([mode_indicator(phi, omega, 0.01, [r]) for r in range(3)])
+    assert (indicators.max(axis=1) > 0.3).tolist() == [True, False, True]
+    found = exciters(phi, omega, 1)
+    assert found.rows == (2,)
+    assert found.excitation.min() == pytest.approx(0.06**2)
+    # two exciters at the modes' antinodes do both
+    both = exciters(phi, omega, 2)
+    assert set(both.rows) == {0, 2}
+    assert both.indicator.max() < 0.3
+    # a place that moves nearly as well as the best, and shows both modes, is taken for its indicators
+    nearly = np.vstack([phi, [[0.045, 0.045]]])
+    assert exciters(nearly, omega, 1).rows == (3,)
+    # so is one that moves enough, however much better another drives the worst mode
+    driven = np.array([[1.0, 0.2], [0.16, 0.16], [0.2, 1.0]])
+    close = np.array([10.0, 10.2])
+    assert mode_indicator(driven, close, 0.01, [0]).max() > 0.3
+    assert exciters(driven, close, 1).rows == (1,)
+    with pytest.raises(PretestError, match=r"residue_min 2 is not from 0 to 1"):
+        exciters(phi, omega, 1, residue_min=2.0)
+
+
 def test_sensor_mass_is_exact_with_all_modes() -> None:
     from scipy.linalg import eigh
 

@@ -195,7 +195,7 @@ def test_a_study_needs_something_to_fit(put: Callable[[str], Path]) -> None:
     head = 'format = "femend-study/1"\n[model]\nfile = "model.bdf"\n'
     with pytest.raises(StudyError, match=r"no \[\[recording\]\]; a diagnosis"):
         load_study(put(head))
-    with pytest.raises(StudyError, match=r"no \[\[recording\]\] has role"):
+    with pytest.raises(StudyError, match=r"no \[\[recording\]\] has role = \"fit\"; a diagnosis needs"):
         load_study(put(head + '[[recording]]\nname = "a"\nfile = "high.uff"\nrole = "validate"\n'))
 
 

@@ -57,6 +57,38 @@ def test_draws_have_the_closed_posterior_and_evidence() -> None:
     assert low < middle < high
 
 
+def test_the_evidence_of_many_unknowns_is_not_that_of_lazy_particles() -> None:
+    """18 unknowns known to a tenth of their prior: particles that are not new ones would raise ln Z by one."""
+    rng = np.random.default_rng(3)
+    J = rng.standard_normal((60, 18))
+    y = J @ rng.standard_normal(18) + 0.5 * rng.standard_normal(60)
+    system = LinearSystem(J)
+    problem = Problem(
+        Unknowns.of([free(n, 1.0) for n in system.names]), (Configuration("c", system, (Values("y", y, 0.5),)),)
+    )
+    exact = update(problem)
+    sd = np.sqrt(np.diag(exact.covariance))
+    assert sd.max() < 0.15
+    drawn = [
+        sample(problem, 500, seed=k, solve_all=lambda p: (((p @ J.T - y) / 0.5) ** 2).sum(axis=1)) for k in range(4)
+    ]
+    off = np.array([d.log_evidence - exact.log_evidence for d in drawn])
+    se = float(np.mean([d.log_evidence_se for d in drawn]))
+    assert se < 0.3
+    assert abs(off.mean()) < 3 * se / np.sqrt(len(off))
+    # three standard errors of 500 draws, widened by what dependence moves leave
+    for d in drawn:
+        np.testing.assert_allclose((d.mean - exact.p) / sd, 0.0, atol=0.2)
+        np.testing.assert_allclose(np.sqrt(np.diag(d.covariance)) / sd, 1.0, atol=0.15)
+        assert d.advice == ""
+
+
+def test_draws_are_many_enough_for_their_unknowns() -> None:
+    with pytest.raises(UpdatingError, match="7 draws for 2 unknowns say nothing of how these go together; take 8 or"):
+        sample(linear(), 7)
+    assert sample(linear(), 8).p.shape == (8, 2)
+
+
 def test_draws_keep_limits() -> None:
     drawn = sample(linear(2.0, (-1.0, 0.3)), 300)
     assert drawn.p[:, 0].max() <= 0.3
@@ -157,6 +189,30 @@ def test_many_starts_in_a_basis_end_in_one_place() -> None:
     assert np.mean(np.abs(many.ends / TRUTH - 1).max(axis=1) < 1e-4) > 0.9
     assert len(many.minima[0].starts) >= 11
     np.testing.assert_allclose(many.best.p, TRUTH, rtol=1e-5)
+
+
+def test_a_system_that_configurations_share_is_solved_and_reduced_once() -> None:
+    problem = chain_problem(sd=0.5)
+    (c,) = problem.configurations
+    big = ModalSystem(chain(), np.eye(6), 5)
+    solved = []
+    big.solve = lambda factors, own=big.solve: solved.append(1) or own(factors)  # type: ignore[method-assign]
+    both = replace(problem, configurations=(replace(c, system=big), replace(c, name="again", system=big)))
+    p = np.full(4, 1.1)
+    states = both.states(p)
+    assert len(solved) == 1
+    assert states[0] is states[1]
+    np.testing.assert_allclose(
+        both.evaluate(p, slopes=True).jacobian, np.tile(problem.evaluate(p, slopes=True).jacobian, (2, 1)), atol=1e-6
+    )
+    small = reduced_problem(both).problem.configurations
+    assert small[0].system is small[1].system
+    # a link gives the second one factors of its own
+    links = {c.system.names[0]: c.system.names[1]}
+    other = replace(both, configurations=(both.configurations[0], replace(both.configurations[1], links=links)))
+    solved.clear()
+    other.states(np.array([1.0, 1.1, 1.0, 1.0]))
+    assert len(solved) == 2
 
 
 def test_many_starts_tell_of_minima_and_failures() -> None:

@@ -27,7 +27,7 @@ def model_modes(
 
     Rows are all GRIDs times X, Y, Z, RX, RY, RZ in the directions of the node's own system, held and tied ones with
     what they do (0 where held). Shapes are mass-normalised; `zeta` is the damping fraction given to them, `factors` are
-    factors on parameters by name. Raises what `solve_modes` raises, and ModelError for a parameter that is none.
+    factors on parameters, and amplitudes of morphs, by name. Raises what `solve_modes` and `Model.matrices` raise.
 
     >>> model_modes(read_model("model.bdf"), f_max=30.0)  # doctest: +SKIP
     ModeSet(6 modes at 270 DOFs: 6.964, 7.593, 12.99, 15.25, 19.62, 20.53 Hz; mass scaling)

@@ -48,7 +48,8 @@ class Prepared:
         return self.models.of(self.measured[0].configuration)
 
     def compare(self, measured: MeasuredModes, factors: Mapping[str, float] | None = None) -> Compared:
-        """The `measured` modes of a recording against the model in its configuration, at `factors` by name."""
+        """The `measured` modes of a recording against the model in its configuration, at `factors` of its
+        parameters and amplitudes of its morphs by name."""
         return compare_recording(
             measured,
             self.models.of(measured.configuration),
@@ -87,11 +88,13 @@ class CorrelationRun:
         return correlation_text(self.result)
 
 
-def prepare(study_path: Path, steps: Steps) -> Prepared:
-    """Reads a study with its deck and recordings, identifies modes and places the sensors; raises what these raise."""
+def prepare(study_path: Path, steps: Steps, use: str, *, morphs: bool = False) -> Prepared:
+    """Reads a study with its deck and recordings, identifies modes and places the sensors; raises what these raise.
+    `use` is what all this is for ("an update"), as messages say it; the models have the study's `morphs` where that is
+    asked for."""
     with steps.step("read the study and the deck"):
-        study = load_study(study_path)
-        models = Models(study)
+        study = load_study(study_path, use=use)
+        models = Models(study, morphs)
         used = [r.configuration for r in study.recordings if r.role != "predict"]
         first = next(iter(models.all(used).values()))
     with steps.info.step("identify modes"):  # which tells its progress recording by recording
@@ -111,7 +114,7 @@ def correlate(study: str | Path, out: str | Path | None = None, progress: Progre
     PairingError, ModelError); nothing is written then.
     """
     steps = Steps(Path(study), progress or SilentProgress())
-    prepared = prepare(Path(study), steps)
+    prepared = prepare(Path(study), steps, "a correlation")
     with steps.step("compare"):
         compared = tuple(prepared.compare(m) for m in prepared.measured)
         tams = tuple(orthogonality_of(c, prepared.models.of(c.measured.configuration)) for c in compared)

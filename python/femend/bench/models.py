@@ -9,6 +9,7 @@ import numpy as np
 
 from femend import _core
 from femend.analysis.model_modes import model_modes
+from femend.bench.morphs import morphs_on
 from femend.data import ModeSet
 from femend.errors import FemendError
 from femend.model import Model, Parameter, model_of
@@ -23,10 +24,12 @@ RIGID = 1e-4
 
 
 class Models:
-    """The models of a study's configurations, read once and made when they are first asked for."""
+    """The models of a study's configurations, read once and made when they are first asked for; with `morphs` they have
+    those of the study's table [updating]."""
 
-    def __init__(self, study: Study) -> None:
+    def __init__(self, study: Study, morphs: bool = False) -> None:
         self.study = study
+        self._morphs = study.updating.morph if morphs else ()
         self._made: dict[str, Model] = {}
 
     @cached_property
@@ -48,13 +51,16 @@ class Models:
         if configuration not in self._made:
             how = self.study.configuration(configuration)
             try:
-                self._made[configuration] = model_of(
+                made = model_of(
                     self._deck,
                     units=self.study.units,
                     parameters=self.parameters,
                     spc=how.spc,
                     added_mass=how.added_mass,
                 )
+                if self._morphs:
+                    made = made.with_morphs(morphs_on(made, self._morphs))
+                self._made[configuration] = made
             except FemendError as error:
                 error.add_note(f"in configuration {configuration!r} of {self.study.file}")
                 raise
@@ -69,7 +75,7 @@ def modes_up_to(
     model: Model, f_max: float, least: int, zeta: float = 0.0, factors: Mapping[str, float] | None = None
 ) -> ModeSet:
     """Elastic modes of `model` up to one and a half times `f_max` Hz, at least `least` of them where it has so many;
-    each has the damping ratio `zeta`, `factors` are those of the parameters by name. Modes of a free body are left out;
+    each has the damping ratio `zeta`, `factors` are as of `model_modes`. Modes of a free body are left out;
     raises what `model_modes` raises."""
     found = model_modes(model, f_max=ABOVE * f_max, zeta=zeta, factors=factors)
     elastic = found.freq > RIGID * f_max

@@ -12,6 +12,7 @@ from femend.correlate import automac
 from femend.dof import Dof
 from femend.model import Model
 from femend.pretest import VirtualTest, suspension_points
+from femend.pretest.exciters import RESIDUE_MIN
 from femend.study.study import Study
 
 if TYPE_CHECKING:
@@ -20,9 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["FORMAT", "largest_off_diagonal", "pretest_result"]
 
 FORMAT = "femend-pretest/1"
-# above this AutoMAC two modes are hard to tell apart at the sensors; a mode that no exciter drives better than to this
-# share of what the best place would do is hard to find
-ALIKE, WEAK = 0.3, 0.02
+# above this AutoMAC two modes are hard to tell apart at the sensors
+ALIKE = 0.3
 # a frequency that the sensors' mass moves by more than this is another one
 SHIFT = 0.005
 RANKED, HUNG = 10, 4
@@ -161,7 +161,11 @@ def _advice(found: dict[str, Any], plan: Plan) -> str:
             f"{found['places']} places together: {found['largest_off_diagonal_of_all_places']:.2f}): take more "
             "sensors, more places, or another method"
         )
-    weak = [t["mode"] for t, r in zip(found["targets"], found["exciters"]["relative_residue"], strict=True) if r < WEAK]
+    weak = [
+        t["mode"]
+        for t, r in zip(found["targets"], found["exciters"]["relative_residue"], strict=True)
+        if r < RESIDUE_MIN
+    ]
     if weak:
         said.append(
             f"the exciters hardly drive mode {', '.join(str(w) for w in weak)}: allow other places or directions, "

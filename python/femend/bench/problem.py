@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from femend.analysis.model_modes import model_modes
 from femend.bench.counted import Counted
+from femend.dof import Dof
 from femend.errors import StudyError, UpdatingError
 from femend.estimate.updating import (
     Configuration,
@@ -22,6 +24,7 @@ from femend.estimate.updating import (
     Problem,
     Response,
     ShapeDifferences,
+    System,
     Unknown,
     deck_system,
     unknowns_of,
@@ -42,16 +45,18 @@ DAMPING_SD = 1.0
 
 
 def study_problem(prepared: Prepared, counted: Sequence[Counted]) -> Problem:
-    """The problem of `femend.estimate.updating` over what is `counted`: the study's parameters with their priors, and
-    damping where damping or FRFs are compared.
+    """The problem of `femend.estimate.updating` over what is `counted`: the study's parameters and morphs with their
+    priors, and damping where damping or FRFs are compared.
 
-    Raises StudyError for a study without parameters, and UpdatingError where FRFs are to be compared and no recording
+    Raises StudyError for a study without either, and UpdatingError where FRFs are to be compared and no recording
     to fit has any.
     """
     study = prepared.study
-    if not study.parameters:
+    if not study.parameters and not study.updating.morph:
         raise StudyError(
-            f"{study.file}: there is no [[parameter]]; an update needs at least one that may change", key="parameter"
+            f"{study.file}: there is no [[parameter]]; an update needs at least one that may change, or an "
+            "[[updating.morph]]",
+            key="parameter",
         )
     responses = study.updating.responses
     if "frfs" in responses and all(c.frf is None for c in counted):
@@ -61,7 +66,8 @@ def study_problem(prepared: Prepared, counted: Sequence[Counted]) -> Problem:
     unknowns = unknowns_of(prepared.models.of(counted[0].configuration))
     if "damping" in responses or "frfs" in responses:
         unknowns = unknowns.extended(_damping(study, counted))
-    configurations = tuple(_configuration(prepared, c) for c in counted)
+    seen = _seen(prepared, counted)
+    configurations = tuple(_configuration(study, c, s) for c, s in zip(counted, seen, strict=True))
     return Problem(unknowns, configurations, study.correlation.mac_min)
 
 
@@ -79,33 +85,64 @@ def _damping(study: Study, counted: Sequence[Counted]) -> list[Unknown]:
     ]
 
 
-def _configuration(prepared: Prepared, c: Counted) -> Configuration:
-    study, model = prepared.study, prepared.models.of(c.configuration)
-    responses = study.updating.responses
-    places = prepared.placed.places
-    extra = () if c.frf is None else (*c.frf.output_dofs, *c.frf.input_dofs)
-    sensors = tuple(dict.fromkeys([*c.dofs, *(d for d in extra if d is not None)]))
-    phi = np.full((len(sensors), c.freq.size), np.nan)
-    phi[: len(c.dofs)] = c.phi
-    phi_sd = np.ones(phi.shape)
-    phi_sd[: len(c.dofs)] = c.phi_sd
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """A `system` and the `sensors` that its rows are."""
+
+    system: System
+    sensors: tuple[Dof, ...]
+
+
+def _seen(prepared: Prepared, counted: Sequence[Counted]) -> list[_Seen]:
+    """The system of each of the `counted`: one for all recordings of a configuration, which is solved once for all of
+    them, but those with FRFs, whose lines are their own."""
+    found: dict[str, _Seen] = {}
+    out = []
+    for c in counted:
+        if c.frf is not None:
+            out.append(_system(prepared, [c]))
+            continue
+        if c.configuration not in found:
+            group = [o for o in counted if o.configuration == c.configuration and o.frf is None]
+            found[c.configuration] = _system(prepared, group)
+        out.append(found[c.configuration])
+    return out
+
+
+def _system(prepared: Prepared, group: Sequence[Counted]) -> _Seen:
+    """The model of the configuration that the `group` has in common, at all its sensors."""
+    model, responses = prepared.models.of(group[0].configuration), prepared.study.updating.responses
+    places, frf = prepared.placed.places, group[0].frf
+    extra = () if frf is None else (*frf.output_dofs, *frf.input_dofs)
+    sensors = tuple(dict.fromkeys([*(d for c in group for d in c.dofs), *(d for d in extra if d is not None)]))
     frfs = None
-    if c.frf is not None:
-        rows = [[sensors.index(d) for d in side if d is not None] for side in (c.frf.output_dofs, c.frf.input_dofs)]
-        frfs = Frfs(c.frf.freq, tuple(rows[0]), tuple(rows[1]), c.frf.kind)
+    if frf is not None:
+        rows = [[sensors.index(d) for d in side if d is not None] for side in (frf.output_dofs, frf.input_dofs)]
+        frfs = Frfs(frf.freq, tuple(rows[0]), tuple(rows[1]), frf.kind)
     # FRFs alone need no modes of the model
-    top = float(c.freq.max(initial=0.0))
+    top = max(float(c.freq.max(initial=0.0)) for c in group)
     n_modes = model_modes(model, f_max=ABOVE * top).n_modes + MORE if top else 0
+    least = max(c.freq.size for c in group) + MORE
     system = deck_system(
         model,
         [places[d] for d in sensors],
-        min(max(n_modes, c.freq.size + MORE), model.fe.n_a) if top else 0,
+        min(max(n_modes, least), model.fe.n_a) if top else 0,
         shapes="shapes" in responses or "mac" in responses,
         frfs=frfs,
         damping="damping" in responses,
     )
-    test = ModeTest(c.freq, phi) if top else None
-    return Configuration(c.name, system, tuple(_responses(c, study, phi, phi_sd)), test)
+    return _Seen(system, sensors)
+
+
+def _configuration(study: Study, c: Counted, seen: _Seen) -> Configuration:
+    """What was `counted`, on the rows of its system; sensors of other recordings were not there."""
+    rows = [seen.sensors.index(d) for d in c.dofs]
+    phi = np.full((len(seen.sensors), c.freq.size), np.nan)
+    phi[rows] = c.phi
+    phi_sd = np.ones(phi.shape)
+    phi_sd[rows] = c.phi_sd
+    test = ModeTest(c.freq, phi) if c.freq.size else None
+    return Configuration(c.name, seen.system, tuple(_responses(c, study, phi, phi_sd)), test)
 
 
 def _responses(c: Counted, study: Study, phi: FloatArray, phi_sd: FloatArray) -> list[Response]:

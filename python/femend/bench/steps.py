@@ -28,9 +28,9 @@ class Steps:
         self.progress = progress
 
     @contextmanager
-    def step(self, name: str) -> Iterator[None]:
-        """The step `name`, told and timed."""
-        self.progress.start(name)
+    def step(self, name: str, total: int | None = None) -> Iterator[None]:
+        """The step `name`, told and timed, with `total` pieces of work where that is known."""
+        self.progress.start(name, total)
         with self.info.step(name):
             yield
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,11 @@ from typing import Any
 from femend.bench.compared import Compared
 from femend.bench.correlate import Prepared, prepare
 from femend.bench.counted import Counted, counted_modes
+from femend.bench.drawn import Drawn, draw_posterior_of
 from femend.bench.page import render_page
 from femend.bench.problem import study_problem
+from femend.bench.small_problem import small_problem
+from femend.bench.starts import Starts, search_from_starts
 from femend.bench.steps import Steps, write_json
 from femend.bench.update_content import update_page, write_tables
 from femend.bench.update_result import update_result
@@ -39,7 +43,8 @@ OWNED = ("updating.json", "updating.html", "updating.run.json", "updating.*.csv"
 class UpdateRun:
     """A finished update: what was `prepared` and `counted`, the `problem` with what its data can tell
     (`sensitivity`), what was `found`, every fit and validate recording compared `before` and `after`, the changed
-    `deck`, and the `result` as it is written."""
+    `deck`, and the `result` as it is written; the searches from other `starts` and the `drawn` posterior where the
+    study asks for them."""
 
     prepared: Prepared
     counted: tuple[Counted, ...]
@@ -50,6 +55,8 @@ class UpdateRun:
     after: tuple[Compared, ...]
     deck: UpdatedDeck
     result: dict[str, Any]
+    starts: Starts | None = None
+    drawn: Drawn | None = None
 
     @property
     def study(self) -> Study:
@@ -60,6 +67,11 @@ class UpdateRun:
     def factors(self) -> dict[str, float]:
         """Factors of the deck's parameters by name."""
         return {p.name: self.found.values[p.name] for p in self.study.parameters}
+
+    @property
+    def amplitudes(self) -> dict[str, float]:
+        """Amplitudes of the study's morphs by name."""
+        return {m.name: self.found.values[m.name] for m in self.study.updating.morph}
 
     def __repr__(self) -> str:
         from femend.bench.words import update_text
@@ -79,13 +91,13 @@ def update(
     Recordings with role validate are compared with the model before and after and have no part in it. With a folder
     `out` everything is written there: updating.json, updating.html, model.updated.bdf with the changed values where
     they stood, model.diff, tables as CSV and updating.run.json. `history` is a file that keeps every iteration; where
-    it is there, the search goes on from it. Raises the errors of the readers (StudyError, DeckError, FormatError,
-    RecordingError, PairingError, ModelError), and UpdatingError for a problem that cannot be posed: no mode with a
-    mate, fewer values than unknowns; nothing is written then.
+    it is there, the search goes on from it (the one from the deck, where there are more starts). Raises the errors of
+    the readers (StudyError, DeckError, FormatError, RecordingError, PairingError, ModelError), and UpdatingError for a
+    problem that cannot be posed: no mode with a mate, fewer values than unknowns; nothing is written then.
     """
     progress = progress or SilentProgress()
     steps = Steps(Path(study), progress)
-    prepared = prepare(Path(study), steps)
+    prepared = prepare(Path(study), steps, "an update", morphs=True)
     with steps.step("weigh what was measured"):
         before = tuple(prepared.compare(m) for m in prepared.measured)
         counted = counted_modes(prepared, before)
@@ -94,17 +106,45 @@ def update(
     with steps.step("update parameters"):
         most = prepared.study.updating.iterations
         found = search(problem, iterations=most, history=history, resume=True, stop=_telling(progress))
+    starts, drawn = _more(prepared.study, problem, found, counted, steps)
+    found = found if starts is None else starts.taken
     with steps.step("compare what was found"):
-        factors = {p.name: found.values[p.name] for p in prepared.study.parameters}
-        after = tuple(prepared.compare(m, factors) for m in prepared.measured)
-        deck = updated_deck(prepared.models.of(counted[0].configuration), factors)
-        result = update_result(prepared, counted, told, found, before, after, deck)
-    run = UpdateRun(prepared, counted, problem, told, found, before, after, deck, result)
+        model = prepared.models.of(counted[0].configuration)
+        # what damping is unknown beside them is none of the deck's
+        names = [*(p.name for p in model.parameters), *(m.name for m in model.morphs)]
+        values = {name: found.values[name] for name in names}
+        after = tuple(prepared.compare(m, values) for m in prepared.measured)
+        deck = updated_deck(model, values)
+        result = update_result(prepared, counted, told, found, before, after, deck, starts, drawn)
+    run = UpdateRun(prepared, counted, problem, told, found, before, after, deck, result, starts, drawn)
     if out is not None:
         with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
             _write(run, folder, steps)
     progress.done()
     return run
+
+
+def _more(
+    study: Study, problem: Problem, first: UpdateResult, counted: Sequence[Counted], steps: Steps
+) -> tuple[Starts | None, Drawn | None]:
+    """Searches from other starts, and draws from the posterior, as far as the study asks for them."""
+    settings = study.updating
+    sampled = settings.posterior == "sampled"
+    if settings.starts == 1 and not sampled:
+        return None, None
+    with steps.step("reduce the models"):
+        freq_sd = min((float((c.freq_sd / c.freq).min()) for c in counted if c.freq.size), default=settings.freq_sd)
+        small = small_problem(problem, freq_sd, settings.seed)
+    starts, drawn = None, None
+    if settings.starts > 1:
+        with steps.step("search from other starts", settings.starts):
+            starts = search_from_starts(problem, first, settings, small, steps.progress.advance)
+    if sampled:
+        with steps.step("draw from the posterior"):
+            drawn = draw_posterior_of(
+                first if starts is None else starts.taken, settings, small, steps.progress.advance
+            )
+    return starts, drawn
 
 
 def _telling(progress: Progress) -> Any:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femend.bench.correlation_content import frf_drawings, prepared_mesh
+from femend.bench.estimates_content import estimate_sections, estimate_tables
 from femend.bench.page import Fact, Page, Section, Svg, Table, figures, fixed, number, percent
 from femend.bench.steps import write_csv
 from femend.report import plots
@@ -42,6 +43,9 @@ def update_page(run: UpdateRun, info: dict[str, Any], files: Sequence[str]) -> P
         Fact("Shapes", f"{fixed(fit['mac']['before'])} → {fixed(fit['mac']['after'])}", "their mean MAC"),
         Fact("Parameters told", f"{len(told)} of {len(result['parameters'])}", ", ".join(told[:6]) or "none"),
     ]
+    if run.starts is not None:
+        n = len(run.starts.many.starts)
+        facts.append(Fact("Starts", f"{run.starts.together} of {n}", "end where the one that was taken does"))
     if held:
         b, a = (percent(_mean(held, k, "freq_error"), sign=False) for k in ("before", "after"))
         facts.append(Fact("Held out", f"{b} → {a}", "mean frequency error of recordings that had no part"))
@@ -59,7 +63,7 @@ def update_page(run: UpdateRun, info: dict[str, Any], files: Sequence[str]) -> P
         [sentence(w) for w in result["warnings"]],
         prepared_mesh(run.prepared),
         f"{len(run.prepared.placed.pairing)} sensors and shakers at their nodes.",
-        [_parameters(run), *_recordings(run), _search(run), _deck(run)],
+        [_parameters(run), *estimate_sections(run), *_recordings(run), _search(run), _deck(run)],
         info,
         files,
     )
@@ -75,14 +79,17 @@ def _parameters(run: UpdateRun) -> Section:
     for name, p in run.result["parameters"].items():
         factor = p.get("factor")
         value = f"{factor:.4f}" if factor is not None else f"{number(p['value'])} {p['unit']}".strip()
-        sd = percent(p["sd"], sign=False) if factor is not None else number(p["sd"], 2)
+        sd, before = (
+            percent(p[k], 2 if k == "sd" else 1, sign=False) if factor is not None else number(p[k], 2)
+            for k in ("sd", "prior_sd")
+        )
         rows.append(
             [
                 name,
                 value,
                 "–" if factor is None else percent(factor - 1),
                 sd,
-                percent(p["prior_sd"], 1, sign=False),
+                before,
                 fixed(p["moved_by_prior_sd"], 1),
                 percent(p["learned"], 0, sign=False),
                 ("the data" if p["determined"] else "the prior") + (", at its limit" if p["at_bound"] else ""),
@@ -92,14 +99,20 @@ def _parameters(run: UpdateRun) -> Section:
     header = ("parameter", "factor", "change", "± now", "± before", "moved, prior sd", "learned", "told by", "")
     return Section(
         "Parameters: prior to posterior",
-        "Factors of the deck's values. Grey: the prior, one and two standard deviations; blue: the estimate with its "
-        "95 % interval (Laplace). A parameter is told by the data where they take away more than half of its prior "
-        "variance.",
+        f"Factors of the deck's values{_positions(run)}. Grey: the prior, one and two standard deviations; blue: the "
+        "estimate with its 95 % interval (Laplace). A parameter is told by the data where they take away more than "
+        "half of its prior variance.",
         [Table(header, rows, "lrrrrrrll")],
         _sensitivity(run),
         notes=[f"not told apart: {' '.join(f'{w:+.2f} {n}' for n, w in zip(c.names, c.weights, strict=True))} "
                f"(condition index {c.condition:.0f})" for c in run.sensitivity.collinear],
     )  # fmt: skip
+
+
+def _positions(run: UpdateRun) -> str:
+    """What a value without percent is, where there are positions among them."""
+    morphs = run.study.updating.morph
+    return f", and amplitudes of positions ({', '.join(m.name for m in morphs)}), 0 in the deck" if morphs else ""
 
 
 def _sensitivity(run: UpdateRun) -> tuple[Picture, ...]:
@@ -185,10 +198,13 @@ def _search(run: UpdateRun) -> Section:
         for n, f, s, d in zip(c["modes"], c["freq"], c["freq_sd"], c["shape_sd"], strict=True)
     ]
     responses = ", ".join(run.result["responses"])
+    begun = ""
+    if run.starts is not None and run.starts.at_start != 0:
+        begun = f" The search that was taken began at start {run.starts.at_start + 1}."
     return Section(
         "The search",
         f"Compared: {responses}. The cost is the sum of squared differences in deviations of the test and of the prior "
-        f"({run.result['squares']['values']} values).",
+        f"({run.result['squares']['values']} values).{begun}",
         [
             Table(("step", "cost", "squares", "radius", "what happened"), rows, "rrrrl"),
             Table(
@@ -218,4 +234,4 @@ def write_tables(folder: Path, run: UpdateRun) -> list[str]:
     keys = ("mode", "freq", "freq_before", "freq_after", "error_before", "error_after", "mac_before", "mac_after")
     modes = [[r["recording"], r["role"], *(m[k] for k in keys)] for r in run.result["recordings"] for m in r["modes"]]
     write_csv(folder / "updating.modes.csv", ("recording", "role", *keys), modes)
-    return ["updating.parameters.csv", "updating.modes.csv"]
+    return ["updating.parameters.csv", "updating.modes.csv", *estimate_tables(folder, run)]

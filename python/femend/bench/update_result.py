@@ -10,6 +10,8 @@ import numpy as np
 from femend.bench.compared import Compared
 from femend.bench.correlation_result import comparison_result, placed_result
 from femend.bench.counted import Counted
+from femend.bench.drawn import Drawn
+from femend.bench.starts import Starts
 from femend.correlate import match_frfs
 from femend.estimate.updating import Sensitivity, UpdatedDeck, UpdateResult
 
@@ -33,11 +35,15 @@ def update_result(
     before: Sequence[Compared],
     after: Sequence[Compared],
     deck: UpdatedDeck,
+    starts: Starts | None = None,
+    drawn: Drawn | None = None,
 ) -> dict[str, Any]:
     """The content of updating.json."""
     settings = prepared.study.updating
     recordings = [_recording(b, a) for b, a in zip(before, after, strict=True)]
     warnings = [*prepared.warnings, *(text for c in counted for text in c.left_out)]
+    warnings += starts.warnings() if starts is not None else []
+    more = [text for one in (starts, drawn) if one is not None for text in one.advice()]
     if deck.left_out:
         warnings.append(
             f"no field of the deck holds the values of {', '.join(deck.left_out)}: the deck keeps them as they were"
@@ -46,7 +52,7 @@ def update_result(
         "format": FORMAT,
         "title": prepared.study.title,
         "status": found.status,
-        "advice": _advice(found, told, recordings),
+        "advice": "; ".join([*_advice(found, told, recordings), *more]),
         "iterations": len(found.history) - 1,
         "cost": {"before": found.before.cost, "after": found.after.cost},
         "squares": {"before": found.before.squares, "after": found.after.squares, "values": found.after.residual.size},
@@ -57,6 +63,8 @@ def update_result(
             {"condition": c.condition, "parameters": list(c.names), "weights": list(c.weights)} for c in told.collinear
         ],
         "hardly_seen": list(told.insensitive),
+        "starts": None if starts is None else starts.as_dict(),
+        "posterior": None if drawn is None else drawn.as_dict(),
         "fit": _fit(found),
         "responses": list(settings.responses),
         "counted": [_counted(c) for c in counted],
@@ -87,14 +95,16 @@ def _fit(found: UpdateResult) -> dict[str, Any]:
 
 
 def _parameters(prepared: Prepared, told: Sensitivity, found: UpdateResult) -> dict[str, Any]:
-    """Every unknown; those of the deck have a factor, damping has a value."""
+    """Every unknown; those of the deck have a factor, positions and damping have a value."""
     determined = set(found.determined())
     units = {u.name: u.unit for u in found.problem.unknowns.items}
+    factors = {p.name for p in prepared.study.parameters}
     prior = {p.name: p.prior_sd for p in prepared.study.parameters}
+    prior |= {m.name: m.prior_sd for m in prepared.study.updating.morph}
     size = dict(zip(told.names, told.size.tolist(), strict=True))
     out = {}
     for row in found.parameters():
-        kind = {"factor": row.value} if row.name in prior else {"value": row.value, "unit": units[row.name]}
+        kind = {"factor": row.value} if row.name in factors else {"value": row.value, "unit": units[row.name]}
         out[row.name] = {
             **kind,
             "sd": row.sd,
@@ -174,7 +184,7 @@ def _summary(c: Compared) -> dict[str, Any]:
     return found
 
 
-def _advice(found: UpdateResult, told: Sensitivity, recordings: Sequence[dict[str, Any]]) -> str:
+def _advice(found: UpdateResult, told: Sensitivity, recordings: Sequence[dict[str, Any]]) -> list[str]:
     said = [found.advice] if found.advice else []
     left = float(np.sqrt(found.after.squares / max(found.after.residual.size, 1)))
     if left > LEFT:
@@ -206,4 +216,4 @@ def _advice(found: UpdateResult, told: Sensitivity, recordings: Sequence[dict[st
                 f"the held-out recording {r['recording']!r} is met worse than before ({100 * b:.2f} % to {100 * a:.2f} "
                 "% of its frequencies): do not use the update without finding out why",
             )
-    return "; ".join(said)
+    return said

@@ -46,6 +46,7 @@ def update_text(result: dict[str, Any]) -> str:
              ("data" if p["determined"] else "prior") + (", at its limit" if p["at_bound"] else "")]
         )  # fmt: skip
     parts.append(table(["parameter", "value", "sd", "prior sd", "moved by", "told by"], rows, "lrrrrl"))
+    parts += _estimates(result)
     for r in result["recordings"]:
         used = "used to fit" if r["role"] == "fit" else "held out"
         rows = [
@@ -56,6 +57,28 @@ def update_text(result: dict[str, Any]) -> str:
         header = ["mode", "f test Hz", "before", "after", "error", "after", "MAC", "after"]
         parts += ["", f"{r['recording']} ({used}, {r['configuration']})", table(header, rows, "rrrrrrrr")]
     return "\n".join([*parts, "", *_ends(result)]).rstrip()
+
+
+def _estimates(result: dict[str, Any]) -> list[str]:
+    """Other starts and the drawn posterior, where there are any."""
+    parts = []
+    starts, posterior = result["starts"], result["posterior"]
+    if starts is not None:
+        n = len(starts["minima"])
+        others = f"{n} different ends" if n > 1 else "no other end"
+        parts += ["", f"starts    {starts['end_there']} of {starts['starts']} end there; {others}"]
+    if posterior is not None:
+        rows = [
+            [name, number(p["mean"], 5), number(p["sd"], 2), *(number(q, 5) for q in p["quantiles"].values()),
+             fixed(p["sd_over_laplace"], 2)]
+            for name, p in posterior["parameters"].items()
+        ]  # fmt: skip
+        header = ["posterior", "mean", "sd", "2.5 %", "50 %", "97.5 %", "sd / Laplace's"]
+        evidence = f"ln evidence {posterior['log_evidence']:.2f} ± {posterior['log_evidence_se']:.2f}"
+        laplace = result["log_evidence"]
+        beside = "" if laplace is None or laplace != laplace else f", Laplace's {laplace:.2f}"
+        parts += ["", table(header, rows, "lrrrrrr"), f"{posterior['draws']} draws, {evidence}{beside}"]
+    return parts
 
 
 def pretest_text(result: dict[str, Any]) -> str:

@@ -21,8 +21,9 @@ def update(study: Path, out: Path, history: Path | None, quiet: bool) -> None:
     """Update the parameters of STUDY on measured modes, and FRFs where asked for.
 
     STUDY is a study.toml, or a folder that holds one. Frequencies and shapes of the recordings with role fit are met
-    within the priors of the parameters; its table [updating] chooses responses and weights. Recordings with role
-    validate only show whether it helped. Written are updating.json, updating.html, model.updated.bdf with the changed
+    within the priors of the parameters; its table [updating] chooses responses and weights, more starts than the deck
+    as it stands, draws from the posterior, and positions that may change too. Recordings with role validate only show
+    whether it helped. Written are updating.json, updating.html, model.updated.bdf with the changed
     values where they stood, model.diff, and tables as CSV. It adds nothing to the model: what is missing in it,
     `femend diagnose` finds.
     """

@@ -180,10 +180,20 @@ class Model:
         return csc_array((data, indices, indptr), shape=(self.fe.n_g, self.fe.n_a))
 
     def matrices(self, factors: Mapping[str, float] | None = None) -> tuple[csc_array, csc_array]:
-        """K and M (n_a, n_a) at parameter factors by name (1 where not given)."""
+        """K and M (n_a, n_a) at `factors` of the parameters by name (1 where not given), and amplitudes of the morphs
+        (0 where not given).
+
+        Raises ModelError for a name that is neither, and GeometryError where an element has no shape there.
+        """
         from scipy.sparse import csc_array
 
-        indptr, indices, K, M, _, _ = self.fe.assemble(self.factors(factors))
+        given = dict(factors or {})
+        amplitudes = amplitudes_of(self, {m.name: given.pop(m.name) for m in self.morphs if m.name in given})
+        own = self.factors(given)
+        indptr, indices, K, M, _, _ = self.fe.assemble(own)
+        if np.any(amplitudes):
+            change = moved_nodes(self, amplitudes).change(own)
+            K, M = K + change[0], M + change[1]
         shape = (self.fe.n_a, self.fe.n_a)
         return csc_array((K, indices, indptr), shape=shape), csc_array((M, indices, indptr), shape=shape)
 

@@ -11,10 +11,21 @@ from numpy.typing import ArrayLike, NDArray
 from femend.errors import PretestError
 from femend.pretest.placement import target_shapes
 
-__all__ = ["ExciterChoice", "driving_point_residues", "exciters", "mode_indicator", "suspension_points"]
+__all__ = [
+    "RESIDUE_MIN",
+    "ExciterChoice",
+    "driving_point_residues",
+    "exciters",
+    "mode_indicator",
+    "suspension_points",
+]
 
 FloatArray = NDArray[np.float64]
 
+# a mode is hardly driven where its residue is below this share of the best place's (34 dB less of it in the FRFs)
+RESIDUE_MIN = 0.02
+# where no place drives all modes so well, those count that come this near to the best one (6 dB)
+_NEAR = 0.5
 _POWER = {"receptance": 1, "mobility": 0, "accelerance": -1}
 
 
@@ -95,13 +106,19 @@ def exciters(
     outputs: Sequence[int] | None = None,
     kind: str = "mobility",
     indicator_max: float = 0.3,
+    residue_min: float = RESIDUE_MIN,
 ) -> ExciterChoice:
     """`n_exciters` rows of `phi` (n_dof, n_modes), mass-normalised at `omega` (n_modes,) rad/s, that excite all modes.
 
     Each mode's driving-point residues (`kind`) are taken relative to its largest among the `allowed` rows (mask or
-    numbers). The choice adds, one by one, the row with which fewest modes have an indicator above `indicator_max`
-    (`mode_indicator` with `zeta` and `outputs`), then the least excited mode is excited best, as a worst case is what a
-    test fails by. Raises PretestError where nothing moves or more are wanted than there are places.
+    numbers). Rows are added one by one. A row has to drive first: the least excited mode, by its best exciter, to
+    `residue_min`, or where no row does, to half of what the best one does. The least residue is what keeps exciters off
+    the nodal lines of all modes (Kientzy, Richardson and Blakely 1989, "Using finite element data to set up modal
+    tests"; Imamovic's non-optimum driving point); the indicator does not see them, being a ratio: where all modes
+    hardly move alike it is as good as where all move well. Of the rows that drive, the one is taken with which fewest
+    modes have an indicator above `indicator_max` (`mode_indicator` with `zeta` and `outputs`), then the least excited
+    mode is excited best, as a worst case is what a test fails by. Raises PretestError where nothing moves, where more
+    are wanted than there are places, and for a `residue_min` that is not from 0 to 1.
 
     >>> phi = np.array([[1.0, 0.0], [0.8, 0.7], [0.0, 1.0]])
     >>> exciters(phi, [10.0, 20.0], 1).rows  # the others are on a node of one mode
@@ -109,6 +126,8 @@ def exciters(
     """
     from femend.pretest.placement import candidates
 
+    if not 0 <= residue_min <= 1:
+        raise PretestError(f"residue_min {residue_min:g} is not from 0 to 1; it is a share of each mode's largest")
     residues = driving_point_residues(phi, omega, kind=kind)
     rows, _ = candidates(residues.shape[0], n_exciters, allowed, ())
     largest = residues[rows].max(axis=0)
@@ -118,12 +137,16 @@ def exciters(
     relative = residues / largest
     chosen: list[int] = []
     while len(chosen) < n_exciters:
+        free = [int(r) for r in rows if int(r) not in chosen]
+        driven = {r: relative[[*chosen, r]].max(axis=0) for r in free}
+        enough = min(residue_min, _NEAR * max(float(d.min()) for d in driven.values()))
         options = []
-        for r in (int(r) for r in rows if int(r) not in chosen):
-            at = [*chosen, r]
-            seen = mode_indicator(phi, omega, zeta, at, outputs)
-            best = relative[at].max(axis=0)
-            options.append((int((seen > indicator_max).sum()), -float(best.min()), -float(best.mean()), r))
+        for r in free:
+            if driven[r].min() < enough:
+                continue
+            seen = mode_indicator(phi, omega, zeta, [*chosen, r], outputs)
+            hidden = int((seen > indicator_max).sum())
+            options.append((hidden, -float(driven[r].min()), -float(driven[r].mean()), r))
         chosen.append(min(options)[3])
     return ExciterChoice(tuple(chosen), mode_indicator(phi, omega, zeta, chosen, outputs), relative[chosen].max(axis=0))
 

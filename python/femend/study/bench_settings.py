@@ -6,10 +6,20 @@ from dataclasses import dataclass
 
 from femend.dof import Dof
 
-__all__ = ["DAMPING_MODELS", "METHODS", "RESPONSES", "CorrelationSettings", "PretestSettings", "UpdatingSettings"]
+__all__ = [
+    "DAMPING_MODELS",
+    "METHODS",
+    "POSTERIORS",
+    "RESPONSES",
+    "CorrelationSettings",
+    "MorphSettings",
+    "PretestSettings",
+    "UpdatingSettings",
+]
 
 RESPONSES = ("frequencies", "shapes", "mac", "damping", "frfs")
 DAMPING_MODELS = ("loss factor", "proportional")
+POSTERIORS = ("laplace", "sampled")
 METHODS = ("parameters", "effective independence", "QR", "MAC", "Guyan")
 
 
@@ -24,6 +34,34 @@ class CorrelationSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class MorphSettings:
+    """``[[updating.morph]]``: a position that may be updated, called `name`, with the 1-sigma `prior_sd` and the
+    `bounds` of its amplitude.
+
+    `move` says what moves, as `femend.model` has it: a "joint" (`joint_moved`: `nodes` along `direction`, members
+    up to the `held` nodes after them), "nodes" (`nodes_moved`: others within `radius` after them), an "offset" of
+    shells along their normals (`offset_along_normal`: `properties` or `elements`), a "growth" (`grown`: `nodes` away
+    from `point`, from an `axis` through it, or `along` it), or "vectors" (`Morph.of`, one for each node). All vectors
+    are in basic axes, lengths in the deck's unit.
+    """
+
+    name: str
+    move: str
+    prior_sd: float
+    bounds: tuple[float, float] | None = None
+    nodes: tuple[int, ...] = ()
+    direction: tuple[float, float, float] | None = None
+    held: tuple[int, ...] = ()
+    radius: float | None = None
+    properties: tuple[int, ...] = ()
+    elements: tuple[int, ...] = ()
+    point: tuple[float, float, float] | None = None
+    axis: tuple[float, float, float] | None = None
+    along: bool = False
+    vectors: tuple[tuple[int, tuple[float, float, float]], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class UpdatingSettings:
     """``[updating]``: the `responses` that are compared, the measured `modes` (numbers from 1; None: all), and their
     least deviations.
@@ -34,6 +72,10 @@ class UpdatingSettings:
     value, `shape_sd` of a shape's largest component, `frf_sd` of an FRF's magnitude, of which `frf_lines` lines count.
     `repeated` takes recordings of one configuration and the same sensors as one test done several times, whose scatter
     gives the deviations. `iterations` is the most the search takes.
+
+    `starts` searches are made in all, the first from the deck as it stands, others from points between the bounds. The
+    `posterior` is that of the search's end ("laplace"), or "sampled" as well, by so many `draws`. `seed` is that of the
+    points and the draws. `morph` are positions that may change beside the study's parameters.
     """
 
     responses: tuple[str, ...] = ("frequencies", "shapes")
@@ -47,6 +89,11 @@ class UpdatingSettings:
     frf_lines: int = 40
     repeated: bool = False
     iterations: int = 60
+    starts: int = 1
+    posterior: str = "laplace"
+    draws: int = 500
+    seed: int = 0
+    morph: tuple[MorphSettings, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

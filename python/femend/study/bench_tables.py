@@ -5,31 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import fields
-from typing import Any, Protocol
+from typing import Any
 
 from femend.dof import Dof, parse_direction
-from femend.errors import StudyError
 from femend.study.bench_settings import (
     DAMPING_MODELS,
     METHODS,
+    POSTERIORS,
     RESPONSES,
     CorrelationSettings,
     PretestSettings,
     UpdatingSettings,
 )
+from femend.study.check import Check
+from femend.study.morph_tables import morph_settings
 from femend.study.schema import CorrelationTable, PretestTable, UpdatingTable
 
 __all__ = ["correlation_settings", "pretest_settings", "updating_settings"]
 
-
-class Check(Protocol):
-    """What makes a message that names the study file and the key."""
-
-    def fail(self, key: str, fact: str) -> StudyError:
-        """The error to be raised."""
-
-    def one_of(self, key: str, value: str, allowed: tuple[str, ...]) -> None:
-        """Raises it for a value that is not among those `allowed`."""
+# of fewer draws no quantile of 2.5 % is to be had
+FEWEST_DRAWS = 100
 
 
 def correlation_settings(check: Check, table: CorrelationTable) -> CorrelationSettings:
@@ -39,9 +34,9 @@ def correlation_settings(check: Check, table: CorrelationTable) -> CorrelationSe
     return CorrelationSettings(_band(check, "correlation.band", table.band), table.mac_min, table.align)
 
 
-def updating_settings(check: Check, table: UpdatingTable) -> UpdatingSettings:
-    """``[updating]``; raises StudyError, naming the key, for an unknown response and a deviation that is not above
-    0."""
+def updating_settings(check: Check, table: UpdatingTable, parameters: Sequence[str]) -> UpdatingSettings:
+    """``[updating]`` of a study with `parameters` of these names; raises StudyError, naming the key, for an unknown
+    response, a deviation that is not above 0, and a morph that cannot be meant."""
     if not table.responses:
         raise check.fail("updating.responses", f"the list is empty; compare one of {', '.join(RESPONSES)}")
     for name in table.responses:
@@ -51,9 +46,17 @@ def updating_settings(check: Check, table: UpdatingTable) -> UpdatingSettings:
     check.one_of("updating.damping_model", table.damping_model, DAMPING_MODELS)
     for key in ("freq_sd", "freq_far", "shape_sd", "damping_sd", "frf_sd"):
         _above_0(check, f"updating.{key}", getattr(table, key))
-    for key in ("frf_lines", "iterations"):
+    check.one_of("updating.posterior", table.posterior, POSTERIORS)
+    for key in ("frf_lines", "iterations", "starts"):
         _count(check, f"updating.{key}", getattr(table, key))
-    checked = {"responses": tuple(table.responses), "modes": _modes(check, "updating.modes", table.modes)}
+    if table.draws < FEWEST_DRAWS:
+        raise check.fail("updating.draws", f"{table.draws} is less than {FEWEST_DRAWS}; so few tell no quantiles")
+    _seed(check, "updating.seed", table.seed)
+    checked = {
+        "responses": tuple(table.responses),
+        "modes": _modes(check, "updating.modes", table.modes),
+        "morph": morph_settings(check, table.morph, parameters),
+    }
     return UpdatingSettings(**_by_name(UpdatingSettings, table) | checked)
 
 
@@ -73,8 +76,7 @@ def pretest_settings(check: Check, table: PretestTable, configurations: Sequence
         value = getattr(table, key)
         if not (math.isfinite(value) and value >= 0):
             raise check.fail(f"pretest.{key}", f"{value:g} is below 0")
-    if table.seed < 0:
-        raise check.fail("pretest.seed", f"{table.seed} is below 0")
+    _seed(check, "pretest.seed", table.seed)
     for key in ("nodes", "exciter_nodes"):
         if getattr(table, key) == []:
             raise check.fail(f"pretest.{key}", "the list is empty; leave it out to allow all nodes")
@@ -116,6 +118,11 @@ def _modes(check: Check, key: str, value: list[int] | None) -> tuple[int, ...] |
 def _above_0(check: Check, key: str, value: float) -> None:
     if not (math.isfinite(value) and value > 0):
         raise check.fail(key, f"{value:g} is not above 0 (1 % is 0.01)")
+
+
+def _seed(check: Check, key: str, value: int) -> None:
+    if value < 0:
+        raise check.fail(key, f"{value} is below 0")
 
 
 def _count(check: Check, key: str, value: int) -> None:

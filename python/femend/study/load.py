@@ -123,12 +123,13 @@ def _typed(check: _Checker, data: dict[str, Any]) -> StudyFile:
         raise check.fail(key, wrong_type(text[: match.start()] if match else text, data, key)) from None
 
 
-def load_study(path: str | os.PathLike[str], *, recordings: bool = True) -> Study:
+def load_study(path: str | os.PathLike[str], *, recordings: bool = True, use: str = "a diagnosis") -> Study:
     """Reads and checks the study file at `path`, or `study.toml` in that folder.
 
-    With `recordings` False a study without any is taken, as one is that only plans a test. Raises StudyError, naming
-    file and key, for a syntax error, an unknown key (with the nearest known one), a missing or wrong value, a name that
-    stands twice, and a file that is not there; FileNotFoundError for the study itself.
+    With `recordings` False a study without any is taken, as one is that only plans a test; else `use` is what the
+    message about their absence says they are needed for. Raises StudyError, naming file and key, for a syntax error,
+    an unknown key (with the nearest known one), a missing or wrong value, a name that stands twice, and a file that is
+    not there; FileNotFoundError for the study itself.
 
     >>> load_study("study.toml").units       # doctest: +SKIP
     'SI'
@@ -149,18 +150,19 @@ def load_study(path: str | os.PathLike[str], *, recordings: bool = True) -> Stud
     if "format" in data and data["format"] != FORMAT:
         raise check.fail("format", f"{data['format']!r} is not {FORMAT!r}, the only one this version reads")
     _refuse_unknown(check, data, StudyFile, "")
-    return _study(check, _typed(check, data), recordings)
+    return _study(check, _typed(check, data), use if recordings else None)
 
 
-def _study(check: _Checker, content: StudyFile, needed: bool) -> Study:
+def _study(check: _Checker, content: StudyFile, use: str | None) -> Study:
+    """The study of a file's `content`; `use` is what needs its recordings, None where nothing does."""
     check.one_of("model.units", content.model.units, tuple(SYSTEMS))
     if not (0 < content.damping.ratio < 1):
         raise check.fail("damping.ratio", f"{content.damping.ratio:g} is not between 0 and 1 (1 % is 0.01)")
     check.unique("parameter", [p.name for p in content.parameter])
     check.unique("configuration", [c.name for c in content.configuration])
     check.unique("recording", [r.name for r in content.recording])
-    if needed and not content.recording:
-        raise check.fail("recording", 'there is no [[recording]]; a diagnosis needs at least one with role = "fit"')
+    if use is not None and not content.recording:
+        raise check.fail("recording", f'there is no [[recording]]; {use} needs at least one with role = "fit"')
     parameters = tuple(_parameter(check, p, f"parameter[{i}]") for i, p in enumerate(content.parameter))
     configurations = []
     for i, table in enumerate(content.configuration):
@@ -171,8 +173,8 @@ def _study(check: _Checker, content: StudyFile, needed: bool) -> Study:
         configurations.append(Configuration(table.name, table.spc, masses, table.note))
     names = tuple(c.name for c in configurations)
     recordings = tuple(_recording(check, r, f"recording[{i}]", names) for i, r in enumerate(content.recording))
-    if needed and not any(r.role == "fit" for r in recordings):
-        raise check.fail("recording", 'no [[recording]] has role = "fit"; at least one is needed to estimate from')
+    if use is not None and not any(r.role == "fit" for r in recordings):
+        raise check.fail("recording", f'no [[recording]] has role = "fit"; {use} needs at least one')
     return Study(
         check.file,
         content.title or check.file.parent.name,
@@ -183,7 +185,7 @@ def _study(check: _Checker, content: StudyFile, needed: bool) -> Study:
         tuple(configurations),
         recordings,
         correlation_settings(check, content.correlation),
-        updating_settings(check, content.updating),
+        updating_settings(check, content.updating, [p.name for p in content.parameter]),
         pretest_settings(check, content.pretest, names),
     )
 

@@ -13,12 +13,14 @@ __all__ = [
     "CorrelationTable",
     "DampingTable",
     "ModelTable",
+    "MorphTable",
     "ParameterTable",
     "PretestTable",
     "RecordingTable",
     "RotatingTable",
     "StudyFile",
     "UpdatingTable",
+    "VectorTable",
 ]
 
 
@@ -109,6 +111,32 @@ class CorrelationTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, 
     align: bool = _CORRELATION.align
 
 
+class VectorTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """One entry of `vectors`: the `node` moves along `vector`, basic axes, for an amplitude of one."""
+
+    node: int
+    vector: list[float]
+
+
+class MorphTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """``[[updating.morph]]``: a position that `femend update` may change; which keys it takes depends on `move`."""
+
+    name: str
+    move: str
+    prior_sd: float
+    bounds: list[float] | None = None
+    nodes: list[int] | None = None
+    direction: list[float] | None = None
+    held: list[int] | None = None
+    radius: float | None = None
+    properties: list[int] | None = None
+    elements: list[int] | None = None
+    point: list[float] | None = None
+    axis: list[float] | None = None
+    along: bool | None = None
+    vectors: list[VectorTable] | None = None
+
+
 class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """``[updating]``: what `femend update` compares and how far it trusts it; deviations are relative."""
 
@@ -123,6 +151,11 @@ class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_
     frf_lines: int = _UPDATING.frf_lines
     repeated: bool = _UPDATING.repeated
     iterations: int = _UPDATING.iterations
+    starts: int = _UPDATING.starts
+    posterior: str = _UPDATING.posterior
+    draws: int = _UPDATING.draws
+    seed: int = _UPDATING.seed
+    morph: list[MorphTable] = []
 
 
 class PretestTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,14 +63,15 @@ def multi_start(
     iterations: int = 60,
     tolerance: float = 1e-6,
     workers: int = 1,
+    told: Callable[[], None] | None = None,
 ) -> MultiStart:
     """Updates `problem` from `n` points between the bounds (a Latin hypercube of `seed`), or from `starts` (n,
     n_unknowns).
 
     With `small`, the same problem in reduced models (`reduced_problem`), the searches are made there, and only the best
     `n_polished` different minima are gone on from in `problem`: every end is moved along with its minimum. `iterations`
-    and `tolerance` are those of `update`, `workers` the number of threads. A start that fails is told of, the others go
-    on. Raises UpdatingError where all fail.
+    and `tolerance` are those of `update`, `workers` the number of threads. `told` is called when a start is done. A
+    start that fails is told of, the others go on. Raises UpdatingError where all fail.
 
     Each start is followed with modes paired in the order of frequency, then by shape. Where that does not explain the
     data (squares above `EXPLAINED` a value) it is followed with modes paired by shape alone as well, and the better end
@@ -79,27 +81,30 @@ def multi_start(
     inner = problem if small is None else small
 
     def one(p: FloatArray) -> UpdateResult | str:
-        return _follow(inner, p, iterations, tolerance)
+        end = _follow(inner, p, iterations, tolerance)
+        if told is not None:
+            told()
+        return end
 
     with ThreadPoolExecutor(workers) as pool:
-        found = list(pool.map(one, points))
-    failures = {i: r for i, r in enumerate(found) if isinstance(r, str)}
-    good = [(i, r) for i, r in enumerate(found) if isinstance(r, UpdateResult)]
+        found = list(enumerate(pool.map(one, points)))
+    failures = {i: r for i, r in found if isinstance(r, str)}
+    good = [(i, r) for i, r in found if isinstance(r, UpdateResult)]
     if not good:
         raise UpdatingError(f"none of {len(points)} starts gave a result; the first: {failures[0]}")
     ends, cost = np.full(points.shape, np.nan), np.full(len(points), np.inf)
     for i, r in good:
         ends[i], cost[i] = r.p, r.after.cost
-    groups = _grouped(good, spans(problem.unknowns))
-    minima = []
-    for k, (first, members) in enumerate(groups):
+    minima: list[Minimum] = []
+    for k, (first, members) in enumerate(_grouped(good, spans(problem.unknowns))):
         result = first
         if small is not None and k < n_polished:
             try:
-                result = update(problem, first.p, iterations=iterations, tolerance=tolerance)
+                then = update(problem, first.p, iterations=iterations, tolerance=tolerance)
             except FemendError as error:
                 failures |= {i: str(error) for i in members}
                 continue
+            result = _joined(first, then, "from here on in the full model")
             for i in members:
                 ends[i], cost[i] = result.p, result.after.cost
         minima.append(Minimum(result, tuple(members)))
@@ -120,7 +125,8 @@ def _follow(problem: Problem, p: FloatArray, iterations: int, tolerance: float) 
         try:
             result = update(ways[0], p, iterations=iterations, tolerance=tolerance)
             for way in ways[1:]:
-                result = update(way, result.p, iterations=iterations, tolerance=tolerance)
+                then = update(way, result.p, iterations=iterations, tolerance=tolerance)
+                result = _joined(result, then, "from here on modes are paired by shape")
         except (FemendError, ArithmeticError) as error:
             trouble = str(error)
             continue
@@ -129,6 +135,12 @@ def _follow(problem: Problem, p: FloatArray, iterations: int, tolerance: float) 
             break
     # a search that lost modes on its way explains less, however little it costs
     return min(found, key=lambda r: (len(r.unpaired()), r.after.cost)) if found else trouble
+
+
+def _joined(first: UpdateResult, then: UpdateResult, note: str) -> UpdateResult:
+    """`then`, which began where `first` ended, with the steps of both; `note` says where the one becomes the other."""
+    begun = replace(then.history[0], notes=(*first.history[-1].notes, note))
+    return replace(then, before=first.before, history=(*first.history[:-1], begun, *then.history[1:]))
 
 
 def _grouped(found: list[tuple[int, UpdateResult]], scale: FloatArray) -> list[tuple[UpdateResult, list[int]]]:

@@ -191,8 +191,16 @@ class Problem:
         return float(d @ self.unknowns.precision @ d)
 
     def states(self, p: FloatArray) -> tuple[State, ...]:
-        """What every configuration's system says at `p` (n,); raises what they raise."""
-        return tuple(c.system.solve(self.factors(p, i)) for i, c in enumerate(self.configurations))
+        """What every configuration's system says at `p` (n,); raises what they raise.
+
+        A system that several configurations have at the same factors is solved once for them.
+        """
+        found: list[tuple[System, FloatArray, State]] = []
+        for i, c in enumerate(self.configurations):
+            factors = self.factors(p, i)
+            known = (s for system, at, s in found if system is c.system and np.array_equal(at, factors))
+            found.append((c.system, factors, next(known, None) or c.system.solve(factors)))
+        return tuple(s for _, _, s in found)
 
     def active(self, states: Sequence[State]) -> tuple[NDArray[np.bool_] | None, ...]:
         """For each configuration the test modes (n_test,) with a mate of at least `mac_min`; None without modes."""

@@ -26,12 +26,14 @@ def reduced_system(system: ModalSystem, points: FloatArray) -> DenseSystem:
 
     Frequencies from it lie above the full model's (Rayleigh), and coincide at the points (a reduced basis: Hesthaven,
     Rozza and Stamm 2016, chapter 3). Raises UpdatingError for a model that is not affine in its factors, or where it is
-    asked for static values.
+    asked for static values or damping ratios.
     """
     if not system.matrices.affine:
         raise UpdatingError(
             "K and M are not affine in the factors (thickness, section, morphs): a basis has to be made anew at each"
         )
+    if system.damping:
+        raise UpdatingError("a reduced model gives no damping ratios; reduce a configuration without them")
     if system.statics is not None or system.rigid is not None:
         raise UpdatingError("a basis of modes does not hold static displacements; reduce a configuration without them")
     pattern = system.matrices.indptr, system.matrices.indices
@@ -79,13 +81,16 @@ def reduced_problem(problem: Problem, n_points: int | None = None, *, n_check: i
     """
     n_points = 2 * len(problem.unknowns) + 8 if n_points is None else n_points
     points = np.vstack([problem.unknowns.mean, design(problem.unknowns, n_points, seed=seed)])
-    made = []
+    made, known = [], list[tuple[ModalSystem, FloatArray, DenseSystem]]()
     for i, c in enumerate(problem.configurations):
-        if isinstance(c.system, ModalSystem):
-            factors = np.array([problem.factors(p, i) for p in points])
-            made.append(replace(c, system=reduced_system(c.system, factors)))
-        else:
+        if not isinstance(c.system, ModalSystem):
             made.append(c)
+            continue
+        factors = np.array([problem.factors(p, i) for p in points])
+        # configurations that have a system in common have its reduction in common
+        there = next((r for s, f, r in known if s is c.system and np.array_equal(f, factors)), None)
+        known.append((c.system, factors, there or reduced_system(c.system, factors)))
+        made.append(replace(c, system=known[-1][2]))
     small = Problem(problem.unknowns, tuple(made), problem.mac_min)
     worst = 0.0
     for p in design(problem.unknowns, n_check, seed=seed + 1):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.errors import FemendError, UpdatingError
 from femend.estimate.updating.design import prior_quantiles
+from femend.estimate.updating.moves import TOO_LITTLE, move
 from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.step import root
 from femend.estimate.updating.unknown import limits
@@ -21,8 +22,8 @@ FloatArray = NDArray[np.float64]
 
 # effective share of the particles after a step of the temperature
 EFFECTIVE = 0.5
-# moves of a particle at one temperature: until most have moved far, within these numbers
-FEWEST, MOST = 5, 60
+# particles for each unknown, of whose halves covariances are made
+FEWEST = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,19 +69,27 @@ def sample(
     *,
     seed: int = 0,
     solve_all: Callable[[FloatArray], FloatArray] | None = None,
+    told: Callable[[], None] | None = None,
 ) -> Posterior:
     """Draws from the posterior of `problem` by sequential Monte Carlo: `n` particles from the prior, cut off at the
     bounds, through tempered likelihoods exp(-beta squares / 2) with beta from 0 to 1.
 
     Each beta leaves half of the particles effective (Ching and Chen 2007, transitional MCMC); systematic resampling;
-    then Metropolis moves with the particles' covariance, scaled to an acceptance near 0.234 (Roberts, Gelman and Gilks
-    1997) and repeated until the particles have moved a deviation on average (Del Moral, Doucet and Jasra 2006). The
-    evidence is the product of the mean weights, its error from their scatter. A model without a solution has no
-    likelihood. `solve_all` maps points (n, n_unknowns) to squares (n,), where there is something faster than one after
-    the other (a response surface). `seed` makes it repeatable. Raises UpdatingError for an unknown without prior or
-    bounds, where the prior is correlated, and where no particle has a solution.
+    then moves until the particles are new draws (`moves.move`; a sequential Monte Carlo sampler, Del Moral, Doucet and
+    Jasra 2006). The evidence is the product of the mean weights, its error from their scatter. A model without a
+    solution has no likelihood.
+
+    `solve_all` maps points (n, n_unknowns) to squares (n,), where there is something faster than one after the other (a
+    response surface). `seed` makes it repeatable, `told` is called after every temperature. Raises UpdatingError for
+    fewer particles than four for each unknown, an unknown without prior or bounds, where the prior is correlated, and
+    where no particle has a solution.
     """
     rng = np.random.default_rng(seed)
+    if n < FEWEST * len(problem.unknowns):
+        raise UpdatingError(
+            f"{n} draws for {len(problem.unknowns)} unknowns say nothing of how these go together; take "
+            f"{FEWEST * len(problem.unknowns)} or more"
+        )
     lower, upper = limits(problem.unknowns)
     precision = problem.unknowns.precision
     if np.any(precision - np.diag(np.diag(precision))):
@@ -100,19 +109,17 @@ def sample(
         w = np.exp(-0.5 * (new - beta) * (s - s.min()))
         ln_z += float(np.log(w.mean()) - 0.5 * (new - beta) * s.min())
         variance += float(w.var() / w.mean() ** 2 / n)
-        centre = (w[:, None] * p).sum(0) / w.sum()
-        spread = ((w[:, None] * (p - centre)).T @ (p - centre)) / w.sum()
         chosen = np.searchsorted(np.cumsum(w) / w.sum(), (rng.random() + np.arange(n)) / n).clip(0, n - 1)
-        p, s, beta = p[chosen].copy(), s[chosen].copy(), new
-        L = np.linalg.cholesky(spread + 1e-12 * np.trace(spread) / len(spread) * np.eye(len(spread)))
-        p, s, rate, moved, count = _move(p, s, beta, L, rng, squares_of, prior_of, lower, upper)
-        solved += count
+        beta = new
+        moved = move(p[chosen], s[chosen], beta, rng, squares_of, prior_of, (lower, upper))
+        p, s, solved = moved.p, moved.squares, solved + moved.solved
         temperatures.append(beta)
-        acceptance.append(rate)
-        if moved < 1.0:
-            advice = (
-                f"particles moved {moved:.2f} deviations at temperature {beta:.3g}: take more of them, or trust less"
-            )
+        acceptance.append(moved.acceptance)
+        if told is not None:
+            told()
+        if moved.away < TOO_LITTLE:
+            far = f"particles moved {moved.away:.2f} deviations at temperature {beta:.3g}"
+            advice = f"{far}: take more of them, or trust less"
     return Posterior(
         problem, p, s, ln_z, float(np.sqrt(variance)), tuple(temperatures), tuple(acceptance), solved, advice
     )
@@ -144,37 +151,3 @@ def _next(s: FloatArray, beta: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if effective(middle) >= EFFECTIVE else (low, middle)
     return max(low, beta + 1e-12)
-
-
-def _move(
-    p: FloatArray,
-    s: FloatArray,
-    beta: float,
-    L: FloatArray,
-    rng: np.random.Generator,
-    squares_of: Callable[[FloatArray], FloatArray],
-    prior_of: Callable[[FloatArray], FloatArray],
-    lower: FloatArray,
-    upper: FloatArray,
-) -> tuple[FloatArray, FloatArray, float, float, int]:
-    """Metropolis moves at one temperature: particles, squares, acceptance, deviations moved, models solved."""
-    n, d = p.shape
-    first, prior, scale = p.copy(), prior_of(p), 2.38 / np.sqrt(d)
-    inverse = np.linalg.inv(L)
-    rates, solved, moved = [], 0, 0.0
-    for turn in range(MOST):
-        q = p + scale * rng.standard_normal((n, d)) @ L.T
-        inside = np.all((q >= lower) & (q <= upper), axis=1)
-        new_s, new_prior = np.full(n, np.inf), np.full(n, np.inf)
-        if inside.any():
-            new_s[inside], new_prior[inside] = squares_of(q[inside]), prior_of(q[inside])
-            solved += int(inside.sum())
-        ratio = -0.5 * (beta * (new_s - s) + new_prior - prior)
-        taken = np.log(rng.random(n)) < np.nan_to_num(ratio, nan=-np.inf)
-        p, s, prior = np.where(taken[:, None], q, p), np.where(taken, new_s, s), np.where(taken, new_prior, prior)
-        rates.append(float(taken.mean()))
-        scale *= float(np.exp(rates[-1] - 0.234))
-        moved = float(np.mean(np.linalg.norm((p - first) @ inverse.T, axis=1))) / np.sqrt(d)
-        if turn + 1 >= FEWEST and moved >= 1.0:
-            break
-    return p, s, float(np.mean(rates)), moved, solved

@@ -11,6 +11,7 @@ from femend.report.plots.force_spectra import OmegaLaw, draw_force_spectra, fit_
 from femend.report.plots.frf_overlay import draw_frf
 from femend.report.plots.mac_matrix import draw_mac
 from femend.report.plots.mismatch_view import draw_mismatch
+from femend.report.plots.posterior_view import draw_posterior
 from femend.report.plots.residual_view import draw_residual
 from femend.report.plots.sensitivity_image import draw_sensitivity
 from femend.report.plots.shape_view import draw_shape, motion_of_model, motion_of_nodes
@@ -29,6 +30,7 @@ __all__ = [
     "draw_frf",
     "draw_mac",
     "draw_mismatch",
+    "draw_posterior",
     "draw_residual",
     "draw_sensitivity",
     "draw_shape",

@@ -1,0 +1,127 @@
+"""Other starts and the drawn posterior on the page of an update, and as tables for a spreadsheet."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from femend.bench.drawn import Drawn
+from femend.bench.page import Section, Table, figures, fixed, number
+from femend.bench.starts import Starts
+from femend.bench.steps import write_csv
+from femend.report import plots
+from femend.report.content import Picture
+
+if TYPE_CHECKING:
+    from femend.bench.update import UpdateRun
+
+__all__ = ["estimate_sections", "estimate_tables"]
+
+# more minima, or more densities, would not be read
+MINIMA_SHOWN, DENSITIES_SHOWN, ACROSS = 12, 24, 4
+
+
+def estimate_sections(run: UpdateRun) -> list[Section]:
+    """What other starts and draws say, as far as there are any."""
+    found = [] if run.starts is None else [_starts(run.starts)]
+    return found if run.drawn is None else [*found, _posterior(run, run.drawn)]
+
+
+def estimate_tables(folder: Path, run: UpdateRun) -> list[str]:
+    """The minima and the draws as CSV into `folder`, as far as there are any; gives the names of the files."""
+    names, unknowns = [], run.problem.unknowns.names
+    if run.starts is not None:
+        minima = [
+            [k, len(m.starts), m.result.after.cost, m.result.after.squares, m.result.status, *m.result.values.values()]
+            for k, m in enumerate(run.starts.many.minima, 1)
+        ]
+        write_csv(folder / "updating.starts.csv", ("minimum", "starts", "cost", "squares", "status", *unknowns), minima)
+        names.append("updating.starts.csv")
+    if run.drawn is not None:
+        rows = [[*p, s] for p, s in zip(run.drawn.values.tolist(), run.drawn.posterior.squares.tolist(), strict=True)]
+        write_csv(folder / "updating.posterior.csv", (*unknowns, "squares"), rows)
+        names.append("updating.posterior.csv")
+    return names
+
+
+def _starts(starts: Starts) -> Section:
+    told = starts.as_dict()
+    rows = [
+        [
+            str(k),
+            str(len(m["starts"])),
+            number(m["cost"], 5),
+            number(m["squares"], 5),
+            m["status"] + ("" if m["in_full_model"] else ", reduced model"),
+            str(m["modes_without_mate"]),
+            ", ".join(f"{n} {v:.4g}" for n, v in m["parameters"].items()),
+        ]
+        for k, m in enumerate(told["minima"][:MINIMA_SHOWN], 1)
+    ]
+    header = ("minimum", "starts", "cost", "squares", "search", "modes without mate", "parameters")
+    taken = frozenset() if starts.at is None else frozenset({starts.at})
+    more = len(told["minima"]) - len(rows)
+    lead = (
+        f"{told['starts']} searches: one from the deck as it stands, the others from points all over the bounds. "
+        f"{told['end_there']} of them end where the one that was taken does (marked)."
+    )
+    if told["reduced_model_error"] is not None:
+        lead += (
+            f" They were made in reduced models, whose frequencies are off by up to "
+            f"{100 * told['reduced_model_error']:.2g} %, and the best gone on from in the full ones."
+        )
+    return Section(
+        "Other starts",
+        lead,
+        [Table(header, rows, "rrrrlrl", taken)],
+        notes=[f"{more} more in updating.starts.csv"] if more > 0 else [],
+    )
+
+
+def _posterior(run: UpdateRun, drawn: Drawn) -> Section:
+    told = drawn.as_dict()
+    laplace = run.found.sd
+    rows = [
+        [
+            name,
+            number(p["mean"], 5),
+            number(p["sd"], 3),
+            number(laplace[name], 3),
+            *(number(q, 5) for q in p["quantiles"].values()),
+            fixed(p["shift_from_laplace"], 2),
+        ]
+        for name, p in told["parameters"].items()
+    ]
+    header = ("parameter", "mean", "sd", "sd, Laplace", "2.5 %", "50 %", "97.5 %", "shift, Laplace sd")
+    unlike = frozenset(i for i, n in enumerate(told["parameters"]) if n in told["unlike_laplace"])
+    evidence = run.found.log_evidence
+    beside = "" if math.isnan(evidence) else f" (Laplace's {evidence:.2f})"
+    where = "" if drawn.small is None else f" in reduced models, off by up to {100 * drawn.small.error:.2g} %"
+    return Section(
+        "The posterior by draws",
+        f"{told['draws']} draws by sequential Monte Carlo, {told['models_solved']} models solved{where}; ln evidence "
+        f"{told['log_evidence']:.2f} ± {told['log_evidence_se']:.2f}{beside}. Laplace's bell is what the parameters' "
+        "deviations above tell of; where draws tell another story the row stands out.",
+        [Table(header, rows, "lrrrrrrr", unlike)],
+        _densities(run, drawn),
+    )
+
+
+def _densities(run: UpdateRun, drawn: Drawn) -> tuple[Picture, ...]:
+    names = drawn.names[:DENSITIES_SHOWN]
+    across = min(ACROSS, len(names))
+    down = -(-len(names) // across)
+    found, sd = run.found.values, run.found.sd
+    prior = {p.name: (1.0, p.prior_sd) for p in run.study.parameters}
+    prior |= {m.name: (0.0, m.prior_sd) for m in run.study.updating.morph}
+    with plots.paper_style():
+        made = plots.figure("page", 38.0 * down + 6.0, down, across, squeeze=False)
+        for i, name in enumerate(names):
+            plots.draw_posterior(
+                made.axes[i], drawn.values[:, i], name=name, laplace=(found[name], sd[name]), prior=prior.get(name)
+            )
+        for ax in made.axes[len(names) :]:
+            ax.set_axis_off()
+        made.axes[0].legend(fontsize=6)
+        return figures([("Draws of each parameter, Laplace's bell and the prior over them", made)])
