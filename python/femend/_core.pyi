@@ -754,11 +754,13 @@ def solve_hypotheses(
 
     A job is (system, hypothesis, start of the unknowns (n,), start of the ln law parameters (n_x,)); it takes at most
     `iterations` steps and ends when one lowers the cost by less than `tolerance` (plus a thousandth of it times the
-    cost).
+    cost). Steps are found by a Gauss-Newton matrix without what modes far above the lines do;
+    near the noise, by the exact gradient, and one matrix serves up to five steps while these come out as it says.
 
     Returns, for each job, unknowns p (n,), ln law parameters x (n_x,), cost, its prior part, misfit of each record
     (mean weighted square left per free complex value), Gauss-Newton matrix of half the cost (n + n_x, n + n_x) where
-    `derivatives` are wanted, number of steps, convergence; None where the model or law cannot be solved at the start.
+    `derivatives` are wanted (else what the search used), number of steps, convergence; None where the model or law
+    cannot be solved at the start.
     Raises ModelError where sizes do not fit.
     """
 

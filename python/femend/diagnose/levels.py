@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.joint import Joint, equivalent_linear
+from femend.diagnose.joint import FEW_LINES, Joint, equivalent_linear
 from femend.diagnose.locate import Located
 from femend.diagnose.settings import Settings
 from femend.estimate import Fit, FitRecord, Lines, Problem
@@ -28,6 +28,8 @@ AS_NOISE, LEAVES_LITTLE = 1.0, 0.8
 # share of what one spring and dashpot leave of all records that one for each record leaves at most where they depend on
 # the level
 OWN_LEAVES = 0.7
+# steps of a spring and dashpot of all records from those of one
+FEW_STEPS = 20
 
 
 def levels_differ(records: Sequence[FitRecord]) -> bool:
@@ -92,5 +94,11 @@ def element_depends_on_level(problem: Problem, joint: Joint, p: FloatArray) -> b
         return False
     common = equivalent_linear(problem, joint, p)
     own = [equivalent_linear(problem.on([record]), joint, p) for record in problem.records]
-    left = [float(fit.misfit[0]) for fit in own if fit is not None]
-    return bool(common is not None and len(left) == len(own) and sum(left) < OWN_LEAVES * float(common.misfit.sum()))
+    if common is None or any(fit is None for fit in own):
+        return False
+    alone = [fit for fit in own if fit is not None]
+    # one for all is sought from each one's too: a minimum it did not come to is no sign of a level
+    starts = [(fit.p, fit.x) for fit in alone]
+    again = problem.sparing(FEW_LINES).fit([fit.hypothesis for fit in alone], starts, iterations=FEW_STEPS)
+    common = min((fit for fit in (common, *again) if fit is not None), key=lambda fit: fit.cost)
+    return sum(float(fit.misfit[0]) for fit in alone) < OWN_LEAVES * float(common.misfit.sum())

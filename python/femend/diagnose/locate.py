@@ -40,6 +40,8 @@ FIRST_SIGMA, FIRST_STEPS = 8.0, 4
 FIRST_STAGE, SECOND_STAGE, LAST_STAGE, FULL_LINES = (40, 60, 16), (16, 28, 8), (8, 16, 3), (4, 10, 2)
 # places that come to the last stage from whole records, the lines and steps by which they are chosen
 LATE, LATE_LINES, LATE_STEPS = (4, 14, 0), 100, 3
+# of these steps the first is taken from all places, the others from this share of them, and so many at least
+LATE_FIRST, LATE_SHARE, LATE_LEAST = 1, 0.25, 60
 # the same quotas where places were screened before: one place's fit takes longer there, and what is left is sorted out
 FEW_SECOND, FEW_LAST, FEW_LATE = (6, 14, 4), (3, 8, 2), (2, 6, 0)
 # mean squared correlation of what two places do to the sensors, from which they count as one at the start, and from
@@ -211,7 +213,9 @@ def _late(
     `of` on whole records. Strongly damped lines see the beginning of a record alone, where what is small or late does
     not show; the updated model is near enough to the truth just where it is small."""
     keep = [(i, _with_own(p, of, hypotheses[i].reduced)) for i in kin.first(places) if places[i].n_w <= 1]
-    ranked = fitted(lines, hypotheses, keep, 0.0, LATE_STEPS, places)
+    ranked = fitted(lines, hypotheses, keep, 0.0, LATE_FIRST, places)
+    keep = [(i, f.p) for i, f in ranked[: max(LATE_LEAST, round(LATE_SHARE * len(ranked)))]]
+    ranked = fitted(lines, hypotheses, keep, 0.0, LATE_STEPS - LATE_FIRST, places)
     return [(i, f.p) for i, f in _best(ranked, places, kin, quota)]
 
 

@@ -144,11 +144,11 @@ def _pairs(
 def _fitted(problem: Problem, reduced: ReducedModel, place: Place, begun: Sequence[FloatArray]) -> Fit | None:
     """The best of some starts, tried on few lines, from strongly damped ones on too, and followed on all."""
     hypothesis, nothing = hypothesis_of(place, reduced), np.zeros(0)
-    few = problem.sparing(FEW_LINES)
-    looked = few.fit([hypothesis] * len(begun), [(p, nothing) for p in begun], iterations=0)
+    few, starts = problem.sparing(FEW_LINES), [(p, nothing) for p in begun]
+    looked = few.fit([hypothesis] * len(begun), starts, iterations=0)
     first = sorted((f for f in looked if f is not None), key=lambda f: f.cost)[:FOLLOWED]
     tries = few.fit([hypothesis] * len(first), [(f.p, nothing) for f in first], iterations=FEW_STEPS)
-    tries += [few.continuation(hypothesis, (f.p, nothing), FEW_STEPS) for f in first]
+    tries.append(few.continuation(hypothesis, starts, FEW_STEPS, FOLLOWED))
     done = [t for t in tries if t is not None]
     if not done:
         return None

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
+from scipy.stats import qmc
 
 from femend.errors import RecordingError
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem, check_sampling, modelled_band, used_band
@@ -19,6 +21,9 @@ from femend.threads import one_blas_thread
 __all__ = ["UpdatedModel", "modelled", "update_model", "updated_by"]
 
 FloatArray = NDArray[np.float64]
+
+# sets of parameters drawn from their priors from which an update starts beside the deck's
+DRAWN = 7
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +57,7 @@ def update_model(
     tell("reduce the model")
     model, reduced, problem = modelled(model, records, zeta)
     tell("update the parameters")
-    null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))))
+    null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))), drawn_starts(problem, reduced))
     if null is None:
         raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")
     g_rows = _rows(records)
@@ -90,11 +95,24 @@ def updated_by(model: Model, problem: Problem, rows: Sequence[int], p: FloatArra
     # what members differ in may be told by one unknown more or less in the larger basis
     fits = len(p) == len(problem.prior(reduced)[0])
     near = problem.fit([alone], [(p, np.zeros(0))])[0] if fits else None
-    found = [fit for fit in (near, problem.continuation(alone)) if fit is not None]
+    found = [fit for fit in (near, problem.continuation(alone, drawn_starts(problem, reduced))) if fit is not None]
     if not found:
         return None
     null = min(found, key=lambda fit: fit.cost)
     return UpdatedModel(problem, reduced, null, g_rows, _drawn(model, problem.band[1], g_rows))
+
+
+def drawn_starts(problem: Problem, reduced: ReducedModel) -> list[tuple[FloatArray, FloatArray]]:
+    """Prior means of the unknowns, and `DRAWN` sets of them whose parameters are drawn from their priors (Latin
+    hypercube; the same at every call): an update that starts at the deck's values alone can end in a minimum that is
+    none of the structure's."""
+    mean, sd = problem.prior(reduced)[:2]
+    n = len(reduced.model.parameters)
+    starts = [(mean, np.zeros(0))]
+    if n:
+        share = qmc.LatinHypercube(n, rng=0).random(DRAWN)
+        starts += [(np.concatenate([mean[:n] + sd[:n] * z, mean[n:]]), np.zeros(0)) for z in ndtri(share)]
+    return starts
 
 
 def _left_out(

@@ -25,6 +25,8 @@ DAMPING_SD = 0.5
 # decays of the windows by which a fit comes down to the unwindowed lines, in units of `Problem.scale`, and how tightly
 # the modes' own unknowns are held at each
 CONTINUATION = ((30.0, 0.02), (8.0, 0.05), (2.0, 0.3), (0.0, 1.0))
+# fits that go on from one of these to the next, and distance in ln units below which two are the same
+CONTINUED, SAME = 3, 0.01
 # modes up to this multiple of the band's end have a frequency factor and a damping ratio of their own
 TUNED_ABOVE = 1.1
 # sensors up to which a search takes all the lines it is given, and the fewest lines a mode of the band with more
@@ -92,6 +94,16 @@ class Fit:
         (solved,) = _core.solve_hypotheses([job], self.lines, 0)
         assert solved is not None, "the minimum was solved before"
         return solved[5]
+
+
+def _different(fits: Sequence[Fit]) -> list[Fit]:
+    """Fits from the best to the worst, without those that stand where a better one does."""
+    kept: list[Fit] = []
+    for fit in sorted(fits, key=lambda fit: fit.cost):
+        z = np.concatenate([fit.p, fit.x])
+        if all(np.abs(z - np.concatenate([other.p, other.x])).max(initial=0.0) > SAME for other in kept):
+            kept.append(fit)
+    return kept
 
 
 class Problem:
@@ -257,22 +269,29 @@ class Problem:
         ]
 
     def continuation(
-        self, hypothesis: Hypothesis, start: tuple[FloatArray, FloatArray] | None = None, iterations: int = 15
+        self,
+        hypothesis: Hypothesis,
+        starts: Sequence[tuple[FloatArray, FloatArray]] | None = None,
+        iterations: int = 15,
+        most: int = CONTINUED,
     ) -> Fit | None:
-        """Fit from far off, from `start` (unknowns, ln law parameters): strongly damped lines first, the recorded
-        last; None where the model breaks down at its start."""
-        fit: Fit | None = None
+        """Fit from far off: strongly damped lines first, the recorded last; None where the model breaks down at its
+        starts.
+
+        `starts` are (unknowns, ln law parameters), prior means where none are given. Which minimum the recorded lines
+        lead to can hang on little, so that what comes of the first start and the `most` best of different minima go on
+        from each stage to the next.
+        """
+        at = list(starts) if starts is not None else None
         for factor, held in CONTINUATION:
-            at = start if fit is None else (fit.p, fit.x)
-            (new,) = self.fit(
-                [hypothesis],
-                None if at is None else [at],
-                sigma=factor * self.scale(),
-                iterations=iterations,
-                held=held,
-            )
-            if new is None:  # lines that are damped less may break down where a wrong model was taken to
-                (new,) = self.fit([hypothesis], None if start is None else [start], iterations=iterations)
-                return new
-            fit = new
-        return fit
+            batch = [hypothesis] * (1 if at is None else len(at))
+            fits = self.fit(batch, at, sigma=factor * self.scale(), iterations=iterations, held=held)
+            done = _different([fit for fit in fits if fit is not None])
+            if not done:  # lines that are damped less may break down where a wrong model was taken to
+                batch = [hypothesis] * (1 if starts is None else len(starts))
+                done = _different([fit for fit in self.fit(batch, starts, iterations=iterations) if fit is not None])
+                break
+            first, best = fits[0], done[:most]
+            go_on = best if first is None or first in best else [first, *best]
+            at = [(fit.p, fit.x) for fit in sorted(go_on, key=lambda fit: fit is not first)]
+        return done[0] if done else None

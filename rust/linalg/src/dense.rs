@@ -231,6 +231,33 @@ pub fn gemm_tn(a: &Dense, b: &Dense) -> Dense {
     sum
 }
 
+/// Aᵀ A, of which one triangle is worked out.
+pub fn gram(a: &Dense) -> Dense {
+    use faer::linalg::matmul::triangular::{self, BlockStructure};
+    let n = a.ncols;
+    let mut sum = Dense::zeros(n, n);
+    if n == 0 || a.nrows == 0 {
+        return sum;
+    }
+    triangular::matmul(
+        sum.view_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Replace,
+        a.view().transpose(),
+        BlockStructure::Rectangular,
+        a.view(),
+        BlockStructure::Rectangular,
+        1.0,
+        Par::Seq,
+    );
+    for j in 0..n {
+        for i in 0..j {
+            sum.data[i + n * j] = sum.data[j + n * i];
+        }
+    }
+    sum
+}
+
 /// Solves a dense complex system A X = B by LU with row pivoting; `a` is (n, n), `b` (n, k), both column-major.
 ///
 /// # Errors

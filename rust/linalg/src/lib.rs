@@ -25,7 +25,7 @@ mod symbolic;
 mod tree;
 
 pub use complex::ComplexFactor;
-pub use dense::{Dense, SymmetricEigen, gemm, gemm_tn, solve_complex_dense};
+pub use dense::{Dense, SymmetricEigen, gemm, gemm_tn, gram, solve_complex_dense};
 pub use error::LinalgError;
 pub use factor::{Factor, Inertia, Kind, PIVOT_TOLERANCE, PROBE_TOLERANCE, ZeroPivot};
 pub use general::{GeneralEigen, general_eigen, general_eigen_complex};

@@ -1,6 +1,6 @@
 //! Complex arrays over (line, column) with their parts apart, and the loops over lines that an evaluation is made of.
 
-use femend_linalg::{Dense, gemm};
+use femend_linalg::{Dense, gemm, gemm_tn};
 use num_complex::Complex64;
 
 /// Real and imaginary parts of one column.
@@ -73,10 +73,20 @@ impl Split {
         gemm(&mut y.data, 1.0, 1.0, &self.data, b);
     }
 
+    /// Re Σ a b̄ over all lines, for every column a of this array and every b of the other.
+    pub fn inner(&self, other: &Self) -> Dense {
+        gemm_tn(&self.data, &other.data)
+    }
+
     /// A copy of `n` columns from `j` on.
     pub fn columns(&self, j: usize, n: usize) -> Self {
         let rows = self.data.nrows();
         Self { data: Dense::from_vec(rows, n, self.data.data()[rows * j..rows * (j + n)].to_vec()) }
+    }
+
+    /// Appends the columns of `other`, of as many lines.
+    pub fn append(&mut self, other: &Self) {
+        self.data.append(&other.data);
     }
 
     /// Multiplies every column by `factor`, an array of one column.

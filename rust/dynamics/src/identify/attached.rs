@@ -2,7 +2,7 @@
 
 use super::IdentifyError;
 use super::arrays::{Pair, Split, inverse, update, update2};
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, Stiffness};
 use super::prepared::Prepared;
 use num_complex::Complex64;
 
@@ -18,6 +18,9 @@ pub(crate) struct ClosedLoop {
     /// d kappa / d x_j, a column each, and the coordinates where it acts.
     pub slopes: Split,
     pub reach: Vec<Vec<usize>>,
+    /// Of these the parts per velocity, or per acceleration where `inertial` says so.
+    moving_slopes: Split,
+    inertial: Vec<bool>,
     /// B = (I + C kappa)^-1, column i n_w + j for each of its entries.
     pub b: Split,
     /// Joint compliance C = W G W^T, likewise.
@@ -58,7 +61,22 @@ impl ClosedLoop {
         }
         let (velocity, inertia) = (columns(&laws.velocity), columns(&laws.inertia));
         let slopes = Split::new(n, laws.slopes.len(), |k, j| laws.slopes[j][k]);
-        Ok(Self { group: laws.group, kappa, velocity, inertia, slopes, reach: laws.reach, b, c, moving, n_w })
+        let moving_slopes = Split::new(n, laws.slopes.len(), |k, j| laws.moving_slopes[j][k]);
+        let Stiffness { group, reach, inertial, .. } = laws;
+        Ok(Self {
+            group,
+            kappa,
+            velocity,
+            inertia,
+            slopes,
+            moving_slopes,
+            inertial,
+            reach,
+            b,
+            c,
+            moving,
+            n_w,
+        })
     }
 
     /// kappa of coordinate `i`.
@@ -139,6 +157,17 @@ impl ClosedLoop {
             update2(beyond.col_mut(0), part.col(g), moved.col(order), |sd, part, v| part * (v - sd));
             update(force.col_mut(0), beyond.col(0), |f, v| f + v);
         }
+        force
+    }
+}
+
+impl ClosedLoop {
+    /// How the force of [`ClosedLoop::cut_off`] at a coordinate changes with law unknown `j`.
+    pub fn cut_off_slope(&self, at: &Prepared<'_>, j: usize, moved: &Split) -> Split {
+        let (factor, order) = if self.inertial[j] { (&at.s2, 2) } else { (&at.s, 1) };
+        let mut force = Split::zeros(at.n_lines(), 1);
+        update2(force.col_mut(0), factor.col(0), moved.col(0), |_, s, d| s * d);
+        update2(force.col_mut(0), self.moving_slopes.col(j), moved.col(order), |sd, part, v| part * (v - sd));
         force
     }
 }

@@ -73,6 +73,50 @@ impl Decays {
         all
     }
 
+    /// Motion (`order` 0 displacement, 2 acceleration) of mode `m` as it decays with its amplitudes, and how that changes with
+    /// the logarithms of the mode's frequency and damping ratio, a column each.
+    ///
+    /// With amplitudes c the motion is c p^order / |p|² times the tail of the pole p, and the same of the conjugates; a tail t
+    /// changes by p dt (t² - t) for a relative change of its pole, which damping turns by ζ / √(1 - ζ²).
+    pub fn changes(
+        &self,
+        (at, response): (&Prepared<'_>, &Response),
+        m: usize,
+        amplitudes: &[f64],
+        order: i32,
+    ) -> Split {
+        let pole = response.poles[m];
+        let c = Complex64::new(amplitudes[2 * m], amplitudes[2 * m + 1]) * pole.powi(order) / pole.norm_sqr();
+        let turn = Complex64::new(0.0, -pole.re / pole.im);
+        let (step, order) = (pole * at.record.dt, f64::from(order));
+        let mut all = Split::zeros(self.tails.n_lines(), 3);
+        let (own, mirrored) = (self.tails.col(2 * m), self.tails.col(2 * m + 1));
+        let back = (c.conj(), step.conj(), turn.conj());
+        update2(all.col_mut(0), own, mirrored, |_, t, u| c * t + back.0 * u);
+        update2(all.col_mut(1), own, mirrored, |_, t, u| {
+            let grown = |t: Complex64, step: Complex64| t * (order - 2.0) + step * (t * t - t);
+            c * grown(t, step) + back.0 * grown(u, back.1)
+        });
+        update2(all.col_mut(2), own, mirrored, |_, t, u| {
+            let turned = |t: Complex64, step: Complex64| t * order + step * (t * t - t);
+            c * turn * turned(t, step) + back.0 * back.2 * turned(u, back.1)
+        });
+        all
+    }
+
+    /// How half the squares grow with a mode's own answer on a line for its size there, since a decay is held the looser the
+    /// stronger its mode answers; nothing where the bound of what is believed holds it.
+    pub fn loosened(&self, at: &Prepared<'_>, m: usize, amplitudes: &[f64]) -> f64 {
+        let ridge = self.ridge[2 * m];
+        let modal = self.ridge[..self.n_modal()].iter();
+        let least = modal.fold(f64::INFINITY, |a, b| a.min(*b));
+        if ridge * DECAY_FLOOR >= least * (1.0 - 1e-9) || ridge >= MOST_HELD {
+            return 0.0;
+        }
+        let size = amplitudes[2 * m].powi(2) + amplitudes[2 * m + 1].powi(2);
+        -size * ridge * ridge * variance(at, 1.0)
+    }
+
     /// The same, or where no loop is closed, and they are not needed, without displacement and velocity.
     pub fn needed_motion(&self, response: &Response, t: usize) -> Split {
         if response.closed.is_some() {
@@ -101,8 +145,32 @@ impl Decays {
         response.push_back(&extra, y);
     }
 
-    /// Adds to the coordinates' displacements what decays of these amplitudes move them by, the law's answer included.
-    pub fn add_motion(&self, at: &Prepared<'_>, response: &Response, amplitudes: &[f64], d: &mut Split) {
+    /// Adds to modal response and displacements of the coordinates what a closed loop answers to decays of these amplitudes.
+    pub fn add_answer(
+        &self,
+        at: &Prepared<'_>,
+        response: &Response,
+        amplitudes: &[f64],
+        (q, d): (&mut Split, &mut Split),
+    ) {
+        let Some(closed) = response.closed.as_ref().filter(|_| self.len() > 0) else { return };
+        let mut moved = Split::zeros(at.n_lines(), response.n_w);
+        let beyond = self.add_motion(at, response, amplitudes, &mut moved);
+        let mut force = closed.force(&moved);
+        (0..response.n_w).for_each(|i| update(force.col_mut(i), beyond.col(i), |f, b| f - b));
+        response.answer(&force, q);
+        (0..response.n_w).for_each(|i| update(d.col_mut(i), moved.col(i), |d, v| d + v));
+    }
+
+    /// Adds to the coordinates' displacements what decays of these amplitudes move them by, the law's answer included; gives
+    /// the forces against the motion beyond the law's stiffness times these.
+    pub fn add_motion(
+        &self,
+        at: &Prepared<'_>,
+        response: &Response,
+        amplitudes: &[f64],
+        d: &mut Split,
+    ) -> Split {
         let mut open = Split::zeros(at.n_lines(), response.n_w);
         let mut extra = open.clone();
         let add = |to: &mut Split, part: &Split| {
@@ -125,6 +193,7 @@ impl Decays {
             }
             None => add(d, &open),
         }
+        extra
     }
 }
 

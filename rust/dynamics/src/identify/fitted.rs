@@ -93,7 +93,7 @@ pub fn model_columns(
     let hypothesis = Hypothesis { w, what, free: 0, compliance, law_mean: Vec::new(), law_sd: Vec::new() };
     check(system, std::slice::from_ref(record), &hypothesis, p, &[])?;
     let modal = system.modal(p)?;
-    let slopes = system.slopes(p, &modal);
+    let slopes = system.slopes(p, &modal, system.r);
     let (at, ws) = (Prepared::new(record), &mut Workspace::default());
     let step = Step::new(&at, system, &modal, &hypothesis, &[], ws)?;
     Ok(Sensitivities::fill(&step, system, &modal, &slopes, ws))

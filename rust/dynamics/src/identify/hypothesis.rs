@@ -57,6 +57,9 @@ pub(crate) struct Stiffness {
     pub slopes: Vec<Vec<Complex64>>,
     /// Coordinates at which every law parameter acts.
     pub reach: Vec<Vec<usize>>,
+    /// The parts of the derivatives that act on the velocity, or on the acceleration where `inertial` says so.
+    pub moving_slopes: Vec<Vec<Complex64>>,
+    pub inertial: Vec<bool>,
 }
 
 impl Stiffness {
@@ -69,6 +72,8 @@ impl Stiffness {
             inertia: zeros(n_groups),
             slopes: zeros(n_law),
             reach: Vec::new(),
+            moving_slopes: zeros(n_law),
+            inertial: vec![false; n_law],
         }
     }
 }
@@ -144,23 +149,29 @@ impl Hypothesis {
             let (values, unknown) = (law.values(), out.reach.len());
             out.reach.resize(unknown + values.len(), at.at.clone());
             let groups: Vec<usize> = (0..first.len()).filter(|g| at.at.contains(&first[*g])).collect();
+            let inertial = matches!(at.kind, Kind::Mass | Kind::Absorber);
             let at_rest = match at.kind {
                 Kind::Spring | Kind::Structural => None,
-                Kind::Mass | Kind::Absorber | Kind::Dashpot => Some(Complex64::default()),
-                _ => Some(law.dynamic_stiffness(Complex64::default())?.0),
+                Kind::Mass | Kind::Absorber | Kind::Dashpot => {
+                    Some((Complex64::default(), vec![Complex64::default(); values.len()]))
+                }
+                _ => Some(law.dynamic_stiffness(Complex64::default())?),
             };
             for (k, s) in lines.iter().enumerate() {
                 let (value, d) = law.dynamic_stiffness(*s)?;
-                let moving = at_rest.map_or_else(Complex64::default, |at_rest| value - at_rest);
+                let moving = at_rest.as_ref().map_or_else(Complex64::default, |at_rest| value - at_rest.0);
+                let per = if inertial { s * s } else { *s };
                 for &g in &groups {
                     out.kappa[g][k] += value;
-                    match at.kind {
-                        Kind::Mass | Kind::Absorber => out.inertia[g][k] += moving / (s * s),
-                        _ => out.velocity[g][k] += moving / s,
-                    }
+                    let part = if inertial { &mut out.inertia } else { &mut out.velocity };
+                    part[g][k] += moving / per;
                 }
                 for (j, slope) in d.iter().enumerate() {
                     out.slopes[unknown + j][k] = slope * values[j];
+                    if let Some((_, at_rest)) = &at_rest {
+                        out.moving_slopes[unknown + j][k] = (slope - at_rest[j]) * values[j] / per;
+                        out.inertial[unknown + j] = inertial;
+                    }
                 }
             }
         }

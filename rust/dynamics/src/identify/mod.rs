@@ -12,12 +12,14 @@
 //! model left out: free on every line (then it is projected out: variable projection, Golub and Pereyra 1973, with
 //! Kaufman's Jacobian), or the force of a linear law closed around the coordinate D = W q.
 
+mod adjoint;
 mod arrays;
 mod attached;
 mod decays;
 mod fitted;
 mod hypothesis;
 mod lines;
+mod minimise;
 mod model;
 mod normal;
 mod prepared;
@@ -31,9 +33,10 @@ mod system;
 pub use fitted::{Fitted, fitted, model_columns};
 pub use hypothesis::{Attached, Hypothesis, What};
 pub use lines::RecordLines;
+pub use minimise::{Settings, Solution};
 pub use model::Modal;
 pub use normal::Evaluation;
-pub use solve::{Job, Settings, Solution, solve, solve_batch};
+pub use solve::{Job, solve, solve_batch};
 pub use system::{System, Term};
 
 use femend_linalg::Dense;

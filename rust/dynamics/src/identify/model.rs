@@ -1,5 +1,6 @@
 //! Modes of the reduced model at given unknowns, and their derivatives.
 
+use super::adjoint::OfDecays;
 use super::system::System;
 use femend_linalg::{Dense, LinalgError, gemm, gemm_tn};
 
@@ -23,9 +24,9 @@ pub(crate) struct Group {
     pub parameters: Vec<usize>,
     /// Whether these parameters move mass.
     pub inertial: bool,
-    /// dK/dθ of each (r, r); over dM/dθ (2 r, r) where they move mass.
+    /// dK/dθ of each (n, n); over dM/dθ (2 n, n) where they move mass.
     pub d: Dense,
-    /// Derivative of every mode's damping 2 ζ ω for each (r); that between modes, of the order ζ of their stiffness, is
+    /// Derivative of every mode's damping 2 ζ ω for each (n); that between modes, of the order ζ of their stiffness, is
     /// left out.
     pub damping: Vec<Vec<f64>>,
 }
@@ -33,6 +34,8 @@ pub(crate) struct Group {
 /// Derivatives of the reduced model at given unknowns.
 #[derive(Debug, Clone)]
 pub(crate) struct Slopes {
+    /// Number n of the lowest modes between which they are.
+    pub n_modes: usize,
     pub groups: Vec<Group>,
 }
 
@@ -77,13 +80,13 @@ struct Tuned<'a> {
 }
 
 impl Tuned<'_> {
-    /// Turns the derivative `dk` (r, r) of a model's stiffness between its modes into that of the stiffness with the
+    /// Turns the derivative `dk` (n, n) of a model's stiffness between its lowest modes into that of the stiffness with the
     /// factors, and returns that of the modes' damping.
     ///
     /// The shapes change by dφ_j = Σ_i φ_i R_ij, R_ij = (dK_ij - λ_j dM_ij) / (λ_j - λ_i), R_jj = -dM_jj / 2 (Fox and
     /// Kapoor 1968), and the tuned stiffnesses k_j = f_j² λ_j go with them: dK'_ij = -(R_ij k_i + R_ji k_j).
     fn follow(&self, dk: &mut Dense, dm: Option<&Dense>) -> Vec<f64> {
-        let r = self.factor.len();
+        let r = dk.ncols();
         let k: Vec<f64> = self.modal.omega.iter().map(|w| w * w).collect();
         let lambda: Vec<f64> = k.iter().zip(&self.factor).map(|(k, f)| k / (f * f)).collect();
         let mut damping = vec![0.0; r];
@@ -103,6 +106,67 @@ impl Tuned<'_> {
             damping[j] = 2.0 * self.modal.zeta[j] * self.modal.omega[j] * (relative + mass);
         }
         damping
+    }
+}
+
+impl Tuned<'_> {
+    /// The adjoint of [`Tuned::follow`]: turns what a change of the tuned stiffness (r, r) between the modes does, and one
+    /// of the mass and of every mode's s-fold damping, into what a change of the model's own stiffness and mass does.
+    fn gather(&self, stiffness: &mut Dense, mass: &mut Option<Dense>, damping: &[f64], decays: &OfDecays) {
+        let r = self.factor.len();
+        let k: Vec<f64> = self.modal.omega.iter().map(|w| w * w).collect();
+        let lambda: Vec<f64> = k.iter().zip(&self.factor).map(|(k, f)| k / (f * f)).collect();
+        for j in 0..r {
+            for i in (0..r).filter(|i| *i != j) {
+                let (apart, tuned) = (lambda[j] - lambda[i], stiffness[(i, j)]);
+                if apart.abs() > APART * (lambda[i] + lambda[j]) {
+                    stiffness[(i, j)] = tuned * (k[j] - k[i]) / apart;
+                    if let Some(mass) = mass {
+                        mass[(i, j)] += tuned * (lambda[j] * k[i] - lambda[i] * k[j]) / apart;
+                    }
+                } else {
+                    stiffness[(i, j)] = tuned * self.factor[i] * self.factor[j];
+                }
+            }
+            let (tuned, square) = (stiffness[(j, j)], self.factor[j].powi(2));
+            let damped = 2.0 * self.modal.zeta[j] * self.modal.omega[j] * damping[j];
+            let moving = lambda[j] > 0.0;
+            stiffness[(j, j)] = tuned * square + if moving { 0.5 * damped / lambda[j] } else { 0.0 };
+            if let Some(mass) = mass {
+                mass[(j, j)] += tuned * (k[j] - square * lambda[j]) + damped * if moving { 0.5 } else { 1.0 };
+            }
+        }
+        self.gather_decays(&lambda, stiffness, mass, decays);
+    }
+}
+
+impl Tuned<'_> {
+    /// Adds what decays do that change with their modes: dλ_j = dK_jj - λ_j dM_jj, and the shapes as in [`Tuned::follow`].
+    fn gather_decays(
+        &self,
+        lambda: &[f64],
+        stiffness: &mut Dense,
+        mass: &mut Option<Dense>,
+        decays: &OfDecays,
+    ) {
+        for j in 0..lambda.len() {
+            if lambda[j] > 0.0 {
+                stiffness[(j, j)] += 0.5 * decays.frequency[j] / lambda[j];
+            }
+            if let Some(mass) = mass {
+                mass[(j, j)] -= 0.5 * (decays.frequency[j] + decays.shape[(j, j)]);
+            }
+            for i in (0..lambda.len()).filter(|i| *i != j) {
+                let apart = lambda[j] - lambda[i];
+                if apart.abs() > APART * (lambda[i] + lambda[j]) {
+                    let share = decays.shape[(i, j)] / apart;
+                    stiffness[(i, j)] += share;
+                    if let Some(mass) = mass {
+                        mass[(i, j)] -= lambda[j] * share;
+                    }
+                }
+            }
+        }
     }
 }
 
@@ -164,12 +228,42 @@ impl System {
         self.terms.iter().map(|t| t.exponents.iter().map(|(i, a)| a * p[*i]).sum::<f64>().exp()).collect()
     }
 
-    /// Derivatives of K, M and C at the unknowns `p` between the modes there.
-    pub(crate) fn slopes(&self, p: &[f64], modal: &Modal) -> Slopes {
-        let (factors, q) = (self.factors(p), &modal.q);
+    /// Modes at the unknowns `p` with the factors on their frequencies.
+    fn tuned<'a>(&self, p: &[f64], modal: &'a Modal) -> Tuned<'a> {
         let factor = |j: usize| if j < self.n_tuned { p[self.n_par + j].exp() } else { 1.0 };
-        let tuned = Tuned { modal, factor: (0..self.r).map(factor).collect() };
-        let mut slopes = Slopes { groups: Vec::new() };
+        Tuned { modal, factor: (0..self.r).map(factor).collect() }
+    }
+
+    /// What the user's parameters do at the unknowns `p`, where a change of the tuned stiffness and mass between the modes
+    /// (r, r) and of the modes' damping (r) does what is given, and so do the free decays; without `mass` no parameter moves
+    /// any.
+    pub(crate) fn gathered(
+        &self,
+        p: &[f64],
+        modal: &Modal,
+        (mut stiffness, mut mass): (Dense, Option<Dense>),
+        damping: &[f64],
+        decays: &OfDecays,
+    ) -> Vec<f64> {
+        self.tuned(p, modal).gather(&mut stiffness, &mut mass, damping, decays);
+        let qt = modal.q.transposed();
+        let (stiffness, mass) = (sandwich(&qt, &stiffness), mass.map(|m| sandwich(&qt, &m)));
+        let with = |a: &Dense, b: &Dense| a.data().iter().zip(b.data()).map(|(a, b)| a * b).sum::<f64>();
+        let mut all = vec![0.0; self.n_par];
+        for (term, factor) in self.terms.iter().zip(self.factors(p)) {
+            let own = term.k.as_ref().map_or(0.0, |k| with(k, &stiffness));
+            let moved = term.m.as_ref().zip(mass.as_ref()).map_or(0.0, |(m, mass)| with(m, mass));
+            term.exponents.iter().for_each(|(i, a)| all[*i] += a * factor * (own + moved));
+        }
+        all
+    }
+
+    /// Derivatives of K, M and C at the unknowns `p` between the lowest `n_modes` modes there.
+    pub(crate) fn slopes(&self, p: &[f64], modal: &Modal, n_modes: usize) -> Slopes {
+        let factors = self.factors(p);
+        let q = &Dense::from_vec(self.r, n_modes, modal.q.data()[..self.r * n_modes].to_vec());
+        let tuned = self.tuned(p, modal);
+        let mut slopes = Slopes { n_modes, groups: Vec::new() };
         for i in 0..self.n_par {
             let mut k = Dense::zeros(self.r, self.r);
             let mut m: Option<Dense> = None;

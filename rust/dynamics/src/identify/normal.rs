@@ -1,6 +1,6 @@
 //! Cost, gradient and Gauss-Newton matrix of one hypothesis over all records.
 
-use super::IdentifyError;
+use super::adjoint::Adjoint;
 use super::arrays::{Split, Workspace, update, update2};
 use super::decays::{Decays, decay_factor, eliminate};
 use super::hypothesis::Hypothesis;
@@ -11,7 +11,12 @@ use super::response::Response;
 use super::sensitivities::Sensitivities;
 use super::shapes::Shapes;
 use super::system::System;
-use femend_linalg::{Dense, gemm_tn};
+use super::{IdentifyError, RecordLines};
+use femend_linalg::{Dense, gemm_tn, gram};
+
+/// Modes up to this multiple of the highest line, and so many more, count in the matrix of a search.
+const COUNT_BELOW: f64 = 1.5;
+const FURTHER: usize = 3;
 
 /// Cost of a hypothesis at one point, with what its minimisation needs.
 #[derive(Debug, Clone)]
@@ -26,6 +31,16 @@ pub struct Evaluation {
     pub gradient: Vec<f64>,
     /// Gauss-Newton matrix (n, n).
     pub hessian: Dense,
+}
+
+/// Mean square of the residual per value, in multiples of the noise's, below which a fit is near it.
+const NEAR: f64 = 4.0;
+
+impl Evaluation {
+    /// Whether every record is left with little more than its noise, so that its free decays are what they seem.
+    pub(crate) fn near(&self) -> bool {
+        self.misfit.iter().all(|v| *v < NEAR)
+    }
 }
 
 /// One record's state: response, free decays and their best amplitudes, projector of a free force.
@@ -86,9 +101,9 @@ impl<'a> Step<'a> {
             update2(y.col_mut(s), at.y.col(s), response.y.col(s), |_, recorded, y| recorded - y);
         }
         Projector::fill(projector.as_ref(), at, &y, (base.col_mut(n_t), along.col_mut(n_t)));
-        let gram = gemm_tn(&base, &base);
-        let factor = if n_t > 0 { decay_factor(&gram, &decays.ridge) } else { None };
-        let (amplitudes, sum) = eliminate(&gram, factor.as_ref(), n_t);
+        let products = gram(&base);
+        let factor = if n_t > 0 { decay_factor(&products, &decays.ridge) } else { None };
+        let (amplitudes, sum) = eliminate(&products, factor.as_ref(), n_t);
         let lost = response.n_free.min(at.n_out());
         let free = (at.n_lines() * (at.n_out() - lost)) as f64;
         Ok(Self { at, response, projector, shapes, decays, amplitudes, base, along, factor, sum, free })
@@ -109,39 +124,40 @@ impl<'a> Step<'a> {
         p.forces(force)
     }
 
-    /// Adds this record's part of the Gauss-Newton matrix and half gradient.
+    /// Adds this record's part of the Gauss-Newton matrix.
     fn accumulate(
         &self,
         system: &System,
         modal: &Modal,
         slopes: &Slopes,
         ws: &mut Workspace,
-        at: &mut Evaluation,
+        hessian: &mut Dense,
     ) {
         let n_t = self.decays.len();
         let columns = Sensitivities::fill(self, system, modal, slopes, ws);
         let n = columns.ncols();
-        let cross = gemm_tn(&self.base, &columns);
-        let own = gemm_tn(&columns, &columns);
-        ws.give(columns);
+        let own = gram(&columns);
         let mut reduced = Dense::zeros(n, n);
         if n_t > 0 {
+            let cross = gemm_tn(&self.base, &columns);
+            ws.give(columns);
             let Some(l) = &self.factor else { return };
             let mut tj = Dense::zeros(n_t, n);
             for j in 0..n {
                 tj.col_mut(j).copy_from_slice(&cross.col(j)[..n_t]);
             }
             l.solve_lower_in_place(false, &mut tj);
-            reduced = gemm_tn(&tj, &tj);
+            reduced = gram(&tj);
+        } else {
+            ws.give(columns);
         }
         let share = self.at.record.share;
-        for j in 0..n {
-            let decayed: f64 = cross.col(j).iter().zip(&self.amplitudes).map(|(c, a)| c * a).sum();
-            at.gradient[j] -= share * (cross[(n_t, j)] - decayed);
-            for i in 0..n {
-                at.hessian[(i, j)] += share * (own[(i, j)] - reduced[(i, j)]);
-            }
-        }
+        let parts = own.data().iter().zip(reduced.data());
+        hessian
+            .data_mut()
+            .iter_mut()
+            .zip(parts)
+            .for_each(|(h, (own, reduced))| *h += share * (own - reduced));
     }
 
     fn give_back(self, ws: &mut Workspace) {
@@ -150,6 +166,35 @@ impl<'a> Step<'a> {
         ws.give(self.base);
         ws.give(self.along);
     }
+}
+
+/// What a Gauss-Newton matrix is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Matrix {
+    /// To stand for the cost's curvature.
+    Whole,
+    /// To find the next step.
+    Search,
+}
+
+/// What a gradient holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Gradient {
+    /// All of it.
+    Exact,
+    /// The free decays change in size alone, not with the poles and shapes of the model.
+    DecaysHeld,
+}
+
+/// Number of modes whose part in the parameters' columns shows on the lines of a search.
+pub(crate) fn modes_that_count<'a>(
+    system: &System,
+    modal: &Modal,
+    records: impl Iterator<Item = &'a RecordLines>,
+) -> usize {
+    let highest = COUNT_BELOW * records.flat_map(|r| &r.s).fold(0.0_f64, |a, s| a.max(s.norm()));
+    let below = modal.omega.iter().filter(|w| **w < highest).count();
+    (below.max(system.n_tuned) + FURTHER).min(system.r)
 }
 
 /// A hypothesis at unknowns `p` and law unknowns `x`: its cost, and all that its derivatives need beside.
@@ -193,19 +238,62 @@ impl<'a> Point<'a> {
         Ok(Self { p, x, model, steps, at })
     }
 
-    /// Adds the derivatives and gives back what they alone needed.
-    pub fn derive(&mut self, system: &System, hypothesis: &Hypothesis, ws: &mut Workspace) {
+    /// Adds gradient and Gauss-Newton matrix and gives back what they alone needed; a matrix for the `Search` leaves out what
+    /// modes far above the lines do, the gradient is exact near the noise and holds the decays elsewhere.
+    pub fn derive(&mut self, system: &System, hypothesis: &Hypothesis, matrix: Matrix, ws: &mut Workspace) {
         let prior = deviations(system, hypothesis, &self.p, &self.x);
         let n = prior.len();
-        self.at.gradient = prior.iter().map(|(v, sd)| v / sd).collect();
-        self.at.hessian = Dense::zeros(n, n);
-        prior.iter().enumerate().for_each(|(i, (_, sd))| self.at.hessian[(i, i)] = sd.powi(-2));
+        let mut hessian = Dense::zeros(n, n);
+        prior.iter().enumerate().for_each(|(i, (_, sd))| hessian[(i, i)] = sd.powi(-2));
         let Model { modal, slopes } = &mut self.model;
-        let slopes = slopes.get_or_insert_with(|| system.slopes(&self.p, modal));
+        let n_modes = match matrix {
+            Matrix::Whole => system.r,
+            Matrix::Search => modes_that_count(system, modal, self.steps.iter().map(|s| s.at.record)),
+        };
+        if slopes.as_ref().is_none_or(|s| s.n_modes != n_modes) {
+            *slopes = Some(system.slopes(&self.p, modal, n_modes));
+        }
+        if let Some(slopes) = slopes {
+            self.steps.iter().for_each(|s| s.accumulate(system, modal, slopes, ws, &mut hessian));
+        }
+        let gradient = if self.at.near() { Gradient::Exact } else { Gradient::DecaysHeld };
+        self.derive_once(system, hypothesis, (gradient, hessian), ws);
+    }
+
+    /// Adds half the gradient alone, at a small part of what [`Point::derive`] costs, with a matrix from elsewhere, and
+    /// gives back what it needed.
+    pub fn derive_once(
+        &mut self,
+        system: &System,
+        hypothesis: &Hypothesis,
+        (gradient, hessian): (Gradient, Dense),
+        ws: &mut Workspace,
+    ) {
+        let prior = deviations(system, hypothesis, &self.p, &self.x);
+        let mut adjoint = Adjoint::new(system, self.x.len(), gradient);
         for step in self.steps.drain(..) {
-            step.accumulate(system, modal, slopes, ws, &mut self.at);
+            adjoint.add(&step, ws);
             step.give_back(ws);
         }
+        let descent = adjoint.descent(system, &self.p, &self.model.modal);
+        self.at.gradient = prior.iter().zip(&descent).map(|((v, sd), down)| v / sd - down).collect();
+        self.at.hessian = hessian;
+    }
+
+    /// The same point evaluated anew.
+    ///
+    /// # Errors
+    /// As [`Point::new`].
+    pub fn again(
+        self,
+        system: &System,
+        records: &'a [Prepared<'a>],
+        hypothesis: &Hypothesis,
+        ws: &mut Workspace,
+    ) -> Result<Self, IdentifyError> {
+        let Self { p, x, model, steps, .. } = self;
+        steps.into_iter().for_each(|step| step.give_back(ws));
+        Self::new(system, records, hypothesis, (model, p, x), ws)
     }
 
     /// The same without what only derivatives need.

@@ -148,6 +148,11 @@ impl Response {
         (q, self.d.clone())
     }
 
+    /// Adds the modal response to forces at the coordinates.
+    pub fn answer(&self, force: &Split, q: &mut Split) {
+        add_force(&self.shapes, self.n_out, &self.g, force, q);
+    }
+
     /// Displacements of the coordinates under a modal response, where no loop is closed.
     pub fn open_motion(&self, q: &Split) -> Split {
         let mut all = Split::zeros(self.g.n_lines(), self.shapes.ncols());

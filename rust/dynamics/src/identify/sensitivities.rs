@@ -10,6 +10,11 @@ use super::shapes::Shapes;
 use super::system::System;
 use femend_linalg::Dense;
 
+/// The upper `n` rows.
+fn top(a: &Dense, n: usize) -> Dense {
+    Dense::from_vec(n, a.ncols(), (0..a.ncols()).flat_map(|j| a.col(j)[..n].iter().copied()).collect())
+}
+
 /// Writes the columns of one record.
 pub(super) struct Sensitivities<'a> {
     at: &'a Prepared<'a>,
@@ -20,8 +25,7 @@ pub(super) struct Sensitivities<'a> {
     /// Modal response with the force that acts, and the same times the receptances.
     q: Split,
     gq: Split,
-    /// A change of the modal response, and what comes of it at sensors and coordinates.
-    gv: Split,
+    /// What comes of a change of the modal response at sensors and coordinates.
     y: Split,
     /// Coordinates of what is projected, of no further use.
     along: Vec<f64>,
@@ -43,13 +47,12 @@ impl<'a> Sensitivities<'a> {
         for m in 0..r {
             update2(gq.col_mut(m), q.col(m), response.g.col(m), |_, q, g| q * g);
         }
-        let gv = ws.split(at.n_lines(), r);
         let y = ws.split(at.n_lines(), response.shapes.ncols());
         let n_law = response.closed.as_ref().map_or(0, |c| c.slopes.n_columns());
         let mut columns = ws.take(at.n_rows(), system.n_unknowns() + n_law);
         let along = vec![0.0; 2 * at.n_lines() * response.n_free];
         let (projector, shapes) = (step.projector.as_ref(), &step.shapes);
-        let mut this = Self { at, response, projector, shapes, modal, q, gq, gv, y, along };
+        let mut this = Self { at, response, projector, shapes, modal, q, gq, y, along };
         this.parameters(slopes, &mut columns, ws);
         this.tuned(system, &mut columns);
         this.damping(system, &mut columns);
@@ -59,41 +62,43 @@ impl<'a> Sensitivities<'a> {
             let to = (columns.col_mut(system.n_unknowns() + j), &mut this.along[..]);
             Projector::fill(projector, at, &y, to);
         }
-        [this.q, this.gq, this.gv, this.y].into_iter().for_each(|a| ws.give(a.into_dense()));
+        [this.q, this.gq, this.y].into_iter().for_each(|a| ws.give(a.into_dense()));
         columns
     }
 
     /// Columns of the user's parameters: dY = -s² Φ G (dK + s dC + s² dM) q, closed loop included.
     fn parameters(&mut self, slopes: &Slopes, columns: &mut Dense, ws: &mut Workspace) {
-        let (n, r) = (self.q.n_lines(), self.q.n_columns());
+        let (n, r) = (self.q.n_lines(), slopes.n_modes);
         let any_inertial = slopes.groups.iter().any(|g| g.inertial);
         let mut both = ws.split(n, if any_inertial { 2 * r } else { 0 });
         if any_inertial {
-            self.with_acceleration(&mut both);
+            self.with_acceleration(r, &mut both);
         }
+        let q = self.q.columns(0, r);
+        let shapes = top(&self.response.shapes, r);
+        let mut gv = ws.split(n, r);
         for group in &slopes.groups {
             let mut v = ws.split(n, group.d.ncols());
-            if group.inertial { &both } else { &self.q }.times_into(&group.d, &mut v);
+            if group.inertial { &both } else { &q }.times_into(&group.d, &mut v);
             for (p, parameter) in group.parameters.iter().enumerate() {
                 for m in 0..r {
                     let (v, g) = (v.col(p * r + m), self.response.g.col(m));
-                    update2(self.gv.col_mut(m), v, g, |_, v, g| v * g);
+                    update2(gv.col_mut(m), v, g, |_, v, g| v * g);
                     let damping = group.damping[p][m];
-                    update2(self.gv.col_mut(m), self.gq.col(m), self.at.s.col(0), |gv, gq, s| {
+                    update2(gv.col_mut(m), self.gq.col(m), self.at.s.col(0), |gv, gq, s| {
                         gv + gq * s * damping
                     });
                 }
-                self.gv.times_into(&self.response.shapes, &mut self.y);
+                gv.times_into(&shapes, &mut self.y);
                 self.write(columns.col_mut(*parameter));
             }
             ws.give(v.into_dense());
         }
-        ws.give(both.into_dense());
+        [both, gv].into_iter().for_each(|a| ws.give(a.into_dense()));
     }
 
-    /// The modal response, then s² times it.
-    fn with_acceleration(&self, both: &mut Split) {
-        let r = self.q.n_columns();
+    /// The response of the lowest `r` modes, then s² times it.
+    fn with_acceleration(&self, r: usize, both: &mut Split) {
         for m in 0..r {
             update(both.col_mut(m), self.q.col(m), |_, q| q);
             update2(both.col_mut(r + m), self.q.col(m), self.at.s2.col(0), |_, q, s2| q * s2);

@@ -1,65 +1,15 @@
-//! Levenberg-Marquardt on a hypothesis.
+//! Minima of hypotheses, one by one and many in parallel.
 
 use super::arrays::Workspace;
 use super::hypothesis::Hypothesis;
+use super::minimise::{Settings, Solution, minimise};
 use super::model::Model;
-use super::normal::{Evaluation, Point};
+use super::normal::modes_that_count;
 use super::prepared::Prepared;
 use super::system::System;
 use super::{IdentifyError, RecordLines, check, expect};
-use femend_linalg::Dense;
 use rayon::prelude::*;
 use std::sync::{Mutex, MutexGuard};
-
-/// How long and how far the minimisation goes.
-#[derive(Debug, Clone, Copy)]
-pub struct Settings {
-    /// Largest number of accepted steps.
-    pub iterations: usize,
-    /// Ends when a step lowers the cost by less than this plus a thousandth of it times the cost.
-    pub tolerance: f64,
-    /// Longest step of any unknown (ln units).
-    pub longest: f64,
-    /// Whether gradient and Gauss-Newton matrix are wanted at the minimum; they cost as much as a step.
-    pub derivatives: bool,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { iterations: 20, tolerance: 1e-2, longest: 0.5, derivatives: true }
-    }
-}
-
-/// Minimum of a hypothesis.
-#[derive(Debug, Clone)]
-pub struct Solution {
-    /// Unknowns of the model.
-    pub p: Vec<f64>,
-    /// Logarithms of the law's parameters.
-    pub x: Vec<f64>,
-    /// Evaluation there, with the Gauss-Newton matrix where it is wanted or was known.
-    pub at: Evaluation,
-    /// Accepted steps.
-    pub iterations: usize,
-    /// Whether the last step was below the tolerance; otherwise the steps ran out or none lowered the cost.
-    pub converged: bool,
-}
-
-/// Step -(H + lambda diag H)^-1 g; none when the matrix is not positive definite.
-fn step(at: &Evaluation, lambda: f64, longest: f64) -> Option<Vec<f64>> {
-    let n = at.gradient.len();
-    let mut a = at.hessian.clone();
-    for i in 0..n {
-        a[(i, i)] *= 1.0 + lambda;
-    }
-    let l = a.cholesky().ok()?;
-    let mut d = Dense::from_vec(n, 1, at.gradient.iter().map(|g| -g).collect());
-    l.solve_lower_in_place(false, &mut d);
-    l.solve_lower_in_place(true, &mut d);
-    let mut d = d.into_vec();
-    d.iter_mut().for_each(|v| *v = v.clamp(-longest, longest));
-    d.iter().all(|v| v.is_finite()).then_some(d)
-}
 
 /// Minimises the cost of a hypothesis from `p`, `x`.
 ///
@@ -80,63 +30,6 @@ pub fn solve(
     minimise(system, &prepared, hypothesis, start, settings, &mut Workspace::default())
 }
 
-/// The minimisation itself, from a start where the model is solved.
-fn minimise(
-    system: &System,
-    records: &[Prepared<'_>],
-    hypothesis: &Hypothesis,
-    start: (Model, Vec<f64>, Vec<f64>),
-    settings: Settings,
-    ws: &mut Workspace,
-) -> Result<Solution, IdentifyError> {
-    let mut here = Point::new(system, records, hypothesis, start, ws)?;
-    if settings.derivatives || settings.iterations > 0 {
-        here.derive(system, hypothesis, ws);
-    }
-    let mut lambda = 1e-4;
-    let (mut iterations, mut converged) = (0, false);
-    while iterations < settings.iterations && !converged {
-        let mut better = None;
-        for _ in 0..7 {
-            let Some(d) = step(&here.at, lambda, settings.longest) else {
-                lambda = (lambda * 10.0).max(1e-4);
-                continue;
-            };
-            // A trial point where the model or the law does not exist is a step too far, not an error.
-            let trial =
-                moved(&here, &d, system).and_then(|to| Point::new(system, records, hypothesis, to, ws));
-            match trial {
-                Ok(trial) if trial.at.cost < here.at.cost => {
-                    better = Some(trial);
-                    break;
-                }
-                Ok(trial) => trial.give_back(ws),
-                Err(_) => {}
-            }
-            lambda = (lambda * 10.0).max(1e-4);
-        }
-        let Some(mut better) = better else { break };
-        lambda = (lambda / 10.0).max(1e-9);
-        let cost = better.at.cost;
-        converged = here.at.cost - cost < settings.tolerance * (1.0 + 1e-3 * cost);
-        iterations += 1;
-        let goes_on = iterations < settings.iterations && !converged;
-        if settings.derivatives || goes_on {
-            better.derive(system, hypothesis, ws);
-        }
-        here = better;
-    }
-    let Point { p, x, at, .. } = here.finished(ws);
-    Ok(Solution { p, x, at, iterations, converged })
-}
-
-/// The unknowns a step further, with the model there.
-fn moved(here: &Point<'_>, d: &[f64], system: &System) -> Result<(Model, Vec<f64>, Vec<f64>), IdentifyError> {
-    let p: Vec<f64> = here.p.iter().zip(d).map(|(a, b)| a + b).collect();
-    let x: Vec<f64> = here.x.iter().zip(&d[p.len()..]).map(|(a, b)| a + b).collect();
-    Ok((Model { modal: system.modal(&p)?, slopes: None }, p, x))
-}
-
 /// A hypothesis with the model it is attached to and the start of its minimisation.
 #[derive(Debug, Clone)]
 pub struct Job<'a> {
@@ -154,7 +47,11 @@ pub struct Job<'a> {
 type Start<'a> = (&'a System, &'a [f64], Result<Model, IdentifyError>);
 
 /// Solves the model of every job's start, once where jobs share it; with it, which start is whose.
-fn starts<'a>(jobs: &'a [Job<'a>]) -> (Vec<Start<'a>>, Vec<usize>) {
+fn starts<'a>(
+    jobs: &'a [Job<'a>],
+    records: &[RecordLines],
+    settings: Settings,
+) -> (Vec<Start<'a>>, Vec<usize>) {
     let mut distinct: Vec<(&System, &[f64], bool)> = Vec::new();
     let mut whose = Vec::with_capacity(jobs.len());
     for job in jobs {
@@ -173,7 +70,9 @@ fn starts<'a>(jobs: &'a [Job<'a>]) -> (Vec<Start<'a>>, Vec<usize>) {
             .and_then(|()| system.check())
             .and_then(|()| Ok(system.modal(p)?))
             .map(|modal| {
-                let slopes = shared.then(|| system.slopes(p, &modal));
+                let search = || modes_that_count(system, &modal, records.iter());
+                let n_modes = if settings.iterations > 0 { search() } else { system.r };
+                let slopes = shared.then(|| system.slopes(p, &modal, n_modes));
                 Model { modal, slopes }
             });
         (system, p, model)
@@ -187,7 +86,7 @@ pub fn solve_batch(
     records: &[RecordLines],
     settings: Settings,
 ) -> Vec<Result<Solution, IdentifyError>> {
-    let (starts, whose) = starts(jobs);
+    let (starts, whose) = starts(jobs, records, settings);
     let checked = |job: &Job<'_>| check(job.system, records, job.hypothesis, &job.p, &job.x);
     if let Some(Err(error)) = records.iter().map(|r| r.check(r.out_rows.ncols())).find(Result::is_err) {
         return jobs.iter().map(|_| Err(error.clone())).collect();

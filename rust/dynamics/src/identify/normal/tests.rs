@@ -1,5 +1,6 @@
 //! Columns, projection and gradient against finite differences and explicit least squares on small random systems.
 
+mod adjoint;
 mod given;
 mod projection;
 mod reference;
@@ -133,7 +134,7 @@ fn columns_and_residual(
     let modal = system.modal(p).expect("modes");
     let (prepared, ws) = (Prepared::new(record), &mut Workspace::default());
     let step = Step::new(&prepared, system, &modal, hypothesis, x, ws).expect("response");
-    let slopes = system.slopes(p, &modal);
+    let slopes = system.slopes(p, &modal, system.r);
     let columns = Sensitivities::fill(&step, system, &modal, &slopes, ws);
     assert_eq!(columns.ncols(), z.len());
     (columns, step.base.col(step.decays.len()).to_vec())
@@ -152,7 +153,7 @@ fn evaluate(
     let ws = &mut Workspace::default();
     let start = (model, p.to_vec(), x.to_vec());
     let mut point = Point::new(system, &prepared, hypothesis, start, ws).expect("cost");
-    point.derive(system, hypothesis, ws);
+    point.derive(system, hypothesis, Matrix::Whole, ws);
     point.at
 }
 

@@ -163,7 +163,7 @@ fn evaluations_do_not_gather_arrays() {
                 let model = Model { modal: system.modal(&system.mean).expect("modes"), slopes: None };
                 let start = (model, system.mean.clone(), x.clone());
                 let mut point = Point::new(&system, &prepared, &hypothesis, start, ws).expect("cost");
-                point.derive(&system, &hypothesis, ws);
+                point.derive(&system, &hypothesis, Matrix::Whole, ws);
                 held.push(ws.n_free());
             }
             assert!(held[0] > 0 && held[1] == held[3], "{held:?} arrays");
