@@ -1,8 +1,10 @@
 """Responses, residuals, sensitivities and least squares."""
 
 from femend.estimate.fit import Fit, Hypothesis, Problem
-from femend.estimate.lines import FitRecord, Lines, modelled_band, noise_floor, noise_of, spectral_lines, used_band
+from femend.estimate.lines import FitRecord, Lines, modelled_band, noise_floor, spectral_lines, used_band
+from femend.estimate.noise import noise_of
 from femend.estimate.prepare import check_sampling, fit_records, pair_test, period_of
+from femend.estimate.swept import in_turn, pressed
 
 __all__ = [
     "Fit",
@@ -12,11 +14,13 @@ __all__ = [
     "Problem",
     "check_sampling",
     "fit_records",
+    "in_turn",
     "modelled_band",
     "noise_floor",
     "noise_of",
     "pair_test",
     "period_of",
+    "pressed",
     "spectral_lines",
     "used_band",
 ]

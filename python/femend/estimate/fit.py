@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.estimate.lines import FitRecord, Lines, spectral_lines
+from femend.estimate.swept import pressed
 from femend.model import Place, ReducedModel
 from femend.model.form_errors import MODE_SD
 
@@ -181,6 +182,17 @@ class Problem:
         """The same band and priors on other records."""
         return self._but(records=records, spans=None)
 
+    def pressed(self) -> Problem:
+        """The same problem for lines strongly damped by a window: sweeps are pulses in it; itself where none are."""
+
+        def make() -> Problem:
+            records = [pressed(r, self.band) for r in self.records]
+            unchanged = all(new is r for new, r in zip(records, self.records, strict=True))
+            return self if unchanged else self._but(records=records, spans=None)
+
+        done: Problem = self.kept("pressed", make)
+        return done
+
     def kept(self, key: Hashable, make: Callable[[], Any]) -> Any:
         """What `make` gives, made once for a key; for what belongs to the records."""
         if key not in self._made:
@@ -264,7 +276,7 @@ class Problem:
         fit: Fit | None = None
         for factor, held in CONTINUATION:
             at = start if fit is None else (fit.p, fit.x)
-            (new,) = self.fit(
+            (new,) = (self.pressed() if factor > 0 else self).fit(
                 [hypothesis],
                 None if at is None else [at],
                 sigma=factor * self.scale(),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,6 @@ __all__ = [
     "band_power",
     "modelled_band",
     "noise_floor",
-    "noise_of",
     "spectral_lines",
     "used_band",
 ]
@@ -33,17 +33,15 @@ MODEL_ALLOWANCE = 0.01
 FRF_ALLOWANCE = 0.03
 # neighbouring lines inside a half-power bandwidth carry the same model error: the effective share of the samples
 TEMPERING = 0.1
-# complex degrees of freedom left in a stretch of the noise estimate, and the quantile of the stretches that is taken
-NOISE_FREEDOM, NOISE_QUANTILE = 9, 0.2
-# a repeating record's spectrum is also judged by its stretches where it has more lines than this
-ENOUGH_LINES = 300
 # an FRF is used up to this multiple of the model's last natural frequency
 BEYOND_MODES = 1.3
 # responses stand clear of the noise where they are so many times as strong, and so strong a share of their mean
 CLEAR, STRONG = 4.0, 0.05
-# where no force was recorded: lines in a stretch whose power is compared, the share of the stretches that are taken for
-# noise alone, and what these show of its power: the quantile they are would be 0.55 of it if all were, 0.75 if a fifth
-STRETCH, QUIETEST, SHOWN = 15, 0.05, 0.65
+# a driven record is used from this share of the first frequency at which some response stands clear of its noise
+BELOW_CLEAR = 0.5
+# a force has begun where it is this share of its peak; samples before it that a recorder's filter lets it ring in, and
+# the fewest in front of those that are a silence (others are a force that grows)
+BEGUN, RINGS, SILENCE = 0.02, 8, 16
 # width, in lines, over which a recording's power is smoothed for the allowance
 SMOOTH = 9
 
@@ -68,7 +66,7 @@ class FitRecord:
         recording: the recording it is a column of, where that has another name.
         start: sample from which on responses are compared, where what went before was used for something else: the
             structure is driven by all of the record. Windowed lines (`sigma` > 0), which show the beginning, are of
-            the whole record all the same.
+            the whole record all the same, from where the force begins.
     """
 
     name: str
@@ -99,6 +97,15 @@ class FitRecord:
     def driven(self) -> bool:
         """Was the force recorded? Where it was not, `u` is (0, n)."""
         return len(self.u) > 0
+
+    @cached_property
+    def begin(self) -> int:
+        """Sample at which the forces begin where the record waits for them, as for a blow; 0 elsewhere."""
+        if self.frf is not None or not self.driven:
+            return 0
+        size = np.abs(self.u).max(axis=0)
+        before = int(np.argmax(size > BEGUN * size.max())) - RINGS
+        return before if before >= SILENCE else 0
 
     @property
     def level(self) -> float:
@@ -143,8 +150,8 @@ class Lines:
 
 
 def _first(record: FitRecord, sigma: float) -> int:
-    """Sample at which lines damped by `sigma` (1/s) begin."""
-    return record.start if sigma == 0 else 0
+    """Sample at which lines damped by `sigma` (1/s) begin: a window that opens before the force shows noise alone."""
+    return record.start if sigma == 0 else record.begin
 
 
 def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
@@ -153,56 +160,6 @@ def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
         return float(np.sqrt((record.noise**2).sum() * record.n / (record.y**2).sum()))
     inside = (record.frf.freq >= band[0]) & (record.frf.freq <= band[1])
     return float(np.sqrt((record.frf.noise[inside] ** 2).sum() / (np.abs(record.frf.H[inside]) ** 2).sum()))
-
-
-def noise_of(u: FloatArray, y: FloatArray, dt: float, period: int) -> FloatArray:
-    """Noise standard deviation (n_out,) of responses y (n_out, n) to forces u (n_in, n).
-
-    Over short stretches of the spectrum response and transient are smooth multiples of the force and of one (local
-    polynomial method, Pintelon and Schoukens, System Identification, 2nd ed., ch. 7); what they leave is noise and
-    distortion, and since noise is white and distortion is not, the quieter stretches tell the noise. Repeating records
-    also tell it by the difference of their last two periods, in which free decays may still show: the smaller holds.
-    Without a recorded force (`u` (0, n)) the quietest stretches of the spectrum tell it, as far as it is white.
-    """
-    n = y.shape[1]
-    U, Y = np.fft.rfft(u, axis=1), np.fft.rfft(y, axis=1)
-    found = np.full(len(y), np.inf)
-    repeats = bool(period) and n >= 2 * period
-    if repeats:
-        last, before = y[:, n - period :], y[:, n - 2 * period : n - period]
-        found = (last - before).std(axis=1) / np.sqrt(2)
-    if len(u) == 0:
-        found = np.minimum(found, np.sqrt(_quietest(Y) / n))
-    elif not repeats or U.shape[1] > ENOUGH_LINES:
-        found = np.minimum(found, np.sqrt(_local_residuals(U, Y) / n))
-    return np.asarray(np.maximum(found, 1e-6 * y.std(axis=1)))
-
-
-def _quietest(Y: ComplexArray) -> FloatArray:
-    """Power (n_out,) per line of white noise as the quietest stretches of the spectra show it."""
-    whole = Y.shape[1] // STRETCH * STRETCH
-    power = (np.abs(Y[:, :whole]) ** 2).reshape(len(Y), -1, STRETCH).mean(axis=2)
-    return np.asarray(np.quantile(power, QUIETEST, axis=1) / SHOWN)
-
-
-def _local_residuals(U: ComplexArray, Y: ComplexArray) -> FloatArray:
-    """Power (n_out,) per line that local quadratic models of response and transient leave in the quieter stretches."""
-    n_in = len(U)
-    unknowns = 3 * (n_in + 1)
-    width = unknowns + NOISE_FREEDOM
-    delta = np.linspace(-1, 1, width)
-    powers = np.vstack([np.ones(width), delta, delta**2])
-    left = []
-    for first in range(2, U.shape[1] - width, max(1, width // 2)):
-        part = slice(first, first + width)
-        A = np.vstack([powers * row[part] for row in U] + [powers]).T
-        e = Y[:, part].T - A @ np.linalg.lstsq(A, Y[:, part].T, rcond=None)[0]
-        left.append((np.abs(e) ** 2).sum(axis=0) / NOISE_FREEDOM)
-    # a quantile of a gamma variable of NOISE_FREEDOM degrees over its mean
-    from scipy.stats import gamma
-
-    share = gamma.ppf(NOISE_QUANTILE, NOISE_FREEDOM) / NOISE_FREEDOM
-    return np.asarray(np.quantile(np.array(left), NOISE_QUANTILE, axis=0) / share)
 
 
 def band_power(record: FitRecord, band: tuple[float, float]) -> float:
@@ -219,7 +176,9 @@ def band_power(record: FitRecord, band: tuple[float, float]) -> float:
 def used_band(records: list[FitRecord]) -> tuple[float, float]:
     """Band (Hz) that holds the measured forces' power but for half a per cent at the low end and one at the top.
 
-    Of FRFs, and where no force was recorded, the band whose responses stand clear of the noise.
+    A blow has power down to 0 Hz, where a structure that is held hardly accelerates: the band begins no lower than an
+    octave below the first response that stands clear of the noise. Of FRFs, and where no force was recorded, it is the
+    band whose responses do.
     """
     low, high = [], []
     for r in records:
@@ -236,17 +195,18 @@ def used_band(records: list[FitRecord]) -> tuple[float, float]:
             continue
         share = np.cumsum((np.abs(np.fft.rfft(r.u, axis=1)) ** 2).sum(axis=0))
         share /= share[-1]
-        low.append(freq[np.searchsorted(share, 0.005)])
+        first, _ = _standing_clear(r, 0.0)
+        low.append(max(freq[np.searchsorted(share, 0.005)], BELOW_CLEAR * freq[first]))
         high.append(min(freq[np.searchsorted(share, 0.99)], 0.47 / r.dt))
     return 0.8 * float(np.median(low)), 1.02 * float(np.median(high))
 
 
-def _standing_clear(record: FitRecord) -> tuple[int, int]:
+def _standing_clear(record: FitRecord, strong: float = STRONG) -> tuple[int, int]:
     """First and last line, but for half a per cent at the low end and one at the top, on which some response is
-    `CLEAR` times as strong as its noise and `STRONG` times as its own mean: what the force's end leaves in other lines
-    is above the noise, too."""
+    `CLEAR` times as strong as its noise and `strong` times as its own mean: what a force's end that nobody recorded
+    leaves in other lines is above the noise, too."""
     power = _smoothed(np.abs(np.fft.rfft(record.y, axis=1)) ** 2)
-    least = np.maximum(CLEAR**2 * record.n * record.noise**2, STRONG**2 * power.mean(axis=1))
+    least = np.maximum(CLEAR**2 * record.n * record.noise**2, strong**2 * power.mean(axis=1))
     clear = np.flatnonzero((power > least[:, None]).any(axis=0))
     if len(clear) == 0:
         return 0, power.shape[1] - 1

@@ -1,0 +1,182 @@
+"""Forces that are neither noise nor multisine: blows that come late, sweeps that pass through the band in turn."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from femend.diagnose.closed_loop import ClosedLoop
+from femend.diagnose.joint import open_joint
+from femend.diagnose.nonlinear import SWEPT, WINDOWS, windows
+from femend.diagnose.power import untold
+from femend.diagnose.update import modelled, update_model
+from femend.estimate import FitRecord, Hypothesis, Problem, in_turn, noise_of, pressed, spectral_lines, used_band
+from femend.estimate.noise import noise_in_silence
+from femend.model import Model, find_places, read_model
+from femend.physics import FitCoordinates, physics
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
+
+Array = NDArray[np.float64]
+DT = 1 / small_study.RATE
+N, LATE = 2048, 400
+BAND = small_study.BAND
+# the modulus of the truth: the fifth mode is ten half-power bandwidths off
+TRUE = (5.6e10, 7.7e10)
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Model:
+    (tmp_path / "model.bdf").write_text(small_study.deck())
+    return read_model(tmp_path / "model.bdf", parameters=small_study.PARAMETERS)
+
+
+def blow(late: int = 0, n: int = N) -> Array:
+    """A blow of 4 ms with its force at the samples (n,), which begins `late` samples later than it could."""
+    t = (np.arange(n) - late - 30) * DT / 0.004
+    return np.where((t > 0) & (t < 1), 20 * np.sin(np.pi * np.clip(t, 0, 1)) ** 2, 0.0)
+
+
+def sweep(n: int = N) -> Array:
+    """A logarithmic sine sweep through the band in n samples, from rest."""
+    t, low, high = np.arange(n) * DT, BAND[0], BAND[1]
+    unit = n * DT / np.log(high / low)
+    return np.asarray(5 * np.sin(2 * np.pi * low * unit * (np.exp(t / unit) - 1)) * np.minimum(1, np.arange(n) / 20))
+
+
+def record(model: Model, u: Array, y: Array, sd: float = 0.01, name: str = "r") -> FitRecord:
+    """A record of the force at the shaker with noise on the sensors."""
+    rows = np.array([6 * model.index(node) + 2 for node in small_study.SENSORS])
+    rng = np.random.default_rng(len(name))
+    y = y + sd * y.std(axis=1, keepdims=True) * rng.standard_normal(y.shape)
+    return FitRecord(name, u[None], y, DT, rows[-1:], rows, np.ones(1), np.ones(len(rows)), noise_of(u[None], y, DT, 0))
+
+
+def test_a_force_begins_where_the_record_no_longer_waits(model: Model) -> None:
+    y = np.ones((4, N)) * np.sin(np.arange(N))
+    assert record(model, blow(LATE), y).begin == pytest.approx(LATE + 30 - 8, abs=2)
+    assert record(model, sweep(), y).begin == 0
+    assert record(model, small_study.force(1.0, 3, N), y).begin == 0
+
+
+@pytest.mark.parametrize("sigma", [3.0, 30.0])
+def test_a_window_opens_with_the_blow(model: Model, tmp_path: Path, sigma: float) -> None:
+    """A blow that comes later gives the same damped lines, not noise from before it."""
+    _, reduced, _ = modelled(model, [record(model, blow(), np.ones((4, N)) * np.sin(np.arange(N)))], 0.01)
+    u = blow(LATE, N + LATE)
+    y = small_study.respond(tmp_path, small_study.Truth(), u)
+    late = record(model, u, y, 0.0)
+    early = record(model, u[late.begin :], y[:, late.begin :], 0.0)
+    lines, expected = (spectral_lines(r, reduced, BAND, sigma) for r in (late, early))
+    assert lines.n == expected.n
+    np.testing.assert_allclose(lines.U, expected.U, rtol=1e-12)
+    np.testing.assert_allclose(lines.Y, expected.Y, rtol=0, atol=1e-12 * np.abs(expected.Y).max())
+    whole = spectral_lines(late, reduced, BAND)
+    assert whole.n == N + LATE
+
+
+def test_a_windowed_simulation_reaches_beyond_a_late_blow(model: Model, tmp_path: Path) -> None:
+    """In a window that is shorter than the silence before the blow a law is compared with what comes after it."""
+    u = blow(LATE)
+    y = small_study.respond(tmp_path, small_study.Truth(), u)
+    model, reduced, problem = modelled(model, [record(model, u, y)], small_study.ZETA)
+    places = find_places(reduced.model)
+    place = next(p for p in places if p.kind == "ground" and p.n_w == 1)
+    joint = open_joint(place, reduced, problem.band[1], [6 * model.index(n) + 2 for n in small_study.SENSORS])
+    law = physics("cubic_stiffness")
+    coordinates = FitCoordinates(law, {"k3": 1e-6})
+    loop = ClosedLoop(problem, joint, "cubic_stiffness", coordinates, (1.0, 1e-3), sigma=40.0)
+    p = problem.prior(joint.reduced)[0]
+    (e,), ((history,),) = loop.residuals([(p, np.append(coordinates.start(), [0.0, 0.0]))])
+    assert history.y.shape[1] < N
+    # the deck is the truth, so that hardly more than the noise is left
+    assert float(e @ e) / loop.size() < 2.0
+
+
+def test_the_band_of_a_blow_begins_near_what_responds(model: Model, tmp_path: Path) -> None:
+    """A blow has power at 0 Hz, where the cantilever hardly accelerates; strongly damped lines follow from the band's
+    low end."""
+    y = small_study.respond(tmp_path, small_study.Truth(), blow(LATE))
+    r = record(model, blow(LATE), y)
+    (lowest, *_) = modelled(model, [r], 0.01)[1].freq
+    assert 0.1 * lowest < used_band([r])[0] < lowest
+    u = small_study.force(1.0, 3, N)
+    noisy = record(model, u, small_study.respond(tmp_path, small_study.Truth(), u))
+    freq = np.fft.rfftfreq(N, DT)
+    share = np.cumsum(np.abs(np.fft.rfft(u)) ** 2)
+    assert used_band([noisy])[0] == pytest.approx(0.8 * freq[np.searchsorted(share / share[-1], 0.005)])
+
+
+def test_which_forces_come_to_the_band_in_turn(model: Model) -> None:
+    y = np.ones((4, N)) * np.sin(np.arange(N))
+    burst = small_study.force(1.0, 5, N) * (np.arange(N) < 0.6 * N)
+    periodic = np.tile(small_study.force(1.0, 7, N // 4), 4)
+    for u in (small_study.force(1.0, 3, N), burst, periodic, blow(LATE), blow() + blow(1000)):
+        r = record(model, u, y)
+        assert not in_turn(r, BAND)
+        assert pressed(r, BAND) is r
+    assert in_turn(record(model, sweep(), y), BAND)
+
+
+def test_a_pressed_sweep_is_a_pulse_that_the_same_model_explains(model: Model, tmp_path: Path) -> None:
+    """Windowed lines of a pressed sweep have power in the whole band, and the truth leaves hardly more than noise."""
+    u = sweep()
+    y = small_study.respond(tmp_path, small_study.Truth(), u)
+    model, reduced, problem = modelled(model, [record(model, u, y)], small_study.ZETA)
+    sigma = 8 * problem.scale()
+    power = []
+    for made in (problem, problem.pressed()):
+        (line,) = made.lines(reduced, sigma)
+        high = np.abs(line.U[line.freq > 0.5 * problem.band[1]])
+        power.append(float(np.median(high) / np.abs(line.U).max()))
+        (fit,) = made.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], sigma=sigma, iterations=0)
+        assert fit is not None
+    assert power[0] < 0.01 < 0.1 < power[1]
+    assert fit.score < 3.0
+    peak = int(np.argmax(np.abs(problem.pressed().records[0].u[0])))
+    assert 0 < peak * DT < 1.5 / problem.band[0]
+
+
+def test_a_sweep_updates_a_model_that_is_far_off(model: Model, tmp_path: Path) -> None:
+    records = []
+    for name, level in (("low", 0.3), ("high", 1.0)):
+        u = level * sweep()
+        records.append(record(model, u, small_study.respond(tmp_path, small_study.Truth(E=TRUE), u), name=name))
+    start = update_model(model, records, 0.01)
+    assert start.null.score < 1.5
+    np.testing.assert_allclose(np.exp(start.null.p[:2]), np.array(TRUE) / 7e10, rtol=0.02)
+
+
+def test_windows_of_a_sweep_show_it_to_its_end(model: Model) -> None:
+    y = np.ones((4, N)) * np.sin(np.arange(N))
+    swept, noise = (Problem([record(model, u, y)], BAND, 0.01, 2) for u in (sweep(), small_study.force(1.0, 3, N)))
+    assert windows(swept)[0] * N * DT == pytest.approx(SWEPT)
+    assert windows(noise) == [*(w * noise.scale() for w in WINDOWS), 0.0]
+
+
+def test_the_noise_of_a_rest_is_noise_whatever_the_force_left_in_the_spectrum(model: Model) -> None:
+    """Distortion (here a part of the response that follows no force) stands in the whole spectrum, but not in a rest;
+    nor is what was filled in before a trigger a rest."""
+    rng = np.random.default_rng(11)
+    moving = (np.arange(N) > 60) & (np.arange(N) < N // 2)
+    u = small_study.force(1.0, 3, N) * moving
+    distorted = small_study.force(1.0, 4, N) * moving
+    y = np.vstack([u + 0.3 * distorted, np.roll(u, 5) + 0.3 * distorted]) + 0.02 * rng.standard_normal((2, N))
+    np.testing.assert_allclose(noise_of(u[None], y, DT, 0), 0.02, rtol=0.08)
+    y[:, : N // 4], u[: N // 4] = 0.0, 0.0
+    np.testing.assert_allclose(noise_of(u[None], y, DT, 0), 0.02, rtol=0.08)
+    everywhere = small_study.force(1.0, 3, N)
+    assert noise_in_silence(everywhere[None], y) is None
+
+
+def test_what_a_rest_tells_is_not_said_to_be_untold(model: Model) -> None:
+    rng = np.random.default_rng(12)
+    y = rng.standard_normal((4, N))
+    for u, told in ((blow(LATE), True), (small_study.force(1.0, 3, N), False)):
+        records = [record(model, level * u, y, name=f"at {level}") for level in (1.0, 3.0)]
+        assert (not untold(records)) == told
