@@ -19,7 +19,7 @@ from femend.diagnose.candidates import Start
 from femend.diagnose.condensed import Condensed
 from femend.diagnose.joint import Joint, Recovered
 from femend.errors import ModelError
-from femend.estimate import FitRecord, Problem
+from femend.estimate import Problem
 from femend.physics import FitCoordinates, Surrogate
 
 __all__ = ["COARSE", "FINE", "ClosedLoop", "History", "Loop", "Modal", "companion_prior", "loop_of", "upsampled"]
@@ -127,7 +127,7 @@ class Loop(ABC):
         in_rows = reduced.rows(first.in_rows, first.in_signs)
         phi_in, phi_out, w = [[rows @ m[2] for m in sets] for rows in (in_rows, out_rows, self.joint.w)]
         behind = w[0][:, n:] / sets[0][0][n:]
-        plain = [r.u[:, : self._samples(r)] for r in self.problem.records]
+        plain = [r.u[:, : self._samples(r.n, r.dt)] for r in self.problem.records]
         forces = [self._fine(i)[:, : u.shape[1] * self.substeps] for i, u in enumerate(plain)]
         step = first.dt / self.substeps
 
@@ -166,11 +166,9 @@ class Loop(ABC):
         made: FloatArray = self.problem.kept(("upsampled", factor, i), lambda: upsampled(record.u, factor))
         return made
 
-    def _samples(self, record: FitRecord) -> int:
-        """Samples of a record up to where the window, which opens with the force, lets nothing through."""
-        if self.sigma <= 0:
-            return record.n
-        return int(min(record.n, record.begin + max(SHORTEST, np.ceil(WINDOW_END / (self.sigma * record.dt)))))
+    def _samples(self, n: int, dt: float) -> int:
+        """Samples of a record that the window lets through."""
+        return n if self.sigma <= 0 else int(min(n, max(SHORTEST, np.ceil(WINDOW_END / (self.sigma * dt)))))
 
     def spectra(self, values: FloatArray, i: int) -> ComplexArray:
         """Windowed transform (K, rows) of a history's `values` (rows, n) on the lines of record i."""

@@ -4,6 +4,7 @@ from femend.estimate.fit import Fit, Hypothesis, Problem
 from femend.estimate.lines import FitRecord, Lines, modelled_band, noise_floor, spectral_lines, used_band
 from femend.estimate.noise import noise_of
 from femend.estimate.prepare import check_sampling, fit_records, pair_test, period_of
+from femend.estimate.rest import at_work
 from femend.estimate.swept import in_turn, pressed
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "Hypothesis",
     "Lines",
     "Problem",
+    "at_work",
     "check_sampling",
     "fit_records",
     "in_turn",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -39,9 +38,6 @@ BEYOND_MODES = 1.3
 CLEAR, STRONG = 4.0, 0.05
 # a driven record is used from this share of the first frequency at which some response stands clear of its noise
 BELOW_CLEAR = 0.5
-# a force has begun where it is this share of its peak; samples before it that a recorder's filter lets it ring in, and
-# the fewest in front of those that are a silence (others are a force that grows)
-BEGUN, RINGS, SILENCE = 0.02, 8, 16
 # width, in lines, over which a recording's power is smoothed for the allowance
 SMOOTH = 9
 
@@ -66,7 +62,7 @@ class FitRecord:
         recording: the recording it is a column of, where that has another name.
         start: sample from which on responses are compared, where what went before was used for something else: the
             structure is driven by all of the record. Windowed lines (`sigma` > 0), which show the beginning, are of
-            the whole record all the same, from where the force begins.
+            the whole record all the same.
     """
 
     name: str
@@ -97,15 +93,6 @@ class FitRecord:
     def driven(self) -> bool:
         """Was the force recorded? Where it was not, `u` is (0, n)."""
         return len(self.u) > 0
-
-    @cached_property
-    def begin(self) -> int:
-        """Sample at which the forces begin where the record waits for them, as for a blow; 0 elsewhere."""
-        if self.frf is not None or not self.driven:
-            return 0
-        size = np.abs(self.u).max(axis=0)
-        before = int(np.argmax(size > BEGUN * size.max())) - RINGS
-        return before if before >= SILENCE else 0
 
     @property
     def level(self) -> float:
@@ -150,8 +137,8 @@ class Lines:
 
 
 def _first(record: FitRecord, sigma: float) -> int:
-    """Sample at which lines damped by `sigma` (1/s) begin: a window that opens before the force shows noise alone."""
-    return record.start if sigma == 0 else record.begin
+    """Sample at which lines damped by `sigma` (1/s) begin."""
+    return record.start if sigma == 0 else 0
 
 
 def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:

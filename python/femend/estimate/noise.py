@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["noise_in_silence", "noise_of"]
+__all__ = ["BLOCKS", "SILENT", "noise_in_silence", "noise_of"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

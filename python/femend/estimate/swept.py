@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.estimate.lines import FitRecord
+from femend.estimate.rest import beginning
 
 __all__ = ["in_turn", "pressed"]
 
@@ -25,8 +26,7 @@ STRETCHES, DRIVEN = 6, 0.01
 # share of a stretch's energy by which the force has come there, and the share of the record by which these times differ
 # where the band is passed through in turn: noise and multisines come everywhere at once, a blow too
 COME, APART = 0.1, 0.25
-# the pulse comes so many periods of the band's low end after the beginning: it is no sharper than the band allows, and
-# what of it comes before the beginning is cut off
+# the pulse comes so many periods of the band's low end after the beginning: it is no sharper than the band allows
 DELAY = 1.0
 
 
@@ -61,4 +61,5 @@ def pressed(record: FitRecord, band: tuple[float, float]) -> FitRecord:
     omega = 2 * np.pi * np.fft.rfftfreq(n, record.dt)
     filtered = U[0].conj() / np.maximum(np.abs(U[0]), 1e-300) * np.exp(-1j * omega * DELAY / band[0])
     u, y = (np.ascontiguousarray(np.fft.irfft(X * filtered, n, axis=1)[:, : record.n]) for X in (U, Y))
-    return replace(record, u=u, y=y, period=0, start=0)
+    begin = beginning(u)
+    return replace(record, u=u[:, begin:], y=y[:, begin:], period=0, start=0)
