@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend.diagnose.nonlinear import SWEPT, WINDOWS, windows
 from femend.diagnose.power import untold
 from femend.diagnose.update import modelled, update_model
-from femend.estimate import FitRecord, Hypothesis, Problem, at_work, in_turn, noise_of, pressed, used_band
+from femend.estimate import FitRecord, Hypothesis, at_work, in_turn, noise_of, pressed, used_band
 from femend.estimate.noise import noise_in_silence
 from femend.model import Model, read_model
 
@@ -137,13 +136,6 @@ def test_a_sweep_updates_a_model_that_is_far_off(model: Model, tmp_path: Path) -
     start = update_model(model, records, 0.01)
     assert start.null.score < 1.5
     np.testing.assert_allclose(np.exp(start.null.p[:2]), np.array(TRUE) / 7e10, rtol=0.02)
-
-
-def test_windows_of_a_sweep_show_it_to_its_end(model: Model) -> None:
-    y = np.ones((4, N)) * np.sin(np.arange(N))
-    swept, noise = (Problem([record(model, u, y)], BAND, 0.01, 2) for u in (sweep(), small_study.force(1.0, 3, N)))
-    assert windows(swept)[0] * N * DT == pytest.approx(SWEPT)
-    assert windows(noise) == [*(w * noise.scale() for w in WINDOWS), 0.0]
 
 
 def test_the_noise_of_a_rest_is_noise_whatever_the_force_left_in_the_spectrum(model: Model) -> None:

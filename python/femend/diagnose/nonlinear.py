@@ -12,7 +12,7 @@ from femend.diagnose.candidates import Candidate, Start, standard_deviations
 from femend.diagnose.closed_loop import COARSE, ClosedLoop, History, loop_of
 from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.joint import Joint, Recovered
-from femend.estimate import FitRecord, Problem, in_turn
+from femend.estimate import FitRecord, Problem
 
 __all__ = ["fit_nonlinear", "judge_nonlinear", "refit_nonlinear", "simulate_candidate", "windows"]
 
@@ -22,8 +22,6 @@ FloatArray = NDArray[np.float64]
 FEW, FOLLOWED, FIRST, JOINT = 6, 7, 5, 10
 # decays of the windows, in units of `Problem.scale`, before the whole records
 WINDOWS = (10.0, 3.0, 1.0)
-# a sweep shows the band only to those who look at all of it: at its end the narrowest of these windows is exp(-this)
-SWEPT = 2.0
 # starts whose cost is within this of the least are told apart by how well their law fits the recovered force: what acts
 # at large motion alone may not show in the beginning of a record
 TIED = 10.0
@@ -87,14 +85,7 @@ def fit_nonlinear(
 
 def windows(problem: Problem) -> list[float]:
     """Decays sigma (1/s) of the windows exp(-sigma t) a law is followed through, the whole records (0) last."""
-    unit: float = problem.kept("unit of windows", lambda: _unit(problem))
-    return [*(factor * unit for factor in WINDOWS), 0.0]
-
-
-def _unit(problem: Problem) -> float:
-    """Unit of the windows' decays, 1/s."""
-    swept = [r.n * r.dt for r in problem.records if in_turn(r, problem.band)]
-    return min([problem.scale(), *(SWEPT / (WINDOWS[0] * seconds) for seconds in swept)])
+    return [*(factor * problem.scale() for factor in WINDOWS), 0.0]
 
 
 def _best_of_each(runs: Sequence[_Run]) -> list[_Run]:

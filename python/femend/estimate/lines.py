@@ -36,8 +36,9 @@ TEMPERING = 0.1
 BEYOND_MODES = 1.3
 # responses stand clear of the noise where they are so many times as strong, and so strong a share of their mean
 CLEAR, STRONG = 4.0, 0.05
-# a driven record is used from this share of the first frequency at which some response stands clear of its noise
-BELOW_CLEAR = 0.5
+# a force reaches down to 0 Hz where its low end is less than this share of its top; such a record is used from this
+# share of the first frequency at which some response stands clear of its noise
+REACHES_DOWN, BELOW_CLEAR = 0.01, 0.5
 # width, in lines, over which a recording's power is smoothed for the allowance
 SMOOTH = 9
 
@@ -182,9 +183,11 @@ def used_band(records: list[FitRecord]) -> tuple[float, float]:
             continue
         share = np.cumsum((np.abs(np.fft.rfft(r.u, axis=1)) ** 2).sum(axis=0))
         share /= share[-1]
-        first, _ = _standing_clear(r, 0.0)
-        low.append(max(freq[np.searchsorted(share, 0.005)], BELOW_CLEAR * freq[first]))
-        high.append(min(freq[np.searchsorted(share, 0.99)], 0.47 / r.dt))
+        begin, end = (float(freq[np.searchsorted(share, part)]) for part in (0.005, 0.99))
+        if begin < REACHES_DOWN * end:
+            begin = max(begin, BELOW_CLEAR * float(freq[_standing_clear(r, 0.0)[0]]))
+        low.append(begin)
+        high.append(min(end, 0.47 / r.dt))
     return 0.8 * float(np.median(low)), 1.02 * float(np.median(high))
 
 
