@@ -80,7 +80,7 @@ def try_loads(
     moving = np.linalg.norm(reduced.V, axis=1) > 0
     rows = [6 * i + c for i in range(len(model.as_drawn.node_ids)) for c in range(3) if moving[6 * i + c]]
     rows = [row for row in rows if not turned or row in {at for at, _ in own}]
-    few = problem.sparing(LINES).untuned()
+    few = problem.sparing(LINES).untuned().pressed()
     every = _likeliest(few, reduced, null, rows) if len(rows) > MANY_ROWS else product(rows, (1.0, -1.0))
     pairs = [pair for pair in every if pair not in own]
     bare = reduced if reduced.form is None else reduced.bare()

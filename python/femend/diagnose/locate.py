@@ -122,11 +122,11 @@ def locate(
     todo = (screened if many else without_poor_regions)(problem, reduced, todo, null, free_too)
     hypotheses = [hypothesis_of(p, reduced, beside) for p in todo]
     few = problem.sparing(LINES)
-    plain = problem.sparing(FEWEST_LINES).untuned()
+    plain, damped = problem.sparing(FEWEST_LINES).untuned().pressed(), few.pressed()
     kin = _Kin.of(problem, reduced, todo, null)
     stages = (
         (plain, 8.0, 5, second),
-        (few, 2.0, 6, last),
+        (damped, 2.0, 6, last),
     )
     keep = _first_glance(plain, reduced, todo, kin, null, beside)
     ranked: list[tuple[int, Fit]] = []

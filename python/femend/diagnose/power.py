@@ -6,13 +6,14 @@ from collections.abc import Sequence
 
 from femend.diagnose.levels import levels_differ
 from femend.estimate import FitRecord
+from femend.estimate.noise import noise_in_silence
 
 __all__ = ["untold"]
 
 
 def untold(records: Sequence[FitRecord]) -> list[str]:
-    """Sentences on what fit records cannot tell: those of one level, FRFs, and those without repetition; none of what
-    repeats itself at several levels.
+    """Sentences on what fit records cannot tell: those of one level, FRFs, and those without repetition and without a
+    rest in which the noise shows; none of what repeats itself at several levels.
 
     Several levels tell laws that depend on the level from such that do not, and a difference of periods holds noise
     alone, where what random forces leave also holds distortion (Pintelon and Schoukens, System Identification, 2nd ed.,
@@ -31,9 +32,9 @@ def untold(records: Sequence[FitRecord]) -> list[str]:
             f"one level only ({names}): a hardening or softening stiffness may pass for a linear one, friction for a "
             "dashpot, and one law that depends on the level for another; record one at least twice as strong or as weak"
         )
-    if not any(r.period for r in timed):
+    if not any(r.period or noise_in_silence(r.u, r.y) is not None for r in timed):
         said.append(
             "no recording repeats itself: what a weak nonlinearity spreads over all lines counts as noise, so that it "
-            "may go unseen; a multisine of two periods or more tells it from noise"
+            "may go unseen; a multisine of two periods or more tells it from noise, and so does a force that ends early"
         )
     return said

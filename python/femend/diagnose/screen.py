@@ -73,7 +73,7 @@ def without_poor_regions(
 
 def _starts(problem: Problem, reduced: ReducedModel, null: Fit) -> list[tuple[Problem, FloatArray, float]]:
     """Lines, unknowns of the model and decay of each screen."""
-    damped = problem.thinned(DAMPED_LINES).untuned()
+    damped = problem.thinned(DAMPED_LINES).untuned().pressed()
     sigma = SIGMA * problem.scale()
     return [
         (damped, damped.prior(reduced)[0], sigma),

@@ -11,7 +11,7 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from femend.errors import RecordingError
-from femend.estimate import Fit, FitRecord, Hypothesis, Problem, check_sampling, modelled_band, used_band
+from femend.estimate import Fit, FitRecord, Hypothesis, Problem, at_work, check_sampling, modelled_band, used_band
 from femend.estimate.fit import TUNED_ABOVE
 from femend.estimate.lines import band_power
 from femend.model import Model, ReducedModel, affordable_refinement, form_errors, reduce_model
@@ -65,12 +65,13 @@ def update_model(
 
 
 def modelled(model: Model, records: Sequence[FitRecord], zeta: float) -> tuple[Model, ReducedModel, Problem]:
-    """The model, refined where that is cheap enough, its reduction for the band of the records, and their problem,
-    whose band ends where the mesh no longer follows the modes (`Model.unresolved` then says so);
-    raises RecordingError as `update_model`."""
+    """The model, refined where that is cheap enough, its reduction for the band of the records, and the problem of
+    what the records hold but rest, whose band ends where the mesh no longer follows the modes (`Model.unresolved` then
+    says so); raises RecordingError as `update_model`."""
     if not records:
         raise RecordingError('no recording with role = "fit"; name at least one')
-    band, g_rows = used_band(list(records)), _rows(records)
+    records = [at_work(r) for r in records]
+    band, g_rows = used_band(records), _rows(records)
     finer = affordable_refinement(model, band[1]) if model.refines is None else None
     model = model if finer is None else finer
     reduced = reduce_model(model, band[1], g_rows)

@@ -1,8 +1,11 @@
 """Responses, residuals, sensitivities and least squares."""
 
 from femend.estimate.fit import Fit, Hypothesis, Problem
-from femend.estimate.lines import FitRecord, Lines, modelled_band, noise_floor, noise_of, spectral_lines, used_band
+from femend.estimate.lines import FitRecord, Lines, modelled_band, noise_floor, spectral_lines, used_band
+from femend.estimate.noise import noise_of
 from femend.estimate.prepare import check_sampling, fit_records, pair_test, period_of
+from femend.estimate.rest import at_work
+from femend.estimate.swept import in_turn, pressed
 
 __all__ = [
     "Fit",
@@ -10,13 +13,16 @@ __all__ = [
     "Hypothesis",
     "Lines",
     "Problem",
+    "at_work",
     "check_sampling",
     "fit_records",
+    "in_turn",
     "modelled_band",
     "noise_floor",
     "noise_of",
     "pair_test",
     "period_of",
+    "pressed",
     "spectral_lines",
     "used_band",
 ]

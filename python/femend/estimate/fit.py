@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.estimate.lines import FitRecord, Lines, spectral_lines
+from femend.estimate.swept import pressed
 from femend.model import Place, ReducedModel
 from femend.model.form_errors import MODE_SD
 
@@ -193,6 +194,17 @@ class Problem:
         """The same band and priors on other records."""
         return self._but(records=records, spans=None)
 
+    def pressed(self) -> Problem:
+        """The same problem for lines strongly damped by a window: sweeps are pulses in it; itself where none are."""
+
+        def make() -> Problem:
+            records = [pressed(r, self.band) for r in self.records]
+            unchanged = all(new is r for new, r in zip(records, self.records, strict=True))
+            return self if unchanged else self._but(records=records, spans=None)
+
+        done: Problem = self.kept("pressed", make)
+        return done
+
     def kept(self, key: Hashable, make: Callable[[], Any]) -> Any:
         """What `make` gives, made once for a key; for what belongs to the records."""
         if key not in self._made:
@@ -285,7 +297,8 @@ class Problem:
         at = list(starts) if starts is not None else None
         for factor, held in CONTINUATION:
             batch = [hypothesis] * (1 if at is None else len(at))
-            fits = self.fit(batch, at, sigma=factor * self.scale(), iterations=iterations, held=held)
+            problem = self.pressed() if factor > 0 else self
+            fits = problem.fit(batch, at, sigma=factor * self.scale(), iterations=iterations, held=held)
             done = _different([fit for fit in fits if fit is not None])
             if not done:  # lines that are damped less may break down where a wrong model was taken to
                 batch = [hypothesis] * (1 if starts is None else len(starts))

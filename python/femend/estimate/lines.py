@@ -19,7 +19,6 @@ __all__ = [
     "band_power",
     "modelled_band",
     "noise_floor",
-    "noise_of",
     "spectral_lines",
     "used_band",
 ]
@@ -33,17 +32,13 @@ MODEL_ALLOWANCE = 0.01
 FRF_ALLOWANCE = 0.03
 # neighbouring lines inside a half-power bandwidth carry the same model error: the effective share of the samples
 TEMPERING = 0.1
-# complex degrees of freedom left in a stretch of the noise estimate, and the quantile of the stretches that is taken
-NOISE_FREEDOM, NOISE_QUANTILE = 9, 0.2
-# a repeating record's spectrum is also judged by its stretches where it has more lines than this
-ENOUGH_LINES = 300
 # an FRF is used up to this multiple of the model's last natural frequency
 BEYOND_MODES = 1.3
 # responses stand clear of the noise where they are so many times as strong, and so strong a share of their mean
 CLEAR, STRONG = 4.0, 0.05
-# where no force was recorded: lines in a stretch whose power is compared, the share of the stretches that are taken for
-# noise alone, and what these show of its power: the quantile they are would be 0.55 of it if all were, 0.75 if a fifth
-STRETCH, QUIETEST, SHOWN = 15, 0.05, 0.65
+# a force reaches down to 0 Hz where its low end is less than this share of its top; such a record is used from this
+# share of the first frequency at which some response stands clear of its noise
+REACHES_DOWN, BELOW_CLEAR = 0.01, 0.5
 # width, in lines, over which a recording's power is smoothed for the allowance
 SMOOTH = 9
 
@@ -155,56 +150,6 @@ def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
     return float(np.sqrt((record.frf.noise[inside] ** 2).sum() / (np.abs(record.frf.H[inside]) ** 2).sum()))
 
 
-def noise_of(u: FloatArray, y: FloatArray, dt: float, period: int) -> FloatArray:
-    """Noise standard deviation (n_out,) of responses y (n_out, n) to forces u (n_in, n).
-
-    Over short stretches of the spectrum response and transient are smooth multiples of the force and of one (local
-    polynomial method, Pintelon and Schoukens, System Identification, 2nd ed., ch. 7); what they leave is noise and
-    distortion, and since noise is white and distortion is not, the quieter stretches tell the noise. Repeating records
-    also tell it by the difference of their last two periods, in which free decays may still show: the smaller holds.
-    Without a recorded force (`u` (0, n)) the quietest stretches of the spectrum tell it, as far as it is white.
-    """
-    n = y.shape[1]
-    U, Y = np.fft.rfft(u, axis=1), np.fft.rfft(y, axis=1)
-    found = np.full(len(y), np.inf)
-    repeats = bool(period) and n >= 2 * period
-    if repeats:
-        last, before = y[:, n - period :], y[:, n - 2 * period : n - period]
-        found = (last - before).std(axis=1) / np.sqrt(2)
-    if len(u) == 0:
-        found = np.minimum(found, np.sqrt(_quietest(Y) / n))
-    elif not repeats or U.shape[1] > ENOUGH_LINES:
-        found = np.minimum(found, np.sqrt(_local_residuals(U, Y) / n))
-    return np.asarray(np.maximum(found, 1e-6 * y.std(axis=1)))
-
-
-def _quietest(Y: ComplexArray) -> FloatArray:
-    """Power (n_out,) per line of white noise as the quietest stretches of the spectra show it."""
-    whole = Y.shape[1] // STRETCH * STRETCH
-    power = (np.abs(Y[:, :whole]) ** 2).reshape(len(Y), -1, STRETCH).mean(axis=2)
-    return np.asarray(np.quantile(power, QUIETEST, axis=1) / SHOWN)
-
-
-def _local_residuals(U: ComplexArray, Y: ComplexArray) -> FloatArray:
-    """Power (n_out,) per line that local quadratic models of response and transient leave in the quieter stretches."""
-    n_in = len(U)
-    unknowns = 3 * (n_in + 1)
-    width = unknowns + NOISE_FREEDOM
-    delta = np.linspace(-1, 1, width)
-    powers = np.vstack([np.ones(width), delta, delta**2])
-    left = []
-    for first in range(2, U.shape[1] - width, max(1, width // 2)):
-        part = slice(first, first + width)
-        A = np.vstack([powers * row[part] for row in U] + [powers]).T
-        e = Y[:, part].T - A @ np.linalg.lstsq(A, Y[:, part].T, rcond=None)[0]
-        left.append((np.abs(e) ** 2).sum(axis=0) / NOISE_FREEDOM)
-    # a quantile of a gamma variable of NOISE_FREEDOM degrees over its mean
-    from scipy.stats import gamma
-
-    share = gamma.ppf(NOISE_QUANTILE, NOISE_FREEDOM) / NOISE_FREEDOM
-    return np.asarray(np.quantile(np.array(left), NOISE_QUANTILE, axis=0) / share)
-
-
 def band_power(record: FitRecord, band: tuple[float, float]) -> float:
     """Power of a record's responses in a band (Hz), summed over sensors and lines."""
     if record.frf is not None:
@@ -219,7 +164,9 @@ def band_power(record: FitRecord, band: tuple[float, float]) -> float:
 def used_band(records: list[FitRecord]) -> tuple[float, float]:
     """Band (Hz) that holds the measured forces' power but for half a per cent at the low end and one at the top.
 
-    Of FRFs, and where no force was recorded, the band whose responses stand clear of the noise.
+    A blow has power down to 0 Hz, where a structure that is held hardly accelerates: the band begins no lower than an
+    octave below the first response that stands clear of the noise. Of FRFs, and where no force was recorded, it is the
+    band whose responses do.
     """
     low, high = [], []
     for r in records:
@@ -236,17 +183,20 @@ def used_band(records: list[FitRecord]) -> tuple[float, float]:
             continue
         share = np.cumsum((np.abs(np.fft.rfft(r.u, axis=1)) ** 2).sum(axis=0))
         share /= share[-1]
-        low.append(freq[np.searchsorted(share, 0.005)])
-        high.append(min(freq[np.searchsorted(share, 0.99)], 0.47 / r.dt))
+        begin, end = (float(freq[np.searchsorted(share, part)]) for part in (0.005, 0.99))
+        if begin < REACHES_DOWN * end:
+            begin = max(begin, BELOW_CLEAR * float(freq[_standing_clear(r, 0.0)[0]]))
+        low.append(begin)
+        high.append(min(end, 0.47 / r.dt))
     return 0.8 * float(np.median(low)), 1.02 * float(np.median(high))
 
 
-def _standing_clear(record: FitRecord) -> tuple[int, int]:
+def _standing_clear(record: FitRecord, strong: float = STRONG) -> tuple[int, int]:
     """First and last line, but for half a per cent at the low end and one at the top, on which some response is
-    `CLEAR` times as strong as its noise and `STRONG` times as its own mean: what the force's end leaves in other lines
-    is above the noise, too."""
+    `CLEAR` times as strong as its noise and `strong` times as its own mean: what a force's end that nobody recorded
+    leaves in other lines is above the noise, too."""
     power = _smoothed(np.abs(np.fft.rfft(record.y, axis=1)) ** 2)
-    least = np.maximum(CLEAR**2 * record.n * record.noise**2, STRONG**2 * power.mean(axis=1))
+    least = np.maximum(CLEAR**2 * record.n * record.noise**2, strong**2 * power.mean(axis=1))
     clear = np.flatnonzero((power > least[:, None]).any(axis=0))
     if len(clear) == 0:
         return 0, power.shape[1] - 1

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from femend.data import Channel, Recording, Test
 from femend.errors import RecordingError
 from femend.estimate.frf import frf_lines_of
-from femend.estimate.lines import FitRecord, noise_of
+from femend.estimate.lines import FitRecord
+from femend.estimate.noise import noise_of
 from femend.model import Model, Pairing, pair_sensors
 
 __all__ = ["check_sampling", "fit_records", "frf_records", "pair_test", "period_of"]

@@ -50,7 +50,7 @@ def result_of(
         *_mesh(diagnosis),
         *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
     ]
-    warnings += untold(diagnosis.problem.records)
+    warnings += untold(records)
     fit = [_fit(p, records, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     return {
         "format": FORMAT,
