@@ -113,6 +113,12 @@ def test_a_posterior_has_its_density_with_the_bell_and_the_prior() -> None:
     assert ax.get_xlabel() == "E"
 
 
+def test_rounding_is_written_as_nothing() -> None:
+    (ax,) = axes()
+    plots.draw_sensitivity(ax, np.array([[2.0, -1e-31]]), ["f"], ["a", "b"])
+    assert [text.get_text() for text in ax.texts] == ["2", "0"]
+
+
 def test_sensitivities_are_white_at_zero_and_symmetric() -> None:
     S = np.array([[0.5, -0.1, 0.0], [0.2, np.nan, -0.4]])
     (ax,) = axes()

@@ -133,7 +133,7 @@ def _sensitivity(run: UpdateRun) -> tuple[Picture, ...]:
         made = plots.figure("page", min(30.0 + 6.0 * len(rows[:VALUES_SHOWN]), 150.0))
         plots.draw_sensitivity(
             made.axes[0], table[rows[:VALUES_SHOWN]], labels[:VALUES_SHOWN], list(run.sensitivity.names),
-            label="deviations of the test per prior sd",
+            label="test sd per prior sd",
         )  # fmt: skip
         caption = "What one prior deviation of each parameter does to each frequency, in deviations of the test"
         return figures([(caption, made)])

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_sensitivity"]
 
+# share of the largest number below which one is rounding
+NOTHING = 1e-12
+
 
 def draw_sensitivity(
     ax: Axes,
@@ -42,6 +45,8 @@ def draw_sensitivity(
             axis.set_tick_params(labelsize=max(3.5, 110.0 / n))
     ax.set_xlabel("parameter")
     ax.set_ylabel("response")
-    cell_numbers(ax, table, np.abs(table) > 0.65 * top, "%.2g")
+    # rounding left of what is nothing is written as nothing
+    shown = np.where(np.abs(table) < NOTHING * top, 0.0, table)
+    cell_numbers(ax, shown, np.abs(table) > 0.65 * top, "%.2g")
     if colorbar:
         ax.figure.colorbar(image, ax=ax, label=label)
