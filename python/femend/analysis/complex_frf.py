@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.analysis.complex_modes import ComplexSolver
+from femend.analysis.ends import PER_FORCE, dofs_of, unit_forces
 from femend.analysis.turning import SpinningPart, TurningSystem, as_turning_system
 from femend.data.channel import Channel
 from femend.data.complex_modes import ComplexModes
@@ -18,7 +19,6 @@ from femend.model import Model
 
 __all__ = ["complex_frf", "complex_receptance"]
 
-_PER_FORCE = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
 _POWER = {"receptance": 0, "mobility": 1, "accelerance": 2}
 DEFECTIVE = 1e6  # condition from which a modal a has lost too many digits
 NODES = (5, 9, 17, 33, 65)  # lines at which the modes left out are solved for, more until the tolerance is met
@@ -128,7 +128,7 @@ def complex_frf(
     H = complex_receptance(modes, 2j * np.pi * lines, out, into)
     H += _left_out(solver, modes, lines, out, into, tolerance)
     s = 2j * np.pi * lines[:, None, None]
-    return FRF(name, lines, H * s ** _POWER[kind], tuple(outputs), tuple(inputs), kind, unit or _PER_FORCE[kind])
+    return FRF(name, lines, H * s ** _POWER[kind], tuple(outputs), tuple(inputs), kind, unit or PER_FORCE[kind])
 
 
 def _checked(
@@ -138,12 +138,9 @@ def _checked(
     lines = np.asarray(freq, dtype=np.float64)
     if lines.ndim != 1 or lines.size == 0 or not np.all(np.diff(lines) > 0) or not lines[0] >= 0:
         raise ValueError(f"freq of shape {lines.shape} must be rising lines in Hz, none negative")
-    if kind not in _PER_FORCE:
-        raise ValueError(f"FRF kind {kind!r} is unknown; use {', '.join(_PER_FORCE)}")
-    for channel in (*outputs, *inputs):
-        if channel.dof is None:
-            raise ValueError(f"channel {channel.text} has no DOF; FRFs are between DOFs")
-    return lines, [c.dof for c in outputs if c.dof is not None], [c.dof for c in inputs if c.dof is not None]
+    if kind not in PER_FORCE:
+        raise ValueError(f"FRF kind {kind!r} is unknown; use {', '.join(PER_FORCE)}")
+    return lines, dofs_of(outputs), dofs_of(inputs)
 
 
 def _left_out(
@@ -169,14 +166,8 @@ def _left_out(
 
 def _patterns(solver: ComplexSolver, dofs: Sequence[Dof]) -> NDArray[np.float64]:
     """Unit forces at signed DOFs, as columns over the rows of the system."""
-    row = {(dof.node, dof.component): i for i, dof in enumerate(solver.dofs)}
-    missing = [str(dof) for dof in dofs if (dof.node, dof.component) not in row]
-    if missing:
-        raise PairingError(f"the model has no DOF {', '.join(missing[:8])}; pair the sensor with a DOF of the model")
-    b = np.zeros((len(solver.dofs), len(dofs)))
-    for j, dof in enumerate(dofs):
-        b[row[dof.node, dof.component], j] = dof.sign
-    return solver.to_system(b)
+    advice = "pair the sensor with a DOF of the model"
+    return solver.to_system(unit_forces(solver.dofs, dofs, "the model has", advice))
 
 
 def _interpolated(

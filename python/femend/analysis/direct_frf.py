@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend import _core
+from femend.analysis.ends import PER_FORCE, dofs_of, unit_forces
 from femend.analysis.turning import on_one_pattern
 from femend.data.channel import Channel
 from femend.data.frf import FRF
 from femend.dof import Dof
-from femend.errors import ModelError, PairingError, SingularModelError
+from femend.errors import ModelError, SingularModelError
 from femend.model import Model
 
 if TYPE_CHECKING:
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["DirectFrf", "direct_frf", "reduced_frf"]
 
-_PER_FORCE = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
 LINEAR = 1e-9
 """Relative change of a derivative up to which it counts as constant."""
 
@@ -89,7 +89,8 @@ def reduced_frf(
     True
     """
     lines = np.asarray(freq, dtype=np.float64)
-    ends = (_unit_forces(dofs, outputs), _unit_forces(dofs, inputs))
+    given = ("the matrices have", f"give one of the {len(dofs)} rows")
+    ends = (unit_forces(dofs, dofs_of(outputs), *given), unit_forces(dofs, dofs_of(inputs), *given))
     coefficients = [_on_lines(c, lines, f"matrix {t}") for t, (_, c) in enumerate(terms)]
     indptr, indices, values = on_one_pattern([a for a, _ in terms])
     return _solved(
@@ -232,32 +233,11 @@ def _zeros(lines: FloatArray, outputs: Sequence[Channel], inputs: Sequence[Chann
 
 def _unit(kind: str) -> str:
     """SI unit of H; that of another kind is refused by the FRF."""
-    return _PER_FORCE.get(kind, "")
-
-
-def _dofs(channels: Sequence[Channel]) -> list[Dof]:
-    for channel in channels:
-        if channel.dof is None:
-            raise ValueError(f"channel {channel.text} has no DOF; FRFs are between DOFs")
-    return [c.dof for c in channels if c.dof is not None]
-
-
-def _unit_forces(dofs: Sequence[Dof], channels: Sequence[Channel]) -> FloatArray:
-    """Unit forces at signed DOFs, as columns over the rows `dofs`."""
-    row = {(dof.node, dof.component): (i, dof.sign) for i, dof in enumerate(dofs)}
-    wanted = _dofs(channels)
-    missing = [str(d) for d in wanted if (d.node, d.component) not in row]
-    if missing:
-        raise PairingError(f"the matrices have no DOF {', '.join(missing[:8])}; give one of the {len(dofs)} rows")
-    out = np.zeros((len(dofs), len(wanted)))
-    for j, d in enumerate(wanted):
-        i, sign = row[d.node, d.component]
-        out[i, j] = sign * d.sign
-    return out
+    return PER_FORCE.get(kind, "")
 
 
 def _forces(model: Model, channels: Sequence[Channel]) -> FloatArray:
     """Unit forces at signed DOFs of nodes, as columns over the a-set; nothing where a DOF is held."""
-    wanted = _dofs(channels)
+    wanted = dofs_of(channels)
     rows = model.transformation().tocsr()[[model.row(d) for d in wanted]]
     return np.ascontiguousarray(rows.toarray().T * np.array([float(d.sign) for d in wanted]))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend import _core
+from femend.analysis.ends import PER_FORCE, dofs_of
 from femend.data.channel import Channel
 from femend.data.frf import FRF
 from femend.data.mode_set import ModeSet
@@ -17,8 +18,6 @@ from femend.errors import UnitError
 from femend.units import parse_unit
 
 __all__ = ["FrfScores", "modal_frf", "modal_frf_scores", "shapes_at"]
-
-_PER_FORCE = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
 
 
 def shapes_at(modes: ModeSet, dofs: Sequence[Dof]) -> NDArray[np.float64]:
@@ -68,7 +67,7 @@ def modal_frf(
     lines = np.asarray(freq, dtype=np.float64)
     s = (2j * np.pi * lines).astype(np.complex128)
     H = _core.frf_modal(*_superposed(modes, outputs, inputs), s, kind, residual)
-    return FRF(name, lines, H, tuple(outputs), tuple(inputs), kind, unit or _PER_FORCE[kind])
+    return FRF(name, lines, H, tuple(outputs), tuple(inputs), kind, unit or PER_FORCE[kind])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,7 +105,7 @@ def modal_frf_scores(
     >>> scores.csac.round(9).tolist(), scores.misfit < 1e-20
     ([1.0, 1.0], True)
     """
-    own, given = parse_unit(unit or _PER_FORCE[measured.kind]), parse_unit(measured.unit)
+    own, given = parse_unit(unit or PER_FORCE[measured.kind]), parse_unit(measured.unit)
     if own.dims != given.dims:
         raise UnitError(
             f"{measured.name!r} is in {measured.unit!r} and the model's FRFs are in {own.text!r}, which measure "
@@ -126,8 +125,5 @@ def _superposed(
         raise ValueError(
             f"modes are scaled {modes.scaling!r} and {modes.phi.dtype}; superposition needs real mass-normalised ones"
         )
-    for channel in (*outputs, *inputs):
-        if channel.dof is None:
-            raise ValueError(f"channel {channel.text} has no DOF; FRFs are between DOFs")
-    ends = [shapes_at(modes, [c.dof for c in side if c.dof is not None]) for side in (outputs, inputs)]
-    return 2 * np.pi * modes.freq, np.ascontiguousarray(modes.zeta), ends[0], ends[1]
+    at_outputs, at_inputs = (shapes_at(modes, dofs) for dofs in [dofs_of(outputs), dofs_of(inputs)])
+    return 2 * np.pi * modes.freq, np.ascontiguousarray(modes.zeta), at_outputs, at_inputs
