@@ -97,10 +97,10 @@ class Fit:
         return solved[5]
 
 
-def _different(fits: Sequence[Fit]) -> list[Fit]:
-    """Fits from the best to the worst, without those that stand where a better one does."""
+def _different(fits: Sequence[Fit | None]) -> list[Fit]:
+    """Fits that are there, from the best to the worst, without those that stand where a better one does."""
     kept: list[Fit] = []
-    for fit in sorted(fits, key=lambda fit: fit.cost):
+    for fit in sorted((fit for fit in fits if fit is not None), key=lambda fit: fit.cost):
         z = np.concatenate([fit.p, fit.x])
         if all(np.abs(z - np.concatenate([other.p, other.x])).max(initial=0.0) > SAME for other in kept):
             kept.append(fit)
@@ -269,7 +269,7 @@ class Problem:
         if not hypotheses:
             return []
         if starts is None:
-            starts = [(self.prior(h.reduced)[0], h.mean if h.mean is not None else np.zeros(0)) for h in hypotheses]
+            starts = [self._start(h) for h in hypotheses]
         jobs = [
             (self.system(h.reduced, held), self.core(h), p, x) for h, (p, x) in zip(hypotheses, starts, strict=True)
         ]
@@ -279,6 +279,11 @@ class Problem:
             None if r is None or not np.isfinite(r[2]) else Fit(h, *r[:5], r[7], job[0], lines, job[1])
             for h, job, r in zip(hypotheses, jobs, done, strict=True)
         ]
+
+    def _start(self, hypothesis: Hypothesis) -> tuple[FloatArray, FloatArray]:
+        """Prior means of the unknowns and of the ln law parameters."""
+        law = np.zeros(0) if hypothesis.mean is None else hypothesis.mean
+        return self.prior(hypothesis.reduced)[0], law
 
     def continuation(
         self,
@@ -294,17 +299,17 @@ class Problem:
         lead to can hang on little, so that what comes of the first start and the `most` best of different minima go on
         from each stage to the next.
         """
-        at = list(starts) if starts is not None else None
+        starts = [self._start(hypothesis)] if starts is None else starts
+        at = starts
         for factor, held in CONTINUATION:
-            batch = [hypothesis] * (1 if at is None else len(at))
             problem = self.pressed() if factor > 0 else self
-            fits = problem.fit(batch, at, sigma=factor * self.scale(), iterations=iterations, held=held)
-            done = _different([fit for fit in fits if fit is not None])
+            fits = problem.fit(
+                [hypothesis] * len(at), at, sigma=factor * self.scale(), iterations=iterations, held=held
+            )
+            done = _different(fits)
             if not done:  # lines that are damped less may break down where a wrong model was taken to
-                batch = [hypothesis] * (1 if starts is None else len(starts))
-                done = _different([fit for fit in self.fit(batch, starts, iterations=iterations) if fit is not None])
+                done = _different(self.fit([hypothesis] * len(starts), starts, iterations=iterations))
                 break
-            first, best = fits[0], done[:most]
-            go_on = best if first is None or first in best else [first, *best]
-            at = [(fit.p, fit.x) for fit in sorted(go_on, key=lambda fit: fit is not first)]
+            go_on = (fits[0], *(fit for fit in done[:most] if fit is not fits[0]))
+            at = [(fit.p, fit.x) for fit in go_on if fit is not None]
         return done[0] if done else None

@@ -80,6 +80,13 @@ struct Tuned<'a> {
 }
 
 impl Tuned<'_> {
+    /// Squared frequencies with the factors, and without: k_j = f_j² λ_j.
+    fn squares(&self) -> (Vec<f64>, Vec<f64>) {
+        let k: Vec<f64> = self.modal.omega.iter().map(|w| w * w).collect();
+        let lambda = k.iter().zip(&self.factor).map(|(k, f)| k / (f * f)).collect();
+        (k, lambda)
+    }
+
     /// Turns the derivative `dk` (n, n) of a model's stiffness between its lowest modes into that of the stiffness with the
     /// factors, and returns that of the modes' damping.
     ///
@@ -87,8 +94,7 @@ impl Tuned<'_> {
     /// Kapoor 1968), and the tuned stiffnesses k_j = f_j² λ_j go with them: dK'_ij = -(R_ij k_i + R_ji k_j).
     fn follow(&self, dk: &mut Dense, dm: Option<&Dense>) -> Vec<f64> {
         let r = dk.ncols();
-        let k: Vec<f64> = self.modal.omega.iter().map(|w| w * w).collect();
-        let lambda: Vec<f64> = k.iter().zip(&self.factor).map(|(k, f)| k / (f * f)).collect();
+        let (k, lambda) = self.squares();
         let mut damping = vec![0.0; r];
         for j in 0..r {
             for i in (0..r).filter(|i| *i != j) {
@@ -107,15 +113,12 @@ impl Tuned<'_> {
         }
         damping
     }
-}
 
-impl Tuned<'_> {
     /// The adjoint of [`Tuned::follow`]: turns what a change of the tuned stiffness (r, r) between the modes does, and one
     /// of the mass and of every mode's s-fold damping, into what a change of the model's own stiffness and mass does.
     fn gather(&self, stiffness: &mut Dense, mass: &mut Option<Dense>, damping: &[f64], decays: &OfDecays) {
         let r = self.factor.len();
-        let k: Vec<f64> = self.modal.omega.iter().map(|w| w * w).collect();
-        let lambda: Vec<f64> = k.iter().zip(&self.factor).map(|(k, f)| k / (f * f)).collect();
+        let (k, lambda) = self.squares();
         for j in 0..r {
             for i in (0..r).filter(|i| *i != j) {
                 let (apart, tuned) = (lambda[j] - lambda[i], stiffness[(i, j)]);
@@ -138,9 +141,7 @@ impl Tuned<'_> {
         }
         self.gather_decays(&lambda, stiffness, mass, decays);
     }
-}
 
-impl Tuned<'_> {
     /// Adds what decays do that change with their modes: dλ_j = dK_jj - λ_j dM_jj, and the shapes as in [`Tuned::follow`].
     fn gather_decays(
         &self,
