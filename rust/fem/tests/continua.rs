@@ -274,25 +274,11 @@ fn one_layer_of_bricks_bends_like_a_beam_at_any_poisson_ratio() {
     }
 }
 
-fn plate_property(mid3: Option<Id>, t: f64) -> ShellProperty {
-    ShellProperty {
-        id: 1,
-        mid1: Some(1),
-        t: Some(t),
-        mid2: Some(1),
-        bending_ratio: 1.0,
-        mid3,
-        shear_ratio: 5.0 / 6.0,
-        mid4: None,
-        nsm: 0.0,
-    }
-}
-
 /// n x n shells over an a x b rectangle (sheared by `skew`, inner nodes moved by `shake`), turned in space.
 fn plate(n: usize, a: f64, b: f64, t: f64, skew: f64, shake: f64) -> Mesh {
     let mut mesh = Mesh {
         materials: vec![steel()],
-        shell_properties: vec![plate_property(Some(1), t)],
+        shell_properties: vec![shell_property(t, Some(1))],
         options: options(true),
         ..Mesh::default()
     };
@@ -422,7 +408,7 @@ fn derivatives_of_shells_and_solids_equal_finite_differences() {
         id: 2,
         mid2: Some(2),
         nsm: 3.0,
-        ..plate_property(Some(1), 0.03)
+        ..shell_property(0.03, Some(1))
     });
     mesh.materials.push(Material {
         id: 2,

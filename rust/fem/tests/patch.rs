@@ -231,17 +231,7 @@ fn quadratic_solids_pass_it_with_bowed_edges() {
 fn plate(triangles: bool, t: f64, mid3: Option<Id>) -> (Mesh, Vec<bool>) {
     let mut mesh = Mesh {
         materials: vec![steel()],
-        shell_properties: vec![ShellProperty {
-            id: 1,
-            mid1: Some(1),
-            t: Some(t),
-            mid2: Some(1),
-            bending_ratio: 1.0,
-            mid3,
-            shear_ratio: 5.0 / 6.0,
-            mid4: None,
-            nsm: 0.0,
-        }],
+        shell_properties: vec![shell_property(t, mid3)],
         options: Options { coupled_mass: true, ..Options::default() },
         ..Mesh::default()
     };
@@ -265,10 +255,6 @@ fn plate(triangles: bool, t: f64, mid3: Option<Id>) -> (Mesh, Vec<bool>) {
         }
     }
     (mesh, inside)
-}
-
-fn shell<const N: usize>(id: Id, nodes: [Id; N]) -> Shell<N> {
-    Shell { id, property: 1, nodes, axis: MaterialAxis::Angle(0.0), zoffset: 0.0, thickness: [None; N] }
 }
 
 /// Membrane strains xx, yy and xy of one, the last with spin, which drilling rotations follow; then curvatures xx, yy and

@@ -11,34 +11,16 @@ use nalgebra::DMatrix;
 
 const E: f64 = 2.1e11;
 
-fn property(t: f64, mid3: Option<Id>) -> ShellProperty {
-    ShellProperty {
-        id: 1,
-        mid1: Some(1),
-        t: Some(t),
-        mid2: Some(1),
-        bending_ratio: 1.0,
-        mid3,
-        shear_ratio: 5.0 / 6.0,
-        mid4: None,
-        nsm: 0.0,
-    }
-}
-
 fn carbon(id: Id) -> PlaneMaterial {
     let law = PlaneLaw::Orthotropic { e1: 140e9, e2: 9e9, nu12: 0.3, g12: 5e9, gz: [5e9, 3e9] };
     PlaneMaterial { id, law, rho: 1600.0, ge: 0.03 }
-}
-
-fn shell<const N: usize>(id: Id, nodes: [Id; N]) -> Shell<N> {
-    Shell { id, property: 1, nodes, axis: MaterialAxis::Angle(0.0), zoffset: 0.0, thickness: [None; N] }
 }
 
 /// n x n cells over an a x b rectangle sheared by `skew`, inner nodes moved by `shake`, split in triangles or not.
 fn plate(n: usize, [a, b]: [f64; 2], t: f64, triangles: bool, skew: f64, shake: f64) -> Mesh {
     let mut mesh = Mesh {
         materials: vec![steel()],
-        shell_properties: vec![property(t, Some(1))],
+        shell_properties: vec![shell_property(t, Some(1))],
         options: Options { coupled_mass: true, ..Options::default() },
         ..Mesh::default()
     };
@@ -402,7 +384,7 @@ fn derivatives_of_laminates_and_triangles_equal_finite_differences() {
     mesh.quads.push(q.clone());
     (q.id, q.property) = (102, 3);
     mesh.quads.push(q);
-    let mut homogeneous = property(0.03, Some(2));
+    let mut homogeneous = shell_property(0.03, Some(2));
     (homogeneous.id, homogeneous.mid2, homogeneous.nsm) = (2, Some(2), 2.0);
     mesh.laminates.push(Laminate {
         id: 3,

@@ -12,25 +12,6 @@ use std::f64::consts::PI;
 
 const E: f64 = 2.1e11;
 
-fn shell<const N: usize>(id: Id, nodes: [Id; N]) -> Shell<N> {
-    let axis = MaterialAxis::Angle(0.0);
-    Shell { id, property: 1, nodes, axis, zoffset: 0.0, thickness: [None; N] }
-}
-
-fn sheet(t: f64) -> ShellProperty {
-    ShellProperty {
-        id: 1,
-        mid1: Some(1),
-        t: Some(t),
-        mid2: Some(1),
-        bending_ratio: 1.0,
-        mid3: Some(1),
-        shear_ratio: 5.0 / 6.0,
-        mid4: None,
-        nsm: 0.0,
-    }
-}
-
 /// One element of each kind that has stresses, on its own nodes, turned in space; nodes with frames.
 fn elements() -> Vec<(&'static str, Mesh)> {
     let r = turn(0.8);
@@ -47,11 +28,11 @@ fn elements() -> Vec<(&'static str, Mesh)> {
     let square = [[0.0, 0.0, 0.0], [1.1, 0.1, 0.0], [1.0, 0.9, 0.0], [-0.1, 1.0, 0.0]];
     let mut out = Vec::new();
     let mut mesh = base(&square);
-    mesh.shell_properties = vec![sheet(0.01)];
+    mesh.shell_properties = vec![shell_property(0.01, Some(1))];
     mesh.quads = vec![shell(1, [1, 2, 3, 4])];
     out.push(("CQUAD4", mesh));
     let mut mesh = base(&square[..3]);
-    mesh.shell_properties = vec![sheet(0.01)];
+    mesh.shell_properties = vec![shell_property(0.01, Some(1))];
     mesh.trias = vec![shell(1, [1, 2, 3])];
     out.push(("CTRIA3", mesh));
     let cube: Vec<[f64; 3]> = square.iter().copied().chain(square.map(|p| [p[0] + 0.1, p[1], 1.0])).collect();
@@ -167,7 +148,7 @@ fn a_stretched_plate_and_bar_have_the_frequencies_of_their_closed_forms() {
     for triangles in [false, true] {
         let mut mesh = Mesh {
             materials: vec![Material { nu: Some(0.0), ..steel() }],
-            shell_properties: vec![sheet(t)],
+            shell_properties: vec![shell_property(t, Some(1))],
             options: Options { coupled_mass: true, ..Options::default() },
             ..Mesh::default()
         };

@@ -144,3 +144,23 @@ pub fn derivatives_equal_differences(model: &Model, parameters: &[Parameter], fa
         assert!(any, "{:?}", parameters[i]);
     }
 }
+
+/// Isotropic property 1 of thickness `t`, with transverse shear where there is a `mid3`.
+pub fn shell_property(t: f64, mid3: Option<Id>) -> ShellProperty {
+    ShellProperty {
+        id: 1,
+        mid1: Some(1),
+        t: Some(t),
+        mid2: Some(1),
+        bending_ratio: 1.0,
+        mid3,
+        shear_ratio: 5.0 / 6.0,
+        mid4: None,
+        nsm: 0.0,
+    }
+}
+
+/// A shell of property 1 without offset.
+pub fn shell<const N: usize>(id: Id, nodes: [Id; N]) -> Shell<N> {
+    Shell { id, property: 1, nodes, axis: MaterialAxis::Angle(0.0), zoffset: 0.0, thickness: [None; N] }
+}
