@@ -111,7 +111,7 @@ def respond(folder: Path, truth: Truth, u: Array) -> Array:
     into = phi[[6 * model.index(node) + 2 for node in inputs]][:, keep]
     y = _core.simulate(
         omega[keep], zeta, into, phi[rows][:, keep], w, laws, np.array(forces), 1 / RATE / UPSAMPLING,
-        stride=UPSAMPLING,
+        decimate=UPSAMPLING,
     )[0]  # fmt: skip
     return np.asarray(y)
 

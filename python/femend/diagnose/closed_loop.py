@@ -34,6 +34,8 @@ LawSpec = tuple[str, dict[str, float]]
 # steps of a sample in which the force is linear, while laws are sorted out and for what is kept; the loss of amplitude
 # in the band is made good beforehand
 COARSE, FINE = 4, 8
+# samples that are filtered to one of a recording's, as its recorder did it: laws excite modes far above the band
+RECORDER = 4
 # modes faster than this times a substep, or (while laws are sorted out) this times the band, follow their force
 # statically: their compliance stays, their inertia does not
 STATIC, STATIC_COARSE = 2.4, 3.0
@@ -111,12 +113,18 @@ class Loop(ABC):
         made = self.condensed(sets)
         done = _core.simulate_batch(
             *made.modal, [self.laws(x) for x in laws_at], made.u, made.dt,
-            stride=self.substeps, residual_compliance=made.residual,
+            stride=self.kept[0], decimate=self.kept[1], residual_compliance=made.residual,
         )  # fmt: skip
         return [
             [History(y + made.static(i, f, j), d, v, f, status) for j, (y, d, v, f, status) in enumerate(records)]
             for i, records in enumerate(done)
         ]
+
+    @property
+    def kept(self) -> tuple[int, int]:
+        """Every how many substeps the core keeps one, and how many of these it filters to a sample."""
+        filtered = RECORDER if self.problem.recorder.filters else 1
+        return self.substeps // filtered, filtered
 
     def condensed(self, sets: Sequence[Modal]) -> Condensed:
         """The modes `sets` of as many models as a simulation takes them, those that move apart from those that follow

@@ -1,8 +1,8 @@
 """A harmonic force nobody recorded: its frequency, and its two amplitudes in every recording.
 
 For one frequency the response is linear in the amplitudes of cosine and sine, so that the cost of a recording, its free
-decays eliminated, is a quadratic of both: six evaluations give its minimum exactly. A force that begins with the
-recording does not begin at once; where that shows, cosine and sine that die away have amplitudes too.
+decays eliminated, is a quadratic of both whose minimum is known at once, for many frequencies together. A force that
+begins with the recording does not begin at once; where that shows, cosine and sine that die away have amplitudes too.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend import _core
 from femend.diagnose.loads import with_force
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel
@@ -49,11 +50,10 @@ class Harmonic:
         """Amplitude (n_records,) once the onset is over."""
         return np.asarray(np.linalg.norm(self.amplitudes[:, :2], axis=1))
 
-    def on(self, problem: Problem, reduced: ReducedModel, scale: float) -> Problem:
+    def on(self, problem: Problem, reduced: ReducedModel) -> Problem:
         """All lines of other records with the force in them, its amplitudes taken from them, at the fitted unknowns."""
-        problem, nothing = problem.thinned(None), Hypothesis(reduced, np.zeros((0, reduced.r)))
-        n = self.amplitudes.shape[1]
-        amplitudes, _ = _amplitudes(problem, nothing, self.fit.p, self.row, self.freq, scale, n)
+        problem = problem.thinned(None)
+        ((amplitudes, _),) = _amplitudes(problem, reduced, self.fit.p, self.row, [self.freq], self.amplitudes.shape[1])
         return _loaded(problem, self.row, self.freq, amplitudes)
 
 
@@ -73,19 +73,18 @@ def fit_harmonic(
     # on all lines: thinned ones would be others for every force that is tried
     problem = problem.thinned(None)
     nothing = Hypothesis(reduced, np.zeros((0, reduced.r)))
-    scale = 0.1 * float(np.mean([r.u.std() for r in problem.records]))
     width = 1.0 / (problem.records[0].n * problem.records[0].dt)
     freqs = _peaks(seen)
-    begun = [(_closest(problem, nothing, start, row, freqs, width, scale), start) for start in starts]
+    begun = [(_closest(problem, reduced, start, row, freqs, width), start) for start in starts]
     (_, freq, amplitudes), p = min(begun, key=lambda b: b[0][0] + problem.prior_cost(reduced, b[1]))
     for _ in range(ROUNDS):
         found = _fitted(problem, nothing, p, row, freq, amplitudes)
         if found is None:
             return None
         p = found.fit.p
-        _, freq, amplitudes = _closest(problem, nothing, p, row, [freq], width * NEARER, scale)
+        _, freq, amplitudes = _closest(problem, reduced, p, row, [freq], width * NEARER)
     found = _fitted(problem, nothing, p, row, freq, amplitudes)
-    return None if found is None else _with_onset(problem, found, nothing, scale)
+    return None if found is None else _with_onset(problem, found, nothing)
 
 
 def _fitted(
@@ -97,11 +96,11 @@ def _fitted(
     return None if fit is None else Harmonic(row, freq, amplitudes, fit, loaded)
 
 
-def _with_onset(problem: Problem, steady: Harmonic, nothing: Hypothesis, scale: float) -> Harmonic:
+def _with_onset(problem: Problem, steady: Harmonic, nothing: Hypothesis) -> Harmonic:
     """The harmonic force with an onset of its own, where that explains clearly more."""
     found, row, freq = steady, steady.row, steady.freq
     for _ in range(ROUNDS):
-        amplitudes, _ = _amplitudes(problem, nothing, found.fit.p, row, freq, scale, 2 + 2 * len(ONSET))
+        ((amplitudes, _),) = _amplitudes(problem, nothing.reduced, found.fit.p, row, [freq], 2 + 2 * len(ONSET))
         new = _fitted(problem, nothing, found.fit.p, row, freq, amplitudes)
         if new is None or new.fit.cost > found.fit.cost - WORTH:
             break
@@ -110,19 +109,13 @@ def _with_onset(problem: Problem, steady: Harmonic, nothing: Hypothesis, scale: 
 
 
 def _closest(
-    problem: Problem,
-    nothing: Hypothesis,
-    p: FloatArray,
-    row: int,
-    freqs: list[float],
-    width: float,
-    scale: float,
+    problem: Problem, reduced: ReducedModel, p: FloatArray, row: int, freqs: list[float], width: float
 ) -> tuple[float, float, FloatArray]:
     """Least cost, its frequency and amplitudes (n_records, 2), within `width` (Hz) of one of `freqs`."""
     best = (np.inf, freqs[0], np.zeros((len(problem.records), 2)))
     for _ in range(CLOSER):
-        for freq in [f + d * width for f in freqs for d in np.linspace(-1, 1, AROUND)]:
-            amplitudes, cost = _amplitudes(problem, nothing, p, row, freq, scale)
+        tried = [f + d * width for f in freqs for d in np.linspace(-1, 1, AROUND)]
+        for freq, (amplitudes, cost) in zip(tried, _amplitudes(problem, reduced, p, row, tried), strict=True):
             if cost < best[0]:
                 best = (cost, freq, amplitudes)
         freqs, width = [best[1]], width / AROUND * 2
@@ -159,23 +152,22 @@ def _loaded(problem: Problem, row: int, freq: float, amplitudes: FloatArray) -> 
 
 
 def _amplitudes(
-    problem: Problem, nothing: Hypothesis, p: FloatArray, row: int, freq: float, scale: float, n: int = 2
-) -> tuple[FloatArray, float]:
-    """Best amplitudes (n_records, n) at a frequency, and the cost they leave."""
-    one, pairs = np.eye(n), [(i, j) for i in range(n) for j in range(i)]
-    points = scale * np.vstack([np.zeros((1, n)), one, -one, *([one[i] + one[j]] for i, j in pairs)])
-    found, total = [], 0.0
-    for record in problem.records:
-        costs = np.full(len(points), np.inf)
-        for k, point in enumerate(points):
-            (fit,) = problem.on([_with(record, row, freq, point)]).fit([nothing], [(p, np.zeros(0))], iterations=0)
-            costs[k] = np.inf if fit is None else fit.cost - fit.prior
-        c0, up, down, both = costs[0], costs[1 : n + 1], costs[n + 1 : 2 * n + 1], costs[2 * n + 1 :]
-        g, H = (up - down) / 2, np.diag(up + down - 2 * c0)
-        for (i, j), cost in zip(pairs, both, strict=True):
-            H[i, j] = H[j, i] = cost - c0 - g[i] - g[j] - 0.5 * (H[i, i] + H[j, j])
-        positive = bool(np.all(np.isfinite(H))) and float(np.linalg.eigvalsh(H).min()) > 0
-        step = -np.linalg.solve(H, g) if positive else np.zeros(n)
-        found.append(step * scale)
-        total += c0 + g @ step + 0.5 * step @ H @ step
-    return np.array(found), float(total)
+    problem: Problem, reduced: ReducedModel, p: FloatArray, row: int, freqs: Sequence[float], n: int = 2
+) -> list[tuple[FloatArray, float]]:
+    """Best amplitudes (n_records, n) at each of the frequencies (Hz), and the cost they leave."""
+    system, place = problem.system(reduced), np.ascontiguousarray(reduced.rows([row])[0])
+    amplitudes, costs = np.zeros((len(freqs), len(problem.records), n)), np.zeros(len(freqs))
+    for i, line in enumerate(problem.lines(reduced)):
+        waves = np.hstack([_waves(freq, line.record.n, line.record.dt, n) for freq in freqs])
+        spectra = np.fft.rfft(waves[line.first :], axis=0)[line.index]
+        products = _core.force_products(system, line.core, place, np.ascontiguousarray(spectra), p)
+        for k in range(len(freqs)):
+            if products is None:
+                costs[k] = np.inf
+                continue
+            own = slice(1 + k * n, 1 + (k + 1) * n)
+            b, A = products[own, 0], products[own, own]
+            positive = bool(np.all(np.isfinite(A))) and float(np.linalg.eigvalsh(A).min()) > 0
+            amplitudes[k, i] = np.linalg.solve(A, b) if positive else np.zeros(n)
+            costs[k] += products[0, 0] - amplitudes[k, i] @ b
+    return [(a, float(cost)) for a, cost in zip(amplitudes, costs, strict=True)]

@@ -15,7 +15,7 @@ from femend.diagnose.dressed import own_values
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
 from femend.diagnose.linear import fit_linear, fit_mass, judge_linear
 from femend.diagnose.locate import Located, order
-from femend.diagnose.nonlinear import fit_nonlinear, judge_nonlinear, refit_nonlinear, windows
+from femend.diagnose.nonlinear import as_recorded, fit_nonlinear, judge_nonlinear, refit_nonlinear, windows
 from femend.diagnose.settings import Settings
 from femend.diagnose.soft_clamp import soft_clamps
 from femend.diagnose.split import Split
@@ -405,11 +405,21 @@ class _Judge:
             again = sum(r.candidate.name == b.candidate.name for b in best)
             best += [r] if again < OF_ONE_NAME and len(best) < self.settings.refined else []
         out = [r for r in ranked if not any(r is b for b in best)]
+        recorder, filters = self.split.fitting.recorder, self.split.fitting.recorder.filters
         for r in best:
             inside = replace(r.candidate, sigma=max(r.candidate.sigma, self.sigma))
-            candidate = judge_nonlinear(self.split.choosing, refit_nonlinear(self.split.fitting, inside))
-            out.append(self.ranked(_Tried(candidate, r.located, r.recovered)))
+            candidate = refit_nonlinear(self.split.fitting, inside)
+            candidate = (
+                as_recorded(self.split.fitting, candidate, self.settings.gain_cost) if r is best[0] else candidate
+            )
+            out.append(self.judged(candidate, r))
+        if recorder.filters != filters:
+            out = [self.judged(r.candidate, r) if r.candidate.nonlinear else r for r in out]
         return self.in_order(out)
+
+    def judged(self, candidate: Candidate, tried: Ranked) -> Ranked:
+        """A nonlinear candidate judged anew where it was `tried`."""
+        return self.ranked(_Tried(judge_nonlinear(self.split.choosing, candidate), tried.located, tried.recovered))
 
     def in_order(self, ranked: Sequence[Ranked]) -> list[Ranked]:
         """In rising order of score, a simple law before one that is hardly better."""

@@ -13,8 +13,9 @@ from femend.diagnose.closed_loop import COARSE, ClosedLoop, History, loop_of
 from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.joint import Joint, Recovered
 from femend.estimate import FitRecord, Problem
+from femend.estimate.lines import TEMPERING
 
-__all__ = ["fit_nonlinear", "judge_nonlinear", "refit_nonlinear", "simulate_candidate", "windows"]
+__all__ = ["as_recorded", "fit_nonlinear", "judge_nonlinear", "refit_nonlinear", "simulate_candidate", "windows"]
 
 FloatArray = NDArray[np.float64]
 
@@ -184,6 +185,30 @@ def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JO
         reference=candidate.reference,
         p_sd=standard_deviations(covariance, n_p),
     )
+
+
+def as_recorded(problem: Problem, candidate: Candidate, gain: float) -> Candidate:
+    """A candidate fitted to all records of the problem; fitted again where samples picked without a filter fit better
+    by `gain` of the cost, and the recorder is one without a filter from then on."""
+    recorder = problem.recorder
+    if not recorder.filters:
+        return candidate
+    filtered = _cost(problem, candidate)
+    recorder.filters = False
+    if _cost(problem, candidate) < filtered:
+        again = refit_nonlinear(problem, candidate)
+        if _cost(problem, again) < filtered - gain:
+            return again
+    recorder.filters = True
+    return candidate
+
+
+def _cost(problem: Problem, candidate: Candidate) -> float:
+    """Tempered squares that a candidate leaves, with the prior of the model's unknowns; infinite where it cannot be
+    simulated."""
+    (e,), _ = _loop_again(problem, candidate).residuals([(candidate.p, candidate.x)])
+    value = TEMPERING * float(e @ e) + candidate.prior
+    return value if np.isfinite(value) else np.inf
 
 
 def simulate_candidate(problem: Problem, candidate: Candidate, record: FitRecord) -> History:

@@ -33,7 +33,7 @@ def tangent_columns(
     wanted = np.abs(chain).max(axis=1, initial=0.0) > 0
     done = _core.simulate_tangents(
         *made.modal, loop.laws(x), wanted.tolist(), made.u, made.dt,
-        stride=loop.substeps, residual_compliance=made.residual,
+        stride=loop.kept[0], decimate=loop.kept[1], residual_compliance=made.residual,
     )  # fmt: skip
     over_p: list[list[FloatArray]] = [[] for _ in moved]
     over_x: list[list[FloatArray]] = [[] for _ in x]

@@ -206,7 +206,7 @@ def _sine(
     size = whole.size
     if size.max() > ALIKE * size.min():
         return None
-    choosing = whole.on(split.choosing, reduced, float(size.mean()))
+    choosing = whole.on(split.choosing, reduced)
     (seen,) = choosing.fit([whole.fit.hypothesis], [(whole.fit.p, whole.fit.x)], iterations=0)
     if seen is None:
         return None

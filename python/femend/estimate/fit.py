@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.estimate.lines import FitRecord, Lines, spectral_lines
+from femend.estimate.recorder import Recorder
 from femend.estimate.swept import pressed
 from femend.model import Place, ReducedModel
 from femend.model.form_errors import MODE_SD
@@ -111,7 +112,8 @@ class Problem:
     """The records with a band: makes systems and lines, and fits batches of hypotheses.
 
     Where the force that moved the structure was not recorded, `load` is where it acts: there a force is free on every
-    line, beside whatever is attached, and only how the sensors move relative to each other is compared.
+    line, beside whatever is attached, and only how the sensors move relative to each other is compared. The `recorder`
+    is the one of all problems made from this one.
     """
 
     def __init__(
@@ -120,9 +122,9 @@ class Problem:
         band: tuple[float, float],
         zeta: float,
         n_tuned: int,
-        spans: Sequence[slice | None] | None = None,
         limit: int | None = None,
         load: Place | None = None,
+        recorder: Recorder | None = None,
     ) -> None:
         self.records = list(records)
         self.band = band
@@ -130,7 +132,7 @@ class Problem:
         self.n_tuned = n_tuned
         self.limit = limit
         self.load = load
-        self.spans = list(spans) if spans is not None else [None] * len(self.records)
+        self.recorder = recorder or Recorder()
         self._systems: dict[tuple[int, float], tuple[ReducedModel, Any]] = {}
         self._lines: dict[tuple[int, float], tuple[ReducedModel, list[Lines]]] = {}
         self._made: dict[Hashable, Any] = {}
@@ -142,7 +144,7 @@ class Problem:
     def _but(self, **changes: Any) -> Problem:
         """The same problem but for `changes`, by the names of the constructor."""
         own = {"records": self.records, "band": self.band, "zeta": self.zeta, "n_tuned": self.n_tuned}
-        return Problem(**{**own, "spans": self.spans, "limit": self.limit, "load": self.load, **changes})
+        return Problem(**{**own, "limit": self.limit, "load": self.load, "recorder": self.recorder, **changes})
 
     def driven_at(self, load: Place | None) -> Problem:
         """The same problem with an unrecorded force at `load`; with None without one."""
@@ -192,7 +194,7 @@ class Problem:
 
     def on(self, records: Sequence[FitRecord]) -> Problem:
         """The same band and priors on other records."""
-        return self._but(records=records, spans=None)
+        return self._but(records=records)
 
     def pressed(self) -> Problem:
         """The same problem for lines strongly damped by a window: sweeps are pulses in it; itself where none are."""
@@ -200,7 +202,7 @@ class Problem:
         def make() -> Problem:
             records = [pressed(r, self.band) for r in self.records]
             unchanged = all(new is r for new, r in zip(records, self.records, strict=True))
-            return self if unchanged else self._but(records=records, spans=None)
+            return self if unchanged else self._but(records=records)
 
         done: Problem = self.kept("pressed", make)
         return done
@@ -244,9 +246,7 @@ class Problem:
         key = (id(reduced.V), sigma)
         kept = self._lines.get(key)
         if kept is None:
-            made = [
-                spectral_lines(r, reduced, self.band, sigma, s, self.limit) for r, s in zip(self.records, self.spans)
-            ]
+            made = [spectral_lines(r, reduced, self.band, sigma, self.limit) for r in self.records]
             kept = self._lines[key] = (reduced, made)
         return kept[1]
 

@@ -220,21 +220,19 @@ def spectral_lines(
     reduced: ReducedModel,
     band: tuple[float, float],
     sigma: float = 0.0,
-    span: slice | None = None,
     limit: int | None = None,
 ) -> Lines:
     """Lines of a record in a band (Hz), exponentially windowed with decay `sigma` (1/s).
 
     The window moves the lines to s = sigma + i omega, which is the same as damping added to model and structure alike;
-    lines closer than the added bandwidth are thinned and count for those left out. `span` takes a stretch of samples.
-    With `limit` at most about that many lines are taken: of each group of neighbours the one with the largest force, or
-    response where no force was recorded.
-    FRFs have no stretches, and on an uneven axis no window either.
+    lines closer than the added bandwidth are thinned and count for those left out. With `limit` at most about that many
+    lines are taken: of each group of neighbours the one with the largest force, or response where no force was
+    recorded. FRFs have no window on an uneven axis.
     """
     if record.frf is not None:
         return _of_frf(record, record.frf, reduced, band, sigma, limit)
-    span = slice(_first(record, sigma), None) if span is None else span
-    u, y = record.u[:, span], record.y[:, span]
+    first = _first(record, sigma)
+    u, y = record.u[:, first:], record.y[:, first:]
     n = u.shape[1]
     window = np.exp(-sigma * record.dt * np.arange(n))
     freq = np.asarray(np.fft.rfftfreq(n, record.dt), dtype=np.float64)

@@ -42,13 +42,14 @@ def result_of(
 ) -> dict[str, Any]:
     """The content of result.json; `warnings` are those of the recordings' channels, to which
     it is added where the force acts that nobody recorded, which lines the mesh cannot represent, on what laws were
-    chosen if there was but one recording, and what the excitation cannot tell."""
+    chosen if there was but one recording, what the recorder did not filter, and what the excitation cannot tell."""
     findings = _findings(diagnosis)
     warnings = [
         *warnings,
         *_drive(diagnosis),
         *_mesh(diagnosis),
         *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
+        *diagnosis.problem.recorder.warnings,
     ]
     warnings += untold(records)
     fit = [_fit(p, records, diagnosis.problem.band) for p in predictions if p.recorded is not None]

@@ -39,7 +39,15 @@ fn records(criterion: &mut Criterion) {
     group.sample_size(20).measurement_time(Duration::from_secs(2)).warm_up_time(Duration::from_millis(300));
     for (kind, p) in laws {
         let laws = [vec![Law::new(kind, &p).expect("bench laws are valid")]];
-        let run = Run { u: &u, n, dt: 1.0 / 4096.0, substeps: 2, stride: 1, output: Output::Acceleration };
+        let run = Run {
+            u: &u,
+            n,
+            dt: 1.0 / 4096.0,
+            substeps: 2,
+            stride: 1,
+            decimate: 1,
+            output: Output::Acceleration,
+        };
         for (beside, slopes, n_moved) in
             [("", false, 0), (", all slopes", true, 0), (", twenty models beside", false, 20)]
         {

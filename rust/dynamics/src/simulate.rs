@@ -7,6 +7,7 @@
 //! compliance takes the excess away (with the whole of it the scheme is the average acceleration method, stable for any
 //! stiffness). Modes whose half period is close to a substep follow their force statically.
 
+mod decimate;
 mod lane;
 mod modal;
 mod newton;
@@ -62,6 +63,8 @@ pub struct Run<'a> {
     pub substeps: usize,
     /// Every how many input samples an output is kept.
     pub stride: usize,
+    /// How many of these are filtered to one, as a recorder does it; 1 leaves them as they are.
+    pub decimate: usize,
     /// Output quantity.
     pub output: Output,
 }
@@ -194,6 +197,9 @@ impl Run<'_> {
         }
         if self.stride == 0 {
             return value("stride", 0.0, "1 or more");
+        }
+        if self.decimate == 0 {
+            return value("decimate", 0.0, "1 or more");
         }
         if self.n == 0 {
             return value("number of samples", 0.0, "1 or more");

@@ -2,8 +2,8 @@
 
 use femend_dynamics::identify::{
     Attached, Hypothesis as CoreHypothesis, IdentifyError, Job, RecordLines as CoreLines, Settings, Solution,
-    System as CoreSystem, Term, What, fitted as core_fitted, model_columns as core_model_columns,
-    solve_batch,
+    System as CoreSystem, Term, What, fitted as core_fitted, force_products as core_force_products,
+    model_columns as core_model_columns, solve_batch,
 };
 use femend_dynamics::laws::Kind;
 use femend_linalg::Dense;
@@ -288,7 +288,7 @@ fn fitted_lines<'py>(
         .collect())
 }
 
-/// How the weighted accelerations of a record change with the unknowns of the model; see `femend._core.pyi`.
+/// How the weighted accelerations of a record change with the unknowns of the model; see the stub of `femend._core`.
 #[pyfunction]
 #[pyo3(signature = (system, record, w, kappa, p))]
 fn model_columns<'py>(
@@ -306,6 +306,27 @@ fn model_columns<'py>(
     Ok(rows(&columns).into_pyarray(py))
 }
 
+/// What forces at one place of the basis would do to a record; see the stub of `femend._core`.
+#[pyfunction]
+#[pyo3(signature = (system, record, row, spectra, p))]
+fn force_products<'py>(
+    py: Python<'py>,
+    system: Py<System>,
+    record: Py<RecordLines>,
+    row: PyReadonlyArray1<'_, f64>,
+    spectra: PyReadonlyArray2<'_, Complex64>,
+    p: PyReadonlyArray1<'_, f64>,
+) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+    let (system, record) = (&system.get().inner, &record.get().inner);
+    let (row, p) = (row.as_array().to_vec(), p.as_array().to_vec());
+    let spectra: Vec<Complex64> = spectra.as_array().iter().copied().collect();
+    match py.detach(|| core_force_products(system, record, &row, &spectra, &p)) {
+        Ok(products) => Ok(Some(rows(&products).into_pyarray(py))),
+        Err(IdentifyError::Algebra(_)) => Ok(None),
+        Err(e) => Err(refused(e)),
+    }
+}
+
 /// Adds this file's classes and functions to `_core`.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<System>()?;
@@ -313,5 +334,6 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Hypothesis>()?;
     module.add_function(wrap_pyfunction!(solve_hypotheses, module)?)?;
     module.add_function(wrap_pyfunction!(fitted_lines, module)?)?;
+    module.add_function(wrap_pyfunction!(force_products, module)?)?;
     module.add_function(wrap_pyfunction!(model_columns, module)?)
 }

@@ -62,7 +62,7 @@ fn told(py: Python<'_>, branch: Branch, n_out: usize, n_h: usize) -> PyResult<To
     ))
 }
 
-/// Branches of periodic motions of every set of laws at every level; see `femend._core.pyi`.
+/// Branches of periodic motions of every set of laws at every level; see the stub of `femend._core`.
 #[pyfunction]
 #[pyo3(signature = (omega, zeta, phi_in, phi_out, w, laws, force, levels, band, *, harmonics=7, samples=128,
                    settling=2, max_step=0.1, max_points=4000, max_folds=None, residual_compliance=0.0))]

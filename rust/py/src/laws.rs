@@ -224,10 +224,10 @@ fn histories<'py>(py: Python<'py>, out: Response, n_out: usize, n_w: usize) -> P
     ))
 }
 
-/// Response from rest of a modal model that carries laws; see `femend._core.pyi`.
+/// Response from rest of a modal model that carries laws; see the stub of `femend._core`.
 #[pyfunction]
 #[pyo3(name = "simulate", signature = (omega, zeta, phi_in, phi_out, w, laws, u, dt, *, substeps=1, stride=1,
-                   output="acceleration", residual_compliance=None))]
+                   decimate=1, output="acceleration", residual_compliance=None))]
 #[allow(clippy::too_many_arguments)]
 fn py_simulate<'py>(
     py: Python<'py>,
@@ -241,6 +241,7 @@ fn py_simulate<'py>(
     dt: f64,
     substeps: usize,
     stride: usize,
+    decimate: usize,
     output: &str,
     residual_compliance: Option<PyReadonlyArray2<'py, f64>>,
 ) -> PyResult<Histories<'py>> {
@@ -256,7 +257,7 @@ fn py_simulate<'py>(
     let record = Record::new(&u);
     modal.check(1, laws.len(), record.n_in)?;
     let (n_out, n_w, output) = (modal.phi_out.shape[0], laws.len(), quantity(output)?);
-    let run = record.run(dt, substeps, stride, output);
+    let run = record.run(dt, [substeps, stride, decimate], output);
     let out = py.detach(|| simulate(&modal.of(0), &laws, &run));
     raised()?;
     histories(py, out.map_err(|error| simulation_error(py, &error))?, n_out, n_w)
@@ -270,10 +271,10 @@ type Tangents<'py> = (
     Bound<'py, PyArrayDyn<f64>>,
 );
 
-/// Records with derivatives over law parameters, and models moved a little beside them; see `femend._core.pyi`.
+/// Records with derivatives over law parameters, and models moved a little beside them; see the stub of `femend._core`.
 #[pyfunction]
 #[pyo3(name = "simulate_tangents", signature = (omega, zeta, phi_in, phi_out, w, laws, wanted, u, dt, *, substeps=1,
-                   stride=1, output="acceleration", residual_compliance=None))]
+                   stride=1, decimate=1, output="acceleration", residual_compliance=None))]
 #[allow(clippy::too_many_arguments)]
 fn py_simulate_tangents<'py>(
     py: Python<'py>,
@@ -288,6 +289,7 @@ fn py_simulate_tangents<'py>(
     dt: f64,
     substeps: usize,
     stride: usize,
+    decimate: usize,
     output: &str,
     residual_compliance: Option<PyReadonlyArray2<'py, f64>>,
 ) -> PyResult<Vec<Tangents<'py>>> {
@@ -309,7 +311,7 @@ fn py_simulate_tangents<'py>(
     }
     let moved: Vec<ModalModel<'_>> = (1..n_sets).map(|set| modal.of(set)).collect();
     let one = |record: &Record| {
-        let run = record.run(dt, substeps, stride, output);
+        let run = record.run(dt, [substeps, stride, decimate], output);
         simulate_tangents(&modal.of(0), &laws, &run, &wanted, &moved)
     };
     let done: Result<Vec<Response>, SimulationError> = py.detach(|| records.par_iter().map(one).collect());
@@ -345,15 +347,15 @@ impl Record {
         Self { u: array.iter().copied().collect(), n_in: array.nrows(), n: array.ncols() }
     }
 
-    fn run(&self, dt: f64, substeps: usize, stride: usize, output: Output) -> Run<'_> {
-        Run { u: &self.u, n: self.n, dt, substeps, stride, output }
+    fn run(&self, dt: f64, [substeps, stride, decimate]: [usize; 3], output: Output) -> Run<'_> {
+        Run { u: &self.u, n: self.n, dt, substeps, stride, decimate, output }
     }
 }
 
-/// Many law sets times many records on all cores; see `femend._core.pyi`.
+/// Many law sets times many records on all cores; see the stub of `femend._core`.
 #[pyfunction]
 #[pyo3(name = "simulate_batch", signature = (omega, zeta, phi_in, phi_out, w, laws, u, dt, *, substeps=1, stride=1,
-                   output="acceleration", residual_compliance=None))]
+                   decimate=1, output="acceleration", residual_compliance=None))]
 #[allow(clippy::too_many_arguments)]
 fn py_simulate_batch<'py>(
     py: Python<'py>,
@@ -367,6 +369,7 @@ fn py_simulate_batch<'py>(
     dt: f64,
     substeps: usize,
     stride: usize,
+    decimate: usize,
     output: &str,
     residual_compliance: Option<PyReadonlyArray2<'py, f64>>,
 ) -> PyResult<Vec<Vec<Histories<'py>>>> {
@@ -383,7 +386,11 @@ fn py_simulate_batch<'py>(
     let jobs: Vec<(usize, usize)> =
         (0..sets.len()).flat_map(|set| (0..records.len()).map(move |record| (set, record))).collect();
     let one = |(set, record): &(usize, usize)| {
-        simulate(&modal.of(*set), &sets[*set], &records[*record].run(dt, substeps, stride, output))
+        simulate(
+            &modal.of(*set),
+            &sets[*set],
+            &records[*record].run(dt, [substeps, stride, decimate], output),
+        )
     };
     let done: Result<Vec<Response>, SimulationError> = py.detach(|| jobs.par_iter().map(one).collect());
     raised()?;
@@ -396,7 +403,7 @@ fn py_simulate_batch<'py>(
         .collect()
 }
 
-/// Force history (n,) of a law along a given motion from rest; see `femend._core.pyi`.
+/// Force history (n,) of a law along a given motion from rest; see the stub of `femend._core`.
 #[pyfunction]
 #[pyo3(signature = (name, parameters, d, v, a, dt))]
 fn law_force<'py>(
@@ -428,7 +435,7 @@ fn law_force<'py>(
     Ok(force.into_pyarray(py))
 }
 
-/// kappa(s) (n,) and its parameter derivatives (n_p, n) of a linear law; see `femend._core.pyi`.
+/// kappa(s) (n,) and its parameter derivatives (n_p, n) of a linear law; see the stub of `femend._core`.
 #[pyfunction]
 #[pyo3(signature = (name, parameters, s))]
 #[allow(clippy::type_complexity)]

@@ -133,7 +133,7 @@ fn domain(name: &str) -> PyResult<Domain> {
     }
 }
 
-/// Makes a law known under a name; see `femend._core.pyi`.
+/// Makes a law known under a name; see the stub of `femend._core`.
 #[pyfunction]
 #[pyo3(signature = (name, parameters, n_z, *, recorded=None, function=None, slopes=None, scales=Vec::new()))]
 fn register_law(

@@ -117,7 +117,7 @@ fn simulated(laws: &[Law], w: f64, level: f64, periods: usize) -> Vec<Complex64>
     // what is interpolated linearly between samples has lost (w dt)^2 / 12 of its amplitude
     let raised = level / (0.5 * w * dt).sin().powi(2) * (0.5 * w * dt).powi(2);
     let u: Vec<f64> = (0..n * periods).map(|i| raised * (TAU * i as f64 / n as f64).cos()).collect();
-    let run = Run { u: &u, n: u.len(), dt, substeps, stride: 1, output: Output::Displacement };
+    let run = Run { u: &u, n: u.len(), dt, substeps, stride: 1, decimate: 1, output: Output::Displacement };
     let done = simulate(&TWO, &[laws.to_vec()], &run).unwrap();
     let last = &done.d[n * (periods - 1)..];
     (0..4)

@@ -17,6 +17,7 @@ mod arrays;
 mod attached;
 mod decays;
 mod fitted;
+mod forced;
 mod hypothesis;
 mod lines;
 mod minimise;
@@ -31,6 +32,7 @@ mod solve;
 mod system;
 
 pub use fitted::{Fitted, fitted, model_columns};
+pub use forced::force_products;
 pub use hypothesis::{Attached, Hypothesis, What};
 pub use lines::RecordLines;
 pub use minimise::{Settings, Solution};

@@ -12,7 +12,7 @@ use super::sensitivities::Sensitivities;
 use super::shapes::Shapes;
 use super::system::System;
 use super::{IdentifyError, RecordLines};
-use femend_linalg::{Dense, gemm_tn, gram};
+use femend_linalg::{Dense, LinalgError, gemm_tn, gram};
 
 /// Modes up to this multiple of the highest line, and so many more, count in the matrix of a search.
 const COUNT_BELOW: f64 = 1.5;
@@ -122,6 +122,14 @@ impl<'a> Step<'a> {
             }
         }
         p.forces(force)
+    }
+
+    /// Cholesky factor of the decays' normal equations.
+    ///
+    /// # Errors
+    /// [`LinalgError::NotPositiveDefinite`] where there are decays and they have none.
+    pub fn factored(&self) -> Result<&Dense, LinalgError> {
+        self.factor.as_ref().ok_or(LinalgError::NotPositiveDefinite)
     }
 
     /// Adds this record's part of the Gauss-Newton matrix.

@@ -236,18 +236,26 @@ impl Stepper {
         self.phi_out.len()
     }
 
-    /// Gives the output of every row to `keep`.
+    /// Gives the output of every row to `keep`; `own` is taken for what every mode gives out.
     #[inline(always)]
-    pub(super) fn outputs<S: Simd>(&self, simd: S, x: &Modes, mut keep: impl FnMut(usize, f64)) {
+    pub(super) fn outputs<S: Simd>(
+        &self,
+        simd: S,
+        x: &Modes,
+        own: &mut Lanes,
+        mut keep: impl FnMut(usize, f64),
+    ) {
+        for ((own, x), n) in own.iter_mut().zip(x).zip(&self.numbers) {
+            *own = match self.quantity {
+                Output::Displacement => x.q,
+                Output::Velocity => x.dq,
+                Output::Acceleration => n.acceleration(simd, x),
+            };
+        }
         for (row, phi) in self.phi_out.iter().enumerate() {
             let mut sum = [0.0; LANES];
-            for ((x, n), phi) in x.iter().zip(&self.numbers).zip(phi) {
-                let own = match self.quantity {
-                    Output::Displacement => x.q,
-                    Output::Velocity => x.dq,
-                    Output::Acceleration => n.acceleration(simd, x),
-                };
-                sum = mul_add(simd, phi, &own, &sum);
+            for (own, phi) in own.iter().zip(phi) {
+                sum = mul_add(simd, phi, own, &sum);
             }
             keep(row, total(simd, &sum));
         }

@@ -1,6 +1,6 @@
 //! The time loop.
 
-use super::modal::{Modes, Stepper};
+use super::modal::{Lanes, Modes, Stepper};
 use super::newton::{Forces, Motions, solve};
 use super::sensitivity::{Columns, Model, Moved};
 use super::stable::{Coupling, SAFE, Stabiliser};
@@ -60,9 +60,9 @@ pub fn simulate_tangents(
         // a law whose stiffness grows with amplitude went beyond what the plain scheme carries
         stabiliser.share = 1.0;
         stabiliser.slopes.fill(0.0);
-        return Ok(simulated(&stabiliser));
+        return Ok(simulated(&stabiliser).decimated(run.decimate));
     }
-    Ok(first)
+    Ok(first.decimated(run.decimate))
 }
 
 /// Runs a simulation in the widest vector instructions the machine has.
@@ -101,6 +101,8 @@ struct Moving {
     scale: f64,
     /// Inputs at the end of the substep.
     u: Vec<f64>,
+    /// What every mode gives out.
+    own: Lanes,
     columns: Option<Columns>,
 }
 
@@ -193,6 +195,7 @@ impl<'a> Simulation<'a> {
             x: Motions::default(),
             scale: 0.0,
             u: vec![0.0; self.run.u.len() / self.run.n],
+            own: self.stepper.unloaded(),
             columns: columns.then(made),
         }
     }
@@ -292,7 +295,7 @@ impl<'a> Simulation<'a> {
     #[inline(always)]
     fn record<S: Simd>(&self, simd: S, now: &mut Moving, k: usize, out: &mut Response) {
         let n = out.n;
-        self.stepper.outputs(simd, &now.modes, |row, y| out.y[row * n + k] = y);
+        self.stepper.outputs(simd, &now.modes, &mut now.own, |row, y| out.y[row * n + k] = y);
         for i in 0..self.joints.len() {
             out.d[i * n + k] = now.x[i].d;
             out.v[i * n + k] = now.x[i].v;

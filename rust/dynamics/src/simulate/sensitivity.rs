@@ -73,6 +73,8 @@ pub(super) struct Columns {
     frames: Vec<Frame>,
     /// Frames that no derivative has been through.
     waiting: usize,
+    /// What every mode gives out.
+    own: Lanes,
 }
 
 /// What belongs to all substeps.
@@ -133,7 +135,13 @@ impl Columns {
             })
             .collect();
         let frame = || Frame { at: vec![Linearised::default(); joints.len()], ..Frame::default() };
-        Self { columns, beside, frames: (0..BLOCK).map(|_| frame()).collect(), waiting: 0 }
+        Self {
+            columns,
+            beside,
+            frames: (0..BLOCK).map(|_| frame()).collect(),
+            waiting: 0,
+            own: stepper.unloaded(),
+        }
     }
 
     /// Takes down a substep under inputs `u` that led to the motions `x` and forces `f` from `states`.
@@ -193,9 +201,8 @@ impl Columns {
             for frame in frames {
                 column.advance::<S, N>(simd, &substep(frame));
                 if let Some(k) = frame.kept {
-                    model
-                        .stepper
-                        .outputs(simd, &column.modes, |row, y| out.dy[(j * n_out + row) * n + k] = y);
+                    let keep = |row, y| out.dy[(j * n_out + row) * n + k] = y;
+                    model.stepper.outputs(simd, &column.modes, &mut self.own, keep);
                     (0..n_w).for_each(|i| out.df[(j * n_w + i) * n + k] = column.f[i]);
                 }
             }
@@ -206,7 +213,7 @@ impl Columns {
                 beside.advance::<S, N>(simd, &Substep { model, frame, compliance }, &moved.stepper);
                 if let Some(k) = frame.kept {
                     let keep = |row, y| out.moved_y[(j * n_out + row) * n + k] = y;
-                    moved.stepper.outputs(simd, &beside.modes, keep);
+                    moved.stepper.outputs(simd, &beside.modes, &mut self.own, keep);
                     (0..n_w).for_each(|i| out.moved_f[(j * n_w + i) * n + k] = beside.f[i]);
                 }
             }

@@ -1,0 +1,146 @@
+"""Estimation on spectral lines."""
+
+from collections.abc import Sequence
+from typing import TypeAlias, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+_Term: TypeAlias = tuple[Sequence[tuple[int, float]], NDArray[np.float64] | None, NDArray[np.float64] | None]
+
+@final
+class System:
+    """Reduced model K(p), M(p) in a basis of r vectors, with its unknowns p and their Gaussian priors.
+
+    Unknowns, in this order: ln factor of each parameter (n_par,), ln frequency factor of each of the first n_tuned
+    modes, ln damping ratio of each of them, ln damping ratio of all modes above (1): n = n_par + 2 n_tuned + 1.
+    """
+
+    def __new__(
+        cls,
+        k_fixed: NDArray[np.float64],
+        m_fixed: NDArray[np.float64],
+        terms: Sequence[_Term],
+        n_par: int,
+        n_tuned: int,
+        mean: NDArray[np.float64],
+        sd: NDArray[np.float64],
+    ) -> System:
+        """`k_fixed`, `m_fixed` (r, r): the part that no parameter moves. `terms`: ([(parameter, exponent), ...], K, M),
+        K and M (r, r) or None, multiplied by exp(sum exponent * p). `n_par` parameters, `n_tuned` <= r tuned modes,
+        `mean` and `sd` (n,) of the priors. Raises ModelError where sizes do not fit."""
+
+    def modal(self, p: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """omega (r,) in rad/s with the frequency factors applied, zeta (r,), mass-normalised modes (r, r) in the basis,
+        at the unknowns `p` (n,). Raises ModelError for a wrong number of unknowns and a mass that is not positive."""
+
+@final
+class RecordLines:
+    """One time record as weighted lines s = sigma + i omega of its exponentially windowed spectrum."""
+
+    def __new__(
+        cls,
+        s: NDArray[np.complex128],
+        u: NDArray[np.complex128],
+        y: NDArray[np.complex128],
+        weight: NDArray[np.float64],
+        out_rows: NDArray[np.float64],
+        in_rows: NDArray[np.float64],
+        dt: float,
+        sigma: float,
+        n_samples: int,
+        thinning: float,
+        tempering: float,
+    ) -> RecordLines:
+        """`s` (K,) rad/s, spectra `u` (K, n_in) of forces and `y` (K, n_out) of accelerations, `weight` (K, n_out) =
+        1/sd, rows of the basis at sensors `out_rows` (n_out, r) and forces `in_rows` (n_in, r), step `dt` s, decay of
+        the window `sigma` 1/s, `n_samples` of the record; each line stands for `thinning` lines and counts
+        `tempering` * `thinning` in the cost. Raises ModelError where sizes do not fit."""
+
+@final
+class Hypothesis:
+    """What acts beside the model: nothing, a force free on every line, or linear laws."""
+
+    def __new__(
+        cls,
+        w: NDArray[np.float64] | None = None,
+        laws: Sequence[str] | None = None,
+        compliance: Sequence[float] | None = None,
+        law_mean: Sequence[float] | None = None,
+        law_sd: Sequence[float] | None = None,
+        at: Sequence[Sequence[int]] | None = None,
+        free: int = 0,
+    ) -> Hypothesis:
+        """`w` (n_w, r) direction vectors in the basis, None for nothing; `laws` names whose forces add up, None for a
+        free force; `compliance` (n_w,) m/N in series with the laws; `law_mean`, `law_sd`: priors of the logarithms of
+        the laws' parameters, one after the other; `at` numbers of the coordinates of each law, all without it; at the
+        last `free` coordinates a force free on every line acts too. Raises ModelError where sizes do not fit or a law
+        is not known, ValueError for coordinates of more or fewer laws."""
+
+_Solved: TypeAlias = tuple[
+    NDArray[np.float64], NDArray[np.float64], float, float, NDArray[np.float64], NDArray[np.float64], int, bool
+]
+
+def solve_hypotheses(
+    jobs: Sequence[tuple[System, Hypothesis, NDArray[np.float64], NDArray[np.float64]]],
+    records: Sequence[RecordLines],
+    iterations: int = 20,
+    tolerance: float = 1e-2,
+    derivatives: bool = True,
+) -> list[_Solved | None]:
+    """Minimises the cost of each job over the same `records`, in parallel (Levenberg-Marquardt, free forces and free
+    decays projected out: Golub and Pereyra 1973 with Kaufman's Jacobian).
+
+    A job is (system, hypothesis, start of the unknowns (n,), start of the ln law parameters (n_x,)); it takes at most
+    `iterations` steps and ends when one lowers the cost by less than `tolerance` (plus a thousandth of it times the
+    cost). Steps are found by a Gauss-Newton matrix without what modes far above the lines do;
+    near the noise, by the exact gradient, and one matrix serves up to five steps while these come out as it says.
+
+    Returns, for each job, unknowns p (n,), ln law parameters x (n_x,), cost, its prior part, misfit of each record
+    (mean weighted square left per free complex value), Gauss-Newton matrix of half the cost (n + n_x, n + n_x) where
+    `derivatives` are wanted (else what the search used), number of steps, convergence; None where the model or law
+    cannot be solved at the start.
+    Raises ModelError where sizes do not fit.
+    """
+
+def fitted_lines(
+    system: System,
+    hypothesis: Hypothesis,
+    records: Sequence[RecordLines],
+    p: NDArray[np.float64],
+    x: NDArray[np.float64],
+) -> list[tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]]:
+    """For each record: accelerations (K, n_out) with fitted free decays, displacements of the coordinates (K, n_w),
+    forces on the structure there (K, n_w), for `hypothesis` on `system` at unknowns `p` and ln law parameters `x`.
+
+    Raises ModelError where the model or a law cannot be solved there.
+    """
+
+def force_products(
+    system: System,
+    record: RecordLines,
+    row: NDArray[np.float64],
+    spectra: NDArray[np.complex128],
+    p: NDArray[np.float64],
+) -> NDArray[np.float64] | None:
+    """Products (m + 1, m + 1) of the record's residual, which comes first, and of the answers to m forces with the
+    spectra in the columns of `spectra` (K, m), N, at the place `row` (r,) of the basis, as they count in the cost. The
+    free decays are eliminated, as strong as the recorded forces alone make them.
+
+    Of the matrix [[e, b^T], [b, A]] amplitudes A^-1 b leave the cost e - b^T A^-1 b. None where the model cannot be
+    solved at the unknowns `p` (n,); raises ModelError for arrays that do not fit.
+    """
+
+def model_columns(
+    system: System,
+    record: RecordLines,
+    w: NDArray[np.float64],
+    kappa: NDArray[np.complex128],
+    p: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Derivatives (2 K n_out, n) of the record's weighted accelerations with respect to the n unknowns of `system` at
+    `p`, where the coordinates `w` (n_w, r) have the dynamic stiffness `kappa` (K, n_w), N/m: real parts of all lines,
+    then imaginary parts, sensor after sensor.
+
+    Raises ModelError for arrays that do not fit or a model that cannot be solved.
+    """
