@@ -52,7 +52,7 @@ def test_the_final_model_holds_both(run: StudyRun) -> None:
 
 def test_what_no_force_explains_is_noise_to_a_single_law(run: StudyRun) -> None:
     d = run.diagnosis
-    quiet = [replace(r, noise=r.noise / 5) for r in d.problem.records]
+    quiet = [replace(r, noise=r.noise / 3.3) for r in d.problem.records]
     problem = d.problem.on(quiet)
     loud = louder(UpdatedModel(problem, d.reduced, d.null, d.g_rows), refitted(problem, d.located))
     assert loud is not None
