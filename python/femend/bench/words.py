@@ -136,6 +136,12 @@ def pretest_text(result: dict[str, Any]) -> str:
             for p in forecast["parameters"]
         ]  # fmt: skip
         parts += ["", table(["parameter", "prior sd", "expected", "told by"], rows, "lrrl")]
+    if result.get("distinguish"):
+        rows = [
+            [d["truth"], d["rival"], fixed(d["detected"], 1), fixed(d["distance"], 1), "yes" if d["told"] else "no"]
+            for d in result["distinguish"]
+        ]
+        parts += ["", table(["if there is", "taken for", "shown", "left by it", "told apart"], rows, "llrrl")]
     v = result["virtual_test"]
     if "modes" in v:
         parts += ["", f"virtual test: {v['found']} of {len(v['modes'])} modes found"]

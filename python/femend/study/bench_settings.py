@@ -11,6 +11,7 @@ __all__ = [
     "METHODS",
     "POSTERIORS",
     "RESPONSES",
+    "CandidateSettings",
     "CorrelationSettings",
     "MorphSettings",
     "PretestSettings",
@@ -97,13 +98,37 @@ class UpdatingSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class CandidateSettings:
+    """An entry of ``[pretest] distinguish``: an explanation of what a test will show, and how large it is.
+
+    A `parameter` of the study that is off by the share `size` (its prior deviation where the study says nothing), or
+    `physics` the deck lacks: "added_mass" of `size` (mass of the model's units) at `node`, "support_stiffness" of
+    `size` (force over length) from `node` to ground along `component` 1 to 3, or "joint_stiffness", the share `size` of
+    the stiffness of `element`.
+    """
+
+    parameter: str | None = None
+    physics: str | None = None
+    node: int | None = None
+    element: int | None = None
+    component: int = 0
+    size: float = 1.0
+
+    @property
+    def what(self) -> tuple[object, ...]:
+        """What it is, whatever its size."""
+        return self.parameter, self.physics, self.node, self.element, self.component
+
+
+@dataclass(frozen=True, slots=True)
 class PretestSettings:
     """``[pretest]``: target modes by `band` (Hz) or by number (`modes`, from 1), `sensors` in all with those `placed`,
     chosen by `method` among `nodes` (None: all) without `leave_out` in `directions`, on nodes no nearer to each
     other than `spacing` (in the model's unit), and `exciters` likewise.
 
     `freq_sd` and `shape_sd` are how well the test is going to tell frequencies and shapes (shares), `sensor_mass` what
-    a sensor weighs, in the model's unit; the virtual test adds `noise` with `seed`.
+    a sensor weighs, in the model's unit; the virtual test adds `noise` with `seed`. `distinguish` are explanations that
+    the test is to tell apart.
     """
 
     band: tuple[float, float] | None = None
@@ -122,6 +147,7 @@ class PretestSettings:
     freq_sd: float = 0.002
     shape_sd: float = 0.05
     sensor_mass: float = 0.0
+    distinguish: tuple[CandidateSettings, ...] = ()
     virtual_test: bool = True
     noise: float = 0.02
     seed: int = 0
