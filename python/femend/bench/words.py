@@ -84,8 +84,17 @@ def update_text(result: dict[str, Any]) -> str:
 
 
 def _estimates(result: dict[str, Any]) -> list[str]:
-    """Other starts and the drawn posterior, where there are any."""
+    """The response surface, other starts and the drawn posterior, where there are any."""
     parts = []
+    surface = result["response_surface"]
+    if surface is not None:
+        cost = surface["cost"]
+        parts += [
+            "",
+            f"surface   {surface['points']} points, {100 * surface['left_of_variance']:.2g} % of the variance left; "
+            f"least point foretold {number(cost['foretold'])}, in the models {number(cost['there'])}, deck "
+            f"{number(cost['deck'])}; begun {'there' if surface['begun_there'] else 'at the deck'}",
+        ]
     starts, posterior = result["starts"], result["posterior"]
     if starts is not None:
         n = len(starts["minima"])

@@ -77,6 +77,9 @@ class UpdatingSettings:
     `starts` searches are made in all, the first from the deck as it stands, others from points between the bounds. The
     `posterior` is that of the search's end ("laplace"), or "sampled" as well, by so many `draws`. `seed` is that of the
     points and the draws. `morph` are positions that may change beside the study's parameters.
+
+    With `response_surface` the models are solved at `design_points` points first (None: twice the terms of a full
+    quadratic), and the search begins at the least point of a surface through the residuals.
     """
 
     responses: tuple[str, ...] = ("frequencies", "shapes")
@@ -95,6 +98,8 @@ class UpdatingSettings:
     draws: int = 500
     seed: int = 0
     morph: tuple[MorphSettings, ...] = ()
+    response_surface: bool = False
+    design_points: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

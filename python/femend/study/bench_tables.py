@@ -52,6 +52,10 @@ def updating_settings(check: Check, table: UpdatingTable, parameters: Sequence[s
         _count(check, f"updating.{key}", getattr(table, key))
     if table.draws < FEWEST_DRAWS:
         raise check.fail("updating.draws", f"{table.draws} is less than {FEWEST_DRAWS}; so few tell no quantiles")
+    if table.design_points is not None:
+        _count(check, "updating.design_points", table.design_points)
+        if not table.response_surface:
+            raise check.fail("updating.design_points", "is given and nothing uses it; say response_surface = true too")
     _seed(check, "updating.seed", table.seed)
     checked = {
         "responses": tuple(table.responses),

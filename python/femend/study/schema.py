@@ -157,6 +157,8 @@ class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_
     draws: int = _UPDATING.draws
     seed: int = _UPDATING.seed
     morph: list[MorphTable] = []
+    response_surface: bool = _UPDATING.response_surface
+    design_points: int | None = None
 
 
 class CandidateTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
