@@ -52,4 +52,20 @@ def test_the_hammer_test_of_the_motor_rig_is_correlated(shared: Callable[[str], 
     # by reciprocity: one accelerometer, blows at the others
     assert hammer.frfs is not None
     assert len(hammer.frfs.matched.inputs) > len(hammer.frfs.matched.outputs)
-    assert any("'runup' is a rotor's run" in w for w in run.result["warnings"])
+
+
+def test_the_run_up_of_the_motor_rig_is_compared_in_its_own_configuration(shared: Callable[[str], Path]) -> None:
+    """On its layer the machine has other modes than the deck: the peaks are where the ambient recording has its modes,
+    look like the model's, and are as far off as those."""
+    run = correlate_study(shared("cases/rig/public/study.toml"))
+    found = run.run("runup")
+    np.testing.assert_allclose(found.measured.peak_freq, [5.69, 10.22, 17.31], atol=0.02)
+    ambient = run["ambient"]
+    for row in found.comparison.table.rows:
+        near = int(np.argmin(np.abs(ambient.test.freq - row.freq_a)))
+        assert abs(ambient.test.freq[near] / row.freq_a - 1) < 0.01
+        mate = next(r for r in ambient.comparison.table.rows if r.a == near)
+        assert mate.b == row.b
+    assert [r.b for r in found.comparison.table.rows] == [0, 2, 3]
+    assert min(r.mac for r in found.comparison.table.rows) > 0.75
+    assert [r["recording"] for r in run.result["runs"]] == ["runup"]  # the run-down is to be predicted

@@ -85,6 +85,13 @@ def test_other_starts_find_what_the_deck_misses(run: UpdateRun) -> None:
     assert run.result["cost"]["before"] == pytest.approx(run.problem.evaluate(run.problem.unknowns.mean).cost)
     assert {p["before"] for p in run.result["parameters"].values()} == {1.0}
     assert run.result["iterations"] >= 2
+    # nor is there need of other starts where a surface over few solutions leads out of the deck's valley
+    wide = run.study.file.parent / "surface.toml"
+    wide.write_text(run.study.file.read_text().replace("starts = 6", "response_surface = true"))
+    led = update_study(wide)
+    assert led.surface is not None
+    assert led.surface.taken
+    assert led.factors == pytest.approx(run.factors, rel=1e-3)
     one = run.study.file.parent / "one.toml"
     one.write_text(run.study.file.read_text().replace("starts = 6", "starts = 1"))
     alone = update_study(one)

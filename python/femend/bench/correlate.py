@@ -16,7 +16,11 @@ from femend.bench.models import Models
 from femend.bench.orthogonal import orthogonality_of
 from femend.bench.page import render_page
 from femend.bench.placed import Placed, placed_sensors
+from femend.bench.run_compared import ComparedRun, compare_run
+from femend.bench.run_content import write_run_table
+from femend.bench.runs import MeasuredRun, measured_runs, without_runs
 from femend.bench.steps import Steps, write_json
+from femend.errors import RecordingError
 from femend.io import OutputDirectory
 from femend.model import Model
 from femend.model.negative import negative_values
@@ -34,18 +38,21 @@ OWNED = ("correlation.json", "correlation.html", "correlation.run.json", "correl
 @dataclass(frozen=True, eq=False)
 class Prepared:
     """A study read for correlation or updating: the models of its configurations, the measured modes of its fit and
-    validate recordings, its sensors placed on the first model, and what is to be told."""
+    validate recordings, its sensors placed on the first model, and what is to be told; `runs` are the operating shapes
+    of its rotor's runs where they were asked for."""
 
     study: Study
     models: Models
     measured: tuple[MeasuredModes, ...]
     placed: Placed
     warnings: tuple[str, ...]
+    runs: tuple[MeasuredRun, ...] = ()
 
     @property
     def model(self) -> Model:
         """The model of the first recording."""
-        return self.models.of(self.measured[0].configuration)
+        first: MeasuredModes | MeasuredRun = self.measured[0] if self.measured else self.runs[0]
+        return self.models.of(first.configuration)
 
     def compare(self, measured: MeasuredModes, factors: Mapping[str, float] | None = None) -> Compared:
         """The `measured` modes of a recording against the model in its configuration, at `factors` of its
@@ -59,16 +66,28 @@ class Prepared:
             factors=factors,
         )
 
+    def compare_run(self, measured: MeasuredRun) -> ComparedRun:
+        """The operating shapes of a `measured` run against the model in its configuration."""
+        return compare_run(
+            measured,
+            self.models.of(measured.configuration),
+            self.placed.places,
+            zeta=self.study.damping_ratio,
+            mac_min=self.study.correlation.mac_min,
+        )
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CorrelationRun:
     """A finished correlation: what was `prepared`, each recording `compared`, the orthogonality of its shapes
-    over reduced masses (`tams`, None where there is none), and the `result` as it is written."""
+    over reduced masses (`tams`, None where there is none), the rotor's `runs` compared, and the `result` as it is
+    written."""
 
     prepared: Prepared
     compared: tuple[Compared, ...]
     tams: tuple[TamTable | None, ...]
     result: dict[str, Any]
+    runs: tuple[ComparedRun, ...] = ()
 
     @property
     def study(self) -> Study:
@@ -82,16 +101,25 @@ class CorrelationRun:
                 return one
         raise KeyError(f"no recording {recording!r}; there are {', '.join(c.measured.name for c in self.compared)}")
 
+    def run(self, recording: str) -> ComparedRun:
+        """The comparison of a rotor's run by its recording's name; raises KeyError where there is none."""
+        for one in self.runs:
+            if one.measured.name == recording:
+                return one
+        raise KeyError(f"no run {recording!r}; there are {', '.join(r.measured.name for r in self.runs) or 'none'}")
+
     def __repr__(self) -> str:
         from femend.bench.words import correlation_text
 
         return correlation_text(self.result)
 
 
-def prepare(study_path: Path, steps: Steps, use: str, *, morphs: bool = False) -> Prepared:
-    """Reads a study with its deck and recordings, identifies modes and places the sensors; raises what these raise.
-    `use` is what all this is for ("an update"), as messages say it; the models have the study's `morphs` where that is
-    asked for."""
+def prepare(study_path: Path, steps: Steps, use: str, *, morphs: bool = False, runs: bool = False) -> Prepared:
+    """Reads a study with its deck and recordings, identifies modes and places the sensors; raises what these raise, and
+    RecordingError where no recording to fit can be compared.
+
+    `use` is what all this is for ("an update"), as messages say it; the models have the study's `morphs`, and
+    operating shapes are taken from rotor's `runs`, where that is asked for."""
     with steps.step("read the study and the deck"):
         study = load_study(study_path, use=use)
         models = Models(study, morphs)
@@ -99,27 +127,40 @@ def prepare(study_path: Path, steps: Steps, use: str, *, morphs: bool = False) -
         first = next(iter(models.all(used).values()))
     with steps.info.step("identify modes"):  # which tells its progress recording by recording
         measured, passed = measured_modes(study, steps.progress)
+    turned: tuple[MeasuredRun, ...] = ()
+    if runs and any(r.excitation == "rotating" for r in study.recordings):
+        with steps.step("take operating shapes from runs"):
+            turned, lost = measured_runs(study)
+    else:
+        lost = without_runs(study, use)
+    passed = (*passed, *lost)
+    every: tuple[MeasuredModes | MeasuredRun, ...] = (*measured, *turned)
+    if not any(m.role == "fit" for m in every):
+        why = "; ".join(passed) or "there is none with role fit"
+        raise RecordingError(f"no recording to fit shows a mode: {why}; widen [correlation] band, or record longer")
     with steps.step("place sensors"):
-        placed = placed_sensors(measured, first, align=study.correlation.align)
-    told = [*negative_values(first.deck), *placed.warnings, *passed, *(w for m in measured for w in m.warnings)]
-    return Prepared(study, models, measured, placed, tuple(dict.fromkeys(told)))
+        placed = placed_sensors(every, first, align=study.correlation.align)
+    told = [*negative_values(first.deck), *placed.warnings, *passed, *(w for m in every for w in m.warnings)]
+    return Prepared(study, models, measured, placed, tuple(dict.fromkeys(told)), turned)
 
 
 @one_blas_thread
 def correlate(study: str | Path, out: str | Path | None = None, progress: Progress | None = None) -> CorrelationRun:
-    """Compares the modes and FRFs of every fit and validate recording of `study` with its deck as it stands.
+    """Compares the modes, FRFs and operating shapes of every fit and validate recording of `study` with its deck as it
+    stands.
 
     With a folder `out` everything is written there: correlation.json, correlation.html, tables as CSV and
     correlation.run.json. Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError,
     PairingError, ModelError); nothing is written then.
     """
     steps = Steps(Path(study), progress or SilentProgress())
-    prepared = prepare(Path(study), steps, "a correlation")
+    prepared = prepare(Path(study), steps, "a correlation", runs=True)
     with steps.step("compare"):
         compared = tuple(prepared.compare(m) for m in prepared.measured)
         tams = tuple(orthogonality_of(c, prepared.models.of(c.measured.configuration)) for c in compared)
-        result = correlation_result(prepared, compared, tams)
-    run = CorrelationRun(prepared, compared, tams, result)
+        runs = tuple(prepared.compare_run(m) for m in prepared.runs)
+        result = correlation_result(prepared, compared, tams, runs)
+    run = CorrelationRun(prepared, compared, tams, result, runs)
     if out is not None:
         with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
             _write(run, folder, steps)
@@ -129,8 +170,8 @@ def correlate(study: str | Path, out: str | Path | None = None, progress: Progre
 
 def _write(run: CorrelationRun, folder: Path, steps: Steps) -> None:
     write_json(folder / "correlation.json", run.result)
-    names = write_tables(folder, run.compared)
+    names = [*write_tables(folder, run.compared), *write_run_table(folder, run.result["runs"])]
     info = steps.info.as_dict()
-    page = correlation_page(run.prepared, run.compared, run.result, info, ("correlation.json", *names))
+    page = correlation_page(run, info, ("correlation.json", *names))
     (folder / "correlation.html").write_text(render_page(page), encoding="utf-8")
     steps.info.write(folder / "correlation.run.json")

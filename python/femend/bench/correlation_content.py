@@ -10,6 +10,7 @@ import numpy as np
 
 from femend.bench.compared import Compared
 from femend.bench.page import Fact, Page, Section, Table, figures, fixed, number, percent
+from femend.bench.run_content import run_section
 from femend.bench.steps import drawn_model, marker, write_csv
 from femend.correlate import match_frfs
 from femend.data import FRF
@@ -19,7 +20,7 @@ from femend.report.figures import frf_figure
 from femend.report.words import sentence
 
 if TYPE_CHECKING:
-    from femend.bench.correlate import Prepared
+    from femend.bench.correlate import CorrelationRun, Prepared
 
 __all__ = ["correlation_page", "frf_drawings", "mode_rows", "prepared_mesh", "write_tables"]
 
@@ -28,29 +29,42 @@ SENSORS_SHOWN, FRFS_SHOWN = 30, 4
 MODE_HEADER = ("test", "model", "f test, Hz", "f model, Hz", "Δf", "ζ test", "MAC", "cluster")
 
 
-def correlation_page(
-    prepared: Prepared, compared: Sequence[Compared], result: dict[str, Any], run: dict[str, Any], files: Sequence[str]
-) -> Page:
-    """The page of a correlation; `run` is the content of run.json, `files` what stands beside it."""
+def correlation_page(done: CorrelationRun, run: dict[str, Any], files: Sequence[str]) -> Page:
+    """The page of a correlation that is `done`; `run` is the content of run.json, `files` what stands beside it."""
+    prepared, compared, result = done.prepared, done.compared, done.result
     n, of = sum(c.n_pairs for c in compared), sum(c.n_test for c in compared)
     errors = [abs(r.freq_difference) for c in compared for r in c.comparison.table.rows]
     macs = [r.mac for c in compared for r in c.comparison.table.rows]
     mean = percent(float(np.mean(errors)), sign=False) if errors else "–"
-    facts = [
-        Fact("Modes paired", f"{n} of {of}", f"MAC of at least {prepared.study.correlation.mac_min:g}"),
-        Fact("Frequencies", f"off by {mean}", f"on average, {percent(max(errors, default=None), sign=False)} at most"),
-        Fact("Shapes", f"MAC {fixed(float(np.mean(macs)) if macs else None)}", "on average over the pairs"),
-    ]
+    facts = (
+        []
+        if not compared
+        else [
+            Fact("Modes paired", f"{n} of {of}", f"MAC of at least {prepared.study.correlation.mac_min:g}"),
+            Fact(
+                "Frequencies", f"off by {mean}", f"on average, {percent(max(errors, default=None), sign=False)} at most"
+            ),
+            Fact("Shapes", f"MAC {fixed(float(np.mean(macs)) if macs else None)}", "on average over the pairs"),
+        ]
+    )
     frfs = [r["frfs"] for r in result["recordings"] if "frfs" in r]
     if frfs:
         csac = float(np.mean([f["mean_csac"] for f in frfs]))
         facts.append(Fact("FRFs", f"CSAC {fixed(csac)}", f"CSF {fixed(float(np.mean([f['mean_csf'] for f in frfs])))}"))
     each = zip(compared, result["recordings"], strict=True)
     sections = [_section(c, r["orthogonality"]) for c, r in each]
+    sections += [run_section(c, r) for c, r in zip(done.runs, result["runs"], strict=True)]
+    peaks, mates = sum(c.measured.peaks.size for c in done.runs), sum(c.n_pairs for c in done.runs)
+    said = [f"{n} of {of} measured modes are paired with the model, their frequencies off by {mean} on average"]
+    if done.runs:
+        facts.append(Fact("Runs", f"{mates} of {peaks} peaks", "have the shape of a mode of the model"))
+        told = f"{mates} of {peaks} peaks of operating shapes look like a mode of the model"
+        said = [*(said if compared else []), told]
+    n, of = n + mates, of + peaks
     return Page(
         prepared.study.title,
         "femend correlation",
-        f"{n} of {of} measured modes are paired with the model, their frequencies off by {mean} on average",
+        "; ".join(said),
         ("all paired", "good") if n == of else ("modes without a mate", "warn") if n else ("nothing paired", "bad"),
         facts,
         sentence(result["advice"]),
@@ -67,7 +81,7 @@ def prepared_mesh(prepared: Prepared) -> str:
     """The model with its sensors and shakers, as SVG."""
     places, model = prepared.placed.places, prepared.model
     inputs = {d for m in prepared.measured if m.frf is not None for d in m.frf.input_dofs if d is not None}
-    sensors = {d for m in prepared.measured for d in m.modes.dofs}
+    sensors = {d for m in prepared.measured for d in m.modes.dofs} | {d for r in prepared.runs for d in r.dofs}
     return drawn_model(
         model,
         [marker(places[d], model, str(d)) for d in sorted(sensors)],

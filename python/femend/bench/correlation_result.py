@@ -12,6 +12,8 @@ from femend.bench.compared import Compared
 from femend.bench.measured import MeasuredModes
 from femend.bench.orthogonal import orthogonality_result
 from femend.bench.placed import Placed
+from femend.bench.run_compared import ComparedRun
+from femend.bench.run_result import run_advice, run_result
 
 if TYPE_CHECKING:
     from femend.bench.correlate import Prepared
@@ -22,9 +24,10 @@ FORMAT = "femend-correlation/1"
 
 
 def correlation_result(
-    prepared: Prepared, compared: Sequence[Compared], tams: Sequence[TamTable | None]
+    prepared: Prepared, compared: Sequence[Compared], tams: Sequence[TamTable | None], runs: Sequence[ComparedRun] = ()
 ) -> dict[str, Any]:
-    """The content of correlation.json; `tams` are the orthogonalities of what is `compared`."""
+    """The content of correlation.json; `tams` are the orthogonalities of what is `compared`, `runs` those of a
+    rotor."""
     faults = [f"recording {c.measured.name!r}: {f.text}" for c in compared for f in c.faults]
     return {
         "format": FORMAT,
@@ -34,8 +37,9 @@ def correlation_result(
             {**comparison_result(c), "orthogonality": orthogonality_result(t)}
             for c, t in zip(compared, tams, strict=True)
         ],
-        "warnings": [*prepared.warnings, *faults],
-        "advice": _advice(compared, faults),
+        "runs": [run_result(r) for r in runs],
+        "warnings": [*prepared.warnings, *faults, *(r.why for r in runs if r.why)],
+        "advice": "; ".join(filter(None, [_advice(compared, faults), *(run_advice(r) for r in runs)])),
     }
 
 

@@ -1,4 +1,4 @@
-"""Other starts and the drawn posterior on the page of an update, and as tables for a spreadsheet."""
+"""Response surface, other starts and drawn posterior on the page of an update, and as tables for a spreadsheet."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from femend.bench.drawn import Drawn
 from femend.bench.page import Section, Table, figures, fixed, number
 from femend.bench.starts import Starts
 from femend.bench.steps import write_csv
+from femend.bench.surface_start import SurfaceStart
 from femend.report import plots
 from femend.report.content import Picture
 
@@ -23,8 +24,9 @@ MINIMA_SHOWN, DENSITIES_SHOWN, ACROSS = 12, 24, 4
 
 
 def estimate_sections(run: UpdateRun) -> list[Section]:
-    """What other starts and draws say, as far as there are any."""
-    found = [] if run.starts is None else [_starts(run.starts)]
+    """What a response surface, other starts and draws say, as far as there are any."""
+    found = [] if run.surface is None else [_surface(run.surface)]
+    found += [] if run.starts is None else [_starts(run.starts)]
     return found if run.drawn is None else [*found, _posterior(run, run.drawn)]
 
 
@@ -43,6 +45,23 @@ def estimate_tables(folder: Path, run: UpdateRun) -> list[str]:
         write_csv(folder / "updating.posterior.csv", (*unknowns, "squares"), rows)
         names.append("updating.posterior.csv")
     return names
+
+
+def _surface(surface: SurfaceStart) -> Section:
+    told = surface.as_dict()
+    cost = told["cost"]
+    rows = [[name, number(value, 5)] for name, value in told["minimum"].items()]
+    begun = "The search began there" if told["begun_there"] else "The search began at the deck, which costs less"
+    lead = (
+        f"The models solved at {told['points']} points of a Latin hypercube between the bounds, a quadratic of "
+        f"{told['terms']} terms through every residual. Points left out are foretold to "
+        f"{number(told['press_error'], 3)} deviations (rms), over the design residuals scatter by "
+        f"{number(told['spread'], 3)}: {100 * told['left_of_variance']:.2g} % of their variance is left. At its least "
+        "point the surface foretells a "
+        f"cost of {number(cost['foretold'], 5)}, the models have {number(cost['there'], 5)}, the deck "
+        f"{number(cost['deck'], 5)}. {begun}."
+    )
+    return Section("Response surface", lead, [Table(("parameter", "at the least point"), rows, "lr")])
 
 
 def _starts(starts: Starts) -> Section:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femend.data import FRF, Geometry, IdentifiedModes, Spectra
 from femend.diagnose.staged.prepare import frf_data
 from femend.dof import Dof
-from femend.errors import FemendError, RecordingError
+from femend.errors import FemendError
 from femend.io import read_uff
 from femend.io.recordings import read_modes
 from femend.modal import ModalTest, identify_modes
@@ -59,8 +59,8 @@ class MeasuredModes:
 def measured_modes(study: Study, progress: Progress) -> tuple[tuple[MeasuredModes, ...], tuple[str, ...]]:
     """The modes of every recording with role fit or validate that shows some, and why others do not.
 
-    Recordings to be predicted hold inputs only and are passed over. Raises what the readers and the identification
-    raise, and RecordingError where no fit recording has a mode.
+    Recordings to be predicted hold inputs only and are passed over, and so are a rotor's runs, which have operating
+    shapes (`femend.bench.runs`). Raises what the readers and the identification raise.
     """
     found: list[MeasuredModes] = []
     passed: list[str] = []
@@ -75,15 +75,12 @@ def measured_modes(study: Study, progress: Progress) -> tuple[tuple[MeasuredMode
         progress.advance()
         if isinstance(one, str):
             passed.append(one)
-        else:
+        elif one is not None:
             found.append(one)
-    if not any(m.role == "fit" for m in found):
-        why = "; ".join(passed) or "there is none with role fit"
-        raise RecordingError(f"no recording to fit shows a mode: {why}; widen [correlation] band, or record longer")
     return tuple(found), tuple(passed)
 
 
-def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str:
+def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str | None:
     band = study.correlation.band
     read = read_modes(recording.file, units=study.units)
     about = (recording.name, recording.role, recording.configuration)
@@ -94,10 +91,11 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str:
         if not modes.n_modes:
             return f"recording {recording.name!r} has no mode in the band {_text(band)}"
         return MeasuredModes(*about, modes, READ, frf=_frfs_beside(recording, study), geometry=geometry, warnings=told)
+    if recording.excitation == "rotating":
+        return None
     full = with_warnings(recording.read(study.units))
-    if recording.excitation == "rotating" or isinstance(full.data, Spectra):
-        what = "a rotor's run" if recording.excitation == "rotating" else "auto or cross spectra"
-        return f"recording {recording.name!r} is {what}, from which no modes are taken here"
+    if isinstance(full.data, Spectra):
+        return f"recording {recording.name!r} is auto or cross spectra, from which no modes are taken here"
     if recording.excitation != "measured":
         alone = identify_output_only(full.time, band)
         if not alone.modes.n_modes:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.bench.measured import MeasuredModes
+from femend.bench.runs import MeasuredRun
 from femend.correlate import Alignment, align_points
 from femend.dof import Dof
 from femend.errors import CorrelationError, PairingError
@@ -39,8 +40,8 @@ class Placed:
         return {p.sensor: p.dof for p in self.pairing}
 
 
-def placed_sensors(measured: Sequence[MeasuredModes], model: Model, *, align: bool = True) -> Placed:
-    """Pairs every sensor of the `measured` modes with a DOF of `model`, by node id or by the nearest node.
+def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model, *, align: bool = True) -> Placed:
+    """Pairs every sensor of the `measured` modes and runs with a DOF of `model`, by node id or by the nearest node.
 
     Where the test has coordinates they are brought onto the model's (`femend.correlate.align_points`). A scale, a turn
     of axes or a shift that makes them agree is applied with `align`, to places and directions, and is told either way;

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.bench.explanations import Explanations, told_apart
 from femend.bench.models import Models
 from femend.bench.page import render_page
 from femend.bench.places import Targets, found_places, found_targets
@@ -55,8 +56,8 @@ OWNED = ("pretest.json", "pretest.html", "pretest.run.json", "pretest.*.csv")
 class Plan:
     """What was planned: `targets`, all `places` with the `placement` among them, `others` by the other methods (None
     where one does not apply), the `planned` test (None without parameters), where to excite (`driven`, rows of the
-    places `drives`), the driving-point residues of these, relative to each mode's largest, and what the sensors'
-    mass does."""
+    places `drives`), the driving-point residues of these, relative to each mode's largest, what the sensors' mass does,
+    and which `explanations` it tells apart (None where the study asks for none)."""
 
     targets: Targets
     places: tuple[Dof, ...]
@@ -67,6 +68,7 @@ class Plan:
     driven: ExciterChoice
     residues: FloatArray
     loading: MassLoading | None
+    explanations: Explanations | None = None
 
     @property
     def sensors(self) -> tuple[Dof, ...]:
@@ -153,7 +155,8 @@ def _plan(study: Study, model: Model, targets: Targets) -> tuple[Plan, tuple[str
     residues = driving_point_residues(at_drives, omega, kind="accelerance")
     residues = residues / np.maximum(residues.max(axis=0), 1e-300)
     loading = _loading(targets, placement.dofs(places), s.sensor_mass)
-    plan = Plan(targets, places, placement, others, planned, drives, driven, residues, loading)
+    explained = told_apart(model, s, targets, places, placement.rows.tolist())
+    plan = Plan(targets, places, placement, others, planned, drives, driven, residues, loading, explained)
     return plan, tuple(dict.fromkeys([*told, *more]))
 
 

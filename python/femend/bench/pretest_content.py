@@ -56,7 +56,7 @@ def pretest_page(run: PretestRun, info: dict[str, Any], files: Sequence[str]) ->
             [marker(d, model, str(d)) for d in run.plan.exciters],
         ),
         "Thin arrows: sensors. Thick ones: exciters.",
-        [_targets(run), _sensors(run), _exciters(run), *_forecast(run), *_virtual(run)],
+        [_targets(run), _sensors(run), _exciters(run), *_forecast(run), *_explanations(run), *_virtual(run)],
         info,
         files,
     )
@@ -159,6 +159,25 @@ def _forecast(run: PretestRun) -> list[Section]:
     )
     notes = [f"not told apart: {' and '.join(g)}" for g in forecast["not_told_apart"]]
     return [Section("What the test would tell", words, [Table(header, rows, "lrrrl")], notes=notes)]
+
+
+def _explanations(run: PretestRun) -> list[Section]:
+    pairs = run.result.get("distinguish")
+    if not pairs:
+        return []
+    rows = [
+        [d["truth"], d["rival"], fixed(d["detected"], 1), fixed(d["distance"], 1), "yes" if d["told"] else "no",
+         fixed(d["distance_with_all_places"], 1)]
+        for d in pairs
+    ]  # fmt: skip
+    header = ("if there is", "taken for", "shown", "left by it", "told apart", "with all places")
+    words = (
+        "If the first were there with its size, by how many deviations the data would contradict the deck (shown), and "
+        "what the second in its stead, of any size, would leave of them, the parameters following inside their priors; "
+        "three are asked. Linear about the deck's values."
+    )
+    lost = frozenset(i for i, d in enumerate(pairs) if not d["told"])
+    return [Section("Which explanations it would tell apart", words, [Table(header, rows, "llrrlr", lost)])]
 
 
 def _virtual(run: PretestRun) -> list[Section]:

@@ -77,6 +77,8 @@ def pretest_result(
             "parameters": [dict(f._asdict()) for f in plan.planned.forecast(rows)],
             "not_told_apart": [list(c.names) for c in plan.planned.collinear(rows)],
         }
+    if plan.explanations is not None:
+        found["distinguish"] = plan.explanations.as_list()
     found["virtual_test"] = {"note": note} if virtual is None else _virtual(virtual, plan)
     found["warnings"] = [*told, *_unrehearsed(study, virtual, note)]
     found["advice"] = _advice(found, plan)
@@ -191,6 +193,7 @@ def _advice(found: dict[str, Any], plan: Plan) -> str:
             said.append(f"the test would leave {', '.join(open_ones)} where the prior has them")
         for group in forecast["not_told_apart"]:
             said.append(f"it would tell only a combination of {' and '.join(group)}")
+    said += [] if plan.explanations is None else plan.explanations.advice()
     missed = found["virtual_test"].get("missed")
     if missed:
         said.append(f"the virtual test missed modes at {', '.join(f'{f:.4g}' for f in missed)} Hz")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from femend.bench.projected import projected_problem
 from femend.errors import UpdatingError
-from femend.estimate.updating import ModalSystem, Problem, Reduction, reduced_problem
+from femend.estimate.updating import DeckMatrices, ModalSystem, Problem, Reduction, reduced_problem
 
 __all__ = ["small_problem"]
 
@@ -18,16 +19,21 @@ def small_problem(problem: Problem, freq_sd: float, seed: int = 0) -> Reduction 
     `freq_sd`, a share of them, all over the bounds; None where that is not to be had, or where the models are small as
     they are.
 
-    FRFs and damping need more than a basis of modes holds, and positions, thicknesses and sections have none. `seed` is
+    A deck whose matrices are no affine sums of its factors (shear areas, thicknesses, sections) is assembled and
+    projected at every point. FRFs and damping need more than a basis of modes holds, and positions have none. `seed` is
     that of the points.
     """
     large = [c.system for c in problem.configurations if isinstance(c.system, ModalSystem)]
-    if not large or any(s.frfs is not None or s.damping or not s.matrices.affine for s in large):
+    if not large or any(s.frfs is not None or s.damping for s in large):
         return None
+    affine = all(s.matrices.affine for s in large)
+    if not (affine or all(isinstance(s.matrices, DeckMatrices) for s in large)):
+        return None  # nodes move: elements at them are evaluated anew, which no basis saves
+    reduced = reduced_problem if affine else projected_problem
     points = 2 * len(problem.unknowns) + 8
     for times in TIMES:
         try:
-            found = reduced_problem(problem, times * points, seed=seed)
+            found = reduced(problem, times * points, seed=seed)
         except UpdatingError:
             return None  # no model at the corners: the full one says so, point by point
         if found.error < OFF * freq_sd:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from femend.bench.problem import study_problem
 from femend.bench.small_problem import small_problem
 from femend.bench.starts import Starts, search_from_starts
 from femend.bench.steps import Steps, write_json
+from femend.bench.surface_start import SurfaceStart, start_on_surface
 from femend.bench.update_content import update_page, write_tables
 from femend.bench.update_result import update_result
 from femend.estimate.updating import (
@@ -44,7 +45,7 @@ class UpdateRun:
     """A finished update: what was `prepared` and `counted`, the `problem` with what its data can tell
     (`sensitivity`), what was `found`, every fit and validate recording compared `before` and `after`, the changed
     `deck`, and the `result` as it is written; the searches from other `starts` and the `drawn` posterior where the
-    study asks for them."""
+    study asks for them, and the response `surface` that told where to begin."""
 
     prepared: Prepared
     counted: tuple[Counted, ...]
@@ -57,6 +58,7 @@ class UpdateRun:
     result: dict[str, Any]
     starts: Starts | None = None
     drawn: Drawn | None = None
+    surface: SurfaceStart | None = None
 
     @property
     def study(self) -> Study:
@@ -103,9 +105,7 @@ def update(
         counted = counted_modes(prepared, before)
         problem = study_problem(prepared, counted)
         told = sensitivities(problem)
-    with steps.step("update parameters"):
-        most = prepared.study.updating.iterations
-        found = search(problem, iterations=most, history=history, resume=True, stop=_telling(progress))
+    surface, found = _first(prepared.study, problem, steps, history)
     starts, drawn = _more(prepared.study, problem, found, counted, steps)
     found = found if starts is None else starts.taken
     with steps.step("compare what was found"):
@@ -115,13 +115,31 @@ def update(
         values = {name: found.values[name] for name in names}
         after = tuple(prepared.compare(m, values) for m in prepared.measured)
         deck = updated_deck(model, values)
-        result = update_result(prepared, counted, told, found, before, after, deck, starts, drawn)
-    run = UpdateRun(prepared, counted, problem, told, found, before, after, deck, result, starts, drawn)
+        result = update_result(prepared, counted, told, found, before, after, deck, starts, drawn, surface)
+    run = UpdateRun(prepared, counted, problem, told, found, before, after, deck, result, starts, drawn, surface)
     if out is not None:
         with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
             _write(run, folder, steps)
     progress.done()
     return run
+
+
+def _first(
+    study: Study, problem: Problem, steps: Steps, history: str | Path | None
+) -> tuple[SurfaceStart | None, UpdateResult]:
+    """The first search, from the deck or from the least point of a response surface where the study asks for one."""
+    surface, start = None, None
+    if study.updating.response_surface:
+        with steps.step("solve the design and fit a response surface"):
+            surface = start_on_surface(problem, study.updating)
+        start = surface.p if surface.taken else None
+    most, stop = study.updating.iterations, _telling(steps.progress)
+    with steps.step("update parameters"):
+        found = search(problem, start, iterations=most, history=history, resume=True, stop=stop)
+    if start is None:
+        return surface, found
+    # what stood before is the deck, wherever the search began
+    return surface, replace(found, before=problem.evaluate(problem.unknowns.mean))
 
 
 def _more(

@@ -199,6 +199,8 @@ def _search(run: UpdateRun) -> Section:
     ]
     responses = ", ".join(run.result["responses"])
     begun = ""
+    if run.surface is not None and run.surface.taken:
+        begun = " The search began at the least point of the response surface."
     if run.starts is not None and run.starts.at_start != 0:
         begun = f" The search that was taken began at start {run.starts.at_start + 1}."
     return Section(

@@ -12,6 +12,7 @@ from femend.bench.correlation_result import comparison_result, placed_result
 from femend.bench.counted import Counted
 from femend.bench.drawn import Drawn
 from femend.bench.starts import Starts
+from femend.bench.surface_start import SurfaceStart
 from femend.correlate import match_frfs
 from femend.estimate.updating import Sensitivity, UpdatedDeck, UpdateResult
 
@@ -37,13 +38,14 @@ def update_result(
     deck: UpdatedDeck,
     starts: Starts | None = None,
     drawn: Drawn | None = None,
+    surface: SurfaceStart | None = None,
 ) -> dict[str, Any]:
     """The content of updating.json."""
     settings = prepared.study.updating
     recordings = [_recording(b, a) for b, a in zip(before, after, strict=True)]
     warnings = [*prepared.warnings, *(text for c in counted for text in c.left_out)]
-    warnings += starts.warnings() if starts is not None else []
-    more = [text for one in (starts, drawn) if one is not None for text in one.advice()]
+    warnings += [text for one in (surface, starts) if one is not None for text in one.warnings()]
+    more = [text for one in (surface, starts, drawn) if one is not None for text in one.advice()]
     if deck.left_out:
         warnings.append(
             f"no field of the deck holds the values of {', '.join(deck.left_out)}: the deck keeps them as they were"
@@ -63,6 +65,7 @@ def update_result(
             {"condition": c.condition, "parameters": list(c.names), "weights": list(c.weights)} for c in told.collinear
         ],
         "hardly_seen": list(told.insensitive),
+        "response_surface": None if surface is None else surface.as_dict(),
         "starts": None if starts is None else starts.as_dict(),
         "posterior": None if drawn is None else drawn.as_dict(),
         "fit": _fit(found),

@@ -29,7 +29,31 @@ def correlation_text(result: dict[str, Any]) -> str:
         if "frfs" in r:
             parts.append(f"FRFs: mean CSAC {fixed(r['frfs']['mean_csac'])}, CSF {fixed(r['frfs']['mean_csf'])}")
         parts.append("")
+    for r in result["runs"]:
+        parts += _run(r)
     return "\n".join([*parts, *_ends(result)]).rstrip()
+
+
+def _run(r: dict[str, Any]) -> list[str]:
+    """A rotor's run: its peaks with the modes, and the response to unbalance."""
+    mates = sum(p["mode"] is not None for p in r["peaks"])
+    said = [
+        f"{r['recording']} ({r['role']}, {r['configuration']}): {mates} of {len(r['peaks'])} peaks of the run's "
+        "operating shapes look like a mode"
+    ]
+    rows = [
+        [str(p["peak"]), number(p["rpm"]), number(p["freq"]), "-" if p["mode"] is None else str(p["mode"]),
+         number(p["model_freq"]), percent(p["freq_difference"]), fixed(p["mac"]),
+         fixed(p.get("likest_response", {}).get("dac")), number(p.get("likest_response", {}).get("freq"))]
+        for p in r["peaks"]
+    ]  # fmt: skip
+    if rows:
+        header = ["peak", "1/min", "f test Hz", "model", "f model Hz", "df", "MAC", "DAC", "at Hz"]
+        said.append(table(header, rows, "rrrrrrrrr"))
+    if r["response"] is not None:
+        csac, csf = fixed(r["response"]["mean_csac"]), fixed(r["response"]["mean_csf"])
+        said.append(f"response to unbalance at the bearings: mean CSAC {csac}, CSF {csf}")
+    return [*said, ""]
 
 
 def update_text(result: dict[str, Any]) -> str:
@@ -60,8 +84,17 @@ def update_text(result: dict[str, Any]) -> str:
 
 
 def _estimates(result: dict[str, Any]) -> list[str]:
-    """Other starts and the drawn posterior, where there are any."""
+    """The response surface, other starts and the drawn posterior, where there are any."""
     parts = []
+    surface = result["response_surface"]
+    if surface is not None:
+        cost = surface["cost"]
+        parts += [
+            "",
+            f"surface   {surface['points']} points, {100 * surface['left_of_variance']:.2g} % of the variance left; "
+            f"least point foretold {number(cost['foretold'])}, in the models {number(cost['there'])}, deck "
+            f"{number(cost['deck'])}; begun {'there' if surface['begun_there'] else 'at the deck'}",
+        ]
     starts, posterior = result["starts"], result["posterior"]
     if starts is not None:
         n = len(starts["minima"])
@@ -112,6 +145,12 @@ def pretest_text(result: dict[str, Any]) -> str:
             for p in forecast["parameters"]
         ]  # fmt: skip
         parts += ["", table(["parameter", "prior sd", "expected", "told by"], rows, "lrrl")]
+    if result.get("distinguish"):
+        rows = [
+            [d["truth"], d["rival"], fixed(d["detected"], 1), fixed(d["distance"], 1), "yes" if d["told"] else "no"]
+            for d in result["distinguish"]
+        ]
+        parts += ["", table(["if there is", "taken for", "shown", "left by it", "told apart"], rows, "llrrl")]
     v = result["virtual_test"]
     if "modes" in v:
         parts += ["", f"virtual test: {v['found']} of {len(v['modes'])} modes found"]

@@ -20,10 +20,11 @@ def correlate(study: Path, out: Path, quiet: bool) -> None:
     """Compare the deck of STUDY, as it stands, with its test.
 
     STUDY is a study.toml, or a folder that holds one. Modes are identified from the FRFs or time records of its
-    recordings, or read from universal files that hold them (data sets 55); sensors are placed on the model, modes are
-    paired. Written are correlation.json, correlation.html and tables as CSV: frequencies, damping, MAC, CoMAC and
-    eCoMAC by sensor, orthogonality over reduced masses, FRAC, CSAC and CSF of FRFs. The table [correlation] of the
-    study sets band and least MAC.
+    recordings, or read from universal files that hold them (data sets 55); operating shapes are taken from a rotor's
+    runs. Sensors are placed on the model, modes and peaks of operating shapes are paired with the model's modes.
+    Written are correlation.json, correlation.html and tables as CSV: frequencies, damping, MAC, CoMAC and eCoMAC by
+    sensor, orthogonality over reduced masses, FRAC, CSAC and CSF of FRFs, DAC, CSAC and CSF of operating shapes with
+    the response to unbalance. The table [correlation] of the study sets band and least MAC.
     """
     from femend.bench import correlate as run  # imported here: the other commands need none of it
 

@@ -11,6 +11,7 @@ __all__ = [
     "METHODS",
     "POSTERIORS",
     "RESPONSES",
+    "CandidateSettings",
     "CorrelationSettings",
     "MorphSettings",
     "PretestSettings",
@@ -76,6 +77,9 @@ class UpdatingSettings:
     `starts` searches are made in all, the first from the deck as it stands, others from points between the bounds. The
     `posterior` is that of the search's end ("laplace"), or "sampled" as well, by so many `draws`. `seed` is that of the
     points and the draws. `morph` are positions that may change beside the study's parameters.
+
+    With `response_surface` the models are solved at `design_points` points first (None: twice the terms of a full
+    quadratic), and the search begins at the least point of a surface through the residuals.
     """
 
     responses: tuple[str, ...] = ("frequencies", "shapes")
@@ -94,6 +98,31 @@ class UpdatingSettings:
     draws: int = 500
     seed: int = 0
     morph: tuple[MorphSettings, ...] = ()
+    response_surface: bool = False
+    design_points: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class CandidateSettings:
+    """An entry of ``[pretest] distinguish``: an explanation of what a test will show, and how large it is.
+
+    A `parameter` of the study that is off by the share `size` (its prior deviation where the study says nothing), or
+    `physics` the deck lacks: "added_mass" of `size` (mass of the model's units) at `node`, "support_stiffness" of
+    `size` (force over length) from `node` to ground along `component` 1 to 3, or "joint_stiffness", the share `size` of
+    the stiffness of `element`.
+    """
+
+    parameter: str | None = None
+    physics: str | None = None
+    node: int | None = None
+    element: int | None = None
+    component: int = 0
+    size: float = 1.0
+
+    @property
+    def what(self) -> tuple[object, ...]:
+        """What it is, whatever its size."""
+        return self.parameter, self.physics, self.node, self.element, self.component
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +132,8 @@ class PretestSettings:
     other than `spacing` (in the model's unit), and `exciters` likewise.
 
     `freq_sd` and `shape_sd` are how well the test is going to tell frequencies and shapes (shares), `sensor_mass` what
-    a sensor weighs, in the model's unit; the virtual test adds `noise` with `seed`.
+    a sensor weighs, in the model's unit; the virtual test adds `noise` with `seed`. `distinguish` are explanations that
+    the test is to tell apart.
     """
 
     band: tuple[float, float] | None = None
@@ -122,6 +152,7 @@ class PretestSettings:
     freq_sd: float = 0.002
     shape_sd: float = 0.05
     sensor_mass: float = 0.0
+    distinguish: tuple[CandidateSettings, ...] = ()
     virtual_test: bool = True
     noise: float = 0.02
     seed: int = 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -17,6 +17,7 @@ from femend.study.bench_settings import (
     PretestSettings,
     UpdatingSettings,
 )
+from femend.study.candidate_tables import candidate_settings
 from femend.study.check import Check
 from femend.study.morph_tables import morph_settings
 from femend.study.schema import CorrelationTable, PretestTable, UpdatingTable
@@ -51,6 +52,10 @@ def updating_settings(check: Check, table: UpdatingTable, parameters: Sequence[s
         _count(check, f"updating.{key}", getattr(table, key))
     if table.draws < FEWEST_DRAWS:
         raise check.fail("updating.draws", f"{table.draws} is less than {FEWEST_DRAWS}; so few tell no quantiles")
+    if table.design_points is not None:
+        _count(check, "updating.design_points", table.design_points)
+        if not table.response_surface:
+            raise check.fail("updating.design_points", "is given and nothing uses it; say response_surface = true too")
     _seed(check, "updating.seed", table.seed)
     checked = {
         "responses": tuple(table.responses),
@@ -60,8 +65,11 @@ def updating_settings(check: Check, table: UpdatingTable, parameters: Sequence[s
     return UpdatingSettings(**_by_name(UpdatingSettings, table) | checked)
 
 
-def pretest_settings(check: Check, table: PretestTable, configurations: Sequence[str]) -> PretestSettings:
-    """``[pretest]``; raises StudyError, naming the key, for what no test can be planned with."""
+def pretest_settings(
+    check: Check, table: PretestTable, configurations: Sequence[str], parameters: Mapping[str, float]
+) -> PretestSettings:
+    """``[pretest]`` of a study with `configurations` and `parameters` (prior deviations) by name; raises StudyError,
+    naming the key, for what no test can be planned with."""
     if table.band is not None and table.modes is not None:
         raise check.fail("pretest.modes", "are given beside a band; name the target modes by the one or the other")
     if table.method is not None:
@@ -89,6 +97,7 @@ def pretest_settings(check: Check, table: PretestTable, configurations: Sequence
         "directions": _directions(check, "pretest.directions", table.directions),
         "placed": tuple(_dof(check, f"pretest.placed[{i}]", text) for i, text in enumerate(table.placed)),
         "exciter_nodes": None if table.exciter_nodes is None else tuple(table.exciter_nodes),
+        "distinguish": candidate_settings(check, table.distinguish, parameters),
         "exciter_directions": None if given is None else _directions(check, "pretest.exciter_directions", given),
     }
     return PretestSettings(**_by_name(PretestSettings, table) | checked)

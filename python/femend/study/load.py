@@ -186,7 +186,7 @@ def _study(check: _Checker, content: StudyFile, use: str | None) -> Study:
         recordings,
         correlation_settings(check, content.correlation),
         updating_settings(check, content.updating, [p.name for p in content.parameter]),
-        pretest_settings(check, content.pretest, names),
+        pretest_settings(check, content.pretest, names, {p.name: p.prior_sd for p in content.parameter}),
     )
 
 

@@ -8,6 +8,7 @@ from femend.study.bench_settings import CorrelationSettings, PretestSettings, Up
 
 __all__ = [
     "AddedMassTable",
+    "CandidateTable",
     "ChannelTable",
     "ConfigurationTable",
     "CorrelationTable",
@@ -156,6 +157,21 @@ class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_
     draws: int = _UPDATING.draws
     seed: int = _UPDATING.seed
     morph: list[MorphTable] = []
+    response_surface: bool = _UPDATING.response_surface
+    design_points: int | None = None
+
+
+class CandidateTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """One entry of `distinguish`: a `parameter` of the study and its `change`, or `physics` with its place and size."""
+
+    parameter: str | None = None
+    physics: str | None = None
+    node: int | None = None
+    element: int | None = None
+    direction: str | None = None
+    m: float | None = None
+    k: float | None = None
+    change: float | None = None
 
 
 class PretestTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
@@ -177,6 +193,7 @@ class PretestTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_o
     freq_sd: float = _PRETEST.freq_sd
     shape_sd: float = _PRETEST.shape_sd
     sensor_mass: float = _PRETEST.sensor_mass
+    distinguish: list[CandidateTable] = []
     virtual_test: bool = _PRETEST.virtual_test
     noise: float = _PRETEST.noise
     seed: int = _PRETEST.seed
