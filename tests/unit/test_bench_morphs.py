@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend import Dof, correlate_study, model_modes, read_model, update_study
+from femend import Dof, correlate_study, model_modes, pretest_study, read_model, update_study
 from femend.bench import UpdateRun
 from femend.bench.morphs import morphs_on
 from femend.errors import GeometryError, ModelError, StudyError
@@ -19,6 +19,7 @@ from femend.study import load_study
 from femend.study.bench_settings import MorphSettings
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
 from bench_study import write_modes
 from morph_models import frame_deck, rib_deck
 
@@ -101,7 +102,48 @@ def test_a_morph_alone_is_enough_and_correlation_takes_the_deck_as_it_stands(stu
     run = update_study(path)
     assert list(run.result["parameters"]) == ["apex"]
     compared = correlate_study(path)
+    said = "the deck is compared as it stands, the amplitudes of [[updating.morph]] (apex) being 0 in it"
+    assert any(w.startswith(said) for w in compared.result["warnings"])
     assert compared["test"].modes.freq[:6] == pytest.approx(run.before[0].modes.freq[:6], rel=1e-12)
+
+
+PLAN = "[pretest]\nsensors = 8\nmodes = [1, 2, 3, 4]\n"
+
+
+def test_a_plan_tells_what_the_test_would_tell_of_a_position(study: Path, tmp_path: Path) -> None:
+    frame_deck(tmp_path)
+    path = tmp_path / "study.toml"
+    path.write_text(HEAD[: HEAD.index("[[recording]]")] + PLAN + JOINT)
+    run = pretest_study(path, tmp_path / "out")
+    forecast = {p["name"]: p for p in run.result["forecast"]["parameters"]}
+    assert set(forecast) == {"E", "apex"}
+    assert "unit" not in forecast["E"]
+    assert (forecast["apex"]["unit"], forecast["apex"]["prior_sd"]) == ("m", 0.05)
+    assert forecast["apex"]["determined"]
+    # the rehearsal's frame has its apex elsewhere, and the update on its identified modes finds it
+    (apex,) = (p for p in run.result["virtual_test"]["parameters"] if p["name"] == "apex")
+    assert apex["truth"] != 0.0
+    assert apex["within_three_sd"]
+    assert f"{forecast['apex']['expected_sd']:.3g} m" in repr(run)
+    assert "0.05 m" in (tmp_path / "out" / "pretest.html").read_text()
+
+
+def test_a_place_on_a_rigid_element_that_moves_leaves_positions_out_of_the_plan(tmp_path: Path) -> None:
+    more = ("GRID,20,,0.72,0.,0.1", "RBE2,900,13,123456,20")
+    (tmp_path / "model.bdf").write_text(small_study.deck(more=more))
+    path = tmp_path / "study.toml"
+    morph = (
+        '[[updating.morph]]\nname = "tip"\nmove = "vectors"\nprior_sd = 0.01\n'
+        "vectors = [{ node = 13, vector = [1, 0, 0] }]\n"
+    )
+    path.write_text(small_study.study_text({}) + "[pretest]\nsensors = 4\nmodes = [1, 2]\n" + morph)
+    run = pretest_study(path)
+    assert [p["name"] for p in run.result["forecast"]["parameters"]] == ["E_root", "E_tip"]
+    (said,) = [w for w in run.result["warnings"] if "updating.morph" in w]
+    assert said.startswith("the plan leaves tip of [[updating.morph]] where the deck has them: sensor 20:")
+    # nor does it where a sensor there is not asked for
+    path.write_text(path.read_text().replace("modes = [1, 2]", "modes = [1, 2]\nleave_out = [20]"))
+    assert [p["name"] for p in pretest_study(path).result["forecast"]["parameters"]] == ["E_root", "E_tip", "tip"]
 
 
 def test_matrices_at_an_amplitude_are_those_of_the_moved_deck(tmp_path: Path) -> None:

@@ -160,12 +160,23 @@ def correlate(study: str | Path, out: str | Path | None = None, progress: Progre
         tams = tuple(orthogonality_of(c, prepared.models.of(c.measured.configuration)) for c in compared)
         runs = tuple(prepared.compare_run(m) for m in prepared.runs)
         result = correlation_result(prepared, compared, tams, runs)
+        result["warnings"] += _positions(prepared.study)
     run = CorrelationRun(prepared, compared, tams, result, runs)
     if out is not None:
         with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
             _write(run, folder, steps)
     steps.progress.done()
     return run
+
+
+def _positions(study: Study) -> list[str]:
+    """That the deck is compared where its nodes stand, though an update may move some."""
+    names = ", ".join(m.name for m in study.updating.morph)
+    said = (
+        f"the deck is compared as it stands, the amplitudes of [[updating.morph]] ({names}) being 0 in it; "
+        "`femend update` changes them"
+    )
+    return [said] if names else []
 
 
 def _write(run: CorrelationRun, folder: Path, steps: Steps) -> None:

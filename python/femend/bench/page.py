@@ -101,6 +101,13 @@ def percent(value: float | None, digits: int = 2, sign: bool = True) -> str:
     return f"{round(100 * value, digits) + 0.0:{'+' if sign else ''}.{digits}f} %".replace("-", "−")
 
 
+def deviation(parameter: Mapping[str, Any], key: str) -> str:
+    """The deviation `key` of a forecast `parameter`: a share as percent, with its unit where it is an amplitude."""
+    if "unit" in parameter:
+        return f"{number(parameter[key], 3)} {parameter['unit']}".strip()
+    return percent(parameter[key], 2, sign=False)
+
+
 def fixed(value: float | None, digits: int = 3) -> str:
     """A number with so many decimals, an en dash where there is none."""
     if value is None or not math.isfinite(value):

@@ -19,8 +19,8 @@ from femend.bench.pretest_result import pretest_result
 from femend.bench.rehearsal import rehearse
 from femend.bench.steps import Steps, write_json
 from femend.dof import Dof
-from femend.errors import FemendError, PretestError
-from femend.estimate.updating import deck_system, factors_of
+from femend.errors import FemendError, PretestError, UpdatingError
+from femend.estimate.updating import deck_system, unknowns_of
 from femend.io import OutputDirectory
 from femend.model import Model
 from femend.pretest import (
@@ -109,12 +109,20 @@ def pretest(study: str | Path, out: str | Path | None = None, progress: Progress
     steps = Steps(Path(study), progress or SilentProgress())
     with steps.step("read the study and the deck"):
         content = load_study(Path(study), recordings=False)
-        models = Models(content)
-        model = models.of(content.pretest.configuration or AS_MODELLED)
+        model, still = _model(content)
     with steps.step("solve the modes"):
         targets = found_targets(model, content.pretest, content.damping_ratio)
     with steps.step("choose sensors and exciters"):
-        plan, told = _plan(content, model, targets)
+        try:
+            plan, told = _plan(content, model, targets)
+        except UpdatingError as error:
+            if not model.morphs:
+                raise
+            # a place that a sensor may take hangs on a rigid element at a node that moves
+            left = ", ".join(m.name for m in model.morphs)
+            model = still
+            plan, told = _plan(content, model, targets)
+            told = (*told, f"the plan leaves {left} of [[updating.morph]] where the deck has them: {error}")
     virtual, note = None, "not asked for"
     if content.pretest.virtual_test:
         with steps.step("rehearse the test"):
@@ -132,15 +140,23 @@ def pretest(study: str | Path, out: str | Path | None = None, progress: Progress
     return run
 
 
+def _model(study: Study) -> tuple[Model, Model]:
+    """The model in the configuration of the plan, with the positions that an update may move, and without them."""
+    name = study.pretest.configuration or AS_MODELLED
+    still = Models(study).of(name)
+    return (Models(study, morphs=True).of(name) if study.updating.morph else still), still
+
+
 def _plan(study: Study, model: Model, targets: Targets) -> tuple[Plan, tuple[str, ...]]:
     s = study.pretest
     places, told = found_places(model, targets, s)
     phi = targets.shapes(places)
     planned = None
-    if model.parameters:
+    if model.parameters or model.morphs:
         system = deck_system(model, places, targets.modes.n_modes)
-        priors = factors_of(model.parameters)
-        planned = planned_test(system, priors, modes=targets.at.tolist(), freq_sd=s.freq_sd, shape_sd=s.shape_sd)
+        planned = planned_test(
+            system, unknowns_of(model), modes=targets.at.tolist(), freq_sd=s.freq_sd, shape_sd=s.shape_sd
+        )
     # sensors that tell parameters may not tell modes apart; who wants them says so
     method = s.method or ("effective independence" if s.sensors >= targets.at.size else "QR")
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from femend.bench.page import Fact, Page, Section, Table, figures, fixed, number, percent
+from femend.bench.page import Fact, Page, Section, Table, deviation, figures, fixed, number, percent
 from femend.bench.steps import drawn_model, marker, write_csv
 from femend.correlate import automac
 from femend.report import plots
@@ -147,7 +147,7 @@ def _forecast(run: PretestRun) -> list[Section]:
     if not forecast:
         return []
     rows = [
-        [p["name"], percent(p["prior_sd"], 2, sign=False), percent(p["expected_sd"], 2, sign=False),
+        [p["name"], deviation(p, "prior_sd"), deviation(p, "expected_sd"),
          percent(p["learned"], 0, sign=False), "the test" if p["determined"] else "the prior"]
         for p in forecast["parameters"]
     ]  # fmt: skip

@@ -71,10 +71,14 @@ def pretest_result(
             "mass": study.pretest.sensor_mass,
             "shift": plan.loading.shift[plan.targets.at].tolist(),
         }
+    units = {m.name: m.unit for m in model.morphs}  # amplitudes, which are no shares
     if plan.planned is not None:
         found["forecast"] = {
             "variance_left": plan.planned.variance_left(rows),
-            "parameters": [dict(f._asdict()) for f in plan.planned.forecast(rows)],
+            "parameters": [
+                {**f._asdict(), **({"unit": units[f.name]} if f.name in units else {})}
+                for f in plan.planned.forecast(rows)
+            ],
             "not_told_apart": [list(c.names) for c in plan.planned.collinear(rows)],
         }
     if plan.explanations is not None:

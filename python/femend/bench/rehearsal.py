@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femend.bench.places import Targets
 from femend.dof import Dof
 from femend.errors import FemendError
-from femend.estimate.updating import Unknowns, deck_system, factors_of, limits
+from femend.estimate.updating import Unknowns, deck_system, limits, unknowns_of
 from femend.model import Model
 from femend.pretest import VirtualTest, virtual_test
 from femend.study.study import Study
@@ -30,15 +30,15 @@ def rehearse(
 ) -> tuple[VirtualTest | None, str]:
     """The virtual test of a plan, and why there is none where there is none.
 
-    The structure is the model at factors drawn from the priors (within one and a half deviations and the bounds) with
-    the seed of [pretest]; exciters measure their own acceleration.
+    The structure is the model at factors and amplitudes drawn from the priors (within one and a half deviations and the
+    bounds) with the seed of [pretest]; exciters measure their own acceleration.
     """
-    if not model.parameters:
+    if not (model.parameters or model.morphs):
         return None, "there is no [[parameter]] that could be found again"
     if model.fe.n_a > LARGEST:
         return None, f"the model has {model.fe.n_a} DOFs; it is rehearsed up to {LARGEST}"
     s = study.pretest
-    unknowns = factors_of(model.parameters)
+    unknowns = unknowns_of(model)
     seen = tuple(dict.fromkeys([*sensors, *exciters]))
     rows = {d.unsigned: i for i, d in enumerate(seen)}
     seen = tuple(d for i, d in enumerate(seen) if rows[d.unsigned] == i)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from femend.bench.page import fixed, number, percent
+from femend.bench.page import deviation, fixed, number, percent
 from femend.cli.table import table
 
 __all__ = ["correlation_text", "pretest_text", "update_text"]
@@ -140,7 +140,7 @@ def pretest_text(result: dict[str, Any]) -> str:
     forecast = result.get("forecast")
     if forecast:
         rows = [
-            [p["name"], percent(p["prior_sd"], 2, sign=False), percent(p["expected_sd"], 2, sign=False),
+            [p["name"], deviation(p, "prior_sd"), deviation(p, "expected_sd"),
              "test" if p["determined"] else "prior"]
             for p in forecast["parameters"]
         ]  # fmt: skip
