@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from femend.diagnose.joint import recover
 from femend.diagnose.locate import squares_of
 from femend.diagnose.mismatch import mismatch_map
 from femend.report.content import Marker, MeshPicture, MismatchMap, ReportContent
@@ -20,7 +21,7 @@ from femend.report.mismatch_map import N_LEVELS, mismatch_figure, on_mesh
 from femend.report.page import render
 from femend.report.plots import draw_mismatch, figure
 from femend.study.content import report_content
-from femend.study.curves import accepted, law_along, restoring_force
+from femend.study.curves import accepted, restoring_force
 from femend.study.run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -28,7 +29,7 @@ import small_study
 
 E = (7.3e10, 6.8e10)
 SPRING = small_study.Truth(E, ("CELAS2,900,3e4,7,3",))
-STOP = small_study.Truth(E, laws=[(7, "clearance", {"k": 2e5, "gap": 2e-5, "sides": 1.0})])
+STOP = small_study.Truth(E, laws=[(7, "clearance", {"k": 5e4, "gap": 2e-5, "sides": 1.0})])
 
 
 @pytest.fixture(scope="module")
@@ -122,20 +123,22 @@ def test_the_force_is_recovered_on_all_lines(tmp_path: Path) -> None:
     assert force.law_f is not None
     assert ranked is not None
     assert ranked.recovered is not None
-    i = [r.name for r in ranked.recovered.records].index(force.recording)
 
     def roughness(d: np.ndarray, f: np.ndarray) -> float:
         """Share of the force that is no function of the displacement: what differs between neighbours in it."""
         return float(np.std(np.diff(f[np.argsort(d)])) / np.std(f))
 
-    found = np.corrcoef(force.f, force.law_f)[0, 1], roughness(force.d, force.f)
-    law = law_along(stop.diagnosis.best, ranked.recovered, i, 0)
-    before = (
-        np.corrcoef(ranked.recovered.f[i][0], law)[0, 1],
-        roughness(ranked.recovered.d[i][0], ranked.recovered.f[i][0]),
-    )
-    assert found[0] > 0.8
-    assert found[1] < before[1], (found, before)
+    best, problem = stop.diagnosis.best, stop.diagnosis.problem
+    assert best is not None
+    assert best.joint is not None
+    (record,) = (r for r in problem.records if r.name == force.recording)
+    few = recover(problem.on([record]).thinned(60), best.joint, best.p)
+    assert few is not None
+    # a stop's force reaches beyond the band in which it is read off
+    alike = [np.corrcoef(f, force.law_f)[0, 1] for f in (force.f, few.f[0][0])]
+    assert alike[0] > 0.4
+    assert alike[0] > alike[1] + 0.1, alike
+    assert roughness(force.d, force.f) < roughness(few.d[0][0], few.f[0][0])
 
 
 def readme_picture(project_root: Path) -> dict[str, Any]:
