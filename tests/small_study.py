@@ -101,7 +101,8 @@ def respond(folder: Path, truth: Truth, u: Array) -> Array:
     zeta = np.full(int(keep.sum()), ZETA)
     laws = [[(name, values)] for _, name, values in truth.laws]
     n = len(u)
-    fine = np.fft.irfft(np.fft.rfft(u, 2 * n), 2 * n * UPSAMPLING)[: n * UPSAMPLING] * UPSAMPLING
+    # beyond the end, too, where a recorder's filter looks
+    fine = np.fft.irfft(np.fft.rfft(u, 2 * n), 2 * n * UPSAMPLING)[: (n + 16) * UPSAMPLING] * UPSAMPLING
     inputs, forces = [SHAKER], [fine]
     if truth.sine is not None:
         node, freq, amplitude = truth.sine
@@ -113,7 +114,7 @@ def respond(folder: Path, truth: Truth, u: Array) -> Array:
         omega[keep], zeta, into, phi[rows][:, keep], w, laws, np.array(forces), 1 / RATE / UPSAMPLING,
         decimate=UPSAMPLING,
     )[0]  # fmt: skip
-    return np.asarray(y)
+    return np.asarray(y)[:, :n]
 
 
 def recording(name: str, u: Array, y: Array | None, rate: float = RATE) -> TimeData:

@@ -39,7 +39,7 @@ def test_two_effects_have_a_finding_each(run: StudyRun) -> None:
     findings = {f["physics"]: f for f in run.result["findings"]}
     assert set(findings) == {"viscous_damper", "cubic_stiffness"}
     assert findings["viscous_damper"]["location"]["nodes"] == [7]
-    assert findings["viscous_damper"]["parameters"]["c"]["value"] == pytest.approx(DASHPOT, rel=0.1)
+    assert findings["viscous_damper"]["parameters"]["c"]["value"] == pytest.approx(DASHPOT, rel=0.25)
     assert findings["cubic_stiffness"]["location"]["nodes"] == [13]
 
 

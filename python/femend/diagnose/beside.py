@@ -56,6 +56,9 @@ def companions(first: Searched, one: Ranked) -> Scored | None:
         best = found if found is not None and best is not None and brings(first, best, found) else best
     if best is None or best is alone:
         return None
+    plain = _without(first, best)
+    if plain is not None:
+        return plain
     return best if best[1].chosen <= first.settings.adequate else _elsewhere(first, best)
 
 
@@ -65,6 +68,13 @@ def _alone(first: Searched, law: Term) -> Scored | None:
     starts = (law.candidate.p, first.problem.prior(first.reduced)[0])
     found = [f for p in starts if (f := fitted_together(first, [law], p)) is not None]
     return min(found, key=lambda f: f[0], default=None)
+
+
+def _without(first: Searched, found: Scored) -> Scored | None:
+    """The companions alone where the law beside them does not bring what a law has to: its own fit may have led the model
+    to where a spring or dashpot by itself did not come."""
+    alone = fitted_together(first, found[1].terms[1:], found[1].p)
+    return alone if alone is not None and not brings(first, alone, found) else None
 
 
 def _choices(linear: Sequence[Term]) -> list[list[Term]]:

@@ -36,6 +36,8 @@ LawSpec = tuple[str, dict[str, float]]
 COARSE, FINE = 4, 8
 # samples that are filtered to one of a recording's, as its recorder did it: laws excite modes far above the band
 RECORDER = 4
+# samples by which a simulation goes on beyond a recording's end, where the filter's reach is no more than these
+BEYOND = 12
 # modes faster than this times a substep, or (while laws are sorted out) this times the band, follow their force
 # statically: their compliance stays, their inertia does not
 STATIC, STATIC_COARSE = 2.4, 3.0
@@ -46,8 +48,9 @@ WINDOW_END = 8.0
 SHORTEST = 64
 
 
-def upsampled(u: FloatArray, factor: int = FINE) -> FloatArray:
-    """Band-limited force `u` (n_in, n) at `factor` times the samples (n_in, n*factor).
+def upsampled(u: FloatArray, factor: int = FINE, beyond: int = 0) -> FloatArray:
+    """Band-limited force `u` (n_in, n) at `factor` times the samples (n_in, (n + beyond)*factor), the last of which are
+    how it dies away.
 
     It is raised by what linear interpolation between the new samples takes away.
 
@@ -58,7 +61,7 @@ def upsampled(u: FloatArray, factor: int = FINE) -> FloatArray:
     U = np.fft.rfft(u, 2 * n, axis=1)
     f = np.arange(U.shape[1]) / (2 * n * factor)
     fine = np.fft.irfft(U / np.sinc(f) ** 2, 2 * n * factor, axis=1) * factor
-    return np.ascontiguousarray(fine[:, : n * factor])
+    return np.ascontiguousarray(fine[:, : (n + min(beyond, n)) * factor])
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +119,10 @@ class Loop(ABC):
             stride=self.kept[0], decimate=self.kept[1], residual_compliance=made.residual,
         )  # fmt: skip
         return [
-            [History(y + made.static(i, f, j), d, v, f, status) for j, (y, d, v, f, status) in enumerate(records)]
+            [
+                History(made.inside(j, y) + made.static(i, f, j), *(made.inside(j, x) for x in (d, v, f)), status)
+                for j, (y, d, v, f, status) in enumerate(records)
+            ]
             for i, records in enumerate(done)
         ]
 
@@ -136,7 +142,7 @@ class Loop(ABC):
         phi_in, phi_out, w = [[rows @ m[2] for m in sets] for rows in (in_rows, out_rows, self.joint.w)]
         behind = w[0][:, n:] / sets[0][0][n:]
         plain = [r.u[:, : self._samples(r.n, r.dt)] for r in self.problem.records]
-        forces = [self._fine(i)[:, : u.shape[1] * self.substeps] for i, u in enumerate(plain)]
+        forces = [self._fine(i)[:, : (u.shape[1] + BEYOND) * self.substeps] for i, u in enumerate(plain)]
         step = first.dt / self.substeps
 
         def moving(rows: Sequence[FloatArray]) -> FloatArray:
@@ -171,7 +177,7 @@ class Loop(ABC):
     def _fine(self, i: int) -> FloatArray:
         """Upsampled force of record i, made once."""
         record, factor = self.problem.records[i], self.substeps
-        made: FloatArray = self.problem.kept(("upsampled", factor, i), lambda: upsampled(record.u, factor))
+        made: FloatArray = self.problem.kept(("upsampled", factor, i), lambda: upsampled(record.u, factor, BEYOND))
         return made
 
     def _samples(self, n: int, dt: float) -> int:

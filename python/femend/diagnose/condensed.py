@@ -36,15 +36,20 @@ class Condensed:
     from_u: list[FloatArray]
     from_f: list[FloatArray]
 
-    def static(self, model: int, f: FloatArray, record: int | None) -> FloatArray:
-        """Accelerations (n_out, n) through the modes of a model that follow statically, under law forces `f` (n_w, n)
-        and the inputs of a record, if one is given: second derivatives of the forces."""
+    def inside(self, record: int, history: FloatArray) -> FloatArray:
+        """The samples (..., n) of a history that a record has; the simulation goes on beyond its end."""
+        return history[..., : self.plain[record].shape[1]]
+
+    def static(self, model: int, f: FloatArray, record: int, inputs: bool = True) -> FloatArray:
+        """Accelerations (n_out, n) through the modes of a model that follow statically, under law forces `f` (n_w, n or
+        more) in a record and, with `inputs`, its own: second derivatives of the forces."""
+        f = self.inside(record, f)
         from_u, from_f, n = self.from_u[model], self.from_f[model], f.shape[1]
         if not (from_u.any() or from_f.any()):
             return np.zeros((len(from_f), n))
         omega = 2 * np.pi * np.fft.rfftfreq(n, self.sample)
         drive = -from_f @ np.fft.rfft(f, axis=1)
-        if record is not None:
+        if inputs:
             drive += from_u @ self._driven[record]
         return np.asarray(np.fft.irfft(-(omega**2) * drive, n, axis=1))
 

@@ -249,7 +249,8 @@ def explain(
     if worth and not plainly:
         ranked, sigma = _named(start, split, located, places, short, (null_score, n_values), settings, tell, so_far)
         so_far.ranked = list(ranked)
-        if load is None and explained and sigma == 0 and unclear(null_score, ranked, n_values, settings):
+        lacking = unclear(null_score, ranked, n_values, settings) or _far_from_noise(ranked, settings)
+        if load is None and explained and sigma == 0 and lacking:
             # no law is behind the force that explains so much: it may stand in for a load that acts elsewhere after all
             tell.start("try loads")
             load = try_loads(problem, split, reduced, null, baseline, settings)
@@ -270,6 +271,11 @@ def explain(
         return decided  # one force at one place explains what was not used to fit it
     tell.start("look for more")
     return with_further(decided, plain, plainly_located, places, loud)
+
+
+def _far_from_noise(ranked: Sequence[Ranked], settings: Settings) -> bool:
+    """Whether the best law leaves far more than noise, however much it takes away."""
+    return bool(ranked) and ranked[0].candidate.chosen > FAR * settings.consistent
 
 
 def _named(

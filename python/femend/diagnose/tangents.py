@@ -45,12 +45,13 @@ def tangent_columns(
             e = (-loop.spectra(y, i) * weight).ravel()
             return [e.real, e.imag]
 
-        still = y + made.static(0, f, i) if moved else y
+        still = made.inside(i, y) + made.static(0, f, i) if moved else y
         for k, (_, step) in enumerate(moved):
-            change = moved_y[k] + made.static(k + 1, moved_f[k], i) - still
+            change = made.inside(i, moved_y[k]) + made.static(k + 1, moved_f[k], i) - still
             over_p[k] += residual(change / step)
         for own, factors in zip(over_x, chain[wanted].T, strict=True):
-            change = np.tensordot(factors, dy, 1) + made.static(0, np.tensordot(factors, df, 1), None)
+            change = made.inside(i, np.tensordot(factors, dy, 1))
+            change = change + made.static(0, np.tensordot(factors, df, 1), i, inputs=False)
             own += residual(change)
     return [np.concatenate(c) for c in over_p], [np.concatenate(c) for c in over_x]
 
