@@ -71,8 +71,8 @@ def _alone(first: Searched, law: Term) -> Scored | None:
 
 
 def _without(first: Searched, found: Scored) -> Scored | None:
-    """The companions alone where the law beside them does not bring what a law has to: its own fit may have led the model
-    to where a spring or dashpot by itself did not come."""
+    """The companions alone where the law beside them does not bring what a law has to: its own fit may have led the
+    model to where a spring or dashpot by itself did not come."""
     alone = fitted_together(first, found[1].terms[1:], found[1].p)
     return alone if alone is not None and not brings(first, alone, found) else None
 

@@ -120,8 +120,9 @@ class Loop(ABC):
         )  # fmt: skip
         return [
             [
-                History(made.inside(j, y) + made.static(i, f, j), *(made.inside(j, x) for x in (d, v, f)), status)
-                for j, (y, d, v, f, status) in enumerate(records)
+                History(y + made.static(i, f, j), d, v, f, status)
+                for j, (*histories, status) in enumerate(records)
+                for y, d, v, f in [[made.inside(j, x) for x in histories]]
             ]
             for i, records in enumerate(done)
         ]
