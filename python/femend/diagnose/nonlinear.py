@@ -28,6 +28,8 @@ WINDOWS = (10.0, 3.0, 1.0)
 TIED = 10.0
 # a start is followed as long as it leaves at most so many times what the best one leaves, or all before it are lost
 BEHIND = 2.0
+# share of the cost, too, by which samples picked without a filter have to fit better
+CLEARLY = 0.02
 # a law whose misfit grows by more than this when the window is widened has motion that cannot be followed any longer
 LOST = 4.0
 
@@ -197,7 +199,7 @@ def as_recorded(problem: Problem, candidate: Candidate, gain: float) -> Candidat
     recorder.filters = False
     if _cost(problem, candidate) < filtered:
         again = refit_nonlinear(problem, candidate)
-        if _cost(problem, again) < filtered - gain:
+        if _cost(problem, again) < filtered - max(gain, CLEARLY * filtered):
             return again
     recorder.filters = True
     return candidate
