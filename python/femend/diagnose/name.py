@@ -409,9 +409,7 @@ class _Judge:
         for r in best:
             inside = replace(r.candidate, sigma=max(r.candidate.sigma, self.sigma))
             candidate = refit_nonlinear(self.split.fitting, inside)
-            candidate = (
-                as_recorded(self.split.fitting, candidate, self.settings.gain_cost) if r is best[0] else candidate
-            )
+            candidate = as_recorded(self.split.fitting, candidate, self.settings.margin) if r is best[0] else candidate
             out.append(self.judged(candidate, r))
         if recorder.filters != filters:
             out = [self.judged(r.candidate, r) if r.candidate.nonlinear else r for r in out]
