@@ -58,6 +58,14 @@ def deck(E: tuple[float, float] = (7e10, 7e10), more: tuple[str, ...] = (), held
     return "\n".join(lines)
 
 
+def cantilever(folder: Path) -> tuple[Model, NDArray[np.int64]]:
+    """The cantilever as a model with the study's parameters, and the rows (n_out,) of its sensors in the g-set."""
+    path = folder / "model.bdf"
+    path.write_text(deck())
+    model = read_model(path, parameters=PARAMETERS)
+    return model, np.array([6 * model.index(node) + 2 for node in SENSORS])
+
+
 @dataclass
 class Truth:
     """What the deck does not know."""
@@ -135,6 +143,15 @@ def study_text(recordings: dict[str, str], parameters: tuple[Parameter, ...] = P
     for name, role in recordings.items():
         text += f'[[recording]]\nname = "{name}"\nfile = "{name}.uff"\nrole = "{role}"\n'
     return text
+
+
+def write_unrecorded(folder: Path, tables: str, parameters: tuple[Parameter, ...] = PARAMETERS) -> Path:
+    """Deck and study.toml, with further `tables`, of the cantilever without any recording; the path of the last."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "model.bdf").write_text(deck())
+    path = folder / "study.toml"
+    path.write_text(study_text({}, parameters) + tables)
+    return path
 
 
 def write_study(folder: Path, truth: Truth) -> Path:

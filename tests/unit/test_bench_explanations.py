@@ -37,14 +37,6 @@ ASKED = """distinguish = [
 NAMES = ["E_root", "mass at 9", "spring at 9 Z to ground", "stiffness of element 6"]
 
 
-def study(folder: Path, tables: str) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "model.bdf").write_text(small_study.deck())
-    path = folder / "study.toml"
-    path.write_text(small_study.study_text({}, small_study.PARAMETERS) + tables)
-    return path
-
-
 def only(entry: str, other: str = '{ parameter = "E_tip" }') -> str:
     return f"{PLAN}distinguish = [{entry}, {other}]\n"
 
@@ -56,7 +48,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def run(folder: Path) -> PretestRun:
-    return pretest_study(study(folder, PLAN + ASKED), folder / "out")
+    return pretest_study(small_study.write_unrecorded(folder, PLAN + ASKED), folder / "out")
 
 
 def test_distances_are_those_of_the_functions(run: PretestRun) -> None:
@@ -98,7 +90,7 @@ def test_what_is_written_and_said(run: PretestRun, folder: Path) -> None:
 
 def test_a_term_too_small_to_be_seen_is_told_once(tmp_path: Path) -> None:
     mass = '{ physics = "added_mass", node = 9, m = 1e-4 }'
-    run = pretest_study(study(tmp_path, only(mass)))
+    run = pretest_study(small_study.write_unrecorded(tmp_path, only(mass)))
     assert "the test would not show mass at 9 at its size (0.0 deviations, 3 are asked)" in run.result["advice"]
     assert "mass at 9 would pass" not in run.result["advice"]
 
@@ -107,13 +99,13 @@ def test_a_larger_size_is_further_away_in_proportion(tmp_path: Path) -> None:
     found = []
     for k in (100.0, 200.0):
         entry = f'{{ physics = "support_stiffness", node = 7, direction = "Z", k = {k} }}'
-        run = pretest_study(study(tmp_path, only(entry)))
+        run = pretest_study(small_study.write_unrecorded(tmp_path, only(entry)))
         found.append(run.result["distinguish"][0]["distance"])
     assert found[1] == pytest.approx(2 * found[0], rel=1e-6)
 
 
 def test_nothing_is_told_where_nothing_was_asked(tmp_path: Path) -> None:
-    run = pretest_study(study(tmp_path, PLAN))
+    run = pretest_study(small_study.write_unrecorded(tmp_path, PLAN))
     assert "distinguish" not in run.result
     assert run.plan.explanations is None
 
@@ -131,7 +123,7 @@ def test_nothing_is_told_where_nothing_was_asked(tmp_path: Path) -> None:
 )
 def test_places_that_are_none(tmp_path: Path, entry: str, message: str) -> None:
     with pytest.raises(PretestError, match=message):
-        pretest_study(study(tmp_path, only(entry)))
+        pretest_study(small_study.write_unrecorded(tmp_path, only(entry)))
 
 
 @pytest.mark.parametrize(
@@ -177,4 +169,4 @@ def test_places_that_are_none(tmp_path: Path, entry: str, message: str) -> None:
 )
 def test_broken_entries_are_named(tmp_path: Path, table: str, message: str) -> None:
     with pytest.raises(StudyError, match=message):
-        pretest_study(study(tmp_path, PLAN + table + "\n"))
+        pretest_study(small_study.write_unrecorded(tmp_path, PLAN + table + "\n"))

@@ -33,11 +33,7 @@ sensor_mass = 0.005
 
 def study(folder: Path, tables: str = PLAN, parameters: bool = True) -> Path:
     """A study of the cantilever without any recording."""
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "model.bdf").write_text(small_study.deck())
-    path = folder / "study.toml"
-    path.write_text(small_study.study_text({}, small_study.PARAMETERS if parameters else ()) + tables)
-    return path
+    return small_study.write_unrecorded(folder, tables, small_study.PARAMETERS if parameters else ())
 
 
 @pytest.fixture(scope="module")

@@ -32,10 +32,7 @@ DIFFERENCE = 1e-4
 
 def _loop(tmp_path: Path, law: str, values: dict[str, float], sigma: float) -> tuple[ClosedLoop, Array]:
     """A law beside a spring and a dashpot at a node of the small cantilever, and its fit coordinates with theirs."""
-    path = tmp_path / "model.bdf"
-    path.write_text(small_study.deck())
-    model = read_model(path, parameters=small_study.PARAMETERS)
-    out = np.array([6 * model.index(node) + 2 for node in small_study.SENSORS])
+    model, out = small_study.cantilever(tmp_path)
     spectrum = np.zeros(N // 2 + 1, dtype=complex)
     rng = np.random.default_rng(3)
     spectrum[8:150] = rng.standard_normal(142) + 1j * rng.standard_normal(142)

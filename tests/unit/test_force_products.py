@@ -12,7 +12,7 @@ from femend import _core
 from femend.diagnose.loads import with_force
 from femend.errors import ModelError
 from femend.estimate import FitRecord, Hypothesis, Problem
-from femend.model import read_model, reduce_model
+from femend.model import reduce_model
 
 N, DT, BAND = 1024, 1 / 512, (8.0, 150.0)
 
@@ -20,10 +20,7 @@ N, DT, BAND = 1024, 1 / 512, (8.0, 150.0)
 @pytest.fixture
 def case(tmp_path: Path) -> tuple[Problem, Hypothesis, int]:
     """Recordings of noise at the small cantilever, the model alone, and a row where forces act."""
-    path = tmp_path / "model.bdf"
-    path.write_text(small_study.deck())
-    model = read_model(path, parameters=small_study.PARAMETERS)
-    out = np.array([6 * model.index(node) + 2 for node in small_study.SENSORS])
+    model, out = small_study.cantilever(tmp_path)
     rng = np.random.default_rng(5)
     u, y = rng.standard_normal((1, N)), 3 * rng.standard_normal((len(out), N))
     record = FitRecord("r", u, y, DT, out[-1:], out, np.ones(1), np.ones(len(out)), 0.01 * y.std(axis=1))

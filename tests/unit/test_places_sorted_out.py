@@ -19,7 +19,7 @@ from femend.diagnose.closed_loop import upsampled
 from femend.diagnose.followed import followed
 from femend.diagnose.noise import quieter_records
 from femend.estimate import FitRecord, Hypothesis, Problem
-from femend.model import Place, ReducedModel, read_model, reduce_model
+from femend.model import Place, ReducedModel, reduce_model
 from femend.physics import physics
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -37,10 +37,7 @@ def random_force(seed: int, high: int) -> NDArray[np.float64]:
 
 
 def reduced_with_sensors(tmp_path: Path) -> tuple[ReducedModel, NDArray[np.int64]]:
-    path = tmp_path / "model.bdf"
-    path.write_text(small_study.deck())
-    model = read_model(path, parameters=small_study.PARAMETERS)
-    out = np.array([6 * model.index(node) + 2 for node in small_study.SENSORS])
+    model, out = small_study.cantilever(tmp_path)
     return reduce_model(model, 150.0, out.tolist()), out
 
 

@@ -17,7 +17,7 @@ from femend.diagnose.closed_loop import FINE, RECORDER, ClosedLoop, upsampled
 from femend.diagnose.joint import open_joint
 from femend.diagnose.nonlinear import as_recorded
 from femend.estimate import FitRecord, Problem
-from femend.model import Place, read_model, reduce_model
+from femend.model import Place, reduce_model
 from femend.physics import FitCoordinates, physics
 
 Array = NDArray[np.float64]
@@ -50,10 +50,7 @@ def test_samples_are_filtered_before_they_are_picked() -> None:
 
 def _fitted(tmp_path: Path, filters: bool) -> tuple[Problem, Candidate]:
     """A cubic spring at the small cantilever, recorded with or without a filter, and the right candidate for it."""
-    path = tmp_path / "model.bdf"
-    path.write_text(small_study.deck())
-    model = read_model(path, parameters=small_study.PARAMETERS)
-    out = np.array([6 * model.index(node) + 2 for node in small_study.SENSORS])
+    model, out = small_study.cantilever(tmp_path)
     spectrum = np.zeros(N // 2 + 1, dtype=complex)
     rng = np.random.default_rng(3)
     spectrum[32:600] = rng.standard_normal(568) + 1j * rng.standard_normal(568)

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femend import _core
-from femend.errors import FemendError, UpdatingError
-from femend.estimate.updating import DeckMatrices, DenseSystem, ModalSystem, Problem, Reduction, State, design
+from femend.estimate.updating import (
+    DeckMatrices,
+    DenseSystem,
+    ModalSystem,
+    Problem,
+    Reduction,
+    State,
+    basis_of_modes,
+    reduced_problem,
+)
 from femend.model import Model
 
 __all__ = ["ProjectedSystem", "projected_problem"]
 
 FloatArray = NDArray[np.float64]
-
-# directions with less than this share of the largest part are left out of a basis, as in `reduced_system`
-DROP = 1e-7
-# points, beside those the basis is made of, at which its frequencies are checked
-CHECKED = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,51 +58,10 @@ def projected_problem(problem: Problem, n_points: int, *, seed: int = 0) -> Redu
     Frequencies from it lie above the full model's (Rayleigh), and coincide at the points (a reduced basis: Hesthaven,
     Rozza and Stamm 2016, chapter 3). Raises UpdatingError where a deck has no modes at any point.
     """
-    points = np.vstack([problem.unknowns.mean, design(problem.unknowns, n_points, seed=seed)])
-    made, known = [], list[tuple[ModalSystem, FloatArray, ProjectedSystem]]()
-    for i, c in enumerate(problem.configurations):
-        if not isinstance(c.system, ModalSystem):
-            made.append(c)
-            continue
-        factors = np.array([problem.factors(p, i) for p in points])
-        # configurations that have a system in common have its reduction in common
-        there = next((r for s, f, r in known if s is c.system and np.array_equal(f, factors)), None)
-        known.append((c.system, factors, there or _projected(c.system, factors)))
-        made.append(replace(c, system=known[-1][2]))
-    small = Problem(problem.unknowns, tuple(made), problem.mac_min)
-    return Reduction(small, _error(problem, small, seed + 1))
+    return reduced_problem(problem, n_points, seed=seed, reduced=_projected)
 
 
 def _projected(system: ModalSystem, points: FloatArray) -> ProjectedSystem:
     assert isinstance(system.matrices, DeckMatrices)
-    shapes = []
-    for factors in points:
-        K, M = system.matrices.at(factors)
-        try:
-            shapes.append(_core.modes(system.matrices.indptr, system.matrices.indices, K, M, n_modes=system.n_modes)[1])
-        except FemendError:
-            continue  # at this corner there is no model; the others hold the modes
-    if not shapes:
-        raise UpdatingError(f"the model has no modes at any of {len(points)} points; check the bounds")
-    V = np.ascontiguousarray(np.hstack(shapes))
-    fe = system.matrices.model.fe
-    heavy = np.asarray(fe.project(None, V)[0][1])
-    size = 1.0 / np.sqrt(np.diag(heavy))
-    values, vectors = np.linalg.eigh(heavy * np.outer(size, size))
-    keep = values > DROP * values[-1]
-    V = np.ascontiguousarray((V * size) @ (vectors[:, keep] / np.sqrt(values[keep])))
+    V = basis_of_modes(system, points)
     return ProjectedSystem(system.matrices.model, V, np.asarray(system.sensors @ V), system.n_modes, system.defaults)
-
-
-def _error(problem: Problem, small: Problem, seed: int) -> float:
-    """The largest relative error of a frequency of the `small` problem at points that had no part in making it."""
-    worst = 0.0
-    for p in design(problem.unknowns, CHECKED, seed=seed):
-        try:
-            pairs = list(zip(problem.states(p), small.states(p), strict=True))
-        except FemendError:
-            continue
-        for full, little in pairs:
-            f, g = full.value("freq"), little.value("freq")
-            worst = max(worst, float(np.max(np.abs(g - f) / np.maximum(f, 1e-3 * f.max()), initial=0.0)))
-    return worst

@@ -59,7 +59,12 @@ class MeasuredRun:
     @property
     def noise(self) -> FloatArray:
         """Share of noise in the shape of every line (n_lines,)."""
-        return np.asarray(np.linalg.norm(self.sd, axis=1) / np.linalg.norm(self.shapes, axis=1))
+        return _noise(self.shapes, self.sd)
+
+
+def _noise(shapes: ComplexArray, sd: FloatArray) -> FloatArray:
+    """Share of noise in shapes (n_lines, n_dof) of which every value has the deviation `sd`."""
+    return np.asarray(np.linalg.norm(sd, axis=1) / np.linalg.norm(shapes, axis=1))
 
 
 def measured_runs(study: Study) -> tuple[tuple[MeasuredRun, ...], tuple[str, ...]]:
@@ -134,7 +139,7 @@ def _peaks(
     total = modal_peaks(ODS(data.name, freq, Y.T, channels, "order", order=1.0, speed=freq))
     at = peak_frequencies(freq, total)
     lines = np.array([int(np.argmin(np.abs(freq - f))) for f in at], dtype=np.int64)
-    noise = (np.linalg.norm(sd, axis=1) / np.linalg.norm(Y, axis=1))[lines]
+    noise = _noise(Y, sd)[lines]
     lost = noise > NOISY
     told = [
         f"the peak at {f:.4g} Hz is not compared, {100 * share:.0f} % of its shape is noise"

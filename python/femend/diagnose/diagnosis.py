@@ -249,8 +249,7 @@ def explain(
     if worth and not plainly:
         ranked, sigma = _named(start, split, located, places, short, (null_score, n_values), settings, tell, so_far)
         so_far.ranked = list(ranked)
-        lacking = unclear(null_score, ranked, n_values, settings) or _far_from_noise(ranked, settings)
-        if load is None and explained and sigma == 0 and lacking:
+        if load is None and explained and sigma == 0 and _lacking(null_score, ranked, n_values, settings):
             # no law is behind the force that explains so much: it may stand in for a load that acts elsewhere after all
             tell.start("try loads")
             load = try_loads(problem, split, reduced, null, baseline, settings)
@@ -273,9 +272,10 @@ def explain(
     return with_further(decided, plain, plainly_located, places, loud)
 
 
-def _far_from_noise(ranked: Sequence[Ranked], settings: Settings) -> bool:
-    """Whether the best law leaves far more than noise, however much it takes away."""
-    return bool(ranked) and ranked[0].candidate.chosen > FAR * settings.consistent
+def _lacking(null_score: float, ranked: Sequence[Ranked], n_values: float, settings: Settings) -> bool:
+    """Whether no law takes nearly all away, or the best one, however much it takes, leaves far more than noise."""
+    far = bool(ranked) and ranked[0].candidate.chosen > FAR * settings.consistent
+    return far or unclear(null_score, ranked, n_values, settings)
 
 
 def _named(

@@ -404,16 +404,17 @@ class _Judge:
         for r in sorted((r for r in ranked if r.candidate.nonlinear), key=lambda r: r.candidate.chosen):
             again = sum(r.candidate.name == b.candidate.name for b in best)
             best += [r] if again < OF_ONE_NAME and len(best) < self.settings.refined else []
-        out = [r for r in ranked if not any(r is b for b in best)]
-        recorder, filters = self.split.fitting.recorder, self.split.fitting.recorder.filters
+        rest = [r for r in ranked if not any(r is b for b in best)]
+        recorder = self.split.fitting.recorder
+        filters, done = recorder.filters, []
         for r in best:
             inside = replace(r.candidate, sigma=max(r.candidate.sigma, self.sigma))
             candidate = refit_nonlinear(self.split.fitting, inside)
             candidate = as_recorded(self.split.fitting, candidate, self.settings.margin) if r is best[0] else candidate
-            out.append(self.judged(candidate, r))
+            done.append(self.judged(candidate, r))
         if recorder.filters != filters:
-            out = [self.judged(r.candidate, r) if r.candidate.nonlinear else r for r in out]
-        return self.in_order(out)
+            rest = [self.judged(r.candidate, r) if r.candidate.nonlinear else r for r in rest]
+        return self.in_order([*rest, *done])
 
     def judged(self, candidate: Candidate, tried: Ranked) -> Ranked:
         """A nonlinear candidate judged anew where it was `tried`."""

@@ -14,7 +14,7 @@ from femend.estimate.updating.morphed import MorphedMatrices
 from femend.estimate.updating.multistart import Minimum, MultiStart, multi_start
 from femend.estimate.updating.population import Population, update_population
 from femend.estimate.updating.problem import Configuration, Evaluation, Link, ModeTest, Problem
-from femend.estimate.updating.reduce import Reduction, reduced_problem, reduced_system
+from femend.estimate.updating.reduce import Reduction, basis_of_modes, reduced_problem, reduced_system
 from femend.estimate.updating.requests import Frfs, Statics
 from femend.estimate.updating.responses import Frequencies, MacDifferences, Response, ShapeDifferences, Values
 from femend.estimate.updating.result import ModeRow, ParameterRow, UpdateResult
@@ -59,6 +59,7 @@ __all__ = [
     "Values",
     "affine_matrices",
     "amplitude",
+    "basis_of_modes",
     "deck_system",
     "factor",
     "factors_of",
