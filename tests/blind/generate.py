@@ -54,6 +54,7 @@ def arguments() -> argparse.Namespace:
     kind.add_argument("--outside", action="store_true", help="effects follow laws that the catalogue does not have")
     kind.add_argument("--two", action="store_true", help="two effects of the catalogue at different places")
     ap.add_argument("--unmeasured", action="store_true", help="the shaker's force is in no recording that is fitted")
+    ap.add_argument("--unfiltered", action="store_true", help="samples are picked without a filter against aliasing")
     ap.add_argument(
         "--beyond",
         type=float,
@@ -76,7 +77,8 @@ def main() -> None:
     for i in range(a.start - 1, a.cases):
         family = a.family or plan.family(a.seed, i, list(case.FAMILIES))
         label = plan.suited(a.effect or plan.label(a.seed, i, share, kind), family, a.unmeasured)
-        tasks.append((a.out, a.seed, i, family, label, case.Options(a.noise, a.unmeasured, a.beyond, a.excitation)))
+        options = case.Options(a.noise, a.unmeasured, a.beyond, a.excitation, not a.unfiltered)
+        tasks.append((a.out, a.seed, i, family, label, options))
     a.out.mkdir(parents=True, exist_ok=True)
     count: collections.Counter[str] = collections.Counter()
     with multiprocessing.Pool(a.jobs) as pool:

@@ -16,6 +16,9 @@ TAPS = firwin(2 * 26 * FINER + 1, (PASS + STOP) / 2, window=("kaiser", 7.86), fs
 AFTER = len(TAPS) // (2 * FINER)  # samples beyond the end that the filter looks at
 
 
-def sampled(fine: np.ndarray, n: int) -> np.ndarray:
-    """Channels (..., FINER * (n + AFTER)) from rest at the first sample, filtered without delay: (..., n)."""
+def sampled(fine: np.ndarray, n: int, filtered: bool = True) -> np.ndarray:
+    """Channels (..., FINER * (n + AFTER)) from rest at the first sample, filtered without delay: (..., n); not `filtered`
+    samples are picked as they come."""
+    if not filtered:
+        return fine[..., : FINER * n : FINER]
     return upfirdn(TAPS, fine, down=FINER, axis=-1)[..., AFTER : AFTER + n]

@@ -26,12 +26,14 @@ FORCE_NOISE = 0.004
 @dataclass(frozen=True)
 class Options:
     """What a whole set has in common: range of the sensors' noise, whether the shaker's force stays unrecorded, what an
-    update has to leave of every effect (times the noise), and the kind of force ("": multisine or random, drawn)."""
+    update has to leave of every effect (times the noise), the kind of force ("": multisine or random, drawn), and whether
+    the recorder filters before it samples."""
 
     noise: tuple[float, float] = (0.01, 0.05)
     unmeasured: bool = False
     beyond: float = BEYOND
     excitation: str = ""
+    filtered: bool = True
 
 
 def make(
@@ -68,9 +70,10 @@ def write_case(
     (public / "study.toml").write_text(deck.study(folder.name, test.s.groups, options.unmeasured))
     m = modal_of(test, parts)
     for name, force in test.forces.items():
-        acc, _ = record(test, parts, name, m)
+        acc, _ = record(test, parts, name, m, filtered=options.filtered)
         n = acc.shape[1]
-        u = noisy(rng, sampled(force.at(FINER * test.rate, FINER * (n + AFTER)), n), FORCE_NOISE)
+        u = sampled(force.at(FINER * test.rate, FINER * (n + AFTER)), n, options.filtered)
+        u = noisy(rng, u, FORCE_NOISE)
         channels = [uff58.Channel(*test.drive, uff58.FORCE, u)]
         channels += [
             uff58.Channel(n, c, uff58.ACCELERATION, y)

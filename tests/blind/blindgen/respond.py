@@ -74,7 +74,7 @@ def modal_of(test: Test, parts: Parts) -> Modal:
 
 
 def record(
-    test: Test, parts: Parts, name: str, m: Modal | None = None, coarser: int = 1
+    test: Test, parts: Parts, name: str, m: Modal | None = None, coarser: int = 1, filtered: bool = True
 ) -> tuple[np.ndarray, np.ndarray]:
     """Clean accelerations (sensors, samples) as the recorder gives them, and the laws' traces for one recording."""
     m = m or modal_of(test, parts)
@@ -83,7 +83,7 @@ def record(
     over = max([8, *(e.over for e, _ in parts)])
     n = int(test.rate * SECONDS[name])
     acc, trace = simulate(m, local, inputs, FINER * test.rate, FINER * (n + AFTER), over // coarser // FINER)
-    return sampled(acc, n), trace[..., : FINER * n : FINER]
+    return sampled(acc, n, filtered), trace[..., : FINER * n : FINER]
 
 
 def scene(test: Test, rng: np.random.Generator) -> Scene:
