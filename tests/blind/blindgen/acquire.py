@@ -17,8 +17,10 @@ AFTER = len(TAPS) // (2 * FINER)  # samples beyond the end that the filter looks
 
 
 def sampled(fine: np.ndarray, n: int, filtered: bool = True) -> np.ndarray:
-    """Channels (..., FINER * (n + AFTER)) from rest at the first sample, filtered without delay: (..., n); not `filtered`
-    samples are picked as they come."""
+    """Channels (..., FINER * (n + AFTER)) from rest at the first sample, filtered without delay: (..., n).
+
+    Samples that are not `filtered` are picked as they come.
+    """
     if not filtered:
         return fine[..., : FINER * n : FINER]
     return upfirdn(TAPS, fine, down=FINER, axis=-1)[..., AFTER : AFTER + n]

@@ -26,8 +26,8 @@ FORCE_NOISE = 0.004
 @dataclass(frozen=True)
 class Options:
     """What a whole set has in common: range of the sensors' noise, whether the shaker's force stays unrecorded, what an
-    update has to leave of every effect (times the noise), the kind of force ("": multisine or random, drawn), and whether
-    the recorder filters before it samples."""
+    update has to leave of every effect (times the noise), the kind of force ("": multisine or random, drawn), and
+    whether the recorder filters before it samples."""
 
     noise: tuple[float, float] = (0.01, 0.05)
     unmeasured: bool = False
