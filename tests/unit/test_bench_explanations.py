@@ -119,6 +119,18 @@ def test_nothing_is_told_where_nothing_was_asked(tmp_path: Path) -> None:
             '{ physics = "support_stiffness", node = 1, direction = "Z", k = 1e3 }',
             r"distinguish\[0\]: spring at 1 Z to ground acts on nothing that moves",
         ),
+        (
+            '{ physics = "viscous_damper", node = 1, direction = "Z", c = 1.0 }',
+            r"distinguish\[0\]: dashpot at 1 Z to ground acts on nothing that moves",
+        ),
+        (
+            '{ physics = "compliant_support", nodes = [1, 99], directions = ["Z"] }',
+            r"distinguish\[0\]: node 99 is not among the 13 nodes",
+        ),
+        (
+            '{ physics = "compliant_support", nodes = [9], directions = ["Z"] }',
+            r"distinguish\[0\]: no SPC set of the deck holds Z at node 9 \(there it holds Y, RX, RZ\)",
+        ),
     ],
 )
 def test_places_that_are_none(tmp_path: Path, entry: str, message: str) -> None:
@@ -137,8 +149,8 @@ def test_places_that_are_none(tmp_path: Path, entry: str, message: str) -> None:
         ),
         ('distinguish = [{}, { parameter = "E_tip" }]', r"distinguish\[0\]: takes either a parameter .* or physics"),
         (
-            'distinguish = [{ physics = "viscous_damper", node = 3 }, { parameter = "E_tip" }]',
-            r"distinguish\[0\]\.physics: 'viscous_damper' is none of added_mass, support_stiffness, joint_stiffness",
+            'distinguish = [{ physics = "cubic_stiffness", node = 3 }, { parameter = "E_tip" }]',
+            r"distinguish\[0\]\.physics: 'cubic_stiffness' is none of added_mass, support_stiffness, viscous_damper",
         ),
         (
             'distinguish = [{ physics = "added_mass", node = 3 }, { parameter = "E_tip" }]',
@@ -157,6 +169,44 @@ def test_places_that_are_none(tmp_path: Path, entry: str, message: str) -> None:
             '{ parameter = "E_tip" }]',
             r"distinguish\[0\]\.direction: 'RX' is a rotation",
         ),
+        (
+            'distinguish = [{ physics = "viscous_damper", node = 3, direction = "Z" }, { parameter = "E_tip" }]',
+            r"distinguish\[0\]\.c: is missing; physics 'viscous_damper' takes node, direction, c",
+        ),
+        (
+            'distinguish = [{ physics = "added_mass", node = 3, m = 0.1, k = [2.0] }, { parameter = "E_tip" }]',
+            r"distinguish\[0\]\.k: physics 'added_mass' does not take it",
+        ),
+        (
+            'distinguish = [{ physics = "support_stiffness", node = 3, direction = "Z", k = [2.0] }, '
+            '{ parameter = "E_tip" }]',
+            r"distinguish\[0\]\.k: physics 'support_stiffness' takes one number, not a list",
+        ),
+        (
+            'distinguish = [{ physics = "compliant_support", nodes = [1] }, { parameter = "E_tip" }]',
+            r"distinguish\[0\]\.directions: is missing; physics 'compliant_support' takes nodes, directions",
+        ),
+        (
+            'distinguish = [{ physics = "compliant_support", nodes = [1, 1], directions = ["Z"] }, '
+            '{ parameter = "E_tip" }]',
+            r"distinguish\[0\]\.nodes: \[1, 1\] is not a list of one at least, each once",
+        ),
+        (
+            'distinguish = [{ physics = "compliant_support", nodes = [1], directions = ["Z", "+Z"] }, '
+            '{ parameter = "E_tip" }]',
+            r"distinguish\[0\]\.directions: .* has a direction twice",
+        ),
+        (
+            'distinguish = [{ physics = "compliant_support", nodes = [1], directions = ["Z", "RY"], k = [1e5] }, '
+            '{ parameter = "E_tip" }]',
+            r"distinguish\[0\]\.k: \[100000\.0\] is not a list of 2, one for each of `directions`",
+        ),
+        (
+            'distinguish = [{ physics = "compliant_support", nodes = [1], directions = ["Z"], k = [0.0] }, '
+            '{ parameter = "E_tip" }]',
+            r"distinguish\[0\]\.k: 0 is not above 0",
+        ),
+        ("damping_sd = 0.0", r"pretest\.damping_sd: 0 is not above 0"),
         (
             'distinguish = [{ parameter = "E_root", change = 0.0 }, { parameter = "E_tip" }]',
             r"distinguish\[0\]\.change: 0 is not a number other than 0",

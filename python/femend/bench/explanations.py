@@ -8,16 +8,29 @@ from typing import Any
 
 import numpy as np
 
+from femend.bench.candidates import support_of, term_of
 from femend.bench.places import Targets
 from femend.dof import Dof
 from femend.errors import PretestError
 from femend.estimate.updating import factors_of, modal_system
 from femend.model import Model
-from femend.model.linear_terms import LinearTerm, point_mass, point_spring, weaker_element
+from femend.model.linear_terms import LinearTerm
 from femend.model.unknowns import Unknown, Unknowns
-from femend.pretest import Distinction, candidate_matrices, distinguish, planned_test
+from femend.pretest import (
+    Distinction,
+    GivingSupport,
+    JointTest,
+    Plan,
+    PlannedTest,
+    candidate_matrices,
+    dashpot_test,
+    distinguish,
+    planned_test,
+    support_modes,
+    with_state,
+)
 from femend.pretest.distinguish import TOLD
-from femend.study.bench_settings import CandidateSettings, PretestSettings
+from femend.study.bench_settings import PretestSettings
 
 __all__ = ["Explanations", "told_apart"]
 
@@ -66,51 +79,93 @@ class Explanations:
 
 
 def told_apart(
-    model: Model, settings: PretestSettings, targets: Targets, places: Sequence[Dof], rows: Sequence[int]
+    model: Model,
+    settings: PretestSettings,
+    targets: Targets,
+    places: Sequence[Dof],
+    rows: Sequence[int],
+    *,
+    zeta: float = 0.01,
 ) -> Explanations | None:
     """Whether a test with sensors at `rows` of the `places` tells the explanations of `settings` apart; None where the
     study asks for none.
 
-    All parameters that are no explanation stay free inside their priors. Linear about the deck. Raises PretestError for
-    a place that the deck does not have, or at which nothing can move.
+    All parameters that are no explanation stay free inside their priors, and so does the structure's own damping, about
+    `zeta`, where dashpots are told. Linear about the deck, but for supports, which are solved as they would be. Raises
+    PretestError for a place that the deck does not have, at which nothing can move, or which it does not hold.
     """
     if not settings.distinguish:
         return None
-    terms = {c: _term(model, c, i) for i, c in enumerate(settings.distinguish) if c.parameter is None}
-    matrices = candidate_matrices(model, list(terms.values()))
-    T = model.transformation().tocsr()
-    signs = np.array([float(d.sign) for d in places])
-    seen = T[[model.row(d) for d in places]].multiply(signs[:, None])
-    system = modal_system(matrices, seen, targets.modes.n_modes)
-    own = [Unknown(t.name, 1.0, False, 0.0, 1.0) for t in terms.values()]
-    unknowns = Unknowns.of([*factors_of(model.parameters).items, *own])
-    plan = planned_test(
-        system, unknowns, modes=targets.at.tolist(), freq_sd=settings.freq_sd, shape_sd=settings.shape_sd
-    )
-    names = [c.parameter or terms[c].name for c in settings.distinguish]
-    sizes = [c.size if c.parameter or c.physics == "joint_stiffness" else 1.0 for c in settings.distinguish]
+    names, sizes = [], []
+    terms: list[LinearTerm] = []
+    dashpots: list[LinearTerm] = []
+    supports: list[tuple[GivingSupport, str]] = []
+    for i, c in enumerate(settings.distinguish):
+        where, size = f"[pretest] distinguish[{i}]", 1.0
+        if c.parameter is not None:
+            name, size = c.parameter, c.size
+        elif c.physics == "compliant_support":
+            support = support_of(model, c, where)
+            supports.append((support, where))
+            name = support.name
+        else:
+            term = term_of(model, c, where)
+            (dashpots if c.physics == "viscous_damper" else terms).append(term)
+            name, size = term.name, c.size if c.physics == "joint_stiffness" else 1.0
+        names.append(name)
+        sizes.append(size)
+    still = _of_deck(model, terms, settings, targets, places)
+    for support, where in supports:
+        still = _with_support(still, model, support, where, settings, targets, places)
+    plan: Plan = still
+    if dashpots:
+        seen = _seen(model, places)
+        damped = dashpot_test(
+            model, dashpots, seen, targets.modes.n_modes, modes=targets.at.tolist(), zeta=zeta,
+            damping_sd=settings.damping_sd, shape_sd=settings.shape_sd,
+        )  # fmt: skip
+        plan = JointTest(still, damped)
     planned, everywhere = (distinguish(plan, r, names, sizes=sizes) for r in (rows, range(len(places))))
     return Explanations(planned, everywhere)
 
 
-def _term(model: Model, c: CandidateSettings, number: int) -> LinearTerm:
-    """The physics of an entry, whose `number` in the list is told in errors."""
-    where = f"[pretest] distinguish[{number}]"
-    if c.physics == "joint_stiffness":
-        assert c.element is not None
-        known = {int(e) for e, _, _ in model.fe.elements()}
-        if c.element not in known:
-            raise PretestError(f"{where}: element {c.element} is not among the {len(known)} elements of the model")
-        return weaker_element(model, c.element)
-    assert c.node is not None
-    if c.node not in set(model.node_ids[~model.is_scalar].tolist()):
-        raise PretestError(f"{where}: node {c.node} is not among the {len(model.node_ids)} nodes of the model")
-    made = (
-        point_mass(model, c.node, c.size)
-        if c.physics == "added_mass"
-        else point_spring(model, c.node, c.component, c.size)
+def _seen(model: Model, places: Sequence[Dof]) -> Any:
+    """Motion (n_places, n) of the places in their signed directions over the model's DOFs."""
+    signs = np.array([float(d.sign) for d in places])
+    return model.transformation().tocsr()[[model.row(d) for d in places]].multiply(signs[:, None])
+
+
+def _of_deck(
+    model: Model, terms: Sequence[LinearTerm], settings: PretestSettings, targets: Targets, places: Sequence[Dof]
+) -> PlannedTest:
+    """The test of the deck with its parameters and `terms`, each with a factor that is 0 in the deck."""
+    if not (terms or model.parameters):
+        phi = targets.shapes(places)
+        sd, m = settings.shape_sd * np.abs(phi).max(axis=0), targets.at.size
+        nothing = np.zeros((0, 0))
+        return PlannedTest(
+            (), nothing, np.zeros(0), targets.freq, np.zeros((m, 0)), np.zeros((*phi.shape, 0)), phi / sd
+        )
+    system = modal_system(candidate_matrices(model, terms), _seen(model, places), targets.modes.n_modes)
+    own = [Unknown(t.name, 1.0, False, 0.0, 1.0) for t in terms]
+    unknowns = Unknowns.of([*factors_of(model.parameters).items, *own])
+    return planned_test(
+        system, unknowns, modes=targets.at.tolist(), freq_sd=settings.freq_sd, shape_sd=settings.shape_sd
     )
-    T = model.transformation()
-    if not any(abs(T.T @ part.matrix @ T).sum() for part in made.parts):
-        raise PretestError(f"{where}: {made.name} acts on nothing that moves, since the deck holds its DOFs")
-    return made
+
+
+def _with_support(
+    plan: PlannedTest,
+    model: Model,
+    support: GivingSupport,
+    where: str,
+    settings: PretestSettings,
+    targets: Targets,
+    places: Sequence[Dof],
+) -> PlannedTest:
+    """The `plan` with the structure whose `support` gives way as one more unknown."""
+    try:
+        freq, phi = support_modes(model, support, places, int(targets.at.max()) + 1)
+        return with_state(plan, support.name, freq, phi, freq_sd=settings.freq_sd, shape_sd=settings.shape_sd)
+    except PretestError as error:
+        raise PretestError(f"{where}: {error}") from None

@@ -171,7 +171,7 @@ def _plan(study: Study, model: Model, targets: Targets) -> tuple[Plan, tuple[str
     residues = driving_point_residues(at_drives, omega, kind="accelerance")
     residues = residues / np.maximum(residues.max(axis=0), 1e-300)
     loading = _loading(targets, placement.dofs(places), s.sensor_mass)
-    explained = told_apart(model, s, targets, places, placement.rows.tolist())
+    explained = told_apart(model, s, targets, places, placement.rows.tolist(), zeta=study.damping_ratio)
     plan = Plan(targets, places, placement, others, planned, drives, driven, residues, loading, explained)
     return plan, tuple(dict.fromkeys([*told, *more]))
 

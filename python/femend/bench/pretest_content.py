@@ -174,7 +174,8 @@ def _explanations(run: PretestRun) -> list[Section]:
     words = (
         "If the first were there with its size, by how many deviations the data would contradict the deck (shown), and "
         "what the second in its stead, of any size, would leave of them, the parameters following inside their priors; "
-        "three are asked. Linear about the deck's values."
+        "three are asked. Linear about the deck's values; supports that give way are solved as they would be, and "
+        "dashpots show in damping ratios and in the phases of shapes."
     )
     lost = frozenset(i for i, d in enumerate(pairs) if not d["told"])
     return [Section("Which explanations it would tell apart", words, [Table(header, rows, "llrrlr", lost)])]

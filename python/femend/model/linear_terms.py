@@ -27,6 +27,7 @@ __all__ = [
     "end_masses",
     "g_matrix",
     "over_group",
+    "point_dashpot",
     "point_mass",
     "point_spring",
     "spring_bending",
@@ -234,6 +235,16 @@ def point_spring(model: Model, node: int, component: int, k: float) -> LinearTer
     unknown = Unknown(f"{name}: k", k, sd=1.5 * DECADE, unit="k", owner=name)
     part = TermPart("K", matrix, ((0, 1),))
     return LinearTerm(name, "support_stiffness", (node,), "ground", direction, (unknown,), (part,))
+
+
+def point_dashpot(model: Model, node: int, component: int, c: float) -> LinearTerm:
+    """A dashpot from a node to ground along `component` 1..3; `c` (force over velocity) is the starting scale."""
+    direction = "XYZ"[component - 1]
+    name = f"dashpot at {node} {direction} to ground"
+    matrix = _diagonal(model, [6 * model.index(node) + component - 1], [1.0])
+    unknown = Unknown(f"{name}: c", c, sd=1.5 * DECADE, unit="c", owner=name)
+    part = TermPart("C", matrix, ((0, 1),))
+    return LinearTerm(name, "viscous_damper", (node,), "ground", direction, (unknown,), (part,))
 
 
 def weaker_element(model: Model, eid: int, sd: float = 0.7) -> LinearTerm:

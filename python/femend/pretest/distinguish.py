@@ -12,7 +12,7 @@ from femend.errors import PretestError
 from femend.estimate.updating import AffineMatrices, DeckMatrices, affine_matrices
 from femend.model import Model
 from femend.model.linear_terms import LinearTerm
-from femend.pretest.information import PlannedTest
+from femend.pretest.dashpots import Plan
 
 __all__ = ["Distinction", "candidate_matrices", "distinguish"]
 
@@ -37,8 +37,8 @@ def candidate_matrices(model: Model, terms: Sequence[LinearTerm]) -> AffineMatri
     """Matrices of a deck with its parameters and `terms` it may lack, each with a factor of its own, by name.
 
     A term's factor 1 is its starting scale, 0 is the deck as it stands: give it an unknown with `mean` 0. The deck's
-    own parameters are linearised at 1 where they are not linear. Raises PretestError for a term that frees DOFs the
-    deck holds, or that is not linear in one scale (powers of several unknowns are taken at their scales).
+    own parameters are linearised at 1 where they are not linear, powers of several unknowns are taken at their scales,
+    dashpots left out (`dashpot_test`). Raises PretestError for a term that frees DOFs the deck holds (`with_state`).
     """
     from scipy.sparse import csc_array
 
@@ -69,7 +69,7 @@ def candidate_matrices(model: Model, terms: Sequence[LinearTerm]) -> AffineMatri
 
 
 def distinguish(
-    plan: PlannedTest, rows: ArrayLike, candidates: Sequence[str], *, sizes: ArrayLike | None = None
+    plan: Plan, rows: ArrayLike, candidates: Sequence[str], *, sizes: ArrayLike | None = None
 ) -> tuple[Distinction, ...]:
     """Every ordered pair of `candidates`, unknowns of `plan`, at a test with sensors at `rows`.
 

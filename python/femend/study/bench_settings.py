@@ -108,8 +108,10 @@ class CandidateSettings:
 
     A `parameter` of the study that is off by the share `size` (its prior deviation where the study says nothing), or
     `physics` the deck lacks: "added_mass" of `size` (mass of the model's units) at `node`, "support_stiffness" of
-    `size` (force over length) from `node` to ground along `component` 1 to 3, or "joint_stiffness", the share `size` of
-    the stiffness of `element`.
+    `size` (force over length) from `node` to ground along `component` 1 to 3, "viscous_damper" of `size` (force over
+    velocity) likewise, "joint_stiffness", the share `size` of the stiffness of `element`, or "compliant_support": what
+    the deck holds at `nodes` gives way in the `components` 1 to 6, on springs `k` to each (force over length, moment
+    over angle), or released where there are none.
     """
 
     parameter: str | None = None
@@ -118,11 +120,15 @@ class CandidateSettings:
     element: int | None = None
     component: int = 0
     size: float = 1.0
+    nodes: tuple[int, ...] = ()
+    components: tuple[int, ...] = ()
+    k: tuple[float, ...] | None = None
 
     @property
     def what(self) -> tuple[object, ...]:
         """What it is, whatever its size."""
-        return self.parameter, self.physics, self.node, self.element, self.component
+        at = (self.node, self.element, self.component, self.nodes, self.components)
+        return self.parameter, self.physics, *at, self.k is None
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,8 +137,9 @@ class PretestSettings:
     chosen by `method` among `nodes` (None: all) without `leave_out` in `directions`, on nodes no nearer to each
     other than `spacing` (in the model's unit), and `exciters` likewise.
 
-    `freq_sd` and `shape_sd` are how well the test is going to tell frequencies and shapes (shares), `sensor_mass` what
-    a sensor weighs, in the model's unit; the virtual test adds `noise` with `seed`. `distinguish` are explanations that
+    `freq_sd`, `shape_sd` and `damping_sd` are how well the test is going to tell frequencies, shapes and damping ratios
+    (shares; of the last two dashpots are told, and the ratios' is that of modes alike too), `sensor_mass` what a sensor
+    weighs, in the model's unit; the virtual test adds `noise` with `seed`. `distinguish` are explanations that
     the test is to tell apart.
     """
 
@@ -151,6 +158,7 @@ class PretestSettings:
     exciter_directions: tuple[int, ...] | None = None
     freq_sd: float = 0.002
     shape_sd: float = 0.05
+    damping_sd: float = 0.2
     sensor_mass: float = 0.0
     distinguish: tuple[CandidateSettings, ...] = ()
     virtual_test: bool = True

@@ -78,7 +78,7 @@ def pretest_settings(
         check.one_of("pretest.configuration", table.configuration, ("as modelled", *configurations))
     for key in ("sensors", "exciters"):
         _count(check, f"pretest.{key}", getattr(table, key))
-    for key in ("freq_sd", "shape_sd"):
+    for key in ("freq_sd", "shape_sd", "damping_sd"):
         _above_0(check, f"pretest.{key}", getattr(table, key))
     for key in ("sensor_mass", "noise", "spacing"):
         value = getattr(table, key)

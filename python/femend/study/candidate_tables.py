@@ -12,20 +12,24 @@ from femend.study.schema import CandidateTable
 
 __all__ = ["CANDIDATE_KEYS", "candidate_settings"]
 
-# keys that each kind of physics needs, the last one its size
+# keys that each kind of physics needs, the last one its size but for a support
 CANDIDATE_KEYS: dict[str, tuple[str, ...]] = {
     "added_mass": ("node", "m"),
     "support_stiffness": ("node", "direction", "k"),
+    "viscous_damper": ("node", "direction", "c"),
     "joint_stiffness": ("element", "change"),
+    "compliant_support": ("nodes", "directions"),
 }
-_KEYS = ("node", "element", "direction", "m", "k", "change")
+# keys that one may take beside them
+_MORE = {"compliant_support": ("k",)}
+_KEYS = ("node", "nodes", "element", "direction", "directions", "m", "k", "c", "change")
 
 
 def candidate_settings(
     check: Check, tables: Sequence[CandidateTable], parameters: Mapping[str, float]
 ) -> tuple[CandidateSettings, ...]:
     """``[pretest] distinguish`` of a study with `parameters`, prior deviations by name; raises StudyError, naming the
-    key, for a single explanation, for one that stands twice, for physics that frequencies and shapes cannot tell, and
+    key, for a single explanation, for one that stands twice, for physics that a modal test is not asked for, and
     for a key that is missing or not taken. Whether nodes and elements are there is found when the deck is read."""
     if len(tables) == 1:
         raise check.fail("pretest.distinguish", "has one explanation; two at least can be told apart")
@@ -47,21 +51,54 @@ def _candidate(check: Check, table: CandidateTable, parameters: Mapping[str, flo
         return CandidateSettings(parameter=table.parameter, size=_size(check, f"{key}.change", change, signed=True))
     assert table.physics is not None
     check.one_of(f"{key}.physics", table.physics, tuple(CANDIDATE_KEYS))
-    needed = CANDIDATE_KEYS[table.physics]
-    _taken(check, key, given, needed, (), f"physics {table.physics!r}")
+    needed, more = CANDIDATE_KEYS[table.physics], _MORE.get(table.physics, ())
+    _taken(check, key, given, needed, more, f"physics {table.physics!r}")
+    if table.physics == "compliant_support":
+        return _support(check, table, key)
     how_much = needed[-1]
-    size = _size(check, f"{key}.{how_much}", getattr(table, how_much), signed=how_much == "change")
+    value = getattr(table, how_much)
+    if isinstance(value, list):
+        raise check.fail(f"{key}.{how_much}", f"physics {table.physics!r} takes one number, not a list")
+    size = _size(check, f"{key}.{how_much}", value, signed=how_much == "change")
     component = 0
     if table.direction is not None:
-        try:
-            component = parse_direction(table.direction)[0]
-        except ValueError as error:
-            raise check.fail(f"{key}.direction", str(error)) from None
+        component = _component(check, f"{key}.direction", table.direction)
         if component > 3:
             raise check.fail(f"{key}.direction", f"{table.direction!r} is a rotation; take X, Y or Z")
     return CandidateSettings(
         physics=table.physics, node=table.node, element=table.element, component=component, size=size
     )
+
+
+def _support(check: Check, table: CandidateTable, key: str) -> CandidateSettings:
+    """A support that gives way; in the order of its components, so that the same one is known again."""
+    assert table.nodes is not None
+    assert table.directions is not None
+    for name, given in (("nodes", table.nodes), ("directions", table.directions)):
+        if not given or len(set(given)) != len(given):
+            raise check.fail(f"{key}.{name}", f"{given} is not a list of one at least, each once")
+    components = [_component(check, f"{key}.directions", text) for text in table.directions]
+    if len(set(components)) != len(components):
+        raise check.fail(f"{key}.directions", f"{table.directions} has a direction twice")
+    k = None
+    if table.k is not None:
+        if not isinstance(table.k, list) or len(table.k) != len(components):
+            raise check.fail(f"{key}.k", f"{table.k} is not a list of {len(components)}, one for each of `directions`")
+        k = [_size(check, f"{key}.k", value, signed=False) for value in table.k]
+    order = sorted(range(len(components)), key=components.__getitem__)
+    return CandidateSettings(
+        physics=table.physics,
+        nodes=tuple(sorted(table.nodes)),
+        components=tuple(components[i] for i in order),
+        k=None if k is None else tuple(k[i] for i in order),
+    )
+
+
+def _component(check: Check, key: str, text: str) -> int:
+    try:
+        return parse_direction(text)[0]
+    except ValueError as error:
+        raise check.fail(key, str(error)) from None
 
 
 def _taken(check: Check, key: str, given: Sequence[str], needed: Sequence[str], more: Sequence[str], who: str) -> None:

@@ -167,10 +167,13 @@ class CandidateTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw
     parameter: str | None = None
     physics: str | None = None
     node: int | None = None
+    nodes: list[int] | None = None
     element: int | None = None
     direction: str | None = None
+    directions: list[str] | None = None
     m: float | None = None
-    k: float | None = None
+    k: float | list[float] | None = None
+    c: float | None = None
     change: float | None = None
 
 
@@ -192,6 +195,7 @@ class PretestTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_o
     exciter_directions: list[str] | None = None
     freq_sd: float = _PRETEST.freq_sd
     shape_sd: float = _PRETEST.shape_sd
+    damping_sd: float = _PRETEST.damping_sd
     sensor_mass: float = _PRETEST.sensor_mass
     distinguish: list[CandidateTable] = []
     virtual_test: bool = _PRETEST.virtual_test
