@@ -18,6 +18,7 @@ from femend.bench.page import render_page
 from femend.bench.placed import Placed, placed_sensors
 from femend.bench.run_compared import ComparedRun, compare_run
 from femend.bench.run_content import write_run_table
+from femend.bench.run_result import in_order
 from femend.bench.runs import MeasuredRun, measured_runs, without_runs
 from femend.bench.steps import Steps, write_json
 from femend.errors import RecordingError
@@ -101,12 +102,14 @@ class CorrelationRun:
                 return one
         raise KeyError(f"no recording {recording!r}; there are {', '.join(c.measured.name for c in self.compared)}")
 
-    def run(self, recording: str) -> ComparedRun:
-        """The comparison of a rotor's run by its recording's name; raises KeyError where there is none."""
+    def run(self, recording: str, order: float = 1.0) -> ComparedRun:
+        """The comparison of a rotor's run in an `order`, or of the held speeds that a recording is one of, by the
+        recording's name; raises KeyError where there is none."""
         for one in self.runs:
-            if one.measured.name == recording:
+            if one.measured.of(recording) and one.measured.order == order:
                 return one
-        raise KeyError(f"no run {recording!r}; there are {', '.join(r.measured.name for r in self.runs) or 'none'}")
+        there = ", ".join(f"{r.measured.name}{in_order(r.measured.order)}" for r in self.runs)
+        raise KeyError(f"no run {recording!r}{in_order(order)}; there are {there or 'none'}")
 
     def __repr__(self) -> str:
         from femend.bench.words import correlation_text

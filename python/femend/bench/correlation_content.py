@@ -54,19 +54,18 @@ def correlation_page(done: CorrelationRun, run: dict[str, Any], files: Sequence[
     each = zip(compared, result["recordings"], strict=True)
     sections = [_section(c, r["orthogonality"]) for c, r in each]
     sections += [run_section(c, r) for c, r in zip(done.runs, result["runs"], strict=True)]
+    said = []
+    if compared:
+        said.append(f"{n} of {of} measured modes are paired with the model, their frequencies off by {mean} on average")
     peaks, mates = sum(c.measured.peaks.size for c in done.runs), sum(c.n_pairs for c in done.runs)
-    said = [f"{n} of {of} measured modes are paired with the model, their frequencies off by {mean} on average"]
-    if done.runs:
-        facts.append(Fact("Runs", f"{mates} of {peaks} peaks", "have the shape of a mode of the model"))
-        told = f"{mates} of {peaks} peaks of operating shapes look like a mode of the model"
-        said = [*(said if compared else []), told]
-    n, of = n + mates, of + peaks
+    more, words = _of_runs(peaks, mates, [h["csac"] for r in result["runs"] for h in r["held"]])
+    said = [*said, *words] or ["no run has a peak that could be compared with the model's modes"]
     return Page(
         prepared.study.title,
         "femend correlation",
         "; ".join(said),
-        ("all paired", "good") if n == of else ("modes without a mate", "warn") if n else ("nothing paired", "bad"),
-        facts,
+        _judged(n + mates, of + peaks),
+        [*facts, *more],
         sentence(result["advice"]),
         [sentence(w) for w in result["warnings"]],
         prepared_mesh(prepared),
@@ -75,6 +74,27 @@ def correlation_page(done: CorrelationRun, run: dict[str, Any], files: Sequence[
         run,
         files,
     )
+
+
+def _of_runs(peaks: int, mates: int, held: Sequence[float | None]) -> tuple[list[Fact], list[str]]:
+    """What is told first of a rotor's runs: how many `peaks` have `mates`, and the CSAC at speeds that are `held`."""
+    facts, said = [], []
+    if peaks:
+        facts.append(Fact("Runs", f"{mates} of {peaks} peaks", "have the shape of a mode of the model"))
+        said.append(f"{mates} of {peaks} peaks of operating shapes look like a mode of the model")
+    if held:
+        known = [c for c in held if c is not None]
+        csac = fixed(float(np.mean(known)) if known else None)
+        facts.append(Fact("Held speeds", f"CSAC {csac}", f"on average over {len(held)}"))
+        said.append(f"operating shapes at {len(held)} held speeds have a CSAC of {csac} with the model's on average")
+    return facts, said
+
+
+def _judged(n: int, of: int) -> tuple[str, str]:
+    """The page's mark where `n` of so many modes and peaks are paired."""
+    if not of:
+        return "nothing to pair", "warn"
+    return ("all paired", "good") if n == of else ("modes without a mate", "warn") if n else ("nothing paired", "bad")
 
 
 def prepared_mesh(prepared: Prepared) -> str:

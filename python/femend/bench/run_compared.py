@@ -25,16 +25,21 @@ ComplexArray = NDArray[np.complex128]
 
 # the model's response is superposed from modes up to this multiple of the run's highest line, as FRFs are
 ABOVE = 3.0
+# powers of the speed with which forces of another order than 1 may grow, and the fewest lines that tell them apart
+POWERS = tuple(0.25 * i for i in range(17))
+FEWEST_FOR_POWER = 3
 
 
 @dataclass(frozen=True, eq=False)
 class OperatingResponse:
-    """What unbalance at the bearings `nodes` makes of the model, beside what was measured.
+    """What forces at the bearings `nodes` make of the model, beside what was measured.
 
-    `unbalance` (n_bearings,) are m r exp(i phase) against the tacho's angle 0, in mass times length of the model,
-    turning in the `sense` (+1 about the shaft's axis by the right hand); they are not known and chosen so that the
-    responses agree best (see `compare_run`). `shapes` (n_lines, n_dof) are accelerations per unit course at the run's
-    lines and sensors, in the sensors' directions; `csac`, `csf` (n_lines,) compare line with line, `dac`
+    Of order 1 they are those of unbalance: `unbalance` (n_bearings,) are m r exp(i phase) against the tacho's angle 0,
+    in mass times length of the model, turning in the `sense` (+1 about the shaft's axis by the right hand). Of another
+    order nothing says how they turn: `forces` (n_bearings, 2), complex amplitudes along e_u and e_v (`Unbalance.plane`)
+    at the run's highest line, grow with the speed to the `power`; sense is 0 then. Sizes are not known and chosen so
+    that the responses agree best (see `compare_run`). `shapes` (n_lines, n_dof) are accelerations per unit course at
+    the run's lines and sensors, in the sensors' directions; `csac`, `csf` (n_lines,) compare line with line, `dac`
     (n_lines, n_lines) every measured line with every line of the model.
     """
 
@@ -45,6 +50,8 @@ class OperatingResponse:
     csac: FloatArray
     csf: FloatArray
     dac: FloatArray
+    forces: ComplexArray | None = None
+    power: float = 2.0
 
     def likest(self, line: int) -> int:
         """The line of the model whose response is likest to the measured one at `line`."""
@@ -84,8 +91,10 @@ def compare_run(
 
         sum over lines of |y - H u|^2 / (|y|^2 + |H u|^2) = least,
 
-    so that no line counts more for being loud, nor less where the model's resonances are elsewhere. Raises what
-    `model_modes` and `compare_modes` raise.
+    so that no line counts more for being loud, nor less where the model's resonances are elsewhere. Of another order
+    than 1 the forces across the shaft are free at every bearing, and so is the power of the speed with which they grow
+    where there are three lines. Where the lines hold no more values than the forces have, there is no response. Raises
+    what `model_modes` and `compare_modes` raise.
     """
     top = float(measured.freq[-1])
     modes = modes_up_to(model, top, 1, zeta)
@@ -103,37 +112,71 @@ def compare_run(
         )
         return ComparedRun(measured, modes, comparison, None, why)
     every = model_modes(model, f_max=ABOVE * top, zeta=zeta)
+    n_free = len(measured.nodes) * (1 if measured.order == 1.0 else 2)
+    if measured.shapes.size <= n_free:
+        why = (
+            f"recording {measured.name!r}: {measured.shapes.size} measured amplitudes are followed by the {n_free} of "
+            f"the forces at {_listed(measured.nodes)} whatever the model is, so that its response is not compared; "
+            "add sensors, or recordings at other speeds"
+        )
+        return ComparedRun(measured, modes, comparison, None, why)
     response = _response(measured, every, places)
     if response is None:
-        why = f"recording {measured.name!r}: unbalance at {_listed(measured.nodes)} moves no sensor of the model"
+        why = f"recording {measured.name!r}: forces at {_listed(measured.nodes)} move no sensor of the model"
         return ComparedRun(measured, modes, comparison, None, why)
     return ComparedRun(measured, modes, comparison, response)
 
 
 def _response(measured: MeasuredRun, modes: ModeSet, places: dict[Dof, Dof]) -> OperatingResponse | None:
+    across = _per_force(measured, modes, places)
+    if not np.abs(across).any():
+        return None
+    if measured.order != 1.0:
+        return _response_of_order(measured, across)
     Y = measured.shapes
-    best: tuple[float, int, ComplexArray, ComplexArray] | None = None
+    fits = []
     for sense in (1, -1):
-        H = _per_unbalance(measured, modes, places, sense)
-        if not np.abs(H).any():
-            return None
+        # the sine course is -i times the cosine course at positive frequencies
+        H = across[..., 0] - 1j * sense * across[..., 1]
         left, u = _fitted(H, Y)
-        if best is None or left < best[0]:
-            best = (left, sense, u, np.asarray(H @ u))
-    assert best is not None
-    _, sense, u, shapes = best
+        fits.append((left, sense, u, np.asarray(H @ u)))
+    _, sense, u, shapes = min(fits, key=lambda fit: fit[0])
+    return OperatingResponse(measured.nodes, sense, u, shapes, *_agreement(Y, shapes))
+
+
+def _response_of_order(measured: MeasuredRun, across: ComplexArray) -> OperatingResponse:
+    """The response to forces that are free across the shaft."""
+    Y, K = measured.shapes, measured.freq.size
+    H = across.reshape(K, Y.shape[1], -1)
+    grown = np.log(measured.freq / measured.freq[-1])
+    # one or two lines are met by any growth of forces that are free anyway
+    powers = POWERS if K >= FEWEST_FOR_POWER else (2.0,)
+    fits = []
+    for power in powers:
+        left, u = _fitted(H * np.exp((power - 2.0) * grown)[:, None, None], Y)
+        fits.append((left, power, u))
+    _, power, u = min(fits, key=lambda fit: fit[0])
+    shapes = np.asarray((H * np.exp((power - 2.0) * grown)[:, None, None]) @ u)
+    nothing, course = np.zeros(0, dtype=np.complex128), (2 * np.pi * float(measured.freq[-1])) ** 2
+    return OperatingResponse(
+        measured.nodes, 0, nothing, shapes, *_agreement(Y, shapes), forces=course * u.reshape(-1, 2), power=power
+    )
+
+
+def _agreement(Y: ComplexArray, shapes: ComplexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """CSAC, CSF (n_lines,) and DAC (n_lines, n_lines) of shapes (n_lines, n_dof)."""
     a, b = Y[:, :, None], shapes[:, :, None]
-    return OperatingResponse(measured.nodes, sense, u, shapes, csac(a, b), csf(a, b), dac(Y.T, shapes.T))
+    return csac(a, b), csf(a, b), dac(Y.T, shapes.T)
 
 
-def _per_unbalance(measured: MeasuredRun, modes: ModeSet, places: dict[Dof, Dof], sense: int) -> ComplexArray:
-    """Accelerations (n_lines, n_dof, n_bearings) per unit course to a unit unbalance at phase 0 of every bearing."""
-    plane = Unbalance(measured.nodes, measured.axis, sense).plane
+def _per_force(measured: MeasuredRun, modes: ModeSet, places: dict[Dof, Dof]) -> ComplexArray:
+    """Accelerations (n_lines, n_dof, n_bearings, 2) per unit course to a unit force along e_u and e_v of every
+    bearing."""
+    plane = Unbalance(measured.nodes, measured.axis).plane
     outputs = [Channel(places[d], "acceleration", "m/s^2") for d in measured.dofs]
     inputs = [Channel(Dof(n, c + 1), "force", "N") for n in measured.nodes for c in plane]
-    H = modal_frf(modes, measured.freq, outputs, inputs).H.reshape(measured.freq.size, len(outputs), -1, 2)
-    # the sine course is -i times the cosine course at positive frequencies
-    return np.asarray(H[..., 0] - 1j * sense * H[..., 1])
+    H = modal_frf(modes, measured.freq, outputs, inputs).H
+    return np.asarray(H.reshape(measured.freq.size, len(outputs), -1, 2))
 
 
 def _fitted(H: ComplexArray, Y: ComplexArray) -> tuple[float, ComplexArray]:

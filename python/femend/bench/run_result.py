@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from femend.bench.run_compared import ComparedRun, OperatingResponse
 
-__all__ = ["run_advice", "run_result"]
+__all__ = ["in_order", "run_advice", "run_result"]
 
 
 def run_result(c: ComparedRun) -> dict[str, Any]:
@@ -19,7 +18,7 @@ def run_result(c: ComparedRun) -> dict[str, Any]:
         "recording": m.name,
         "role": m.role,
         "configuration": m.configuration,
-        "order": 1.0,
+        "order": m.order,
         "bearings": list(m.nodes),
         "axis": "XYZ"[m.axis],
         "dofs": [str(d) for d in m.dofs],
@@ -27,11 +26,17 @@ def run_result(c: ComparedRun) -> dict[str, Any]:
         "noise": m.noise.tolist(),
         "model_freq": c.modes.freq.tolist(),
         "peaks": [_peak(c, i) for i in range(m.peaks.size)],
+        "held": [_held(c, k) for k in range(len(m.held))],
         "mac": None if c.comparison is None else c.comparison.mac.tolist(),
         "notes": [] if c.comparison is None else list(c.comparison.table.notes),
-        "response": None if c.response is None else _response(c.response, m.peaks.tolist()),
+        "response": None if c.response is None else _response(c.response, c),
         "without_response": c.why,
     }
+
+
+def in_order(order: float) -> str:
+    """What tells another order than 1."""
+    return "" if order == 1.0 else f" in order {order:g}"
 
 
 def run_advice(c: ComparedRun) -> str:
@@ -40,8 +45,9 @@ def run_advice(c: ComparedRun) -> str:
     if not lone:
         return ""
     listed = ", ".join(f"{f:.4g}" for f in lone)
+    who = f"{c.measured.name!r}{in_order(c.measured.order)}"
     return (
-        f"the operating shapes of {c.measured.name!r} at {listed} Hz look like no mode of the model: an operating "
+        f"the operating shapes of {who} at {listed} Hz look like no mode of the model: an operating "
         "shape mixes close modes; where the response to unbalance is unlike it too (DAC), look at supports and sensor "
         "directions"
     )
@@ -61,7 +67,7 @@ def _peak(c: ComparedRun, i: int) -> dict[str, Any]:
     found: dict[str, Any] = {
         "peak": i + 1,
         "freq": freq,
-        "rpm": 60.0 * freq,
+        "rpm": 60.0 * freq / c.measured.order,
         "noise": float(c.measured.noise[k]),
         "mode": None if row is None else row.b + 1,
         "model_freq": None if row is None else row.freq_b,
@@ -79,18 +85,43 @@ def _peak(c: ComparedRun, i: int) -> dict[str, Any]:
     return found
 
 
-def _response(r: OperatingResponse, peaks: Sequence[int]) -> dict[str, Any]:
-    """The response to unbalance; of the DAC the rows of the peaks, since all lines with all would be megabytes."""
+def _held(c: ComparedRun, k: int) -> dict[str, Any]:
+    """The recording at a held speed on line `k`."""
+    m, r = c.measured, c.response
     return {
-        "unbalance": "chosen so that the responses agree best; nobody measured it",
-        "sense": r.sense,
-        "bearings": [
-            {"node": n, "m_r": float(abs(u)), "phase_deg": float(np.degrees(np.angle(u)))}
-            for n, u in zip(r.nodes, r.unbalance, strict=True)
-        ],
+        "recording": m.held[k],
+        "freq": float(m.freq[k]),
+        "rpm": 60.0 * float(m.freq[k]) / m.order,
+        "noise": float(m.noise[k]),
+        "csac": None if r is None else float(r.csac[k]),
+        "csf": None if r is None else float(r.csf[k]),
+    }
+
+
+def _response(r: OperatingResponse, c: ComparedRun) -> dict[str, Any]:
+    """The response to forces at the bearings; of the DAC the rows of the peaks, since all lines with all would be
+    megabytes."""
+    return {
+        **_loads(r),
         "csac": r.csac.tolist(),
         "csf": r.csf.tolist(),
         "mean_csac": float(np.nanmean(r.csac)),
         "mean_csf": float(np.nanmean(r.csf)),
-        "dac_of_peaks": r.dac[peaks].tolist(),
+        "dac_of_peaks": r.dac[c.measured.peaks].tolist(),
     }
+
+
+def _loads(r: OperatingResponse) -> dict[str, Any]:
+    """The unbalance of order 1, or the forces of another one."""
+    chosen = "chosen so that the responses agree best; nobody measured it"
+    if r.forces is None:
+        bearings = [
+            {"node": n, "m_r": float(abs(u)), "phase_deg": float(np.degrees(np.angle(u)))}
+            for n, u in zip(r.nodes, r.unbalance, strict=True)
+        ]
+        return {"unbalance": chosen, "sense": r.sense, "bearings": bearings}
+    forces = [
+        {"node": n, "force": np.abs(f).tolist(), "phase_deg": np.degrees(np.angle(f)).tolist()}
+        for n, f in zip(r.nodes, r.forces, strict=True)
+    ]
+    return {"forces": chosen, "power_of_speed": r.power, "bearings": forces}

@@ -1,18 +1,20 @@
-"""The operating shapes of a study's run-ups and run-downs: order 1 against its tacho, and where it peaks."""
+"""The operating shapes of a study's rotors: orders of run-ups against the tacho and where they peak, held speeds."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.bench.held import HeldShapes, held_shapes
 from femend.data import ODS, Channel, Geometry, Recording
 from femend.diagnose.staged.prepare import RunData, run_data, tacho_warnings
 from femend.diagnose.staged.run_modes import mode_lines, too_short_for_modes
 from femend.dof import Dof
 from femend.errors import FemendError
-from femend.estimate.joint import ods_frf
+from femend.estimate.joint import Run, ods_frf
 from femend.io.recordings import read_modes
 from femend.signal import modal_peaks, peak_frequencies
 from femend.study.sound import with_warnings
@@ -27,19 +29,23 @@ ComplexArray = NDArray[np.complex128]
 NOISY = 0.5
 # fewer lines than this hold no peak to compare
 FEWEST_LINES = 12
+# share of the sampling rate up to which the filters before the lines leave an order as it is
+USABLE = 0.34
 # a line is averaged over this share of the highest speed, as where modes are read off a run
 WIDTH = 0.004
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredRun:
-    """The operating shapes of one rotor's run.
+    """The operating shapes of one rotor in one `order`: of a run, or of recordings at speeds that are `held`.
 
-    `shapes` (n_lines, n_dof) complex accelerations per unit course Omega^2 cos(theta) of order 1, in the model's units,
-    at the lines `freq` (n_lines,) in Hz, which are revolutions per second, with the deviation `sd` (n_lines, n_dof) of
-    every value; `dofs` are the sensors, with their signs not applied. `peaks` (n_peaks,) are the lines nearest to where
-    they peak, in the order of frequency, and `peak_freq` (n_peaks,) in Hz between the lines. `nodes` are the bearings
-    and `axis` (0, 1, 2) the shaft's direction; `warnings` are what to mind.
+    `shapes` (n_lines, n_dof) complex accelerations per unit course Omega^2 cos(theta), in the model's units, of a shaft
+    that turns `order` times while the rotor turns once, at the lines `freq` (n_lines,) in Hz, which are its revolutions
+    per second, with the deviation `sd` (n_lines, n_dof) of every value; `dofs` are the sensors, with their signs not
+    applied. `held` names the recording of every line where each is one at a held speed, and is empty for a run.
+    `peaks` (n_peaks,) are the lines nearest to where a run peaks, in the order of frequency, and `peak_freq` (n_peaks,)
+    in Hz between the lines. `nodes` are the bearings and `axis` (0, 1, 2) the shaft's direction; `warnings` are what to
+    mind.
     """
 
     name: str
@@ -55,6 +61,12 @@ class MeasuredRun:
     axis: int
     geometry: Geometry | None = None
     warnings: tuple[str, ...] = ()
+    order: float = 1.0
+    held: tuple[str, ...] = ()
+
+    def of(self, recording: str) -> bool:
+        """Are these shapes, or some of them, those of `recording`?"""
+        return recording in (self.held or (self.name,))
 
     @property
     def noise(self) -> FloatArray:
@@ -68,12 +80,14 @@ def _noise(shapes: ComplexArray, sd: FloatArray) -> FloatArray:
 
 
 def measured_runs(study: Study) -> tuple[tuple[MeasuredRun, ...], tuple[str, ...]]:
-    """The runs of recordings with role fit or validate, and a sentence for each that cannot be compared.
+    """The orders of [correlation] in recordings with role fit or validate, and a sentence for each that cannot be
+    compared; recordings at held speeds of one rotor belong together.
 
     Raises what the reading of a file raises; what a run lacks (a tacho that stands still, strains, too few lines) is
     told, since the other recordings can be compared without it.
     """
     found: list[MeasuredRun] = []
+    held: list[HeldShapes] = []
     passed: list[str] = []
     for recording in study.recordings:
         if recording.excitation != "rotating" or recording.role == "predict":
@@ -81,50 +95,108 @@ def measured_runs(study: Study) -> tuple[tuple[MeasuredRun, ...], tuple[str, ...
         if read_modes(recording.file, units=study.units) is not None:
             continue  # a file of modes, which are compared as modes
         try:
-            read = recording.read(study.units)
+            read = with_warnings(recording.read(study.units))
         except FemendError as error:
             error.add_note(f"while reading [[recording]] {recording.name!r} of {study.file}")
             raise
-        try:
-            one = _run_of(recording, with_warnings(read), study.correlation.band)
-        except FemendError as error:
-            passed.append(f"recording {recording.name!r} is not compared: {error}")
-            continue
-        passed += [one] if isinstance(one, str) else []
-        found += [one] if isinstance(one, MeasuredRun) else []
-    return tuple(found), tuple(passed)
+        for one in _orders_of(recording, read, study):
+            passed += [one] if isinstance(one, str) else []
+            held += [one] if isinstance(one, HeldShapes) else []
+            found += [one] if isinstance(one, MeasuredRun) else []
+    return (*found, *_together(held)), tuple(dict.fromkeys(passed))
 
 
-def _run_of(told: StudyRecording, recording: Recording, band: tuple[float, float] | None) -> MeasuredRun | str:
-    who = f"recording {told.name!r}"
+def _in(order: float) -> str:
+    return "" if order == 1.0 else f" in order {order:g}"
+
+
+def _orders_of(told: StudyRecording, recording: Recording, study: Study) -> list[MeasuredRun | HeldShapes | str]:
+    """The operating shapes of a recording in every order of the study, or why there are none."""
+    who, orders = f"recording {told.name!r}", study.correlation.orders
     if not recording.is_time:
-        return f"{who} is not compared: it is a rotor's run and holds no time records, from which orders are taken"
+        return [f"{who} is not compared: it is a rotor's run and holds no time records, from which orders are taken"]
     if not recording.sensors:
-        return f"{who} is not compared: it holds no response with a node and a direction"
-    data = run_data(recording)
-    straight = [i for i, d in enumerate(data.sensors) if not d.is_rotation]
-    if not straight:
-        return f"{who} is not compared: all its sensors turn, and rotations are not compared with the model's modes"
-    # a sum over metres and radians depends on the unit of length, so that rotations stay out here as with modes
-    data = replace(data, y=data.y[straight], sensors=tuple(data.sensors[i] for i in straight))
+        return [f"{who} is not compared: it holds no response with a node and a direction"]
+    try:
+        # filtered alike, so that the courses of all of them stand on the same lines
+        top = run_data(recording, order=max(orders))
+        every = [top if order == top.order else run_data(recording, order=order, f_max=top.f_max) for order in orders]
+        straight = [i for i, d in enumerate(top.sensors) if not d.is_rotation]
+        if not straight:
+            return [
+                f"{who} is not compared: all its sensors turn, and rotations are not compared with the model's modes"
+            ]
+        # a sum over metres and radians depends on the unit of length, so that rotations stay out here as with modes
+        every = [replace(d, y=d.y[straight], sensors=tuple(d.sensors[i] for i in straight)) for d in every]
+        warnings = (*recording.warnings, *tacho_warnings(recording, top.speed))
+        found: list[MeasuredRun | HeldShapes | str] = []
+        for data in every:
+            held = held_shapes(data, told, recording, study)
+            if held is None:
+                beside = [d.run for d in every if d is not data]
+                found.append(_run_of(told, recording, data, beside, study.correlation.band, warnings))
+            else:
+                found.append(held if isinstance(held, str) else replace(held, warnings=warnings))
+    except FemendError as error:
+        return [f"{who} is not compared: {error}"]
+    return found
+
+
+def _run_of(
+    told: StudyRecording,
+    recording: Recording,
+    data: RunData,
+    beside: Sequence[Run],
+    band: tuple[float, float] | None,
+    warnings: tuple[str, ...],
+) -> MeasuredRun | str:
+    who = f"recording {told.name!r}"
     short = too_short_for_modes(data)
     if short:
         return f"{who} is not compared: {short.removeprefix(f'{who}: ')}"
     lines, step = mode_lines(data)
     low, high = band or (0.0, np.inf)
-    freq = lines[(lines >= low) & (lines <= high)]
+    sampled = USABLE * recording.time.rate
+    freq = lines[(lines >= low) & (lines <= min(high, sampled))]
     if freq.size < FEWEST_LINES:
+        limits = f"the band {low:g} to {high:g} Hz of [correlation]" if band else f"the sampling up to {sampled:.4g} Hz"
         return (
-            f"{who} is not compared: its speeds go through {lines[0]:.4g} to {lines[-1]:.4g} Hz, of which the band "
-            f"{low:g} to {high:g} Hz of [correlation] holds {freq.size} lines, fewer than {FEWEST_LINES}"
+            f"{who} is not compared{_in(data.order)}: its {'speeds go' if data.order == 1.0 else 'order goes'} through "
+            f"{lines[0]:.4g} to {lines[-1]:.4g} Hz, of which {limits} holds {freq.size} lines, fewer than "
+            f"{FEWEST_LINES}"
         )
-    shapes = ods_frf(data.run, data.y, freq, max(2.5 * step, WIDTH * float(data.rev_per_s.max())))
+    shapes = ods_frf(data.run, data.y, freq, max(2.5 * step, WIDTH * float(data.rev_per_s.max())), beside=beside)
     peaks, at, remarks = _peaks(data, freq, shapes.Y, shapes.sd)
-    warnings = (*recording.warnings, *tacho_warnings(recording, data.speed), *(f"{who}: {r}" for r in remarks))
+    if lines[-1] > sampled:
+        remarks.append(
+            f"order {data.order:g} is compared up to {freq[-1]:.4g} Hz, beyond which it is sampled too coarsely"
+        )
+    warnings = (*warnings, *(f"{who}: {r}" for r in remarks))
     return MeasuredRun(
         told.name, told.role, told.configuration, freq, shapes.Y, shapes.sd, data.sensors, peaks, at, data.nodes,
-        data.axis, recording.geometry, warnings,
+        data.axis, recording.geometry, warnings, data.order,
     )  # fmt: skip
+
+
+def _together(held: list[HeldShapes]) -> list[MeasuredRun]:
+    """Recordings at held speeds with the same `HeldShapes.rotor`, in the order of their speeds."""
+    rotors: dict[object, list[HeldShapes]] = {}
+    for one in held:
+        rotors.setdefault(one.rotor, []).append(one)
+    found = []
+    for some in rotors.values():
+        some.sort(key=lambda h: h.freq)
+        first = some[0]
+        nothing = np.zeros(0, dtype=np.int64)
+        found.append(
+            MeasuredRun(
+                ", ".join(h.name for h in some), first.role, first.configuration, np.array([h.freq for h in some]),
+                np.array([h.shape for h in some]), np.array([h.sd for h in some]), first.dofs, nothing, np.zeros(0),
+                first.nodes, first.axis, first.geometry, tuple(w for h in some for w in h.warnings), first.order,
+                tuple(h.name for h in some),
+            )
+        )  # fmt: skip
+    return found
 
 
 def _peaks(

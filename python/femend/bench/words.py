@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from femend.bench.page import deviation, fixed, number, percent
+from femend.bench.run_result import in_order
 from femend.cli.table import table
 
 __all__ = ["correlation_text", "pretest_text", "update_text"]
@@ -35,12 +36,20 @@ def correlation_text(result: dict[str, Any]) -> str:
 
 
 def _run(r: dict[str, Any]) -> list[str]:
-    """A rotor's run: its peaks with the modes, and the response to unbalance."""
-    mates = sum(p["mode"] is not None for p in r["peaks"])
-    said = [
-        f"{r['recording']} ({r['role']}, {r['configuration']}): {mates} of {len(r['peaks'])} peaks of the run's "
-        "operating shapes look like a mode"
-    ]
+    """A rotor's run, its peaks with the modes, or its held speeds; and the response to forces at the bearings."""
+    order = in_order(r["order"])
+    who = f"{r['recording']} ({r['role']}, {r['configuration']})"
+    if r["held"]:
+        said = [f"{who}: operating shapes at {len(r['held'])} held speed{'s' * (len(r['held']) > 1)}{order}"]
+        rows = [
+            [h["recording"], number(h["rpm"]), number(h["freq"]), percent(h["noise"], sign=False), fixed(h["csac"]),
+             fixed(h["csf"])]
+            for h in r["held"]
+        ]  # fmt: skip
+        said.append(table(["recording", "1/min", "f Hz", "noise", "CSAC", "CSF"], rows, "lrrrrr"))
+    else:
+        mates = sum(p["mode"] is not None for p in r["peaks"])
+        said = [f"{who}: {mates} of {len(r['peaks'])} peaks of the run's operating shapes{order} look like a mode"]
     rows = [
         [str(p["peak"]), number(p["rpm"]), number(p["freq"]), "-" if p["mode"] is None else str(p["mode"]),
          number(p["model_freq"]), percent(p["freq_difference"]), fixed(p["mac"]),
@@ -52,7 +61,8 @@ def _run(r: dict[str, Any]) -> list[str]:
         said.append(table(header, rows, "rrrrrrrrr"))
     if r["response"] is not None:
         csac, csf = fixed(r["response"]["mean_csac"]), fixed(r["response"]["mean_csf"])
-        said.append(f"response to unbalance at the bearings: mean CSAC {csac}, CSF {csf}")
+        loads = "unbalance" if "forces" not in r["response"] else "forces"
+        said.append(f"response to {loads} at the bearings: mean CSAC {csac}, CSF {csf}")
     return [*said, ""]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -93,6 +93,17 @@ class Speed:
         c2, c3 = 3 * rise - 2 * d0 - d1, d0 + d1 - 2 * rise
         angle = a0 + u * (d0 + u * (c2 + u * c3))
         return (d0 + u * (2 * c2 + 3 * u * c3)) / (2 * np.pi * h), angle
+
+    def of_order(self, order: float) -> Speed:
+        """Speed and angle of a shaft that turns `order` times while this one turns once: its order 1 is that order of
+        this shaft. Raises SignalError for an order that is not above 0.
+
+        >>> Speed([0.0, 1.0], [2.0, 2.0], [0.0, 4 * np.pi]).of_order(1.5).band()
+        (3.0, 3.0)
+        """
+        if not (np.isfinite(order) and order > 0):
+            raise SignalError(f"speed {self.source!r}: {order:g} is no order; take a number above 0")
+        return replace(self, rev_per_s=order * self.rev_per_s, angle=order * self.angle)
 
     def band(self) -> tuple[float, float]:
         """Lowest and highest speed in rev/s."""

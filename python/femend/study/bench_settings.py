@@ -27,11 +27,13 @@ METHODS = ("parameters", "effective independence", "QR", "MAC", "Guyan")
 @dataclass(frozen=True, slots=True)
 class CorrelationSettings:
     """``[correlation]``: the modal test's `band` (low, high) in Hz or None for all that is measured, the MAC `mac_min`
-    from which modes are a pair, and whether to `align` a test geometry that is turned or scaled."""
+    from which modes are a pair, whether to `align` a test geometry that is turned or scaled, and the `orders` of
+    rotation in which a rotor's recordings are compared."""
 
     band: tuple[float, float] | None = None
     mac_min: float = 0.5
     align: bool = True
+    orders: tuple[float, ...] = (1.0,)
 
 
 @dataclass(frozen=True, slots=True)

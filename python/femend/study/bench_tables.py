@@ -29,10 +29,18 @@ FEWEST_DRAWS = 100
 
 
 def correlation_settings(check: Check, table: CorrelationTable) -> CorrelationSettings:
-    """``[correlation]``; raises StudyError, naming the key, for a band or a MAC that is none."""
+    """``[correlation]``; raises StudyError, naming the key, for a band, a MAC or an order that is none."""
     if not 0 <= table.mac_min < 1:
         raise check.fail("correlation.mac_min", f"{table.mac_min:g} is not from 0 to below 1, as a MAC is")
-    return CorrelationSettings(_band(check, "correlation.band", table.band), table.mac_min, table.align)
+    if not table.orders:
+        raise check.fail("correlation.orders", "the list is empty; leave it out to compare order 1")
+    for order in table.orders:
+        if not (math.isfinite(order) and order > 0):
+            raise check.fail("correlation.orders", f"{order:g} is no order of rotation; take numbers above 0")
+        if table.orders.count(order) > 1:
+            raise check.fail("correlation.orders", f"{order:g} stands twice")
+    orders = tuple(float(order) for order in table.orders)
+    return CorrelationSettings(_band(check, "correlation.band", table.band), table.mac_min, table.align, orders)
 
 
 def updating_settings(check: Check, table: UpdatingTable, parameters: Sequence[str]) -> UpdatingSettings:

@@ -105,11 +105,13 @@ _CORRELATION, _UPDATING, _PRETEST = CorrelationSettings(), UpdatingSettings(), P
 
 class CorrelationTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """``[correlation]``: `band` in Hz of the modal test, least MAC of a pair, whether a turned or scaled test geometry
-    is brought onto the model's; `femend correlate` and `femend update` read it."""
+    is brought onto the model's; `femend correlate` and `femend update` read it. `orders` of a rotor's recordings are
+    compared by `femend correlate` alone."""
 
     band: list[float] | None = None
     mac_min: float = _CORRELATION.mac_min
     align: bool = _CORRELATION.align
+    orders: list[float] = msgspec.field(default_factory=lambda: list(_CORRELATION.orders))
 
 
 class VectorTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):

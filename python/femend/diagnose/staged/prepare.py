@@ -118,7 +118,8 @@ class RunData:
 
     `slips` (n,) multiplies the deviation: large at the ends and where the tacho is not to be trusted; so does `doubt`
     (n_out, n), where a sensor's band is noise or another structure's (None: nowhere). The forces grow with `power`
-    (n, reference) as Omega^n, and are those of Omega^2 at the reference in rev/s; `run` is that of Omega^2.
+    (n, reference) as Omega^n, and are those of Omega^2 at the reference in rev/s; `run` is that of Omega^2. Of another
+    `order` than 1, speeds and angles are so many times the rotor's.
     """
 
     name: str
@@ -138,6 +139,7 @@ class RunData:
     doubt: FloatArray | None = None
     power: tuple[float, float] = (2.0, 1.0)
     driven: Run | None = None
+    order: float = 1.0
 
     @property
     def loaded(self) -> Run:
@@ -202,8 +204,17 @@ def unbalance_of(data: RunData, sense: int) -> Unbalance:
     return Unbalance(data.nodes, data.axis, sense)
 
 
-def run_data(recording: Recording, *, steady: float = 0.0, onset: float = 0.0, f_max: float | None = None) -> RunData:
+def run_data(
+    recording: Recording,
+    *,
+    steady: float = 0.0,
+    onset: float = 0.0,
+    f_max: float | None = None,
+    order: float = 1.0,
+) -> RunData:
     """A recording of a rotor's run, compared up to `f_max` Hz (1.3 times its highest speed).
+
+    Speed, angle and course are those of `order`: of a shaft that turns so many times while the rotor turns once.
 
     For `steady` seconds before its first sample the shaft turned at the speed it begins with; without, the force set in
     with the record over `onset` seconds. Raises
@@ -219,6 +230,7 @@ def run_data(recording: Recording, *, steady: float = 0.0, onset: float = 0.0, f
         )
     time = recording.time
     speed = tacho_speed(time, rotating.tacho, pulses_per_revolution=int(rotating.pulses_per_revolution))
+    speed = speed if order == 1.0 else speed.of_order(order)
     f_max = f_max or ABOVE * float(speed.rev_per_s.max())
     keep = max(1, int(time.rate / (PER_CYCLE * f_max)))
     dt, n = keep * time.dt, -(-time.n_samples // keep)
@@ -245,6 +257,7 @@ def run_data(recording: Recording, *, steady: float = 0.0, onset: float = 0.0, f
         "XYZ".index(rotating.axis.lstrip("+-").upper()),
         time.dt,
         f_max,
+        order=order,
     )
 
 

@@ -32,7 +32,7 @@ def too_short_for_modes(data: RunData) -> str:
     freq, step = mode_lines(data)
     if len(freq) >= FEWEST_LINES:
         return ""
-    low, high = float(data.rev_per_s.min()), float(data.rev_per_s.max())
+    low, high = (float(v) / data.order for v in (data.rev_per_s.min(), data.rev_per_s.max()))
     return (
         f"recording {data.name!r}: {data.y.shape[1] * data.dt:.4g} s from {low:.4g} to {high:.4g} rev/s hold "
         f"{len(freq)} lines {step:.3g} Hz apart, too few for the modes they go through (at least {FEWEST_LINES}); "

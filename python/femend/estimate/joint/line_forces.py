@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,8 @@ ComplexArray = NDArray[np.complex128]
 
 # share of the operating shape that may stay unexplained, and relative deviation of the forces, where they are reliable
 UNEXPLAINED, UNCERTAIN = 0.10, 0.10
+# share of a window's lines up to which other orders have a slope each
+SLOPED = 2.0 / 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,30 +34,39 @@ class OdsFrf:
     sd: FloatArray
 
 
-def ods_frf(run: Run, y: FloatArray, freq: FloatArray, width: float) -> OdsFrf:
+def ods_frf(run: Run, y: FloatArray, freq: FloatArray, width: float, *, beside: Sequence[Run] = ()) -> OdsFrf:
     """Deconvolves accelerations y (n_out, n) of a run by its course, at lines `freq` (K,), each averaged over `width`
     Hz.
 
     The spectrum of the whole record over that of the course, sum Y conj(F) / sum |F|^2 in every window (H1; Bendat and
     Piersol, Random Data, 4th ed., eq. 6.37): since both are whole transforms, a sweep through a resonance at any pace
-    gives the steady response there. What differs from line to line within a window is noise.
+    gives the steady response there. What differs from line to line within a window is noise. `beside` are the courses
+    of other orders in the same record: each passes a line at another time, so that its spectrum has another phase from
+    line to line, and all that pass one are fitted together there.
     """
     padded = np.zeros((len(y), run.padded))
     padded[:, run.lead : run.lead + run.n] = y
     spectrum = np.fft.rfft(padded, axis=1).T
-    F = run.F[:, 0]
+    F, passed = run.F[:, 0], [np.array([r.omega.min(), r.omega.max()]) / (2 * np.pi) for r in beside]
     shapes, deviation = [], []
     for f in freq:
         inside = np.flatnonzero(np.abs(run.freq - f) <= 0.5 * width)
-        near = F[inside]
-        power = float((np.abs(near) ** 2).sum())
         # a straight line in frequency, so that the slope of a resonance is not taken for noise
         x = (run.freq[inside] - f) / width
-        A = np.column_stack([near, near * x])
+        others = [r.F[inside, 0] for r, (low, high) in zip(beside, passed, strict=True) if low <= f <= high]
+        near = F[inside]
+        columns = [near, near * x, *others]
+        if 2 * (1 + len(others)) <= SLOPED * len(inside):
+            columns += [other * x for other in others]
+        A = np.column_stack(columns)
         fit, *_ = np.linalg.lstsq(A, spectrum[inside], rcond=None)
         left = spectrum[inside] - A @ fit
+        power = float((np.abs(near) ** 2).sum())
+        if others:
+            power = 1.0 / max(float(np.linalg.pinv(A.conj().T @ A)[0, 0].real), 1e-300)
         shapes.append(fit[0])
-        deviation.append(np.sqrt((np.abs(left) ** 2).sum(axis=0) / max(len(inside) - 2, 1) / power))
+        free = max(len(inside) - A.shape[1], 1)
+        deviation.append(np.sqrt((np.abs(left) ** 2).sum(axis=0) / free / power))
     return OdsFrf(np.asarray(freq, dtype=np.float64), np.array(shapes), np.maximum(np.array(deviation), 1e-300))
 
 
