@@ -12,7 +12,7 @@ from femend.diagnose.staged.prepare import RunData
 from femend.dof import Dof
 from femend.study.study import Study, StudyRecording
 
-__all__ = ["HeldShapes", "held_shapes"]
+__all__ = ["HeldShapes", "held_shapes", "known_unbalance"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -43,6 +43,15 @@ class HeldShapes:
     rotor: tuple[object, ...]
     geometry: Geometry | None = None
     warnings: tuple[str, ...] = ()
+    unbalance: tuple[tuple[int, complex], ...] = ()
+    sense: int = 0
+
+
+def known_unbalance(recording: Recording, order: float) -> tuple[tuple[tuple[int, complex], ...], int]:
+    """The unbalance and the sense of rotation that are known of a recording; nothing of another order than 1, whose
+    forces are others."""
+    rotating = recording.rotating
+    return ((), 0) if rotating is None or order != 1.0 else (rotating.unbalance, rotating.sense)
 
 
 def held_shapes(data: RunData, told: StudyRecording, recording: Recording, study: Study) -> HeldShapes | str | None:
@@ -81,11 +90,22 @@ def held_shapes(data: RunData, told: StudyRecording, recording: Recording, study
     assert rotating is not None
     # angle 0 is at the first pulse: with several pulses to a revolution it is another tooth in every recording
     alone = told.name if rotating.pulses_per_revolution != 1 else ""
-    rotor = (told.role, told.configuration, data.nodes, data.axis, data.sensors, data.order, rotating.tacho, alone)
+    known = known_unbalance(recording, data.order)
+    rotor = (
+        told.role,
+        told.configuration,
+        data.nodes,
+        data.axis,
+        data.sensors,
+        data.order,
+        rotating.tacho,
+        alone,
+        known,
+    )
     return HeldShapes(
         told.name, told.role, told.configuration, mean, amplitudes.mean(axis=0) / course,
         np.maximum(spread / course, 1e-300), data.sensors, data.nodes, data.axis, data.order, rotor,
-        recording.geometry,
+        recording.geometry, (), *known,
     )  # fmt: skip
 
 

@@ -25,6 +25,8 @@ ComplexArray = NDArray[np.complex128]
 
 # the model's response is superposed from modes up to this multiple of the run's highest line, as FRFs are
 ABOVE = 3.0
+# points at which a line's width is averaged over (Gauss and Legendre)
+POINTS = 7
 # powers of the speed with which forces of another order than 1 may grow, and the fewest lines that tell them apart
 POWERS = tuple(0.25 * i for i in range(17))
 FEWEST_FOR_POWER = 3
@@ -35,12 +37,14 @@ class OperatingResponse:
     """What forces at the bearings `nodes` make of the model, beside what was measured.
 
     Of order 1 they are those of unbalance: `unbalance` (n_bearings,) are m r exp(i phase) against the tacho's angle 0,
-    in mass times length of the model, turning in the `sense` (+1 about the shaft's axis by the right hand). Of another
+    in mass times length of the model, turning in the `sense` (+1 about the shaft's axis by the right hand); they are
+    those of the study where it knows them (`known`, at the `nodes` that it says). Of another
     order nothing says how they turn: `forces` (n_bearings, 2), complex amplitudes along e_u and e_v (`Unbalance.plane`)
-    at the run's highest line, grow with the speed to the `power`; sense is 0 then. Sizes are not known and chosen so
-    that the responses agree best (see `compare_run`). `shapes` (n_lines, n_dof) are accelerations per unit course at
+    at the run's highest line, grow with the speed to the `power`; sense is 0 then. Sizes that are not known are chosen
+    so that the responses agree best (see `compare_run`). `shapes` (n_lines, n_dof) are accelerations per unit course at
     the run's lines and sensors, in the sensors' directions; `csac`, `csf` (n_lines,) compare line with line, `dac`
-    (n_lines, n_lines) every measured line with every line of the model.
+    (n_lines, n_lines) every measured line with every line of the model. `level` (n_lines,) is the length of the model's
+    shape over the measured one's, `phase` (n_lines,) by how much it is ahead, rad, over all sensors.
     """
 
     nodes: tuple[int, ...]
@@ -50,8 +54,11 @@ class OperatingResponse:
     csac: FloatArray
     csf: FloatArray
     dac: FloatArray
+    level: FloatArray
+    phase: FloatArray
     forces: ComplexArray | None = None
     power: float = 2.0
+    known: bool = False
 
     def likest(self, line: int) -> int:
         """The line of the model whose response is likest to the measured one at `line`."""
@@ -91,10 +98,11 @@ def compare_run(
 
         sum over lines of |y - H u|^2 / (|y|^2 + |H u|^2) = least,
 
-    so that no line counts more for being loud, nor less where the model's resonances are elsewhere. Of another order
-    than 1 the forces across the shaft are free at every bearing, and so is the power of the speed with which they grow
-    where there are three lines. Where the lines hold no more values than the forces have, there is no response. Raises
-    what `model_modes` and `compare_modes` raise.
+    so that no line counts more for being loud, nor less where the model's resonances are elsewhere. An unbalance that
+    the study knows is taken as it is, and so is the sense. Of another order than 1 the forces across the shaft are free
+    at every bearing, and so is the power of the speed with which they grow, in quarters from 0 to 4, where there are
+    three lines. Where the lines hold no more values than free forces have, there is no response. Raises what
+    `model_modes` and `compare_modes` raise.
     """
     top = float(measured.freq[-1])
     modes = modes_up_to(model, top, 1, zeta)
@@ -103,45 +111,67 @@ def compare_run(
         freq = measured.peak_freq
         test = ModeSet(freq, np.zeros(freq.size), measured.shapes[measured.peaks].T, measured.dofs, "unscaled")
         comparison = compare_modes(test, modes, places=places, mac_min=mac_min)
-    lacking = [n for n in measured.nodes if n not in set(model.node_ids.tolist())]
-    if lacking:
-        why = (
-            f"recording {measured.name!r}: bearing node {lacking[0]} of [recording.rotating] is not among the "
-            f"{len(model.node_ids)} nodes of the model, so that its response to unbalance is not known; the shapes at "
-            "the peaks are compared with the modes alone"
-        )
+    why = _without_response(measured, model)
+    if why:
         return ComparedRun(measured, modes, comparison, None, why)
     every = model_modes(model, f_max=ABOVE * top, zeta=zeta)
-    n_free = len(measured.nodes) * (1 if measured.order == 1.0 else 2)
-    if measured.shapes.size <= n_free:
-        why = (
-            f"recording {measured.name!r}: {measured.shapes.size} measured amplitudes are followed by the {n_free} of "
-            f"the forces at {_listed(measured.nodes)} whatever the model is, so that its response is not compared; "
-            "add sensors, or recordings at other speeds"
-        )
-        return ComparedRun(measured, modes, comparison, None, why)
     response = _response(measured, every, places)
     if response is None:
-        why = f"recording {measured.name!r}: forces at {_listed(measured.nodes)} move no sensor of the model"
+        why = f"recording {measured.name!r}: forces at {_listed(_loaded(measured))} move no sensor of the model"
         return ComparedRun(measured, modes, comparison, None, why)
     return ComparedRun(measured, modes, comparison, response)
 
 
+def _loaded(measured: MeasuredRun) -> tuple[int, ...]:
+    """The nodes at which forces act: those of the unbalance where it is known, else the bearings."""
+    return tuple(n for n, _ in measured.unbalance) or measured.nodes
+
+
+def _without_response(measured: MeasuredRun, model: Model) -> str:
+    """Why the model's response cannot be compared; nothing where it can."""
+    who, nodes = f"recording {measured.name!r}", _loaded(measured)
+    lacking = [n for n in nodes if n not in set(model.node_ids.tolist())]
+    if lacking:
+        what = "unbalance node" if measured.unbalance else "bearing node"
+        rest = "the shapes at the peaks are compared with the modes alone"
+        return (
+            f"{who}: {what} {lacking[0]} of [recording.rotating] is not among the {len(model.node_ids)} nodes of the "
+            f"model, so that its response to unbalance is not known{'' if measured.held else f'; {rest}'}"
+        )
+    n_free = len(nodes) * (1 if measured.order == 1.0 else 2)
+    if not measured.unbalance and measured.shapes.size <= n_free:
+        return (
+            f"{who}: {measured.shapes.size} measured amplitudes are followed by the {n_free} of the forces at "
+            f"{_listed(nodes)} whatever the model is, so that its response is not compared; add sensors, or recordings "
+            "at other speeds, or say the unbalance"
+        )
+    return ""
+
+
 def _response(measured: MeasuredRun, modes: ModeSet, places: dict[Dof, Dof]) -> OperatingResponse | None:
-    across = _per_force(measured, modes, places)
+    nodes = _loaded(measured)
+    across = _per_force(measured, nodes, modes, places)
     if not np.abs(across).any():
         return None
     if measured.order != 1.0:
         return _response_of_order(measured, across)
     Y = measured.shapes
+    known = np.array([u for _, u in measured.unbalance], dtype=np.complex128)
     fits = []
-    for sense in (1, -1):
+    for sense in (measured.sense,) if measured.sense else (1, -1):
         # the sine course is -i times the cosine course at positive frequencies
         H = across[..., 0] - 1j * sense * across[..., 1]
-        left, u = _fitted(H, Y)
+        left, u = (_left(H, Y, known), known) if known.size else _fitted(H, Y)
         fits.append((left, sense, u, np.asarray(H @ u)))
     _, sense, u, shapes = min(fits, key=lambda fit: fit[0])
-    return OperatingResponse(measured.nodes, sense, u, shapes, *_agreement(Y, shapes))
+    return OperatingResponse(nodes, sense, u, shapes, *_agreement(Y, shapes), known=bool(known.size))
+
+
+def _left(H: ComplexArray, Y: ComplexArray, u: ComplexArray) -> float:
+    """What `_fitted` makes least, at the forces `u`."""
+    z = H @ u
+    size = (np.abs(Y) ** 2).sum(axis=1) + (np.abs(z) ** 2).sum(axis=1)
+    return float(((np.abs(Y - z) ** 2).sum(axis=1) / np.maximum(size, 1e-300)).sum())
 
 
 def _response_of_order(measured: MeasuredRun, across: ComplexArray) -> OperatingResponse:
@@ -163,20 +193,29 @@ def _response_of_order(measured: MeasuredRun, across: ComplexArray) -> Operating
     )
 
 
-def _agreement(Y: ComplexArray, shapes: ComplexArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """CSAC, CSF (n_lines,) and DAC (n_lines, n_lines) of shapes (n_lines, n_dof)."""
+def _agreement(
+    Y: ComplexArray, shapes: ComplexArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """CSAC, CSF (n_lines,), DAC (n_lines, n_lines), level and phase (n_lines,) of shapes (n_lines, n_dof)."""
     a, b = Y[:, :, None], shapes[:, :, None]
-    return csac(a, b), csf(a, b), dac(Y.T, shapes.T)
+    level = np.linalg.norm(shapes, axis=1) / np.maximum(np.linalg.norm(Y, axis=1), 1e-300)
+    phase = np.angle(np.einsum("ki,ki->k", Y.conj(), shapes))
+    return csac(a, b), csf(a, b), dac(Y.T, shapes.T), level, phase
 
 
-def _per_force(measured: MeasuredRun, modes: ModeSet, places: dict[Dof, Dof]) -> ComplexArray:
-    """Accelerations (n_lines, n_dof, n_bearings, 2) per unit course to a unit force along e_u and e_v of every
-    bearing."""
-    plane = Unbalance(measured.nodes, measured.axis).plane
+def _per_force(measured: MeasuredRun, nodes: tuple[int, ...], modes: ModeSet, places: dict[Dof, Dof]) -> ComplexArray:
+    """Accelerations (n_lines, n_dof, n_nodes, 2) per unit course to a unit force along e_u and e_v at every node.
+
+    They are averaged over the width of a line as the measured ones are, since a resonance may be narrower than that.
+    """
+    plane = Unbalance(nodes, measured.axis).plane
     outputs = [Channel(places[d], "acceleration", "m/s^2") for d in measured.dofs]
-    inputs = [Channel(Dof(n, c + 1), "force", "N") for n in measured.nodes for c in plane]
-    H = modal_frf(modes, measured.freq, outputs, inputs).H
-    return np.asarray(H.reshape(measured.freq.size, len(outputs), -1, 2))
+    inputs = [Channel(Dof(n, c + 1), "force", "N") for n in nodes for c in plane]
+    x, weight = np.polynomial.legendre.leggauss(POINTS) if measured.width > 0 else (np.zeros(1), np.full(1, 2.0))
+    total = np.zeros((measured.freq.size, len(outputs), len(inputs)), dtype=np.complex128)
+    for at, share in zip(x, 0.5 * weight, strict=True):
+        total += share * modal_frf(modes, measured.freq + 0.5 * measured.width * at, outputs, inputs).H
+    return np.asarray(total.reshape(measured.freq.size, len(outputs), -1, 2))
 
 
 def _fitted(H: ComplexArray, Y: ComplexArray) -> tuple[float, ComplexArray]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from femend.bench.amplitudes import amplitude_table
 from femend.bench.page import Section, Table, figures, fixed, number, percent
 from femend.bench.run_compared import ComparedRun
 from femend.bench.run_result import in_order
@@ -45,6 +46,8 @@ def run_section(c: ComparedRun, told: Mapping[str, Any]) -> Section:
     if r is not None:
         words += _response_words(told)
         tables.append(_loads(r, told))
+        if r.get("amplitudes"):
+            tables.append(amplitude_table(r["amplitudes"]))
     return Section(
         f"{m.name}: {m.configuration}, {'held speeds' if m.held else 'run'}{in_order(m.order)}",
         words,
@@ -75,6 +78,11 @@ def _held_words(c: ComparedRun) -> str:
 
 
 def _response_words(told: Mapping[str, Any]) -> str:
+    if "level" in told["response"]:
+        return (
+            " The model's response is that to the unbalance which the study gives, so that its levels (CSF, model / "
+            "test) and phases are the model's own."
+        )
     if told["order"] == 1.0:
         return (
             " The model's response is that to unbalance at the bearings, with the sizes and phases under which it "
@@ -91,7 +99,7 @@ def _loads(r: Mapping[str, Any], told: Mapping[str, Any]) -> Table:
     if "forces" not in r:
         bearings = [[str(b["node"]), number(b["m_r"]), number(b["phase_deg"])] for b in r["bearings"]]
         turns = f"Unbalance, turning {'with' if r['sense'] > 0 else 'against'} the right hand about {told['axis']}"
-        return Table(("bearing", "m r", "phase, degrees"), bearings, "rrr", title=turns)
+        return Table(("node" if "level" in r else "bearing", "m r", "phase, degrees"), bearings, "rrr", title=turns)
     after = "XYZ".index(told["axis"])
     across = ["XYZ"[(after + i) % 3] for i in (1, 2)]
     rows = [

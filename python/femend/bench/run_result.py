@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from femend.bench.amplitudes import amplitude_rows
 from femend.bench.run_compared import ComparedRun, OperatingResponse
 
 __all__ = ["in_order", "run_advice", "run_result"]
@@ -108,18 +109,31 @@ def _response(r: OperatingResponse, c: ComparedRun) -> dict[str, Any]:
         "mean_csac": float(np.nanmean(r.csac)),
         "mean_csf": float(np.nanmean(r.csf)),
         "dac_of_peaks": r.dac[c.measured.peaks].tolist(),
+        **_levels(r, c),
+    }
+
+
+def _levels(r: OperatingResponse, c: ComparedRun) -> dict[str, Any]:
+    """Accelerations, where the unbalance is known and levels say something."""
+    if not r.known:
+        return {}
+    return {
+        "level": r.level.tolist(),
+        "phase_deg": np.degrees(r.phase).tolist(),
+        "mean_level": float(np.exp(np.mean(np.log(np.maximum(r.level, 1e-300))))),
+        "amplitudes": amplitude_rows(c),
     }
 
 
 def _loads(r: OperatingResponse) -> dict[str, Any]:
     """The unbalance of order 1, or the forces of another one."""
-    chosen = "chosen so that the responses agree best; nobody measured it"
+    known, chosen = "as the study gives it", "chosen so that the responses agree best; nobody measured it"
     if r.forces is None:
         bearings = [
             {"node": n, "m_r": float(abs(u)), "phase_deg": float(np.degrees(np.angle(u)))}
             for n, u in zip(r.nodes, r.unbalance, strict=True)
         ]
-        return {"unbalance": chosen, "sense": r.sense, "bearings": bearings}
+        return {"unbalance": known if r.known else chosen, "sense": r.sense, "bearings": bearings}
     forces = [
         {"node": n, "force": np.abs(f).tolist(), "phase_deg": np.degrees(np.angle(f)).tolist()}
         for n, f in zip(r.nodes, r.forces, strict=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.bench.held import HeldShapes, held_shapes
+from femend.bench.held import HeldShapes, held_shapes, known_unbalance
 from femend.data import ODS, Channel, Geometry, Recording
 from femend.diagnose.staged.prepare import RunData, run_data, tacho_warnings
 from femend.diagnose.staged.run_modes import mode_lines, too_short_for_modes
@@ -44,8 +44,9 @@ class MeasuredRun:
     per second, with the deviation `sd` (n_lines, n_dof) of every value; `dofs` are the sensors, with their signs not
     applied. `held` names the recording of every line where each is one at a held speed, and is empty for a run.
     `peaks` (n_peaks,) are the lines nearest to where a run peaks, in the order of frequency, and `peak_freq` (n_peaks,)
-    in Hz between the lines. `nodes` are the bearings and `axis` (0, 1, 2) the shaft's direction; `warnings` are what to
-    mind.
+    in Hz between the lines. `nodes` are the bearings and `axis` (0, 1, 2) the shaft's direction; `unbalance` and
+    `sense` are what is known of them (`femend.data.Rotating`); each line is the mean over `width` Hz; `warnings` are
+    what to mind.
     """
 
     name: str
@@ -63,6 +64,9 @@ class MeasuredRun:
     warnings: tuple[str, ...] = ()
     order: float = 1.0
     held: tuple[str, ...] = ()
+    unbalance: tuple[tuple[int, complex], ...] = ()
+    sense: int = 0
+    width: float = 0.0
 
     def of(self, recording: str) -> bool:
         """Are these shapes, or some of them, those of `recording`?"""
@@ -165,7 +169,8 @@ def _run_of(
             f"{lines[0]:.4g} to {lines[-1]:.4g} Hz, of which {limits} holds {freq.size} lines, fewer than "
             f"{FEWEST_LINES}"
         )
-    shapes = ods_frf(data.run, data.y, freq, max(2.5 * step, WIDTH * float(data.rev_per_s.max())), beside=beside)
+    width = max(2.5 * step, WIDTH * float(data.rev_per_s.max()))
+    shapes = ods_frf(data.run, data.y, freq, width, beside=beside)
     peaks, at, remarks = _peaks(data, freq, shapes.Y, shapes.sd)
     if lines[-1] > sampled:
         remarks.append(
@@ -174,7 +179,7 @@ def _run_of(
     warnings = (*warnings, *(f"{who}: {r}" for r in remarks))
     return MeasuredRun(
         told.name, told.role, told.configuration, freq, shapes.Y, shapes.sd, data.sensors, peaks, at, data.nodes,
-        data.axis, recording.geometry, warnings, data.order,
+        data.axis, recording.geometry, warnings, data.order, (), *known_unbalance(recording, data.order), width,
     )  # fmt: skip
 
 
@@ -193,7 +198,7 @@ def _together(held: list[HeldShapes]) -> list[MeasuredRun]:
                 ", ".join(h.name for h in some), first.role, first.configuration, np.array([h.freq for h in some]),
                 np.array([h.shape for h in some]), np.array([h.sd for h in some]), first.dofs, nothing, np.zeros(0),
                 first.nodes, first.axis, first.geometry, tuple(w for h in some for w in h.warnings), first.order,
-                tuple(h.name for h in some),
+                tuple(h.name for h in some), first.unbalance, first.sense,
             )
         )  # fmt: skip
     return found

@@ -62,7 +62,11 @@ def _run(r: dict[str, Any]) -> list[str]:
     if r["response"] is not None:
         csac, csf = fixed(r["response"]["mean_csac"]), fixed(r["response"]["mean_csf"])
         loads = "unbalance" if "forces" not in r["response"] else "forces"
-        said.append(f"response to {loads} at the bearings: mean CSAC {csac}, CSF {csf}")
+        if "level" in r["response"]:
+            level = fixed(r["response"]["mean_level"])
+            said.append(f"response to the unbalance given: {level} of the test's level, mean CSAC {csac}, CSF {csf}")
+        else:
+            said.append(f"response to {loads} at the bearings: mean CSAC {csac}, CSF {csf}")
     return [*said, ""]
 
 

@@ -25,12 +25,20 @@ RESPONSES = ("displacement", "velocity", "acceleration", "strain")
 
 @dataclass(frozen=True, slots=True)
 class Rotating:
-    """A rotor's excitation: tacho channel, pulses per revolution, bearing nodes and shaft axis X, Y or Z."""
+    """A rotor's excitation: tacho channel, pulses per revolution, bearing nodes and shaft axis X, Y or Z.
+
+    `unbalance` is what is known of it: nodes, each with m r exp(i phase) in mass times length of the model, the phase
+    that of its direction at the tacho's angle 0, ahead of the axis that follows the shaft's (Y after X, Z after Y, X
+    after Z) in the sense of rotation. `sense` is +1 for rotation about +axis by the right hand, -1 against it, 0 where
+    it is not known.
+    """
 
     tacho: str
     nodes: tuple[int, ...]
     axis: str
     pulses_per_revolution: float = 1.0
+    unbalance: tuple[tuple[int, complex], ...] = ()
+    sense: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

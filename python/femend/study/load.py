@@ -15,12 +15,12 @@ from typing import Any
 
 import msgspec
 
-from femend.data import Rotating
 from femend.data.recording import EXCITATIONS, ROLES
 from femend.dof import parse_direction
 from femend.errors import StudyError, UnitError
 from femend.io.channel_map import CHANNEL_QUANTITIES, ChannelMap
 from femend.study.bench_tables import correlation_settings, pretest_settings, updating_settings
+from femend.study.rotating_tables import rotating_of
 from femend.study.schema import ChannelTable, ParameterTable, RecordingTable, StudyFile
 from femend.study.study import AS_MODELLED, Configuration, Parameter, Study, StudyRecording
 from femend.study.wrong_type import wrong_type
@@ -245,13 +245,7 @@ def _recording(check: _Checker, table: RecordingTable, key: str, configurations:
         fact = 'excitation = "rotating" needs' if table.rotating is None else 'only excitation = "rotating" takes'
         raise check.fail(f"{key}.rotating", f"recording {table.name!r}: {fact} a [recording.rotating] table")
     if table.rotating is not None:
-        check.one_of(f"{key}.rotating.axis", table.rotating.axis, ("X", "Y", "Z"))
-        if not table.rotating.pulses_per_revolution > 0:
-            raise check.fail(f"{key}.rotating.pulses_per_revolution", "must be positive")
-        if not table.rotating.nodes:
-            raise check.fail(f"{key}.rotating.nodes", "names no bearing node; unbalance must act somewhere")
-        r = table.rotating
-        rotating = Rotating(r.tacho, tuple(r.nodes), r.axis, r.pulses_per_revolution)
+        rotating = rotating_of(check, table.rotating, f"{key}.rotating")
     channels = tuple(_channel(check, c, f"{key}.channel[{i}]") for i, c in enumerate(table.channel))
     file = check.existing(f"{key}.file", table.file)
     return StudyRecording(table.name, file, table.role, table.excitation, configuration, rotating, channels)

@@ -20,6 +20,7 @@ __all__ = [
     "RecordingTable",
     "RotatingTable",
     "StudyFile",
+    "UnbalanceTable",
     "UpdatingTable",
     "VectorTable",
 ]
@@ -67,13 +68,25 @@ class ConfigurationTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True
     note: str = ""
 
 
+class UnbalanceTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """One entry of `unbalance`: `m_r`, mass times length of the model, at `node`, its direction at the tacho's angle 0
+    `phase_deg` ahead of the axis that follows the shaft's, in the sense of rotation."""
+
+    node: int
+    m_r: float
+    phase_deg: float
+
+
 class RotatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
-    """``[recording.rotating]``: tacho channel, pulses per revolution (default 1), bearing nodes, shaft axis."""
+    """``[recording.rotating]``: tacho channel, pulses per revolution (default 1), bearing nodes, shaft axis; the
+    `unbalance` where it is known, and the `sense` of rotation (1 or -1), which `femend correlate` reads."""
 
     tacho: str
     nodes: list[int]
     axis: str
     pulses_per_revolution: float = 1.0
+    unbalance: list[UnbalanceTable] = []
+    sense: int | None = None
 
 
 class ChannelTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
