@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend import correlate_study, functions_of, read_recording, write_uff
+from femend import Channel, Dof, TimeData, correlate_study, functions_of, write_uff
 from femend.bench import CorrelationRun
 from femend.errors import StudyError
 
@@ -115,22 +115,57 @@ def test_what_is_written_of_levels(run: CorrelationRun, rig: Path) -> None:
 
 
 def test_one_sensor_at_a_held_speed_is_enough_for_a_known_unbalance(rig: Path, tmp_path: Path) -> None:
-    # the run's own first seconds, at which it turns at a speed that is as good as held
-    data = read_recording(rig.parent / "runup.uff", excitation="unknown").time
     (tmp_path / "model.bdf").write_bytes((rig.parent / "model.bdf").read_bytes())
-    still = data.select([0, 2, 3])
-    t = np.arange(int(20 * RATE)) / RATE
-    angle = 2 * np.pi * 9.0 * t
-    turn = np.mod(9.0 * t + 0.5, 1.0) - 0.5
-    tacho = 5 * np.clip(np.minimum(turn / 0.01 + 0.5, (0.125 - turn) / 0.01 + 0.5), 0.0, 1.0)
-    values = np.vstack([tacho, np.cos(angle), 0.5 * np.cos(angle - 0.3)])
-    write_uff(tmp_path / "runup.uff", functions_of(type(data)("runup", 1 / RATE, values, still.channels)))
+    angle = 2 * np.pi * 9.0 * np.arange(int(20 * RATE)) / RATE
+    values = np.vstack([np.cos(angle), 0.5 * np.cos(angle - 0.3)])
+    write_uff(tmp_path / "runup.uff", functions_of(_held(angle, values, 501)))
     (tmp_path / "study.toml").write_text(rig.read_text() + unbalance())
     found = correlate_study(tmp_path / "study.toml")
     (row,) = found.result["runs"][0]["response"]["amplitudes"]
-    assert row["sensor"] == str(still.channels[1].dof)
+    assert row["sensor"] == "501:+Y"
     assert row["test"] == pytest.approx(1.0, abs=0.01)
     assert "level_likest" not in row
+
+
+def _held(angle: np.ndarray, values: np.ndarray, node: int = 5) -> TimeData:
+    """A recording at a held speed: a tacho's pulses at `angle` (n,), accelerations (2, n) in Y and Z of a node."""
+    turn = np.mod(angle / (2 * np.pi) + 0.5, 1.0) - 0.5
+    tacho = 5 * np.clip(np.minimum(turn / 0.01 + 0.5, (0.125 - turn) / 0.01 + 0.5), 0.0, 1.0)
+    channels = (Channel(None, "tacho", "V", "tacho"), *(Channel(Dof(node, c), "acceleration", "m/s^2") for c in (2, 3)))
+    return TimeData("held", 1 / RATE, np.vstack([tacho, values]), channels)
+
+
+def beam(length: float, mass: float) -> str:
+    """A cantilever of four bars, 0.8 m of steel, in units of `length` m and `mass` kg; the second is the same."""
+    E, rho = 2.1e11 * length / mass, 7850.0 * length**3 / mass
+    A, I, J = 4e-4 / length**2, 1.33e-8 / length**4, 2.2e-8 / length**4
+    lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", f"MAT1,1,{E:.7e},,0.3,{rho:.7e}"]
+    lines += [f"PBAR,1,1,{A:.7e},{I:.7e},{I:.7e},{J:.7e}", "SPC1,1,123456,1"]
+    lines += [f"GRID,{n},,{0.2 * (n - 1) / length:.7g},0.,0." for n in range(1, 6)]
+    lines += [f"CBAR,{n},1,{n},{n + 1},0.,0.,1." for n in range(1, 5)]
+    return "\n".join([*lines, "ENDDATA", ""])
+
+
+def test_levels_do_not_depend_on_the_unit_system(tmp_path: Path) -> None:
+    levels = []
+    for units, length, mass in (("SI", 1.0, 1.0), ("mm-t-s", 1e-3, 1e3)):
+        folder = tmp_path / units
+        folder.mkdir()
+        (folder / "model.bdf").write_text(beam(length, mass))
+        t = np.arange(int(20 * RATE)) / RATE
+        angle = 2 * np.pi * 9.0 * t
+        # recorded in m/s^2 whatever the deck's units are
+        write_uff(folder / "held.uff", functions_of(_held(angle, np.vstack([np.cos(angle), np.sin(angle - 0.2)]))))
+        (folder / "study.toml").write_text(
+            f'format = "femend-study/1"\n[model]\nfile = "model.bdf"\nunits = "{units}"\n'
+            '[[recording]]\nname = "held"\nfile = "held.uff"\nexcitation = "rotating"\n[recording.rotating]\n'
+            'tacho = "tacho"\nnodes = [3]\naxis = "X"\n'
+            f"unbalance = [{{ node = 3, m_r = {2e-4 / (mass * length)}, phase_deg = 40.0 }}]\n"
+        )
+        (row,) = correlate_study(folder / "study.toml").result["runs"][0]["response"]["amplitudes"]
+        levels.append([row["level"], row["phase_deg"], row["test"] * length, row["model"] * length])
+    np.testing.assert_allclose(levels[0], levels[1], rtol=1e-5)
+    assert levels[0][2] == pytest.approx(1.0, abs=0.01)
 
 
 @pytest.mark.parametrize(
