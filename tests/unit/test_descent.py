@@ -129,6 +129,22 @@ def test_a_bent_valley_is_followed(tmp_path: Path) -> None:
     np.testing.assert_allclose(reached.z, 1.0, atol=1e-3)
 
 
+class _Torn(_Valley):
+    """The valley with derivatives that numbers hold, but not their squares."""
+
+    def jacobian(self, now: Reached, exactly: bool = False) -> Array:
+        return 1e200 * super().jacobian(now)
+
+
+def test_derivatives_whose_squares_are_beyond_numbers_end_the_descent_where_it_is(tmp_path: Path) -> None:
+    """Its end has no Gauss-Newton matrix, so that nobody takes deviations from it."""
+    loop, _ = _loop(tmp_path, "cubic_stiffness", {"k3": 1.0}, 0.0)
+    start = np.array([-1.2, 1.44])
+    reached = _Torn(loop, np.zeros(2), np.full(2, 1e3), 0, True).run(start, 40)
+    assert reached is not None and reached.H is None
+    np.testing.assert_array_equal(reached.z, start)
+
+
 def test_nodes_inside_a_member_are_told_as_a_stretch(tmp_path: Path) -> None:
     """Nodes 1, 7 (change of section), 9 (a mass) and 13 are joints of the cantilever; 2 to 6 lie inside one member."""
     path = tmp_path / "model.bdf"

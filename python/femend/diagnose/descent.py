@@ -107,6 +107,8 @@ class Descent(Generic[L]):
                     break
                 J, carried, made = self.jacobian(now, exactly), False, made + 1
             H, g = self._normal(now, J)
+            if not np.isfinite(H).all():
+                break  # the motion there depends on the unknowns beyond what numbers can hold
             now = replace(now, H=H)
             reached = self._tried(now, J, H, g, damping)
             there, taken = (now, 1.0) if reached is None else reached
@@ -137,7 +139,9 @@ class Descent(Generic[L]):
 
     def _normal(self, now: Reached, J: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gauss-Newton matrix and gradient of half the cost over what is free, with derivatives J of the residual."""
-        H = TEMPERING * (J.T @ J) + np.diag(1 / self.sd[self.free] ** 2)
+        with np.errstate(over="ignore", invalid="ignore"):
+            squares = J.T @ J
+        H = TEMPERING * squares + np.diag(1 / self.sd[self.free] ** 2)
         return H, TEMPERING * (J.T @ now.e) + ((now.z - self.mean) / self.sd**2)[self.free]
 
     def _carried(self, J: FloatArray, before: Reached, now: Reached) -> FloatArray:

@@ -176,7 +176,7 @@ def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JO
     loop = _loop_again(problem, candidate)
     descent = Descent.around(loop, candidate.x, True)
     reached = descent.run(np.concatenate([candidate.p, candidate.x]), iterations, thorough=True)
-    if reached is None or reached.H is None or candidate.physics is None or not np.isfinite(reached.H).all():
+    if reached is None or reached.H is None or candidate.physics is None:
         return candidate
     n_p = len(candidate.p)
     start = Start(candidate.physics, candidate.values, candidate.k, candidate.c, 0.0)
