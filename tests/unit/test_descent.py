@@ -141,7 +141,8 @@ def test_derivatives_whose_squares_are_beyond_numbers_end_the_descent_where_it_i
     loop, _ = _loop(tmp_path, "cubic_stiffness", {"k3": 1.0}, 0.0)
     start = np.array([-1.2, 1.44])
     reached = _Torn(loop, np.zeros(2), np.full(2, 1e3), 0, True).run(start, 40)
-    assert reached is not None and reached.H is None
+    assert reached is not None
+    assert reached.H is None
     np.testing.assert_array_equal(reached.z, start)
 
 

@@ -12,7 +12,7 @@ from femend.demo import STUDY
 from femend.diagnose import loads, screen
 from femend.diagnose.alike import _answers, _not_beyond, look_alikes
 from femend.diagnose.classes import distinct, similarity
-from femend.diagnose.linear_costs import _step, directions, linear_costs
+from femend.diagnose.linear_costs import _step, directions, linear_costs, pair_costs
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
 from femend.diagnose.screen import is_many, screened
 from femend.diagnose.update import UpdatedModel, update_model
@@ -59,6 +59,22 @@ def test_a_linear_step_costs_what_a_fit_that_hardly_moves_costs(start: UpdatedMo
         (cost,) = linear_costs(lines, start.reduced, [place], W, fit.p, sigma=sigma)
         whole = sum(line.share * line.Y.size * m for line, m in zip(lines.lines(start.reduced, sigma), fit.misfit))
         assert cost == pytest.approx(fit.prior + whole, rel=0.02)
+
+
+def test_pairs_cost_what_each_costs_beside_the_other(start: UpdatedModel, places: list[Place]) -> None:
+    lines = start.problem.thinned(20).untuned()
+    sigma = 8 * lines.scale()
+    some = [p for p in places if p.n_w == 1 and p.kind == "ground"][::6][:4]
+    W, p = directions(start.reduced, some), lines.prior(start.reduced)[0]
+    costs = pair_costs(lines, start.reduced, W, p, sigma=sigma)
+    assert np.isinf(np.diag(costs)).all()
+    for i, place in enumerate(some):
+        beside = linear_costs(lines, start.reduced, some, W, p, sigma=sigma, beside=[place])
+        others = np.arange(len(some)) != i
+        np.testing.assert_allclose(costs[i, others], beside[others], rtol=1e-9)
+    # two free forces are the same two in either order
+    off = ~np.eye(len(some), dtype=bool)
+    np.testing.assert_allclose(costs[off], costs.T[off], rtol=1e-4)
 
 
 def test_a_members_linear_step_at_its_best_factor_of_one(start: UpdatedModel, places: list[Place]) -> None:

@@ -13,7 +13,9 @@ from femend.diagnose.joint import open_joint
 from femend.diagnose.known_force import Known
 from femend.diagnose.levels import element_depends_on_level
 from femend.diagnose.locate import refitted
+from femend.diagnose.name import compared_in
 from femend.diagnose.noise import UNDERRATED, louder
+from femend.diagnose.pair_screen import best_pairs
 from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import others
 from femend.diagnose.second import _of_law, _search
@@ -74,6 +76,31 @@ def test_laws_are_tried_beside_the_first_where_a_force_explains_what_a_law_has_t
     assert {found.ranked[0].name, best.name} == {"viscous_damper", "cubic_stiffness"}
     too_much = replace(d.settings, gain_cost=1e6)
     assert _search(replace(first, settings=too_much), aside, places) is None
+
+
+def test_both_places_are_found_without_a_first_one(run: StudyRun) -> None:
+    """The places of both effects come first of all pairs, or nodes next to them that the sensors do not tell apart."""
+    d = run.diagnosis
+    first = searched(run.diagnosis)
+    (other, second), *_ = best_pairs(d.problem, d.reduced, first.places, (), d.null)
+    nodes = sorted(n for place in (other, second.place) for n in place.nodes)
+    assert len(nodes) == 2
+    assert abs(nodes[0] - 7) <= 1
+    assert abs(nodes[1] - 13) <= 1
+    assert second.fit.score < d.settings.adequate < d.null.score
+
+
+def test_laws_compared_in_a_window_are_judged_anew_on_whole_records(run: StudyRun) -> None:
+    first = searched(run.diagnosis)
+    linear = [r for r in first.ranked if r.candidate.joint is not None and not r.candidate.nonlinear][:2]
+    whole = {
+        id(r.located): r.candidate.chosen for r in compared_in(first.split, first.reduced, linear, 0.0, first.settings)
+    }
+    windowed = compared_in(first.split, first.reduced, linear, 3.0 * first.problem.scale(), first.settings)
+    again = compared_in(first.split, first.reduced, windowed, 0.0, first.settings)
+    for before, after in zip(sorted(windowed, key=lambda r: id(r.located)), sorted(again, key=lambda r: id(r.located))):
+        assert after.candidate.chosen == pytest.approx(whole[id(after.located)], rel=1e-4)
+        assert before.candidate.chosen != pytest.approx(after.candidate.chosen, rel=1e-3)
 
 
 def test_a_known_force_is_one_more_input(run: StudyRun) -> None:

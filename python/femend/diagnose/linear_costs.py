@@ -16,7 +16,7 @@ its factor.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,7 @@ from femend.errors import ModelError
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["directions", "linear_costs"]
+__all__ = ["directions", "linear_costs", "pair_costs"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -63,16 +63,27 @@ def directions(reduced: ReducedModel, places: Sequence[Place]) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """One line in modal coordinates: what unit modal forces do to the sensors, weighted, `H` (r, n_out) and the same in
-    its few strong directions `F` (r, n_f), the residual `e` (n_out,), its derivatives `J` (n_out, n_p), the modal
-    response `q` (r,) and the number of sensors."""
+    """One line in modal coordinates: what unit modal forces do to the sensors, weighted, `H` (r, n_out) and, where free
+    forces are told, the same in its few strong directions `F` (r, n_f), the residual `e` (n_out,), its derivatives `J`
+    (n_out, n_p), the modal response `q` (r,) and the number of sensors."""
 
     H: ComplexArray
-    F: ComplexArray
     e: ComplexArray
     J: ComplexArray
     q: ComplexArray
     n_out: int
+    F: ComplexArray | None = None
+
+    def freed(self, beside: FloatArray, size: FloatArray) -> _Line:
+        """The line with forces along `beside` (n, r) free, in modal coordinates, and its strong directions for forces
+        whose entries are up to `size` (r,)."""
+        H, e, J = self.H, self.e, self.J
+        if len(beside):
+            B = np.linalg.qr((beside @ H).T)[0]
+            e, J, H = e - B @ (B.conj().T @ e), J - B @ (B.conj().T @ J), H - (H @ B.conj()) @ B.T
+        U, size_f, _ = np.linalg.svd(size[:, None] * H, full_matrices=False)
+        kept = size_f > NEGLIGIBLE * size_f[0]
+        return replace(self, H=H, e=e, J=J, F=U[:, kept] * size_f[kept] / size[:, None])
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +96,11 @@ class _Linear:
     curvature: FloatArray
     pull: FloatArray
     prior: float
+
+    def freed(self, beside: FloatArray, size: FloatArray) -> _Linear:
+        """The same with forces along `beside` (n, r) free, in modal coordinates; `size` (r,) are the largest direction
+        vectors' entries, by which answers are judged."""
+        return replace(self, lines=[line.freed(beside, size) for line in self.lines])
 
 
 def _step(
@@ -102,23 +118,13 @@ def _step(
     return STEP, answers(p)
 
 
-def _linear(
-    problem: Problem,
-    reduced: ReducedModel,
-    sigma: float,
-    p: FloatArray,
-    moving: NDArray[np.int64],
-    size: FloatArray,
-    beside: FloatArray,
-) -> _Linear:
-    """The problem around unknowns `p`, of which those at the positions `moving` are free.
-
-    `size` (r,) are the largest direction vectors' entries in modal coordinates, by which answers are judged; forces
-    along `beside` (n, r) are free all the time.
-    """
+def _linear(problem: Problem, reduced: ReducedModel, sigma: float, p: FloatArray) -> _Linear:
+    """The problem around unknowns `p`. Frequency factors and damping ratios of single modes are held: they are many,
+    and follow what is missing last."""
     system, lines = problem.system(reduced), problem.lines(reduced, sigma)
     cores = [line.core for line in lines]
     none = _core.Hypothesis()
+    moving = np.array([*range(len(reduced.names)), len(p) - 1])
 
     def answers(at: FloatArray) -> list[ComplexArray]:
         return [y for y, _, _ in _core.fitted_lines(system, none, cores, at, np.zeros(0))]
@@ -137,16 +143,29 @@ def _linear(
         weight = np.sqrt(line.share) * line.weight
         for k, H in enumerate(at_sensors(s, g, out, weight)):
             e, J = (line.Y[k] - y[k]) * weight[k], slope[k] * weight[k][:, None]
-            if len(beside):
-                B = np.linalg.qr(((beside @ Q) @ H).T)[0]
-                e, J, H = e - B @ (B.conj().T @ e), J - B @ (B.conj().T @ J), H - (H @ B.conj()) @ B.T
-            U, size_f, _ = np.linalg.svd(size[:, None] * H, full_matrices=False)
-            kept = size_f > NEGLIGIBLE * size_f[0]
-            F = U[:, kept] * size_f[kept] / size[:, None]
-            made.append(_Line(H, F, e, J, q[k], len(weight[k])))
+            made.append(_Line(H, e, J, q[k], len(weight[k])))
     mean, sd = problem.prior(reduced)
     off = (p - mean) / sd
     return _Linear(made, Q, sd[moving] ** -2.0, (off / sd)[moving], float(off @ off))
+
+
+def _sizes(WQ: FloatArray) -> FloatArray:
+    """Largest entries (r,) of direction vectors (n, r) in modal coordinates."""
+    largest = np.abs(WQ).max(initial=0.0) or 1.0
+    return np.maximum(np.abs(WQ).max(axis=0, initial=0.0), 1e-12 * largest)
+
+
+def pair_costs(
+    problem: Problem, reduced: ReducedModel, W: FloatArray, p: FloatArray, *, sigma: float = 0.0
+) -> FloatArray:
+    """Cost (n, n) of free forces along every two of the directions `W` (n, r) after one linear step from the unknowns
+    `p`; infinite on the diagonal."""
+    linear = _linear(problem, reduced, sigma, p)
+    WQ = W @ linear.Q
+    size = _sizes(WQ)
+    costs = np.array([_of_forces(linear.freed(own[None], size), WQ, 1, 1) for own in WQ]).reshape(len(W), len(W))
+    np.fill_diagonal(costs, np.inf)
+    return costs
 
 
 def linear_costs(
@@ -160,15 +179,11 @@ def linear_costs(
     beside: Sequence[Place] = (),
 ) -> FloatArray:
     """Cost (n,) of every place after one linear step from the unknowns `p`; infinite for soft clamps, which need a
-    basis of their own. `W` are the `directions` of the places. Frequency factors and damping ratios of single modes
-    are held: they are many, and follow what is missing last."""
+    basis of their own. `W` are the `directions` of the places."""
     free = directions(reduced, beside)
-    Q = np.asarray(problem.system(reduced).modal(p)[2])
-    WQ = W @ Q
-    largest = np.abs(WQ).max(initial=0.0) or 1.0
-    size = np.maximum(np.abs(WQ).max(axis=0, initial=0.0), 1e-12 * largest)
-    moving = np.array([*range(len(reduced.names)), len(p) - 1])
-    linear = _linear(problem, reduced, sigma, p, moving, size, free)
+    linear = _linear(problem, reduced, sigma, p)
+    WQ = W @ linear.Q
+    linear = linear.freed(free @ linear.Q, _sizes(WQ))
     costs = np.full(len(places), np.inf)
     first = np.cumsum([0, *(place.n_w for place in places)])
     for n_w in sorted({place.n_w for place in places} - {0}):
@@ -191,6 +206,7 @@ def _of_forces(linear: _Linear, W: FloatArray, n_w: int, n_free: int) -> FloatAr
     shared, pulled, blocks = np.diag(linear.curvature), -linear.pull, []
     for line in linear.lines:
         # columns: strong directions of the answers, and what they have in common with J and e
+        assert line.F is not None
         right = np.hstack([line.F, line.H @ line.J.conj(), (line.H @ line.e.conj())[:, None]])
         n_f, n_c = line.F.shape[1], right.shape[1]
         both = (W @ np.hstack([right.real, right.imag])).reshape(n, n_w, -1)

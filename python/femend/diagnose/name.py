@@ -195,7 +195,7 @@ def compared_in(
 ) -> list[Ranked]:
     """Laws that were found one place after the other, all compared in one window exp(-sigma t)."""
     judge = _Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
-    return judge.in_order([judge.ranked(_again(r)) for r in ranked])
+    return judge.in_order([judge.ranked(_again(r), afresh=True) for r in ranked])
 
 
 def told_simply(ranked: Sequence[Ranked], settings: Settings) -> list[Ranked]:
@@ -383,10 +383,10 @@ class _Judge:
         scores = [score(t.candidate, self.split.choosing, self.settings, self.n_values) for t in whole]
         return [Ranked(t.candidate, t.found, value, t.recovered) for t, value in zip(whole, scores, strict=True)]
 
-    def ranked(self, tried: _Tried) -> Ranked:
-        """A candidate with its score."""
+    def ranked(self, tried: _Tried, afresh: bool = False) -> Ranked:
+        """A candidate with its score; judged `afresh` where it may have been in another window."""
         candidate, choosing = tried.candidate, self.split.choosing
-        if self.sigma > 0 or candidate.sigma > 0:
+        if afresh or self.sigma > 0 or candidate.sigma > 0:
             if candidate.nonlinear:
                 candidate = judge_nonlinear(choosing, candidate, self.sigma)
             elif candidate.joint is not None:

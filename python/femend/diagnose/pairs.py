@@ -13,6 +13,7 @@ from femend.diagnose.locate import (
     ALIKE,
     COMPARED_LINES,
     LINES,
+    SEVERAL_WORTH,
     Located,
     hypothesis_of,
     locate,
@@ -20,10 +21,12 @@ from femend.diagnose.locate import (
     squares_of,
 )
 from femend.diagnose.name import Ranked
+from femend.diagnose.pair_screen import best_pairs
 from femend.diagnose.preference import preference
+from femend.diagnose.screen import is_many
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
-from femend.estimate import Problem
+from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
 __all__ = ["Searched", "alike", "others", "pair", "plain", "with_members"]
@@ -68,15 +71,50 @@ class Searched:
         return self.settings.price * float(np.log(max(self.n_values, np.e)))
 
 
-def pair(first: Searched) -> tuple[Located, Located] | None:
-    """Two places whose free forces together leave least, if that is clearly less than one leaves: the fit of both, and
-    the first by itself.
+def pair(first: Searched) -> tuple[Located, Place] | None:
+    """Two places whose free forces together leave least, if that is clearly less than one leaves: the second with the
+    fit of both, and the first.
 
     With two effects the best single place may be a compromise; so the search starts from several and, whatever second
-    place it finds, looks for the first one again. Two forces at wrong places may leave as little as at the right ones;
-    of pairs that the recordings do not tell apart the one with the likelier places is taken.
+    place it finds, looks for the first one again. Where no two places with one force are found to explain the
+    recordings so, all pairs of them are gone through. Two forces at wrong places may leave as little as at the right
+    ones; of pairs that the recordings do not tell apart the one with the likelier places is taken.
     """
-    found: list[tuple[Located, Located]] = []
+    found = _one_after_the_other(first)
+    plainly = [s for s, at in found if max(s.place.n_w, at.n_w) <= 1 and s.fit.score <= first.settings.adequate]
+    if not plainly and not is_many(first.places):
+        null = _updated(first)
+        pairs = [] if null is None else best_pairs(first.problem, first.reduced, first.places, first.located, null)
+        found += [(second, at) for at, second in pairs]
+    if not found:
+        return None
+    least = min(_believed(second.cost, second.place, at) for second, at in found)
+    alone = min(_believed(f.cost, f.place) for f in first.located)
+    if alone - least < first.settings.gain_cost:
+        return None
+    return min(
+        found,
+        key=lambda f: _believed(f[0].cost, f[0].place, f[1]) + LIKELIER * (preference(f[0].place) + preference(f[1])),
+    )
+
+
+def _updated(first: Searched) -> Fit | None:
+    """The updated model fitted from where the best single place brought it."""
+    start = plain(first, first.located[0].fit.p)
+    (fit,) = first.problem.sparing(LINES).fit(
+        [Hypothesis(first.reduced, np.zeros((0, first.reduced.r)))], [(start, np.zeros(0))]
+    )
+    return fit
+
+
+def _believed(cost: float, *places: Place) -> float:
+    """Cost of places, as much more where one of them has several forces as it has to explain more to be believed."""
+    return cost * (SEVERAL_WORTH if any(place.n_w > 1 for place in places) else 1.0)
+
+
+def _one_after_the_other(first: Searched) -> list[tuple[Located, Place]]:
+    """Pairs of places found by looking for a second beside a first, from several first ones."""
+    found: list[tuple[Located, Place]] = []
     tried: list[Place] = []
     for start in _starts(first):
         at: Located | None = start
@@ -85,15 +123,9 @@ def pair(first: Searched) -> tuple[Located, Located] | None:
                 break
             tried.append(at.place)
             beside = _beside(first, at)
-            found += [(second, at) for second in beside]
+            found += [(second, at.place) for second in beside]
             at = _alone(first, beside[0].place) if beside else None
-    if not found:
-        return None
-    least = min(second.cost for second, _ in found)
-    alone = min(f.cost for f in first.located)
-    if alone - least < first.settings.gain_cost:
-        return None
-    return min(found, key=lambda f: f[0].cost + LIKELIER * (preference(f[0].place) + preference(f[1].place)))
+    return found
 
 
 def _starts(first: Searched) -> list[Located]:

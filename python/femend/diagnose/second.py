@@ -55,6 +55,8 @@ class Further:
 def look_further(first: Searched) -> Further | None:
     """Two effects where one law at one place leaves much that two laws explain, at two places or, where the sensors
     cannot tell two, beside each other; None otherwise."""
+    if first.sigma > 0 and first.ranked and not first.ranked[0].candidate.nonlinear:
+        first = first.at(0.0)  # what a linear law leaves later on is something else, since it is followed all the way
     near = _both_linear(first) or _beside(first)
     if near is not None:
         return near
@@ -227,12 +229,12 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> _Beside 
     return _Beside(told_simply(ranked, first.settings), sigma)
 
 
-def _free(first: Searched, second: Located, at: Located) -> _Aside:
+def _free(first: Searched, second: Located, at: Place) -> _Aside:
     """The free force at the second place as the recordings show it."""
     p = plain(first, second.fit.p)
     if second.place.part:
         return _Aside(Known((), {r.name: () for r in first.problem.records}), (second.place,), p)
-    both = [f.place for f in (second, at) if not f.place.part]
+    both = [place for place in (second.place, at) if not place.part]
     forces = free_forces(first.problem, second.fit, both)
     known = Known((second.place,), {name: f[:1] for name, f in forces.forces.items()}, forces.attached[:1])
     return _Aside(known, (), p)
