@@ -167,3 +167,7 @@ def test_laws_are_compared_in_the_widest_window_that_one_explains(
 def test_a_law_of_the_beginning_alone_says_so() -> None:
     assert only_beginning(0.0) == ""
     assert "the first 0.44 s" in only_beginning(6.8)
+    assert "impacts" in only_beginning(6.8)
+    # with linear laws motion does not part from its path
+    assert "impacts" not in only_beginning(6.8, nonlinear=False)
+    assert "beside the law is missing" in only_beginning(6.8, nonlinear=False)

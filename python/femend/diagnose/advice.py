@@ -28,17 +28,24 @@ PART_OF_ALL = (
 
 def beside_laws(laws: Sequence[Candidate], problem: Problem, sigma: float) -> str:
     """What has to be said of laws that explain the recordings in a window exp(-sigma t); nothing of most."""
-    return "; ".join(filter(None, [only_beginning(sigma), *(_at_frequency(law, problem) for law in laws)]))
+    beginning = only_beginning(sigma, any(law.nonlinear for law in laws))
+    return "; ".join(filter(None, [beginning, *(_at_frequency(law, problem) for law in laws)]))
 
 
-def only_beginning(sigma: float) -> str:
-    """What has to be said of a law that was compared in a window exp(-sigma t); nothing of one on whole records."""
+def only_beginning(sigma: float, nonlinear: bool = True) -> str:
+    """What has to be said of a law that was compared in a window exp(-sigma t); nothing of one on whole records. Motion
+    with a linear one can be followed to the end, so that what it leaves later on has another reason."""
     if sigma == 0:
         return ""
-    return (
-        f"the law explains about the first {3 / sigma:.2g} s of the recordings to the noise, and less of the rest: no "
-        "simulation stays with motion that depends on its past so much (impacts do that), or something beside the law "
-        "is missing. Predictions of whole recordings are off: record short bursts from rest to check it"
+    reach = f"the law explains about the first {3 / sigma:.2g} s of the recordings to the noise, and less of the rest: "
+    if not nonlinear:
+        return reach + (
+            "something beside the law is missing that was not found. Predictions of whole recordings are off: add "
+            "sensors where the mismatch map is high, or a recording at another level"
+        )
+    return reach + (
+        "no simulation stays with motion that depends on its past so much (impacts do that), or something beside the "
+        "law is missing. Predictions of whole recordings are off: record short bursts from rest to check it"
     )
 
 
