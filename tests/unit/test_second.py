@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ import pytest
 from femend.diagnose.joint import open_joint
 from femend.diagnose.known_force import Known
 from femend.diagnose.levels import element_depends_on_level
+from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import refitted
 from femend.diagnose.name import compared_in
 from femend.diagnose.noise import UNDERRATED, louder
@@ -101,6 +104,16 @@ def test_laws_compared_in_a_window_are_judged_anew_on_whole_records(run: StudyRu
     for before, after in zip(sorted(windowed, key=lambda r: id(r.located)), sorted(again, key=lambda r: id(r.located))):
         assert after.candidate.chosen == pytest.approx(whole[id(after.located)], rel=1e-4)
         assert before.candidate.chosen != pytest.approx(after.candidate.chosen, rel=1e-3)
+
+
+def test_a_load_that_lost_is_not_what_is_told(run: StudyRun) -> None:
+    """It keeps no second effect from being looked for, and the status is that of what is told."""
+    lost = cast(LoadFinding, SimpleNamespace(score=1e9))
+    found = replace(run.diagnosis, load=lost)
+    assert found.best is not None
+    assert not found.by_load
+    assert replace(found, best=None, verdict="missing-physics").by_load
+    assert not replace(found, best=None, verdict="located-not-named").by_load
 
 
 def test_a_known_force_is_one_more_input(run: StudyRun) -> None:

@@ -99,6 +99,11 @@ class Diagnosis:
     interrupted: bool = False
 
     @property
+    def by_load(self) -> bool:
+        """Whether what is told is the load; one that was tried may have lost against a law, or against nothing."""
+        return self.load is not None and self.best is None and self.verdict == "missing-physics"
+
+    @property
     def final(self) -> Candidate | None:
         """The candidate used for the final predictions; None for the updated model."""
         return self.best
@@ -263,7 +268,7 @@ def explain(
         n_values, sigma,
     )  # fmt: skip
     decided = decide(undecided, plainly)
-    told = decided.load is None and decided.verdict in ("missing-physics", "located-not-named")
+    told = not decided.by_load and decided.verdict in ("missing-physics", "located-not-named")
     if not (further and told) or problem.load is not None:
         return decided
     if decided.rival is not None and decided.rival.ranked.candidate.chosen <= settings.adequate:

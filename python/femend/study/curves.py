@@ -102,8 +102,7 @@ def _label(channel: Channel) -> str:
 
 def _drawn_stages(run: StudyRun) -> tuple[str, ...]:
     """The final model is drawn apart from the updated one where something was added to it."""
-    load = run.diagnosis.load is not None and run.diagnosis.verdict == "missing-physics"
-    return STAGES if run.diagnosis.best is not None or load else STAGES[:2]
+    return STAGES if run.diagnosis.best is not None or run.diagnosis.by_load else STAGES[:2]
 
 
 def _worst(prediction: Prediction, recorded: FloatArray | None) -> list[int]:

@@ -22,8 +22,7 @@ def measured_frf_overlays(run: StudyRun) -> tuple[FrfOverlay, ...]:
     """Every FRF of the fit recordings, then of the others, in the band of the diagnosis; the final model is drawn apart
     from the updated one where something was added to it."""
     order = sorted((p for p in run.predictions if p.frf is not None), key=lambda p: p.role != "fit")
-    load = run.diagnosis.load is not None and run.diagnosis.verdict == "missing-physics"
-    drawn = STAGES if run.diagnosis.best is not None or load else STAGES[:2]
+    drawn = STAGES if run.diagnosis.best is not None or run.diagnosis.by_load else STAGES[:2]
     return tuple(overlay for p in order for overlay in _overlays(p, drawn))[:PAIRS]
 
 

@@ -158,7 +158,7 @@ def _stages(diagnosis: Diagnosis, record: FitRecord) -> dict[str, Values]:
         final = predict_candidate(problem, diagnosis.best, fallback, record)
         if not np.isfinite(final).all():
             final = updated
-    elif diagnosis.load is not None and diagnosis.verdict == "missing-physics":
+    elif diagnosis.load is not None and diagnosis.by_load:
         load = diagnosis.load
         final = predict(load.problem, load.fit.hypothesis, load.fit.p, nothing, load.record(record))
     return {"nominal": nominal, "parameters": updated, "final": final}

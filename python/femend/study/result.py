@@ -96,7 +96,7 @@ def _converged(diagnosis: Diagnosis) -> bool:
     """Whether the fit of the final model came to its minimum."""
     if diagnosis.best is not None:
         return diagnosis.best.converged
-    if diagnosis.load is not None and diagnosis.verdict == "missing-physics":
+    if diagnosis.load is not None and diagnosis.by_load:
         return diagnosis.load.fit.converged
     return diagnosis.null.converged
 
@@ -132,7 +132,7 @@ def _round(value: float | None) -> float | None:
 def _parameters(diagnosis: Diagnosis) -> dict[str, Any]:
     names = [p.name for p in diagnosis.reduced.model.parameters]
     p = diagnosis.null.p if diagnosis.best is None else diagnosis.best.p
-    if diagnosis.load is not None and diagnosis.best is None and diagnosis.verdict == "missing-physics":
+    if diagnosis.load is not None and diagnosis.by_load:
         p = diagnosis.load.fit.p
     sd = _model_sd(diagnosis)
     return {
@@ -154,7 +154,7 @@ def _model_sd(diagnosis: Diagnosis) -> np.ndarray:
 
 def _findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     load = diagnosis.load
-    if diagnosis.verdict == "missing-physics" and diagnosis.best is None and load is not None:
+    if load is not None and diagnosis.by_load:
         alike = [] if diagnosis.place is None else _location(diagnosis, diagnosis.place)["also_possible"]
         location = {
             "nodes": list(load.nodes),

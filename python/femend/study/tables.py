@@ -54,7 +54,7 @@ def laws(diagnosis: Diagnosis) -> tuple[LawRow, ...]:
     rows = [_law_row(diagnosis, r, p, r is taken) for r, p in first]
     if diagnosis.load is not None:
         load = diagnosis.load
-        named = diagnosis.verdict == "missing-physics" and diagnosis.best is None
+        named = diagnosis.by_load
         where = f"node {', '.join(map(str, load.nodes))}, {load.direction}"
         rows.insert(0, _row(load.physics, where, load.candidate, None, "", named))
     if free is not None:
