@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from femend.diagnose import second
 from femend.diagnose.joint import open_joint
 from femend.diagnose.known_force import Known
 from femend.diagnose.levels import element_depends_on_level
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import refitted
-from femend.diagnose.name import compared_in
+from femend.diagnose.name import Ranked, compared_in
 from femend.diagnose.noise import UNDERRATED, louder
 from femend.diagnose.pair_screen import best_pairs
 from femend.diagnose.paired import of_those_found
-from femend.diagnose.pairs import others
+from femend.diagnose.pairs import Searched, others
 from femend.diagnose.second import _of_law, _search
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import relaxing
@@ -85,12 +87,12 @@ def test_both_places_are_found_without_a_first_one(run: StudyRun) -> None:
     """The places of both effects come first of all pairs, or nodes next to them that the sensors do not tell apart."""
     d = run.diagnosis
     first = searched(run.diagnosis)
-    (other, second), *_ = best_pairs(d.problem, d.reduced, first.places, (), d.null)
-    nodes = sorted(n for place in (other, second.place) for n in place.nodes)
+    (other, at), *_ = best_pairs(d.problem, d.reduced, first.places, (), d.null)
+    nodes = sorted(n for place in (other, at.place) for n in place.nodes)
     assert len(nodes) == 2
     assert abs(nodes[0] - 7) <= 1
     assert abs(nodes[1] - 13) <= 1
-    assert second.fit.score < d.settings.adequate < d.null.score
+    assert at.fit.score < d.settings.adequate < d.null.score
 
 
 def test_laws_compared_in_a_window_are_judged_anew_on_whole_records(run: StudyRun) -> None:
@@ -114,6 +116,42 @@ def test_a_load_that_lost_is_not_what_is_told(run: StudyRun) -> None:
     assert not found.by_load
     assert replace(found, best=None, verdict="missing-physics").by_load
     assert not replace(found, best=None, verdict="located-not-named").by_load
+
+
+@pytest.mark.parametrize(("prior", "told"), [(300.0, "anew"), (5.0, "again")])
+def test_the_second_law_is_found_anew_where_both_strain_the_model(
+    monkeypatch: pytest.MonkeyPatch, prior: float, told: str
+) -> None:
+    """It was found beside a first law that was not what it is now."""
+    place = SimpleNamespace(place="here")
+
+    def law(name: str) -> Ranked:
+        return cast(Ranked, SimpleNamespace(name=name, located=place))
+
+    beside = {"two": "again", "again": "anew"}
+
+    def next_to(first: Searched, one: Ranked, given: Known) -> tuple[None, Any]:
+        return None, SimpleNamespace(ranked=[law(beside[one.name])], sigma=0.0)
+
+    def together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Any:
+        names = {r.name for every in laws for r in every}
+        if "again" not in names:
+            return None
+        better = 0.0 if "anew" in names else 100.0
+        terms = SimpleNamespace(prior=prior if better else 5.0, chosen=1.0)
+        return SimpleNamespace(terms=terms, score=better, names=names)
+
+    monkeypatch.setattr(second, "_next_to", next_to)
+    monkeypatch.setattr(second, "_together", together)
+    first = cast(
+        Searched,
+        SimpleNamespace(settings=Settings(), sigma=0.0, at=lambda sigma: first, problem=SimpleNamespace(records=[])),
+    )
+    two = cast(Any, SimpleNamespace(ranked=[law("two")], sigma=0.0))
+    aside = cast(Any, SimpleNamespace(known=None))
+    found = second._in_turns(first, law("one"), [law("one")], aside, two)
+    assert found is not None
+    assert ("anew" in cast(Any, found).names) is (told == "anew")
 
 
 def test_a_known_force_is_one_more_input(run: StudyRun) -> None:

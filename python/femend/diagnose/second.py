@@ -170,8 +170,7 @@ def _beside_the_best(first: Searched) -> tuple[Further | None, bool]:
     best = first.ranked[0]
     if first.null_score - best.score <= FIRST_SHARE * (first.null_score - first.floor):
         return None, True
-    nothing = Known((), {r.name: () for r in first.problem.records})
-    aside, beside = _next_to(first, best, nothing)
+    aside, beside = _next_to(first, best, _nothing(first))
     return _in_turns(first, best, first.ranked, aside, beside), beside is not None
 
 
@@ -202,9 +201,21 @@ def _in_turns(
     if found is not None and found.terms.chosen <= first.settings.adequate:
         return found
     _, again = _next_to(first, two.ranked[0], aside.known)
-    better = _together(first, (again.ranked, two.ranked)) if again is not None and again.ranked else None
+    if again is None or not again.ranked:
+        return found
+    better = _together(first, (again.ranked, two.ranked))
+    if better is not None and first.settings.strains(better.terms.prior):
+        # the first law is what it is now, and the second may have been found beside one that was not
+        _, anew = _next_to(first, again.ranked[0], _nothing(first))
+        third = _together(first, (again.ranked, anew.ranked)) if anew is not None and anew.ranked else None
+        better = min((f for f in (better, third) if f is not None), key=lambda f: f.score)
     both = [f for f in (found, better) if f is not None]
     return min(both, key=lambda f: f.score, default=None)
+
+
+def _nothing(first: Searched) -> Known:
+    """No force that is known."""
+    return Known((), {r.name: () for r in first.problem.records})
 
 
 def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> _Beside | None:
@@ -233,7 +244,7 @@ def _free(first: Searched, second: Located, at: Place) -> _Aside:
     """The free force at the second place as the recordings show it."""
     p = plain(first, second.fit.p)
     if second.place.part:
-        return _Aside(Known((), {r.name: () for r in first.problem.records}), (second.place,), p)
+        return _Aside(_nothing(first), (second.place,), p)
     both = [place for place in (second.place, at) if not place.part]
     forces = free_forces(first.problem, second.fit, both)
     known = Known((second.place,), {name: f[:1] for name, f in forces.forces.items()}, forces.attached[:1])
@@ -243,8 +254,7 @@ def _free(first: Searched, second: Located, at: Place) -> _Aside:
 def _of_law(first: Searched, ranked: Ranked, given: Known) -> _Aside:
     """A law that was found: a spring as part of the model, since what it was fitted to was not it alone, any other by
     its force."""
-    nothing = Known((), {r.name: () for r in first.problem.records})
-    candidate = ranked.candidate
+    nothing, candidate = _nothing(first), ranked.candidate
     p = plain(first, candidate.p)
     if ranked.name == "support_stiffness" and candidate.joint is not None and not given.places:
         k = collapsed(candidate, ranked.recovered, first.settings).values["k"]
