@@ -512,9 +512,7 @@ def _accepted(found: Diagnosis, best: Ranked) -> bool:
     # a model that explains the recordings as they are lacks nothing that they could show
     enough = max(found.null.score, found.null_chosen.chosen) <= settings.consistent
     won = settings.wins(gain, -np.inf if enough else chosen, relieved)
-    # unknowns far outside their priors tell that much is wrong, however little they leave
-    weak = found.null_chosen.chosen < settings.weak and not settings.strains(found.null_chosen.prior)
-    needed = settings.nearly if weak else settings.explained
+    needed = settings.nearly if found.null_chosen.chosen < settings.weak else settings.explained
     return bool(won and _share(found, best) >= needed)
 
 

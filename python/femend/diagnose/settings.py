@@ -23,8 +23,8 @@ class Settings:
         gain_cost: fall of the score (tempered log posterior on unseen data) that a law must bring.
         gain_chosen: relative fall ln(v0/v) of the unseen misfit that a law must bring.
         explained: share of what is wrong with the updated model that a law must take away.
-        weak: unseen misfit of the updated model up to which it is `nearly` in place of `explained`, where its unknowns
-            are not strained: many things take part of what is hardly above the noise, the right law takes all of it.
+        weak: unseen misfit of the updated model up to which it is `nearly` in place of `explained`: many things take
+            part of what is hardly above the noise, the right law takes all of it.
         nearly: the share that a law must take away there.
         partly: the share from which a law that stands out is told as the likeliest, without a name for what is missing.
         clear: the same share from which no further places are tried.
