@@ -22,7 +22,9 @@ from femend.model import Place, ReducedModel
 
 __all__ = [
     "FINAL_LINES",
+    "Kin",
     "Located",
+    "cost_of",
     "fitted",
     "hypothesis_of",
     "locate",
@@ -123,7 +125,7 @@ def locate(
     hypotheses = [hypothesis_of(p, reduced, beside) for p in todo]
     few = problem.sparing(LINES)
     plain, damped = problem.sparing(FEWEST_LINES).untuned().pressed(), few.pressed()
-    kin = _Kin.of(problem, reduced, todo, null)
+    kin = Kin.of(problem, reduced, todo, null)
     stages = (
         (plain, 8.0, 5, second),
         (damped, 2.0, 6, last),
@@ -180,7 +182,7 @@ def order(located: Located) -> float:
 
 
 def _first_glance(
-    plain: Problem, reduced: ReducedModel, places: Sequence[Place], kin: _Kin, null: Fit, beside: Sequence[Place]
+    plain: Problem, reduced: ReducedModel, places: Sequence[Place], kin: Kin, null: Fit, beside: Sequence[Place]
 ) -> list[tuple[int, FloatArray]]:
     """Starts of the first place of each kind for the next stage, sorted out on the most strongly damped lines by the
     model without what its members and masses differ in, which does not show there.
@@ -204,7 +206,7 @@ def _late(
     lines: Problem,
     hypotheses: Sequence[Hypothesis],
     places: Sequence[Place],
-    kin: _Kin,
+    kin: Kin,
     p: FloatArray,
     of: ReducedModel,
     quota: tuple[int, int, int],
@@ -233,7 +235,7 @@ def _without_own(p: FloatArray, of: ReducedModel, place: ReducedModel) -> FloatA
 
 def _order(lines: Problem, item: tuple[int, Fit], sigma: float, places: Sequence[Place]) -> float:
     """Cost by which fits of places are put in order."""
-    return _rank(lines, item[1], sigma) + (UNLIKELY if places[item[0]].unlikely else 0.0)
+    return cost_of(lines, item[1], sigma) + (UNLIKELY if places[item[0]].unlikely else 0.0)
 
 
 def fitted(
@@ -252,7 +254,7 @@ def fitted(
 
 
 def _best(
-    ranked: Sequence[tuple[int, Fit]], places: Sequence[Place], kin: _Kin, quota: tuple[int, int, int]
+    ranked: Sequence[tuple[int, Fit]], places: Sequence[Place], kin: Kin, quota: tuple[int, int, int]
 ) -> list[tuple[int, Fit]]:
     """The first of the members, of the places with one force and of those with several, as many of each as `quota`
     says, none of them like another."""
@@ -267,7 +269,7 @@ def _best(
 
 
 @dataclass(frozen=True, eq=False)
-class _Kin:
+class Kin:
     """How alike places with one force move the sensors, `position` of each place in `matrix`; members are alike by the
     elements they share."""
 
@@ -276,7 +278,8 @@ class _Kin:
     elements: dict[int, frozenset[int]]
 
     @classmethod
-    def of(cls, problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> _Kin:
+    def of(cls, problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> Kin:
+        """The kin of `places`, compared at the unknowns of the fit `null`."""
         single = [i for i, p in enumerate(places) if p.n_w == 1]
         elements = {i: frozenset(p.elements) for i, p in enumerate(places) if p.scaled}
         if not single:
@@ -299,6 +302,7 @@ class _Kin:
         return len(a & b) / max(len(a | b), 1)
 
     def alike(self, i: int, j: int) -> bool:
+        """Whether one of two places stands for both while places are sorted out."""
         if i in self.elements and j in self.elements:
             return self.shared(i, j) > OVERLAP
         if i not in self.position or j not in self.position:
@@ -317,7 +321,8 @@ class _Kin:
         return sorted(like, key=lambda j: (-round(float(row[self.position[j]]), 2), preference(places[j])))[:EXPANDED]
 
 
-def _rank(problem: Problem, fit: Fit, sigma: float) -> float:
+def cost_of(problem: Problem, fit: Fit, sigma: float) -> float:
+    """Prior of a fit's unknowns plus its tempered squares as if no force had been projected out."""
     return fit.prior + squares_of(problem, fit, sigma)
 
 

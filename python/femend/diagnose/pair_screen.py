@@ -15,18 +15,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.classes import similarity
 from femend.diagnose.linear_costs import directions, pair_costs
 from femend.diagnose.locate import (
-    ALIKE,
-    COMPARED_LINES,
     FEWEST_LINES,
     FIRST_SIGMA,
     FIRST_STEPS,
     LINES,
     TIE,
-    TWINS,
+    Kin,
     Located,
+    cost_of,
     fitted,
     hypothesis_of,
     squares_of,
@@ -75,10 +73,7 @@ def best_pairs(
     for stage in STAGES:
         ends = _further(problem, reduced, kinds, ends, stage * problem.scale())
     few = problem.sparing(LINES)
-    return [
-        (kinds.places[i], Located(kinds.places[j], fit, squares_of(few, fit, 0.0)))
-        for (i, j), fit in ends
-    ]  # fmt: skip
+    return [(kinds.places[i], Located(kinds.places[j], fit, squares_of(few, fit, 0.0))) for (i, j), fit in ends]
 
 
 def _kinds(problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> _Kinds:
@@ -86,15 +81,12 @@ def _kinds(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
     single = sorted(single, key=preference)
     if not single:
         return _Kinds([], np.zeros((0, reduced.r)), np.zeros((0, 0), dtype=bool))
-    few = problem.on(problem.records[:1]).thinned(COMPARED_LINES)
-    matrix = similarity(few, reduced, single, null.p)
-    kept: list[int] = []
-    for i in range(len(single)):
-        if len(kept) < MOST and not (matrix[i, kept] > TWINS).any():
-            kept.append(i)
+    kin = Kin.of(problem, reduced, single, null)
+    kept = kin.first(single)[:MOST]
     own = [single[i] for i in kept]
+    alike = np.array([[kin.alike(i, j) for j in kept] for i in kept])
     shared = np.array([[bool(set(a.elements) & set(b.elements)) for b in own] for a in own])
-    return _Kinds(own, directions(reduced, own), (matrix[np.ix_(kept, kept)] > ALIKE) | shared)
+    return _Kinds(own, directions(reduced, own), alike | shared)
 
 
 def _starts(problem: Problem, reduced: ReducedModel, located: Sequence[Located], null: Fit) -> list[FloatArray]:
@@ -159,16 +151,12 @@ def _fitted(
         lines, hypotheses, [(n, p) for n, (_, p) in enumerate(tries)], sigma, steps, [kinds.places[j] for _, j in pairs]
     )
     # a force between two places and one at either do what one at each does
-    ranked.sort(key=lambda item: _cost(lines, item[1], sigma) + TIE * _between(kinds, pairs[item[0]]))
+    ranked.sort(key=lambda item: cost_of(lines, item[1], sigma) + TIE * _between(kinds, pairs[item[0]]))
     kept: list[tuple[_Pair, Fit]] = []
     for n, fit in ranked:
         if len(kept) < ENDS and all(pairs[n] != pair for pair, _ in kept):
             kept.append((pairs[n], fit))
     return kept
-
-
-def _cost(lines: Problem, fit: Fit, sigma: float) -> float:
-    return fit.prior + squares_of(lines, fit, sigma)
 
 
 def _between(kinds: _Kinds, pair: _Pair) -> int:

@@ -248,7 +248,7 @@ def _stiffness(T: Any, terms: Sequence[LinearTerm], *, supports: bool) -> csc_ar
         for part in term.parts:
             at_rest = part.over_speed is None
             if at_rest and part.kind == "K" and part.powers and all(term.unknowns[i].positive for i, _ in part.powers):
-                size = float(np.prod([term.unknowns[i].scale ** e for i, e in part.powers]))
+                size = term.scale_of(part)
                 total = total + size * (T.T @ part.matrix @ T)
     return csc_array(total)
 

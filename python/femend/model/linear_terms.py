@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array, csc_array
 
 from femend.model.bushes import BushGroup
@@ -24,6 +24,7 @@ __all__ = [
     "SpeedPower",
     "TermPart",
     "compliant_support",
+    "diagonal",
     "end_masses",
     "g_matrix",
     "over_group",
@@ -99,6 +100,10 @@ class LinearTerm:
         """Does the term exist in that configuration?"""
         return not self.configurations or configuration in self.configurations
 
+    def scale_of(self, part: TermPart) -> float:
+        """What multiplies the matrix of one of its parts at the starting scales of the unknowns."""
+        return float(np.prod([self.unknowns[i].scale ** e for i, e in part.powers]))
+
     def base_parameter(self, parameters: Sequence[Parameter]) -> str | None:
         """Name of the parameter that updates the one stiffness the term changes; None where there is none."""
         wanted = f"k{'XYZ'.index(self.direction) + 1}" if self.direction else ""
@@ -123,10 +128,14 @@ def g_matrix(model: Model, rows: Sequence[int], block: FloatArray) -> csc_array:
     return csc_array(coo_array((np.asarray(block).ravel(), (at.ravel(), to.ravel())), shape=(n, n)))
 
 
-def _diagonal(model: Model, rows: Sequence[int], values: Sequence[float]) -> csc_array:
+def diagonal(n: int, rows: ArrayLike, values: ArrayLike) -> csc_array:
+    """`values` (m,) on the diagonal at `rows` (m,) of a matrix (n, n)."""
     index = np.asarray(rows, dtype=np.int64)
-    n = int(model.fe.n_g)
     return csc_array(coo_array((np.asarray(values, dtype=np.float64), (index, index)), shape=(n, n)))
+
+
+def _diagonal(model: Model, rows: Sequence[int], values: Sequence[float]) -> csc_array:
+    return diagonal(int(model.fe.n_g), rows, values)
 
 
 def compliant_support(model: Model, region: SupportRegion, omega: float, zeta: float) -> LinearTerm:
@@ -229,22 +238,29 @@ def point_mass(model: Model, node: int, m: float) -> LinearTerm:
 
 def point_spring(model: Model, node: int, component: int, k: float) -> LinearTerm:
     """A spring from a node to ground along `component` 1..3; `k` is the starting scale."""
-    direction = "XYZ"[component - 1]
-    name = f"spring at {node} {direction} to ground"
-    matrix = _diagonal(model, [6 * model.index(node) + component - 1], [1.0])
-    unknown = Unknown(f"{name}: k", k, sd=1.5 * DECADE, unit="k", owner=name)
-    part = TermPart("K", matrix, ((0, 1),))
-    return LinearTerm(name, "support_stiffness", (node,), "ground", direction, (unknown,), (part,))
+    return _to_ground(model, node, component, ("spring", "support_stiffness", "K"), ("k", k))
 
 
 def point_dashpot(model: Model, node: int, component: int, c: float) -> LinearTerm:
     """A dashpot from a node to ground along `component` 1..3; `c` (force over velocity) is the starting scale."""
+    return _to_ground(model, node, component, ("dashpot", "viscous_damper", "C"), ("c", c))
+
+
+def _to_ground(
+    model: Model,
+    node: int,
+    component: int,
+    what: tuple[str, str, Literal["K", "C"]],
+    size: tuple[str, float],
+) -> LinearTerm:
+    """What acts from a node to ground, by its word, physics and matrix; `size` is its parameter with the scale."""
+    (word, physics, kind), (symbol, scale) = what, size
     direction = "XYZ"[component - 1]
-    name = f"dashpot at {node} {direction} to ground"
+    name = f"{word} at {node} {direction} to ground"
     matrix = _diagonal(model, [6 * model.index(node) + component - 1], [1.0])
-    unknown = Unknown(f"{name}: c", c, sd=1.5 * DECADE, unit="c", owner=name)
-    part = TermPart("C", matrix, ((0, 1),))
-    return LinearTerm(name, "viscous_damper", (node,), "ground", direction, (unknown,), (part,))
+    unknown = Unknown(f"{name}: {symbol}", scale, sd=1.5 * DECADE, unit=symbol, owner=name)
+    part = TermPart(kind, matrix, ((0, 1),))
+    return LinearTerm(name, physics, (node,), "ground", direction, (unknown,), (part,))
 
 
 def weaker_element(model: Model, eid: int, sd: float = 0.7) -> LinearTerm:

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import block_diag
 
 from femend.errors import PretestError
 from femend.estimate.updating import affine_matrices, modal_system
@@ -64,7 +65,7 @@ class JointTest:
     @property
     def prior(self) -> FloatArray:
         """Precision of p before the test (n, n)."""
-        return _beside(self.first.prior, self.second.prior)
+        return np.asarray(block_diag(self.first.prior, self.second.prior))
 
     @property
     def size(self) -> FloatArray:
@@ -74,7 +75,8 @@ class JointTest:
     def information(self, rows: ArrayLike, *, prior: bool = True) -> FloatArray:
         """Expected information (n, n) of a test with sensors at `rows`; raises PretestError for rows that are no
         places."""
-        return _beside(*(part.information(rows, prior=prior) for part in (self.first, self.second)))
+        parts = [part.information(rows, prior=prior) for part in (self.first, self.second)]
+        return np.asarray(block_diag(*parts))
 
 
 def dashpot_test(
@@ -110,8 +112,7 @@ def dashpot_test(
         own = [p for p in term.parts if p.kind == "C" and p.powers]
         if not own:
             raise PretestError(f"{term.name} has no dashpot; give it to candidate_matrices")
-        scales = [float(np.prod([term.unknowns[i].scale ** e for i, e in p.powers])) for p in own]
-        parts[term.name] = sum((s * csc_array(T.T @ p.matrix @ T) for s, p in zip(scales, own, strict=True)), start=0.0)
+        parts[term.name] = sum((term.scale_of(p) * csc_array(T.T @ p.matrix @ T) for p in own), start=0.0)
     K, M = model.matrices()
     system = modal_system(affine_matrices(parts, M, K_fixed=K), seen, n_modes)
     unknowns = Unknowns.of([Unknown(name, 1.0, False, 0.0, 1.0) for name in parts])
@@ -126,15 +127,8 @@ def dashpot_test(
     return replace(
         as_springs,
         names=(*as_springs.names, OWN_DAMPING),
-        prior=_beside(as_springs.prior, np.array([[1.0 / LEVEL_SD**2]])),
+        prior=np.asarray(block_diag(as_springs.prior, np.array([[1.0 / LEVEL_SD**2]]))),
         size=np.append(as_springs.size, LEVEL_SD),
         frequencies=np.hstack([ratios, level]),
         shapes=np.concatenate([shapes, np.zeros((*shapes.shape[:2], 1))], axis=2),
     )
-
-
-def _beside(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Both on the diagonal of one matrix."""
-    out = np.zeros((len(a) + len(b), len(a) + len(b)))
-    out[: len(a), : len(a)], out[len(a) :, len(a) :] = a, b
-    return out

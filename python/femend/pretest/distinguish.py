@@ -61,7 +61,7 @@ def candidate_matrices(model: Model, terms: Sequence[LinearTerm]) -> AffineMatri
         for part in term.parts:
             if part.kind == "C" or not part.powers:
                 continue
-            scale = float(np.prod([term.unknowns[i].scale ** e for i, e in part.powers]))
+            scale = term.scale_of(part)
             into = k_parts if part.kind == "K" else m_parts
             into[term.name] = into.get(term.name, csc_array(shape)) + scale * csc_array(T.T @ part.matrix @ T)
     K0, M0 = matrix(K - dK.sum(axis=0)), matrix(M - dM.sum(axis=0))

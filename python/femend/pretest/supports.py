@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.correlate import pair_modes
-from femend.dof import Dof
+from femend.dof import COMPONENTS, Dof
 from femend.errors import PretestError
 from femend.estimate.updating import affine_matrices, modal_system
 from femend.model import Model
+from femend.model.linear_terms import diagonal
 from femend.model.supports import held_rows
 from femend.pretest.information import PlannedTest
 
 __all__ = ["GivingSupport", "support_modes", "with_state"]
 
 FloatArray = NDArray[np.float64]
-DIRECTIONS = ("X", "Y", "Z", "RX", "RY", "RZ")
 # nodes that a name tells
 NAMED = 3
 
@@ -40,7 +39,7 @@ class GivingSupport:
         more = len(self.nodes) - NAMED
         at = ", ".join(map(str, self.nodes[:NAMED])) + (f" and {more} more" if more > 0 else "")
         how = "released" if self.k is None else "on springs"
-        return f"support at {at} {how} in {', '.join(DIRECTIONS[c - 1] for c in self.components)}"
+        return f"support at {at} {how} in {', '.join(COMPONENTS[c - 1] for c in self.components)}"
 
 
 def support_modes(
@@ -59,17 +58,17 @@ def support_modes(
     wanted = [(n, c) for n in support.nodes for c in support.components]
     for node, c in wanted:
         if (node, c) not in row:
-            own = ", ".join(DIRECTIONS[b - 1] for a, b in row if a == node)
+            own = ", ".join(COMPONENTS[b - 1] for a, b in row if a == node)
             what = f"there it holds {own}" if own else "it holds nothing there"
             raise PretestError(
-                f"no SPC set of the deck holds {DIRECTIONS[c - 1]} at node {node} ({what}), so that nothing gives way; "
+                f"no SPC set of the deck holds {COMPONENTS[c - 1]} at node {node} ({what}), so that nothing gives way; "
                 "name directions that are held"
             )
     released = np.array([row[pair] for pair in wanted], dtype=np.int64)
     keep = np.setdiff1d(np.arange(free.fe.n_a), np.setdiff1d(held, released))
     K, M = (A.tocsc()[keep][:, keep] for A in free.matrices())
     stiffness = np.tile(np.zeros(len(support.components)) if support.k is None else support.k, len(support.nodes))
-    springs = _diagonal(len(keep), np.searchsorted(keep, released), stiffness)
+    springs = diagonal(len(keep), np.searchsorted(keep, released), stiffness)
     T = free.transformation().tocsr()[[free.row(d) for d in seen]][:, keep]
     signs = np.array([float(d.sign) for d in seen])
     n = min(n_modes + len(released), len(keep))
@@ -115,9 +114,3 @@ def with_state(
         frequencies=np.hstack([plan.frequencies, moved[:, None]]),
         shapes=np.concatenate([plan.shapes, ((there - own) / sd)[:, :, None]], axis=2),
     )
-
-
-def _diagonal(n: int, rows: NDArray[Any], values: ArrayLike) -> Any:
-    from scipy.sparse import coo_array
-
-    return coo_array((np.asarray(values, dtype=np.float64), (rows, rows)), shape=(n, n)).tocsc()
