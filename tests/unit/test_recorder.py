@@ -82,12 +82,12 @@ def test_the_recorder_is_told_by_what_it_recorded(tmp_path: Path, filters: bool)
     problem, candidate = _fitted(tmp_path, filters)
     other = problem.thinned(50)
     assert other.recorder is problem.on(problem.records).recorder is problem.recorder
-    found = as_recorded(problem, candidate, 40.0)
+    found = as_recorded(problem, candidate, 40.0, 1.5)
     assert problem.recorder.filters is filters
     assert (found is candidate) is filters
     assert bool(other.recorder.warnings) is not filters
     # once it is known there is no second question
-    assert filters or as_recorded(problem, found, 40.0) is found
+    assert filters or as_recorded(problem, found, 40.0, 1.5) is found
 
 
 def test_what_the_core_keeps(tmp_path: Path) -> None:

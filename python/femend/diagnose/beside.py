@@ -8,19 +8,17 @@ own: a support that nobody drew beside a stop, at the same node or at one that m
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.collapse import collapsed
-from femend.diagnose.joint import open_joint
+from femend.diagnose.moved import moved
 from femend.diagnose.name import Ranked
 from femend.diagnose.pairs import Searched, alike
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, brings, fitted_together
-from femend.model import Place
 from femend.physics import physics
 
 __all__ = ["companions"]
@@ -112,15 +110,7 @@ def _elsewhere(first: Searched, found: Scored) -> Scored:
     assert law.place is not None
     near = [p for p in alike(first, law.place) if p.kind == "ground"]
     for place in sorted(near, key=lambda p: p.unlikely)[:ELSEWHERE]:
-        moved = [law, *(_moved(first, term, place) for term in found[1].terms[1:])]
-        tried = fitted_together(first, moved, found[1].p)
+        terms = [law, *(moved(first, term, place) for term in found[1].terms[1:])]
+        tried = fitted_together(first, terms, found[1].p)
         best = tried if tried is not None and tried[0] < best[0] else best
     return best
-
-
-def _moved(first: Searched, term: Term, place: Place) -> Term:
-    """A term at another place."""
-    joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
-    located = replace(term.located, place=place, alike=(term.located.place, *(
-        p for p in term.located.alike if p is not place)))  # fmt: skip
-    return Term(replace(term.candidate, joint=joint), located)

@@ -15,7 +15,7 @@ from femend.estimate import Fit, FitRecord, Hypothesis, Lines, Problem
 from femend.model import Place, ReducedModel, reduce_model
 from femend.model.reduction import LARGE, extend_model
 
-__all__ = ["Joint", "Recovered", "enlarged", "in_time", "open_joint", "open_joints", "recover"]
+__all__ = ["Joint", "Recovered", "enlarged", "in_time", "open_joint", "open_joints", "recover", "to_time"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -158,7 +158,7 @@ def recover(
         out.D.append(D + F * joint.compliance)
         out.F.append(-F)
         out.weight.append(weight)
-        _to_time(out, line, s)
+        to_time(out, line, s)
     return out
 
 
@@ -217,7 +217,8 @@ def _nearest_element(
     return min(found, key=lambda element: element[3])
 
 
-def _to_time(out: Recovered, line: Lines, s: ComplexArray) -> None:
+def to_time(out: Recovered, line: Lines, s: ComplexArray) -> None:
+    """Adds the histories of what `out` got last, on the lines `s` (K,) of a record."""
     D, F = out.D[-1], out.F[-1]
     if line.record.frf is not None:  # an FRF is not a motion; only linear laws, which need none, are tried on it
         for to in (out.d, out.v, out.a, out.f):

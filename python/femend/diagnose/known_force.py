@@ -18,7 +18,7 @@ from femend.diagnose.split import Split
 from femend.estimate import Fit, FitRecord, Lines, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Known", "forces_of_laws", "free_forces", "last_force"]
+__all__ = ["Known", "forces_of_laws", "free_forces", "last_force", "shrunk"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -94,7 +94,7 @@ def _read_off(problem: Problem, fit: Fit) -> list[_ReadOff]:
         H = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, out, w @ Q, optimize=True)
         answer = (line.Y - y + np.einsum("ksw,kw->ks", H, F)) * line.weight
         H = H * line.weight[:, :, None]
-        found.append(_ReadOff(line, D, _shrunk(H, answer, F), np.asarray((np.abs(H) ** 2).sum(axis=1))))
+        found.append(_ReadOff(line, D, shrunk(H, answer, F), np.asarray((np.abs(H) ** 2).sum(axis=1))))
     return found
 
 
@@ -149,7 +149,7 @@ def _in_time(line: Lines, F: ComplexArray, D: ComplexArray, k: float, m: float) 
     return np.asarray(np.fft.irfft(full, n=line.record.n, axis=0).T)
 
 
-def _shrunk(H: ComplexArray, answer: ComplexArray, F: ComplexArray) -> ComplexArray:
+def shrunk(H: ComplexArray, answer: ComplexArray, F: ComplexArray) -> ComplexArray:
     """Forces (K, n_w) behind weighted answers (K, n_out) of the sensors, from least-squares ones `F`."""
     gram = np.einsum("ksv,ksw->kvw", H.conj(), H)
     seen = np.einsum("ksw,ks->kw", H.conj(), answer)[:, :, None]
@@ -197,8 +197,8 @@ def forces_of_laws(problem: Problem, candidate: Candidate) -> Known | None:
             (candidate.physics.law or candidate.physics.name,), candidate.x, np.full(len(candidate.x), 1.0)
         )
         for _, d, f in problem.fitted_lines(hypothesis, candidate.p, candidate.x, lines):
-            motions.append(d)
-            parts.append(f)
+            motions.append(d[:, : joint.place.n_w])
+            parts.append(f[:, : joint.place.n_w])
     place = joint.place
     if place.release is not None:
         opened = {line.record.name: (_in_time(line, d, d, 0.0, 0.0),) for line, d in zip(lines, motions, strict=True)}

@@ -405,12 +405,13 @@ class _Judge:
             again = sum(r.candidate.name == b.candidate.name for b in best)
             best += [r] if again < OF_ONE_NAME and len(best) < self.settings.refined else []
         rest = [r for r in ranked if not any(r is b for b in best)]
-        recorder = self.split.fitting.recorder
+        recorder, settings = self.split.fitting.recorder, self.settings
         filters, done = recorder.filters, []
         for r in best:
             inside = replace(r.candidate, sigma=max(r.candidate.sigma, self.sigma))
             candidate = refit_nonlinear(self.split.fitting, inside)
-            candidate = as_recorded(self.split.fitting, candidate, self.settings.margin) if r is best[0] else candidate
+            if r is best[0]:
+                candidate = as_recorded(self.split.fitting, candidate, settings.margin, settings.adequate)
             done.append(self.judged(candidate, r))
         if recorder.filters != filters:
             rest = [self.judged(r.candidate, r) if r.candidate.nonlinear else r for r in rest]

@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 
 # steps of every start, starts that are followed, their further steps, and steps with all unknowns
 FEW, FOLLOWED, FIRST, JOINT = 6, 7, 5, 10
+# as many steps more, so often, while they take at least this share of the cost of a law that leaves more than this
+AGAIN, FALLING, FAR = 6, 0.2, 2.0
 # decays of the windows, in units of `Problem.scale`, before the whole records
 WINDOWS = (10.0, 3.0, 1.0)
 # starts whose cost is within this of the least are told apart by how well their law fits the recovered force: what acts
@@ -119,8 +121,23 @@ def _widened(run: _Run, sigma: float) -> _Run | None:
     reached = descent.run(run.reached.z, FIRST)
     if reached is None:
         return None
-    new = _Run(run.name, run.start, descent, reached)
+    new = _on_its_way(_Run(run.name, run.start, descent, reached))
     return None if new.misfit > LOST * max(run.misfit, 1.0) else new
+
+
+def _on_its_way(run: _Run) -> _Run:
+    """The run followed further while it is far from the noise and falls fast: where the model has to go far with the
+    law, it is on its way for long."""
+    for _ in range(AGAIN):
+        if run.misfit <= FAR:
+            break
+        reached = run.descent.run(run.reached.z, FIRST)
+        if reached is None:
+            break
+        fallen, run = 1.0 - reached.cost / run.reached.cost, replace(run, reached=reached)
+        if fallen < FALLING:
+            break
+    return run
 
 
 def _candidate(loop: ClosedLoop, start: Start, name: str, reached: Reached, covariance: FloatArray | None) -> Candidate:
@@ -189,9 +206,10 @@ def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JO
     )
 
 
-def as_recorded(problem: Problem, candidate: Candidate, gain: float) -> Candidate:
+def as_recorded(problem: Problem, candidate: Candidate, gain: float, enough: float) -> Candidate:
     """A candidate fitted to all records of the problem; fitted again where samples picked without a filter fit better
-    by `gain` of the cost, and the recorder is one without a filter from then on."""
+    by `gain` of the cost and leave a misfit of no more than `enough`, and the recorder is one without a filter from
+    then on. A law that leaves more lacks something else, which tells nothing of the recorder."""
     recorder = problem.recorder
     if not recorder.filters:
         return candidate
@@ -199,7 +217,7 @@ def as_recorded(problem: Problem, candidate: Candidate, gain: float) -> Candidat
     recorder.filters = False
     if _cost(problem, candidate) < filtered:
         again = refit_nonlinear(problem, candidate)
-        if _cost(problem, again) < filtered - max(gain, CLEARLY * filtered):
+        if again.fitted <= enough and _cost(problem, again) < filtered - max(gain, CLEARLY * filtered):
             return again
     recorder.filters = True
     return candidate

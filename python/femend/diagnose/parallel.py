@@ -16,7 +16,7 @@ from femend.diagnose.pairs import Searched, plain
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, are_told, fitted_together
 
-__all__ = ["in_parallel", "what_is_left"]
+__all__ = ["in_parallel", "starting", "what_is_left"]
 
 # linear laws of different names that are tried beside the best one, and the starts of each law that are looked at
 LINEAR, STARTS = 2, 2
@@ -110,7 +110,7 @@ def _others(first: Searched, best: Ranked, law: Candidate) -> list[Candidate]:
             if kind not in kept and (one.physics.kind == "nonlinear" or linear < LINEAR):
                 kept[kind] = name, one
                 linear += one.physics.kind == "linear"
-    return [_candidate(first, law, name, start, recovered) for name, start in kept.values()]
+    return [starting(first, law, name, start, recovered) for name, start in kept.values()]
 
 
 def _either_sign(start: Start) -> list[Start]:
@@ -138,8 +138,8 @@ def what_is_left(recovered: Recovered, law: Candidate) -> Recovered:
     return replace(recovered, F=F, f=f)
 
 
-def _candidate(first: Searched, law: Candidate, name: str, start: Start, recovered: Recovered) -> Candidate:
-    """A law at the place of another, as it starts."""
+def starting(first: Searched, law: Candidate, name: str, start: Start, recovered: Recovered) -> Candidate:
+    """A law at the place of another, `law`, as it starts."""
     entry, joint = start.physics, law.joint
     assert joint is not None
     plainly = Candidate(entry, name, joint, start.values, law.p, law.x, 0, law.prior, law.fitted, law.chosen)

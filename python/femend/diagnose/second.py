@@ -18,12 +18,13 @@ from femend.diagnose.known_force import Known, forces_of_laws, free_forces
 from femend.diagnose.levels import element_depends_on_level
 from femend.diagnose.locate import Located, locate, shortlist, squares_of
 from femend.diagnose.name import Ranked, name_physics, told_simply
+from femend.diagnose.one_linear import one_linear
 from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import Searched, others, pair, plain, with_members
 from femend.diagnose.parallel import in_parallel
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Terms, refit_terms
-from femend.diagnose.together import Scored, are_told, best_of, shows, term_of, told_plainly
+from femend.diagnose.together import Scored, are_told, best_of, distinct, shows, term_of, told_plainly
 from femend.estimate import Hypothesis
 from femend.model import Place
 
@@ -31,8 +32,6 @@ __all__ = ["Further", "Searched", "look_further"]
 
 FloatArray = NDArray[np.float64]
 
-# laws of different names at a place that are tried together with those at the other
-TOGETHER = 2
 # how much the score of what was found may be above what noise leaves, in `gain_cost`, before anything further is looked
 # for
 WORTH = 1.5
@@ -156,12 +155,21 @@ def _at_two_places(first: Searched) -> Further | None:
     if places is None:
         return None
     second, at = places
+    found = _one_of_them_linear(first, second, at)
+    if found is not None and found.terms.chosen <= first.settings.adequate:
+        return found
     free = _free(first, second, at)
     one = _search(first, free, others(first, second.place))
     if one is None or not one.ranked:
         return None
     aside, beside = _next_to(first, one.ranked[0], free.known)
     return _in_turns(first, one.ranked[0], one.ranked, aside, beside)
+
+
+def _one_of_them_linear(first: Searched, second: Located, at: Place) -> Further | None:
+    """Two places of which one has a linear law, named with the force at the other free."""
+    found = one_linear(first, second, at)
+    return None if found is None else _told(first, found[0], found[1])
 
 
 def _beside_the_best(first: Searched) -> tuple[Further | None, bool]:
@@ -272,13 +280,16 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
             [term_of(first, r) for r in chosen],
             plain(first, chosen[-1].candidate.p),
         )
-        for chosen in itertools.product(*(_distinct(first, ranked) for ranked in laws))
+        for chosen in itertools.product(*(distinct(first, ranked) for ranked in laws))
     ]
     best = best_of(first, tries)
-    best = None if best is None else told_plainly(first, best)
-    if best is None or not are_told(first, best):
-        return None
-    return _further(first, best, [r for every in laws for r in every])
+    return None if best is None else _told(first, best, [r for every in laws for r in every])
+
+
+def _told(first: Searched, best: Scored, tried: Sequence[Ranked]) -> Further | None:
+    """Laws that were fitted together, as plainly as they can be told; None where they do not win against less."""
+    best = told_plainly(first, best)
+    return _further(first, best, tried) if are_told(first, best) else None
 
 
 def _further(first: Searched, found: Scored, tried: Sequence[Ranked]) -> Further:
@@ -300,14 +311,3 @@ def _further(first: Searched, found: Scored, tried: Sequence[Ranked]) -> Further
         laws.append(here)
         named.append(term.located.place)
     return Further(whole, tuple(laws), score)
-
-
-def _distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The first laws of different names, or clamps soft in different directions, that score about as well as the
-    best."""
-    kept: list[Ranked] = []
-    for r in ranked:
-        new = (r.name, r.located.place.springs) not in [(k.name, k.located.place.springs) for k in kept]
-        if new and len(kept) < TOGETHER and r.score < ranked[0].score + first.settings.gain_cost:
-            kept.append(r)
-    return kept

@@ -16,12 +16,27 @@ from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms
 from femend.physics import physics
 
-__all__ = ["Scored", "are_told", "best_of", "brings", "fitted_together", "gained", "shows", "term_of", "told_plainly"]
+__all__ = [
+    "Scored",
+    "are_told",
+    "best_of",
+    "better",
+    "brings",
+    "distinct",
+    "fitted_together",
+    "gained",
+    "shows",
+    "term_of",
+    "told_plainly",
+]
 
 FloatArray = NDArray[np.float64]
 
 # standard deviation (ln units) of the best determined combination of a law's parameters from which its size is unknown
 UNDETERMINED = 0.33
+
+# laws of different names at a place that are tried together with those at another
+TOGETHER = 2
 
 # terms fitted together, with their score
 Scored = tuple[float, Terms]
@@ -65,14 +80,14 @@ def best_of(first: Searched, tries: Sequence[tuple[Sequence[Term], FloatArray]])
     the model it starts from."""
     best: Scored | None = None
     for terms, p in tries:
-        best = _better(first, best, fitted_together(first, terms, p))
+        best = better(first, best, fitted_together(first, terms, p))
     if best is not None and len(tries) > 1:
         # once more from where the best came to: a descent that stopped short is no reason for another name
         reached = {(t.candidate.name, id(t.located.place)): t for t in best[1].terms}
         p = plain(first, best[1].p)
         for terms, _ in tries:
             again = [reached.get((t.candidate.name, id(t.located.place)), t) for t in terms]
-            best = _better(first, best, fitted_together(first, again, p))
+            best = better(first, best, fitted_together(first, again, p))
     return best
 
 
@@ -80,6 +95,17 @@ def shows(settings: Settings, one: float, two: float) -> bool:
     """Whether two laws show in unseen data, from what one and both of them leave there: by as much as more freedom
     alone does not bring. What bends the rest of the model may be its mesh, so that relief alone is no second effect."""
     return bool(np.log(max(one, 1e-12) / max(two, 1e-12)) > settings.gain_nonlinear)
+
+
+def distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """The first laws of different names, or clamps soft in different directions, that score about as well as the
+    best."""
+    kept: list[Ranked] = []
+    for r in ranked:
+        new = (r.name, r.located.place.springs) not in [(k.name, k.located.place.springs) for k in kept]
+        if new and len(kept) < TOGETHER and r.score < ranked[0].score + first.settings.gain_cost:
+            kept.append(r)
+    return kept
 
 
 def are_told(first: Searched, found: Scored) -> bool:
@@ -99,7 +125,7 @@ def told_plainly(first: Searched, found: Scored) -> Scored:
             continue
         for plainer in _plain_laws(first, term):
             terms = [plainer if j == i else t for j, t in enumerate(best[1].terms)]
-            best = _better(first, best, fitted_together(first, terms, best[1].p)) or best
+            best = better(first, best, fitted_together(first, terms, best[1].p)) or best
     return best
 
 
@@ -125,7 +151,7 @@ def _plain_laws(first: Searched, term: Term) -> list[Term]:
     return made
 
 
-def _better(first: Searched, best: Scored | None, found: Scored | None) -> Scored | None:
+def better(first: Searched, best: Scored | None, found: Scored | None) -> Scored | None:
     """The one with the lower score; with fewer parameters unless the other wins by what a law has to bring."""
     if best is None or found is None:
         return found if best is None else best

@@ -1,0 +1,150 @@
+"""A linear law at one of two places, named while the force at the other is free on every line; then the other's law.
+
+A force that was read off is only as good as the model it was read off with, and a law fitted beside it takes up what is
+wrong with it. A linear law needs no simulation: it is fitted on the lines with everything else free, the other place's
+force too, so that nothing has to be known of that. What the other place did is then read off beside the law itself, and
+both laws are fitted together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.alike import with_look_alikes
+from femend.diagnose.candidates import Start, laws_for, starts
+from femend.diagnose.dressed import with_own
+from femend.diagnose.joint import enlarged, open_joint
+from femend.diagnose.locate import Located, hypothesis_of, locate, shortlist, squares_of
+from femend.diagnose.moved import moved
+from femend.diagnose.name import Ranked, name_physics, told_simply
+from femend.diagnose.pairs import Searched, alike, others, plain
+from femend.diagnose.parallel import starting
+from femend.diagnose.preference import preference
+from femend.diagnose.read_beside import read_off_beside
+from femend.diagnose.terms import Term
+from femend.diagnose.together import Scored, best_of, better, distinct, fitted_together, term_of
+from femend.estimate import Hypothesis, Problem
+from femend.model import Place, ReducedModel
+
+__all__ = ["one_linear"]
+
+FloatArray = NDArray[np.float64]
+
+# nonlinear laws of the other place that are tried, the starts of each law that are looked at, and how much more than the
+# best of them one may leave of the force
+NONLINEAR, STARTS, REACH = 3, 2, 2.0
+# places like the other one at which the best law is tried too
+ELSEWHERE = 4
+
+
+@dataclass(frozen=True, eq=False)
+class LinearOne:
+    """Linear laws, in order of score, with the force at a place `free`; the `problem` and the model with it."""
+
+    ranked: list[Ranked]
+    free: Located
+    problem: Problem
+    reduced: ReducedModel
+
+
+def one_linear(first: Searched, second: Located, at: Place) -> tuple[Scored, list[Ranked]] | None:
+    """Two laws fitted together, of which the one that is linear was named beside a free force at either of two places
+    (the second with the fit of both forces, and the first), with the linear laws that were tried; None where no linear
+    law explains the recordings beside a free force, or nothing follows that one."""
+    found: list[tuple[Scored, list[Ranked]]] = []
+    for free, other in ((at, second.place), (second.place, at)):
+        one = _beside(first, free, other, plain(first, second.fit.p))
+        both = None if one is None else _both(first, one)
+        if one is not None and both is not None:
+            found.append((both, one.ranked))
+            if both[1].chosen <= first.settings.adequate:
+                break
+    return min(found, key=lambda f: f[0][0], default=None)
+
+
+def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> LinearOne | None:
+    """Linear laws anywhere that explain the recordings beside a force free at a place, from unknowns `p`."""
+    if free.part or free.n_w != 1 or free.kind == "base":
+        return None
+    rows = sorted({*first.g_rows, *(int(g) for part in free.g_rows for g in part)})
+    reduced = enlarged((free,), first.reduced, first.problem.band[1], rows)
+    problem = first.problem.driven_at(free)
+    (null,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], [(p, np.zeros(0))])
+    if null is None:
+        return None
+    places = others(first, free)
+    located = locate(problem, reduced, places, null)
+    short = with_look_alikes(problem, reduced, shortlist(located), places, first.settings)
+    ranked, _ = name_physics(
+        first.split.of(problem), reduced, short, rows, first.settings, null.p, clamps=[*short, *located]
+    )
+    ranked = told_simply(ranked, first.settings)
+    if not ranked or ranked[0].candidate.chosen > first.settings.adequate:
+        return None
+    at = _located(first, free, other, p)
+    return None if at is None else LinearOne(ranked, at, problem, reduced)
+
+
+def _located(first: Searched, free: Place, other: Place, p: FloatArray) -> Located | None:
+    """A place with its look-alikes, as it fits beside a force at another; None where the model breaks down."""
+    beside = () if other.part else (other,)
+    reduced = with_own(other, first.reduced) if other.part else first.reduced
+    few, hypothesis = first.problem.sparing(600), hypothesis_of(free, reduced, beside)
+    n = len(first.reduced.names)
+    start = np.concatenate([p[:n], np.zeros(hypothesis.reduced.extra - first.reduced.extra), p[n:]])
+    (fit,) = few.fit([hypothesis], [(start, np.zeros(0))])
+    if fit is None:
+        return None
+    one = Located(free, fit, squares_of(few, fit, 0.0))
+    return with_look_alikes(first.problem, hypothesis.reduced, [one], first.places, first.settings)[0]
+
+
+def _both(first: Searched, one: LinearOne) -> Scored | None:
+    """The linear law and the best of those that follow what the place beside it did, there or at a place like it."""
+    law, place = term_of(first, one.ranked[0]), one.free.place
+    joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
+    recovered = read_off_beside(one.problem, one.ranked[0], place)
+    begun = [
+        (name, start)
+        for name, entry in laws_for(place.kind)
+        for start in starts(entry, joint, recovered, recovered.s, STARTS)
+        if np.isfinite(start.left)
+    ]
+    begun.sort(key=lambda item: item[1].left)
+    kept: dict[str, Start] = {}
+    for name, start in begun:
+        nonlinear = sum(other.physics.kind == "nonlinear" for other in kept.values())
+        if start.left < REACH * begun[0][1].left and (start.physics.kind == "linear" or nonlinear < NONLINEAR):
+            kept.setdefault(name, start)
+    opened = replace(law.candidate, joint=joint)
+    tries = [
+        ([law, Term(starting(first, opened, name, start, recovered), one.free)], law.candidate.p)
+        for name, start in kept.items()
+    ]
+    best = best_of(first, tries) if tries else None
+    return None if best is None else _elsewhere(first, _otherwise(first, one, best))
+
+
+def _otherwise(first: Searched, one: LinearOne, found: Scored) -> Scored:
+    """The same with another linear law at the place of the first that did about as well beside a free force."""
+    here = [r for r in one.ranked if r.located.place is one.ranked[0].located.place]
+    for ranked in distinct(first, here)[1:]:
+        tried = fitted_together(first, [term_of(first, ranked), *found[1].terms[1:]], found[1].p)
+        found = better(first, found, tried) or found
+    return found
+
+
+def _elsewhere(first: Searched, found: Scored) -> Scored:
+    """The same laws at places that move the sensors alike, one law moved at a time, where that explains more: those at
+    joints of the model first."""
+    for i in (1, 0):
+        place = found[1].terms[i].place
+        like = [] if place is None else [p for p in alike(first, place) if p.kind == "ground"]
+        for other in sorted(like, key=preference)[:ELSEWHERE]:
+            terms = [moved(first, t, other) if j == i else t for j, t in enumerate(found[1].terms)]
+            tried = fitted_together(first, terms, found[1].p)
+            found = tried if tried is not None and tried[0] < found[0] else found
+    return found

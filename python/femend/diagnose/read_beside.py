@@ -1,0 +1,64 @@
+"""What a place did beside a linear law at another one, the force being free where the place is."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.joint import Recovered, to_time
+from femend.diagnose.known_force import shrunk
+from femend.diagnose.linear import closed_by
+from femend.diagnose.name import Ranked
+from femend.diagnose.receptances import on_lines
+from femend.estimate import Problem
+from femend.model import Place
+
+__all__ = ["read_off_beside"]
+
+ComplexArray = NDArray[np.complex128]
+
+
+def read_off_beside(problem: Problem, ranked: Ranked, place: Place) -> Recovered:
+    """What a place did at which a force is free in `problem`, beside a linear law that was fitted with it."""
+    candidate, fit = ranked.candidate, ranked.located.fit
+    hypothesis, x = (fit.hypothesis, np.zeros(0)) if candidate.joint is None else (closed_by(candidate), candidate.x)
+    reduced, n_w, problem = hypothesis.reduced, len(hypothesis.w), problem.thinned(None)
+    lines = problem.lines(reduced)
+    omega, zeta, Q = problem.system(reduced).modal(candidate.p)
+    free, law = place.w(reduced.V, reduced.V_a) @ Q, hypothesis.w @ Q
+    out = Recovered(fit, fit, [], [], [], [], [], [], [], problem.records, [], [])
+    fitted = problem.fitted_lines(hypothesis, candidate.p, x)
+    for line, (y, D, F) in zip(lines, fitted, strict=True):
+        s, g, rows = on_lines(line, reduced, omega, zeta, Q)
+        H = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, free, optimize=True)
+        C = np.einsum("kr,vr,wr->kvw", g, free, free, optimize=True)
+        if n_w:
+            carried = _carried(candidate, s, np.einsum("kr,vr,wr->kvw", g, law, law, optimize=True))
+            carried = carried @ np.einsum("kr,vr,wr->kvw", g, law, free, optimize=True)
+            H = H - np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, law, optimize=True) @ carried
+            C = C - np.einsum("kr,vr,wr->kvw", g, free, law, optimize=True) @ carried
+        D, F = D[:, n_w:], F[:, n_w:]
+        answer = (line.Y - y + np.einsum("ksw,kw->ks", H, F)) * line.weight
+        H = H * line.weight[:, :, None]
+        shown = shrunk(H, answer, F)
+        out.D.append(D + np.einsum("kvw,kw->kv", C, shown - F))
+        out.F.append(-shown)
+        out.weight.append(np.asarray((np.abs(H) ** 2).sum(axis=1)))
+        out.index.append(line.index)
+        out.freq.append(line.freq)
+        to_time(out, line, s)
+    return out
+
+
+def _carried(candidate: Candidate, s: ComplexArray, C: ComplexArray) -> ComplexArray:
+    """Forces (K, n_w, n_w) of a linear law at its coordinates to displacements that these had without it, with the
+    receptance `C` (K, n_w, n_w) of the model there."""
+    assert candidate.joint is not None
+    assert candidate.physics is not None
+    law = candidate.physics.law or candidate.physics.name
+    values = dict(zip(candidate.physics.parameter_names, np.exp(candidate.x).tolist(), strict=True))
+    kappa = _core.law_dynamic_stiffness(law, values, s)[0][:, None, None]
+    one = np.eye(C.shape[1])
+    return np.asarray(np.linalg.solve(one + kappa * (C + np.diag(candidate.joint.compliance)), kappa * one))

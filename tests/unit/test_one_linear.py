@@ -1,0 +1,118 @@
+"""Of two effects the linear one is named with the force at the other free; a law at another place does what it did."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.diagnose.moved import moved
+from femend.diagnose.one_linear import _beside, one_linear
+from femend.diagnose.pairs import Searched, alike
+from femend.diagnose.read_beside import read_off_beside
+from femend.model import Place
+from femend.physics import physics
+from femend.study.run import StudyRun
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from small_study import Truth, diagnosed, searched
+
+DASHPOT, CUBIC = 20.0, 2.0e9
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
+    laws = [(7, "viscous_damper", {"c": DASHPOT}), (13, "cubic_stiffness", {"k3": CUBIC})]
+    return diagnosed(tmp_path_factory.mktemp("one"), Truth((7.3e10, 6.8e10), laws=laws))
+
+
+@pytest.fixture(scope="module")
+def first(run: StudyRun) -> Searched:
+    return searched(run.diagnosis)
+
+
+def at(first: Searched, node: int) -> Place:
+    return next(p for p in first.places if p.kind == "ground" and p.nodes == (node,) and p.direction == "Z")
+
+
+def fitted_at(first: Searched, second: int, other: int) -> Located:
+    """Free forces at two nodes."""
+    few = first.problem.sparing(400)
+    hypothesis = hypothesis_of(at(first, second), first.reduced, (at(first, other),))
+    start = (first.located[0].fit.p, np.zeros(0))
+    (fit,) = few.fit([hypothesis], [start])
+    assert fit is not None
+    return Located(at(first, second), fit, squares_of(few, fit, 0.0))
+
+
+def test_the_linear_law_is_named_beside_a_free_force(first: Searched) -> None:
+    second = fitted_at(first, 7, 13)
+    one = _beside(first, at(first, 13), at(first, 7), second.fit.p)
+    assert one is not None
+    assert one.ranked[0].name == "viscous_damper"
+    # where the law is not linear, no linear law does as well as a free force
+    assert _beside(first, at(first, 7), at(first, 13), second.fit.p) is None
+
+
+def test_what_the_other_place_did_is_read_off_beside_the_law(first: Searched) -> None:
+    second = fitted_at(first, 7, 13)
+    one = _beside(first, at(first, 13), at(first, 7), second.fit.p)
+    assert one is not None
+    read = read_off_beside(one.problem, one.ranked[0], one.free.place)
+    for d, f in zip(read.d, read.f, strict=True):
+        k3 = float((f * d**3).sum() / (d**6).sum())
+        assert k3 == pytest.approx(CUBIC, rel=0.25)
+
+
+def test_both_are_fitted_together(first: Searched) -> None:
+    found = one_linear(first, fitted_at(first, 7, 13), at(first, 13))
+    assert found is not None
+    terms = found[0][1]
+    values = {t.candidate.name: t.candidate.values for t in terms.terms}
+    assert values["viscous_damper"]["c"] == pytest.approx(DASHPOT, rel=0.25)
+    assert values["cubic_stiffness"]["k3"] == pytest.approx(CUBIC, rel=0.25)
+    assert terms.chosen < first.settings.adequate
+
+
+def test_a_law_moved_does_what_it_did(run: StudyRun, first: Searched) -> None:
+    """At a place that moves the sensors alike it does the same work."""
+    further = run.diagnosis.further
+    assert further is not None
+    cubic = next(t for t in further.terms.terms if t.candidate.name == "cubic_stiffness")
+    place = cubic.place
+    assert place is not None
+    other = next(p for p in alike(first, place) if p.kind == "ground")
+    there = moved(first, cubic, other)
+    assert there.place is other
+    assert there.located.alike[0] is place
+    ratio = (there.candidate.values["k3"] / cubic.candidate.values["k3"]) ** 0.25
+    assert 0.3 < ratio < 3.0
+    # a force that does the same work: f d = k3 d^4 is kept
+    back = moved(first, there, place)
+    assert back.candidate.values["k3"] == pytest.approx(cubic.candidate.values["k3"], rel=1e-9)
+    np.testing.assert_allclose(back.candidate.x, cubic.candidate.x, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("law", "values", "grown"),
+    [
+        ("clearance", {"k": 2.0, "gap": 3.0, "sides": 1.0}, {"k": 8.0, "gap": 1.5, "sides": 1.0}),
+        ("coulomb_friction", {"f": 2.0, "kt": 3.0}, {"f": 4.0, "kt": 12.0}),
+        ("tuned_absorber", {"m": 1.0, "k": 2.0, "c": 3.0}, {"m": 4.0, "k": 8.0, "c": 12.0}),
+        ("quadratic_damping", {"c": 1.0}, {"c": 8.0}),
+        (
+            "bouc_wen",
+            {"k": 1.0, "alpha": 0.5, "n": 2.0, "beta": 3.0, "gamma": 1.0},
+            {"k": 4.0, "alpha": 0.5, "n": 2.0, "beta": 12.0, "gamma": 4.0},
+        ),
+    ],
+)
+def test_sizes_of_laws_follow_the_motion(law: str, values: dict[str, float], grown: dict[str, float]) -> None:
+    from femend.diagnose.moved import _power
+
+    entry = physics(law)
+    for q in entry.parameters:
+        assert values[q.name] * 2.0 ** _power(q, values) == pytest.approx(grown[q.name])
