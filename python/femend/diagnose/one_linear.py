@@ -33,8 +33,8 @@ __all__ = ["one_linear"]
 
 FloatArray = NDArray[np.float64]
 
-# nonlinear laws of the other place that are tried, the starts of each law that are looked at, and how much more than the
-# best of them one may leave of the force
+# nonlinear laws of the other place that are tried, the starts of each law that are looked at, and how much more than
+# the best of them one may leave of the force
 NONLINEAR, STARTS, REACH = 3, 2, 2.0
 # places like the other one at which the best law is tried too
 ELSEWHERE = 4
