@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.advice import PART_OF_A_FORCE, PART_OF_ALL, PART_OF_TWO, beside_laws
 from femend.diagnose.alike import with_look_alikes
+from femend.diagnose.best_place import at_the_best_place
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.directions import in_other_directions
@@ -267,7 +268,7 @@ def explain(
         tempered(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
         n_values, sigma,
     )  # fmt: skip
-    decided = decide(undecided, plainly)
+    decided = _placed(decide(undecided, plainly), places)
     told = not decided.by_load and decided.verdict in ("missing-physics", "located-not-named")
     if not (further and told) or problem.load is not None:
         return decided
@@ -275,6 +276,20 @@ def explain(
         return decided  # one force at one place explains what was not used to fit it
     tell.start("look for more")
     return with_further(decided, plain, plainly_located, places, loud)
+
+
+def _placed(found: Diagnosis, places: Sequence[Place]) -> Diagnosis:
+    """The diagnosis with a named law of one coordinate where it leaves least of the places that move the sensors
+    alike."""
+    best, place = found.best, found.place
+    if found.verdict != "missing-physics" or found.rival is not None or best is None or place is None:
+        return found
+    if place.place.n_w != 1 or found.problem.load is not None or any(r.frf is not None for r in found.problem.records):
+        return found
+    first = Searched(found.problem, found.reduced, found.g_rows, found.split, places, found.located, found.ranked,
+                     found.settings, found.n_values, found.null_score, 0.0, found.sigma)  # fmt: skip
+    law, there = at_the_best_place(first, best, place)
+    return replace(found, best=law, place=there)
 
 
 def _lacking(null_score: float, ranked: Sequence[Ranked], n_values: float, settings: Settings) -> bool:

@@ -150,7 +150,8 @@ def _in_time(line: Lines, F: ComplexArray, D: ComplexArray, k: float, m: float) 
 
 
 def shrunk(H: ComplexArray, answer: ComplexArray, F: ComplexArray) -> ComplexArray:
-    """Forces (K, n_w) behind weighted answers (K, n_out) of the sensors, from least-squares ones `F`."""
+    """Forces (K, n_w) behind weighted answers `answer` (K, n_out) of the sensors, from least-squares ones `F` (K, n_w);
+    forces of one answer with `H` (K, n_out, n_w)."""
     gram = np.einsum("ksv,ksw->kvw", H.conj(), H)
     seen = np.einsum("ksw,ks->kw", H.conj(), answer)[:, :, None]
     power = _smooth(np.abs(F) ** 2)

@@ -18,11 +18,9 @@ from femend.diagnose.candidates import Start, laws_for, starts
 from femend.diagnose.dressed import with_own
 from femend.diagnose.joint import enlarged, open_joint
 from femend.diagnose.locate import Located, hypothesis_of, locate, shortlist, squares_of
-from femend.diagnose.moved import moved
 from femend.diagnose.name import Ranked, name_physics, told_simply
-from femend.diagnose.pairs import Searched, alike, others, plain
+from femend.diagnose.pairs import Searched, others, plain
 from femend.diagnose.parallel import starting
-from femend.diagnose.preference import preference
 from femend.diagnose.read_beside import read_off_beside
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, best_of, better, distinct, fitted_together, term_of
@@ -36,8 +34,6 @@ FloatArray = NDArray[np.float64]
 # nonlinear laws of the other place that are tried, the starts of each law that are looked at, and how much more than
 # the best of them one may leave of the force
 NONLINEAR, STARTS, REACH = 3, 2, 2.0
-# places like the other one at which the best law is tried too
-ELSEWHERE = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +99,7 @@ def _located(first: Searched, free: Place, other: Place, p: FloatArray) -> Locat
 
 
 def _both(first: Searched, one: LinearOne) -> Scored | None:
-    """The linear law and the best of those that follow what the place beside it did, there or at a place like it."""
+    """The linear law and the best of those that follow what the place beside it did."""
     law, place = term_of(first, one.ranked[0]), one.free.place
     joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
     recovered = read_off_beside(one.problem, one.ranked[0], place)
@@ -125,7 +121,7 @@ def _both(first: Searched, one: LinearOne) -> Scored | None:
         for name, start in kept.items()
     ]
     best = best_of(first, tries) if tries else None
-    return None if best is None else _elsewhere(first, _otherwise(first, one, best))
+    return None if best is None else _otherwise(first, one, best)
 
 
 def _otherwise(first: Searched, one: LinearOne, found: Scored) -> Scored:
@@ -134,17 +130,4 @@ def _otherwise(first: Searched, one: LinearOne, found: Scored) -> Scored:
     for ranked in distinct(first, here)[1:]:
         tried = fitted_together(first, [term_of(first, ranked), *found[1].terms[1:]], found[1].p)
         found = better(first, found, tried) or found
-    return found
-
-
-def _elsewhere(first: Searched, found: Scored) -> Scored:
-    """The same laws at places that move the sensors alike, one law moved at a time, where that explains more: those at
-    joints of the model first."""
-    for i in (1, 0):
-        place = found[1].terms[i].place
-        like = [] if place is None else [p for p in alike(first, place) if p.kind == "ground"]
-        for other in sorted(like, key=preference)[:ELSEWHERE]:
-            terms = [moved(first, t, other) if j == i else t for j, t in enumerate(found[1].terms)]
-            tried = fitted_together(first, terms, found[1].p)
-            found = tried if tried is not None and tried[0] < found[0] else found
     return found

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.beside import companions
+from femend.diagnose.best_place import at_the_best_places
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.dressed import with_own
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
@@ -287,9 +288,10 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
 
 
 def _told(first: Searched, best: Scored, tried: Sequence[Ranked]) -> Further | None:
-    """Laws that were fitted together, as plainly as they can be told; None where they do not win against less."""
+    """Laws that were fitted together, as plainly as they can be told and at the places where they leave least; None
+    where they do not win against less."""
     best = told_plainly(first, best)
-    return _further(first, best, tried) if are_told(first, best) else None
+    return _further(first, at_the_best_places(first, best), tried) if are_told(first, best) else None
 
 
 def _further(first: Searched, found: Scored, tried: Sequence[Ranked]) -> Further:

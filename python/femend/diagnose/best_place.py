@@ -1,0 +1,78 @@
+"""Laws that were named, tried at places that move the sensors alike: a force there does the same, a law does not quite.
+
+A force at a place next to the true one does to the sensors what the true one does. But a law makes its force of its own
+motion, which tells more: at another place, of the size at which it does the same work there and fitted again, it leaves
+more than at its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.linear import refit_linear
+from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.diagnose.moved import moved
+from femend.diagnose.nonlinear import refit_nonlinear
+from femend.diagnose.pairs import Searched, alike, plain
+from femend.diagnose.preference import preference
+from femend.diagnose.terms import Term
+from femend.diagnose.together import Scored, fitted_together, shows
+from femend.model import Place
+
+__all__ = ["at_the_best_place", "at_the_best_places"]
+
+# places at which a law is tried too, and lines a record on which a nonlinear one is fitted there
+TRIED, LINES = 4, 600
+# rounds in which two laws are moved
+ROUNDS = 2
+
+
+def at_the_best_place(first: Searched, law: Candidate, located: Located) -> tuple[Candidate, Located]:
+    """A law that was fitted to all recordings, with its place, or with one at which it leaves clearly less."""
+    if law.joint is None or law.joint.place is not located.place:
+        return law, located
+    best = law, located
+    for place in _worth_trying(first, located.place):
+        there = _refitted(first, moved(first, Term(law, located), place).candidate)
+        one = _located(first, place, located, there)
+        if one is not None and there.prior < best[0].prior + first.settings.margin:
+            best = (there, one) if shows(first.settings, best[0].fitted, there.fitted) else best
+    return best
+
+
+def at_the_best_places(first: Searched, found: Scored) -> Scored:
+    """Laws that were fitted together, moved one after the other to where all of them leave clearly less; once more
+    where one was, since the other was judged beside it where it had been."""
+    for _ in range(ROUNDS):
+        before = found
+        for i, term in reversed(list(enumerate(found[1].terms))):
+            for place in [] if term.place is None else _worth_trying(first, term.place):
+                terms = [moved(first, t, place) if j == i else t for j, t in enumerate(found[1].terms)]
+                tried = fitted_together(first, terms, found[1].p)
+                better = tried is not None and tried[0] < found[0]
+                if tried is not None and better and shows(first.settings, found[1].fitted, tried[1].fitted):
+                    found = tried
+        if found is before:
+            break
+    return found
+
+
+def _refitted(first: Searched, law: Candidate) -> Candidate:
+    return refit_nonlinear(first.problem.thinned(LINES), law) if law.nonlinear else refit_linear(first.problem, law)
+
+
+def _worth_trying(first: Searched, place: Place) -> list[Place]:
+    """Places on the ground that move the sensors like one with one coordinate, those at joints of the model first."""
+    return sorted((p for p in alike(first, place) if p.kind == "ground"), key=preference)[:TRIED]
+
+
+def _located(first: Searched, place: Place, before: Located, law: Candidate) -> Located | None:
+    """The place that takes another's place, with a free force fitted at it; None where that breaks down."""
+    like = (before.place, *(p for p in before.alike if p is not place))
+    known = next((f for f in first.located if f.place is place), None)
+    if known is not None:
+        return replace(known, alike=like)
+    few = first.problem.sparing(LINES)
+    (fit,) = few.fit([hypothesis_of(place, first.reduced)], [(plain(first, law.p), law.x[:0])])
+    return None if fit is None else Located(place, fit, squares_of(few, fit, 0.0), like)
