@@ -28,7 +28,7 @@ pub(crate) trait Lanes: Scalar {
     fn store<S: Simd>(row: &mut Self::Row, lane: usize, x: Self::Register<S>);
     /// a x.
     fn times<S: Simd>(simd: S, a: Self, x: Self::Register<S>) -> Self::Register<S>;
-    /// y + a x.
+    /// y + a x, in one operation where the processor has it.
     fn plus_times<S: Simd>(simd: S, a: Self, x: Self::Register<S>, y: Self::Register<S>)
     -> Self::Register<S>;
 }
@@ -91,7 +91,7 @@ impl Lanes for f64 {
 
     #[inline(always)]
     fn plus_times<S: Simd>(simd: S, a: f64, x: S::f64s, y: S::f64s) -> S::f64s {
-        simd.mul_add_f64s(simd.splat_f64s(a), x, y)
+        simd.mul_add_e_f64s(simd.splat_f64s(a), x, y)
     }
 }
 
@@ -133,8 +133,8 @@ impl Lanes for Complex64 {
         let (ar, ai) = (simd.splat_f64s(a.re), simd.splat_f64s(a.im));
         let minus = simd.splat_f64s(-a.im);
         [
-            simd.mul_add_f64s(minus, im, simd.mul_f64s(ar, re)),
-            simd.mul_add_f64s(ai, re, simd.mul_f64s(ar, im)),
+            simd.mul_add_e_f64s(minus, im, simd.mul_f64s(ar, re)),
+            simd.mul_add_e_f64s(ai, re, simd.mul_f64s(ar, im)),
         ]
     }
 
@@ -143,8 +143,8 @@ impl Lanes for Complex64 {
         let (ar, ai) = (simd.splat_f64s(a.re), simd.splat_f64s(a.im));
         let minus = simd.splat_f64s(-a.im);
         [
-            simd.mul_add_f64s(minus, im, simd.mul_add_f64s(ar, re, y[0])),
-            simd.mul_add_f64s(ai, re, simd.mul_add_f64s(ar, im, y[1])),
+            simd.mul_add_e_f64s(minus, im, simd.mul_add_e_f64s(ar, re, y[0])),
+            simd.mul_add_e_f64s(ai, re, simd.mul_add_e_f64s(ar, im, y[1])),
         ]
     }
 }

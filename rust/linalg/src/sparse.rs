@@ -100,7 +100,7 @@ pub fn row_times<S: Simd>(simd: S, index: &[u32], values: &[f64], x: &[Eight]) -
     let mut out = Eight::EMPTY;
     for lane in (0..LANES).step_by(S::F64_LANES) {
         let add = |sum: S::f64s, i: u32, a: f64| {
-            simd.mul_add_f64s(simd.splat_f64s(a), f64::load::<S>(&x[i as usize], lane), sum)
+            simd.mul_add_e_f64s(simd.splat_f64s(a), f64::load::<S>(&x[i as usize], lane), sum)
         };
         let (mut even, mut odd) = (simd.splat_f64s(0.0), simd.splat_f64s(0.0));
         let (pairs, last) = index.as_chunks::<2>();
