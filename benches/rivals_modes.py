@@ -1,8 +1,9 @@
-"""Lowest modes beside rivals: `python benches/rivals_modes.py HARNESS SCRATCH [MODEL:K ...]`.
+"""Lowest modes beside rivals: `python benches/rivals_modes.py HARNESS SCRATCH [--installed] [MODEL:K ...]`.
 
 The models of a harness: SCRATCH/data holds MODEL_K.npz, MODEL_M.npz (scipy) and MODEL_el.npz. Ours start from K and M
 on one pattern and include the ordering; `femend-again` are the modes after every one of 20 element groups has changed
-by up to 5 %, from those before, on the ordering at hand.
+by up to 5 %, from those before, on the ordering at hand. With `--installed` scipy's `eigsh` with its own SuperLU runs
+too, which takes minutes and gigabytes.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from rivals_common import along, elements, own, rival, stiffness, table
+from rivals_common import along, elements, median, own, rival, stiffness, table
 
 from femend import _core
 
 CASES = ("shell100:20", "hex100:20", "tet100:100")
 RIVALS = ("eigsh+cholmod-metis", "eigsh+mkl-pardiso")
+INSTALLED = "eigsh-default(superlu-colamd)"
 OURS = ("femend", "femend-unchecked", "femend-cold-again", "femend-again", "femend-again-unchecked")
 GOALS = {"femend": ">= 1.5 (20 modes), 3.5 (100)", "femend-again": ">= 3 x femend-cold-again"}
 
@@ -84,16 +86,21 @@ def worker(contender: str, model: str, data: Path, k: int) -> dict[str, Any]:
     return {**out, **keep, "contender": contender, "model": model}
 
 
-def main(harness: Path, scratch: Path, cases: list[str], repeats: int) -> None:
+def main(harness: Path, scratch: Path, cases: list[str], repeats: int, installed: bool) -> None:
+    rivals = (*RIVALS, *([INSTALLED] if installed else []))
     for case in cases:
         model, k = case.split(":")
-        rows: dict[str, list[dict[str, Any]]] = {name: [] for name in (*RIVALS, *OURS)}
+        rows: dict[str, list[dict[str, Any]]] = {name: [] for name in (*rivals, *OURS)}
         for _ in range(repeats):
-            for name in RIVALS:
+            for name in rivals:
                 rows[name].append(rival(harness, scratch, "w_eig", name, model, (k, 1e-9)))
             for name in OURS:
                 rows[name].append(own(__file__, name, model, scratch / "data", k))
         table(f"{k} modes of {model}", rows, RIVALS, "res_rel", GOALS)
+        for name in OURS[:2] if installed else ():
+            slow, ours = median(rows[INSTALLED], "cpu"), median(rows[name], "cpu")
+            if slow and ours:
+                print(f"\neigsh as installed / {name}: {slow / ours:.1f} (goal >= 10)", flush=True)
 
 
 if __name__ == "__main__":
@@ -101,4 +108,5 @@ if __name__ == "__main__":
         _, _, contender, model, data, k = sys.argv
         print("JSON " + json.dumps(worker(contender, model, Path(data), int(k))))
     else:
-        main(Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3:] or list(CASES), 1)
+        chosen = [argument for argument in sys.argv[3:] if argument != "--installed"]
+        main(Path(sys.argv[1]), Path(sys.argv[2]), chosen or list(CASES), 1, "--installed" in sys.argv)

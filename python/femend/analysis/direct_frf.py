@@ -35,10 +35,10 @@ class DirectFrf:
     """FRFs by reduced direct solution, with the evidence that they are right.
 
     `frf` holds H (n_freq, n_out, n_in). `error` is the true error beside the largest magnitude of the line, measured on
-    the lines with the largest residual of all before they were solved themselves; `residual` the largest
-    |F - Z X| / |F| over all lines. `solved` are the lines in Hz that were solved directly, in the order in which they
-    were, `n_basis` the size of the space in which all others are. `converged` tells whether `error` is within the
-    tolerance; where it is not, `advice` says what to do.
+    the lines that joined last before they were solved themselves, those of largest residual; `residual` the largest
+    |F - Z X| / |F| over all lines, afterwards. `solved` are the lines in Hz that were solved directly, in the order in
+    which they were, `n_basis` the size of the space in which all others are. `converged` tells whether `error` is
+    within the tolerance; where it is not, `advice` says what to do.
     """
 
     frf: FRF

@@ -6,7 +6,8 @@ use faer::{Accum, MatMut, MatRef, Par, Side};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::LinalgError;
+use crate::lanes::LANES;
+use crate::{LinalgError, skinny};
 
 /// Rows per parallel task; fixed, so that sums do not depend on the number of threads.
 const ROWS: usize = 4096;
@@ -94,6 +95,22 @@ impl Dense {
     pub fn truncate(&mut self, ncols: usize) {
         self.ncols = self.ncols.min(ncols);
         self.data.truncate(self.nrows * self.ncols);
+    }
+
+    /// A <- A Y in the memory of A, for a square Y.
+    ///
+    /// # Panics
+    /// When the shapes do not fit.
+    pub fn turn(&mut self, y: &Self) {
+        assert!(self.ncols == y.nrows && y.nrows == y.ncols);
+        if self.data.is_empty() {
+            return;
+        }
+        self.view_mut().par_row_chunks_mut(ROWS).for_each(|mut part| {
+            let mut turned = Self::zeros(part.nrows(), y.ncols);
+            matmul(turned.view_mut(), Accum::Replace, part.as_ref(), y.view(), 1.0, Par::Seq);
+            part.copy_from(turned.view());
+        });
     }
 
     /// Transposed copy.
@@ -184,6 +201,11 @@ impl std::ops::IndexMut<(usize, usize)> for Dense {
     }
 }
 
+/// Is a product of `a` with so many columns one that only reads `a`? Small ones are not worth turning rows for.
+fn tall(a: MatRef<'_, f64>, columns: usize) -> bool {
+    columns <= LANES && columns > LANES / 2 && a.nrows() >= 8 * LANES
+}
+
 /// C = beta C + alpha A B, rows of C in parallel.
 ///
 /// # Panics
@@ -199,7 +221,11 @@ pub fn gemm(c: &mut Dense, beta: f64, alpha: f64, a: &Dense, b: &Dense) {
     let (a, b) = (a.view(), b.view());
     c.view_mut().par_row_chunks_mut(ROWS).enumerate().for_each(|(chunk, c)| {
         let a = a.subrows(chunk * ROWS, c.nrows());
-        matmul(c, Accum::Add, a, b, alpha, Par::Seq);
+        if tall(a, b.ncols()) {
+            skinny::add_product(c, alpha, a, b);
+        } else {
+            matmul(c, Accum::Add, a, b, alpha, Par::Seq);
+        }
     });
 }
 
@@ -219,8 +245,14 @@ pub fn gemm_tn(a: &Dense, b: &Dense) -> Dense {
             let first = chunk * ROWS;
             let rows = ROWS.min(a.nrows - first);
             let mut c = Dense::zeros(p, q);
-            let (at, b) = (a.view().subrows(first, rows).transpose(), b.view().subrows(first, rows));
-            matmul(c.view_mut(), Accum::Replace, at, b, 1.0, Par::Seq);
+            let (a, b) = (a.view().subrows(first, rows), b.view().subrows(first, rows));
+            if tall(a, q) {
+                for (k, sums) in skinny::transposed_product(a, b).iter().enumerate() {
+                    (0..q).for_each(|j| c[(k, j)] = sums.0[j]);
+                }
+            } else {
+                matmul(c.view_mut(), Accum::Replace, a.transpose(), b, 1.0, Par::Seq);
+            }
             c
         })
         .collect();
@@ -311,6 +343,31 @@ mod tests {
             let plain: f64 = before[(r, 1)] - 2.0 * (0..7).map(|i| a[(r, i)] * g[(i, 1)]).sum::<f64>();
             assert!((c[(r, 1)] - plain).abs() < 1e-11);
         }
+    }
+
+    /// Five to eight columns, for which nothing is packed, beside the general product, in all lengths of the last blocks.
+    #[test]
+    fn few_columns_equal_many() {
+        for (rows, depth, columns) in [(64, 1, 5), (5000, 13, 8), (9001, 24, 7), (700, 39, 6)] {
+            let (a, b, wide) = (noise(rows, depth), noise(rows, columns), noise(rows, 9));
+            let mut both = b.clone();
+            both.append(&wide);
+            let (few, many) = (gemm_tn(&a, &b), gemm_tn(&a, &both));
+            assert!(few.data().iter().zip(many.data()).all(|(x, y)| (x - y).abs() < 1e-11));
+            let (mut c, mut d) = (b.clone(), both.clone());
+            gemm(&mut c, 1.0, -0.3, &a, &few);
+            gemm(&mut d, 1.0, -0.3, &a, &many);
+            assert!(c.data().iter().zip(d.data()).all(|(x, y)| (x - y).abs() < 1e-10));
+        }
+    }
+
+    #[test]
+    fn turning_in_place_is_a_product() {
+        let (mut a, y) = (noise(9001, 6), noise(6, 6));
+        let mut product = Dense::zeros(9001, 6);
+        gemm(&mut product, 0.0, 1.0, &a, &y);
+        a.turn(&y);
+        assert!(a.data().iter().zip(product.data()).all(|(x, y)| (x - y).abs() < 1e-12));
     }
 
     #[test]

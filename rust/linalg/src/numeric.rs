@@ -2,10 +2,13 @@
 //! leave an update for their parent (Duff and Reid 1983). Subtrees are tasks; fronts at the top run their products in
 //! parallel. Every sum has a fixed order.
 
+use std::sync::Mutex;
+
 use faer::dyn_stack::MemBuffer;
 use rayon::prelude::*;
 
 use crate::front;
+use crate::lanes::Lanes;
 use crate::memory::{Stacks, free, square, stacks, zeros};
 use crate::pivot::{Pivots, ldlt};
 use crate::scalar::Scalar;
@@ -14,13 +17,15 @@ use crate::{Kind, LinalgError};
 
 /// Numbers of a factor.
 #[derive(Debug)]
-pub(crate) struct Store<T> {
+pub(crate) struct Store<T: Lanes> {
     /// Panels of all supernodes.
     pub(crate) values: Vec<T>,
     /// Off-diagonal entries of 2x2 pivots, n; empty for Cholesky.
     pub(crate) subdiag: Vec<T>,
     /// Column of its supernode that stands at each place, n; empty for Cholesky.
     pub(crate) perm: Vec<u32>,
+    /// Right-hand sides last solved for: memory that is used again, since new pages cost a tenth of a small solution.
+    pub(crate) rows: Mutex<Vec<T::Row>>,
 }
 
 /// The part of a store that belongs to a range of supernodes.
@@ -41,7 +46,7 @@ impl<'a, T> Part<'a, T> {
 }
 
 /// Arithmetic that differs between the kinds of factors.
-pub(crate) trait Eliminate: Scalar {
+pub(crate) trait Eliminate: Lanes {
     /// Eliminates the columns of a front.
     ///
     /// # Errors
@@ -112,6 +117,7 @@ impl<T: Eliminate> Store<T> {
             values: zeros(T::ZERO, symbolic.nnz())?,
             subdiag: vec![T::ZERO; pivots],
             perm: vec![0; pivots],
+            rows: Mutex::default(),
         })
     }
 

@@ -7,7 +7,10 @@ use femend_dynamics::{
 };
 use femend_linalg::Dense;
 use num_complex::Complex64;
-use numpy::{PyArray1, PyArray2, PyArray3, PyArray4, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
+use numpy::{
+    PyArray1, PyArray2, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArray3,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -159,8 +162,15 @@ fn frf_modal_sensitivities<'py>(
     };
     let derivatives = ModalDerivatives { a: blocks(&a), b: b.as_ref().map(blocks) };
     let s = s.as_array().to_vec();
-    let values = py.detach(|| derivatives.frf(&model, &s, kind)).map_err(arrays::dynamics_error)?;
-    shaped(py, (derivatives.a.len(), s.len(), model.phi_out.nrows(), model.phi_in.nrows()), values)
+    let shape = [derivatives.a.len(), s.len(), model.phi_out.nrows(), model.phi_in.nrows()];
+    // NumPy asks for large pages, which are touched in less time
+    let out = PyArray4::zeros(py, shape, false);
+    {
+        let mut view = out.readwrite();
+        let values = view.as_slice_mut().map_err(|e| PyValueError::new_err(e.to_string()))?;
+        py.detach(|| derivatives.frf_to(&model, &s, kind, values)).map_err(arrays::dynamics_error)?;
+    }
+    Ok(out)
 }
 
 /// Exact derivatives of FRFs by direct solution on each line.

@@ -63,40 +63,56 @@ impl LineModel<'_> {
         z
     }
 
-    /// (Z on the line after - Z on the line before) X.
+    /// (Z on the line after - Z on the line before) X, by real products.
     fn slope_times(&self, line: usize, x: &[Complex64]) -> Vec<Complex64> {
         let (before, after) = (line.saturating_sub(1), (line + 1).min(self.n_lines() - 1));
-        let z = self.combine(|t| self.coefficients[t][after] - self.coefficients[t][before]);
-        let pattern = self.matrices[0].pattern();
-        let n = pattern.n();
-        let row = |x: &[Complex64], j: usize| -> Complex64 {
-            pattern.range(j).map(|k| z[k] * x[pattern.row_idx()[k] as usize]).sum()
-        };
-        x.chunks_exact(n).flat_map(|x| (0..n).map(move |j| row(x, j))).collect()
+        let n = self.matrices[0].n();
+        let k = x.len() / n.max(1);
+        let parts = x.iter().map(|v| v.re).chain(x.iter().map(|v| v.im)).collect();
+        let parts = Dense::from_vec(n, 2 * k, parts);
+        let mut out = vec![Complex64::ZERO; x.len()];
+        for (a, c) in self.matrices.iter().zip(&self.coefficients) {
+            let c = c[after] - c[before];
+            if c == Complex64::ZERO {
+                continue;
+            }
+            let product = a.times(&parts);
+            let (re, im) = product.data().split_at(x.len());
+            out.iter_mut()
+                .zip(re.iter().zip(im))
+                .for_each(|(o, (&re, &im))| *o += c * Complex64::new(re, im));
+        }
+        out
     }
 }
 
 /// Direct solution on a line.
 pub(super) struct LineSolver {
     symbolic: Arc<Symbolic>,
+    /// Of the line before, for its memory.
+    factor: Option<ComplexFactor>,
 }
 
 impl LineSolver {
     pub fn new(model: &LineModel<'_>) -> Result<Self, DynamicsError> {
         let pattern = model.matrices[0].pattern().clone();
-        Ok(Self { symbolic: Arc::new(Symbolic::new(pattern, Ordering::Auto)?) })
+        Ok(Self { symbolic: Arc::new(Symbolic::new(pattern, Ordering::Auto)?), factor: None })
     }
 
     /// X = Z⁻¹ B and its slope along the lines, up to scale.
     pub fn solve(
-        &self,
+        &mut self,
         model: &LineModel<'_>,
         line: usize,
         b: &Dense,
     ) -> Result<[Vec<Complex64>; 2], DynamicsError> {
         let z = model.combine(|t| model.coefficients[t][line]);
         let mut x: Vec<Complex64> = b.data().iter().map(|&v| Complex64::from(v)).collect();
-        let factor = ComplexFactor::new(self.symbolic.clone(), &z)?;
+        let factor = match self.factor.take() {
+            Some(mut factor) => factor.refresh(&z).map(|()| factor),
+            None => ComplexFactor::new(self.symbolic.clone(), &z),
+        };
+        let factor = self.factor.insert(factor?);
         factor.solve_in_place(&mut x);
         let mut slope = model.slope_times(line, &x);
         if slope.iter().any(|v| *v != Complex64::ZERO) {

@@ -2,7 +2,8 @@
 //! slopes along the frequency axis (rational Krylov; Grimme 1997, Beattie and Gugercin 2009).
 //!
 //! Z(s) = Σ c_t(s) A_t holds whatever the damping is, frequency-dependent stiffness included. Lines are added where the
-//! true residual of the reduced solution is largest, and each new one measures the true error there before it joins.
+//! true residual of the reduced solution is largest, and each new one measures the true error there before it joins, and
+//! so how large errors are beside residuals. That ends the search where the residuals of all lines leave room enough.
 
 use femend_linalg::{Dense, solve_complex_dense};
 use num_complex::Complex64;
@@ -17,6 +18,8 @@ use crate::DynamicsError;
 const FIRST: usize = 5;
 /// Lines checked for each line solved, while lines are still being added.
 const CHECKED: usize = 8;
+/// An error is taken to be as many times larger, beside its residual, than the largest that was measured.
+const MARGIN: f64 = 10.0;
 
 /// Accuracy and effort.
 #[derive(Debug, Clone, Copy)]
@@ -82,6 +85,8 @@ impl LineModel<'_> {
         let mut state =
             Reduction { model: self, b_out, space, solver, solved: Vec::new(), exact: Vec::new() };
         let (mut error, mut residual, mut converged) = (0.0, 0.0, n_lines == 0);
+        // the largest error beside its residual so far
+        let mut ratio = 0.0f64;
         let first = FIRST.min(n_lines);
         for i in 0..first {
             state.expand(if first == 1 { 0 } else { i * (n_lines - 1) / (first - 1) }, b_in)?;
@@ -96,7 +101,8 @@ impl LineModel<'_> {
                 residual = found.iter().map(|f| f.0).fold(0.0, f64::max);
             }
             let next = apart(&found, &state.solved);
-            if next.is_empty() || small(&found) {
+            let settled = whole && ratio > 0.0 && MARGIN * ratio * residual <= options.tolerance;
+            if next.is_empty() || small(&found) || settled {
                 converged = true;
                 break;
             }
@@ -109,7 +115,10 @@ impl LineModel<'_> {
             for (line, reduced) in next.iter().zip(&before) {
                 state.expand(*line, b_in)?;
                 let exact = state.exact.last().map_or(&[][..], Vec::as_slice);
-                error = f64::max(error, distance(reduced, exact));
+                let left = distance(reduced, exact);
+                let before = found.iter().find(|f| f.1 == *line).map_or(0.0, |f| f.0);
+                ratio = ratio.max(left / before.max(f64::EPSILON));
+                error = f64::max(error, left);
             }
             // the lines with the largest residual of all were right before they joined
             converged = whole && error <= options.tolerance;

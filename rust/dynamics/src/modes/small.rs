@@ -1,6 +1,6 @@
 //! Dense solution for small models.
 
-use femend_linalg::{Dense, SymmetricCsc, gemm, gemm_tn};
+use femend_linalg::{Dense, SymmetricCsc, gemm_tn};
 
 use super::product::Compact;
 use crate::DynamicsError;
@@ -66,15 +66,12 @@ impl Pairs {
     }
 
     /// The first `count` of them.
-    pub fn first(&self, count: usize) -> Self {
-        let columns: Vec<usize> = (0..count).collect();
-        let cut = |a: &Dense| a.select(&columns);
-        Self {
-            lambda: self.lambda[..count].to_vec(),
-            phi: cut(&self.phi),
-            k_phi: cut(&self.k_phi),
-            m_phi: cut(&self.m_phi),
+    pub fn first(mut self, count: usize) -> Self {
+        self.lambda.truncate(count);
+        for block in [&mut self.phi, &mut self.k_phi, &mut self.m_phi] {
+            block.truncate(count);
         }
+        self
     }
 
     /// ‖K φ - λ M φ‖ / (|λ - σ| ‖M φ‖) of each.
@@ -122,13 +119,11 @@ pub(crate) fn rayleigh_ritz(
         let scale = 1.0 / eigen.values[e].sqrt();
         y.col_mut(j).iter_mut().for_each(|v| *v *= scale);
     }
-    let turned = |a: &Dense| {
-        let mut out = Dense::zeros(a.nrows(), a.ncols());
-        gemm(&mut out, 0.0, 1.0, a, &y);
-        out
-    };
     let lambda = order.iter().map(|&e| sigma + 1.0 / eigen.values[e]).collect();
-    Ok(Pairs { lambda, phi: turned(&x), k_phi: turned(&kx), m_phi: turned(&mx) })
+    for block in [&mut x, &mut kx, &mut mx] {
+        block.turn(&y);
+    }
+    Ok(Pairs { lambda, phi: x, k_phi: kx, m_phi: mx })
 }
 
 fn symmetrise(a: &mut Dense) {

@@ -38,6 +38,23 @@ impl ModalDerivatives {
         s: &[Complex64],
         kind: FrfKind,
     ) -> Result<Vec<Complex64>, DynamicsError> {
+        let size = self.a.len() * s.len() * model.phi_out.nrows() * model.phi_in.nrows();
+        let mut out = vec![Complex64::ZERO; size];
+        self.frf_to(model, s, kind, &mut out)?;
+        Ok(out)
+    }
+
+    /// [`ModalDerivatives::frf`] to memory at hand: what touching new memory costs is a third of the whole.
+    ///
+    /// # Errors
+    /// As [`ModalDerivatives::frf`].
+    pub fn frf_to(
+        &self,
+        model: &ModalModel,
+        s: &[Complex64],
+        kind: FrfKind,
+        out: &mut [Complex64],
+    ) -> Result<(), DynamicsError> {
         model.check()?;
         let r = model.omega.len();
         let square = |d: &Dense| d.nrows() == r && d.ncols() == r;
@@ -48,9 +65,15 @@ impl ModalDerivatives {
             )));
         }
         let (n_p, pairs) = (self.a.len(), model.phi_out.nrows() * model.phi_in.nrows());
-        let mut out = vec![Complex64::ZERO; n_p * s.len() * pairs];
+        if out.len() != n_p * s.len() * pairs {
+            let (found, expected) = (out.len(), n_p * s.len() * pairs);
+            return Err(DynamicsError::Argument(format!(
+                "out holds {found} values, {expected} are expected"
+            )));
+        }
         if out.is_empty() || r == 0 {
-            return Ok(out);
+            out.fill(Complex64::ZERO);
+            return Ok(());
         }
         let stacked: Vec<Dense> = (0..n_p).into_par_iter().map(|p| self.beside(model, p)).collect();
         let outputs = Panels::new(r, model.phi_out.nrows(), |mode, first, lanes| {
@@ -66,7 +89,7 @@ impl ModalDerivatives {
                 input.derivative(stacked, &outputs, out);
             });
         }
-        Ok(out)
+        Ok(())
     }
 
     fn blocks(&self) -> usize {
