@@ -9,6 +9,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
@@ -20,6 +23,8 @@ from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, fitted_together, shows
 from femend.model import Place
 
+FloatArray = NDArray[np.float64]
+
 __all__ = ["at_the_best_place", "at_the_best_places"]
 
 # places at which a law is tried too, and lines a record on which a nonlinear one is fitted there
@@ -30,13 +35,16 @@ ROUNDS = 2
 
 def at_the_best_place(first: Searched, law: Candidate, located: Located) -> tuple[Candidate, Located]:
     """A law that was fitted to all recordings, with its place, or with one at which it leaves clearly less."""
-    if law.joint is None or law.joint.place is not located.place:
-        return law, located
+    known = law.joint is not None and law.joint.place is located.place
+    if not known or not shows(first.settings, law.chosen, law.reference):
+        return law, located  # no law leaves clearly less than the free force here does
     best = law, located
     for place in _worth_trying(first, located.place):
-        there = _refitted(first, moved(first, Term(law, located), place).candidate)
-        one = _located(first, place, located, there)
-        if one is not None and there.prior < best[0].prior + first.settings.margin:
+        one = _located(first, place, located, law)
+        if one is None:
+            continue
+        there = _refitted(first, moved(first, Term(law, located), place), one.fit.p)
+        if there.prior < best[0].prior + first.settings.margin:
             best = (there, one) if shows(first.settings, best[0].fitted, there.fitted) else best
     return best
 
@@ -58,8 +66,15 @@ def at_the_best_places(first: Searched, found: Scored) -> Scored:
     return found
 
 
-def _refitted(first: Searched, law: Candidate) -> Candidate:
-    return refit_nonlinear(first.problem.thinned(LINES), law) if law.nonlinear else refit_linear(first.problem, law)
+def _refitted(first: Searched, term: Term, p: FloatArray) -> Candidate:
+    """A law fitted to all recordings where it is now, from unknowns `p` that a free force there led to: those it had
+    were bent by where it was."""
+    law = replace(term.candidate, p=p)
+    if not law.nonlinear:
+        return refit_linear(first.problem, law)
+    found = fitted_together(first, [replace(term, candidate=law)], p)
+    law = law if found is None else found[1].terms[0].candidate
+    return refit_nonlinear(first.problem.thinned(LINES), law)
 
 
 def _worth_trying(first: Searched, place: Place) -> list[Place]:

@@ -1,0 +1,48 @@
+"""A law that came out next to its place is moved to it; one that leaves what a free force does stays."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from femend.diagnose.best_place import at_the_best_place
+from femend.diagnose.moved import moved
+from femend.diagnose.nonlinear import judge_nonlinear, refit_nonlinear
+from femend.diagnose.pairs import alike
+from femend.diagnose.terms import Term
+from femend.study.run import StudyRun
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from small_study import Truth, diagnosed, searched
+
+CUBIC = 2.0e9
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
+    return diagnosed(
+        tmp_path_factory.mktemp("place"), Truth((7.3e10, 6.8e10), laws=[(13, "cubic_stiffness", {"k3": CUBIC})])
+    )
+
+
+def test_a_law_beside_its_place_is_moved_to_it(run: StudyRun) -> None:
+    d = run.diagnosis
+    first = replace(searched(d), sigma=d.sigma)
+    assert d.best is not None
+    assert d.place is not None
+    assert d.place.place.nodes == (13,)
+    same, there = at_the_best_place(first, d.best, d.place)
+    assert same is d.best
+    assert there is d.place
+    beside = next(p for p in alike(first, d.place.place) if p.kind == "ground" and p.nodes in ((12,), (14,)))
+    wrong = moved(first, Term(d.best, d.place), beside)
+    fitted = refit_nonlinear(d.problem.thinned(600), wrong.candidate)
+    fitted = replace(judge_nonlinear(d.split.choosing, fitted), reference=d.best.reference)
+    assert fitted.fitted > 1.3 * d.best.fitted
+    law, back = at_the_best_place(first, fitted, wrong.located)
+    assert back.place.nodes == (13,)
+    assert law.fitted < 0.05 * fitted.fitted
+    assert law.values["k3"] == pytest.approx(d.best.values["k3"], rel=0.1)
