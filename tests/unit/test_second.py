@@ -23,7 +23,7 @@ from femend.diagnose.noise import UNDERRATED, louder
 from femend.diagnose.pair_screen import best_pairs
 from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import Searched, others
-from femend.diagnose.second import _of_law, _search
+from femend.diagnose.second import _carried, _of_law, _search
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import relaxing
 from femend.diagnose.together import shows
@@ -116,6 +116,17 @@ def test_a_load_that_lost_is_not_what_is_told(run: StudyRun) -> None:
     assert not found.by_load
     assert replace(found, best=None, verdict="missing-physics").by_load
     assert not replace(found, best=None, verdict="located-not-named").by_load
+
+
+def test_laws_go_with_a_law_that_was_moved(run: StudyRun) -> None:
+    """They stay its alternatives in the order they had; what was tried where it is now does not come before it."""
+    first = searched(run.diagnosis)
+    at, to = first.ranked[0].located, next(f for f in first.located if f.place is not first.ranked[0].located.place)
+    there = replace(first.ranked[0], located=to, name="other")
+    carried = _carried([there, *first.ranked], at, to)
+    before = [r.name for r in first.ranked if r.located.place is at.place]
+    assert [r.name for r in carried if r.located.place is to.place] == before
+    assert _carried(first.ranked, at, at) is first.ranked
 
 
 @pytest.mark.parametrize(("prior", "told"), [(300.0, "anew"), (5.0, "again")])

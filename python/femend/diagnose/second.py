@@ -291,7 +291,20 @@ def _told(first: Searched, best: Scored, tried: Sequence[Ranked]) -> Further | N
     """Laws that were fitted together, as plainly as they can be told and at the places where they leave least; None
     where they do not win against less."""
     best = told_plainly(first, best)
-    return _further(first, at_the_best_places(first, best), tried) if are_told(first, best) else None
+    if not are_told(first, best):
+        return None
+    placed = at_the_best_places(first, best)
+    for before, after in zip(best[1].terms, placed[1].terms, strict=True):
+        tried = _carried(tried, before.located, after.located)
+    return _further(first, placed, tried)
+
+
+def _carried(tried: Sequence[Ranked], before: Located, after: Located) -> Sequence[Ranked]:
+    """Laws that were tried, those at a place whose law was moved as they compared there."""
+    if before.place is after.place:
+        return tried
+    others = (r for r in tried if r.located.place is not after.place)
+    return [replace(r, located=after) if r.located.place is before.place else r for r in others]
 
 
 def _further(first: Searched, found: Scored, tried: Sequence[Ranked]) -> Further:
