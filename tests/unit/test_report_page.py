@@ -27,6 +27,7 @@ from femend.report.content import (
     RestoringForce,
     TimeOverlay,
 )
+from femend.report.mesh_view import static_picture, viewer_data
 from femend.report.page import render
 
 VERDICTS = ("consistent", "parameters-only", "missing-physics", "located-not-named", "undetermined")
@@ -341,6 +342,19 @@ def test_pictures_are_in_the_page_itself() -> None:
     assert page.wrong == []
     assert "data:image/png;base64,iVBORw==" in page.addresses
     assert "MAC of the modes." in page.text
+
+
+def test_every_finding_has_its_place_in_the_picture() -> None:
+    one = content("missing-physics")
+    two = dataclasses.replace(one, further=(((2,), "X"),))
+    data = viewer_data(two)
+    assert data is not None
+    assert [[data["ids"][k] for k in place["nodes"]] for place in data["further"]] == [[2]]
+    assert data["further"][0]["direction"]["vector"] == [1.0, 0.0, 0.0]
+    assert static_picture(data).count('<circle class="located"') == 2
+    assert "node 2" in static_picture(data)
+    assert "located places" in render(two)
+    assert "located places" not in render(one)
 
 
 def test_bare_content_gives_a_page_without_empty_sections() -> None:

@@ -227,6 +227,7 @@ class ReportContent:
         located: ids of the nodes of the first finding (two for a pair of nodes).
         ambiguous: ids of further nodes the recordings cannot tell from it.
         direction: direction text of the first finding, "Z".
+        further: nodes and direction text of each further finding.
         sensors, shakers: where was measured and driven.
         overlays, traces: curves of frequency and time, in the order they are to be shown.
         restoring: force over displacement and velocity.
@@ -245,6 +246,7 @@ class ReportContent:
     located: tuple[int, ...] = ()
     ambiguous: tuple[int, ...] = ()
     direction: str = ""
+    further: tuple[tuple[tuple[int, ...], str], ...] = ()
     sensors: tuple[Marker, ...] = ()
     shakers: tuple[Marker, ...] = ()
     overlays: tuple[FrfOverlay, ...] = ()

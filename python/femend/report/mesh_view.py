@@ -59,11 +59,11 @@ def viewer_data(content: ReportContent) -> dict[str, Any] | None:
     """What the viewer's script needs, small enough for a page; None without a mesh."""
     if content.mesh is None or not len(content.mesh.node_ids):
         return None
-    keep = {*content.located, *content.ambiguous, *(m.node for m in (*content.sensors, *content.shakers))}
+    more = {n for nodes, _ in content.further for n in nodes}
+    keep = {*content.located, *content.ambiguous, *more, *(m.node for m in (*content.sensors, *content.shakers))}
     mesh, full = _simplified(content.mesh, keep), len(content.mesh.node_ids)
     index = {int(n): k for k, n in enumerate(mesh.node_ids)}
     supports = [index[n] for n in mesh.supports if n in index]
-    place = direction_vector(content.direction) if content.direction else None
     return {
         "ids": [int(n) for n in mesh.node_ids],
         "xyz": [float(f"{v:.6g}") for v in np.asarray(mesh.xyz, float).ravel()],
@@ -72,13 +72,23 @@ def viewer_data(content: ReportContent) -> dict[str, Any] | None:
         "supports": supports,
         "located": [index[n] for n in content.located if n in index],
         "ambiguous": [index[n] for n in content.ambiguous if n in index and n not in content.located],
-        "direction": None if place is None else {"vector": list(place[0]), "rotation": place[1]},
+        "direction": _direction(content.direction),
+        "further": [
+            {"nodes": [index[n] for n in nodes if n in index], "direction": _direction(text)}
+            for nodes, text in content.further
+        ],
         "sensors": _markers(content.sensors, index),
         "shakers": _markers(content.shakers, index),
         "view": start_view(np.asarray(mesh.xyz, float)),
         "unit": mesh.unit,
         "nodes_in_model": full,
     }
+
+
+def _direction(text: str) -> dict[str, Any] | None:
+    """A direction as the script needs it; None where a finding has none."""
+    place = direction_vector(text) if text else None
+    return None if place is None else {"vector": list(place[0]), "rotation": place[1]}
 
 
 def static_picture(data: dict[str, Any], width: float = 640.0, height: float = 430.0) -> str:
@@ -104,15 +114,15 @@ def drawn_mesh(data: dict[str, Any], width: float, height: float, levels: IntArr
             parts.append(_arrow(_place(start, xyz, data, width, height), _place(tip, xyz, data, width, height), css))
     for k in data["ambiguous"]:
         parts.append(f'<circle class="alike" cx="{eye[k, 0]:.1f}" cy="{eye[k, 1]:.1f}" r="8"/>')
-    located = data["located"]
-    if len(located) == 2:
-        (x1, y1), (x2, y2) = eye[located[0]], eye[located[1]]
-        parts.append(f'<path class="link" d="M{x1:.1f} {y1:.1f}L{x2:.1f} {y2:.1f}"/>')
-    for k in located:
-        x, y = float(eye[k, 0]), float(eye[k, 1])
-        parts.append(f'<circle class="located" cx="{x:.1f}" cy="{y:.1f}" r="9"/>')
-        if len(located) < 4:
-            parts.append(f'<text class="located" x="{x + 13:.1f}" y="{y - 9:.1f}">node {data["ids"][k]}</text>')
+    for located in (data["located"], *(place["nodes"] for place in data["further"])):
+        if len(located) == 2:
+            (x1, y1), (x2, y2) = eye[located[0]], eye[located[1]]
+            parts.append(f'<path class="link" d="M{x1:.1f} {y1:.1f}L{x2:.1f} {y2:.1f}"/>')
+        for k in located:
+            x, y = float(eye[k, 0]), float(eye[k, 1])
+            parts.append(f'<circle class="located" cx="{x:.1f}" cy="{y:.1f}" r="9"/>')
+            if len(located) < 4:
+                parts.append(f'<text class="located" x="{x + 13:.1f}" y="{y - 9:.1f}">node {data["ids"][k]}</text>')
     return parts
 
 

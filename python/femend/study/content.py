@@ -30,6 +30,7 @@ def report_content(run: StudyRun, info: dict[str, Any]) -> ReportContent:
         located=located,
         ambiguous=ambiguous,
         direction=direction,
+        further=_further_places(run.result),
         sensors=sensors,
         shakers=shakers,
         overlays=(*measured_frf_overlays(run), *frf_overlays(run)),
@@ -45,6 +46,12 @@ def report_content(run: StudyRun, info: dict[str, Any]) -> ReportContent:
         references=tables.references(run),
         notes=tables.notes(run),
     )
+
+
+def _further_places(result: dict[str, Any]) -> tuple[tuple[tuple[int, ...], str], ...]:
+    """Nodes and direction of every finding after the first."""
+    places = [words.mapping(finding.get("location")) for finding in words.rows(result.get("findings"))[1:]]
+    return tuple((tuple(int(n) for n in p.get("nodes") or ()), str(p.get("direction") or "")) for p in places)
 
 
 def _place(result: dict[str, Any]) -> tuple[tuple[int, ...], tuple[int, ...], str]:

@@ -27,7 +27,8 @@
   const diagonal = Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]) || 1;
   for (let i = 0; i < 3 * n; i++) points[i] = (points[i] - middle[i % 3]) / diagonal;
   for (const key of ["sensors", "shakers"]) for (const m of data[key]) m.v = turned(m.vector[0], m.vector[1], m.vector[2]);
-  if (data.direction) data.direction.v = turned(...data.direction.vector);
+  for (const direction of [data.direction, ...data.further.map((place) => place.direction)])
+    if (direction) direction.v = turned(...direction.vector);
   const faces = [];
   for (let i = 0; i < data.faces.length; i += 4) faces.push([...new Set(data.faces.slice(i, i + 4))]);
   const onLines = n > 1500 ? [] : [...new Set(data.lines)];
@@ -174,10 +175,7 @@
     pen.fillStyle = colour; pen.fillText(words, x, y);
   }
 
-  function drawPlaces() {
-    pen.lineWidth = 2.5; pen.strokeStyle = colours.alike;
-    for (const k of data.ambiguous) disc(eye[3 * k], eye[3 * k + 1], 9, false);
-    const at = data.located;
+  function drawPlace(at, direction) {
     pen.strokeStyle = colours.place;
     if (at.length === 2) {
       pen.lineWidth = 4; pen.setLineDash([6, 5]); pen.beginPath();
@@ -193,13 +191,20 @@
       pen.globalAlpha = 0.2; pen.fillStyle = colours.place; disc(x, y, 17, true); pen.globalAlpha = 1;
       disc(x, y, 5.5, true);
       pen.lineWidth = 2.5; pen.strokeStyle = colours.place; disc(x, y, 11, false);
-      if (data.direction && !data.direction.rotation) {
-        const v = data.direction.v, back = v.map((c) => -c);
+      if (direction && !direction.rotation) {
+        const v = direction.v, back = v.map((c) => -c);
         const gap = 13 / 30;
         arrow(k, v, 30, colours.place, 2.5, gap); arrow(k, back, 30, colours.place, 2.5, gap);
       }
       label("node " + data.ids[k], x + 18, y - 14, colours.place, true);
     }
+  }
+
+  function drawPlaces() {
+    pen.lineWidth = 2.5; pen.strokeStyle = colours.alike;
+    for (const k of data.ambiguous) disc(eye[3 * k], eye[3 * k + 1], 9, false);
+    drawPlace(data.located, data.direction);
+    for (const place of data.further) drawPlace(place.nodes, place.direction);
     if (data.ambiguous.length <= 8)
       for (const k of data.ambiguous) label(String(data.ids[k]), eye[3 * k] + 12, eye[3 * k + 1] - 9, colours.soft, false);
     if (hovered >= 0) { pen.strokeStyle = colours.ink; pen.lineWidth = 1.5; disc(eye[3 * hovered], eye[3 * hovered + 1], 5, false); }
@@ -231,7 +236,7 @@
     parts.push("(" + at.join(", ") + ") " + data.unit);
     for (const m of data.sensors) if (m.node === k) parts.push("sensor " + m.label);
     for (const m of data.shakers) if (m.node === k) parts.push("shaker " + m.label);
-    if (data.located.includes(k)) parts.push("located place");
+    if (data.located.includes(k) || data.further.some((place) => place.nodes.includes(k))) parts.push("located place");
     if (data.ambiguous.includes(k)) parts.push("not told apart from the located place");
     if (data.supports.includes(k)) parts.push("held");
     return parts.join("\n");
