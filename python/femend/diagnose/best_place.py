@@ -78,8 +78,10 @@ def _refitted(first: Searched, term: Term, p: FloatArray) -> Candidate:
 
 
 def _worth_trying(first: Searched, place: Place) -> list[Place]:
-    """Places on the ground that move the sensors like one with one coordinate, those at joints of the model first."""
-    return sorted((p for p in alike(first, place) if p.kind == "ground"), key=preference)[:TRIED]
+    """Joints on the ground that move the sensors like a place with one coordinate, the likeliest first: what acts
+    between joints comes out there by itself, if anywhere."""
+    ground = [p for p in alike(first, place) if p.kind == "ground" and not p.unlikely]
+    return sorted(ground, key=preference)[:TRIED]
 
 
 def _located(first: Searched, place: Place, before: Located, law: Candidate) -> Located | None:
