@@ -21,7 +21,7 @@ from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, brings, fitted_together
 from femend.physics import physics
 
-__all__ = ["companions"]
+__all__ = ["KINDS", "companions"]
 
 FloatArray = NDArray[np.float64]
 

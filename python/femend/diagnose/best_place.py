@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.beside import KINDS
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
@@ -79,7 +80,9 @@ def _refitted(first: Searched, term: Term, p: FloatArray) -> Candidate:
 
 def _worth_trying(first: Searched, place: Place) -> list[Place]:
     """Joints on the ground that move the sensors like a place with one coordinate, the likeliest first: what acts
-    between joints comes out there by itself, if anywhere."""
+    between joints comes out there by itself, if anywhere. None for a cut, whose law carries what it cut."""
+    if place.kind not in KINDS:
+        return []
     ground = [p for p in alike(first, place) if p.kind == "ground" and not p.unlikely]
     return sorted(ground, key=preference)[:TRIED]
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
+from femend.diagnose.beside import KINDS
 from femend.diagnose.candidates import Start, laws_for, starts
 from femend.diagnose.dressed import with_own
 from femend.diagnose.joint import enlarged, open_joint
@@ -34,6 +35,8 @@ FloatArray = NDArray[np.float64]
 # nonlinear laws of the other place that are tried, the starts of each law that are looked at, and how much more than
 # the best of them one may leave of the force
 NONLINEAR, STARTS, REACH = 3, 2, 2.0
+# lines a record on which a place is fitted beside the other
+LINES = 600
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +66,8 @@ def one_linear(first: Searched, second: Located, at: Place) -> tuple[Scored, lis
 
 def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> LinearOne | None:
     """Linear laws anywhere that explain the recordings beside a force free at a place, from unknowns `p`."""
-    if free.part or free.n_w != 1 or free.kind == "base":
+    # in a cut a law carries what the connection carried, and not what a force beside that does
+    if free.kind not in KINDS or free.n_w != 1:
         return None
     rows = sorted({*first.g_rows, *(int(g) for part in free.g_rows for g in part)})
     reduced = enlarged((free,), first.reduced, first.problem.band[1], rows)
@@ -88,7 +92,7 @@ def _located(first: Searched, free: Place, other: Place, p: FloatArray) -> Locat
     """A place with its look-alikes, as it fits beside a force at another; None where the model breaks down."""
     beside = () if other.part else (other,)
     reduced = with_own(other, first.reduced) if other.part else first.reduced
-    few, hypothesis = first.problem.sparing(600), hypothesis_of(free, reduced, beside)
+    few, hypothesis = first.problem.sparing(LINES), hypothesis_of(free, reduced, beside)
     n = len(first.reduced.names)
     start = np.concatenate([p[:n], np.zeros(hypothesis.reduced.extra - first.reduced.extra), p[n:]])
     (fit,) = few.fit([hypothesis], [(start, np.zeros(0))])
