@@ -2,8 +2,6 @@
 //! leave an update for their parent (Duff and Reid 1983). Subtrees are tasks; fronts at the top run their products in
 //! parallel. Every sum has a fixed order.
 
-use std::sync::Mutex;
-
 use faer::dyn_stack::MemBuffer;
 use rayon::prelude::*;
 
@@ -13,7 +11,7 @@ use crate::memory::{Stacks, free, square, stacks, zeros};
 use crate::pivot::{Pivots, ldlt};
 use crate::scalar::Scalar;
 use crate::symbolic::{Run, Supernode, Symbolic};
-use crate::{Kind, LinalgError};
+use crate::{Kind, LinalgError, Spare};
 
 /// Numbers of a factor.
 #[derive(Debug)]
@@ -24,8 +22,8 @@ pub(crate) struct Store<T: Lanes> {
     pub(crate) subdiag: Vec<T>,
     /// Column of its supernode that stands at each place, n; empty for Cholesky.
     pub(crate) perm: Vec<u32>,
-    /// Right-hand sides last solved for: memory that is used again, since new pages cost a tenth of a small solution.
-    pub(crate) rows: Mutex<Vec<T::Row>>,
+    /// Right-hand sides last solved for.
+    pub(crate) rows: Spare<T::Row>,
 }
 
 /// The part of a store that belongs to a range of supernodes.
@@ -117,7 +115,7 @@ impl<T: Eliminate> Store<T> {
             values: zeros(T::ZERO, symbolic.nnz())?,
             subdiag: vec![T::ZERO; pivots],
             perm: vec![0; pivots],
-            rows: Mutex::default(),
+            rows: Spare::default(),
         })
     }
 

@@ -23,9 +23,7 @@ impl<T: Lanes> Store<T> {
         let share = (b.len() / n).div_ceil(rayon::current_num_threads()).next_multiple_of(LANES).min(BLOCK);
         b.par_chunks_mut(share * n).for_each(|part| {
             let (columns, groups) = (part.len() / n, part.len().div_ceil(n * LANES));
-            // a solution beside another one finds nothing and takes its own
-            let mut x = self.rows.lock().map_or_else(|_| Vec::new(), |mut kept| std::mem::take(&mut *kept));
-            x.resize(x.len().max(groups * n), T::EMPTY);
+            let mut x = self.rows.take(groups * n, T::EMPTY);
             let forward = &symbolic.permutation().forward;
             for (group, x) in x.chunks_exact_mut(n).take(groups).enumerate() {
                 let lanes = LANES.min(columns - group * LANES);
@@ -42,9 +40,7 @@ impl<T: Lanes> Store<T> {
                     (0..lanes).for_each(|lane| part[lane * n + old as usize] = T::get(row, lane));
                 }
             }
-            if let Ok(mut kept) = self.rows.lock() {
-                *kept = x;
-            }
+            self.rows.give(x);
         });
     }
 }

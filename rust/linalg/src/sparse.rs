@@ -2,15 +2,7 @@
 
 use std::sync::Arc;
 
-use faer::MatMut;
-use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
-
-use crate::lanes::{LANES, Lanes};
-use crate::{Dense, Eight, LinalgError, Pattern};
-
-/// Rows per parallel task; fixed, so that sums do not depend on the number of threads.
-const ROWS: usize = 2048;
+use crate::{Dense, Eight, LinalgError, Pattern, SparseRows};
 
 /// A symmetric matrix: shared [`Pattern`] (both triangles) and values in the same order.
 #[derive(Debug, Clone)]
@@ -93,81 +85,13 @@ impl SymmetricCsc {
     }
 }
 
-/// A sparse row times eight columns, held row by row in `x`; two chains of sums hide the latency of the additions. To be
-/// called from `with_simd`: a closure for `pulp::Arch::dispatch` is not inlined and runs without the processor's vectors.
-#[inline(always)]
-pub fn row_times<S: Simd>(simd: S, index: &[u32], values: &[f64], x: &[Eight]) -> Eight {
-    let mut out = Eight::EMPTY;
-    for lane in (0..LANES).step_by(S::F64_LANES) {
-        let add = |sum: S::f64s, i: u32, a: f64| {
-            simd.mul_add_e_f64s(simd.splat_f64s(a), f64::load::<S>(&x[i as usize], lane), sum)
-        };
-        let (mut even, mut odd) = (simd.splat_f64s(0.0), simd.splat_f64s(0.0));
-        let (pairs, last) = index.as_chunks::<2>();
-        let (values, alone) = values.as_chunks::<2>();
-        for (i, a) in pairs.iter().zip(values) {
-            even = add(even, i[0], a[0]);
-            odd = add(odd, i[1], a[1]);
-        }
-        if let ([i], [a]) = (last, alone) {
-            even = add(even, *i, *a);
-        }
-        f64::store::<S>(&mut out, lane, simd.add_f64s(even, odd));
-    }
-    out
-}
-
-/// Y = A X for values on a symmetric pattern: column j is read as row j, X row by row so that a row of A is read once.
+/// Y = A X for values on a symmetric pattern: column j is read as row j.
+///
+/// # Panics
+/// When X has another number of rows.
 pub(crate) fn times_values(pattern: &Pattern, values: &[f64], x: &Dense) -> Dense {
-    let (n, k) = (pattern.n(), x.ncols());
-    assert_eq!(x.nrows(), n);
-    let mut y = Dense::zeros(n, k);
-    if n == 0 || k == 0 {
-        return y;
-    }
-    let mut first = 0;
-    while first < k {
-        let width = (k - first).min(8);
-        let mut rows = vec![Eight::EMPTY; n];
-        rows.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, part)| {
-            for (r, row) in part.iter_mut().enumerate() {
-                for c in 0..width {
-                    row.0[c] = x.col(first + c)[chunk * ROWS + r];
-                }
-            }
-        });
-        let out = MatMut::from_column_major_slice_mut(y.cols_mut(first, width), n, width);
-        out.par_row_chunks_mut(ROWS).enumerate().for_each(|(chunk, out)| {
-            pulp::Arch::new().dispatch(Rows { pattern, values, x: &rows, first: chunk * ROWS, out });
-        });
-        first += width;
-    }
-    y
-}
-
-/// Rows from `first` on.
-struct Rows<'a> {
-    pattern: &'a Pattern,
-    values: &'a [f64],
-    x: &'a [Eight],
-    first: usize,
-    out: MatMut<'a, f64>,
-}
-
-impl WithSimd for Rows<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { pattern, values, x, first, mut out } = self;
-        for r in 0..out.nrows() {
-            let range = pattern.range(first + r);
-            let sum = row_times(simd, &pattern.row_idx()[range.clone()], &values[range], x);
-            for c in 0..out.ncols() {
-                out[(r, c)] = sum.0[c];
-            }
-        }
-    }
+    let a = SparseRows { start: pattern.col_ptr(), index: pattern.row_idx(), values };
+    a.times(x, &mut vec![Eight::EMPTY; pattern.n()])
 }
 
 #[cfg(test)]

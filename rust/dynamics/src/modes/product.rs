@@ -1,24 +1,15 @@
 //! Products of a sparse symmetric matrix with blocks, free of the zeros that its pattern holds for other matrices.
 
-use std::sync::Mutex;
-
-use femend_linalg::{Dense, Eight, Pattern, SymmetricCsc, row_times};
-use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
-
-/// Columns multiplied at once: one AVX-512 register.
-const WIDTH: usize = 8;
-/// Rows per parallel task; fixed, so that sums do not depend on the number of threads.
-const ROWS: usize = 2048;
+use femend_linalg::{Dense, Eight, Pattern, Spare, SparseRows, SymmetricCsc};
 
 /// The non-zero entries of a symmetric matrix. A mass matrix of solids on the pattern of K is two thirds zeros.
 #[derive(Debug)]
 pub(crate) struct Compact {
-    start: Vec<usize>,
+    start: Vec<u32>,
     index: Vec<u32>,
     values: Vec<f64>,
-    /// Rows of the block last multiplied: memory that is used again, since new pages cost as much as the product.
-    rows: Mutex<Vec<Eight>>,
+    /// Rows of the block last multiplied.
+    rows: Spare<Eight>,
 }
 
 impl Compact {
@@ -33,7 +24,7 @@ impl Compact {
             start: Vec::with_capacity(pattern.n() + 1),
             index: Vec::with_capacity(count),
             values: Vec::with_capacity(count),
-            rows: Mutex::default(),
+            rows: Spare::default(),
         };
         out.start.push(0);
         for j in 0..pattern.n() {
@@ -43,7 +34,7 @@ impl Compact {
                     out.values.push(values[k]);
                 }
             }
-            out.start.push(out.index.len());
+            out.start.push(out.index.len() as u32);
         }
         out
     }
@@ -51,8 +42,8 @@ impl Compact {
     /// A diagonal matrix.
     pub fn diagonal(values: &[f64]) -> Self {
         let n = values.len();
-        let (start, index) = ((0..=n).collect(), (0..n as u32).collect());
-        Self { start, index, values: values.to_vec(), rows: Mutex::default() }
+        let (start, index) = ((0..=n as u32).collect(), (0..n as u32).collect());
+        Self { start, index, values: values.to_vec(), rows: Spare::default() }
     }
 
     pub fn n(&self) -> usize {
@@ -64,55 +55,11 @@ impl Compact {
     /// # Panics
     /// When X has another number of rows.
     pub fn times(&self, x: &Dense) -> Dense {
-        let n = self.n();
-        assert_eq!(x.nrows(), n);
-        let mut y = Dense::zeros(n, x.ncols());
-        // a product beside another one finds nothing and takes its own
-        let mut rows = self.rows.lock().map_or_else(|_| Vec::new(), |mut kept| std::mem::take(&mut *kept));
-        rows.resize(n, Eight::EMPTY);
-        for first in (0..x.ncols()).step_by(WIDTH) {
-            let width = WIDTH.min(x.ncols() - first);
-            rows.par_chunks_mut(ROWS).enumerate().for_each(|(chunk, part)| {
-                for c in 0..width {
-                    let column = &x.col(first + c)[chunk * ROWS..][..part.len()];
-                    part.iter_mut().zip(column).for_each(|(row, &v)| row.0[c] = v);
-                }
-            });
-            let mut columns: Vec<_> =
-                y.cols_mut(first, width).chunks_mut(n.max(1)).map(|c| c.chunks_mut(ROWS)).collect();
-            let parts: Vec<Vec<&mut [f64]>> = (0..n.div_ceil(ROWS))
-                .map(|_| columns.iter_mut().filter_map(Iterator::next).collect())
-                .collect();
-            parts.into_par_iter().enumerate().for_each(|(chunk, mut out)| {
-                pulp::Arch::new().dispatch(Rows { a: self, x: &rows, first: chunk * ROWS, out: &mut out });
-            });
-        }
-        if let Ok(mut kept) = self.rows.lock() {
-            *kept = rows;
-        }
+        let mut rows = self.rows.take(self.n(), Eight::EMPTY);
+        let a = SparseRows { start: &self.start, index: &self.index, values: &self.values };
+        let y = a.times(x, &mut rows);
+        self.rows.give(rows);
         y
-    }
-}
-
-/// Rows from `first` on, to a slice of each column.
-struct Rows<'a, 'b> {
-    a: &'a Compact,
-    x: &'a [Eight],
-    first: usize,
-    out: &'a mut [&'b mut [f64]],
-}
-
-impl WithSimd for Rows<'_, '_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { a, x, first, out } = self;
-        for r in 0..out.first().map_or(0, |column| column.len()) {
-            let range = a.start[first + r]..a.start[first + r + 1];
-            let sum = row_times(simd, &a.index[range.clone()], &a.values[range], x);
-            out.iter_mut().zip(sum.0).for_each(|(column, v)| column[r] = v);
-        }
     }
 }
 
