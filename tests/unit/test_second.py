@@ -31,15 +31,14 @@ from femend.diagnose.update import UpdatedModel
 from femend.study.run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_study import Truth, diagnosed, searched
+from small_study import searched
 
 DASHPOT, CUBIC = 20.0, 2.0e9
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
-    laws = [(7, "viscous_damper", {"c": DASHPOT}), (13, "cubic_stiffness", {"k3": CUBIC})]
-    return diagnosed(tmp_path_factory.mktemp("two"), Truth((7.3e10, 6.8e10), laws=laws))
+@pytest.fixture
+def run(dashpot_and_cubic: StudyRun) -> StudyRun:
+    return dashpot_and_cubic
 
 
 def test_two_effects_have_a_finding_each(run: StudyRun) -> None:

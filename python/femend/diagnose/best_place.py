@@ -41,10 +41,11 @@ def at_the_best_place(first: Searched, law: Candidate, located: Located) -> tupl
         return law, located  # no law leaves clearly less than the free force here does
     best = law, located
     for place in _worth_trying(first, located.place):
-        one = _located(first, place, located, law)
+        term = moved(first, Term(law, located), place)
+        one = _fitted(first, term)
         if one is None:
             continue
-        there = _refitted(first, moved(first, Term(law, located), place), one.fit.p)
+        there = _refitted(first, term, one.fit.p)
         if there.prior < best[0].prior + first.settings.margin:
             best = (there, one) if shows(first.settings, best[0].fitted, there.fitted) else best
     return best
@@ -59,9 +60,9 @@ def at_the_best_places(first: Searched, found: Scored) -> Scored:
             for place in [] if term.place is None else _worth_trying(first, term.place):
                 terms = [moved(first, t, place) if j == i else t for j, t in enumerate(found[1].terms)]
                 tried = fitted_together(first, terms, found[1].p)
-                better = tried is not None and tried[0] < found[0]
-                if tried is not None and better and shows(first.settings, found[1].fitted, tried[1].fitted):
-                    found = tried
+                if tried is None or tried[0] >= found[0]:
+                    continue
+                found = tried if shows(first.settings, found[1].fitted, tried[1].fitted) else found
         if found is before:
             break
     return found
@@ -87,12 +88,12 @@ def _worth_trying(first: Searched, place: Place) -> list[Place]:
     return sorted(ground, key=preference)[:TRIED]
 
 
-def _located(first: Searched, place: Place, before: Located, law: Candidate) -> Located | None:
-    """The place that takes another's place, with a free force fitted at it; None where that breaks down."""
-    like = (before.place, *(p for p in before.alike if p is not place))
+def _fitted(first: Searched, term: Term) -> Located | None:
+    """The place of a term that was moved, with a free force fitted at it; None where that breaks down."""
+    place, like = term.located.place, term.located.alike
     known = next((f for f in first.located if f.place is place), None)
     if known is not None:
         return replace(known, alike=like)
-    few = first.problem.sparing(LINES)
-    (fit,) = few.fit([hypothesis_of(place, first.reduced)], [(plain(first, law.p), law.x[:0])])
+    few, p = first.problem.sparing(LINES), plain(first, term.candidate.p)
+    (fit,) = few.fit([hypothesis_of(place, first.reduced)], [(p, np.zeros(0))])
     return None if fit is None else Located(place, fit, squares_of(few, fit, 0.0), like)

@@ -18,7 +18,7 @@ from femend.diagnose.split import Split
 from femend.estimate import Fit, FitRecord, Lines, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Known", "forces_of_laws", "free_forces", "last_force", "shrunk"]
+__all__ = ["Known", "forces_of_laws", "free_forces", "last_force", "rows_of", "shown_forces"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -58,12 +58,16 @@ class Known:
         """The model in a basis that holds the response to the forces, and to those of springs that are part of it, with
         the rows they need."""
         held = [place for place in reduced.members if place.spring]
-        own = {int(g) for place in (*self.places, *held) for rows in place.g_rows for g in rows}
-        rows = sorted({*g_rows, *own})
+        rows = rows_of((*self.places, *held), g_rows)
         own_model = enlarged((), reduced, f_max, rows)
         for place, (k, m) in zip(self.places, self.attached, strict=True):
             own_model = with_attached(place, k, m, own_model)
         return own_model, rows
+
+
+def rows_of(places: Sequence[Place], g_rows: Sequence[int]) -> list[int]:
+    """Rows of the g-set that hold `g_rows` and those at which `places` act."""
+    return sorted({*g_rows, *(int(g) for place in places for rows in place.g_rows for g in rows)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,9 +96,7 @@ def _read_off(problem: Problem, fit: Fit) -> list[_ReadOff]:
     for line, (y, D, F) in zip(lines, fitted, strict=True):
         s, g, out = on_lines(line, reduced, omega, zeta, Q)
         H = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, out, w @ Q, optimize=True)
-        answer = (line.Y - y + np.einsum("ksw,kw->ks", H, F)) * line.weight
-        H = H * line.weight[:, :, None]
-        found.append(_ReadOff(line, D, shrunk(H, answer, F), np.asarray((np.abs(H) ** 2).sum(axis=1))))
+        found.append(_ReadOff(line, D, *shown_forces(line, y, H, F)))
     return found
 
 
@@ -149,9 +151,16 @@ def _in_time(line: Lines, F: ComplexArray, D: ComplexArray, k: float, m: float) 
     return np.asarray(np.fft.irfft(full, n=line.record.n, axis=0).T)
 
 
-def shrunk(H: ComplexArray, answer: ComplexArray, F: ComplexArray) -> ComplexArray:
-    """Forces (K, n_w) behind weighted answers `answer` (K, n_out) of the sensors, from least-squares ones `F` (K, n_w);
-    forces of one answer with `H` (K, n_out, n_w)."""
+def shown_forces(line: Lines, y: ComplexArray, H: ComplexArray, F: ComplexArray) -> tuple[ComplexArray, FloatArray]:
+    """Forces (K, n_w) as the sensors show them on a record's lines, and how well, (K, n_w): from least-squares ones `F`
+    (K, n_w) with which they were to read `y` (K, n_out), forces of one answering with `H` (K, n_out, n_w)."""
+    answer = (line.Y - y + np.einsum("ksw,kw->ks", H, F)) * line.weight
+    H = H * line.weight[:, :, None]
+    return _shrunk(H, answer, F), np.asarray((np.abs(H) ** 2).sum(axis=1))
+
+
+def _shrunk(H: ComplexArray, answer: ComplexArray, F: ComplexArray) -> ComplexArray:
+    """Forces (K, n_w) behind weighted answers (K, n_out) of the sensors, from least-squares ones `F`."""
     gram = np.einsum("ksv,ksw->kvw", H.conj(), H)
     seen = np.einsum("ksw,ks->kw", H.conj(), answer)[:, :, None]
     power = _smooth(np.abs(F) ** 2)

@@ -18,15 +18,16 @@ from femend.diagnose.beside import KINDS
 from femend.diagnose.candidates import Start, laws_for, starts
 from femend.diagnose.dressed import with_own
 from femend.diagnose.joint import enlarged, open_joint
+from femend.diagnose.known_force import rows_of
 from femend.diagnose.locate import Located, hypothesis_of, locate, shortlist, squares_of
 from femend.diagnose.name import Ranked, name_physics, told_simply
-from femend.diagnose.pairs import Searched, others, plain
+from femend.diagnose.pairs import Searched, others, plain, with_members
 from femend.diagnose.parallel import starting
 from femend.diagnose.read_beside import read_off_beside
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, best_of, better, distinct, fitted_together, term_of
 from femend.estimate import Hypothesis, Problem
-from femend.model import Place, ReducedModel
+from femend.model import Place
 
 __all__ = ["one_linear"]
 
@@ -41,12 +42,11 @@ LINES = 600
 
 @dataclass(frozen=True, eq=False)
 class LinearOne:
-    """Linear laws, in order of score, with the force at a place `free`; the `problem` and the model with it."""
+    """Linear laws, in order of score, with the force at a place `free`, and the `problem` with it."""
 
     ranked: list[Ranked]
     free: Located
     problem: Problem
-    reduced: ReducedModel
 
 
 def one_linear(first: Searched, second: Located, at: Place) -> tuple[Scored, list[Ranked]] | None:
@@ -69,7 +69,7 @@ def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> Linear
     # in a cut a law carries what the connection carried, and not what a force beside that does
     if free.kind not in KINDS or free.n_w != 1:
         return None
-    rows = sorted({*first.g_rows, *(int(g) for part in free.g_rows for g in part)})
+    rows = rows_of((free,), first.g_rows)
     reduced = enlarged((free,), first.reduced, first.problem.band[1], rows)
     problem = first.problem.driven_at(free)
     (null,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], [(p, np.zeros(0))])
@@ -85,7 +85,7 @@ def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> Linear
     if not ranked or ranked[0].candidate.chosen > first.settings.adequate:
         return None
     at = _located(first, free, other, p)
-    return None if at is None else LinearOne(ranked, at, problem, reduced)
+    return None if at is None else LinearOne(ranked, at, problem)
 
 
 def _located(first: Searched, free: Place, other: Place, p: FloatArray) -> Located | None:
@@ -93,9 +93,7 @@ def _located(first: Searched, free: Place, other: Place, p: FloatArray) -> Locat
     beside = () if other.part else (other,)
     reduced = with_own(other, first.reduced) if other.part else first.reduced
     few, hypothesis = first.problem.sparing(LINES), hypothesis_of(free, reduced, beside)
-    n = len(first.reduced.names)
-    start = np.concatenate([p[:n], np.zeros(hypothesis.reduced.extra - first.reduced.extra), p[n:]])
-    (fit,) = few.fit([hypothesis], [(start, np.zeros(0))])
+    (fit,) = few.fit([hypothesis], [(with_members(first, p, hypothesis.reduced.extra), np.zeros(0))])
     if fit is None:
         return None
     one = Located(free, fit, squares_of(few, fit, 0.0))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import Recovered, to_time
-from femend.diagnose.known_force import shrunk
+from femend.diagnose.known_force import shown_forces
 from femend.diagnose.linear import closed_by
 from femend.diagnose.name import Ranked
 from femend.diagnose.receptances import on_lines
@@ -40,12 +40,10 @@ def read_off_beside(problem: Problem, ranked: Ranked, place: Place) -> Recovered
             H = H - np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, law, optimize=True) @ carried
             C = C - np.einsum("kr,vr,wr->kvw", g, free, law, optimize=True) @ carried
         D, F = D[:, n_w:], F[:, n_w:]
-        answer = (line.Y - y + np.einsum("ksw,kw->ks", H, F)) * line.weight
-        H = H * line.weight[:, :, None]
-        shown = shrunk(H, answer, F)
+        shown, weight = shown_forces(line, y, H, F)
         out.D.append(D + np.einsum("kvw,kw->kv", C, shown - F))
         out.F.append(-shown)
-        out.weight.append(np.asarray((np.abs(H) ** 2).sum(axis=1)))
+        out.weight.append(weight)
         out.index.append(line.index)
         out.freq.append(line.freq)
         to_time(out, line, s)
