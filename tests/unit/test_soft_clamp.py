@@ -12,9 +12,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from femend.diagnose import name
 from femend.diagnose.dressed import dressed, own_span, own_values, with_own
 from femend.diagnose.joint import enlarged
+from femend.diagnose.soft_clamp import SoftClamp, soft_clamps
 from femend.errors import ModelError
+from femend.estimate import Fit
 from femend.model import Model, Place, ReducedModel, find_places, form_errors, read_model, reduce_model
 from femend.model.freed import freed, own_stiffness, reactions
 from femend.study.patch import on_new_supports
@@ -22,6 +25,7 @@ from femend.study.run import StudyRun, diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
+from small_study import diagnosed
 
 Array = NDArray[np.float64]
 F_MAX = 150.0
@@ -175,6 +179,39 @@ def test_a_clamp_soft_in_two_directions_is_told_with_two_springs(soft: tuple[Stu
         assert abs(entry["value"] - k) < 2 * entry["sd"] < k
     held = next(r for r in result["fit"] if r["recording"] == "held")
     assert held["final"] < 0.02 < held["parameters"]
+
+
+def test_a_clamp_that_is_beaten_with_all_its_springs_is_left_at_once(
+    soft: tuple[StudyRun, dict[str, Any], Path],
+) -> None:
+    found = soft[0].diagnosis
+    asked: list[tuple[int, ...]] = []
+
+    def beaten(fit: Fit) -> bool:
+        asked.append(tuple(row % 6 for row, _ in fit.hypothesis.reduced.members[-1].springs))
+        return True
+
+    given = (found.split, found.reduced, found.located, found.null.p, 10.0)
+    assert soft_clamps(*given, beaten) == []
+    assert asked == [(2, 4)]  # bending alone moves in the band
+    kept = soft_clamps(*given)
+    assert {len(one.located.place.springs) for one in kept} == {1, 2}
+
+
+def test_a_spring_elsewhere_leaves_nothing_to_try_at_the_clamp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # the foot of the beam stands among the places, but no spring in it does what one at the middle does
+    tried: list[SoftClamp] = []
+
+    def kept(*given: Any) -> list[SoftClamp]:
+        tried.extend(found := soft_clamps(*given))
+        return found
+
+    monkeypatch.setattr(name, "soft_clamps", kept)
+    laws = [(7, "support_stiffness", {"k": 3e4})]
+    run = diagnosed(tmp_path, small_study.Truth((7.3e10, 6.8e10), laws=laws))
+    assert [f["physics"] for f in run.result["findings"]] == ["support_stiffness"]
+    assert any(p.kind == "clamp" for one in run.diagnosis.located for p in (one.place, *one.alike))
+    assert tried == []
 
 
 def test_the_patched_deck_stands_on_the_springs(soft: tuple[StudyRun, dict[str, Any], Path]) -> None:

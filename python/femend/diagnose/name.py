@@ -152,7 +152,7 @@ def name_physics(
             tried += new
             note(first_look.at_once(new))
             opened += [at] if at is not None and place is found.place else []
-    tried += _soft_clamps(split, reduced, located if clamps is None else clamps, updated, settings)
+    tried += _soft_clamps(split, reduced, located if clamps is None else clamps, updated, tried, settings)
     if not _linear_suffices(split, reduced, tried, opened, null_score, settings):
         for at in _likeliest(opened, tried, settings):
             new = [_Tried(c, at.found, at.recovered) for c in _nonlinear_laws(split, at)]
@@ -329,17 +329,27 @@ def _linear_at(
 
 
 def _soft_clamps(
-    split: Split, reduced: ReducedModel, located: Sequence[Located], updated: FloatArray, settings: Settings
+    split: Split,
+    reduced: ReducedModel,
+    located: Sequence[Located],
+    updated: FloatArray,
+    tried: Sequence[_Tried],
+    settings: Settings,
 ) -> list[_Tried]:
-    """Clamps among the places on springs of their own in one direction and in several."""
-    return [
-        _Tried(
-            replace(null_candidate(split, soft.located.fit, "compliant_support"), reference=soft.reference),
-            soft.located,
-            None,
-        )
-        for soft in soft_clamps(split, reduced, located, updated, settings.margin)
-    ]
+    """Clamps among the places on springs of their own in one direction and in several, but for those that even with
+    springs in all directions, were they free of charge, come clearly behind the best law `tried` elsewhere."""
+    n_values = effective_values(split.choosing, reduced)
+    best = min((score(t.candidate, split.choosing, settings, n_values) for t in tried), default=np.inf)
+
+    def soft(fit: Fit) -> Candidate:
+        return null_candidate(split, fit, "compliant_support")
+
+    def beaten(fit: Fit) -> bool:
+        free_of_charge = replace(soft(fit), n_law=0)
+        return score(free_of_charge, split.choosing, settings, n_values) > best + settings.gain_cost
+
+    found = soft_clamps(split, reduced, located, updated, settings.margin, beaten)
+    return [_Tried(replace(soft(one.located.fit), reference=one.reference), one.located, None) for one in found]
 
 
 def _nonlinear_laws(split: Split, at: _Opened) -> list[Candidate]:

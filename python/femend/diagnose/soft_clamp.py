@@ -9,7 +9,7 @@ against fewer as every law has to.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,11 +50,16 @@ class SoftClamp:
 
 
 def soft_clamps(
-    split: Split, reduced: ReducedModel, found: Sequence[Located], updated: FloatArray, margin: float
+    split: Split,
+    reduced: ReducedModel,
+    found: Sequence[Located],
+    updated: FloatArray,
+    margin: float,
+    beaten: Callable[[Fit], bool] = lambda fit: False,
 ) -> list[SoftClamp]:
     """Springs in several directions, and in each by itself, under every clamp that stands among the places `found` and
     their look-alikes; `updated` are the unknowns of the updated model. Clamps whose springs in the same directions cost
-    at most `margin` more are look-alikes of each other."""
+    at most `margin` more are look-alikes of each other. Where springs in all directions are `beaten`, fewer are too."""
     done: list[SoftClamp] = []
     for clamp, near in _clamps(found):
         whole = _all_springs(split.whole, reduced, clamp, updated)
@@ -62,7 +67,7 @@ def soft_clamps(
             continue
         known = [*near, updated]
         starts = [*known, *(_without_form(p, reduced) for p in known), split.whole.prior(reduced)[0]]
-        fits = _fits(split.fitting, reduced, whole, starts)
+        fits = _fits(split.fitting, reduced, whole, starts, beaten)
         for place, fit in (*fits, *_pairs(split.fitting, reduced, whole, fits, margin)):
             (at,) = split.whole.fit([fit.hypothesis], [(fit.p, fit.x)])
             if at is not None:
@@ -96,9 +101,14 @@ def _clamps(found: Sequence[Located]) -> list[tuple[Place, list[FloatArray]]]:
 
 
 def _fits(
-    problem: Problem, reduced: ReducedModel, whole: Place, starts: Sequence[FloatArray]
+    problem: Problem,
+    reduced: ReducedModel,
+    whole: Place,
+    starts: Sequence[FloatArray],
+    beaten: Callable[[Fit], bool],
 ) -> list[tuple[Place, Fit]]:
-    """Springs in all directions, then in one less at each turn, and each direction by itself."""
+    """Springs in all directions, then in one less at each turn, and each direction by itself; none where those in all
+    directions are `beaten`."""
     n = len(reduced.names)
     fits: list[tuple[Place, Fit]] = []
     place, begun = whole, [_started(p, n, whole, size) for p in starts for size in SIZES]
@@ -106,6 +116,8 @@ def _fits(
         fit = _fitted(problem, reduced, place, begun)
         if fit is None:
             break
+        if not fits and beaten(fit):
+            return []
         fits.append((place, fit))
         own = own_span(fit.hypothesis.reduced)
         # the one whose stiffness is known least does least
