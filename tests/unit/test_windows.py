@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from femend.diagnose import name
+from femend.diagnose import name, nonlinear
 from femend.diagnose.advice import only_beginning
+from femend.diagnose.candidates import Start
+from femend.diagnose.joint import open_joint, recover
+from femend.diagnose.nonlinear import fit_nonlinear, wider_windows
 from femend.diagnose.settings import Settings
+from femend.model import find_places
+from femend.physics import physics
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
 
 
 @dataclass(frozen=True)
@@ -55,10 +65,15 @@ class Stop:
 @pytest.mark.parametrize(("told", "reached"), [(0.0, 0.0), (0.5, 0.8), (2.0, 2.4), (5.0, 6.8)])
 def test_a_law_is_followed_as_far_as_it_explains(monkeypatch: pytest.MonkeyPatch, told: float, reached: float) -> None:
     def judged(*args: Any) -> Any:
-        return SimpleNamespace(ranked=lambda t: SimpleNamespace(candidate=t.candidate, located=None, recovered=None))
+        def ranked(tried: Any, afresh: bool = False) -> Any:
+            # not judged afresh, a law has the misfit of the window before
+            seen = tried.candidate if afresh else SimpleNamespace(**{**vars(tried.candidate), "chosen": 1.0})
+            return SimpleNamespace(candidate=seen, located=None, recovered=None)
+
+        return SimpleNamespace(ranked=ranked)
 
     made = {
-        "windows": lambda problem: [24.0, 8.0, 2.4, 0.8, 0.0],
+        "wider_windows": lambda problem, sigma: [w for w in (24.0, 8.0, 2.4, 0.8, 0.0) if w < sigma],
         "refit_nonlinear": lambda problem, candidate: candidate,
         "effective_values": lambda *a: 100.0,
         "_Judge": judged,
@@ -162,6 +177,59 @@ def test_laws_are_compared_in_the_widest_window_that_one_explains(
     tried = [SimpleNamespace(candidate=left) for left in (spring, stop)]
     reduced = cast(Any, SimpleNamespace(r=3))
     assert name._widest(split, reduced, cast(Any, tried), Settings(), np.zeros(1)).sigma == sigma
+
+
+def test_windows_widen_a_little_at_a_time() -> None:
+    problem = cast(Any, SimpleNamespace(scale=lambda: 2.0))
+    sigma = wider_windows(problem, 20.0)
+    assert sigma[-1] == 0.0
+    ratios = np.array(sigma[:-1]) / np.array([20.0, *sigma[:-2]])
+    np.testing.assert_allclose(ratios, 0.7)
+    assert 0.1 * 2.0 <= sigma[-2] < 0.2 * 2.0
+    assert wider_windows(problem, 0.15) == [0.0]
+
+
+def test_a_softening_law_that_is_read_too_strong_begins_weaker(tmp_path: Path) -> None:
+    start = small_study.updated(tmp_path, small_study.Truth(laws=[(13, "cubic_stiffness", {"k3": -1.5e6})]))
+    places = find_places(start.reduced.model)
+    place = next(p for p in places if p.kind == "ground" and p.nodes == (13,) and p.direction == "Z")
+    joint = open_joint(place, start.reduced, start.problem.band[1], start.g_rows)
+    recovered = recover(start.problem, joint, start.null.p)
+    assert recovered is not None
+    # with ten times the force the beam would run away from its clamp
+    strong = Start(physics("cubic_stiffness"), {"k3": -1.5e7}, -100.0, 0.0, 0.5)
+    (candidate,) = fit_nonlinear(start.problem, start.problem, joint, recovered, [("cubic_stiffness", strong)])
+    assert candidate.values["k3"] == pytest.approx(-1.5e6, rel=0.05)
+    assert candidate.sigma == 0.0
+
+
+def test_a_law_that_explains_less_in_a_wider_window_is_kept_in_both(monkeypatch: pytest.MonkeyPatch) -> None:
+    left = {10.0: 0.9, 3.0: 1.1, 1.0: 3.0, 0.0: 20.0}
+
+    def run(sigma: float) -> Any:
+        loop = SimpleNamespace(sigma=sigma, size=lambda: 1)
+        reached = SimpleNamespace(cost=left[sigma], e=np.array([left[sigma] ** 0.5]))
+        return nonlinear._Run("cubic_stiffness", cast(Any, None), cast(Any, SimpleNamespace(loop=loop)), reached)
+
+    def candidate(loop: Any, *given: Any) -> Any:
+        return SimpleNamespace(sigma=loop.sigma, fitted=left[loop.sigma])
+
+    def widened(before: Any, sigma: float) -> Any:
+        return run(sigma) if left[sigma] <= nonlinear.LOST * max(before.misfit, 1.0) else None
+
+    made = {
+        "windows": lambda problem: [10.0, 3.0, 1.0, 0.0],
+        "_begun": lambda *a: run(10.0),
+        "_best_of_each": lambda runs: runs,
+        "_widened": widened,
+        "_candidate": candidate,
+        "judge_nonlinear": lambda choosing, candidate: candidate,
+    }
+    for attribute, value in made.items():
+        monkeypatch.setattr(nonlinear, attribute, value)
+    given = cast(Any, None)
+    kept = fit_nonlinear(given, given, given, given, [("cubic_stiffness", given)])
+    assert sorted(c.sigma for c in kept) == [1.0, 3.0]
 
 
 def test_a_law_of_the_beginning_alone_says_so() -> None:

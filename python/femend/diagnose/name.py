@@ -15,7 +15,14 @@ from femend.diagnose.dressed import own_values
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
 from femend.diagnose.linear import fit_linear, fit_mass, judge_linear
 from femend.diagnose.locate import Located, order
-from femend.diagnose.nonlinear import as_recorded, fit_nonlinear, judge_nonlinear, refit_nonlinear, windows
+from femend.diagnose.nonlinear import (
+    as_recorded,
+    fit_nonlinear,
+    judge_nonlinear,
+    refit_nonlinear,
+    wider_windows,
+    windows,
+)
 from femend.diagnose.settings import Settings
 from femend.diagnose.soft_clamp import soft_clamps
 from femend.diagnose.split import Split
@@ -178,10 +185,10 @@ def _followed_on(
     if sigma == 0 or not ranked or not ranked[0].candidate.nonlinear:
         return ranked, sigma
     best, reached = ranked[0], sigma
-    for wider in (w for w in windows(split.fitting) if w < sigma):
+    for wider in wider_windows(split.fitting, sigma):
         judge = _Judge(split, settings, effective_values(split.choosing, reduced, wider), wider)
         candidate = refit_nonlinear(split.fitting, replace(best.candidate, sigma=wider))
-        there = judge.ranked(_Tried(candidate, best.located, best.recovered))
+        there = judge.ranked(_Tried(candidate, best.located, best.recovered), afresh=True)
         if there.candidate.chosen > settings.adequate * max(there.candidate.reference, 1.0):
             break
         best, reached = there, wider

@@ -15,7 +15,15 @@ from femend.diagnose.joint import Joint, Recovered
 from femend.estimate import FitRecord, Problem
 from femend.estimate.lines import TEMPERING
 
-__all__ = ["as_recorded", "fit_nonlinear", "judge_nonlinear", "refit_nonlinear", "simulate_candidate", "windows"]
+__all__ = [
+    "as_recorded",
+    "fit_nonlinear",
+    "judge_nonlinear",
+    "refit_nonlinear",
+    "simulate_candidate",
+    "wider_windows",
+    "windows",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -25,6 +33,9 @@ FEW, FOLLOWED, FIRST, JOINT = 6, 7, 5, 10
 AGAIN, FALLING, FAR = 6, 0.2, 2.0
 # decays of the windows, in units of `Problem.scale`, before the whole records
 WINDOWS = (10.0, 3.0, 1.0)
+# ratio of a window's decay to that of the one before where a law is followed on in small steps, and the decay (in units
+# of `Problem.scale`) from which whole records are next
+FINER, WHOLE = 0.7, 0.1
 # starts whose cost is within this of the least are told apart by how well their law fits the recovered force: what acts
 # at large motion alone may not show in the beginning of a record
 TIED = 10.0
@@ -32,6 +43,10 @@ TIED = 10.0
 BEHIND = 2.0
 # share of the cost, too, by which samples picked without a filter have to fit better
 CLEARLY = 0.02
+# shares of its force with which a law begins that cannot be simulated as it was read off
+WEAKER = (0.3, 0.1)
+# misfit up to which a law explains a window
+EXPLAINS = 1.5
 # a law whose misfit grows by more than this when the window is widened has motion that cannot be followed any longer
 LOST = 4.0
 
@@ -58,16 +73,14 @@ def fit_nonlinear(
 
     All starts go a few steps on the beginnings of the records (an exponential window), where paths of motion that later
     part are still together; those that get on best are followed to wider windows and the whole records, as far as their
-    motion can be followed: impacts may make it depend on its past without limit. One candidate a law is kept.
+    motion can be followed: impacts may make it depend on its past without limit. A law is kept as it was in the widest
+    window it was followed to and, where it explains less there than before, in the widest that it explains.
     """
     first, *wider = windows(problem)
     runs: list[_Run] = []
     for name, start in begun:
-        loop, x = loop_of(problem, joint, start, recovered)
-        descent = Descent.around(replace(loop, sigma=first, substeps=COARSE), x, False)
-        reached = descent.run(np.concatenate([recovered.fit.p, x]), FEW)
-        if reached is not None:
-            runs.append(_Run(name, start, descent, reached))
+        run = _begun(problem, joint, recovered, name, start, first)
+        runs += [] if run is None else [run]
     runs, lost = _best_of_each(runs)[:FOLLOWED], []
     for sigma in wider:
         ahead: list[_Run] = []
@@ -77,20 +90,47 @@ def fit_nonlinear(
                 break  # of laws in order, only these are followed as long as one before them can be
             new = _widened(run, sigma)
             ahead += [] if new is None else [new]
-            lost += [run] if new is None else []
+            lost += [run] if new is None or new.misfit > EXPLAINS >= run.misfit else []
         runs = sorted(ahead, key=lambda r: r.reached.cost)
-    kept: dict[str, Candidate] = {}
+    kept: dict[tuple[str, bool], Candidate] = {}
     for run in (*runs, *lost):
         candidate = judge_nonlinear(choosing, _candidate(run.descent.loop, run.start, run.name, run.reached, None))
-        before = kept.get(run.name)
+        own = run.name, run.misfit <= EXPLAINS
+        before = kept.get(own)
         if np.isfinite(candidate.fitted) and (before is None or _further(candidate, before)):
-            kept[run.name] = candidate
+            kept[own] = candidate
     return list(kept.values())
+
+
+def _begun(problem: Problem, joint: Joint, recovered: Recovered, name: str, start: Start, sigma: float) -> _Run | None:
+    """A start after its first steps in the window exp(-sigma t), of a weaker law where it cannot be simulated as it was
+    read off: one that softens has motion without bounds from some size on. None where none can be."""
+    for share in (1.0, *WEAKER):
+        begun = start if share == 1.0 else _weaker(start, share)
+        loop, x = loop_of(problem, joint, begun, recovered)
+        descent = Descent.around(replace(loop, sigma=sigma, substeps=COARSE), x, False)
+        reached = descent.run(np.concatenate([recovered.fit.p, x]), FEW)
+        if reached is not None:
+            return _Run(name, begun, descent, reached)
+    return None
+
+
+def _weaker(start: Start, share: float) -> Start:
+    """A start whose law and companion have `share` of their force at any motion."""
+    values = {q.name: start.values[q.name] * share ** q.dims[0] for q in start.physics.parameters}
+    return replace(start, values=values, k=share * start.k, c=share * start.c)
 
 
 def windows(problem: Problem) -> list[float]:
     """Decays sigma (1/s) of the windows exp(-sigma t) a law is followed through, the whole records (0) last."""
     return [*(factor * problem.scale() for factor in WINDOWS), 0.0]
+
+
+def wider_windows(problem: Problem, sigma: float) -> list[float]:
+    """Decays (1/s) of windows from exp(-sigma t) on to the whole records (0), each a little wider than the one
+    before."""
+    n = int(np.log(sigma / (WHOLE * problem.scale())) / np.log(1 / FINER))
+    return [*(sigma * FINER ** (i + 1) for i in range(n)), 0.0]
 
 
 def _best_of_each(runs: Sequence[_Run]) -> list[_Run]:
