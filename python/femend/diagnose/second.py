@@ -24,7 +24,7 @@ from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import Searched, others, pair, plain, with_members
 from femend.diagnose.parallel import in_parallel
 from femend.diagnose.settings import Settings
-from femend.diagnose.terms import Terms, refit_terms
+from femend.diagnose.terms import Terms, follow_terms, refit_terms
 from femend.diagnose.together import Scored, are_told, best_of, distinct, shows, term_of, told_plainly
 from femend.estimate import Hypothesis
 from femend.model import Place
@@ -308,9 +308,10 @@ def _carried(tried: Sequence[Ranked], before: Located, after: Located) -> Sequen
 
 
 def _further(first: Searched, found: Scored, tried: Sequence[Ranked]) -> Further:
-    """The terms fitted to all records, each with the laws `tried` at its place: of two at one place the first, a law
-    beside it stands by itself."""
+    """The terms followed as far as they explain and fitted to all records, each with the laws `tried` at its place: of
+    two at one place the first, a law beside it stands by itself."""
     score, terms = found
+    terms = follow_terms(first.split.fitting, first.split.choosing, terms, first.settings.adequate)
     whole = refit_terms(first.problem.thinned(FINAL_LINES), terms)
     laws: list[tuple[Ranked, ...]] = []
     named: list[Place] = []

@@ -15,11 +15,11 @@ from femend.diagnose.descent import Descent
 from femend.diagnose.dressed import with_own
 from femend.diagnose.joint import Joint, open_joints
 from femend.diagnose.locate import Located
-from femend.diagnose.nonlinear import windows
+from femend.diagnose.nonlinear import wider_windows, windows
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Term", "Terms", "fit_terms", "judge_terms", "refit_terms", "simulate_terms"]
+__all__ = ["Term", "Terms", "fit_terms", "follow_terms", "judge_terms", "refit_terms", "simulate_terms"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -27,6 +27,8 @@ ComplexArray = NDArray[np.complex128]
 # steps in each of the windows by which laws that were found one by one also come to terms, where whole records are too
 # far off at first, and those on whole records
 STEPS = (6, 6, 6, 40)
+# steps in each further window of laws that explain the one before
+FURTHER = 10
 # share of the cost by which a fit of linear laws has to get on
 LINEAR_TOLERANCE = 1e-3
 # coordinates that a simulation can carry
@@ -226,6 +228,20 @@ def refit_terms(problem: Problem, found: Terms, iterations: int = STEPS[-1]) -> 
     loop = found.loop(problem)
     reached = _run(loop, found.x, np.concatenate([found.p, found.x]), iterations)
     return found if reached is None else replace(_made(loop, reached), chosen=found.chosen)
+
+
+def follow_terms(fitting: Problem, choosing: Problem, found: Terms, adequate: float) -> Terms:
+    """The terms fitted in ever wider windows, a little wider at a time, as long as they leave at most `adequate` of
+    what they have not seen there; they were found in a beginning, where paths of motion that later part are still
+    together."""
+    if found.sigma == 0 or found.loop(fitting).linear:
+        return found
+    for wider in wider_windows(fitting, found.sigma):
+        there = judge_terms(choosing, refit_terms(fitting, replace(found, sigma=wider), FURTHER))
+        if there.chosen > adequate:
+            break
+        found = there
+    return found
 
 
 @dataclass(frozen=True, eq=False)
