@@ -212,6 +212,28 @@ def test_the_sense_of_rotation_and_the_growth_of_forces_matter(model: Model) -> 
     assert left(second, sense=0, order=2.0) > 20
 
 
+def test_lines_that_are_means_over_a_width(model: Model) -> None:
+    """The model is averaged over the line as the measurement is: without, a narrow resonance looks damped."""
+    places, directions = across(tuple(UNBALANCE), 0, -1)
+    fine = FREQ[:, None] + np.linspace(-1.0, 1.0, 401)
+    H = receptances(model, TRUE_FACTORS, fine.ravel(), list(SENSORS), list(places))
+    a = ((2j * np.pi * fine.ravel()[:, None]) ** 2 * (H @ directions @ list(UNBALANCE.values()))).reshape(7, 401, -1)
+    course = (2 * np.pi * FREQ[:, None]) ** 2
+    wide = ODS("wide", FREQ, (a.mean(axis=1) * course).T, channels(SENSORS), "order", order=1.0, speed=FREQ)
+    said = {"sense": -1, "unbalance": UNBALANCE, "sd": 1e-3}
+    state = {}
+    for width in (0.0, 2.0):
+        response, frfs = OrderDifferences.of(wide, SENSORS, BEARINGS, 0, width=width, **said)
+        system = deck_system(model, SENSORS, 0, frfs=frfs)
+        assert frfs.freq.size == (35 if width else 7)
+        state[width] = np.abs(response.compare(system.solve(undamped(TRUE_FACTORS)), None, False).residual).max()
+    assert state[2.0] < 0.05 * state[0.0]
+    problem = problem_of(model, OrderDifferences.of(wide, SENSORS, BEARINGS, 0, width=2.0, sd=0.01))
+    here = problem.evaluate(HERE, slopes=True)
+    ends = [[problem.evaluate(HERE + x * e).squares for x in (1e-5, -1e-5)] for e in np.eye(3)]
+    np.testing.assert_allclose(2 * here.jacobian.T @ here.residual, [(a - b) / 2e-5 for a, b in ends], rtol=1e-6)
+
+
 def test_a_free_force_takes_up_what_acts_at_its_own_place() -> None:
     """A mass or spring at the only driven place cannot be told from another force there."""
     sensors = [Dof(n, 2) for n in range(1, 7)]
@@ -352,6 +374,7 @@ def bad_shapes(model: Model) -> list[tuple[str, object]]:
         ("they are of order 1; take", lambda: run(turning(model), SENSORS, BEARINGS, 0, order=2.0)),
         ("turns in a sense", lambda: run(turning(model), SENSORS, BEARINGS, 0, unbalance=UNBALANCE)),
         ("names no node", lambda: run(turning(model), SENSORS, BEARINGS, 0, sense=1, unbalance={})),
+        ("are means over 22 Hz, the lowest is at 11 Hz", lambda: run(turning(model), SENSORS, BEARINGS, 0, width=22.0)),
         ("along axis 3", lambda: run(turning(model), SENSORS, BEARINGS, 3)),
         ("sense 2 of rotation", lambda: run(turning(model), SENSORS, BEARINGS, 0, sense=2)),
         (r"bearings at nodes \[2, 2\]", lambda: run(turning(model), SENSORS, (2, 2), 0)),

@@ -23,6 +23,9 @@ __all__ = ["OrderDifferences", "across"]
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+# points of a line's width at which the model is solved (Gauss and Legendre)
+POINTS = 5
+
 
 @dataclass(frozen=True, eq=False)
 class OrderDifferences:
@@ -35,7 +38,8 @@ class OrderDifferences:
     complex forces at the inputs per unit of every amplitude (`across` makes those of unbalance), `unbalance` (n_free,)
     the amplitudes u where they are known; without it they are free, the same at all speeds, and those of least squares
     at the parameters (`eliminate`). With `power` 2, u is mass times length; it may be another one, above all of
-    another order. NaN in `shapes` marks a sensor that was not there; units are those of the model.
+    another order. NaN in `shapes` marks a sensor that was not there; units are those of the model. With `shares`
+    (n_points,) every line is a mean of H over n_points lines of the `Frfs`, which follow each other line by line.
 
     The response is the steady one at every speed: shapes of a run that is quick against the decay of its modes are to
     be deconvolved first (`femend.signal.run_up_shapes`). The model is the same at all speeds: gyroscopic moments and
@@ -49,6 +53,7 @@ class OrderDifferences:
     directions: ComplexArray
     unbalance: ComplexArray | None = None
     power: float = 2.0
+    shares: tuple[float, ...] = (1.0,)
     name: str = "order"
 
     def __post_init__(self) -> None:
@@ -89,6 +94,7 @@ class OrderDifferences:
         floor: float = 0.0,
         step: float | None = None,
         shaft: int = 0,
+        width: float = 0.0,
     ) -> tuple[OrderDifferences, Frfs]:
         """The response of one `order` of a run, and the `Frfs` to ask the system for.
 
@@ -99,8 +105,9 @@ class OrderDifferences:
         free in both directions, which holds either sense. `unbalance` has m r exp(i phase) of some nodes, known (as in
         `femend.data.Rotating`), and takes a sense. `sd` (n_freq, n_ch) or one number is of real and imaginary part
         each, in the channels' units; without it the lines' scatter counts. `floor` is a share of the largest value of
-        each line, added in squares. Raises UpdatingError as the class does, for channels or nodes that are no sensors
-        and shapes that are of another order; KeyError for an order that was not tracked.
+        each line, added in squares. Lines that are means over a `width` in Hz, which a resonance may be narrower than,
+        are met by the model's mean over it. Raises UpdatingError as the class does, for channels or nodes that are no
+        sensors and shapes that are of another order; KeyError for an order that was not tracked.
         """
         ods = ods_of_order(run, order, step, shaft=shaft) if isinstance(run, OrderTrack) else run
         name = f"order {order:g} of {ods.name!r}"
@@ -119,8 +126,10 @@ class OrderDifferences:
         measured = on_rows(ods, sensors, sd, floor)
         rows, signs = input_rows(places, sensors, name)
         known = None if unbalance is None else np.array([unbalance[n] for n in at], dtype=np.complex128)
-        response = cls(measured.values, measured.sd, ods.speed, signs[:, None] * directions, known, power, name)
-        return response, Frfs(ods.freq, measured.rows, rows, measured.kind)
+        at_points, shares = _over(ods.freq, width, name)
+        turned = signs[:, None] * directions
+        response = cls(measured.values, measured.sd, ods.speed, turned, known, power, shares, name)
+        return response, Frfs(at_points, measured.rows, rows, measured.kind)
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
         """Residuals of the lines of `state`; `mates` play no part. Raises UpdatingError where the FRFs computed are
@@ -153,7 +162,8 @@ class OrderDifferences:
     def _per_amplitude(self, state: State, slopes: bool) -> tuple[ComplexArray, ComplexArray | None]:
         """Shapes per unit of every amplitude over the deviations (n_freq, n_out, n_free), and their derivatives."""
         H = state.value("frf")
-        wanted = (*self.shapes.shape, self.directions.shape[0])
+        n_freq, n_out = self.shapes.shape
+        wanted = (n_freq * len(self.shares), n_out, self.directions.shape[0])
         if H.shape != wanted:
             raise UpdatingError(
                 f"{self.name}: shapes and forces make FRFs of shape {wanted}, {H.shape} computed; ask the system for "
@@ -161,8 +171,12 @@ class OrderDifferences:
             )
         grown = (2 * np.pi * self.speed[:, None]) ** self.power
         weight = (np.where(self._there, 1.0 / self.sd, 0.0) * grown)[:, :, None]
-        dA = (state.slope("frf") @ self.directions) * weight if slopes else None
-        return (H @ self.directions) * weight, dA
+
+        def weighed(values: ComplexArray) -> ComplexArray:
+            each = (values @ self.directions).reshape(*values.shape[:-3], n_freq, len(self.shares), n_out, -1)
+            return np.asarray(np.einsum("...kjoq,j->...koq", each, np.array(self.shares)) * weight)
+
+        return weighed(H), weighed(state.slope("frf")) if slopes else None
 
     def _eliminated(self, state: State, slopes: bool) -> Eliminated:
         A, dA = self._per_amplitude(state, slopes)
@@ -170,6 +184,19 @@ class OrderDifferences:
         A = A.reshape(1, -1, n)
         dA = None if dA is None else dA.reshape(len(dA), 1, -1, n)
         return eliminate(A, self._weighed.reshape(1, -1), dA, [" at all speeds together"], self.name, "amplitude")
+
+
+def _over(freq: FloatArray, width: float, who: str) -> tuple[FloatArray, tuple[float, ...]]:
+    """Lines at which the model is solved for means over `width` Hz about `freq` (n_freq,), and the share of each."""
+    if not (width >= 0 and width < 2 * freq.min()):
+        raise UpdatingError(
+            f"{who}: lines are means over {width:g} Hz, the lowest is at {freq.min():.6g} Hz; give 0 or a width that "
+            "stays above 0 Hz"
+        )
+    if width == 0:
+        return freq, (1.0,)
+    x, share = np.polynomial.legendre.leggauss(POINTS)
+    return (freq[:, None] + 0.5 * width * x).ravel(), tuple((0.5 * share).tolist())
 
 
 def across(nodes: Sequence[int], axis: int, sense: int) -> tuple[tuple[Dof, ...], ComplexArray]:
