@@ -10,9 +10,13 @@ from typing import Any
 from femend.bench.compared import Compared
 from femend.bench.correlate import Prepared, prepare
 from femend.bench.counted import Counted, counted_modes
+from femend.bench.counted_runs import CountedRun, counted_runs
 from femend.bench.drawn import Drawn, draw_posterior_of
 from femend.bench.page import render_page
 from femend.bench.problem import study_problem
+from femend.bench.run_compared import ComparedRun
+from femend.bench.run_update_result import runs_result
+from femend.bench.runs import UPDATE
 from femend.bench.small_problem import small_problem
 from femend.bench.starts import Starts, search_from_starts
 from femend.bench.steps import Steps, write_json
@@ -45,7 +49,9 @@ class UpdateRun:
     """A finished update: what was `prepared` and `counted`, the `problem` with what its data can tell
     (`sensitivity`), what was `found`, every fit and validate recording compared `before` and `after`, the changed
     `deck`, and the `result` as it is written; the searches from other `starts` and the `drawn` posterior where the
-    study asks for them, and the response `surface` that told where to begin."""
+    study asks for them, and the response `surface` that told where to begin. Where the study asks for orders, the
+    rotor's runs that count (`counted_runs`), and all of them compared before and after (`runs_before`,
+    `runs_after`)."""
 
     prepared: Prepared
     counted: tuple[Counted, ...]
@@ -59,6 +65,9 @@ class UpdateRun:
     starts: Starts | None = None
     drawn: Drawn | None = None
     surface: SurfaceStart | None = None
+    counted_runs: tuple[CountedRun, ...] = ()
+    runs_before: tuple[ComparedRun, ...] = ()
+    runs_after: tuple[ComparedRun, ...] = ()
 
     @property
     def study(self) -> Study:
@@ -88,7 +97,8 @@ def update(
     progress: Progress | None = None,
     history: str | Path | None = None,
 ) -> UpdateRun:
-    """Updates the parameters of `study` on what its fit recordings measured, as its table [updating] says.
+    """Updates the parameters of `study` on what its fit recordings measured, as its table [updating] says: modes and
+    FRFs, and orders of a rotor's runs.
 
     Recordings with role validate are compared with the model before and after and have no part in it. With a folder
     `out` everything is written there: updating.json, updating.html, model.updated.bdf with the changed values where
@@ -99,24 +109,32 @@ def update(
     """
     progress = progress or SilentProgress()
     steps = Steps(Path(study), progress)
-    prepared = prepare(Path(study), steps, "an update", morphs=True)
+    prepared = prepare(Path(study), steps, UPDATE, morphs=True, runs=lambda s: "orders" in s.updating.responses)
     with steps.step("weigh what was measured"):
         before = tuple(prepared.compare(m) for m in prepared.measured)
         counted = counted_modes(prepared, before)
-        problem = study_problem(prepared, counted)
+        runs_before = tuple(prepared.compare_run(m) for m in prepared.runs)
+        runs, passed = counted_runs(prepared, runs_before)
+        problem = study_problem(prepared, counted, runs)
         told = sensitivities(problem)
     surface, found = _first(prepared.study, problem, steps, history)
     starts, drawn = _more(prepared.study, problem, found, counted, steps)
     found = found if starts is None else starts.taken
     with steps.step("compare what was found"):
-        model = prepared.models.of(counted[0].configuration)
+        model = prepared.models.of(counted[0].configuration if counted else runs[0].measured.configuration)
         # what damping is unknown beside them is none of the deck's
         names = [*(p.name for p in model.parameters), *(m.name for m in model.morphs)]
         values = {name: found.values[name] for name in names}
         after = tuple(prepared.compare(m, values) for m in prepared.measured)
+        runs_after = tuple(prepared.compare_run(m, values) for m in prepared.runs)
         deck = updated_deck(model, values)
         result = update_result(prepared, counted, told, found, before, after, deck, starts, drawn, surface)
-    run = UpdateRun(prepared, counted, problem, told, found, before, after, deck, result, starts, drawn, surface)
+        result["runs"] = runs_result(runs, found, runs_before, runs_after)
+        result["warnings"] += passed
+    run = UpdateRun(
+        prepared, counted, problem, told, found, before, after, deck, result, starts, drawn, surface, runs, runs_before,
+        runs_after,
+    )  # fmt: skip
     if out is not None:
         with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
             _write(run, folder, steps)
