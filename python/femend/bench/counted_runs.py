@@ -20,7 +20,7 @@ from femend.estimate.updating.order_responses import across
 if TYPE_CHECKING:
     from femend.bench.correlate import Prepared
 
-__all__ = ["CountedRun", "counted_runs", "run_configuration"]
+__all__ = ["CountedRun", "counted_runs", "run_configuration", "turned_as_found"]
 
 FloatArray = NDArray[np.float64]
 
@@ -55,7 +55,8 @@ def counted_runs(prepared: Prepared, before: Sequence[ComparedRun]) -> tuple[tup
     every value the study's `order_sd`, a share of the line's largest, is added in squares. Forces of order 1 are those
     of unbalance at the bearings, free across the shaft unless the study says the sense; known ones turn as they did in
     the comparison `before` where the study does not say how. Those of other orders grow with the power that suits best
-    there. Raises UpdatingError where no run has a part though the study asks for orders.
+    there (`turned_as_found` looks again). Raises UpdatingError where no run has a part though the study asks for
+    orders.
     """
     settings = prepared.study.updating
     if "orders" not in settings.responses:
@@ -91,8 +92,27 @@ def _counted(c: ComparedRun, rows: NDArray[np.int64], order_sd: float) -> Counte
     sd = np.hypot(m.sd[rows] * course[:, None] / np.sqrt(2.0), order_sd * largest)
     channels = tuple(Channel(d, "acceleration", "m/s^2") for d in m.dofs)
     ods = ODS(m.name, freq, shapes.T, channels, "order", order=m.order, speed=freq / m.order)
-    sense = (m.sense or c.response.sense) if m.unbalance else m.sense
-    return CountedRun(m, ods, sd, sense if m.order == 1.0 else 0, c.response.power)
+    return CountedRun(m, ods, sd, _sense(m, c.response.sense), c.response.power)
+
+
+def turned_as_found(runs: Sequence[CountedRun], after: Sequence[ComparedRun]) -> tuple[CountedRun, ...]:
+    """The `runs` with the growth of forces, and the sense of a known unbalance where the study does not say it, that
+    suit the updated model best (`after`): with the deck as it stands they may be told wrongly."""
+    now = {(c.measured.name, c.measured.order): c.response for c in after}
+    out = []
+    for run in runs:
+        response = now[run.measured.name, run.measured.order]
+        if response is not None:
+            run = replace(run, sense=_sense(run.measured, response.sense), power=response.power)
+        out.append(run)
+    return tuple(out)
+
+
+def _sense(m: MeasuredRun, compared: int) -> int:
+    """The sense in which forces turn: as the study says, with a known unbalance else as in the comparison."""
+    if m.order != 1.0:
+        return 0
+    return (m.sense or compared) if m.unbalance else m.sense
 
 
 def run_configuration(prepared: Prepared, run: CountedRun) -> Configuration:

@@ -80,7 +80,8 @@ def _off(U: ComplexArray, Uh: ComplexArray, values: ComplexArray) -> ComplexArra
 
 
 def compared(residual: ComplexArray, slopes: ComplexArray | None, there: NDArray[np.bool_], taken: int = 0) -> Compared:
-    """Complex residuals (...) and slopes (n_parameters, ...) where `there`, as real parts before imaginary ones."""
+    """Complex `residual` (n_freq, n_out) and `slopes` (n_parameters, n_freq, n_out) where `there` (n_freq, n_out), real
+    parts before imaginary ones; `taken` as of `Compared`."""
     r = residual[there]
     d = None if slopes is None else slopes[:, there]
     return Compared(
