@@ -26,7 +26,7 @@ TRUE_FACTORS = np.array([1.06, 0.8, 1.4])
 
 def shaft(folder: Path) -> Model:
     """A steel shaft of 0.8 m with a disc of 4 kg off its middle, on springs and dashpots at nodes 2 and 8."""
-    lines = ["SOL 103", "CEND", "BEGIN BULK", "MAT1,1,2.1+11,,0.3,7850."]
+    lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "MAT1,1,2.1+11,,0.3,7850."]
     lines += [f"GRID,{n},,{0.1 * (n - 1)},0.,0." for n in range(1, 10)]
     lines += ["PBAR,1,1,3.14-4,7.85-9,7.85-9,1.57-8"]
     lines += [f"CBAR,{n},1,{n},{n + 1},0.,1.,0." for n in range(1, 9)]

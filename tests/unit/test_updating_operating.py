@@ -23,6 +23,7 @@ from femend.estimate.updating import (
     factor,
     mean_shapes,
     modal_system,
+    sample,
     sensitivities,
     unknowns_of,
     update,
@@ -234,23 +235,39 @@ def test_lines_that_are_means_over_a_width(model: Model) -> None:
     np.testing.assert_allclose(2 * here.jacobian.T @ here.residual, [(a - b) / 2e-5 for a, b in ends], rtol=1e-6)
 
 
-def test_a_free_force_takes_up_what_acts_at_its_own_place() -> None:
-    """A mass or spring at the only driven place cannot be told from another force there."""
+def driven_chain(noise: float) -> Problem:
+    """The chain under a force of unknown amplitudes on its last mass, which carries the factor m; 12 lines."""
     sensors = [Dof(n, 2) for n in range(1, 7)]
     freq = np.linspace(1.0, 9.0, 12)
     truth = np.array([0.8, 1.2, 0.95, 1.1, 0.0, 0.0, 0.04])
     made = Frfs(freq, tuple(range(6)), (5,), "accelerance")
-    H = modal_system(chain(), list(range(6)), 0, frfs=made).solve(truth).value("frf")
-    ods = ODS("last mass driven", freq, H[:, :, 0].T, channels(tuple(sensors)), "ods-frf", channels(tuple(sensors))[0])
-    response, frfs = OdsDifferences.of(ods, sensors, [Dof(6, 2)], sd=0.01)
+    H = modal_system(chain(), list(range(6)), 0, frfs=made).solve(truth).value("frf")[:, :, 0]
+    shapes, sd = noisy(H, 4, 0.01)
+    ods = ODS("last mass driven", freq, (shapes if noise else H).T, channels(tuple(sensors)), "ods")
+    response, frfs = OdsDifferences.of(ods, sensors, [Dof(6, 2)], sd=sd)
     unknowns = Unknowns.of([*(factor(n, 0.3) for n in ("k1", "k2", "k3", "m")), Unknown("eta", 0.05, sd=1.0)])
     system = modal_system(chain(), list(range(6)), 0, frfs=frfs)
-    problem = Problem(unknowns, (Configuration("driven", system, (response,)),))
+    return Problem(unknowns, (Configuration("driven", system, (response,)),))
+
+
+def test_a_free_force_takes_up_what_acts_at_its_own_place() -> None:
+    """A mass or spring at the only driven place cannot be told from another force there."""
+    problem = driven_chain(0.0)
     assert sensitivities(problem).insensitive == ("m",)
     result = update(problem)
-    np.testing.assert_allclose([result.values[n] for n in ("k1", "k2", "k3", "eta")], [*truth[:3], 0.04], rtol=2e-3)
+    found = [result.values[n] for n in ("k1", "k2", "k3", "eta")]
+    np.testing.assert_allclose(found, [0.8, 1.2, 0.95, 0.04], rtol=2e-3)
     assert result.values["m"] == pytest.approx(1.0, abs=1e-6)
     assert result.sd["m"] == pytest.approx(0.3, rel=1e-6)
+
+
+def test_draws_from_the_posterior_scatter_as_laplace_has_it() -> None:
+    problem = driven_chain(0.01)
+    result, draws = update(problem), sample(problem, 200, seed=1)
+    values = np.array([problem.unknowns.values(p) for p in draws.p])
+    for i, name in enumerate(problem.unknowns.names):
+        assert values[:, i].mean() == pytest.approx(result.values[name], abs=0.4 * result.sd[name]), name
+        assert values[:, i].std() == pytest.approx(result.sd[name], rel=0.25), name
 
 
 def test_signs_quantities_and_sensors_that_were_not_there(model: Model) -> None:
@@ -322,25 +339,9 @@ def test_the_mean_of_repeated_shapes_scatters_as_theory_has_it() -> None:
         assert np.mean(np.abs(off) ** 2) / np.mean(told**2) == pytest.approx(share, rel=0.25)
 
 
-def bad_shapes(model: Model) -> list[tuple[str, object]]:
-    ods, force = operating(model)
-    response, _ = OdsDifferences.of(ods, SENSORS, PLACES)
-    order, _ = OrderDifferences.of(turning(model), SENSORS, BEARINGS, 0)
-    y, sd = response.shapes, response.sd
-    nothing = y.copy()
-    nothing[3] = np.nan
-    zero = np.array([0.0, *FREQ[1:]])
-    of, run = OdsDifferences.of, OrderDifferences.of
-    stranger = ODS("x", FREQ, ods.shapes[:1], channels((Dof(4, 2),)), "ods", sigma=ods.sigma[:1])
-    strain = ODS("x", FREQ, ods.shapes[:1], (Channel(Dof(2, 2), "strain", ""),), "ods", sigma=ods.sigma[:1])
-    twice = ODS("x", FREQ, ods.shapes[:2], channels((Dof(2, 2), Dof(2, 2, -1))), "ods", sigma=ods.sigma[:2])
-    bare = ODS("x", FREQ, ods.shapes, ods.channels, "ods")
-    still = ODS("x", FREQ, ods.shapes[:3], ods.channels[:3], "ods", sigma=np.zeros((3, FREQ.size)))
+def unfit_sizes(response: OdsDifferences, order: OrderDifferences, force: np.ndarray) -> list[tuple[str, object]]:
+    y, sd, zero = response.shapes, response.sd, np.array([0.0, *FREQ[1:]])
     return [
-        (
-            "no sensor has a value on line 4 at 31 Hz; leave the line out",
-            lambda: OdsDifferences(nothing, sd, FREQ, (1, 1)),
-        ),
         ("line 1 is at 0 Hz; a shape at rest has no phase", lambda: OdsDifferences(y, sd, zero, (1, 1))),
         ("line 1 is at 0 rev/s", lambda: OrderDifferences(y, sd, zero, order.directions)),
         ("nothing was measured", lambda: OdsDifferences(y[:0], 1.0, FREQ[:0])),
@@ -361,6 +362,28 @@ def bad_shapes(model: Model) -> list[tuple[str, object]]:
         ("to the power inf", lambda: OrderDifferences(y, sd, FREQ, order.directions, power=np.inf)),
         (r"directions of forces have shape \(2,\)", lambda: OrderDifferences(y, sd, FREQ, np.ones(2))),
         ("one for each of the 4 directions", lambda: OrderDifferences(y, sd, FREQ, order.directions, np.ones(2))),
+    ]
+
+
+def bad_shapes(model: Model) -> list[tuple[str, object]]:
+    ods, force = operating(model)
+    response, _ = OdsDifferences.of(ods, SENSORS, PLACES)
+    order, _ = OrderDifferences.of(turning(model), SENSORS, BEARINGS, 0)
+    y, sd = response.shapes, response.sd
+    nothing = y.copy()
+    nothing[3] = np.nan
+    of, run = OdsDifferences.of, OrderDifferences.of
+    stranger = ODS("x", FREQ, ods.shapes[:1], channels((Dof(4, 2),)), "ods", sigma=ods.sigma[:1])
+    strain = ODS("x", FREQ, ods.shapes[:1], (Channel(Dof(2, 2), "strain", ""),), "ods", sigma=ods.sigma[:1])
+    twice = ODS("x", FREQ, ods.shapes[:2], channels((Dof(2, 2), Dof(2, 2, -1))), "ods", sigma=ods.sigma[:2])
+    bare = ODS("x", FREQ, ods.shapes, ods.channels, "ods")
+    still = ODS("x", FREQ, ods.shapes[:3], ods.channels[:3], "ods", sigma=np.zeros((3, FREQ.size)))
+    return [
+        *unfit_sizes(response, order, force),
+        (
+            "no sensor has a value on line 4 at 31 Hz; leave the line out",
+            lambda: OdsDifferences(nothing, sd, FREQ, (1, 1)),
+        ),
         (r"acceleration 4:\+Y is at none of the system's 8 sensors", lambda: of(stranger, SENSORS, PLACES)),
         ("is no displacement, velocity, acceleration", lambda: of(strain, SENSORS, PLACES)),
         (r"two channels are at 2:\+Y", lambda: of(twice, SENSORS, PLACES)),
