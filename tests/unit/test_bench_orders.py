@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend import Channel, Dof, TimeData, correlate_study, functions_of, read_recording, write_uff
+from femend import Channel, Dof, TimeData, correlate_study, functions_of, read_recording, update_study, write_uff
 from femend.bench import CorrelationRun
 from femend.errors import RecordingError, StudyError
 
@@ -256,3 +256,47 @@ def test_an_order_is_compared_as_far_as_it_is_sampled(folder: Path) -> None:
 def test_orders_that_are_none(folder: Path, correlation: str, message: str) -> None:
     with pytest.raises(StudyError, match=message):
         correlate_study(study(folder, "slow", correlation=correlation))
+
+
+def stiff_springs(folder: Path, tmp_path: Path, correlation: str, *recordings: str) -> Path:
+    """The study on a deck whose springs are too stiff by a tenth across the shaft and by a fifth upright."""
+    deck = rigs.deck(RIG)
+    (line,) = [row for row in deck.splitlines() if row.startswith("PBUSH,11,K,12000,12000,30000")]
+    changed = line.replace("12000,12000,30000", "12000,13200,36000")
+    (tmp_path / "model.bdf").write_text(deck.replace(line, changed))
+    for name in recordings:
+        (tmp_path / f"{name}.uff").write_bytes((folder / f"{name}.uff").read_bytes())
+    path = study(tmp_path, *recordings, correlation=correlation)
+    parameters = "".join(
+        f'[[parameter]]\nname = "{k}"\nproperty = "{k}"\nproperty_id = 11\nprior_sd = 0.2\n' for k in ("k2", "k3")
+    )
+    path.write_text(f'{path.read_text()}{parameters}[updating]\nresponses = ["orders"]\n')
+    return path
+
+
+def test_an_update_takes_both_orders_of_one_record(folder: Path, tmp_path: Path) -> None:
+    run = update_study(stiff_springs(folder, tmp_path, "orders = [1, 2]", "runup"), tmp_path / "out")
+    assert [c.name for c in run.problem.configurations] == ["runup", "runup in order 2"]
+    assert run.factors["k2"] == pytest.approx(1 / 1.1, rel=3e-3)
+    assert run.factors["k3"] == pytest.approx(1 / 1.2, rel=3e-3)
+    first, second = run.result["runs"]
+    assert first["sense"] == RIG.sense
+    assert second["forces"] == "estimated"
+    found = np.array([b["force"] for b in second["bearings"]])
+    # with the springs of the deck another growth suits better; the updated model tells the true one
+    assert run.runs_before[1].response.power == 0.75
+    assert second["power_of_speed"] == 1.0
+    assert any("runup in order 2: forces grow as the speed^1" in n for i in run.found.history for n in i.notes)
+    highest = second["lines"][-1] / 2
+    np.testing.assert_allclose(found, highest * np.abs(SECOND), rtol=0.05)
+    page = (tmp_path / "out" / "updating.html").read_text()
+    assert "growing as the speed^" in page
+
+
+def test_an_update_takes_held_speeds_together(folder: Path, tmp_path: Path) -> None:
+    run = update_study(stiff_springs(folder, tmp_path, "", *SPEEDS))
+    (told,) = run.result["runs"]
+    assert told["lines"] == pytest.approx(list(SPEEDS.values()), rel=1e-3)
+    assert run.factors["k2"] == pytest.approx(1 / 1.1, rel=0.02)
+    assert run.factors["k3"] == pytest.approx(1 / 1.2, rel=0.05)
+    assert [b["m_r"] for b in told["bearings"]] == pytest.approx(RIG.unbalance, rel=0.1)

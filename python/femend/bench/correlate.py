@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -67,14 +67,16 @@ class Prepared:
             factors=factors,
         )
 
-    def compare_run(self, measured: MeasuredRun) -> ComparedRun:
-        """The operating shapes of a `measured` run against the model in its configuration."""
+    def compare_run(self, measured: MeasuredRun, factors: Mapping[str, float] | None = None) -> ComparedRun:
+        """The operating shapes of a `measured` run against the model in its configuration, at `factors` as of
+        `compare`."""
         return compare_run(
             measured,
             self.models.of(measured.configuration),
             self.placed.places,
             zeta=self.study.damping_ratio,
             mac_min=self.study.correlation.mac_min,
+            factors=factors,
         )
 
 
@@ -117,12 +119,19 @@ class CorrelationRun:
         return correlation_text(self.result)
 
 
-def prepare(study_path: Path, steps: Steps, use: str, *, morphs: bool = False, runs: bool = False) -> Prepared:
+def prepare(
+    study_path: Path,
+    steps: Steps,
+    use: str,
+    *,
+    morphs: bool = False,
+    runs: Callable[[Study], bool] = lambda study: False,
+) -> Prepared:
     """Reads a study with its deck and recordings, identifies modes and places the sensors; raises what these raise, and
     RecordingError where no recording to fit can be compared.
 
     `use` is what all this is for ("an update"), as messages say it; the models have the study's `morphs`, and
-    operating shapes are taken from rotor's `runs`, where that is asked for."""
+    operating shapes are taken from rotor's `runs`, where the study asks for that."""
     with steps.step("read the study and the deck"):
         study = load_study(study_path, use=use)
         models = Models(study, morphs)
@@ -131,11 +140,11 @@ def prepare(study_path: Path, steps: Steps, use: str, *, morphs: bool = False, r
     with steps.info.step("identify modes"):  # which tells its progress recording by recording
         measured, passed = measured_modes(study, steps.progress)
     turned: tuple[MeasuredRun, ...] = ()
-    if runs and any(r.excitation == "rotating" for r in study.recordings):
+    if runs(study) and any(r.excitation == "rotating" for r in study.recordings):
         with steps.step("take operating shapes from runs"):
             turned, lost = measured_runs(study)
     else:
-        lost = without_runs(study, use)
+        lost = () if runs(study) else without_runs(study, use)
     passed = (*passed, *lost)
     every: tuple[MeasuredModes | MeasuredRun, ...] = (*measured, *turned)
     if not any(m.role == "fit" for m in every):
@@ -157,7 +166,7 @@ def correlate(study: str | Path, out: str | Path | None = None, progress: Progre
     PairingError, ModelError); nothing is written then.
     """
     steps = Steps(Path(study), progress or SilentProgress())
-    prepared = prepare(Path(study), steps, "a correlation", runs=True)
+    prepared = prepare(Path(study), steps, "a correlation", runs=lambda study: True)
     with steps.step("compare"):
         compared = tuple(prepared.compare(m) for m in prepared.measured)
         tams = tuple(orthogonality_of(c, prepared.models.of(c.measured.configuration)) for c in compared)

@@ -74,10 +74,14 @@ def counted_modes(prepared: Prepared, before: Sequence[Compared]) -> tuple[Count
     Where the study names no modes, those count that have a mate in the model as it stands (`before`) with a frequency
     not too far off: a second pole of one resonance, or a mode the model lacks, would be paired with whatever looks like
     it and pull the parameters there. Raises StudyError for a mode number that a recording does not have, and
-    UpdatingError where repetitions are asked for and there are none, or where no mode counts.
+    UpdatingError where repetitions are asked for and there are none, or where no mode counts; without modes an update
+    may be on a rotor's `orders`.
     """
     study = prepared.study
     fit = [m for m in prepared.measured if m.role == "fit"]
+    # what a rotor's runs say counts without modes too
+    if set(study.updating.responses) == {"orders"} or ("orders" in study.updating.responses and not fit):
+        return ()
     every = [_merged(g, study) for g in (_groups(fit) if study.updating.repeated else [[m] for m in fit])]
     solved: dict[str, ModeSet] = {}
     for c in before:

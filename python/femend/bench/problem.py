@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femend.analysis.model_modes import model_modes
 from femend.bench.counted import Counted
+from femend.bench.counted_runs import CountedRun, run_configuration
 from femend.dof import Dof
 from femend.errors import StudyError, UpdatingError
 from femend.estimate.updating import (
@@ -44,9 +45,10 @@ ABOVE, MORE = 1.5, 2
 DAMPING_SD = 1.0
 
 
-def study_problem(prepared: Prepared, counted: Sequence[Counted]) -> Problem:
-    """The problem of `femend.estimate.updating` over what is `counted`: the study's parameters and morphs with their
-    priors, and damping where damping or FRFs are compared.
+def study_problem(prepared: Prepared, counted: Sequence[Counted], runs: Sequence[CountedRun] = ()) -> Problem:
+    """The problem of `femend.estimate.updating` over what is `counted` and the orders of `runs`, whose configurations
+    come last: the study's parameters and morphs with their priors, and damping where damping, FRFs or orders are
+    compared.
 
     Raises StudyError for a study without either, and UpdatingError where FRFs are to be compared and no recording
     to fit has any.
@@ -63,21 +65,24 @@ def study_problem(prepared: Prepared, counted: Sequence[Counted]) -> Problem:
         raise UpdatingError(
             "[updating] responses has 'frfs', and no recording to fit holds FRFs; leave it out or add a recording"
         )
-    unknowns = unknowns_of(prepared.models.of(counted[0].configuration))
-    if "damping" in responses or "frfs" in responses:
-        unknowns = unknowns.extended(_damping(study, counted))
+    first = counted[0].configuration if counted else runs[0].measured.configuration
+    unknowns = unknowns_of(prepared.models.of(first))
+    if "damping" in responses or "frfs" in responses or runs:
+        unknowns = unknowns.extended(_damping(study, counted, runs))
     seen = _seen(prepared, counted)
     configurations = tuple(_configuration(study, c, s) for c, s in zip(counted, seen, strict=True))
-    return Problem(unknowns, configurations, study.correlation.mac_min)
+    turned = tuple(run_configuration(prepared, r) for r in runs)
+    return Problem(unknowns, (*configurations, *turned), study.correlation.mac_min)
 
 
-def _damping(study: Study, counted: Sequence[Counted]) -> list[Unknown]:
+def _damping(study: Study, counted: Sequence[Counted], runs: Sequence[CountedRun]) -> list[Unknown]:
     """Unknowns of the damping about the study's ratio; the proportional ones have half of it each at the middle of the
     measured frequencies."""
     zeta = study.damping_ratio
     if study.updating.damping_model == "loss factor":
         return [Unknown("eta", 2 * zeta, sd=DAMPING_SD)]
-    freq = np.concatenate([c.freq if c.freq.size or c.frf is None else c.frf.freq for c in counted])
+    measured = [c.freq if c.freq.size or c.frf is None else c.frf.freq for c in counted]
+    freq = np.concatenate([*measured, *(r.shapes.freq for r in runs)])
     omega = 2 * np.pi * float(np.exp(np.log(freq).mean()))
     return [
         Unknown("alpha", zeta * omega, sd=DAMPING_SD, unit="1/s"),

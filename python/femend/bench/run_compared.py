@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,9 +88,16 @@ class ComparedRun:
 
 
 def compare_run(
-    measured: MeasuredRun, model: Model, places: dict[Dof, Dof], *, zeta: float, mac_min: float = 0.5
+    measured: MeasuredRun,
+    model: Model,
+    places: dict[Dof, Dof],
+    *,
+    zeta: float,
+    mac_min: float = 0.5,
+    factors: Mapping[str, float] | None = None,
 ) -> ComparedRun:
-    """Compares the operating shapes of a `measured` run with the `model`, whose modes have the damping ratio `zeta`.
+    """Compares the operating shapes of a `measured` run with the `model`, whose modes have the damping ratio `zeta`, at
+    `factors` of its parameters and amplitudes of its morphs by name.
 
     `places` has the model's DOF of each sensor, `mac_min` is as in `pair_modes`. At each peak the shape, complex as it
     is, is paired with a mode. Over all lines it is compared with the response to unbalance at the bearings, whose
@@ -105,7 +113,7 @@ def compare_run(
     `model_modes` and `compare_modes` raise.
     """
     top = float(measured.freq[-1])
-    modes = modes_up_to(model, top, 1, zeta)
+    modes = modes_up_to(model, top, 1, zeta, factors)
     comparison = None
     if measured.peaks.size:
         freq = measured.peak_freq
@@ -114,7 +122,7 @@ def compare_run(
     why = _without_response(measured, model)
     if why:
         return ComparedRun(measured, modes, comparison, None, why)
-    every = model_modes(model, f_max=ABOVE * top, zeta=zeta)
+    every = model_modes(model, f_max=ABOVE * top, zeta=zeta, factors=factors)
     response = _response(measured, every, places)
     if response is None:
         why = f"recording {measured.name!r}: forces at {_listed(_loaded(measured))} move no sensor of the model"

@@ -20,11 +20,13 @@ from femend.signal import modal_peaks, peak_frequencies
 from femend.study.sound import with_warnings
 from femend.study.study import Study, StudyRecording
 
-__all__ = ["MeasuredRun", "measured_runs", "without_runs"]
+__all__ = ["UPDATE", "MeasuredRun", "measured_runs", "without_runs"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+# what a study is read for where its runs may take part
+UPDATE = "an update"
 # a peak at which noise is a larger share of the shape is none to be compared
 NOISY = 0.5
 # fewer lines than this hold no peak to compare
@@ -231,9 +233,10 @@ def _peaks(
 
 def without_runs(study: Study, use: str) -> tuple[str, ...]:
     """That the runs of `study` have no part in what it is read for, `use` ("an update"), a sentence for each."""
+    take = "; 'orders' in [updating] responses takes them" if use == UPDATE else ""
     return tuple(
         f"recording {r.name!r} is a rotor's run and has no part in {use}; `femend correlate` compares its operating "
-        "shapes"
+        f"shapes{take}"
         for r in study.recordings
         if r.excitation == "rotating" and r.role != "predict"
     )

@@ -10,9 +10,13 @@ from typing import Any
 from femend.bench.compared import Compared
 from femend.bench.correlate import Prepared, prepare
 from femend.bench.counted import Counted, counted_modes
+from femend.bench.counted_runs import CountedRun, counted_runs, turned_as_found
 from femend.bench.drawn import Drawn, draw_posterior_of
 from femend.bench.page import render_page
 from femend.bench.problem import study_problem
+from femend.bench.run_compared import ComparedRun
+from femend.bench.run_update_result import runs_result
+from femend.bench.runs import UPDATE
 from femend.bench.small_problem import small_problem
 from femend.bench.starts import Starts, search_from_starts
 from femend.bench.steps import Steps, write_json
@@ -30,12 +34,15 @@ from femend.estimate.updating import (
 )
 from femend.estimate.updating import update as search
 from femend.io import OutputDirectory
+from femend.model import Model
 from femend.progress import Progress, SilentProgress
 from femend.study.study import Study
 from femend.threads import one_blas_thread
 
 __all__ = ["UpdateRun", "update"]
 
+# searches at most in which forces of a rotor are told anew
+ROUNDS = 3
 # what the command writes: entries of these names from an earlier run are replaced
 OWNED = ("updating.json", "updating.html", "updating.run.json", "updating.*.csv", "model.updated.*", "model.diff")
 
@@ -45,7 +52,9 @@ class UpdateRun:
     """A finished update: what was `prepared` and `counted`, the `problem` with what its data can tell
     (`sensitivity`), what was `found`, every fit and validate recording compared `before` and `after`, the changed
     `deck`, and the `result` as it is written; the searches from other `starts` and the `drawn` posterior where the
-    study asks for them, and the response `surface` that told where to begin."""
+    study asks for them, and the response `surface` that told where to begin. Where the study asks for orders, the
+    rotor's runs that count (`counted_runs`), and all of them compared before and after (`runs_before`,
+    `runs_after`)."""
 
     prepared: Prepared
     counted: tuple[Counted, ...]
@@ -59,6 +68,9 @@ class UpdateRun:
     starts: Starts | None = None
     drawn: Drawn | None = None
     surface: SurfaceStart | None = None
+    counted_runs: tuple[CountedRun, ...] = ()
+    runs_before: tuple[ComparedRun, ...] = ()
+    runs_after: tuple[ComparedRun, ...] = ()
 
     @property
     def study(self) -> Study:
@@ -88,7 +100,8 @@ def update(
     progress: Progress | None = None,
     history: str | Path | None = None,
 ) -> UpdateRun:
-    """Updates the parameters of `study` on what its fit recordings measured, as its table [updating] says.
+    """Updates the parameters of `study` on what its fit recordings measured, as its table [updating] says: modes and
+    FRFs, and orders of a rotor's runs.
 
     Recordings with role validate are compared with the model before and after and have no part in it. With a folder
     `out` everything is written there: updating.json, updating.html, model.updated.bdf with the changed values where
@@ -99,24 +112,32 @@ def update(
     """
     progress = progress or SilentProgress()
     steps = Steps(Path(study), progress)
-    prepared = prepare(Path(study), steps, "an update", morphs=True)
+    prepared = prepare(Path(study), steps, UPDATE, morphs=True, runs=lambda s: "orders" in s.updating.responses)
     with steps.step("weigh what was measured"):
         before = tuple(prepared.compare(m) for m in prepared.measured)
         counted = counted_modes(prepared, before)
-        problem = study_problem(prepared, counted)
+        runs_before = tuple(prepared.compare_run(m) for m in prepared.runs)
+        runs, passed = counted_runs(prepared, runs_before)
+        problem = study_problem(prepared, counted, runs)
         told = sensitivities(problem)
     surface, found = _first(prepared.study, problem, steps, history)
+    found, runs = _as_found(prepared, counted, runs, found, steps)
+    problem = found.problem
     starts, drawn = _more(prepared.study, problem, found, counted, steps)
     found = found if starts is None else starts.taken
     with steps.step("compare what was found"):
-        model = prepared.models.of(counted[0].configuration)
-        # what damping is unknown beside them is none of the deck's
-        names = [*(p.name for p in model.parameters), *(m.name for m in model.morphs)]
-        values = {name: found.values[name] for name in names}
+        model = prepared.models.of(counted[0].configuration if counted else runs[0].measured.configuration)
+        values = _of_the_deck(model, found)
         after = tuple(prepared.compare(m, values) for m in prepared.measured)
+        runs_after = tuple(prepared.compare_run(m, values) for m in prepared.runs)
         deck = updated_deck(model, values)
         result = update_result(prepared, counted, told, found, before, after, deck, starts, drawn, surface)
-    run = UpdateRun(prepared, counted, problem, told, found, before, after, deck, result, starts, drawn, surface)
+        result["runs"] = runs_result(runs, found, runs_before, runs_after)
+        result["warnings"] += passed
+    run = UpdateRun(
+        prepared, counted, problem, told, found, before, after, deck, result, starts, drawn, surface, runs, runs_before,
+        runs_after,
+    )  # fmt: skip
     if out is not None:
         with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
             _write(run, folder, steps)
@@ -140,6 +161,42 @@ def _first(
         return surface, found
     # what stood before is the deck, wherever the search began
     return surface, replace(found, before=problem.evaluate(problem.unknowns.mean))
+
+
+def _as_found(
+    prepared: Prepared,
+    counted: Sequence[Counted],
+    runs: tuple[CountedRun, ...],
+    first: UpdateResult,
+    steps: Steps,
+) -> tuple[UpdateResult, tuple[CountedRun, ...]]:
+    """Searches on where the updated model tells the forces of a rotor otherwise than the deck does: from the end of the
+    `first` search, until they stay."""
+    found = first
+    for _ in range(ROUNDS if runs else 0):
+        with steps.step("look again at how forces grow"):
+            values = _of_the_deck(prepared.models.of(runs[0].measured.configuration), found)
+            again = turned_as_found(runs, [prepared.compare_run(r.measured, values) for r in runs])
+        changed = [b for a, b in zip(runs, again, strict=True) if (a.sense, a.power) != (b.sense, b.power)]
+        if not changed:
+            break
+        runs = again
+        with steps.step("update parameters"):
+            problem = study_problem(prepared, counted, runs)
+            more = search(
+                problem, found.p, iterations=prepared.study.updating.iterations, stop=_telling(steps.progress)
+            )
+        told = tuple(f"{r.name}: forces grow as the speed^{r.power:g}, sense {r.sense}" for r in changed)
+        begun = replace(more.history[0], notes=told)
+        history = (*found.history, begun, *more.history[1:])
+        found = replace(more, before=problem.evaluate(problem.unknowns.mean), history=history)
+    return found, runs
+
+
+def _of_the_deck(model: Model, found: UpdateResult) -> dict[str, float]:
+    """What was found of the deck; what damping is unknown beside it is none of its values."""
+    names = [*(p.name for p in model.parameters), *(m.name for m in model.morphs)]
+    return {name: found.values[name] for name in names}
 
 
 def _more(

@@ -11,6 +11,7 @@ import numpy as np
 from femend.bench.correlation_content import frf_drawings, prepared_mesh
 from femend.bench.estimates_content import estimate_sections, estimate_tables
 from femend.bench.page import Fact, Page, Section, Svg, Table, figures, fixed, number, percent
+from femend.bench.run_update_content import run_facts, run_sections, write_run_update_table
 from femend.bench.steps import write_csv
 from femend.report import plots
 from femend.report.content import Picture
@@ -43,16 +44,17 @@ def update_page(run: UpdateRun, info: dict[str, Any], files: Sequence[str]) -> P
         Fact("Shapes", f"{fixed(fit['mac']['before'])} → {fixed(fit['mac']['after'])}", "their mean MAC"),
         Fact("Parameters told", f"{len(told)} of {len(result['parameters'])}", ", ".join(told[:6]) or "none"),
     ]
+    facts = [*(facts if run.counted else facts[2:]), *run_facts(result["runs"])]
     if run.starts is not None:
         n = len(run.starts.many.starts)
         facts.append(Fact("Starts", f"{run.starts.together} of {n}", "end where the one that was taken does"))
     if held:
         b, a = (percent(_mean(held, k, "freq_error"), sign=False) for k in ("before", "after"))
         facts.append(Fact("Held out", f"{b} → {a}", "mean frequency error of recordings that had no part"))
-    head = (
-        f"{len(result['parameters'])} parameters updated: measured frequencies are met to "
-        f"{percent(after, sign=False)}, before to {percent(before, sign=False)}"
-    )
+    head = f"{len(result['parameters'])} parameters updated"
+    if np.isfinite(after):
+        met = f"{percent(after, sign=False)}, before to {percent(before, sign=False)}"
+        head += f": measured frequencies are met to {met}"
     return Page(
         study.title,
         "femend update",
@@ -63,7 +65,14 @@ def update_page(run: UpdateRun, info: dict[str, Any], files: Sequence[str]) -> P
         [sentence(w) for w in result["warnings"]],
         prepared_mesh(run.prepared),
         f"{len(run.prepared.placed.pairing)} sensors and shakers at their nodes.",
-        [_parameters(run), *estimate_sections(run), *_recordings(run), _search(run), _deck(run)],
+        [
+            _parameters(run),
+            *estimate_sections(run),
+            *_recordings(run),
+            *run_sections(result["runs"]),
+            _search(run),
+            _deck(run),
+        ],
         info,
         files,
     )
@@ -120,7 +129,11 @@ def _sensitivity(run: UpdateRun) -> tuple[Picture, ...]:
     at = 0
     table = run.sensitivity.table
     active = run.problem.evaluate(run.problem.unknowns.mean)
-    for c, config, mates in zip(run.counted, run.problem.configurations, active.mates, strict=True):
+    # a rotor's runs come behind what is counted, and have no frequencies
+    n_counted = len(run.counted)
+    for c, config, mates in zip(
+        run.counted, run.problem.configurations[:n_counted], active.mates[:n_counted], strict=True
+    ):
         for response in config.responses:
             n = response.compare(active.states[run.counted.index(c)], mates, False).residual.size
             if response.name == "frequencies" and mates is not None:
@@ -236,4 +249,9 @@ def write_tables(folder: Path, run: UpdateRun) -> list[str]:
     keys = ("mode", "freq", "freq_before", "freq_after", "error_before", "error_after", "mac_before", "mac_after")
     modes = [[r["recording"], r["role"], *(m[k] for k in keys)] for r in run.result["recordings"] for m in r["modes"]]
     write_csv(folder / "updating.modes.csv", ("recording", "role", *keys), modes)
-    return ["updating.parameters.csv", "updating.modes.csv", *estimate_tables(folder, run)]
+    return [
+        "updating.parameters.csv",
+        "updating.modes.csv",
+        *estimate_tables(folder, run),
+        *write_run_update_table(folder, run.result["runs"]),
+    ]

@@ -57,7 +57,7 @@ def update_result(
         "advice": "; ".join([*_advice(found, told, recordings), *more]),
         "iterations": len(found.history) - 1,
         "cost": {"before": found.before.cost, "after": found.after.cost},
-        "squares": {"before": found.before.squares, "after": found.after.squares, "values": found.after.residual.size},
+        "squares": {"before": found.before.squares, "after": found.after.squares, "values": found.after.n_values},
         "log_evidence": found.log_evidence,
         "parameters": _parameters(prepared, told, found),
         "correlation_of_estimates": _correlation(found.covariance),
@@ -189,7 +189,7 @@ def _summary(c: Compared) -> dict[str, Any]:
 
 def _advice(found: UpdateResult, told: Sensitivity, recordings: Sequence[dict[str, Any]]) -> list[str]:
     said = [found.advice] if found.advice else []
-    left = float(np.sqrt(found.after.squares / max(found.after.residual.size, 1)))
+    left = float(np.sqrt(found.after.squares / max(found.after.n_values, 1)))
     if left > LEFT:
         said.append(
             f"what is left is {left:.1f} times the deviations on average: these are too tight ([updating] freq_sd, "

@@ -6,6 +6,7 @@ from typing import Any
 
 from femend.bench.page import deviation, fixed, number, percent
 from femend.bench.run_result import in_order
+from femend.bench.run_update_content import run_lines
 from femend.cli.table import table
 
 __all__ = ["correlation_text", "pretest_text", "update_text"]
@@ -94,6 +95,8 @@ def update_text(result: dict[str, Any]) -> str:
         ]  # fmt: skip
         header = ["mode", "f test Hz", "before", "after", "error", "after", "MAC", "after"]
         parts += ["", f"{r['recording']} ({used}, {r['configuration']})", table(header, rows, "rrrrrrrr")]
+    if result["runs"]:
+        parts += ["", *run_lines(result["runs"])]
     return "\n".join([*parts, "", *_ends(result)]).rstrip()
 
 

@@ -18,7 +18,7 @@ __all__ = [
     "UpdatingSettings",
 ]
 
-RESPONSES = ("frequencies", "shapes", "mac", "damping", "frfs")
+RESPONSES = ("frequencies", "shapes", "mac", "damping", "frfs", "orders")
 DAMPING_MODELS = ("loss factor", "proportional")
 POSTERIORS = ("laplace", "sampled")
 METHODS = ("parameters", "effective independence", "QR", "MAC", "Guyan")
@@ -72,7 +72,8 @@ class UpdatingSettings:
     Where no modes are named, those count whose mate in the model as it stands is within the share `freq_far` of their
     frequency. `damping_model` is what becomes unknown beside the parameters where damping or FRFs are compared: one
     "loss factor" of all stiffness, or the two of "proportional" damping. `freq_sd`, `damping_sd` are shares of the
-    value, `shape_sd` of a shape's largest component, `frf_sd` of an FRF's magnitude, of which `frf_lines` lines count.
+    value, `shape_sd` of a shape's largest component, `frf_sd` of an FRF's magnitude, of which `frf_lines` lines count,
+    `order_sd` of the largest value on a line of a rotor's run, of which `order_lines` count.
     `repeated` takes recordings of one configuration and the same sensors as one test done several times, whose scatter
     gives the deviations. `iterations` is the most the search takes.
 
@@ -93,6 +94,8 @@ class UpdatingSettings:
     damping_model: str = "loss factor"
     frf_sd: float = 0.3
     frf_lines: int = 40
+    order_sd: float = 0.1
+    order_lines: int = 40
     repeated: bool = False
     iterations: int = 60
     starts: int = 1

@@ -53,10 +53,10 @@ def updating_settings(check: Check, table: UpdatingTable, parameters: Sequence[s
         if table.responses.count(name) > 1:
             raise check.fail("updating.responses", f"{name!r} stands twice; it would count twice")
     check.one_of("updating.damping_model", table.damping_model, DAMPING_MODELS)
-    for key in ("freq_sd", "freq_far", "shape_sd", "damping_sd", "frf_sd"):
+    for key in ("freq_sd", "freq_far", "shape_sd", "damping_sd", "frf_sd", "order_sd"):
         _above_0(check, f"updating.{key}", getattr(table, key))
     check.one_of("updating.posterior", table.posterior, POSTERIORS)
-    for key in ("frf_lines", "iterations", "starts"):
+    for key in ("frf_lines", "order_lines", "iterations", "starts"):
         _count(check, f"updating.{key}", getattr(table, key))
     if table.draws < FEWEST_DRAWS:
         raise check.fail("updating.draws", f"{table.draws} is less than {FEWEST_DRAWS}; so few tell no quantiles")

@@ -165,6 +165,8 @@ class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_
     damping_model: str = _UPDATING.damping_model
     frf_sd: float = _UPDATING.frf_sd
     frf_lines: int = _UPDATING.frf_lines
+    order_sd: float = _UPDATING.order_sd
+    order_lines: int = _UPDATING.order_lines
     repeated: bool = _UPDATING.repeated
     iterations: int = _UPDATING.iterations
     starts: int = _UPDATING.starts

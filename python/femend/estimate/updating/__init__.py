@@ -8,10 +8,13 @@ from femend.estimate.updating.external import ExternalSystem
 from femend.estimate.updating.frf_responses import CrossOrthogonality, FracDifferences, FrfDifferences
 from femend.estimate.updating.history import Iteration, read_history
 from femend.estimate.updating.matrices import AffineMatrices, DeckMatrices, affine_matrices
+from femend.estimate.updating.mean_shapes import mean_shapes
 from femend.estimate.updating.modal import ModalSystem, deck_system, modal_system
 from femend.estimate.updating.modal_damping import DampingRatios
 from femend.estimate.updating.morphed import MorphedMatrices
 from femend.estimate.updating.multistart import Minimum, MultiStart, multi_start
+from femend.estimate.updating.ods_responses import OdsDifferences
+from femend.estimate.updating.order_responses import OrderDifferences
 from femend.estimate.updating.population import Population, update_population
 from femend.estimate.updating.problem import Configuration, Evaluation, Link, ModeTest, Problem
 from femend.estimate.updating.reduce import Reduction, basis_of_modes, reduced_problem, reduced_system
@@ -47,6 +50,8 @@ __all__ = [
     "ModeRow",
     "ModeTest",
     "MorphedMatrices",
+    "OdsDifferences",
+    "OrderDifferences",
     "ParameterRow",
     "Problem",
     "ShapeDifferences",
@@ -64,6 +69,7 @@ __all__ = [
     "factor",
     "factors_of",
     "limits",
+    "mean_shapes",
     "modal_system",
     "read_history",
     "smooth",

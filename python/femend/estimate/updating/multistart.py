@@ -131,7 +131,7 @@ def _follow(problem: Problem, p: FloatArray, iterations: int, tolerance: float) 
             trouble = str(error)
             continue
         found.append(result)
-        if result.after.squares <= EXPLAINED * result.after.residual.size and not result.unpaired():
+        if result.after.squares <= EXPLAINED * result.after.n_values and not result.unpaired():
             break
     # a search that lost modes on its way explains less, however little it costs
     return min(found, key=lambda r: (len(r.unpaired()), r.after.cost)) if found else trouble

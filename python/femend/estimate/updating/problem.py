@@ -114,7 +114,7 @@ class Configuration:
 @dataclass(frozen=True, eq=False)
 class Evaluation:
     """Residuals (m,) in deviations at p, the Jacobian (m, n) over p where asked for, and what each configuration
-    said."""
+    said; `taken` of the residuals are met by amplitudes that were eliminated."""
 
     p: FloatArray
     residual: FloatArray
@@ -122,6 +122,12 @@ class Evaluation:
     prior: float
     states: tuple[State, ...]
     mates: tuple[Mates | None, ...]
+    taken: int = 0
+
+    @property
+    def n_values(self) -> int:
+        """Number of values that say something about the unknowns: the residuals but for those `taken`."""
+        return self.residual.size - self.taken
 
     @property
     def squares(self) -> float:
@@ -245,7 +251,8 @@ class Problem:
         self._numbers([o.residual for o in parts], "")
         jacobian = np.concatenate(rows) if slopes else None
         self._numbers(rows, "derivative of the ")
-        return Evaluation(p, residual, jacobian, self.prior_cost(p), found, tuple(mates))
+        taken = sum(o.taken for o in parts)
+        return Evaluation(p, residual, jacobian, self.prior_cost(p), found, tuple(mates), taken)
 
     def _numbers(self, parts: Sequence[FloatArray], what: str) -> None:
         """Raises UpdatingError naming the response of the first of `parts` that holds anything but numbers."""

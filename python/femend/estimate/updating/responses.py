@@ -42,10 +42,12 @@ class Mates:
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """Residuals (m,) in deviations and their derivatives (n_parameters, m), None where not asked for."""
+    """Residuals (m,) in deviations and their derivatives (n_parameters, m), None where not asked for; `taken` of the m
+    values are met by amplitudes that were eliminated, whatever the parameters are."""
 
     residual: FloatArray
     slopes: FloatArray | None
+    taken: int = 0
 
 
 class Response(Protocol):

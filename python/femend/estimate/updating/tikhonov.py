@@ -70,7 +70,7 @@ def tikhonov(
         results.append(result)
         squares.append(result.after.squares)
         penalties.append(result.after.prior / strength)
-    s, q, m = np.array(squares), np.array(penalties), results[0].after.residual.size
+    s, q, m = np.array(squares), np.array(penalties), results[0].after.n_values
     if rule == "gcv":
         criterion = s / np.maximum(m - np.array(freedom), 1e-9) ** 2
     elif rule == "discrepancy":

@@ -136,9 +136,9 @@ def _iteration(here: Evaluation, radius: float, notes: tuple[str, ...]) -> Itera
 def _enough(problem: Problem, here: Evaluation) -> None:
     informed = int(np.linalg.matrix_rank(problem.unknowns.precision))
     n = len(problem.unknowns)
-    if here.residual.size + informed < n:
+    if here.n_values + informed < n:
         raise UpdatingError(
-            f"{here.residual.size} paired values and {informed} priors for {n} unknowns: give priors (a finite sd), "
+            f"{here.n_values} paired values and {informed} priors for {n} unknowns: give priors (a finite sd), "
             "fewer unknowns or more responses"
         )
 
