@@ -181,3 +181,14 @@ def test_users_files_are_left_alone(folder: Path) -> None:
     kept["low.uff"] = (folder / "low.uff").read_bytes()
     refused(folder)
     assert before() == kept
+
+
+@pytest.mark.parametrize("command", ["diagnose", "update", "correlate", "pretest"])
+def test_a_file_where_results_belong_is_told_before_anything_is_read(folder: Path, command: str) -> None:
+    out = folder / "notes.txt"
+    out.write_text("mine")
+    (folder / "model.bdf").unlink()  # would be told first if the study were read
+    done = CliRunner().invoke(main, [command, str(folder), "--out", str(out), "--quiet"])
+    assert done.exit_code == 2
+    assert done.stderr == f"error: {out} is a file; give a folder for the results\n"
+    assert out.read_text() == "mine"

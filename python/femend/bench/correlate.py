@@ -22,7 +22,7 @@ from femend.bench.run_result import in_order
 from femend.bench.runs import MeasuredRun, measured_runs, without_runs
 from femend.bench.steps import Steps, write_json
 from femend.errors import RecordingError
-from femend.io import OutputDirectory
+from femend.io import OutputDirectory, refuse_unwritable
 from femend.model import Model
 from femend.model.negative import negative_values
 from femend.progress import Progress, SilentProgress
@@ -156,6 +156,8 @@ def correlate(study: str | Path, out: str | Path | None = None, progress: Progre
     correlation.run.json. Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError,
     PairingError, ModelError); nothing is written then.
     """
+    if out is not None:
+        refuse_unwritable(out)
     steps = Steps(Path(study), progress or SilentProgress())
     prepared = prepare(Path(study), steps, "a correlation", runs=True)
     with steps.step("compare"):

@@ -16,7 +16,7 @@ from femend.diagnose.so_far import SoFar
 from femend.diagnose.unrecorded import LEAST_SENSORS
 from femend.errors import RecordingError, StudyError
 from femend.estimate import FitRecord, fit_records, pair_test
-from femend.io import OutputDirectory
+from femend.io import OutputDirectory, refuse_unwritable
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter, read_model
 from femend.physics import Physics, selected
@@ -84,6 +84,8 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
     """Reads the study and runs it, in stages where it needs them."""
     steps = _Steps(info, progress)
     folder = None if out is None else Path(out)
+    if folder is not None:
+        refuse_unwritable(folder)
     with steps.step("read the study"):
         study = load_study(study_path)
     unrecorded = _unrecorded(study)
