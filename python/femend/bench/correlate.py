@@ -24,6 +24,7 @@ from femend.bench.steps import Steps, write_json
 from femend.errors import RecordingError
 from femend.io import OutputDirectory, refuse_unwritable
 from femend.model import Model
+from femend.model.material_units import material_doubts
 from femend.model.negative import negative_values
 from femend.progress import Progress, SilentProgress
 from femend.study.load import load_study
@@ -143,7 +144,13 @@ def prepare(study_path: Path, steps: Steps, use: str, *, morphs: bool = False, r
         raise RecordingError(f"no recording to fit shows a mode: {why}; widen [correlation] band, or record longer")
     with steps.step("place sensors"):
         placed = placed_sensors(every, first, align=study.correlation.align)
-    told = [*negative_values(first.deck), *placed.warnings, *passed, *(w for m in every for w in m.warnings)]
+    told = [
+        *material_doubts(first.deck, study.units),
+        *negative_values(first.deck),
+        *placed.warnings,
+        *passed,
+        *(w for m in every for w in m.warnings),
+    ]
     return Prepared(study, models, measured, placed, tuple(dict.fromkeys(told)), turned)
 
 

@@ -51,6 +51,8 @@ class Commands(click.Group):
             sys.exit(130)
         except FemendError as error:
             click.echo(f"error: {_with_place(error)}", err=True)
+            for note in getattr(error, "__notes__", ()):
+                click.echo(f"note: {note}", err=True)
             sys.exit(2)
         except OSError as error:
             click.echo(f"error: {_os_message(error)}", err=True)

@@ -11,15 +11,16 @@ from femend import _core
 from femend.data import FRF, Recording, Test
 from femend.data.recording import RESPONSES
 from femend.errors import RecordingError, SignalError
+from femend.model.material_units import material_doubts
 from femend.model.negative import negative_values
 from femend.signal import check_signals
 
 __all__ = ["warnings_of", "with_warnings"]
 
 
-def warnings_of(deck: _core.Deck, test: Test) -> list[str]:
-    """What is told of a deck and of the channels of all recordings."""
-    return [*negative_values(deck), *(w for r in test for w in r.warnings)]
+def warnings_of(deck: _core.Deck, units: str, test: Test) -> list[str]:
+    """What is told of a deck in `units` and of the channels of all recordings."""
+    return [*material_doubts(deck, units), *negative_values(deck), *(w for r in test for w in r.warnings)]
 
 
 def with_warnings(recording: Recording) -> Recording:
