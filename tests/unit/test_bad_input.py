@@ -192,3 +192,9 @@ def test_a_file_where_results_belong_is_told_before_anything_is_read(folder: Pat
     assert done.exit_code == 2
     assert done.stderr == f"error: {out} is a file; give a folder for the results\n"
     assert out.read_text() == "mine"
+
+
+def test_a_record_of_a_few_samples(folder: Path) -> None:
+    n = 20
+    write_uff(folder / "low.uff", functions_of(small_study.recording("low", U[:n], Y[:, :n])))
+    refused(folder, "recording 'low': 20 samples, 0.0391 s, are too few to be fitted, which takes 34 at least")

@@ -89,7 +89,8 @@ def sign_doubts(
     clear: NDArray[np.bool_] | None = None,
 ) -> list[Doubt]:
     """Doubts about sensors, and forces, whose FRFs H (n_freq, n_out, n_in) have the sign opposite to the `model`'s
-    on nearly all lines while the others have the same; arguments as of `level_doubts`."""
+    on nearly all lines while the others have the same; `outputs`, `inputs` are their names, `model` and `clear`
+    (n_freq, n_out, n_in) as of `level_doubts`."""
     valid = _valid(H, model, clear)
     count = valid.sum(axis=0)
     cosine = np.where(valid, np.cos(np.angle(H) - np.angle(model)), 0.0).sum(axis=0) / np.maximum(count, 1)

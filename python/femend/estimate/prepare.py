@@ -11,7 +11,7 @@ from femend.data import Channel, Recording, Test
 from femend.errors import RecordingError
 from femend.estimate.frf import frf_lines_of
 from femend.estimate.lines import FitRecord
-from femend.estimate.noise import noise_of
+from femend.estimate.noise import fewest_samples, noise_of
 from femend.model import Model, Pairing, pair_sensors
 
 __all__ = ["check_sampling", "fit_records", "frf_records", "pair_test", "period_of"]
@@ -106,6 +106,13 @@ def fit_records(recordings: Sequence[Recording], model: Model, pairing: Pairing)
 
 def _time_record(recording: Recording, model: Model, pairing: Pairing) -> FitRecord:
     u, y, dt = _arrays(recording)
+    n, least = y.shape[1], fewest_samples(len(u))
+    if n < least:
+        raise RecordingError(
+            f"recording {recording.name!r}: {n} samples, {n * dt:.3g} s, are too few to be fitted, which takes {least} "
+            "at least and should show several periods of the lowest mode: record longer, or leave the recording out",
+            recording=recording.name,
+        )
     period = period_of(u if len(u) else y)
     return FitRecord(recording.name, u, y, dt, *_rows(recording, model, pairing), noise_of(u, y, dt, period), period)
 
