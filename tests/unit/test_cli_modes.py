@@ -111,3 +111,9 @@ def test_a_model_without_any_mass_is_refused(tmp_path: Path) -> None:
     done = run(lumped(tmp_path), "--spc", 1)
     assert done.exit_code == 2
     assert done.stderr.startswith("error: no free DOF of the model has a mass")
+
+
+def test_supports_that_nobody_selects_are_told(tmp_path: Path) -> None:
+    path = lumped(tmp_path, "CONM2,903,902,,2.")
+    assert "the deck has 1 SPC card, but its case control selects no set" in run(path).output
+    assert "SPC card" not in run(path, "--spc", 1).output

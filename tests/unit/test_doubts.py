@@ -22,6 +22,7 @@ import small_study
 from femend.estimate import pair_test
 from femend.study import load_study
 from femend.study.plausible import doubts_of
+from femend.study.sound import deck_warnings
 
 FREQ = np.linspace(5.0, 100.0, 300)
 SHAPES = np.array([[0.4, 1.0, 0.9], [0.7, 0.3, -1.0], [0.9, -0.6, 0.2], [1.0, -1.0, 0.8]])
@@ -142,3 +143,14 @@ def test_what_was_doubtful_is_told_beside_an_error_of_the_diagnosis(
     assert done.exit_code == 2
     assert done.stderr.startswith("error: matrix is not positive definite\nnote: in the units 'SI' no material")
     assert not (tmp_path / "out").exists()
+
+
+def test_supports_that_nobody_selects_are_told_but_for_a_configuration_that_does(tmp_path: Path) -> None:
+    small_study.write_study(tmp_path, small_study.Truth())
+    (tmp_path / "model.bdf").write_text((tmp_path / "model.bdf").read_text().replace("SPC = 1\n", ""))
+    deck = _core.Deck.read(str(tmp_path / "model.bdf"))
+    (told,) = deck_warnings(load_study(tmp_path), deck)
+    assert told.startswith("the deck has 2 SPC cards, but its case control selects no set")
+    text = (tmp_path / "study.toml").read_text().replace('role = "fit"', 'role = "fit"\nconfiguration = "held"')
+    (tmp_path / "study.toml").write_text(text + '[[configuration]]\nname = "held"\nspc = 1\n')
+    assert deck_warnings(load_study(tmp_path), deck) == []

@@ -24,10 +24,9 @@ from femend.bench.steps import Steps, write_json
 from femend.errors import RecordingError
 from femend.io import OutputDirectory, refuse_unwritable
 from femend.model import Model
-from femend.model.material_units import material_doubts
-from femend.model.negative import negative_values
 from femend.progress import Progress, SilentProgress
 from femend.study.load import load_study
+from femend.study.sound import deck_warnings
 from femend.study.study import Study
 from femend.threads import one_blas_thread
 
@@ -145,8 +144,7 @@ def prepare(study_path: Path, steps: Steps, use: str, *, morphs: bool = False, r
     with steps.step("place sensors"):
         placed = placed_sensors(every, first, align=study.correlation.align)
     told = [
-        *material_doubts(first.deck, study.units),
-        *negative_values(first.deck),
+        *deck_warnings(study, first.deck),
         *placed.warnings,
         *passed,
         *(w for m in every for w in m.warnings),

@@ -99,7 +99,7 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
         test = study.read_recordings()
         pairing = pair_test(test, model)
         records = [] if unrecorded and not _enough(test) else fit_records(_usable(test, unrecorded), model, pairing)
-        warnings = [*warnings_of(model.deck, study.units, test), *doubts_of(model, test, pairing, study.damping_ratio)]
+        warnings = [*warnings_of(study, model.deck, test), *doubts_of(model, test, pairing, study.damping_ratio)]
     task = _Task(study, model, test, pairing, records, info, steps, folder, warnings)
     try:
         run = task.run(unrecorded) if records else None

@@ -4,6 +4,7 @@ told."""
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,14 +14,26 @@ from femend.data.recording import RESPONSES
 from femend.errors import RecordingError, SignalError
 from femend.model.material_units import material_doubts
 from femend.model.negative import negative_values
+from femend.model.unselected import unselected_supports
 from femend.signal import check_signals
 
-__all__ = ["warnings_of", "with_warnings"]
+if TYPE_CHECKING:
+    from femend.study.study import Study
+
+__all__ = ["deck_warnings", "warnings_of", "with_warnings"]
 
 
-def warnings_of(deck: _core.Deck, units: str, test: Test) -> list[str]:
-    """What is told of a deck in `units` and of the channels of all recordings."""
-    return [*material_doubts(deck, units), *negative_values(deck), *(w for r in test for w in r.warnings)]
+def warnings_of(study: Study, deck: _core.Deck, test: Test) -> list[str]:
+    """What is told of the `deck` of a `study` and of the channels of all recordings."""
+    return [*deck_warnings(study, deck), *(w for r in test for w in r.warnings)]
+
+
+def deck_warnings(study: Study, deck: _core.Deck) -> list[str]:
+    """What is told of the `deck` of a `study`: units, supports that are not selected, values below nothing."""
+    used = {r.configuration for r in study.recordings if r.role == "fit"}
+    own = not used or any(study.configuration(name).spc is None for name in used)
+    free = unselected_supports(deck) if own else []
+    return [*material_doubts(deck, study.units), *free, *negative_values(deck)]
 
 
 def with_warnings(recording: Recording) -> Recording:

@@ -83,9 +83,7 @@ def diagnose_staged(
         progress.done()
     with steps.step("predict"):
         predictions = predict_staged(setup, test, data, final, plain)
-        result = staged_result(
-            setup, data, final, plain, predictions, [*warnings_of(free.deck, study.units, test), *told]
-        )
+        result = staged_result(setup, data, final, plain, predictions, [*warnings_of(study, free.deck, test), *told])
     run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)
     if out is not None:
         _write(run, out, info)
