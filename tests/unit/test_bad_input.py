@@ -198,3 +198,23 @@ def test_a_record_of_a_few_samples(folder: Path) -> None:
     n = 20
     write_uff(folder / "low.uff", functions_of(small_study.recording("low", U[:n], Y[:, :n])))
     refused(folder, "recording 'low': 20 samples, 0.0391 s, are too few to be fitted, which takes 34 at least")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('units = "SI"', "units = SI", ("line 5", "'units = SI'", "text stands in quotes")),
+        ('file = "low.uff"', 'file = "data\\low.uff"', ("line", "write paths with / or in single quotes")),
+        ("ratio = 0.01", "ratio = 0,01", ("'ratio = 0,01'", "decimals have a point")),
+        ("ratio = 0.01", "ratio = 1 %", ("shares are numbers, 1 % is 0.01",)),
+    ],
+    ids=["no quotes", "backslash", "decimal comma", "percent"],
+)
+def test_toml_that_is_none_shows_the_line(folder: Path, old: str, new: str, words: tuple[str, ...]) -> None:
+    replace_in(folder / "study.toml", old, new)
+    refused(folder, "is not valid TOML", *words)
+
+
+def test_time_in_milliseconds_is_thought_of(folder: Path) -> None:
+    write(folder, [FORCE, SENSOR], np.array([U, Y[0]]), rate=small_study.RATE / 1000)
+    refused(folder, "is sampled at 0.512 Hz", "'time [ms]'")

@@ -23,6 +23,8 @@ REPEATS = 0.05
 # fewer samples than this per cycle of the band's end are too few to tell a response from its image (`used_band` ends
 # at 2.086 where the force is white)
 SAMPLES_PER_CYCLE = 2.05
+# what else a rate too low may come from
+NOT_ITS_RATE = "; if that is not its rate, mend its time axis: a column that counts milliseconds is called 'time [ms]'"
 # frequencies below this share of a model's highest are those of a rigid body, up to round-off
 RIGID = 1e-6
 
@@ -80,13 +82,14 @@ def check_sampling(records: Sequence[FitRecord], band: tuple[float, float], freq
         if rate < SAMPLES_PER_CYCLE * band[1]:
             raise RecordingError(
                 f"{said}, the band of the fit recordings is {band[0]:.4g} to {band[1]:.4g} Hz: too slow for its end; "
-                f"record at {2.5 * band[1]:.4g} Hz or more, or leave the recording out",
+                f"record at {2.5 * band[1]:.4g} Hz or more, or leave the recording out{NOT_ITS_RATE}",
                 recording=r.name,
             )
         if elastic.size and elastic.min() > rate / 2:
             raise RecordingError(
                 f"{said} and its band is {band[0]:.4g} to {band[1]:.4g} Hz: too slow for the model, whose lowest mode "
-                f"is at {elastic.min():.4g} Hz; record at {2.5 * elastic.min():.4g} Hz or more, or correct the model",
+                f"is at {elastic.min():.4g} Hz; record at {2.5 * elastic.min():.4g} Hz or more, or correct the "
+                f"model{NOT_ITS_RATE}",
                 recording=r.name,
             )
 
