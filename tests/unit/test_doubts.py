@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from femend import _core, functions_of, read_uff, write_uff
+from femend import Recording, _core, functions_of, read_uff, write_uff
 from femend.cli import main
 from femend.correlate.doubts import level_doubts, sign_doubts
 from femend.errors import ModelError
@@ -22,7 +22,7 @@ import small_study
 from femend.estimate import pair_test
 from femend.study import load_study
 from femend.study.plausible import doubts_of
-from femend.study.sound import deck_warnings
+from femend.study.sound import deck_warnings, with_warnings
 
 FREQ = np.linspace(5.0, 100.0, 300)
 SHAPES = np.array([[0.4, 1.0, 0.9], [0.7, 0.3, -1.0], [0.9, -0.6, 0.2], [1.0, -1.0, 0.8]])
@@ -154,3 +154,11 @@ def test_supports_that_nobody_selects_are_told_but_for_a_configuration_that_does
     text = (tmp_path / "study.toml").read_text().replace('role = "fit"', 'role = "fit"\nconfiguration = "held"')
     (tmp_path / "study.toml").write_text(text + '[[configuration]]\nname = "held"\nspc = 1\n')
     assert deck_warnings(load_study(tmp_path), deck) == []
+
+
+def test_an_acceleration_that_does_not_swing_about_zero_is_told() -> None:
+    y = np.random.default_rng(4).standard_normal((4, 512))
+    data = small_study.recording("low", small_study.force(2.0, 1, 512), y + np.array([[0.0], [9.8], [0.1], [0.0]]))
+    (told,) = with_warnings(Recording("low", data)).warnings
+    assert told.startswith("recording 'low': channel acceleration 7:+Z has a mean of 9.")
+    assert "an error of 0.99 in this channel" in told

@@ -369,3 +369,25 @@ def test_a_name_that_is_nearly_right_is_proposed(put: Callable[..., Path]) -> No
     path = put("time,force,top\n" + rows(",", T, FORCE, TOP))
     with pytest.raises(RecordingError, match=r"no column is named 'topp'; did you mean 'top'\?"):
         read_recording(path, (MAP[0], ChannelMap("topp", 12, "-X", "acceleration", "g")))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "it is empty; export it again"),
+        ("time,force\n", "one reads 'time,force'"),
+        (
+            "time,force\n12:00:00.25,1.5\n12:00:00.50,2.5\n",
+            r"'12:00:00.25' is a time of day; export the time in seconds",
+        ),
+        ("time,force\n2026-01-01T12:00:00,1.5\n", "'2026-01-01T12:00:00' is a time of day"),
+    ],
+)
+def test_a_table_without_numbers_says_what_stands_in_the_way(put: Callable[..., Path], text: str, said: str) -> None:
+    with pytest.raises(FormatError, match=said):
+        read_recording(put(text), MAP)
+
+
+def test_notes_after_the_last_row_are_passed_over(put: Callable[..., Path]) -> None:
+    text = "# logger 7\ntime,force,top\n" + rows(",", T, FORCE, TOP) + "# 20 rows\n\n# end\n"
+    check(read_recording(put(text), MAP).time)

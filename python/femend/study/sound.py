@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
 __all__ = ["deck_warnings", "warnings_of", "with_warnings"]
 
+# mean of an acceleration from which it is told, in its rms about that mean
+OFFSET = 0.3
+
 
 def warnings_of(study: Study, deck: _core.Deck, test: Test) -> list[str]:
     """What is told of the `deck` of a `study` and of the channels of all recordings."""
@@ -58,7 +61,25 @@ def with_warnings(recording: Recording) -> Recording:
                 time=fault.start,
             )
         told.append(fault.text)
+    told += _offsets(recording)
     return replace(recording, warnings=(*recording.warnings, *told))
+
+
+def _offsets(recording: Recording) -> list[str]:
+    """Accelerations that do not swing about zero: what is shaken comes back, so that a mean is the sensor's."""
+    data, told = recording.time, []
+    for row in data.rows("acceleration"):
+        channel, y = data.channels[row], data.values[row]
+        mean, swing = float(y.mean()), float(y.std())
+        if abs(mean) <= OFFSET * swing:
+            continue
+        share = abs(mean) / float(np.hypot(mean, swing))
+        told.append(
+            f"recording {recording.name!r}: channel {channel.text} has a mean of {mean:.4g} {channel.unit} and swings "
+            f"about it by {swing:.4g} {channel.unit} rms: no model predicts an offset, so it alone is an error of "
+            f"{share:.2g} in this channel; take it off before (a sensor that shows gravity is off by 1 g)"
+        )
+    return told
 
 
 def _no_empty_frf(recording: Recording, frf: FRF) -> None:
