@@ -162,3 +162,14 @@ def test_an_acceleration_that_does_not_swing_about_zero_is_told() -> None:
     (told,) = with_warnings(Recording("low", data)).warnings
     assert told.startswith("recording 'low': channel acceleration 7:+Z has a mean of 9.")
     assert "an error of 0.99 in this channel" in told
+
+
+def test_what_is_doubtful_is_said_before_the_work_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ModelError("too late")
+
+    monkeypatch.setattr("femend.study.run.diagnose_records", fail)
+    small_study.write_study(tmp_path, small_study.Truth())
+    (tmp_path / "model.bdf").write_text((tmp_path / "model.bdf").read_text().replace(",2700.", ",2.7-9"))
+    done = CliRunner().invoke(main, ["diagnose", str(tmp_path), "--out", str(tmp_path / "out")])
+    assert "warning: in the units 'SI' no material" in done.stderr.partition("error: too late")[0]

@@ -20,7 +20,7 @@ from femend.io import OutputDirectory, refuse_unwritable
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter, read_model
 from femend.physics import Physics, selected
-from femend.progress import Progress, SilentProgress
+from femend.progress import Progress, SilentProgress, say
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.content import report_content
@@ -100,6 +100,8 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
         pairing = pair_test(test, model)
         records = [] if unrecorded and not _enough(test) else fit_records(_usable(test, unrecorded), model, pairing)
         warnings = [*warnings_of(study, model.deck, test), *doubts_of(model, test, pairing, study.damping_ratio)]
+    for text in warnings:
+        say(progress, text)
     task = _Task(study, model, test, pairing, records, info, steps, folder, warnings)
     try:
         run = task.run(unrecorded) if records else None
