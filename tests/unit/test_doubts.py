@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from femend import Recording, _core, functions_of, read_uff, write_uff
+from femend import Dof, Recording, _core, functions_of, read_uff, write_uff
 from femend.cli import main
-from femend.correlate.doubts import level_doubts, sign_doubts
+from femend.correlate.doubts import level_doubts, sign_doubts, twice_doubts
 from femend.errors import ModelError
 from femend.model import read_model
 from femend.model.material_units import material_doubts
@@ -173,3 +173,11 @@ def test_what_is_doubtful_is_said_before_the_work_begins(tmp_path: Path, monkeyp
     (tmp_path / "model.bdf").write_text((tmp_path / "model.bdf").read_text().replace(",2700.", ",2.7-9"))
     done = CliRunner().invoke(main, ["diagnose", str(tmp_path), "--out", str(tmp_path / "out")])
     assert "warning: in the units 'SI' no material" in done.stderr.partition("error: too late")[0]
+
+
+def test_two_sensors_at_one_place_that_differ_are_told() -> None:
+    dofs = [Dof(4, 3), Dof(7, 3), Dof(10, 3), Dof(7, 3, -1)]
+    (doubt,) = twice_doubts(TEST, dofs)
+    assert (doubt.kind, doubt.channel) == ("twice", "7:+Z")
+    again = TEST[:, [0, 1, 2, 1]] * np.array([1, 1, 1, -1.05])[:, None]
+    assert twice_doubts(again, dofs) == []

@@ -6,13 +6,16 @@ resonances: medians over the lines tell the one from the other.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Doubt", "level_doubts", "sign_doubts"]
+from femend.dof import Dof
+
+__all__ = ["Doubt", "level_doubts", "sign_doubts", "twice_doubts"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -25,6 +28,8 @@ ALL, ONE = 3.0, 5.0
 REVERSED = 0.7
 # a sensor that moves less than this share of the one that moves most tells no sign: a node of a shape may be there
 MOVES = 0.1
+# two sensors at one place may differ by this share: by what they were calibrated to, glue, and noise
+TWICE = 0.3
 # factors by which mistaken units are off, and what they come from
 _KNOWN = (
     (9.80665, "g and m/s²"),
@@ -41,8 +46,8 @@ _NEAR = 1.35
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign" or "force sign"), the `channel` by name
-    ("" for all), and the sentence."""
+    """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign" or "twice"), the
+    `channel` by name ("" for all), and the sentence."""
 
     kind: str
     channel: str
@@ -105,6 +110,24 @@ def sign_doubts(
     forces = [j for j in range(len(inputs)) if _negative(cosine[:, j])]
     if len(inputs) == 1 or len(forces) < len(inputs):
         told += [_reversed("force", inputs[j], float(np.nanmedian(cosine[:, j]))) for j in forces]
+    return told
+
+
+def twice_doubts(H: ComplexArray, outputs: Sequence[Dof]) -> list[Doubt]:
+    """Doubts about sensors that are said to be at one place in one direction, `outputs`, and whose FRFs H
+    (n_freq, n_out, n_in) are not alike: two sensors there show the same but for noise."""
+    told = []
+    for i, k in itertools.combinations(range(len(outputs)), 2):
+        if outputs[i].unsigned != outputs[k].unsigned:
+            continue
+        a, b = H[:, i] * outputs[i].sign, H[:, k] * outputs[k].sign
+        apart = float(np.linalg.norm(a - b) / max(np.linalg.norm(a), np.linalg.norm(b), np.finfo(float).tiny))
+        if apart > TWICE:
+            text = (
+                f"two sensors are said to measure {outputs[i].unsigned} and differ by {100 * apart:.0f} %: correct the "
+                "node or the direction of one of them"
+            )
+            told.append(Doubt("twice", str(outputs[i].unsigned), text))
     return told
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from femend.analysis.frf import shapes_at
 from femend.analysis.model_modes import model_modes
-from femend.correlate.doubts import Doubt, level_doubts, sign_doubts
+from femend.correlate.doubts import Doubt, level_doubts, sign_doubts, twice_doubts
 from femend.data import ModeSet, Recording, Spectra, Test
 from femend.diagnose.staged.prepare import FrfData, frf_data
 from femend.errors import FemendError
@@ -102,4 +102,5 @@ def _against(data: FrfData, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
     H = np.einsum("or,fr,ir->foi", out, gain, into)
     clear = np.abs(data.H) > CLEAR * data.noise
     outputs, inputs = ([str(d) for d in dofs] for dofs in (data.outputs, data.inputs))
-    return [*level_doubts(data.H, H, outputs, clear), *sign_doubts(data.H, H, outputs, inputs, clear)]
+    twice = twice_doubts(data.H, data.outputs)
+    return [*twice, *level_doubts(data.H, H, outputs, clear), *sign_doubts(data.H, H, outputs, inputs, clear)]
