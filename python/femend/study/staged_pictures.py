@@ -87,8 +87,9 @@ def stabilisation(run: StagedRun) -> Figure | None:
 
 
 def _panels(n: int, height: float) -> Figure:
-    """A figure of one or two panels side by side, as wide as they need: an empty one says that something is amiss."""
-    return plots.figure("page", height, 1, 2) if n > 1 else plots.figure("column", height)
+    """A figure of `n` panels side by side over the page: an empty one says that something is amiss, and one narrower
+    than the page is blown up there."""
+    return plots.figure("page", height, 1, n)
 
 
 def frf_overlay(run: StagedRun) -> Figure | None:
