@@ -147,3 +147,14 @@ def test_a_place_that_takes_results_stays_as_it_is(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     refuse_unwritable(tmp_path / "out")
     assert [p.name for p in tmp_path.rglob("*")] == ["out"]
+
+
+def test_what_is_the_users_and_called_like_a_result_is_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "predictions").mkdir()
+    (tmp_path / "predictions" / "mine.csv").write_text("mine")
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(FileExistsError, match=r"holds predictions, .* no earlier run of femend left them there"):
+        refuse_unwritable(tmp_path)
+    (tmp_path / "run.json").write_text("{}")  # of an earlier run, as the predictions are then
+    refuse_unwritable(tmp_path)
+    assert (tmp_path / "predictions" / "mine.csv").read_text() == "mine"

@@ -162,7 +162,7 @@ def correlate(study: str | Path, out: str | Path | None = None, progress: Progre
     PairingError, ModelError); nothing is written then.
     """
     if out is not None:
-        refuse_unwritable(out)
+        refuse_unwritable(out, owned=OWNED)
     steps = Steps(Path(study), progress or SilentProgress())
     prepared = prepare(Path(study), steps, "a correlation", runs=True)
     with steps.step("compare"):

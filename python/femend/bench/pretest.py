@@ -107,7 +107,7 @@ def pretest(study: str | Path, out: str | Path | None = None, progress: Progress
     a test that cannot be planned; nothing is written then.
     """
     if out is not None:
-        refuse_unwritable(out)
+        refuse_unwritable(out, owned=OWNED)
     steps = Steps(Path(study), progress or SilentProgress())
     with steps.step("read the study and the deck"):
         content = load_study(Path(study), recordings=False)

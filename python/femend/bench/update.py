@@ -98,7 +98,7 @@ def update(
     problem that cannot be posed: no mode with a mate, fewer values than unknowns; nothing is written then.
     """
     if out is not None:
-        refuse_unwritable(out)
+        refuse_unwritable(out, owned=OWNED)
     progress = progress or SilentProgress()
     steps = Steps(Path(study), progress)
     prepared = prepare(Path(study), steps, "an update", morphs=True)

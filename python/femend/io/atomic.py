@@ -18,6 +18,10 @@ __all__ = ["RESULT_NAMES", "OutputDirectory", "atomic_path", "refuse_unwritable"
 RESULT_NAMES = ("result.json", "report.html", "run.json", "predictions", "model.updated.*")
 
 
+# by any of these a folder shows that an earlier run wrote to it
+MARKS = ("run.json", "result.json", "updating.json", "correlation.json", "pretest.json")
+
+
 @contextmanager
 def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A temporary path beside `path` to write to; moved to `path` at the end, removed where the body raises.
@@ -50,12 +54,20 @@ def write_atomic(path: str | os.PathLike[str], content: str | bytes) -> None:
         temporary.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
 
 
-def refuse_unwritable(path: str | os.PathLike[str]) -> None:
-    """Raises the OSError that writing results to the folder `path` would end in, before the work for them is begun.
+def refuse_unwritable(path: str | os.PathLike[str], *, owned: tuple[str, ...] = RESULT_NAMES) -> None:
+    """Raises the OSError that writing results to the folder `path` would end in, before the work for them is begun, and
+    FileExistsError where entries named as results (`owned` patterns) stand there that no earlier run left.
 
     Nothing is left behind: folders that do not exist are not made, and what is tried out is taken away again.
     """
-    out = OutputDirectory(path).path
+    out = OutputDirectory(path, owned=owned).path
+    if out.exists() and not any((out / name).is_file() for name in MARKS):
+        users = sorted(e.name for e in out.iterdir() if any(fnmatch.fnmatchcase(e.name, p) for p in owned))
+        if users:
+            raise FileExistsError(
+                f"{out} holds {', '.join(users)}, where results of these names would go, and no earlier run of femend "
+                "left them there; name another folder for the results, or move them away"
+            )
     there = out.parent
     while not there.exists():
         there = there.parent
