@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-__all__ = ["Progress", "SilentProgress"]
+__all__ = ["Progress", "SilentProgress", "say"]
 
 
 class Progress(Protocol):
@@ -31,3 +31,11 @@ class SilentProgress:
 
     def done(self) -> None:
         """Nothing."""
+
+
+def say(progress: Progress, text: str) -> None:
+    """Tells a sentence while the job goes on, where the `progress` has a way to: a mistake that is seen at once should
+    not be read of minutes later. One without a method `say` says nothing."""
+    shown = getattr(progress, "say", None)
+    if shown is not None:
+        shown(text)

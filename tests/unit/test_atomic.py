@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from femend.io import OutputDirectory, write_atomic
+from femend.io import OutputDirectory, refuse_unwritable, write_atomic
 
 
 def tree(folder: Path) -> dict[str, str]:
@@ -130,3 +130,31 @@ def test_single_files(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
     with pytest.raises(FileNotFoundError, match="there is no folder"):
         write_atomic(tmp_path / "gone" / "a.txt", "x")
+
+
+def test_a_place_that_takes_no_results_is_told_before_the_work(tmp_path: Path) -> None:
+    file = tmp_path / "taken"
+    file.write_text("mine")
+    with pytest.raises(NotADirectoryError, match="taken is a file; give a folder"):
+        refuse_unwritable(file)
+    with pytest.raises(NotADirectoryError, match=r"no results can be written to .*out: .*taken .*name another folder"):
+        refuse_unwritable(file / "deep" / "out")
+    assert file.read_text() == "mine"
+
+
+def test_a_place_that_takes_results_stays_as_it_is(tmp_path: Path) -> None:
+    refuse_unwritable(tmp_path / "deep" / "out")
+    (tmp_path / "out").mkdir()
+    refuse_unwritable(tmp_path / "out")
+    assert [p.name for p in tmp_path.rglob("*")] == ["out"]
+
+
+def test_what_is_the_users_and_called_like_a_result_is_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "predictions").mkdir()
+    (tmp_path / "predictions" / "mine.csv").write_text("mine")
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(FileExistsError, match=r"holds predictions, .* no earlier run of femend left them there"):
+        refuse_unwritable(tmp_path)
+    (tmp_path / "run.json").write_text("{}")  # of an earlier run, as the predictions are then
+    refuse_unwritable(tmp_path)
+    assert (tmp_path / "predictions" / "mine.csv").read_text() == "mine"

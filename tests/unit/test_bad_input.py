@@ -181,3 +181,40 @@ def test_users_files_are_left_alone(folder: Path) -> None:
     kept["low.uff"] = (folder / "low.uff").read_bytes()
     refused(folder)
     assert before() == kept
+
+
+@pytest.mark.parametrize("command", ["diagnose", "update", "correlate", "pretest"])
+def test_a_file_where_results_belong_is_told_before_anything_is_read(folder: Path, command: str) -> None:
+    out = folder / "notes.txt"
+    out.write_text("mine")
+    (folder / "model.bdf").unlink()  # would be told first if the study were read
+    done = CliRunner().invoke(main, [command, str(folder), "--out", str(out), "--quiet"])
+    assert done.exit_code == 2
+    assert done.stderr == f"error: {out} is a file; give a folder for the results\n"
+    assert out.read_text() == "mine"
+
+
+def test_a_record_of_a_few_samples(folder: Path) -> None:
+    n = 20
+    write_uff(folder / "low.uff", functions_of(small_study.recording("low", U[:n], Y[:, :n])))
+    refused(folder, "recording 'low': 20 samples, 0.0391 s, are too few to be fitted, which takes 34 at least")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('units = "SI"', "units = SI", ("line 5", "'units = SI'", "text stands in quotes")),
+        ('file = "low.uff"', 'file = "data\\low.uff"', ("line", "write paths with / or in single quotes")),
+        ("ratio = 0.01", "ratio = 0,01", ("'ratio = 0,01'", "decimals have a point")),
+        ("ratio = 0.01", "ratio = 1 %", ("shares are numbers, 1 % is 0.01",)),
+    ],
+    ids=["no quotes", "backslash", "decimal comma", "percent"],
+)
+def test_toml_that_is_none_shows_the_line(folder: Path, old: str, new: str, words: tuple[str, ...]) -> None:
+    replace_in(folder / "study.toml", old, new)
+    refused(folder, "is not valid TOML", *words)
+
+
+def test_time_in_milliseconds_is_thought_of(folder: Path) -> None:
+    write(folder, [FORCE, SENSOR], np.array([U, Y[0]]), rate=small_study.RATE / 1000)
+    refused(folder, "is sampled at 0.512 Hz", "'time [ms]'")

@@ -184,3 +184,10 @@ def test_other_commands_still_want_recordings(tmp_path: Path) -> None:
 
     with pytest.raises(StudyError, match="there is no \\[\\[recording\\]\\]"):
         correlate_study(study(tmp_path))
+
+
+def test_a_target_mode_that_no_place_sees_is_named(tmp_path: Path) -> None:
+    wide = PLAN.replace("600.0", "2500.0")  # holds the first mode along the bar, which nothing in Z shows
+    said = r"no sensor can see target mode \d+ at \d+ Hz: .* allowed places \(directions Z\).*modes = \[1, 2, 3"
+    with pytest.raises(PretestError, match=said):
+        pretest_study(study(tmp_path, wide))

@@ -278,3 +278,22 @@ def test_plain_progress_is_one_line_per_step() -> None:
     lines.done()
     lines.done()
     assert stream.getvalue().splitlines() == ["read: 0.0 s", "locate: 0.0 s, 12 done"]
+
+
+def test_inspect_shows_the_columns_of_a_table(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("time;kraft;oben\n" + "".join(f"{i / 100:g};{i % 3:g};{-2 * (i % 2):g}\n" for i in range(50)))
+    done = CliRunner().invoke(main, ["inspect", str(path)])
+    assert done.exit_code == 0, done.output
+    assert "table, 3 columns; 50 rows at 100 Hz, 0.5 s" in done.output
+    assert any(line.split()[:3] == ["2", "oben", "50"] for line in done.output.splitlines())
+    assert "[[recording.channel]]" in done.output
+    other = path.rename(tmp_path / "run.dat")
+    assert "table, 3 columns" in CliRunner().invoke(main, ["inspect", str(other)]).output
+
+
+def test_inspect_says_what_a_study_is_for(tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text("")
+    done = CliRunner().invoke(main, ["inspect", str(tmp_path / "study.toml")])
+    assert done.exit_code == 2
+    assert "is a study, not a deck or a recording; femend diagnose reads it" in done.stderr

@@ -88,3 +88,32 @@ def test_base_directions_follow_the_axes_of_turned_nodes() -> None:
     turned = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     R = base_directions(np.array([7, 7, 9, 9]), np.array([1, 2, 3, 4]), np.array([9, 7]), np.stack([np.eye(3), turned]))
     np.testing.assert_array_equal(R, [[0, 1, 0], [-1, 0, 0], [0, 0, 1], [0, 0, 0]])
+
+
+MASSLESS = ("GRID,901,,0.,1.,0.", "GRID,902,,0.,2.,0.", "CELAS2,901,4.+4,901,2", "CELAS2,902,3.+4,901,2,902,2")
+
+
+def lumped(folder: Path, *masses: str) -> Path:
+    path = folder / "lumped.bdf"
+    path.write_text("\n".join([*MASSLESS, "SPC1,1,13456,901,902", *masses, "ENDDATA", ""]))
+    return path
+
+
+def test_a_model_with_fewer_masses_than_modes_asked_for_shows_those_it_has(tmp_path: Path) -> None:
+    done = run(lumped(tmp_path, "CONM2,903,902,,2."), "--spc", 1)
+    assert "only 1 mode: no more DOFs have a mass" in done.output
+    k = 1 / (1 / 4e4 + 1 / 3e4)  # two springs in a row
+    (row,) = rows(done)
+    assert row[1] == pytest.approx(np.sqrt(k / 2) / (2 * np.pi), abs=1e-4)
+
+
+def test_a_model_without_any_mass_is_refused(tmp_path: Path) -> None:
+    done = run(lumped(tmp_path), "--spc", 1)
+    assert done.exit_code == 2
+    assert done.stderr.startswith("error: no free DOF of the model has a mass")
+
+
+def test_supports_that_nobody_selects_are_told(tmp_path: Path) -> None:
+    path = lumped(tmp_path, "CONM2,903,902,,2.")
+    assert "the deck has 1 SPC card, but its case control selects no set" in run(path).output
+    assert "SPC card" not in run(path, "--spc", 1).output

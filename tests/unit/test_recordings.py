@@ -268,7 +268,7 @@ def test_the_study_overrules_the_header(tmp_path: Path) -> None:
         np.testing.assert_allclose(data.values, [np.ones(10), 0.5 * 9.80665 * np.arange(10)], rtol=1e-14)
         assert [str(c.dof) for c in data.channels] == ["1:+Z", "7:-Y"]
         assert data.channels[1].label == "top plate"
-    with pytest.raises(RecordingError, match=r"0 columns are named 'side'"):
+    with pytest.raises(RecordingError, match=r"no column is named 'side'"):
         read_recording(path, [ChannelMap("side", 7, "Y", "force", "N")])
     with pytest.raises(RecordingError, match=r"applies to time records and tables"):
         read_recording(write(tmp_path, functions_of(ema(1, 1))), [ChannelMap(0, 7, "Y", "force", "N")])

@@ -227,4 +227,4 @@ def test_results_of_faulty_channels_are_refused_or_say_so() -> None:
         with pytest.raises(SignalError, match=r"channel acceleration 2:\+Z \(c2\) is 0 in all 25600 samples"):
             make(dead)
         found = make(data(wave, clipped))
-        assert any("acceleration 2:+Z (c2) stays at its largest value 0.6" in note for note in found.notes)
+        assert any("acceleration 2:+Z (c2) stays at its largest value 0.6 m/s^2" in note for note in found.notes)

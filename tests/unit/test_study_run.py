@@ -15,6 +15,7 @@ import pytest
 from femend import functions_of, load_study, read_recording, write_uff
 from femend.model import read_model
 from femend.study.run import StudyRun, diagnose
+from femend.study.tables import laws
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -170,3 +171,14 @@ def test_the_same_study_gives_the_same_result(control: Done, tmp_path: Path) -> 
     run = diagnose(control.folder / "study.toml")
     assert json.loads(json.dumps(run.result)) == control.result
     assert load_study(control.folder / "study.toml").title == "cantilever"
+
+
+def test_the_table_of_laws_adds_up_to_what_is_told(spring: Done) -> None:
+    told = spring.result["findings"][0]["probability"]
+    rows = laws(spring.run.diagnosis)
+    (chosen,) = [row for row in rows if row.chosen]
+    like = [row for row in rows if "for which it counts" in row.remark]
+    assert chosen.probability is not None
+    total = chosen.probability + sum(row.probability or 0.0 for row in like)
+    assert total == pytest.approx(told, abs=0.02)
+    assert (f"{100 * told:.0f} % with the laws that come out as the same" in chosen.remark) == bool(like)

@@ -300,7 +300,7 @@ def test_unequal_lengths(tmp_path: Path) -> None:
 
 def test_columns_that_are_not_there(put: Callable[..., Path]) -> None:
     path = put("time;force;top\n" + rows(";", T, FORCE, TOP))
-    with pytest.raises(RecordingError, match="0 columns are named 'bottom'; the columns are 'time', 'force', 'top'"):
+    with pytest.raises(RecordingError, match="no column is named 'bottom'; the columns are 'time', 'force', 'top'"):
         read_recording(path, (ChannelMap("bottom", 1, "X", "force", "N"),))
     with pytest.raises(RecordingError, match="column 3 is asked for but there are 3, counted from 0"):
         read_recording(path, (ChannelMap(3, 1, "X", "force", "N"),))
@@ -326,3 +326,68 @@ def test_a_table_says_what_it_passes_over(tmp_path: Path) -> None:
 def test_separator_at_the_end_of_every_line(put: Callable[..., Path]) -> None:
     body = rows(";", T, FORCE, TOP).replace("\n", ";\n")
     check(read_recording(put("time;force;top;\n" + body), MAP).time)
+
+
+# ---------------------------------------------------------------- mistakes that would go through in silence
+
+
+def test_a_column_mapped_twice_is_refused(put: Callable[..., Path]) -> None:
+    path = put("time,force,top\n" + rows(",", T, FORCE, TOP))
+    twice = (*MAP, ChannelMap("top", 7, "+Z", "acceleration", "g"))
+    said = r"column 2 \('top'\) is mapped twice, as acceleration 12:-X and acceleration 7:\+Z"
+    with pytest.raises(RecordingError, match=said):
+        read_recording(path, twice)
+
+
+def test_two_time_columns_of_different_steps_are_refused(put: Callable[..., Path]) -> None:
+    path = put("time,time,force,top\n" + rows(",", 2 * T, T, FORCE, TOP))
+    said = r"two time axes: column 0 \('time'\) has a step of 0.02 s and column 1 \('time'\) one of 0.01 s"
+    with pytest.raises(RecordingError, match=said):
+        read_recording(path, MAP)
+
+
+def test_of_two_time_columns_that_agree_or_that_are_not_even_the_good_one_counts(put: Callable[..., Path]) -> None:
+    head = "t [us],time,force,top\n"
+    check(read_recording(put(head + rows(",", 1e6 * T, T, FORCE, TOP)), MAP).time)
+    check(read_recording(put("time,t,force,top\n" + rows(",", np.floor(5 * T), T, FORCE, TOP)), MAP).time)
+
+
+def test_a_time_column_that_stands_still_is_told(put: Callable[..., Path]) -> None:
+    path = put("time,force,top\n" + rows(",", 0 * T + 1e9, FORCE, TOP))
+    with pytest.raises(RecordingError, match=r"'time' does not increase: it goes from 1e\+09 to 1e\+09 s in 20 rows"):
+        read_recording(path, MAP)
+
+
+def test_time_that_is_mapped_as_a_channel_is_named(put: Callable[..., Path]) -> None:
+    path = put("time,force,top\n" + rows(",", T, FORCE, TOP))
+    wrong = (MAP[0], ChannelMap("time", 12, "-X", "acceleration", "g"))
+    with pytest.raises(RecordingError, match=r"column 'time' is mapped as a channel .* take it out of the channels"):
+        read_recording(path, wrong)
+
+
+def test_a_name_that_is_nearly_right_is_proposed(put: Callable[..., Path]) -> None:
+    path = put("time,force,top\n" + rows(",", T, FORCE, TOP))
+    with pytest.raises(RecordingError, match=r"no column is named 'topp'; did you mean 'top'\?"):
+        read_recording(path, (MAP[0], ChannelMap("topp", 12, "-X", "acceleration", "g")))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "it is empty; export it again"),
+        ("time,force\n", "one reads 'time,force'"),
+        (
+            "time,force\n12:00:00.25,1.5\n12:00:00.50,2.5\n",
+            r"'12:00:00.25' is a time of day; export the time in seconds",
+        ),
+        ("time,force\n2026-01-01T12:00:00,1.5\n", "'2026-01-01T12:00:00' is a time of day"),
+    ],
+)
+def test_a_table_without_numbers_says_what_stands_in_the_way(put: Callable[..., Path], text: str, said: str) -> None:
+    with pytest.raises(FormatError, match=said):
+        read_recording(put(text), MAP)
+
+
+def test_notes_after_the_last_row_are_passed_over(put: Callable[..., Path]) -> None:
+    text = "# logger 7\ntime,force,top\n" + rows(",", T, FORCE, TOP) + "# 20 rows\n\n# end\n"
+    check(read_recording(put(text), MAP).time)

@@ -11,6 +11,7 @@ from femend.analysis.modes import solve_modes
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
 from femend.model import Model
+from femend.model.finite_modes import finite_modes
 
 __all__ = ["model_modes"]
 
@@ -23,7 +24,8 @@ def model_modes(
     zeta: ArrayLike = 0.0,
     factors: Mapping[str, float] | None = None,
 ) -> ModeSet:
-    """The lowest `n_modes` of `model` (10 by default), or all up to `f_max` in Hz, at every DOF of its nodes.
+    """The lowest `n_modes` of `model` (10 by default; all where fewer DOFs have a mass), or all up to `f_max` in Hz, at
+    every DOF of its nodes.
 
     Rows are all GRIDs times X, Y, Z, RX, RY, RZ in the directions of the node's own system, held and tied ones with
     what they do (0 where held). Shapes are mass-normalised; `zeta` is the damping fraction given to them, `factors` are
@@ -39,7 +41,14 @@ def model_modes(
         n_modes = 10
     if n_modes is not None:
         n_modes = min(n_modes, len(names))
-    found = solve_modes(K.indptr, K.indices, K.data, M.data, names, n_modes=n_modes, f_max=f_max, zeta=zeta).modes
+    pattern = K.indptr, K.indices, K.data, M.data, names
+    try:
+        found = solve_modes(*pattern, n_modes=n_modes, f_max=f_max, zeta=zeta).modes
+    except ValueError as error:
+        n_modes = finite_modes(error, n_modes)
+        if n_modes is None:
+            raise
+        found = solve_modes(*pattern, n_modes=n_modes, f_max=f_max, zeta=zeta).modes
     grid = ~model.is_scalar
     dofs = tuple(Dof(int(n), c) for n in model.node_ids[grid] for c in range(1, 7))
     phi = np.asarray(model.transformation() @ found.phi)[np.repeat(grid, 6)]

@@ -37,6 +37,10 @@ class LineProgress:
         print(f"{self._step}: {time.perf_counter() - self._since:.1f} s{pieces}", file=self._stream, flush=True)
         self._step = ""
 
+    def say(self, text: str) -> None:
+        """A line of its own, beside the step that goes on."""
+        print(f"warning: {text}", file=self._stream, flush=True)
+
 
 class BarProgress:
     """A tqdm bar per step, for a terminal."""
@@ -65,6 +69,12 @@ class BarProgress:
         if self._bar is not None:
             self._bar.close()
             self._bar = None
+
+    def say(self, text: str) -> None:
+        """A line of its own, above the bar."""
+        from tqdm import tqdm
+
+        tqdm.write(f"warning: {text}", file=self._stream)
 
 
 def progress_for(stream: TextIO | None = None, *, quiet: bool = False) -> Progress:

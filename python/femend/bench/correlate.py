@@ -22,11 +22,11 @@ from femend.bench.run_result import in_order
 from femend.bench.runs import MeasuredRun, measured_runs, without_runs
 from femend.bench.steps import Steps, write_json
 from femend.errors import RecordingError
-from femend.io import OutputDirectory
+from femend.io import OutputDirectory, refuse_unwritable
 from femend.model import Model
-from femend.model.negative import negative_values
 from femend.progress import Progress, SilentProgress
 from femend.study.load import load_study
+from femend.study.sound import deck_warnings
 from femend.study.study import Study
 from femend.threads import one_blas_thread
 
@@ -152,7 +152,12 @@ def prepare(
         raise RecordingError(f"no recording to fit shows a mode: {why}; widen [correlation] band, or record longer")
     with steps.step("place sensors"):
         placed = placed_sensors(every, first, align=study.correlation.align)
-    told = [*negative_values(first.deck), *placed.warnings, *passed, *(w for m in every for w in m.warnings)]
+    told = [
+        *deck_warnings(study, first.deck),
+        *placed.warnings,
+        *passed,
+        *(w for m in every for w in m.warnings),
+    ]
     return Prepared(study, models, measured, placed, tuple(dict.fromkeys(told)), turned)
 
 
@@ -165,6 +170,8 @@ def correlate(study: str | Path, out: str | Path | None = None, progress: Progre
     correlation.run.json. Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError,
     PairingError, ModelError); nothing is written then.
     """
+    if out is not None:
+        refuse_unwritable(out, owned=OWNED)
     steps = Steps(Path(study), progress or SilentProgress())
     prepared = prepare(Path(study), steps, "a correlation", runs=lambda study: True)
     with steps.step("compare"):

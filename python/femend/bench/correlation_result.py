@@ -14,6 +14,7 @@ from femend.bench.orthogonal import orthogonality_result
 from femend.bench.placed import Placed
 from femend.bench.run_compared import ComparedRun
 from femend.bench.run_result import run_advice, run_result
+from femend.correlate.doubts import level_doubts
 
 if TYPE_CHECKING:
     from femend.bench.correlate import Prepared
@@ -38,9 +39,20 @@ def correlation_result(
             for c, t in zip(compared, tams, strict=True)
         ],
         "runs": [run_result(r) for r in runs],
-        "warnings": [*prepared.warnings, *faults, *(r.why for r in runs if r.why)],
+        "warnings": [*prepared.warnings, *faults, *_levels(compared), *(r.why for r in runs if r.why)],
         "advice": "; ".join(filter(None, [_advice(compared, faults), *(run_advice(r) for r in runs)])),
     }
+
+
+def _levels(compared: Sequence[Compared]) -> list[str]:
+    """What the FRFs of a recording are larger or smaller by than the model's, where units explain it."""
+    told = []
+    for c in compared:
+        if c.measured.frf is not None and c.frf is not None:
+            names = [str(channel.dof) for channel in c.measured.frf.outputs]
+            doubts = level_doubts(c.measured.frf.H, c.frf.H, names)
+            told += [f"recording {c.measured.name!r}: {d.text}" for d in doubts]
+    return told
 
 
 def placed_result(placed: Placed) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.bench.coarse import too_coarse
 from femend.data import FRF, Geometry, IdentifiedModes, Spectra
 from femend.diagnose.staged.prepare import frf_data
 from femend.dof import Dof
@@ -112,6 +113,8 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str | 
         band = (float(own.freq[0]), float(own.freq[-1]))
     test = identify_modes(frf, band, geometry=full.geometry)
     told = tuple(f"recording {recording.name!r}: {t}" for t in test.advice if test.status != "ok")
+    if not isinstance(full.data, FRF):
+        told += tuple(f"recording {recording.name!r}: {t}" for t in too_coarse(test.modes, full.time, frf))
     if not test.modes.n_modes:
         return f"recording {recording.name!r}: {'; '.join(test.advice)}"
     return MeasuredModes(

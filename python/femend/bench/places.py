@@ -31,6 +31,8 @@ RIGID_MODES = 6
 ABOVE = 1.5
 # more places than MOST are thinned out to KEPT that are spread over the structure before anything is chosen
 MOST, KEPT = 3000, 600
+# a mode that moves at all places less than this share of its largest motion is seen by no sensor
+UNSEEN = 1e-6
 # below this share of its largest motion in the target modes a place stands still
 STILL = 1e-9
 
@@ -98,6 +100,22 @@ def _table(model: Model, modes: ModeSet) -> TargetModes:
     return target_modes(modes.freq, effective_mass(np.asarray(csc_array(M) @ phi), R), fe.total_mass())
 
 
+def _seen(targets: Targets, dofs: Sequence[Dof]) -> None:
+    """Raises PretestError for target modes that move at none of the places: no choice among them tells these."""
+    share = np.abs(targets.shapes(dofs)).max(axis=0) / np.abs(targets.modes.phi[:, targets.at]).max(axis=0)
+    unseen = np.flatnonzero(share < UNSEEN)
+    if not unseen.size:
+        return
+    said = ", ".join(f"{int(targets.at[i]) - targets.rigid + 1} at {targets.freq[i]:.4g} Hz" for i in unseen[:6])
+    ways = ", ".join(sorted({str(d.unsigned).split(":+")[1] for d in dofs}))
+    rest = [str(int(t) - targets.rigid + 1) for i, t in enumerate(targets.at) if i not in unseen]
+    raise PretestError(
+        f"[pretest]: no sensor can see target mode{'s' * (unseen.size > 1)} {said}: nothing moves there at the "
+        f"{len(dofs)} allowed places (directions {ways}); allow other directions or nodes, or leave the modes out "
+        f"(modes = [{', '.join(rest)}] in place of a band)"
+    )
+
+
 def found_places(
     model: Model, targets: Targets, settings: PretestSettings, *, exciting: bool = False
 ) -> tuple[tuple[Dof, ...], tuple[str, ...]]:
@@ -128,6 +146,8 @@ def found_places(
     dofs = [d for d, m in zip(dofs, moves, strict=True) if m]
     if not dofs:
         raise PretestError(f"[pretest] {key}: none of the {len(still)} allowed places moves in the target modes")
+    if not exciting:
+        _seen(targets, dofs)
     n_nodes = KEPT // len(directions) if len(dofs) > MOST else None
     spacing = 0.0 if exciting else settings.spacing
     if n_nodes is None and spacing == 0:

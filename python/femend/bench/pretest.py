@@ -21,7 +21,7 @@ from femend.bench.steps import Steps, write_json
 from femend.dof import Dof
 from femend.errors import FemendError, PretestError, UpdatingError
 from femend.estimate.updating import deck_system, unknowns_of
-from femend.io import OutputDirectory
+from femend.io import OutputDirectory, refuse_unwritable
 from femend.model import Model
 from femend.pretest import (
     ExciterChoice,
@@ -106,6 +106,8 @@ def pretest(study: str | Path, out: str | Path | None = None, progress: Progress
     modes as CSV, pretest.run.json. Raises StudyError, DeckError and ModelError as the readers do, and PretestError for
     a test that cannot be planned; nothing is written then.
     """
+    if out is not None:
+        refuse_unwritable(out, owned=OWNED)
     steps = Steps(Path(study), progress or SilentProgress())
     with steps.step("read the study and the deck"):
         content = load_study(Path(study), recordings=False)

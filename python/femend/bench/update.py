@@ -33,7 +33,7 @@ from femend.estimate.updating import (
     updated_deck,
 )
 from femend.estimate.updating import update as search
-from femend.io import OutputDirectory
+from femend.io import OutputDirectory, refuse_unwritable
 from femend.model import Model
 from femend.progress import Progress, SilentProgress
 from femend.study.study import Study
@@ -110,6 +110,8 @@ def update(
     the readers (StudyError, DeckError, FormatError, RecordingError, PairingError, ModelError), and UpdatingError for a
     problem that cannot be posed: no mode with a mate, fewer values than unknowns; nothing is written then.
     """
+    if out is not None:
+        refuse_unwritable(out, owned=OWNED)
     progress = progress or SilentProgress()
     steps = Steps(Path(study), progress)
     prepared = prepare(Path(study), steps, UPDATE, morphs=True, runs=lambda s: "orders" in s.updating.responses)

@@ -15,6 +15,7 @@ from femend.bench.starts import Starts
 from femend.bench.surface_start import SurfaceStart
 from femend.correlate import match_frfs
 from femend.estimate.updating import Sensitivity, UpdatedDeck, UpdateResult
+from femend.study.bench_settings import UpdatingSettings
 
 if TYPE_CHECKING:
     from femend.bench.correlate import Prepared
@@ -26,6 +27,8 @@ FORMAT = "femend-update/1"
 WORSE = 0.02
 # rms of what is left, in deviations, from which it is told that they do not explain it
 LEFT = 3.0
+# a frequency so many times freq_sd off is told by itself
+FREQ_LEFT = 5.0
 
 
 def update_result(
@@ -54,7 +57,7 @@ def update_result(
         "format": FORMAT,
         "title": prepared.study.title,
         "status": found.status,
-        "advice": "; ".join([*_advice(found, told, recordings), *more]),
+        "advice": "; ".join([*_advice(found, told, recordings), *_frequencies_left(found, settings), *more]),
         "iterations": len(found.history) - 1,
         "cost": {"before": found.before.cost, "after": found.after.cost},
         "squares": {"before": found.before.squares, "after": found.after.squares, "values": found.after.n_values},
@@ -187,9 +190,30 @@ def _summary(c: Compared) -> dict[str, Any]:
     return found
 
 
+def _left(found: UpdateResult) -> float:
+    """Rms of what is left, in deviations."""
+    return float(np.sqrt(found.after.squares / max(found.after.n_values, 1)))
+
+
+def _frequencies_left(found: UpdateResult, settings: UpdatingSettings) -> list[str]:
+    """Frequencies that stay far off though shapes, which are known less well and are more, keep the mean down."""
+    if "frequencies" not in settings.responses or _left(found) > LEFT:
+        return []  # the latter is told of all
+    off = [(abs(r.freq_after / r.freq - 1), r) for r in found.modes() if np.isfinite(r.freq_after)]
+    worst, row = max(off, key=lambda pair: pair[0], default=(0.0, None))
+    if row is None or worst <= FREQ_LEFT * settings.freq_sd:
+        return []
+    times = worst / settings.freq_sd
+    return [
+        f"mode {row.mode} of {row.configuration} stays {100 * worst:.2f} % off in frequency, {times:.0f} times "
+        "freq_sd: the parameters do not meet the frequencies together; is another part uncertain too, or does the "
+        "model lack something (`femend diagnose` looks for it)?"
+    ]
+
+
 def _advice(found: UpdateResult, told: Sensitivity, recordings: Sequence[dict[str, Any]]) -> list[str]:
     said = [found.advice] if found.advice else []
-    left = float(np.sqrt(found.after.squares / max(found.after.n_values, 1)))
+    left = _left(found)
     if left > LEFT:
         said.append(
             f"what is left is {left:.1f} times the deviations on average: these are too tight ([updating] freq_sd, "

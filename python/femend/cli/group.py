@@ -7,6 +7,7 @@ Exit codes: 0 the command did its work (whatever the verdict), 2 the input is br
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -41,6 +42,9 @@ class Commands(click.Group):
         """Run the command line and exit with its code; the arguments are those of `click.Group.main`."""
         if not standalone_mode:
             return super().main(args, prog_name, complete_var, False, **extra)
+        if not sys.warnoptions:
+            # numerics of libraries: what matters of them has a status, and no user can act on the rest
+            warnings.filterwarnings("ignore", category=RuntimeWarning)
         try:
             code = super().main(args, prog_name, complete_var, False, **extra)
         except click.ClickException as error:
@@ -51,6 +55,8 @@ class Commands(click.Group):
             sys.exit(130)
         except FemendError as error:
             click.echo(f"error: {_with_place(error)}", err=True)
+            for note in getattr(error, "__notes__", ()):
+                click.echo(f"note: {note}", err=True)
             sys.exit(2)
         except OSError as error:
             click.echo(f"error: {_os_message(error)}", err=True)

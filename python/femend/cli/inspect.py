@@ -9,6 +9,7 @@ import numpy as np
 
 from femend.cli.table import table
 from femend.data import FRF, Geometry, IdentifiedModes, Recording, Spectra, TimeData
+from femend.errors import DeckError, FormatError
 from femend.report.numbers import significant
 
 __all__ = ["inspect"]
@@ -22,17 +23,25 @@ def inspect(file: Path) -> None:
     """Say what is in FILE.
 
     Of a Nastran deck (.bdf .dat .nas): cards, size, parameters. Of recordings (.uff .unv): channels, directions, units,
-    rates and levels, or of mode shapes: frequencies and damping. Of OUTPUT4 files (.op4): matrices with their sizes and
-    types.
+    rates and levels, or of mode shapes: frequencies and damping. Of tables (.csv .txt .mat .h5 .wav ...): columns with
+    the numbers and names by which a study maps them, rate and levels. Of OUTPUT4 files (.op4): matrices with their
+    sizes and types.
     """
+    from femend.cli.inspect_table import table_text
     from femend.io import read_modes, read_recordings, read_uff
+    from femend.io.tables import EXTENSIONS
 
     if file.suffix.lower() in _DECKS:
-        click.echo(_deck_text(file))
+        click.echo(_deck_or_table_text(file))
         return
     if file.suffix.lower() == ".op4":
         click.echo(_op4_text(file))
         return
+    if file.suffix.lower() in EXTENSIONS and file.is_file():
+        click.echo(table_text(file))
+        return
+    if file.suffix.lower() == ".toml":
+        raise FormatError(f"{file} is a study, not a deck or a recording; femend diagnose reads it", file=str(file))
     modes = read_modes(file) if file.is_file() else None
     if modes is not None:
         click.echo(_modes_text(file, *modes))
@@ -44,6 +53,23 @@ def inspect(file: Path) -> None:
         click.echo(_recording_text(recording))
         for note in recording.notes:
             click.echo(f"note: {note}")
+
+
+def _deck_or_table_text(file: Path) -> str:
+    """Decks and tables are both called .dat: what cannot be read as the one may be the other."""
+    from femend.cli.inspect_table import table_text
+    from femend.io.tables import EXTENSIONS
+
+    try:
+        return _deck_text(file)
+    except DeckError:
+        if file.suffix.lower() not in EXTENSIONS or not file.is_file():
+            raise
+        try:
+            return table_text(file)
+        except FormatError:
+            pass
+        raise
 
 
 def _deck_text(file: Path) -> str:

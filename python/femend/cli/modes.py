@@ -30,14 +30,25 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     from femend import _core
     from femend.analysis.effective_mass import base_directions, effective_mass
     from femend.io.deck import read_deck
+    from femend.model.finite_modes import finite_modes
+    from femend.model.unselected import unselected_supports
 
     if n_modes is None and fmax is None:
         n_modes = 10
-    model = _core.FeModel(read_deck(deck), spc=spc)
+    deck_read = read_deck(deck)
+    model = _core.FeModel(deck_read, spc=spc)
     indptr, indices, k, m, _, _ = model.assemble()
     if n_modes is not None:
         n_modes = min(n_modes, model.n_a)
-    freq, phi, _, info = _core.modes(indptr, indices, k, m, n_modes=n_modes, f_max=fmax)
+    matrices = indptr, indices, k, m
+    try:
+        freq, phi, _, info = _core.modes(*matrices, n_modes=n_modes, f_max=fmax)
+    except ValueError as error:
+        fewer = finite_modes(error, n_modes)
+        if fewer is None:
+            raise
+        freq, phi, _, info = _core.modes(*matrices, n_modes=fewer, f_max=fmax)
+        click.echo(f"only {fewer} mode{'s' * (fewer > 1)}: no more DOFs have a mass")
     R = base_directions(model.dof_nodes, model.dof_components, model.node_ids, model.frames)
     M = csc_matrix((m, indices, indptr), shape=(model.n_a, model.n_a))
     share = effective_mass(np.asarray(M @ phi), R) / model.total_mass() * 100.0
@@ -45,6 +56,8 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     n_scalar = len(model.scalar_points)
     nodes = f"{len(model.node_ids) - n_scalar} nodes" + (f", {n_scalar} scalar points" if n_scalar else "")
     click.echo(f"{deck}: {nodes}, {model.n_a} free DOFs, mass {mass}")
+    for told in unselected_supports(deck_read) if spc is None else ():
+        click.echo(f"warning   {told}")
     if model.auto_constrained:
         names = ", ".join(model.auto_constrained[:8]) + (", …" if len(model.auto_constrained) > 8 else "")
         click.echo(f"held because nothing resists them: {len(model.auto_constrained)} DOFs ({names})")

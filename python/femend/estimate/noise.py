@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BLOCKS", "SILENT", "noise_in_silence", "noise_of"]
+__all__ = ["BLOCKS", "SILENT", "fewest_samples", "noise_in_silence", "noise_of"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 # complex degrees of freedom left in a stretch of the noise estimate, and the quantile of the stretches that is taken
 NOISE_FREEDOM, NOISE_QUANTILE = 9, 0.2
+# the first line of the first stretch: those before hold the mean and its drift
+FIRST_LINE = 2
 # a repeating record's spectrum is also judged by its stretches where it has more lines than this
 ENOUGH_LINES = 300
 # where no force was recorded: lines in a stretch whose power is compared, the share of the stretches that are taken for
@@ -22,6 +24,16 @@ BLOCKS, SILENT = 40, 0.02
 # the fewest blocks that tell the noise together, by how many of its standard errors the noise of one may be above the
 # quietest's, and the share of a block's samples that have to differ from the one before: what does not is filled in
 FEWEST, ABOVE, ALIVE = 4, 4.0, 0.5
+
+
+def fewest_samples(n_in: int) -> int:
+    """Samples of a record with `n_in` forces of which `noise_of` can tell anything: one stretch of its spectrum."""
+    return 2 * (_width(n_in) + FIRST_LINE)
+
+
+def _width(n_in: int) -> int:
+    """Lines in a stretch: three unknowns for every force and the transient, and the freedom that is left."""
+    return 3 * (n_in + 1) + NOISE_FREEDOM
 
 
 def noise_of(u: FloatArray, y: FloatArray, dt: float, period: int) -> FloatArray:
@@ -82,12 +94,11 @@ def _quietest(Y: ComplexArray) -> FloatArray:
 def _local_residuals(U: ComplexArray, Y: ComplexArray) -> FloatArray:
     """Power (n_out,) per line that local quadratic models of response and transient leave in the quieter stretches."""
     n_in = len(U)
-    unknowns = 3 * (n_in + 1)
-    width = unknowns + NOISE_FREEDOM
+    width = _width(n_in)
     delta = np.linspace(-1, 1, width)
     powers = np.vstack([np.ones(width), delta, delta**2])
     left = []
-    for first in range(2, U.shape[1] - width, max(1, width // 2)):
+    for first in range(FIRST_LINE, U.shape[1] - width, max(1, width // 2)):
         part = slice(first, first + width)
         A = np.vstack([powers * row[part] for row in U] + [powers]).T
         e = Y[:, part].T - A @ np.linalg.lstsq(A, Y[:, part].T, rcond=None)[0]

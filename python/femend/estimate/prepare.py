@@ -11,7 +11,7 @@ from femend.data import Channel, Recording, Test
 from femend.errors import RecordingError
 from femend.estimate.frf import frf_lines_of
 from femend.estimate.lines import FitRecord
-from femend.estimate.noise import noise_of
+from femend.estimate.noise import fewest_samples, noise_of
 from femend.model import Model, Pairing, pair_sensors
 
 __all__ = ["check_sampling", "fit_records", "frf_records", "pair_test", "period_of"]
@@ -23,6 +23,8 @@ REPEATS = 0.05
 # fewer samples than this per cycle of the band's end are too few to tell a response from its image (`used_band` ends
 # at 2.086 where the force is white)
 SAMPLES_PER_CYCLE = 2.05
+# what else a rate too low may come from
+NOT_ITS_RATE = "; if that is not its rate, mend its time axis: a column that counts milliseconds is called 'time [ms]'"
 # frequencies below this share of a model's highest are those of a rigid body, up to round-off
 RIGID = 1e-6
 
@@ -80,13 +82,14 @@ def check_sampling(records: Sequence[FitRecord], band: tuple[float, float], freq
         if rate < SAMPLES_PER_CYCLE * band[1]:
             raise RecordingError(
                 f"{said}, the band of the fit recordings is {band[0]:.4g} to {band[1]:.4g} Hz: too slow for its end; "
-                f"record at {2.5 * band[1]:.4g} Hz or more, or leave the recording out",
+                f"record at {2.5 * band[1]:.4g} Hz or more, or leave the recording out{NOT_ITS_RATE}",
                 recording=r.name,
             )
         if elastic.size and elastic.min() > rate / 2:
             raise RecordingError(
                 f"{said} and its band is {band[0]:.4g} to {band[1]:.4g} Hz: too slow for the model, whose lowest mode "
-                f"is at {elastic.min():.4g} Hz; record at {2.5 * elastic.min():.4g} Hz or more, or correct the model",
+                f"is at {elastic.min():.4g} Hz; record at {2.5 * elastic.min():.4g} Hz or more, or correct the "
+                f"model{NOT_ITS_RATE}",
                 recording=r.name,
             )
 
@@ -106,6 +109,13 @@ def fit_records(recordings: Sequence[Recording], model: Model, pairing: Pairing)
 
 def _time_record(recording: Recording, model: Model, pairing: Pairing) -> FitRecord:
     u, y, dt = _arrays(recording)
+    n, least = y.shape[1], fewest_samples(len(u))
+    if n < least:
+        raise RecordingError(
+            f"recording {recording.name!r}: {n} samples, {n * dt:.3g} s, are too few to be fitted, which takes {least} "
+            "at least and should show several periods of the lowest mode: record longer, or leave the recording out",
+            recording=recording.name,
+        )
     period = period_of(u if len(u) else y)
     return FitRecord(recording.name, u, y, dt, *_rows(recording, model, pairing), noise_of(u, y, dt, period), period)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from femend.io.atomic import OutputDirectory, write_atomic
+from femend.io.atomic import OutputDirectory, refuse_unwritable, write_atomic
 from femend.io.channel_map import ChannelMap
 from femend.io.op4 import Op4Matrix, read_op4, write_op4
 from femend.io.recordings import read_modes, read_recording, read_recordings
@@ -19,6 +19,7 @@ __all__ = [
     "read_recording",
     "read_recordings",
     "read_uff",
+    "refuse_unwritable",
     "write_atomic",
     "write_op4",
     "write_uff",

@@ -12,10 +12,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
-__all__ = ["RESULT_NAMES", "OutputDirectory", "atomic_path", "write_atomic"]
+__all__ = ["RESULT_NAMES", "OutputDirectory", "atomic_path", "refuse_unwritable", "write_atomic"]
 
 # What a diagnosis writes. Entries of these names are replaced as a whole; everything else in the folder is the user's.
 RESULT_NAMES = ("result.json", "report.html", "run.json", "predictions", "model.updated.*")
+
+
+# by any of these a folder shows that an earlier run wrote to it
+MARKS = ("run.json", "result.json", "updating.json", "correlation.json", "pretest.json")
 
 
 @contextmanager
@@ -48,6 +52,34 @@ def write_atomic(path: str | os.PathLike[str], content: str | bytes) -> None:
     """Writes `content` (text as UTF-8) to `path`: the old file stands until the new one is complete."""
     with atomic_path(path) as temporary:
         temporary.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)
+
+
+def refuse_unwritable(path: str | os.PathLike[str], *, owned: tuple[str, ...] = RESULT_NAMES) -> None:
+    """Raises the OSError that writing results to the folder `path` would end in, before the work for them is begun, and
+    FileExistsError where entries named as results (`owned` patterns) stand there that no earlier run left.
+
+    Nothing is left behind: folders that do not exist are not made, and what is tried out is taken away again.
+    """
+    out = OutputDirectory(path, owned=owned).path
+    if out.exists() and not any((out / name).is_file() for name in MARKS):
+        users = sorted(e.name for e in out.iterdir() if any(fnmatch.fnmatchcase(e.name, p) for p in owned))
+        if users:
+            raise FileExistsError(
+                f"{out} holds {', '.join(users)}, where results of these names would go, and no earlier run of femend "
+                "left them there; name another folder for the results, or move them away"
+            )
+    there = out.parent
+    while not there.exists():
+        there = there.parent
+    # beside the folder everything is written, into it the entries are moved
+    for folder in dict.fromkeys((there, out) if out.exists() else (there,)):
+        try:
+            os.rmdir(tempfile.mkdtemp(prefix=".femend.", suffix=".partial", dir=folder))
+        except OSError as error:
+            raise type(error)(
+                f"no results can be written to {out}: {folder} does not take new files "
+                f"({error.strerror or error}); name another folder for the results, or change its rights"
+            ) from error
 
 
 class OutputDirectory:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -62,7 +63,9 @@ class ChannelMap:
             loose = exact or [i for i, n in enumerate(names) if n.strip().lower() == str(self.source).strip().lower()]
             if len(loose) == 1:
                 return loose[0]
-            problem = f"{len(loose)} columns are named {self.source!r}"
+            close = difflib.get_close_matches(str(self.source), list(names), n=1, cutoff=0.5)
+            hint = f"; did you mean {close[0]!r}?" if close and not loose else ""
+            problem = f"{len(loose) or 'no'} column{'s are' if loose else ' is'} named {self.source!r}{hint}"
         listed = ", ".join(repr(n) for n in names[:12]) + (" …" if len(names) > 12 else "")
         raise RecordingError(
             f"recording {recording!r}: {problem}; the columns are {listed}",

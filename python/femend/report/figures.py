@@ -18,6 +18,8 @@ FloatArray = NDArray[np.float64]
 
 STAGES = ("nominal", "parameters", "final")
 _WIDTH = 520.0
+# degrees from a cut of the phase within which a value may come out on its other side
+NEAR_CUT = 45.0
 
 
 def frf_figure(overlay: FrfOverlay) -> str:
@@ -33,12 +35,14 @@ def frf_figure(overlay: FrfOverlay) -> str:
     magnitude = Axes((58, 22, _WIDTH - 70, 190), span, _log_range(sizes), log_y=True)
     unit = pretty_unit(overlay.unit)
     magnitude.frame("", f"magnitude, {unit}" if unit else "magnitude", x_numbers=False)
-    phase = Axes((58, 232, _WIDTH - 70, 56), span, (-180.0, 180.0))
-    phase.frame("frequency, Hz", "phase, °", y_values=(-180.0, 0.0, 180.0))
+    top = _emptiest_cut(curves[0][1])
+    phase = Axes((58, 232, _WIDTH - 70, 56), span, (top - 360.0, top))
+    ticks = tuple(float(v) for v in range(-180, 181, 180) if top - 360.0 <= v <= top)
+    phase.frame("frequency, Hz", "phase, °", y_values=ticks)
     for stage, curve in curves:
         magnitude.curve(freq, np.abs(curve), stage, gap=4.5 * step)
-        angle = np.degrees(np.angle(curve))
-        phase.curve(freq, _broken_at_wraps(angle), stage, gap=4.5 * step)
+        angle = top - (top - np.degrees(np.angle(curve))) % 360.0
+        phase.curve(freq, angle, stage, gap=4.5 * step, wrap=180.0)
     label = f"Frequency response {overlay.label}, recording {overlay.recording}"
     axes = ((magnitude, "Hz", unit), (phase, "Hz", "°"))
     return svg(_WIDTH, 322, "".join(magnitude.parts + phase.parts), label, axes=axes)
@@ -183,11 +187,16 @@ def _log_range(sizes: Sequence[FloatArray]) -> tuple[float, float]:
     return (low * 0.7, high * 1.5) if high > low else (low * 0.5, low * 2.0)
 
 
-def _broken_at_wraps(angle: FloatArray) -> FloatArray:
-    """`angle` in degrees with NaN where it wraps, so that no vertical line is drawn there."""
-    broken = np.array(angle, dtype=float)
-    broken[1:][np.abs(np.diff(angle)) > 180.0] = np.nan
-    return broken
+def _emptiest_cut(curve: NDArray[np.complex128]) -> float:
+    """The angle in degrees at which the phase of `curve` is cut, the upper end of what is drawn: 180, or 90 or 270
+    where fewer values lie near these. An accelerance lies at 0 and 180 but for its resonances, and noise would throw
+    it up and down at 180."""
+    angle = np.degrees(np.angle(curve[np.isfinite(curve)]))
+
+    def near(cut: float) -> int:
+        return int((np.abs((angle - cut + 180.0) % 360.0 - 180.0) < NEAR_CUT).sum())
+
+    return min((180.0, 90.0, 270.0), key=near)
 
 
 def _window_around_peak(t: FloatArray, y: FloatArray, cycles: int = 12) -> tuple[float, float]:

@@ -149,8 +149,11 @@ class Axes:
         """Words at a place in SVG units, escaped."""
         self.parts.append(f'<text class="{css}" x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(words)}</text>')
 
-    def curve(self, x: FloatArray, y: FloatArray, css: str, gap: float | None = None) -> None:
-        """A curve; values that are not finite are left out, and it breaks where x jumps by more than `gap`."""
+    def curve(
+        self, x: FloatArray, y: FloatArray, css: str, gap: float | None = None, wrap: float | None = None
+    ) -> None:
+        """A curve; values that are not finite are left out, and it breaks where x jumps by more than `gap`, or y by
+        more than `wrap`."""
         good = np.isfinite(x) & np.isfinite(y) & ((y > 0) if self.log_y else True)
         x, y = np.asarray(x, float)[good], np.asarray(y, float)[good]
         if not len(x):
@@ -158,6 +161,8 @@ class Axes:
         x, y = decimate(x, y, max(int(self.width), 2))
         jump = np.zeros(len(x), dtype=bool) if gap is None else np.concatenate([[True], np.diff(x) > gap])
         jump[0] = True
+        if wrap is not None:
+            jump[1:] |= np.abs(np.diff(y)) > wrap
         data = _path(self.x(x), self.y(y), jump)
         self.parts.append(f'<path class="curve {css}" d="{data}"/>')
 

@@ -176,7 +176,8 @@ def _runs(data: TimeData, row: int, channel: Channel) -> list[Fault]:
         hard = [r for r in runs if _step_into(x, *r) > CLIP_STEP * max(smallest, tolerance)]
         if hard:
             count = sum(b - a for a, b in hard)
-            text = f"stays at its {side} value {extreme:.6g} on {count} samples in {len(hard)} stretches: it is clipped"
+            at = f"{extreme:.6g} {channel.unit}".strip()
+            text = f"stays at its {side} value {at} on {count} samples in {len(hard)} stretches: it is clipped"
             found = _fault(data, row, "clipped", hard[0][0], hard[-1][1], text)
             faults.append(Fault("clipped", found.channel, row, found.start, found.stop, count, found.text))
     if channel.quantity in QUIET:
@@ -188,7 +189,8 @@ def _runs(data: TimeData, row: int, channel: Channel) -> list[Fault]:
         for (a, b), length in zip(same, lengths, strict=True):
             at_extreme = x[a] >= x.max() - tolerance or x[a] <= x.min() + tolerance
             if length >= max(HOLD_RUN, 5 * usual) and not at_extreme:
-                faults.append(_fault(data, row, "held", a, b + 1, f"holds {x[a]:.6g} on {length} samples"))
+                held = f"{x[a]:.6g} {channel.unit}".strip()
+                faults.append(_fault(data, row, "held", a, b + 1, f"holds {held} on {length} samples"))
     return faults
 
 

@@ -23,6 +23,7 @@ from femend.study.bench_tables import correlation_settings, pretest_settings, up
 from femend.study.rotating_tables import rotating_of
 from femend.study.schema import ChannelTable, ParameterTable, RecordingTable, StudyFile
 from femend.study.study import AS_MODELLED, Configuration, Parameter, Study, StudyRecording
+from femend.study.toml_hint import toml_hint
 from femend.study.wrong_type import wrong_type
 from femend.units import SYSTEMS, parse_unit, quantity_factor
 
@@ -144,7 +145,7 @@ def load_study(path: str | os.PathLike[str], *, recordings: bool = True, use: st
     try:
         data = tomllib.loads(file.read_bytes().decode("utf-8-sig"))
     except tomllib.TOMLDecodeError as error:
-        raise check.fail("", f"is not valid TOML: {error}") from None
+        raise check.fail("", f"is not valid TOML: {error}{toml_hint(str(error), file)}") from None
     except UnicodeDecodeError as error:
         raise check.fail("", f"is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
     if "format" in data and data["format"] != FORMAT:

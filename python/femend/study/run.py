@@ -14,19 +14,20 @@ from femend.diagnose import Diagnosis, diagnose_records, diagnose_responses
 from femend.diagnose.interrupted import undecided
 from femend.diagnose.so_far import SoFar
 from femend.diagnose.unrecorded import LEAST_SENSORS
-from femend.errors import RecordingError, StudyError
+from femend.errors import FemendError, RecordingError, StudyError
 from femend.estimate import FitRecord, fit_records, pair_test
-from femend.io import OutputDirectory
+from femend.io import OutputDirectory, refuse_unwritable
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter, read_model
 from femend.physics import Physics, selected
-from femend.progress import Progress, SilentProgress
+from femend.progress import Progress, SilentProgress, say
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.content import report_content
 from femend.study.interruption import StudyInterrupted, nothing_settled
 from femend.study.load import load_study
 from femend.study.patch import deck_cards, deck_changes, on_new_supports
+from femend.study.plausible import doubts_of
 from femend.study.predictions import Prediction, predict_all, write_predictions
 from femend.study.result import result_of
 from femend.study.sound import warnings_of
@@ -84,6 +85,8 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
     """Reads the study and runs it, in stages where it needs them."""
     steps = _Steps(info, progress)
     folder = None if out is None else Path(out)
+    if folder is not None:
+        refuse_unwritable(folder)
     with steps.step("read the study"):
         study = load_study(study_path)
     unrecorded = _unrecorded(study)
@@ -96,11 +99,18 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
         test = study.read_recordings()
         pairing = pair_test(test, model)
         records = [] if unrecorded and not _enough(test) else fit_records(_usable(test, unrecorded), model, pairing)
-    task = _Task(study, model, test, pairing, records, info, steps, folder)
+        warnings = [*warnings_of(study, model.deck, test), *doubts_of(model, test, pairing, study.damping_ratio)]
+    for text in warnings:
+        say(progress, text)
+    task = _Task(study, model, test, pairing, records, info, steps, folder, warnings)
     try:
         run = task.run(unrecorded) if records else None
     except KeyboardInterrupt:
         raise task.stopped() from None
+    except FemendError as error:
+        for text in warnings:  # what was doubtful from the start may be why
+            error.add_note(text)
+        raise
     if run is not None:
         return run
     # what is left of the recordings are modes
@@ -129,6 +139,7 @@ class _Task:
     info: RunInfo
     steps: _Steps
     out: Path | None
+    warnings: list[str] = field(default_factory=list)
     so_far: SoFar = field(default_factory=SoFar)
 
     def run(self, unrecorded: bool) -> StudyRun | None:
@@ -144,7 +155,7 @@ class _Task:
         records = self.records if diagnosis.driven is None else diagnosis.driven.start.problem.records
         with self.steps.step("predict"):
             predictions = predict_all(diagnosis, self.test, self.model, self.pairing, records)
-            result = result_of(diagnosis, predictions, records, warnings_of(self.model.deck, self.test))
+            result = result_of(diagnosis, predictions, records, self.warnings)
         run = StudyRun(self.study, self.model, self.test, self.pairing, records, diagnosis, predictions, result)
         if self.out is not None:
             _write(run, self.out, self.info)

@@ -4,6 +4,7 @@ told."""
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,15 +12,31 @@ from femend import _core
 from femend.data import FRF, Recording, Test
 from femend.data.recording import RESPONSES
 from femend.errors import RecordingError, SignalError
+from femend.model.material_units import material_doubts
 from femend.model.negative import negative_values
+from femend.model.unselected import unselected_supports
 from femend.signal import check_signals
 
-__all__ = ["warnings_of", "with_warnings"]
+if TYPE_CHECKING:
+    from femend.study.study import Study
+
+__all__ = ["deck_warnings", "warnings_of", "with_warnings"]
+
+# mean of an acceleration from which it is told, in its rms about that mean
+OFFSET = 0.3
 
 
-def warnings_of(deck: _core.Deck, test: Test) -> list[str]:
-    """What is told of a deck and of the channels of all recordings."""
-    return [*negative_values(deck), *(w for r in test for w in r.warnings)]
+def warnings_of(study: Study, deck: _core.Deck, test: Test) -> list[str]:
+    """What is told of the `deck` of a `study` and of the channels of all recordings."""
+    return [*deck_warnings(study, deck), *(w for r in test for w in r.warnings)]
+
+
+def deck_warnings(study: Study, deck: _core.Deck) -> list[str]:
+    """What is told of the `deck` of a `study`: units, supports that are not selected, values below nothing."""
+    used = {r.configuration for r in study.recordings if r.role == "fit"}
+    own = not used or any(study.configuration(name).spc is None for name in used)
+    free = unselected_supports(deck) if own else []
+    return [*material_doubts(deck, study.units), *free, *negative_values(deck)]
 
 
 def with_warnings(recording: Recording) -> Recording:
@@ -44,7 +61,25 @@ def with_warnings(recording: Recording) -> Recording:
                 time=fault.start,
             )
         told.append(fault.text)
+    told += _offsets(recording)
     return replace(recording, warnings=(*recording.warnings, *told))
+
+
+def _offsets(recording: Recording) -> list[str]:
+    """Accelerations that do not swing about zero: what is shaken comes back, so that a mean is the sensor's."""
+    data, told = recording.time, []
+    for row in data.rows("acceleration"):
+        channel, y = data.channels[row], data.values[row]
+        mean, swing = float(y.mean()), float(y.std())
+        if abs(mean) <= OFFSET * swing:
+            continue
+        share = abs(mean) / float(np.hypot(mean, swing))
+        told.append(
+            f"recording {recording.name!r}: channel {channel.text} has a mean of {mean:.4g} {channel.unit} and swings "
+            f"about it by {swing:.4g} {channel.unit} rms: no model predicts an offset, so it alone is an error of "
+            f"{share:.2g} in this channel; take it off before (a sensor that shows gravity is off by 1 g)"
+        )
+    return told
 
 
 def _no_empty_frf(recording: Recording, frf: FRF) -> None:

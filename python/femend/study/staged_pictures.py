@@ -60,31 +60,36 @@ def stabilisation(run: StagedRun) -> Figure | None:
     """Poles over the model order, of the first modal test and of the first output-only recording."""
     tests = [(c, r) for c, own in run.data.frfs.items() for r in own]
     ambient = [r for r in run.test if r.role == "fit" and r.excitation not in ("measured", "rotating")]
-    if not tests and not ambient:
+    tests = [(c, own) for c, own in tests[:1] if not run.test[own.name].is_time]
+    alone = [(r, m) for r in ambient[:1] if (m := identify_output_only(r.time)).stabilisation is not None]
+    if not tests and not alone:
         return None
-    made = plots.figure("page", 70, 1, 2)
-    for axis, shown in zip(made.axes, (tests and not run.test[tests[0][1].name].is_time, ambient)):
-        axis.set_axis_on() if shown else axis.set_axis_off()
-    if tests:
-        own = tests[0][1]
-        recording = run.test[own.name]
-        if not recording.is_time:
-            found = identify_modes(recording.frf, (float(own.freq[0]), float(own.freq[-1])))
-            table, level = found.stabilisation.table, found.stabilisation.level
-            power = np.sqrt((np.abs(own.H) ** 2).sum(axis=(1, 2)))
-            plots.draw_stabilisation(
-                made.axes[0], table.freq, table.order, [STATUS[i] for i in level],
-                chosen=found.modes.freq, background=(own.freq, power), background_label="root of summed |FRF|²",
-            )  # fmt: skip
-            made.axes[0].set_title(f"{own.name} ({tests[0][0]})", pad=PAD)
-    if ambient:
-        alone = identify_output_only(ambient[0].time)
-        if alone.stabilisation is not None:
-            s = alone.stabilisation
-            status = ["stable" if c >= 0 else "freq" if d else "new" for c, d in zip(s.cluster, s.determined)]
-            plots.draw_stabilisation(made.axes[1], s.freq, s.order, status, chosen=alone.freq)
-            made.axes[1].set_title(f"{ambient[0].name} ({ambient[0].configuration})", pad=PAD)
+    made = _panels(len(tests) + len(alone), 70)
+    axes = iter(made.axes)
+    for configuration, own in tests:
+        found = identify_modes(run.test[own.name].frf, (float(own.freq[0]), float(own.freq[-1])))
+        table, level = found.stabilisation.table, found.stabilisation.level
+        power = np.sqrt((np.abs(own.H) ** 2).sum(axis=(1, 2)))
+        axis = next(axes)
+        plots.draw_stabilisation(
+            axis, table.freq, table.order, [STATUS[i] for i in level],
+            chosen=found.modes.freq, background=(own.freq, power), background_label="root of summed |FRF|²",
+        )  # fmt: skip
+        axis.set_title(f"{own.name} ({configuration})", pad=PAD)
+    for recording, modes in alone:
+        s = modes.stabilisation
+        assert s is not None
+        status = ["stable" if c >= 0 else "freq" if d else "new" for c, d in zip(s.cluster, s.determined)]
+        axis = next(axes)
+        plots.draw_stabilisation(axis, s.freq, s.order, status, chosen=modes.freq)
+        axis.set_title(f"{recording.name} ({recording.configuration})", pad=PAD)
     return made
+
+
+def _panels(n: int, height: float) -> Figure:
+    """A figure of `n` panels side by side over the page: an empty one says that something is amiss, and one narrower
+    than the page is blown up there."""
+    return plots.figure("page", height, 1, n)
 
 
 def frf_overlay(run: StagedRun) -> Figure | None:
@@ -112,7 +117,7 @@ def mac_matrix(run: StagedRun) -> Figure | None:
     stages = _identifying(run)[-2:]
     if not stages:
         return None
-    made = plots.figure("page", 85, 1, 2)
+    made = _panels(len(stages), 85)
     for axis, stage in zip(made.axes, stages):
         assert stage.identified is not None
         model, lam, psi = _shapes(run, stage.configuration)

@@ -21,11 +21,11 @@ from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing, Parameter
 from femend.model.configured import free_model
-from femend.progress import Progress
+from femend.progress import Progress, say
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.predictions import Prediction, write_predictions
-from femend.study.sound import warnings_of
+from femend.study.sound import deck_warnings, warnings_of
 from femend.study.staged_content import staged_content
 from femend.study.staged_patch import staged_cards, staged_changes
 from femend.study.staged_predictions import predict_staged
@@ -73,6 +73,8 @@ def diagnose_staged(
         free = free_model(_core.Deck.read(str(study.model_file)), units=study.units, parameters=parameters)
         test = study.read_recordings()
         pairing = pair_test(test, free)
+    for text in deck_warnings(study, free.deck):
+        say(progress, text)
     with steps.step("identify modes and prepare runs"):
         data = staged_data(test)
         setup = _setup(study, test, free, pairing, data)
@@ -83,7 +85,7 @@ def diagnose_staged(
         progress.done()
     with steps.step("predict"):
         predictions = predict_staged(setup, test, data, final, plain)
-        result = staged_result(setup, data, final, plain, predictions, [*warnings_of(free.deck, test), *told])
+        result = staged_result(setup, data, final, plain, predictions, [*warnings_of(study, free.deck, test), *told])
     run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)
     if out is not None:
         _write(run, out, info)

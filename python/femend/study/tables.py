@@ -66,6 +66,11 @@ def laws(diagnosis: Diagnosis) -> tuple[LawRow, ...]:
     return tuple(replace(row, probability=None) for row in rows) if diagnosis.interrupted else tuple(rows)
 
 
+# what the rows of laws that come out as the one named add at least before it is said
+LIKE = 0.01
+NOT_ADEQUATE = "the best of them, but not adequate"
+
+
 def _finite(ranked: Ranked) -> bool:
     return math.isfinite(ranked.score) and math.isfinite(ranked.candidate.chosen)
 
@@ -74,7 +79,7 @@ def _law_row(diagnosis: Diagnosis, ranked: Ranked, probability: float, taken: bo
     place = "" if ranked.located is None else ranked.located.place.text
     remark = _remark(diagnosis, ranked)
     if taken:
-        remark = "" if diagnosis.verdict == "missing-physics" else "the best of them, but not adequate"
+        remark = _with_like(diagnosis, ranked) if diagnosis.verdict == "missing-physics" else NOT_ADEQUATE
     return _row(ranked.candidate.name, place, ranked.candidate, probability, remark, taken)
 
 
@@ -98,7 +103,18 @@ def _remark(diagnosis: Diagnosis, ranked: Ranked) -> str:
         return "the same law at a place that explains about as much"
     if own > 1.05 * best:
         return f"leaves {significant(own / best, 2)} times what the best one leaves"
+    if ranked.name == diagnosis.best.name:
+        return f"with these values the same as {words.physics_name(ranked.name)}, for which it counts"
     return "explains about as much, with more parameters or a less likely model"
+
+
+def _with_like(diagnosis: Diagnosis, taken: Ranked) -> str:
+    """What the name is told with, where other laws that come out as the same add to it."""
+    name = taken.name or taken.candidate.name
+    pairs = list(zip(diagnosis.ranked, diagnosis.probabilities, strict=True))
+    whole = sum(p for r, p in pairs if (r.name or r.candidate.name) == name)
+    own = next((p for r, p in pairs if r is taken), whole)
+    return f"{100 * whole:.0f} % with the laws that come out as the same" if whole > own + LIKE else ""
 
 
 def parameters(run: StudyRun) -> tuple[ParameterRow, ...]:

@@ -36,7 +36,8 @@ def wrong_type(text: str, data: Any, path: str) -> str:
     """
     missing = re.fullmatch(r"Object missing required field `(.*)`", text)
     if missing:
-        return f"the key {missing[1]!r} is missing; add it"
+        what = 'format = "femend-study/1"' if missing[1] == "format" else "it"
+        return f"the key {missing[1]!r} is missing; add {what}"
     match = re.fullmatch(r"Expected `(.*?)`, got `.*`", text)
     kinds = [k for k in match[1].split(" | ") if k in _WRITTEN] if match else []
     if not kinds:

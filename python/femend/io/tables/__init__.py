@@ -12,7 +12,7 @@ from femend.io.tables.mapping import table_data
 from femend.io.tables.table import Table
 from femend.io.tables.waves import read_tdms, read_wav
 
-__all__ = ["Table", "read_table", "table_data"]
+__all__ = ["EXTENSIONS", "Table", "read_table", "table_data"]
 
 _READERS: dict[str, Callable[[Path], Table]] = {
     ".csv": read_delimited,
@@ -25,6 +25,8 @@ _READERS: dict[str, Callable[[Path], Table]] = {
     ".wav": read_wav,
     ".tdms": read_tdms,
 }
+# how the names of tables end
+EXTENSIONS = tuple(_READERS)
 
 
 def read_table(path: Path) -> Table:

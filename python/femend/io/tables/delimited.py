@@ -19,6 +19,8 @@ __all__ = ["read_delimited"]
 
 _MISSING = {"", "nan", "n/a", "na", "#n/a", "null", "none", "inf", "-inf", "+inf"}
 _PROBE_LINES = 200
+# a time of day, or a date with one
+_CLOCK = re.compile(r"(?:\d{2,4}[-./]\d{1,2}[-./]\d{1,4}[T ])?\d{1,2}:\d{2}(?::\d{2}(?:\.\d+)?)?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,12 +97,13 @@ def read_delimited(path: Path) -> Table:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = data.decode("latin-1")
-    lines = text.splitlines()
+    lines = _without_end_notes(text.splitlines())
     filled = [line for line in lines if line.strip()]
     style, width = _style(_probe(filled))
     if width == 0:
         raise FormatError(
-            f"{path}: no line of the file is a row of numbers separated by ';', tab, ',' or blanks; check the file",
+            f"{path}: no line of the file is a row of numbers separated by ';', tab, ',' or "
+            f"blanks{_no_numbers(filled)}",
             file=str(path),
         )
     first = next(i for i, x in enumerate(lines) if x.strip() and _is_row(style.fields(x), style, width))
@@ -116,6 +119,25 @@ def read_delimited(path: Path) -> Table:
         if dt is None and (np.isnan(rest).all() or (rest == table[0, column]).all()):
             dt = step_from(text, table[0, column].real)
     return Table(str(path), names, tuple(np.ascontiguousarray(c) for c in table.T), dt)
+
+
+def _without_end_notes(lines: list[str]) -> list[str]:
+    """The lines without what a program noted after the last row."""
+    n = len(lines)
+    while n and (not lines[n - 1].strip() or lines[n - 1].lstrip()[0] in "#%"):
+        n -= 1
+    return lines[:n]
+
+
+def _no_numbers(filled: list[str]) -> str:
+    """What stands in the way of numbers in the `filled` lines, and what to do about it."""
+    if not filled:
+        return ": it is empty; export it again"
+    for line in filled[len(filled) // 2 :]:
+        clock = _CLOCK.search(line)
+        if clock is not None:
+            return f": {clock[0]!r} is a time of day; export the time in seconds, as a number"
+    return f" (one reads {filled[len(filled) // 2][:60]!r}); check the file"
 
 
 def _probe(filled: list[str]) -> list[str]:

@@ -8,7 +8,6 @@ rad/s.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,14 +16,12 @@ from numpy.typing import NDArray
 from femend.data import FRF, Channel, TimeData
 from femend.errors import RecordingError, UnitError
 from femend.io.channel_map import ChannelMap, converted
+from femend.io.tables.axis import FREQ, TIME, frequencies, named, time_axis
 from femend.io.tables.table import Table
 from femend.units import QUANTITIES, ROTATIONAL, parse_unit, quantity_factor, unit_system
 
 __all__ = ["table_data"]
 
-_TIME = re.compile(r"(?:.*[./])?(?:time|t|zeit|temps|tijd|seconds?)(?:[\s_\[(].*)?", re.IGNORECASE)
-_FREQ = re.compile(r"(?:.*[./])?(?:freq|frequency|frequencies|frequenz|f|hz|omega)(?:[\s_\[(].*)?", re.IGNORECASE)
-_COUNTER = re.compile(r"(?:.*[./])?(?:index|sample|samples|no|nr|n|i|count|line|row|#)\W*", re.IGNORECASE)
 _KIND = {"displacement": "receptance", "velocity": "mobility", "acceleration": "accelerance"}
 
 
@@ -46,12 +43,29 @@ def table_data(table: Table, channels: Sequence[ChannelMap], name: str, units: s
         )
     sources = [None if c.source is None else c.find(table.names, name) for c in channels]
     used = {s for s in sources if s is not None}
+    _refuse_twice(table, channels, sources, name)
     _equal_lengths(table, sorted(used), name)
     complex_columns = [i for i in used if np.iscomplexobj(table.columns[i])]
-    named_time = _named(table, used, _TIME)
-    if complex_columns or (_named(table, used, _FREQ) is not None and named_time is None):
+    if complex_columns or (named(table, used, FREQ) and not named(table, used, TIME)):
         return _frf(table, channels, sources, name, units)
     return _time(table, channels, sources, name, units)
+
+
+def _refuse_twice(table: Table, channels: Sequence[ChannelMap], sources: Sequence[int | None], name: str) -> None:
+    """A column is one channel: mapped twice, one of the sensors would show another one's motion."""
+    first: dict[int, int] = {}
+    for i, source in enumerate(sources):
+        if source is None:
+            continue
+        before = first.setdefault(source, i)
+        if before != i:
+            both = " and ".join(f"{channels[k].quantity} {channels[k].dof or ''}".strip() for k in (before, i))
+            raise RecordingError(
+                f"recording {name!r}: column {source} ({table.names[source]!r}) is mapped twice, as {both}; correct "
+                "the source of one of them",
+                recording=name,
+                channel=table.names[source],
+            )
 
 
 def _equal_lengths(table: Table, used: list[int], name: str) -> None:
@@ -62,55 +76,6 @@ def _equal_lengths(table: Table, used: list[int], name: str) -> None:
             f"recording {name!r}: the columns of {table.file} have unequal lengths ({shown}); cut them to one length",
             recording=name,
         )
-
-
-def _named(table: Table, used: set[int], pattern: re.Pattern[str]) -> int | None:
-    for i, text in enumerate(table.names):
-        if i not in used and pattern.fullmatch(text.strip()) and table.columns[i].size > 1:
-            return i
-    return None
-
-
-def _axis_values(table: Table, i: int) -> NDArray[np.float64]:
-    column = table.columns[i]
-    return np.asarray(column.real, dtype=np.float64)
-
-
-def _increasing(table: Table, used: set[int], n: int) -> int | None:
-    """The first unused column of n values that increases evenly and does not just count samples."""
-    for i, text in enumerate(table.names):
-        column = table.columns[i]
-        if i in used or column.size != n or n < 3 or _COUNTER.fullmatch(text.strip()):
-            continue
-        if np.iscomplexobj(column) and np.any(column.imag):
-            continue
-        steps = np.diff(column.real)
-        mean = steps.mean()
-        if mean > 0 and np.abs(steps - mean).max() <= 1e-2 * mean:
-            return i
-    return None
-
-
-def _step_of(values: NDArray[np.float64], name: str, column: str) -> tuple[float, float]:
-    if not np.isfinite(values).all():
-        at = int(np.flatnonzero(~np.isfinite(values))[0])
-        raise RecordingError(
-            f"recording {name!r}: the time column {column!r} has no number in row {at}; fill it in or cut the "
-            "record there",
-            recording=name,
-            channel=column,
-        )
-    steps = np.diff(values)
-    step = float((values[-1] - values[0]) / (values.size - 1))
-    worst = int(np.argmax(np.abs(steps - step)))
-    if step <= 0 or abs(steps[worst] - step) > 1e-2 * step:
-        raise RecordingError(
-            f"recording {name!r}: the time column {column!r} is not even: its step is {steps[worst]:.6g} s after row "
-            f"{worst} and {step:.6g} s on average; resample the recording to an even step",
-            recording=name,
-            channel=column,
-        )
-    return float(values[0]), step
 
 
 def _time(
@@ -126,46 +91,8 @@ def _time(
         label, values = converted(channel, table.columns[source], table.names[source], units)
         labels.append(label)
         rows.append(values)
-    used = {s for s in sources if s is not None}
-    n = rows[0].size
-    column = _named(table, used, _TIME)
-    if column is None and table.dt is None:
-        column = _increasing(table, used, n)
-        if column is not None:
-            notes.append(f"column {table.names[column]!r}, which increases evenly, is taken as time in s")
-    if column is None and table.dt is None:
-        raise RecordingError(
-            f"recording {name!r}: {table.file} has no time axis: no column is called time or t, none increases evenly, "
-            "and no dt or fs is stated; add a time column",
-            recording=name,
-        )
-    t0, dt = 0.0, table.dt or 0.0
-    if column is not None:
-        values = _axis_values(table, column) * (1e-3 if re.search(r"[\[(_\s]ms[\])]?$", table.names[column]) else 1.0)
-        if values.size != n:
-            raise RecordingError(
-                f"recording {name!r}: the time column has {values.size} rows and the channels {n}; cut them to one "
-                "length",
-                recording=name,
-            )
-        t0, dt = _step_of(values, name, table.names[column])
+    t0, dt = time_axis(table, {s for s in sources if s is not None}, rows[0].size, name, notes)
     return TimeData(name, dt, np.array(rows), tuple(labels), t0), notes
-
-
-def _frequencies(table: Table, used: set[int], n: int, name: str, notes: list[str]) -> NDArray[np.float64]:
-    column = _named(table, used, _FREQ)
-    if column is None:
-        column = _increasing(table, used, n)
-        if column is not None:
-            notes.append(f"column {table.names[column]!r}, which increases evenly, is taken as frequency in Hz")
-    if column is None or table.columns[column].size != n:
-        raise RecordingError(
-            f"recording {name!r}: {table.file} has no frequency axis of {n} lines: no column is called freq, f or Hz "
-            "and none increases evenly; add a frequency column",
-            recording=name,
-        )
-    angular = re.search(r"rad/?s|omega", table.names[column], re.IGNORECASE) is not None
-    return _axis_values(table, column) / (2 * np.pi if angular else 1.0)
 
 
 def _frf(
@@ -195,7 +122,7 @@ def _frf(
         raise RecordingError(
             f"recording {name!r}: a response of the FRF has no source; give its column", recording=name
         )
-    freq = _frequencies(table, used, table.columns[first].size, name, notes)
+    freq = frequencies(table, used, table.columns[first].size, name, notes)
     H = np.empty((freq.size, len(outs), 1), dtype=np.complex128)
     labels = []
     for k, i in enumerate(outs):

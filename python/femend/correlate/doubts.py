@@ -1,0 +1,168 @@
+"""What is wrong with channels, told by the size and the sign of measured FRFs against those of a model.
+
+A unit that was mistaken, or a sensor the other way round, stays for all lines, where a model that is off shifts
+resonances: medians over the lines tell the one from the other.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.dof import Dof
+
+__all__ = ["Doubt", "level_doubts", "sign_doubts", "twice_doubts"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# lines that a median is taken of at least
+FEWEST = 12
+# all responses larger or smaller than the model's by this factor; one of them by this factor against the others
+ALL, ONE = 3.0, 5.0
+# mean cosine of the phase between test and model: below its negative a sensor is upside down, above it others are not
+REVERSED = 0.7
+# a sensor that moves less than this share of the one that moves most tells no sign: a node of a shape may be there
+MOVES = 0.1
+# two sensors at one place may differ by this share: by what they were calibrated to, glue, and noise
+TWICE = 0.3
+# factors by which mistaken units are off, and what they come from
+_KNOWN = (
+    (9.80665, "g and m/s²"),
+    (1000.0, "m and mm, or N and kN"),
+    (4.44822, "N and lbf"),
+    (25.4, "mm and in"),
+    (39.3701, "m and in"),
+    (386.089, "g and in/s²"),
+    (9806.65, "g and mm/s²"),
+)
+# and how near a factor has to come to one of them
+_NEAR = 1.35
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign" or "twice"), the
+    `channel` by name ("" for all), and the sentence."""
+
+    kind: str
+    channel: str
+    text: str
+
+
+def level_doubts(
+    H: ComplexArray, model: ComplexArray, outputs: Sequence[str], clear: NDArray[np.bool_] | None = None
+) -> list[Doubt]:
+    """Doubts about responses per force H (n_freq, n_out, n_in) that are larger or smaller than the `model`'s, as no
+    resonance elsewhere makes them: all of them, or single ones of the `outputs` (names).
+
+    `clear` (n_freq, n_out, n_in) marks the values that stand clear of noise; None for all. Nothing is told of fewer
+    than 12 lines.
+    """
+    ratio = np.where(_valid(H, model, clear), np.abs(H) / np.where(model == 0, 1, np.abs(model)), np.nan)
+    enough = np.isfinite(ratio).sum(axis=(0, 2)) >= FEWEST
+    if not enough.any():
+        return []
+    of_sensor = np.full(len(outputs), np.nan)
+    of_sensor[enough] = np.exp([np.nanmedian(np.log(ratio[:, i])) for i in np.flatnonzero(enough)])
+    whole = float(np.nanmedian(of_sensor))
+    told: list[Doubt] = []
+    if not 1 / ALL < whole < ALL:
+        n = int(enough.sum())
+        text = (
+            f"the responses per force are {whole:.3g} times those of the model as it stands (median over all lines of "
+            f"{n} sensor{'s' * (n > 1)}): {_hint(whole)}"
+        )
+        told.append(Doubt("level", "", text))
+    for i in map(int, np.flatnonzero(enough) if enough.sum() > 2 else ()):
+        own = float(of_sensor[i] / whole)
+        if not 1 / ONE < own < ONE:
+            text = f"{outputs[i]} shows {own:.3g} times what the other sensors do, each against the model: {_hint(own)}"
+            told.append(Doubt("sensor level", outputs[i], text))
+    return told
+
+
+def sign_doubts(
+    H: ComplexArray,
+    model: ComplexArray,
+    outputs: Sequence[str],
+    inputs: Sequence[str],
+    clear: NDArray[np.bool_] | None = None,
+) -> list[Doubt]:
+    """Doubts about sensors, and forces, whose FRFs H (n_freq, n_out, n_in) have the sign opposite to the `model`'s
+    on nearly all lines while the others have the same; `outputs`, `inputs` are their names, `model` and `clear`
+    (n_freq, n_out, n_in) as of `level_doubts`."""
+    valid = _valid(H, model, clear)
+    count = valid.sum(axis=0)
+    cosine = np.where(valid, np.cos(np.angle(H) - np.angle(model)), 0.0).sum(axis=0) / np.maximum(count, 1)
+    cosine[count < FEWEST] = np.nan
+    size = np.sqrt(np.mean(np.abs(H) ** 2, axis=(0, 2)))
+    told: list[Doubt] = []
+    sensors = _opposite(cosine)
+    for i in sensors:
+        if size[i] >= MOVES * size.max():
+            told.append(_reversed("sensor", outputs[i], float(np.nanmedian(cosine[i]))))
+    cosine[sensors] *= -1
+    forces = [j for j in range(len(inputs)) if _negative(cosine[:, j])]
+    if len(inputs) == 1 or len(forces) < len(inputs):
+        told += [_reversed("force", inputs[j], float(np.nanmedian(cosine[:, j]))) for j in forces]
+    return told
+
+
+def twice_doubts(H: ComplexArray, outputs: Sequence[Dof]) -> list[Doubt]:
+    """Doubts about sensors that are said to be at one place in one direction, `outputs`, and whose FRFs H
+    (n_freq, n_out, n_in) are not alike: two sensors there show the same but for noise."""
+    told = []
+    for i, k in itertools.combinations(range(len(outputs)), 2):
+        if outputs[i].unsigned != outputs[k].unsigned:
+            continue
+        a, b = H[:, i] * outputs[i].sign, H[:, k] * outputs[k].sign
+        apart = float(np.linalg.norm(a - b) / max(np.linalg.norm(a), np.linalg.norm(b), np.finfo(float).tiny))
+        if apart > TWICE:
+            text = (
+                f"two sensors are said to measure {outputs[i].unsigned} and differ by {100 * apart:.0f} %: correct the "
+                "node or the direction of one of them"
+            )
+            told.append(Doubt("twice", str(outputs[i].unsigned), text))
+    return told
+
+
+def _valid(H: ComplexArray, model: ComplexArray, clear: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+    moving = (H != 0) & (model != 0)
+    return moving if clear is None else moving & clear
+
+
+def _opposite(cosine: FloatArray) -> list[int]:
+    """Rows that are opposite while all others together are not; three rows are needed to say which is which."""
+    if len(cosine) < 3:
+        return []
+    middle = np.array([np.nanmedian(row) if np.isfinite(row).any() else np.nan for row in cosine])
+    found = [int(i) for i in np.flatnonzero(middle < -REVERSED)]
+    others = np.delete(middle, found)
+    agree = others.size > len(found) and np.isfinite(others).any() and float(np.nanmedian(others)) > REVERSED
+    return found if agree else []
+
+
+def _negative(column: FloatArray) -> bool:
+    return bool(np.isfinite(column).any() and np.nanmedian(column) < -REVERSED)
+
+
+def _reversed(what: str, name: str, cosine: float) -> Doubt:
+    text = (
+        f"the {what} {name} looks reversed: the FRFs there have the sign opposite to the model's on nearly all lines "
+        f"(mean cosine of the phase between them {cosine:.2f}): look at how it was mounted, and turn its direction"
+    )
+    return Doubt(f"{what} sign", name, text)
+
+
+def _hint(factor: float) -> str:
+    """What may have been mistaken for a factor between test and model."""
+    where = "the unit and scale of the channels, [model] units, masses of the deck"
+    for known, of in _KNOWN:
+        if 1 / _NEAR < max(factor, 1 / factor) / known < _NEAR:
+            return f"{of} mistaken for each other give {known if factor > 1 else 1 / known:.3g}; check {where}"
+    return f"check {where}"

@@ -1,0 +1,106 @@
+"""Recordings of a study against its deck as it stands, before anything is fitted: what looks like a mistake in units or
+directions is told, since a fit would make a parameter or a missing part of it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.analysis.frf import shapes_at
+from femend.analysis.model_modes import model_modes
+from femend.correlate.doubts import Doubt, level_doubts, sign_doubts, twice_doubts
+from femend.data import ModeSet, Recording, Spectra, Test
+from femend.diagnose.staged.prepare import FrfData, frf_data
+from femend.errors import FemendError
+from femend.model import Model, Pairing
+
+__all__ = ["doubts_of"]
+
+FloatArray = NDArray[np.float64]
+
+# modes of the model up to this multiple of a recording's band, and so many at least: a free body has six of 0 Hz
+ABOVE, LEAST = 2.0, 10
+# below this share of the highest frequency a mode is one of a free body, which has so many
+RIGID, FREE = 1e-4, 6
+# values that stand this far out of their noise count
+CLEAR = 3.0
+# a record of fewer periods of the model's lowest mode hardly shows it
+PERIODS = 5.0
+
+
+def doubts_of(model: Model, test: Test, pairing: Pairing, zeta: float) -> list[str]:
+    """Sentences about recordings to be fitted, with their force measured, that contradict the `model` as a mistake in
+    units, scales, signs or durations does; `zeta` is the damping ratio of its modes."""
+    used = [r for r in test if r.role == "fit" and r.excitation == "measured" and not isinstance(r.data, Spectra)]
+    frfs = [_frfs(r) for r in used]
+    if not used:
+        return []
+    try:
+        # of recordings too short for FRFs at least the lowest mode is wanted
+        modes = _modes(model, ABOVE * max((float(d.freq[-1]) for d in frfs if d is not None), default=0.0), zeta)
+    except (FemendError, ValueError):
+        return []  # whoever solves the model next says what is wrong with it
+    found: dict[tuple[str, str], tuple[str, list[str]]] = {}
+    for recording, data in zip(used, frfs, strict=True):
+        against = () if data is None else _against(data, modes, pairing)
+        for doubt in (*_short(recording, modes), *against):
+            found.setdefault((doubt.kind, doubt.channel), (doubt.text, []))[1].append(repr(recording.name))
+    return [*_free(modes), *(f"recording {names[0]}: {text}{_also(names[1:])}" for text, names in found.values())]
+
+
+def _also(names: list[str]) -> str:
+    return f" (so in {', '.join(names)})" if names else ""
+
+
+def _frfs(recording: Recording) -> FrfData | None:
+    try:
+        return frf_data(recording)
+    except FemendError:
+        return None  # too short, or of several quantities: nothing to compare
+
+
+def _modes(model: Model, f_max: float, zeta: float) -> ModeSet:
+    found = model_modes(model, n_modes=LEAST, zeta=zeta)
+    return found if found.freq[-1] > f_max else model_modes(model, f_max=f_max, zeta=zeta)
+
+
+def _free(modes: ModeSet) -> list[str]:
+    """A body is held, or free in all six ways; one that is free in some may have lost a support."""
+    n = modes.n_modes - _elastic(modes).size
+    if n == 0 or n >= FREE:
+        return []
+    return [
+        f"the model moves freely in {n} way{'s' * (n > 1)} ({n} mode{'s' * (n > 1)} of 0 Hz, of the {FREE} of a free "
+        "body): if the structure is held there, a support, a connection or the stiffness of a spring is missing in the "
+        "deck"
+    ]
+
+
+def _elastic(modes: ModeSet) -> FloatArray:
+    return np.asarray(modes.freq[modes.freq > RIGID * modes.freq[-1]])
+
+
+def _short(recording: Recording, modes: ModeSet) -> list[Doubt]:
+    elastic = _elastic(modes)
+    if not recording.is_time or not elastic.size:
+        return []
+    duration, lowest = recording.time.duration, float(elastic[0])
+    periods = duration * lowest
+    if periods >= PERIODS:
+        return []
+    text = (
+        f"{duration:.3g} s are {periods:.2g} periods of the model's lowest mode at {lowest:.4g} Hz, which they hardly "
+        f"show: record {PERIODS / lowest:.2g} s or more, or check the time axis"
+    )
+    return [Doubt("short", "", text)]
+
+
+def _against(data: FrfData, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
+    out, into = (shapes_at(modes, [pairing[d].dof for d in dofs]) for dofs in (data.outputs, data.inputs))
+    w, W = 2 * np.pi * data.freq[:, None], 2 * np.pi * modes.freq
+    gain = -(w**2) / (W**2 - w**2 + 2j * modes.zeta * W * w)
+    H = np.einsum("or,fr,ir->foi", out, gain, into)
+    clear = np.abs(data.H) > CLEAR * data.noise
+    outputs, inputs = ([str(d) for d in dofs] for dofs in (data.outputs, data.inputs))
+    twice = twice_doubts(data.H, data.outputs)
+    return [*twice, *level_doubts(data.H, H, outputs, clear), *sign_doubts(data.H, H, outputs, inputs, clear)]

@@ -1,0 +1,183 @@
+"""Mistakes in units and directions are told from a model that is off by what no resonance elsewhere does."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from femend import Dof, Recording, _core, functions_of, read_uff, write_uff
+from femend.cli import main
+from femend.correlate.doubts import level_doubts, sign_doubts, twice_doubts
+from femend.errors import ModelError
+from femend.model import read_model
+from femend.model.material_units import material_doubts
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
+from femend.estimate import pair_test
+from femend.study import load_study
+from femend.study.plausible import doubts_of
+from femend.study.sound import deck_warnings, with_warnings
+
+FREQ = np.linspace(5.0, 100.0, 300)
+SHAPES = np.array([[0.4, 1.0, 0.9], [0.7, 0.3, -1.0], [0.9, -0.6, 0.2], [1.0, -1.0, 0.8]])
+NAMES = ["4:+Z", "7:+Z", "10:+Z", "13:+Z"]
+
+
+def frfs(modes: tuple[float, ...]) -> np.ndarray:
+    """Accelerances (300, 4, 2) of three modes at four sensors, driven at the last two."""
+    w, W = 2 * np.pi * FREQ[:, None], 2 * np.pi * np.array(modes)
+    gain = -(w**2) / (W**2 - w**2 + 0.02j * W * w)
+    return np.einsum("or,fr,ir->foi", SHAPES, gain, SHAPES[2:])
+
+
+MODEL = frfs((12.0, 33.0, 71.0))
+# a structure 15 % stiffer here and softer there
+TEST = frfs((13.5, 30.0, 75.0))
+
+
+def test_a_model_that_is_off_is_not_doubted() -> None:
+    assert level_doubts(TEST, MODEL, NAMES) == []
+    assert sign_doubts(TEST, MODEL, NAMES, NAMES[2:]) == []
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(1 / 9.80665, ("g and m/s²", "0.102")), (1000.0, ("m and mm", "1e+03")), (6.0, ("check the unit",))],
+)
+def test_a_factor_on_all_responses_is_told_with_what_it_may_be(factor: float, words: tuple[str, ...]) -> None:
+    (doubt,) = level_doubts(factor * TEST, MODEL, NAMES)
+    assert (doubt.kind, doubt.channel) == ("level", "")
+    assert all(word in doubt.text for word in words), doubt.text
+
+
+def test_one_sensor_in_other_units_is_named() -> None:
+    wrong = TEST * np.array([1, 9.80665, 1, 1])[:, None]
+    (doubt,) = level_doubts(wrong, MODEL, NAMES)
+    assert (doubt.kind, doubt.channel) == ("sensor level", "7:+Z")
+    assert "g and m/s²" in doubt.text
+
+
+def test_a_reversed_sensor_and_a_reversed_force_are_named() -> None:
+    (doubt,) = sign_doubts(TEST * np.array([1, -1, 1, 1])[:, None], MODEL, NAMES, NAMES[2:])
+    assert (doubt.kind, doubt.channel) == ("sensor sign", "7:+Z")
+    (doubt,) = sign_doubts(TEST * np.array([1, -1]), MODEL, NAMES, NAMES[2:])
+    assert (doubt.kind, doubt.channel) == ("force sign", "13:+Z")
+    (doubt,) = sign_doubts(-TEST[:, :, :1], MODEL[:, :, :1], NAMES, NAMES[2:3])
+    assert (doubt.kind, doubt.channel) == ("force sign", "10:+Z")
+
+
+def test_values_in_the_noise_do_not_count() -> None:
+    clear = np.zeros(TEST.shape, dtype=bool)
+    clear[:5] = True
+    assert level_doubts(1000 * TEST, MODEL, NAMES, clear) == []
+    assert sign_doubts(-TEST, MODEL, NAMES, NAMES[2:], clear) == []
+
+
+@pytest.mark.parametrize(
+    ("E", "rho", "units", "words"),
+    [
+        ("2.1+5", "7.85-9", "SI", ("modulus of 210000", "density of 7.85e-09", "in 'mm-t-s' all are those of solids")),
+        ("2.1+11", "7850.", "mm-t-s", ("which is 2.1e+17 Pa", "7.85e+15 kg/m³", "in 'SI' all are")),
+        ("2.1+5", "7850.", "mm-t-s", ("MAT1 1 has a density of 7850",)),
+        ("1.+7", "0.1", "in-lbf-s", ("density of 0.1",)),  # a weight per volume
+    ],
+)
+def test_materials_of_no_solid_are_told(tmp_path: Path, E: str, rho: str, units: str, words: tuple[str, ...]) -> None:
+    (tmp_path / "a.bdf").write_text(f"MAT1,1,{E},,.3,{rho}\nMAT1,2,{E},,.3\nGRID,1\n")
+    (told,) = material_doubts(_core.Deck.read(str(tmp_path / "a.bdf")), units)
+    assert all(word in told for word in words), told
+
+
+def test_materials_of_solids_and_a_stand_in_are_not_told(tmp_path: Path) -> None:
+    (tmp_path / "a.bdf").write_text("MAT1,1,2.1+5,,.3,7.85-9\nMAT1,2,2.1+12,,.3,1.-20\nGRID,1\n")
+    assert material_doubts(_core.Deck.read(str(tmp_path / "a.bdf")), "mm-t-s") == []
+    (tmp_path / "b.bdf").write_text("PARAM,WTMASS,2.59-3\nMAT1,1,1.+7,,.3,0.1\nGRID,1\n")
+    assert material_doubts(_core.Deck.read(str(tmp_path / "b.bdf")), "in-lbf-s") == []
+
+
+def doubts(folder: Path) -> list[str]:
+    study = load_study(folder)
+    model, test = read_model(study.model_file), study.read_recordings()
+    return doubts_of(model, test, pair_test(test, model), study.damping_ratio)
+
+
+def test_a_study_is_silent_until_a_sensor_is_turned(tmp_path: Path) -> None:
+    small_study.write_study(tmp_path, small_study.Truth(more=("CELAS2,901,3.+3,9,3",)))
+    assert doubts(tmp_path) == []
+    for name in ("low", "high"):
+        functions = list(read_uff(tmp_path / f"{name}.uff").functions)
+        functions[2] = replace(functions[2], y=-functions[2].y)
+        write_uff(tmp_path / f"{name}.uff", functions)
+    (told,) = doubts(tmp_path)
+    assert told.startswith("recording 'low': the sensor 7:+Z looks reversed")
+    assert told.endswith("(so in 'high')")
+
+
+def test_a_body_that_is_free_in_some_ways_and_a_record_too_short_are_told(tmp_path: Path) -> None:
+    (tmp_path / "model.bdf").write_text(small_study.deck(held="123"))
+    n = 120
+    y = np.random.default_rng(2).standard_normal((4, n))
+    data = small_study.recording("low", small_study.force(2.0, 1, n), y)
+    write_uff(tmp_path / "low.uff", functions_of(data))
+    (tmp_path / "study.toml").write_text(small_study.study_text({"low": "fit"}))
+    told = doubts(tmp_path)
+    assert told[0].startswith("the model moves freely in 1 way (1 mode of 0 Hz, of the 6 of a free body)")
+
+
+def test_what_was_doubtful_is_told_beside_an_error_of_the_diagnosis(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ModelError("matrix is not positive definite")
+
+    monkeypatch.setattr("femend.study.run.diagnose_records", fail)
+    small_study.write_study(tmp_path, small_study.Truth())
+    (tmp_path / "model.bdf").write_text((tmp_path / "model.bdf").read_text().replace(",2700.", ",2.7-9"))
+    done = CliRunner().invoke(main, ["diagnose", str(tmp_path), "--out", str(tmp_path / "out"), "--quiet"])
+    assert done.exit_code == 2
+    assert done.stderr.startswith("error: matrix is not positive definite\nnote: in the units 'SI' no material")
+    assert not (tmp_path / "out").exists()
+
+
+def test_supports_that_nobody_selects_are_told_but_for_a_configuration_that_does(tmp_path: Path) -> None:
+    small_study.write_study(tmp_path, small_study.Truth())
+    (tmp_path / "model.bdf").write_text((tmp_path / "model.bdf").read_text().replace("SPC = 1\n", ""))
+    deck = _core.Deck.read(str(tmp_path / "model.bdf"))
+    (told,) = deck_warnings(load_study(tmp_path), deck)
+    assert told.startswith("the deck has 2 SPC cards, but its case control selects no set")
+    text = (tmp_path / "study.toml").read_text().replace('role = "fit"', 'role = "fit"\nconfiguration = "held"')
+    (tmp_path / "study.toml").write_text(text + '[[configuration]]\nname = "held"\nspc = 1\n')
+    assert deck_warnings(load_study(tmp_path), deck) == []
+
+
+def test_an_acceleration_that_does_not_swing_about_zero_is_told() -> None:
+    y = np.random.default_rng(4).standard_normal((4, 512))
+    data = small_study.recording("low", small_study.force(2.0, 1, 512), y + np.array([[0.0], [9.8], [0.1], [0.0]]))
+    (told,) = with_warnings(Recording("low", data)).warnings
+    assert told.startswith("recording 'low': channel acceleration 7:+Z has a mean of 9.")
+    assert "an error of 0.99 in this channel" in told
+
+
+def test_what_is_doubtful_is_said_before_the_work_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ModelError("too late")
+
+    monkeypatch.setattr("femend.study.run.diagnose_records", fail)
+    small_study.write_study(tmp_path, small_study.Truth())
+    (tmp_path / "model.bdf").write_text((tmp_path / "model.bdf").read_text().replace(",2700.", ",2.7-9"))
+    done = CliRunner().invoke(main, ["diagnose", str(tmp_path), "--out", str(tmp_path / "out")])
+    assert "warning: in the units 'SI' no material" in done.stderr.partition("error: too late")[0]
+
+
+def test_two_sensors_at_one_place_that_differ_are_told() -> None:
+    dofs = [Dof(4, 3), Dof(7, 3), Dof(10, 3), Dof(7, 3, -1)]
+    (doubt,) = twice_doubts(TEST, dofs)
+    assert (doubt.kind, doubt.channel) == ("twice", "7:+Z")
+    again = TEST[:, [0, 1, 2, 1]] * np.array([1, 1, 1, -1.05])[:, None]
+    assert twice_doubts(again, dofs) == []
