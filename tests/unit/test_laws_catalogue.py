@@ -280,3 +280,13 @@ def test_examples_in_docstrings() -> None:
     for module in ("catalogue", "starts", "nested", "tracing", "free_form", "classify", "rotor", "own"):
         result = doctest.testmod(import_module(f"femend.physics.{module}"))
         assert (result.failed, result.attempted > 0) == (0, True)
+
+
+def test_coordinates_beyond_what_numbers_hold_keep_positive_parameters_so() -> None:
+    values = {"k": 1e4, "alpha": 0.1, "n": 2.0, "beta": 1e6, "gamma": 4e5}
+    coordinates = FitCoordinates(physics("bouc_wen"), values)
+    x = coordinates.start()
+    x[list(coordinates.free).index("beta")] = 800.0  # a yield displacement of exp(800), which nothing reaches
+    there = coordinates.parameters(x)
+    assert 0 < there["beta"] < 1e-300
+    assert np.isfinite(list(there.values())).all()

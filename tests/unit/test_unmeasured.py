@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.harmonic import ONSET, _waves
 from femend.diagnose.joint import STANDS_OUT, _standing_out, _wiener
-from femend.diagnose.unmeasured import NEARLY_ALL, _from_outside, _mean_force, _nearly_all
+from femend.diagnose.unmeasured import NEARLY_ALL, _common, _from_outside, _mean_force, _nearly_all
 from femend.study.run import diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -25,7 +25,7 @@ N, RECORDS = 2000, 3
 
 def recovered(forces: list[NDArray[np.complex128]], index: list[NDArray[np.int64]]) -> Any:
     """Forces against the motion on the lines `index` of every record, seen alike on all of them."""
-    record = SimpleNamespace(n=N, dt=1 / 500)
+    record = SimpleNamespace(n=N, dt=1 / 500, frf=None)
     return cast(
         Any,
         SimpleNamespace(
@@ -49,6 +49,14 @@ def test_the_same_force_is_found_in_all_recordings() -> None:
     np.testing.assert_allclose(alike, 1.0)
     np.testing.assert_allclose(ratio, 1.0)
     np.testing.assert_allclose(np.fft.rfft(mean)[index], same)
+
+
+def test_frfs_have_no_force_in_common() -> None:
+    """Of several hammer points there are several records, of as many lines each as there are frequencies."""
+    given = recovered([spectra(0, 400)] * RECORDS, [np.arange(20, 420)] * RECORDS)
+    assert _common(given)
+    given.records[:] = [SimpleNamespace(n=N, dt=1 / 500, frf=object())] * RECORDS
+    assert not _common(given)
 
 
 def test_forces_of_their_own_have_nothing_in_common() -> None:

@@ -224,7 +224,7 @@ class Loop(ABC):
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             laws = self.laws(x)
         numbers = [v for composite in laws for _, values in composite for v in values.values()]
-        return all(np.isfinite(v) and abs(v) < 1e60 for v in numbers)
+        return all(v == 0 or (np.isfinite(v) and 1e-200 < abs(v) < 1e60) for v in numbers)
 
     def _modes(self, p: FloatArray) -> Modal | None:
         """Modes of the model at p; None where it has none: a step may go beyond what its members and masses can differ

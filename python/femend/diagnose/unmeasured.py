@@ -266,9 +266,11 @@ def _from_outside(problem: Problem, recovered: Recovered) -> bool:
 
 
 def _common(recovered: Recovered) -> bool:
-    """Whether there are several records of the same length and step, so that their lines are the same."""
-    first = recovered.records[0]
-    return len(recovered.records) > 1 and all(r.n == first.n and r.dt == first.dt for r in recovered.records)
+    """Whether there are several records in time of the same length and step, so that their lines are the same. FRFs are
+    of one hit or another, which no force that nobody recorded is common to."""
+    first, *others = recovered.records
+    in_time = all(r.frf is None for r in recovered.records)
+    return bool(others) and in_time and all(r.n == first.n and r.dt == first.dt for r in others)
 
 
 def _mean_force(recovered: Recovered) -> tuple[FloatArray, list[float], list[float]]:

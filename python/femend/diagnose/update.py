@@ -24,6 +24,9 @@ FloatArray = NDArray[np.float64]
 
 # sets of parameters drawn from their priors from which an update starts beside the deck's
 DRAWN = 7
+# misfit up to which a model explains the recordings, and cost by which the deck's own mesh has to do better than a
+# refined one (as `consistent` and `gain_cost` of the settings)
+AT_NOISE, CLEARLY = 1.2, 40.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,24 +58,48 @@ def update_model(
     model has no solution at the deck's values.
     """
     tell("reduce the model")
-    model, reduced, problem = modelled(model, records, zeta)
+    given = modelled(model, records, zeta)
     tell("update the parameters")
+    start = _updated(*given)
+    own = _on_its_own_mesh(start, records, zeta)
+    return start if own is None else own
+
+
+def _updated(model: Model, reduced: ReducedModel, problem: Problem) -> UpdatedModel:
     null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))), drawn_starts(problem, reduced))
     if null is None:
         raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")
-    g_rows = _rows(records)
+    g_rows = _rows(problem.records)
     return UpdatedModel(problem, reduced, null, g_rows, _drawn(model, problem.band[1], g_rows))
 
 
-def modelled(model: Model, records: Sequence[FitRecord], zeta: float) -> tuple[Model, ReducedModel, Problem]:
-    """The model, refined where that is cheap enough, its reduction for the band of the records, and the problem of
-    what the records hold but rest, whose band ends where the mesh no longer follows the modes (`Model.unresolved` then
-    says so); raises RecordingError as `update_model`."""
+def _on_its_own_mesh(start: UpdatedModel, records: Sequence[FitRecord], zeta: float) -> UpdatedModel | None:
+    """The deck updated with its own mesh, where that explains the recordings to the noise and clearly better than the
+    refined one of `start` does; None otherwise.
+
+    No structure has the error of a mesh; recordings that were simulated with the deck have, and what the refined model
+    lacks of it (half of the stiffness that a spring sees at a node of shells) would be told as missing.
+    """
+    drawn = start.reduced.model.refines
+    if drawn is None or (start.null.score <= AT_NOISE and start.null.prior <= CLEARLY):
+        return None
+    own = _updated(*modelled(drawn, records, zeta, refine=False))
+    if own.null.score > AT_NOISE or own.null.cost > start.null.cost - CLEARLY:
+        return None
+    return replace(own, reduced=replace(own.reduced, model=replace(own.reduced.model, simulated=True)))
+
+
+def modelled(
+    model: Model, records: Sequence[FitRecord], zeta: float, *, refine: bool = True
+) -> tuple[Model, ReducedModel, Problem]:
+    """The model, refined where that is cheap enough and wanted, its reduction for the band of the records, and the
+    problem of what the records hold but rest, whose band ends where the mesh no longer follows the modes
+    (`Model.unresolved` then says so); raises RecordingError as `update_model`."""
     if not records:
         raise RecordingError('no recording with role = "fit"; name at least one')
     records = [at_work(r) for r in records]
     band, g_rows = used_band(records), _rows(records)
-    finer = affordable_refinement(model, band[1]) if model.refines is None else None
+    finer = affordable_refinement(model, band[1]) if refine and model.refines is None else None
     model = model if finer is None else finer
     reduced = reduce_model(model, band[1], g_rows)
     check_sampling(records, band, reduced.freq)

@@ -53,7 +53,8 @@ class Model:
     `spc` and `added_mass` are as of `read_model`. `morphs` move nodes; everything here is with them at amplitude 0.
     Where the model stands for a coarser one, `refines` is that one, whose nodes come first here, `mesh_error` what the
     difference is, and `parts` the elements that each of its elements became, where those are several. `unresolved` is
-    what its mesh does not follow of the band it is used in.
+    what its mesh does not follow of the band it is used in; `simulated` says that recordings follow the errors of this
+    very mesh, as no structure does.
     """
 
     deck: _core.Deck
@@ -66,6 +67,7 @@ class Model:
     refines: Model | None = None
     mesh_error: MeshError | None = None
     unresolved: Unresolved | None = None
+    simulated: bool = False
     parts: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
 
     @property

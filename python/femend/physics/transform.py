@@ -20,6 +20,9 @@ _LOW = 0.95
 # a bend of the free-form curves counts so many times as much as their slope
 _STIFF = 10.0
 
+# what stands for a positive number that underflows
+SMALLEST = float(np.finfo(float).tiny)
+
 
 class FitCoordinates:
     """Maps the parameters of one law to coordinates without bounds and back.
@@ -106,8 +109,10 @@ class FitCoordinates:
         return np.array(x, dtype=float)
 
     def parameters(self, x: Array) -> dict[str, float]:
-        """Parameter values at coordinates `x` (n_free,)."""
-        return self._map(np.asarray(x, dtype=float))[0]
+        """Parameter values at coordinates `x` (n_free,); positive ones are so where a number cannot hold how small they
+        are."""
+        p = self._map(np.asarray(x, dtype=float))[0]
+        return {n: max(v, SMALLEST) if self._domain[n] == "positive" and n in self.free else v for n, v in p.items()}
 
     def jacobian(self, x: Array) -> Array:
         """dp/dx (n_p, n_free) at `x` (n_free,) with all parameters of the law in their order."""

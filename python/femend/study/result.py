@@ -30,6 +30,11 @@ __all__ = ["result_of"]
 FORMAT = "femend-diagnosis/1"
 # places that are said to be possible too
 ALSO = 5
+SIMULATED = (
+    "the recordings follow the deck's own mesh, its errors included, to the noise and better than a refined one: no "
+    "structure does, so they look simulated with this deck, which was taken as it is; for recordings of a structure "
+    "linear shells and solids are refined first"
+)
 # laws that are listed beside the named one
 ALTERNATIVES = 5
 # what estimates are off by beside what noise explains, relative: factors of the model, parameters of a law, and those
@@ -66,9 +71,10 @@ def result_of(
 
 
 def _mesh(diagnosis: Diagnosis) -> list[str]:
-    """Which lines were left out since the mesh does not follow their waves."""
-    missed = diagnosis.reduced.model.unresolved
-    return [] if missed is None else [missed.text]
+    """What is said of the deck's mesh: lines whose waves it does not follow, recordings that follow its errors."""
+    model = diagnosis.reduced.model
+    missed = [] if model.unresolved is None else [model.unresolved.text]
+    return [*missed, SIMULATED] if model.simulated else missed
 
 
 def _drive(diagnosis: Diagnosis) -> list[str]:

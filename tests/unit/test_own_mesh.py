@@ -1,0 +1,61 @@
+"""Recordings that were simulated with the deck as it is drawn, and those of what it stands for."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from femend import _core
+from femend.diagnose.update import update_model
+from femend.estimate import FitRecord
+from femend.model import Model, Parameter, affordable_refinement, read_model
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parent))
+import small_study
+from test_refined import bricks
+
+Array = NDArray[np.float64]
+RATE, SECONDS, F_MAX, UPSAMPLING = 2048.0, 1.0, 600.0, 8
+NOISE = 0.01
+E = (Parameter("E", "E", "material", (1,)),)
+
+
+def recorded(truth: Model, deck: Model, nodes: tuple[int, ...]) -> FitRecord:
+    """A random force at the last of the `nodes`, and accelerations in Z at all of them, with noise."""
+    rows = np.array([6 * deck.index(node) + 2 for node in nodes])
+    omega, phi = small_study.dense_modes(truth)
+    keep = omega < 2 * np.pi * 4 * F_MAX
+    seen = phi[rows][:, keep]
+    n = int(RATE * SECONDS)
+    rng = np.random.default_rng(1)
+    freq = np.fft.rfftfreq(n, 1 / RATE)
+    line = rng.standard_normal((2, freq.size))
+    u = np.fft.irfft(np.where((freq > 20) & (freq < F_MAX), line[0] + 1j * line[1], 0), n)
+    u *= np.minimum(1, np.minimum(np.arange(n), np.arange(n)[::-1]) / 50) / u.std()
+    fine = np.fft.irfft(np.fft.rfft(u, 2 * n), 2 * n * UPSAMPLING)[: (n + 16) * UPSAMPLING] * UPSAMPLING
+    y = _core.simulate(
+        omega[keep], np.full(int(keep.sum()), 0.01), seen[-1:], seen, np.zeros((0, int(keep.sum()))), [],
+        fine[None], 1 / RATE / UPSAMPLING, decimate=UPSAMPLING,
+    )[0][:, :n]  # fmt: skip
+    noise = NOISE * np.asarray(y).std(axis=1)
+    y = np.asarray(y) + noise[:, None] * rng.standard_normal(y.shape)
+    return FitRecord("r", u[None], y, 1 / RATE, rows[-1:], rows, np.ones(1), np.ones(len(rows)), noise)
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_what_was_simulated_with_the_deck_is_met_with_its_own_mesh(tmp_path: Path, own: bool) -> None:
+    deck = read_model(bricks(tmp_path / "m.bdf"), parameters=E)
+    finer = affordable_refinement(deck, F_MAX)
+    assert finer is not None
+    tip = deck.node_ids[np.argsort(deck.xyz[:, 0])]
+    nodes = tuple(int(n) for n in (tip[len(tip) // 3], tip[len(tip) // 2], tip[2 * len(tip) // 3], tip[-1]))
+    start = update_model(deck, [recorded(deck if own else finer, deck, nodes)], 0.01)
+    model = start.reduced.model
+    assert model.simulated == own
+    assert (model.refines is None) == own
+    assert start.null.score < (1.2 if own else 2.0)
