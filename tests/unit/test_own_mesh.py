@@ -16,8 +16,9 @@ from femend.model import Model, Parameter, affordable_refinement, read_model
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parent))
-import small_study
 from test_refined import bricks
+
+import small_study
 
 Array = NDArray[np.float64]
 RATE, SECONDS, F_MAX, UPSAMPLING = 2048.0, 1.0, 600.0, 8
