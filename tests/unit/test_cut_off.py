@@ -1,71 +1,73 @@
-"""Records that end in full motion: what the laws still hold there belongs to their transforms."""
+"""Lines of a record whose force is there to the end: what the end cuts off of modes far above the band."""
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from femend import _core
-from femend.diagnose.joint import open_joint
-from femend.estimate import FitRecord, Problem
-from femend.model import Place, read_model, reduce_model
+from femend.estimate.cut_off import cut_off, n_decaying, static_part
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-import small_study
-
-DT, N, FINE = 1 / 1024, 2048, 8
-BAND = (8.0, 150.0)
-LAWS = {
-    "added_mass": {"m": 0.3},
-    "viscous_damper": {"c": 15.0},
-    "tuned_absorber": {"m": 0.3, "k": 0.3 * (2 * np.pi * 30) ** 2, "c": 2.0},
-    "viscoelastic": {"k0": 1e3, "k1": 8e3, "tau": 4e-3},
-}
+Array = NDArray[np.float64]
+RATE, N, PERIOD = 1024.0, 3072, 1024
+HIGH = 2 * np.pi * np.array([30.0, 900.0, 4000.0])
+ZETA = np.full(3, 0.01)
+# one input and two sensors in a basis of three modes that is their own
+INTO, OUT = np.array([[1.0, 2.0, 3.0]]), np.array([[1.0, 2.0, 3.0], [0.5, -1.0, 2.0]])
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_a_law_explains_a_record_that_does_not_end_at_rest(tmp_path: Path, law: str) -> None:
-    """The simulation steps in time and knows nothing of transforms. Only the 1 % allowance for the model weighs, so a
-    misfit of 0.3 is an error of half a per cent (steps of the simulation); without the law's part at the end it is
-    0.43 (relaxing branch), 5 (dashpot), 115 (mass) and 420 (absorber)."""
-    path = tmp_path / "model.bdf"
-    path.write_text(small_study.deck())
-    model = read_model(path, units="SI")
-    row = 6 * model.index(10) + 2
-    out = np.array([6 * model.index(node) + 2 for node in small_study.SENSORS])
-    rng = np.random.default_rng(7)
-    spectrum = np.zeros(N // 2 + 1, dtype=complex)
-    inside = slice(16, 300)
-    spectrum[inside] = rng.standard_normal(284) + 1j * rng.standard_normal(284)
-    # begins at rest, does not end there
-    ramp = np.sin(0.5 * np.pi * np.clip(np.arange(N * FINE) / (N * FINE // 8), 0, 1)) ** 2
-    fine = (np.fft.irfft(spectrum, N * FINE) * 100 * FINE * ramp)[None]
-    u = np.ascontiguousarray(fine[:, ::FINE])
-    omega, phi = small_study.dense_modes(model)
-    done = _core.simulate_batch(
-        omega[None],
-        np.full((1, len(omega)), small_study.ZETA),
-        phi[out[-1:]][None],
-        phi[out][None],
-        phi[[row]][None],
-        [[[(law, LAWS[law])]]],
-        [fine],
-        DT / FINE,
-        stride=FINE,
-    )
-    y = done[0][0][0]
-    assert np.abs(y[:, -40:]).max() > 0.2 * np.abs(y).max()
-    ends = np.ones(1), np.ones(len(out))
-    record = FitRecord("r", u, y, DT, out[-1:], out, *ends, noise=1e-6 * y.std(axis=1))
-    reduced = reduce_model(model, BAND[1], [*out.tolist()])
-    tuned = 7  # with the modes above the band, whose decays the steps of the simulation leave visible
-    problem = Problem([record], BAND, small_study.ZETA, tuned)
-    place = Place("ground", (10,), "Z", "ground", (np.array([row]),), (np.ones(1),))
-    joint = open_joint(place, reduced, BAND[1], out.tolist())
-    x = np.log(list(LAWS[law].values()))
-    (fit,) = problem.fit([joint.hypothesis((law,), x, np.ones(len(x)))], iterations=0)
-    assert fit is not None
-    assert fit.score < 0.4
+def force(t: Array, order: int = 0) -> Array:
+    """Odd lines of 1 Hz up to 375 Hz with fixed phases, swelling from rest in the first period, or a derivative; at the
+    end it stands at some value."""
+    rng = np.random.default_rng(4)
+    freq = np.arange(11, 376, 2)
+    phase = rng.uniform(0, 2 * np.pi, len(freq))
+    omega = 2 * np.pi * freq
+
+    def lines(k: int) -> Array:
+        return np.asarray(
+            (omega[:, None] ** k * np.cos(omega[:, None] * t + phase[:, None] + k * np.pi / 2)).sum(axis=0)
+        )
+
+    x = np.clip(t, 0, 1)
+    swell = [np.sin(np.pi * x / 2) ** 4, np.gradient(np.sin(np.pi * x / 2) ** 4, t)]
+    swell.append(np.gradient(swell[1], t))
+    if order == 0:
+        return np.asarray(swell[0] * lines(0))
+    return np.asarray(swell[2] * lines(0) + 2 * swell[1] * lines(1) + swell[0] * lines(2))
+
+
+@pytest.mark.parametrize(("period", "left"), [(PERIOD, 1e-3), (0, 0.1)])
+def test_the_second_derivative_is_that_of_a_force_that_goes_on(period: int, left: float) -> None:
+    t = np.arange(N) / RATE
+    second = static_part(force(t)[None], 0, period, 1 / RATE)[0]
+    true = force(t, 2)
+    inside = slice(0, N - 3)
+    assert np.linalg.norm(second[inside] - true[inside]) < left * np.linalg.norm(true[inside])
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.4])
+def test_modes_far_above_the_band_show_what_they_did_up_to_the_end(sigma: float) -> None:
+    t = np.arange(N) / RATE
+    window = np.exp(-sigma * t)
+    u = force(t)
+    freq = np.fft.rfftfreq(N, 1 / RATE)
+    at = np.flatnonzero((freq > 10) & (freq < 380))
+    s = sigma + 2j * np.pi * freq[at]
+    U = np.fft.rfft(u * window)[at][:, None]
+    second = np.fft.rfft(static_part(u[None], 0, PERIOD, 1 / RATE) * window)[0, at][:, None]
+    found = cut_off(s, second / s[:, None] ** 2 - U, (HIGH, ZETA, np.eye(3)), (OUT, INTO), 1)
+    # modes that follow the force statically: the second derivative of the force times their compliance
+    first = n_decaying(HIGH, float(s.imag.max()), 1)
+    assert first == 2
+    compliance = OUT[:, first:] @ (INTO[0, first:] / HIGH[first:] ** 2)
+    lines = s[:, None] ** 2 * U * compliance
+    record = np.fft.rfft(force(t, 2) * compliance[:, None] * window)[:, at].T
+    assert np.linalg.norm(record - lines - found) < 0.15 * np.linalg.norm(record - lines)
+
+
+def test_modes_of_the_band_and_the_first_above_it_have_decays_of_their_own() -> None:
+    omega = 2 * np.pi * np.array([10.0, 50.0, 140.0, 160.0, 900.0])
+    assert n_decaying(omega, 2 * np.pi * 100, 1) == 3
+    assert n_decaying(omega, 2 * np.pi * 100, 4) == 4
+    assert n_decaying(omega, 2 * np.pi * 1000, 1) == 5

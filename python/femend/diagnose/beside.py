@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.candidates import Candidate
+from femend.diagnose.candidates import KINDS, Candidate
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.moved import moved
 from femend.diagnose.name import Ranked
@@ -21,7 +21,7 @@ from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, brings, fitted_together
 from femend.physics import physics
 
-__all__ = ["KINDS", "companions"]
+__all__ = ["companions"]
 
 FloatArray = NDArray[np.float64]
 
@@ -31,8 +31,6 @@ WORTH_ASKING = 3.0
 ELSEWHERE = 4
 # laws that no spring is part of: beside another a spring is only a share of its own
 LAWS = ("clearance", "cubic_stiffness", "coulomb_friction", "quadratic_damping")
-# kinds of places where a spring beside the law is a part of its own (at a cut it is what the cut took away)
-KINDS = ("ground", "pair")
 
 
 def companions(first: Searched, one: Ranked) -> Scored | None:
@@ -71,8 +69,11 @@ def _alone(first: Searched, law: Term) -> Scored | None:
 def _without(first: Searched, found: Scored) -> Scored | None:
     """The companions alone where the law beside them does not bring what a law has to: its own fit may have led the
     model to where a spring or dashpot by itself did not come."""
-    alone = fitted_together(first, found[1].terms[1:], found[1].p)
-    return alone if alone is not None and not brings(first, alone, found) else None
+    terms = found[1].terms[1:]
+    alone = fitted_together(first, terms, found[1].p, simulated=True)
+    if alone is None or brings(first, alone, found):
+        return None
+    return fitted_together(first, terms, alone[1].p)
 
 
 def _choices(linear: Sequence[Term]) -> list[list[Term]]:

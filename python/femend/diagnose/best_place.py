@@ -12,8 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.beside import KINDS
-from femend.diagnose.candidates import Candidate
+from femend.diagnose.candidates import KINDS, Candidate
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
 from femend.diagnose.moved import moved

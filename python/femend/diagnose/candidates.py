@@ -14,7 +14,7 @@ from femend.diagnose.joint import Joint, Recovered
 from femend.physics import FitCoordinates, Physics, Surrogate, catalogue, physics, shapes
 from femend.physics.causal import CAUSAL
 
-__all__ = ["ONLY_GROUND", "Candidate", "Start", "force_on_lines", "standard_deviations", "laws_for", "starts"]
+__all__ = ["KINDS", "ONLY_GROUND", "Candidate", "Start", "force_on_lines", "standard_deviations", "laws_for", "starts"]
 
 FloatArray = NDArray[np.float64]
 
@@ -29,6 +29,8 @@ _SPRING = {
     "clamp": "compliant_support",
 }
 ONLY_GROUND = ("added_mass", "tuned_absorber")
+# kinds of places where a spring beside the law is a part of its own (at a cut it is what the cut took away)
+KINDS = ("ground", "pair")
 _NOT_NAMED = ("support_stiffness", "joint_stiffness", "compliant_support", "spring_bending", "quadratic_stiffness")
 
 

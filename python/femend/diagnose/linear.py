@@ -24,7 +24,7 @@ LAW_SD = 3.0
 # lines a record for trying starts, starts that are followed to the end, tunings of an absorber over the band
 FEW_LINES, KEPT, TUNINGS, FINE_TUNINGS = 150, 1, 8, 60
 # steps in which the followed one comes to its end: the two parameters of a spectrum may start a factor of 100 off
-TO_THE_END = 30
+TO_THE_END, CLOSELY = 60, 1e-3
 # how much further the start that hardly does anything goes than the smallest (or stiffest) of the others
 IDLE = 10.0
 # starts fitted to the recovered force that go on, and starts that go on as they are
@@ -58,7 +58,9 @@ def fit_linear(
     few = problem.sparing(FEW_LINES)
     tries = few.fit(hypotheses, [(p, m) for (p, _), m in zip(begun, means, strict=True)], iterations=10)
     ranked = sorted((f for f in tries if f is not None), key=lambda f: f.cost)[:KEPT]
-    fits = problem.fit([f.hypothesis for f in ranked], [(f.p, f.x) for f in ranked], iterations=TO_THE_END)
+    fits = problem.fit(
+        [f.hypothesis for f in ranked], [(f.p, f.x) for f in ranked], iterations=TO_THE_END, tolerance=CLOSELY
+    )
     done = [f for f in fits if f is not None]
     if not done:
         return None
@@ -67,6 +69,30 @@ def fit_linear(
     prior = problem.prior_cost(joint.reduced, fit.p)
     best = Candidate(entry, name, joint, values, fit.p, fit.x, len(fit.x), prior, fit.score, np.nan)
     return judge_linear(choosing, best)
+
+
+def companions_alone(problem: Problem, choosing: Problem, beside: Candidate) -> list[Candidate]:
+    """The spring and the dashpot `beside` a nonlinear law, those that are positive, each as the whole law at its place
+    with the model's unknowns from where the nonlinear one brought them; judged on the choosing problem.
+
+    A linear law that stopped short of its minimum would lose against a nonlinear one that does nothing, beside which
+    its like went all the way.
+    """
+    joint, made = beside.joint, []
+    assert joint is not None
+    for name, value in (("support_stiffness", beside.k), ("viscous_damper", beside.c)):
+        if value <= 0:
+            continue
+        x = np.log([value])
+        hypothesis = joint.hypothesis((name,), x, np.full(1, LAW_SD))
+        (fit,) = problem.fit([hypothesis], [(beside.p, x)], iterations=TO_THE_END, tolerance=CLOSELY)
+        if fit is not None:
+            entry = physics(name)
+            values = {entry.parameter_names[0]: float(np.exp(fit.x[0]))}
+            prior = problem.prior_cost(joint.reduced, fit.p)
+            candidate = Candidate(entry, name, joint, values, fit.p, fit.x, 1, prior, fit.score, np.nan)
+            made.append(judge_linear(choosing, candidate))
+    return made
 
 
 def _idle(entry: Physics, begun: Sequence[Mapping[str, float]], released: bool) -> dict[str, float]:

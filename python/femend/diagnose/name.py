@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.calibration import CALIBRATION
-from femend.diagnose.candidates import ONLY_GROUND, Candidate, Start, laws_for, starts
+from femend.diagnose.candidates import KINDS, ONLY_GROUND, Candidate, Start, laws_for, starts
 from femend.diagnose.collapse import SHARP, collapsed
 from femend.diagnose.dressed import own_values
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
-from femend.diagnose.linear import fit_linear, fit_mass, judge_linear
+from femend.diagnose.linear import companions_alone, fit_linear, fit_mass, judge_linear
 from femend.diagnose.locate import Located, order
 from femend.diagnose.nonlinear import (
     as_recorded,
@@ -162,7 +162,8 @@ def name_physics(
     tried += _soft_clamps(split, reduced, located if clamps is None else clamps, updated, tried, settings)
     if not _linear_suffices(split, reduced, tried, opened, null_score, settings):
         for at in _likeliest(opened, tried, settings):
-            new = [_Tried(c, at.found, at.recovered) for c in _nonlinear_laws(split, at)]
+            laws = _nonlinear_laws(split, at)
+            new = [_Tried(c, at.found, at.recovered) for c in (*laws, *_companions_alone(split, at, laws))]
             tried += new
             note(first_look.at_once(new))
     tried = [t for t in tried if np.isfinite(t.candidate.chosen)]
@@ -357,6 +358,14 @@ def _soft_clamps(
 
     found = soft_clamps(split, reduced, located, updated, settings.margin, beaten)
     return [_Tried(replace(soft(one.located.fit), reference=one.reference), one.located, None) for one in found]
+
+
+def _companions_alone(split: Split, at: _Opened, laws: Sequence[Candidate]) -> list[Candidate]:
+    """What stands beside the best of nonlinear `laws` at a place, without it; none at a cut, of which it is part."""
+    whole = [c for c in laws if c.sigma == 0 and np.isfinite(c.chosen)]
+    if not whole or at.joint.place.kind not in KINDS:
+        return []
+    return companions_alone(split.fitting, split.choosing, min(whole, key=lambda c: c.chosen))
 
 
 def _nonlinear_laws(split: Split, at: _Opened) -> list[Candidate]:

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
-from femend.diagnose.beside import KINDS
-from femend.diagnose.candidates import Start, laws_for, starts
+from femend.diagnose.candidates import KINDS, Start, laws_for, starts
 from femend.diagnose.dressed import with_own
 from femend.diagnose.joint import enlarged, open_joint
 from femend.diagnose.known_force import rows_of

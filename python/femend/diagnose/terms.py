@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,9 +114,11 @@ def relaxing(values: Mapping[str, float], omega: tuple[float, float]) -> dict[st
 
 @dataclass(frozen=True, eq=False)
 class TermsLoop(Loop):
-    """Terms at coordinates of their places, one place after the other; members are part of the model."""
+    """Terms at coordinates of their places, one place after the other; members are part of the model. Linear laws alone
+    are `simulated`, too, where they are to be compared with nonlinear ones as these are worked out."""
 
     terms: tuple[Term, ...]
+    simulated: bool = field(default=False, kw_only=True)
 
     @property
     def n_x(self) -> int:
@@ -152,8 +154,8 @@ class TermsLoop(Loop):
 
     @property
     def linear(self) -> bool:
-        """Whether all laws are: then there is nothing to simulate."""
-        return not any(t.candidate.nonlinear for t in self.terms)
+        """Whether all laws are: then there is nothing to simulate, unless it is asked for."""
+        return not self.simulated and not any(t.candidate.nonlinear for t in self.terms)
 
     def hypothesis(self, x: FloatArray) -> Hypothesis:
         """Linear laws at their coordinates, with a prior around fit coordinates `x` (n_x,)."""
@@ -190,10 +192,11 @@ class Terms:
     chosen: float
     covariance: FloatArray | None = None
     sigma: float = 0.0
+    simulated: bool = False
 
     def loop(self, problem: Problem) -> TermsLoop:
         """The simulation of the terms for the records of a problem, in their window."""
-        return TermsLoop(problem, self.joint, self.terms, sigma=self.sigma)
+        return TermsLoop(problem, self.joint, self.terms, sigma=self.sigma, simulated=self.simulated)
 
 
 def fit_terms(
@@ -203,13 +206,15 @@ def fit_terms(
     g_rows: list[int],
     p: FloatArray,
     sigma: float = 0.0,
+    *,
+    simulated: bool = False,
 ) -> Terms | None:
     """Terms fitted together from where each was found, with the model's unknowns from `p` (those of `reduced`), in a
-    window exp(-sigma t); None where they cannot be simulated together."""
+    window exp(-sigma t), linear ones alone `simulated` if asked for; None where they cannot be simulated together."""
     made = _opened(problem, terms, reduced, g_rows, p, sigma)
     if made is None:
         return None
-    loop, z = made
+    loop, z = replace(made[0], simulated=simulated), made[1]
     x = z[len(z) - loop.n_x :]
     ends = [_run(loop, x, z, STEPS[-1])]
     start = z
@@ -343,5 +348,15 @@ def _made(loop: TermsLoop, reached: _End) -> Terms:
         terms.append(replace(term, candidate=candidate))
     prior = float(deviations.sum() - deviations[members].sum())
     return Terms(
-        tuple(terms), loop.joint, p, x, loop.n_x + reduced.extra, prior, fitted, np.nan, covariance, loop.sigma
+        tuple(terms),
+        loop.joint,
+        p,
+        x,
+        loop.n_x + reduced.extra,
+        prior,
+        fitted,
+        np.nan,
+        covariance,
+        loop.sigma,
+        loop.simulated,
     )

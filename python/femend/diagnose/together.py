@@ -47,10 +47,12 @@ def term_of(first: Searched, law: Ranked) -> Term:
     return Term(collapsed(law.candidate, law.recovered, first.settings), law.located)
 
 
-def fitted_together(first: Searched, terms: Sequence[Term], p: FloatArray) -> Scored | None:
+def fitted_together(first: Searched, terms: Sequence[Term], p: FloatArray, *, simulated: bool = False) -> Scored | None:
     """Terms fitted together from unknowns `p` of the model (with or without factors of members), with their score;
-    None where they cannot be judged."""
-    found = fit_terms(first.split.fitting, terms, first.reduced, first.g_rows, plain(first, p), first.sigma)
+    None where they cannot be judged. Linear ones alone are `simulated` where they are held against nonlinear ones:
+    between what lines and what simulations leave lies more than a law has to bring."""
+    fitting, start = first.split.fitting, plain(first, p)
+    found = fit_terms(fitting, terms, first.reduced, first.g_rows, start, first.sigma, simulated=simulated)
     if found is None:
         return None
     found = judge_terms(first.split.choosing, found)
@@ -184,8 +186,9 @@ def _determined(term: Term) -> bool:
 
 def _needless(first: Searched, value: float, found: Terms) -> bool:
     """Whether one of the terms, fitted as thoroughly as all of them together, does as well by itself."""
+    simulated = any(t.candidate.nonlinear for t in found.terms)
     for term in found.terms:
-        alone = None if term.member else fitted_together(first, [term], found.p)
+        alone = None if term.member else fitted_together(first, [term], found.p, simulated=simulated)
         if alone is not None and not brings(first, alone, (value, found)):
             return True
     return False

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
+from femend.errors import ModelError
 from femend.estimate.lines import FitRecord, Lines, spectral_lines
 from femend.estimate.recorder import Recorder
 from femend.estimate.swept import pressed
@@ -241,12 +242,21 @@ class Problem:
             kept = self._systems[id(reduced), held] = (reduced, core)
         return kept[1]
 
+    def _as_drawn(self, reduced: ReducedModel) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+        """Modes at the prior means; None where there are none."""
+        try:
+            omega, zeta, Q = self.system(reduced).modal(self.prior(reduced)[0])
+        except ModelError:
+            return None
+        return omega, zeta, Q
+
     def lines(self, reduced: ReducedModel, sigma: float = 0.0) -> list[Lines]:
         """Lines of all records for a basis, made once."""
         key = (id(reduced.V), sigma)
         kept = self._lines.get(key)
         if kept is None:
-            made = [spectral_lines(r, reduced, self.band, sigma, self.limit) for r in self.records]
+            modal = self._as_drawn(reduced) if self.n_tuned else None
+            made = [spectral_lines(r, reduced, self.band, sigma, self.limit, modal, self.n_tuned) for r in self.records]
             kept = self._lines[key] = (reduced, made)
         return kept[1]
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
+from femend.estimate.cut_off import WINDOW_CLOSED, cut_off, static_part
 from femend.estimate.frf import FrfLines, useful_band
 from femend.model import ReducedModel
 
@@ -221,6 +222,8 @@ def spectral_lines(
     band: tuple[float, float],
     sigma: float = 0.0,
     limit: int | None = None,
+    modal: tuple[FloatArray, FloatArray, FloatArray] | None = None,
+    n_tuned: int = 0,
 ) -> Lines:
     """Lines of a record in a band (Hz), exponentially windowed with decay `sigma` (1/s).
 
@@ -228,6 +231,9 @@ def spectral_lines(
     lines closer than the added bandwidth are thinned and count for those left out. With `limit` at most about that many
     lines are taken: of each group of neighbours the one with the largest force, or response where no force was
     recorded. FRFs have no window on an uneven axis.
+
+    With `modal` (omega and zeta (r,), modes (r, r) in the basis) the answers of modes far above the band are those to a
+    force that was cut off at the record's end (`cut_off`), of which `n_tuned` modes and more have free decays.
     """
     if record.frf is not None:
         return _of_frf(record, record.frf, reduced, band, sigma, limit)
@@ -248,7 +254,13 @@ def spectral_lines(
     variance = record.noise[:, None] ** 2 * float((window**2).sum()) + MODEL_ALLOWANCE**2 * _smoothed(power)
     weight = np.ascontiguousarray(1 / np.sqrt(variance[:, index].T))
     chosen = (np.asarray(freq[index]), np.asarray(index, dtype=np.int64), U, Yfull[:, index].T, weight)
-    return _made(record, reduced, sigma, chosen, n, step)
+    if modal is None or n_tuned == 0 or not record.driven or sigma * n * record.dt > WINDOW_CLOSED:
+        return _made(record, reduced, sigma, chosen, n, step)
+    s = np.asarray(sigma + 2j * np.pi * freq[index], dtype=np.complex128)
+    second = np.fft.rfft(static_part(record.u, first, record.period, record.dt) * window, axis=1)[:, index].T
+    rows = reduced.rows(record.out_rows, record.out_signs), reduced.rows(record.in_rows, record.in_signs)
+    beside = cut_off(s, np.asarray(second / s[:, None] ** 2 - U), modal, rows, n_tuned)
+    return _made(record, reduced, sigma, chosen, n, step, np.ascontiguousarray(beside))
 
 
 def _of_frf(
@@ -288,8 +300,10 @@ def _made(
     chosen: tuple[FloatArray, NDArray[np.int64], ComplexArray, ComplexArray, FloatArray],
     n: int,
     step: int,
+    beside: ComplexArray | None = None,
 ) -> Lines:
-    """The lines with the core's object from chosen (freq, index, U, Y, weight), each standing for `step` lines."""
+    """The lines with the core's object from chosen (freq, index, U, Y, weight), each standing for `step` lines;
+    `beside` (K, n_out) is what the record's end cuts off."""
     freq, index, U, Y, weight = chosen
     core = _core.RecordLines(
         np.asarray(sigma + 2j * np.pi * freq, dtype=np.complex128),
@@ -303,6 +317,7 @@ def _made(
         n,
         float(step),
         TEMPERING,
+        beside,
     )
     return Lines(record, sigma, freq, index, U, Y, weight, TEMPERING * step, core)
 

@@ -71,6 +71,7 @@ fn record(system: &System, p: &[f64]) -> RecordLines {
     }
     let rms = (y.iter().map(|v| v.norm_sqr()).sum::<f64>() / y.len() as f64).sqrt();
     RecordLines {
+        cut_off: Vec::new(),
         u: vec![Complex64::ONE; LINES],
         weight: vec![100.0 / rms; LINES * N_OUT],
         s,

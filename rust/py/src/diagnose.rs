@@ -110,7 +110,7 @@ pub(crate) struct RecordLines {
 #[pymethods]
 impl RecordLines {
     #[new]
-    #[pyo3(signature = (s, u, y, weight, out_rows, in_rows, dt, sigma, n_samples, thinning, tempering))]
+    #[pyo3(signature = (s, u, y, weight, out_rows, in_rows, dt, sigma, n_samples, thinning, tempering, cut_off = None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         s: PyReadonlyArray1<'_, Complex64>,
@@ -124,8 +124,10 @@ impl RecordLines {
         n_samples: usize,
         thinning: f64,
         tempering: f64,
+        cut_off: Option<PyReadonlyArray2<'_, Complex64>>,
     ) -> PyResult<Self> {
         let inner = CoreLines {
+            cut_off: cut_off.map_or_else(Vec::new, |a| a.as_array().iter().copied().collect()),
             s: s.as_array().to_vec(),
             u: u.as_array().iter().copied().collect(),
             y: y.as_array().iter().copied().collect(),

@@ -15,6 +15,9 @@ pub struct RecordLines {
     pub y: Vec<Complex64>,
     /// Square roots of the weights, K x n_out.
     pub weight: Vec<f64>,
+    /// Accelerations that a cut through the forces keeps from the record, of modes without free decays, K x n_out; empty
+    /// for none.
+    pub cut_off: Vec<Complex64>,
     /// Rows of the sensors in the basis (n_out, r).
     pub out_rows: Dense,
     /// Rows of the forces in the basis (n_in, r).
@@ -42,6 +45,7 @@ impl RecordLines {
         expect("basis rows of the forces", self.in_rows.ncols(), r)?;
         expect("spectra of the forces", self.u.len(), k * self.n_in())?;
         expect("spectra of the responses", self.y.len(), k * self.n_out())?;
+        expect("what the record's end cuts off", self.cut_off.len(), if self.cut_off.is_empty() { 0 } else { k * self.n_out() })?;
         expect("weights", self.weight.len(), k * self.n_out())
     }
 

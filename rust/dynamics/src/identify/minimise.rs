@@ -52,9 +52,9 @@ pub struct Solution {
 }
 
 /// Ratios of a step's fall of the cost to the foretold one between which the matrix may be kept.
-const AS_TOLD: (f64, f64) = (0.7, 1.5);
+const AS_TOLD: (f64, f64) = (0.1, 4.0);
 /// Steps that one Gauss-Newton matrix may serve beyond its own.
-const MOST_KEPT: usize = 4;
+const MOST_KEPT: usize = 30;
 /// Trials of a step, with a Gauss-Newton matrix and with one that was taken over.
 const TRIALS: (usize, usize) = (7, 2);
 

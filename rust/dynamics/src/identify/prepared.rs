@@ -18,6 +18,8 @@ pub(crate) struct Prepared<'a> {
     pub u: Split,
     /// Spectra of the accelerations, a column each.
     pub y: Split,
+    /// What a cut through the forces keeps from the accelerations, a column each; none for nothing.
+    pub cut_off: Split,
     /// Square roots of the weights (K, n_out).
     pub weight: Dense,
     /// Their products with s², a column for each sensor.
@@ -38,6 +40,7 @@ impl<'a> Prepared<'a> {
             turn: Split::new(n, 1, |k, _| Complex64::new(0.0, -record.s[k].im * record.dt).exp()),
             u: Split::new(n, n_in, |k, i| record.u[k * n_in + i]),
             y: Split::new(n, n_out, |k, s| record.y[k * n_out + s]),
+            cut_off: Split::new(n, record.cut_off.len() / n.max(1), |k, s| record.cut_off[k * n_out + s]),
             weighted_s2: Split::new(n, n_out, |k, s| record.s[k] * record.s[k] * weight[(k, s)]),
             weight,
         }

@@ -68,6 +68,9 @@ impl Response {
         for s in 0..n_out {
             update(y.col_mut(s), at.s2.col(0), |y, s2| y * s2);
         }
+        for s in 0..at.cut_off.n_columns() {
+            update(y.col_mut(s), at.cut_off.col(s), |y, more| y + more);
+        }
         let is_law = matches!(hypothesis.what, What::Laws(_) | What::Given(_));
         let joint = joint_shapes(&shapes, n_out, is_law);
         let mut h = ws.split(at.n_lines(), joint.ncols());

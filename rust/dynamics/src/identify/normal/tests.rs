@@ -73,6 +73,7 @@ fn record(numbers: &mut Numbers, n_out: usize, n_in: usize, sigma: f64) -> Recor
     let mut draw = |n: usize| (0..n).map(|_| numbers.complex()).collect::<Vec<_>>();
     let (u, y) = (draw(N_LINES * n_in), draw(N_LINES * n_out));
     RecordLines {
+        cut_off: Vec::new(),
         s,
         u,
         y,
