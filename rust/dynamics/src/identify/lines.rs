@@ -45,7 +45,11 @@ impl RecordLines {
         expect("basis rows of the forces", self.in_rows.ncols(), r)?;
         expect("spectra of the forces", self.u.len(), k * self.n_in())?;
         expect("spectra of the responses", self.y.len(), k * self.n_out())?;
-        expect("what the record's end cuts off", self.cut_off.len(), if self.cut_off.is_empty() { 0 } else { k * self.n_out() })?;
+        expect(
+            "what the record's end cuts off",
+            self.cut_off.len(),
+            if self.cut_off.is_empty() { 0 } else { k * self.n_out() },
+        )?;
         expect("weights", self.weight.len(), k * self.n_out())
     }
 

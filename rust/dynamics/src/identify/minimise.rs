@@ -1,8 +1,9 @@
 //! Levenberg-Marquardt on a hypothesis.
 //!
 //! The Gauss-Newton matrix costs most of a step, the gradient alone little ([`Adjoint`](super::adjoint)). Near the noise,
-//! where the last step came out as the matrix said, the next one takes it over, mended by what the gradient's change tells
-//! (the update of Broyden, Fletcher, Goldfarb and Shanno; Nocedal and Wright, Numerical Optimization, 2006, eq. 6.19).
+//! as long as a step gains a part of what the matrix said, the next one takes it over, mended by what the gradient's change
+//! tells (the update of Broyden, Fletcher, Goldfarb and Shanno; Nocedal and Wright, Numerical Optimization, 2006, eq. 6.19).
+//! Along a bent valley that gets on where fresh matrices do not: these know nothing of how the valley bends.
 //!
 //! Far from the noise the free decays take up what the model does not explain, and the exact gradient moves poles so that
 //! they take up more: a wrong minimum. There the decays are held as they are while a step is found (the Jacobian of
