@@ -120,7 +120,7 @@ def test_a_channel_that_dies_on_the_way(rig: Path, broken: Callable[[str, Change
     half = data.n_samples // 2
     _, said = told(broken("runup", lambda d: changed(d, AT, lambda x: np.where(np.arange(x.size) < half, x, 0.0))))
     assert f"{name_of(data, AT)} " in said
-    assert f"holds 0 on {data.n_samples - half} samples (from {data.t[half]:.6g}" in said
+    assert f"holds 0 m/s^2 on {data.n_samples - half} samples (from {data.t[half]:.6g}" in said
 
 
 @pytest.mark.parametrize("name", ["runup", "ambient"])
@@ -206,7 +206,9 @@ def test_a_gap_in_all_channels(rig: Path, broken: Callable[[str, Change], Path])
 
     _, said = told(broken("ambient", gap))
     for row in range(len(data.channels)):
-        assert re.search(f"{re.escape(name_of(data, row))} .*holds 0 on 100 samples \\(from {data.t[1500]:.6g}", said)
+        assert re.search(
+            f"{re.escape(name_of(data, row))} .*holds 0 m/s\\^2 on 100 samples \\(from {data.t[1500]:.6g}", said
+        )
 
 
 def test_an_frf_of_nothing(rig: Path, tmp_path: Path) -> None:
