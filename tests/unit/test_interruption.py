@@ -184,10 +184,24 @@ def test_the_command_says_what_was_written(study: Path, tmp_path: Path, monkeypa
     assert not (tmp_path / "none").exists()
 
 
-@pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
-def test_a_signal_stops_a_process(tmp_path: Path) -> None:
-    """A real Ctrl-C once the run has said that the parameters are updated, of the bundled case, which goes on for tens
-    of seconds from there."""
+def test_stopped_while_more_is_looked_for_what_was_found_is_told(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop_at(monkeypatch, steps, "look_further")
+    stopped_run(study, tmp_path / "out")
+    result = read(tmp_path / "out")
+    assert (result["verdict"], result["status"]) == ("missing-physics", "interrupted")
+    (finding,) = result["findings"]
+    assert (finding["physics"], finding["location"]["nodes"]) == ("support_stiffness", [7])
+    assert "whether two effects explain it better is not decided" in result["advice"]
+    assert all(row["final"] < row["parameters"] for row in result["fit"])
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends signals")
+@pytest.mark.parametrize("told", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_a_process(tmp_path: Path, told: signal.Signals) -> None:
+    """A real Ctrl-C, and the end of a job's time, once the run has said that the parameters are updated, of the bundled
+    case, which goes on for tens of seconds from there."""
     command = [sys.executable, "-m", "femend", "diagnose", str(STUDY), "--out", str(tmp_path / "out")]
     process = subprocess.Popen(
         command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
@@ -198,7 +212,7 @@ def test_a_signal_stops_a_process(tmp_path: Path) -> None:
         assert process.stderr is not None
         for line in process.stderr:  # a line is written when its step has ended
             if line.startswith("update the parameters:"):
-                process.send_signal(signal.SIGINT)
+                process.send_signal(told)
                 break
         _, said = process.communicate(timeout=120)
     finally:

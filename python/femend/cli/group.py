@@ -6,7 +6,9 @@ Exit codes: 0 the command did its work (whatever the verdict), 2 the input is br
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 import warnings
 from collections.abc import Sequence
 from typing import Any
@@ -45,6 +47,7 @@ class Commands(click.Group):
         if not sys.warnoptions:
             # numerics of libraries: what matters of them has a status, and no user can act on the rest
             warnings.filterwarnings("ignore", category=RuntimeWarning)
+        _stop_as_by_hand()
         try:
             code = super().main(args, prog_name, complete_var, False, **extra)
         except click.ClickException as error:
@@ -62,6 +65,13 @@ class Commands(click.Group):
             click.echo(f"error: {_os_message(error)}", err=True)
             sys.exit(2)
         sys.exit(code if isinstance(code, int) else 0)
+
+
+def _stop_as_by_hand() -> None:
+    """A job that is told to end (SIGTERM: a time limit, a machine that goes down) writes what is settled, as with
+    Ctrl-C."""
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
 
 
 def _stopped(stop: BaseException) -> str:

@@ -275,6 +275,7 @@ def explain(
     if decided.rival is not None and decided.rival.ranked.candidate.chosen <= settings.adequate:
         return decided  # one force at one place explains what was not used to fit it
     tell.start("look for more")
+    so_far.decided = decided
     return with_further(decided, plain, plainly_located, places, loud)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from femend.diagnose.diagnosis import Diagnosis
 from femend.diagnose.name import Ranked, effective_values, null_candidate, score, tempered
 from femend.diagnose.settings import Settings
@@ -12,16 +14,26 @@ __all__ = ["undecided"]
 
 # places that are told
 TOLD = 3
+# what is said of one effect beside which others were looked for
+MAYBE_MORE = (
+    'the run was interrupted in the step "{step}": what it had found leaves more than noise, and whether two effects '
+    "explain it better is not decided; run the study again to its end"
+)
 
 
 def undecided(so_far: SoFar, step: str, settings: Settings | None = None) -> Diagnosis | None:
     """What the diagnosis `so_far` had settled when it was interrupted in the step called `step`; None where its update
-    was not done. One that had come to its end is returned as it is.
+    was not done. One that had come to its end is returned as it is, and so is one that looked for more effects than it
+    had found, which its advice says.
 
-    The verdict is "undetermined", and the final model is the updated one.
+    Before that the verdict is "undetermined", and the final model is the updated one.
     """
     if so_far.found is not None:
         return so_far.found
+    if so_far.decided is not None:
+        one = so_far.decided
+        advice = "; ".join(filter(None, [one.advice, MAYBE_MORE.format(step=step)]))
+        return replace(one, driven=so_far.driven, advice=advice, interrupted=True)
     start, settings = so_far.start, settings or Settings()
     if start is None:
         return None

@@ -26,6 +26,7 @@ class SoFar:
         located: places ranked so far, the likeliest first.
         ranked: laws judged so far, in no order.
         driven: where the force acts if nobody recorded it.
+        decided: the diagnosis with one effect, while more are looked for.
         found: the diagnosis itself, once it has come to its end.
     """
 
@@ -33,6 +34,7 @@ class SoFar:
     located: list[Located] = field(default_factory=list)
     ranked: list[Ranked] = field(default_factory=list)
     driven: Driven | None = None
+    decided: Diagnosis | None = None
     found: Diagnosis | None = None
 
     def places(self, start: UpdatedModel, located: Sequence[Located]) -> None:
