@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -15,15 +15,8 @@ from femend.model import read_model
 
 
 @pytest.fixture(scope="module")
-def example(project_root: Path) -> ModuleType:
-    path = project_root / "python" / "examples" / "garteur" / "garteur.py"
-    spec = importlib.util.spec_from_file_location("garteur", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["garteur"] = module
-    spec.loader.exec_module(module)
-    return module
+def example(script: Callable[[str], ModuleType]) -> ModuleType:
+    return script("garteur/garteur")
 
 
 @pytest.fixture(scope="module")

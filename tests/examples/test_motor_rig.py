@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -80,20 +79,11 @@ def test_forces_that_grow_with_another_power_are_named_and_predicted(tmp_path: P
     assert np.linalg.norm(rundown.stages["final"] - true) < 0.15 * np.linalg.norm(true)
 
 
-def example(root: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location("motor_rig", root / "python/examples/motor_rig.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.slow
-def test_the_shared_rig(project_root: Path, shared: Callable[[str], Path], tmp_path: Path) -> None:
+def test_the_shared_rig(script: Callable[[str], ModuleType], shared: Callable[[str], Path], tmp_path: Path) -> None:
     """Named findings, law of the force, correlation; nothing here opens what is sealed."""
     study = shared("cases/rig/public/study.toml")
-    run = example(project_root).main(study, tmp_path)
+    run = script("motor_rig").main(study, tmp_path)
     by_name = {f["physics"]: f for f in run.result["findings"]}
     assert list(by_name) == ["compliant_support", "spring_bending"]
     assert by_name["compliant_support"]["configurations"] == ["operation"]

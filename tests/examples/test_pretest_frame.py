@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 
-def test_the_example_shows_its_figures(project_root: Path, shared: Callable[[str], Path], tmp_path: Path) -> None:
-    spec = importlib.util.spec_from_file_location("pretest_frame", project_root / "python/examples/pretest_frame.py")
-    assert spec is not None
-    assert spec.loader is not None
-    example = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(example)
+def test_the_example_shows_its_figures(
+    script: Callable[[str], ModuleType], shared: Callable[[str], Path], tmp_path: Path
+) -> None:
+    example = script("pretest_frame")
     model, places = example.frame(shared("cases/c04/public/model.bdf"))
     assert len(places) == 120
     plan = example.plan_of(model, places)

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
-import sys
+from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 
-def test_what_the_page_says(project_root: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = project_root / "python" / "examples" / "rotor_run_up.py"
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    assert spec is not None
-    assert spec.loader is not None
-    example = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = example
-    spec.loader.exec_module(example)
-    example.main()
+def test_what_the_page_says(
+    project_root: Path, script: Callable[[str], ModuleType], capsys: pytest.CaptureFixture[str]
+) -> None:
+    script("rotor_run_up").main()
     said = capsys.readouterr().out
     page = (project_root / "python" / "docs" / "updating.md").read_text(encoding="utf-8")
     rows = [row for row in said.splitlines() if "left" in row]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -19,18 +18,9 @@ STATED, MEASURED = (7.11, 19.93, 28.80), (6.50, 17.47, 26.50)
 VERDICTS = {"consistent", "parameters-only", "missing-physics", "located-not-named", "undetermined"}
 
 
-def script(root: Path, name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, root / EXAMPLE / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_the_deck_is_the_one_its_script_writes(project_root: Path) -> None:
+def test_the_deck_is_the_one_its_script_writes(project_root: Path, script: Callable[[str], ModuleType]) -> None:
     written = (project_root / EXAMPLE / "model.bdf").read_text(encoding="ascii")
-    assert script(project_root, "make_model").deck() == written
+    assert script("three_storey/make_model").deck() == written
 
 
 def test_the_deck_has_the_stated_frequencies(project_root: Path) -> None:
@@ -41,9 +31,9 @@ def test_the_deck_has_the_stated_frequencies(project_root: Path) -> None:
 
 
 def test_the_updated_model_has_the_measured_frequencies(
-    project_root: Path, shared: Callable[[str], Path], tmp_path: Path
+    script: Callable[[str], ModuleType], shared: Callable[[str], Path], tmp_path: Path
 ) -> None:
-    example = script(project_root, "three_storey")
+    example = script("three_storey/three_storey")
     finished = example.run(shared("data/three_storey"), tmp_path / "out")
     deck, fitted = example.updated_frequencies(finished)
     assert np.abs(fitted / MEASURED - 1).max() < 0.01

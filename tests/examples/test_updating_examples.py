@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -15,19 +13,8 @@ from femend.errors import UpdatingError
 from femend.estimate.updating import Problem, UpdateResult, limits, modal_system, sample, update
 
 
-def script(root: Path, name: str) -> ModuleType:
-    path = root / "python" / "examples" / f"{name}.py"
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_footbridge_from_its_nominal_model(project_root: Path, shared: Callable[[str], Path]) -> None:
-    example = script(project_root, "footbridge")
+def test_footbridge_from_its_nominal_model(script: Callable[[str], ModuleType], shared: Callable[[str], Path]) -> None:
+    example = script("footbridge")
     problem = example.authors_problem(shared("data/pedestrian_bridge"))
     found = update(problem, tolerance=1e-4)
     notes = [n for i in found.history for n in i.notes]
@@ -42,8 +29,8 @@ def test_footbridge_from_its_nominal_model(project_root: Path, shared: Callable[
 
 
 @pytest.mark.slow
-def test_footbridge_from_many_starts(project_root: Path, shared: Callable[[str], Path]) -> None:
-    example = script(project_root, "footbridge")
+def test_footbridge_from_many_starts(script: Callable[[str], ModuleType], shared: Callable[[str], Path]) -> None:
+    example = script("footbridge")
     runs = example.run(shared("data/pedestrian_bridge"))
     # the authors' own optimum has 2.1388 in this objective
     assert runs.score(runs.authors) <= 2.1388
@@ -53,8 +40,10 @@ def test_footbridge_from_many_starts(project_root: Path, shared: Callable[[str],
     assert {"Frame", "y1", "y2"} <= set(runs.tight.determined())
 
 
-def test_four_storeys_and_the_whole_posterior(project_root: Path, shared: Callable[[str], Path]) -> None:
-    example = script(project_root, "shear_frames")
+def test_four_storeys_and_the_whole_posterior(
+    script: Callable[[str], ModuleType], shared: Callable[[str], Path]
+) -> None:
+    example = script("shear_frames")
     problem = example.four_storeys(shared("data/shear_frames"))
     found = update(problem)
     assert max(abs(m.freq_after / m.freq - 1) for m in found.modes()) < 0.01
@@ -66,8 +55,8 @@ def test_four_storeys_and_the_whole_posterior(project_root: Path, shared: Callab
     np.testing.assert_allclose(np.sqrt(np.diag(drawn.covariance)) / sd, 1.0, atol=0.25)
 
 
-def test_eighteen_storeys(project_root: Path, shared: Callable[[str], Path]) -> None:
-    example = script(project_root, "shear_frames")
+def test_eighteen_storeys(script: Callable[[str], ModuleType], shared: Callable[[str], Path]) -> None:
+    example = script("shear_frames")
     folder = shared("data/shear_frames")
     wide = update(example.eighteen_storeys(folder, 3, example.WIDE))
     assert max(abs(m.freq_after / m.freq - 1) for m in wide.modes()) < 0.01
@@ -97,11 +86,13 @@ def chain_of_draws(problem: Problem, start: UpdateResult, n: int, seed: int) -> 
 
 
 @pytest.mark.slow
-def test_eighteen_storeys_and_the_whole_posterior(project_root: Path, shared: Callable[[str], Path]) -> None:
+def test_eighteen_storeys_and_the_whole_posterior(
+    script: Callable[[str], ModuleType], shared: Callable[[str], Path]
+) -> None:
     """Three modes at six floors tell few of 18 factors: their posterior is cut off at the bounds and no bell. Draws are
     those of a long chain; Laplace's deviations are too large, but it tells what was measured as well as the draws do.
     """
-    example = script(project_root, "shear_frames")
+    example = script("shear_frames")
     problem = example.eighteen_storeys(shared("data/shear_frames"), 3, example.WIDE)
     found = update(problem)
     sd = np.sqrt(np.diag(found.covariance))
@@ -128,9 +119,9 @@ def test_eighteen_storeys_and_the_whole_posterior(project_root: Path, shared: Ca
 
 
 @pytest.mark.slow
-def test_eighteen_storeys_that_six_modes_tell_of(project_root: Path) -> None:
+def test_eighteen_storeys_that_six_modes_tell_of(script: Callable[[str], ModuleType]) -> None:
     """The same frame with six modes at all floors tells of every factor: there draws and Laplace say the same."""
-    example = script(project_root, "shear_frames")
+    example = script("shear_frames")
     rng = np.random.default_rng(18)
     truth, n_modes, rows = np.exp(0.2 * rng.standard_normal(18)), 6, list(range(18))
     matrices = example.chain(example.LARGE_STIFFNESS, example.LARGE_WEIGHT / 9.8)
@@ -152,32 +143,34 @@ def test_eighteen_storeys_that_six_modes_tell_of(project_root: Path) -> None:
     assert drawn.log_evidence == pytest.approx(found.log_evidence - inside, abs=4 * drawn.log_evidence_se)
 
 
-def recovered(root: Path, n_starts: int) -> tuple[float, float]:
-    example = script(root, "building_frame/building_frame")
+def recovered(script: Callable[[str], ModuleType], n_starts: int) -> tuple[float, float]:
+    example = script("building_frame/building_frame")
     found = example.recover(n_starts=n_starts)
     return float(np.mean(found.error <= 1e-3)), found.seconds
 
 
-def test_the_concrete_frame_from_a_few_starts(project_root: Path) -> None:
-    example = script(project_root, "building_frame/building_frame")
+def test_the_concrete_frame_from_a_few_starts(project_root: Path, script: Callable[[str], ModuleType]) -> None:
+    example = script("building_frame/building_frame")
     folder = project_root / "python" / "examples" / "building_frame"
     assert (folder / "model.bdf").read_text(encoding="ascii") == example.make_model.deck()
     assert len(set(example.make_model.sensors())) == 43
     with pytest.raises(UpdatingError, match="6 paired values and 0 priors for 12 unknowns"):
         update(example.twin("MAC"))
-    share, _ = recovered(project_root, 8)
+    share, _ = recovered(script, 8)
     assert share >= 7 / 8
 
 
 @pytest.mark.slow
-def test_the_concrete_frame_from_a_hundred_starts(project_root: Path) -> None:
-    share, seconds = recovered(project_root, 100)
+def test_the_concrete_frame_from_a_hundred_starts(script: Callable[[str], ModuleType]) -> None:
+    share, seconds = recovered(script, 100)
     assert share >= 0.99
     assert seconds < 60
 
 
-def test_calculix_in_the_loop(project_root: Path, program: Callable[[str], str], tmp_path: Path) -> None:
-    example = script(project_root, "external_solver/external_solver")
+def test_calculix_in_the_loop(
+    script: Callable[[str], ModuleType], program: Callable[[str], str], tmp_path: Path
+) -> None:
+    example = script("external_solver/external_solver")
     one, two, n_runs, _ = example.both(tmp_path, program("ccx"))
     assert n_runs > 10
     for name, value in one.values.items():

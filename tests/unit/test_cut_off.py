@@ -40,7 +40,7 @@ def force(t: Array, order: int = 0) -> Array:
 @pytest.mark.parametrize(("period", "left"), [(PERIOD, 1e-3), (0, 0.1)])
 def test_the_second_derivative_is_that_of_a_force_that_goes_on(period: int, left: float) -> None:
     t = np.arange(N) / RATE
-    second = static_part(force(t)[None], 0, period, 1 / RATE)[0]
+    second = static_part(force(t)[None], period, 1 / RATE)[0]
     true = force(t, 2)
     inside = slice(0, N - 3)
     assert np.linalg.norm(second[inside] - true[inside]) < left * np.linalg.norm(true[inside])
@@ -55,7 +55,7 @@ def test_modes_far_above_the_band_show_what_they_did_up_to_the_end(sigma: float)
     at = np.flatnonzero((freq > 10) & (freq < 380))
     s = sigma + 2j * np.pi * freq[at]
     U = np.fft.rfft(u * window)[at][:, None]
-    second = np.fft.rfft(static_part(u[None], 0, PERIOD, 1 / RATE) * window)[0, at][:, None]
+    second = np.fft.rfft(static_part(u[None], PERIOD, 1 / RATE) * window)[0, at][:, None]
     found = cut_off(s, second / s[:, None] ** 2 - U, (HIGH, ZETA, np.eye(3)), (OUT, INTO), 1)
     # modes that follow the force statically: the second derivative of the force times their compliance
     first = n_decaying(HIGH, float(s.imag.max()), 1)

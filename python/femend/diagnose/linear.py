@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.followed import followed
 from femend.diagnose.joint import Joint, Recovered, stiffness_scale
-from femend.estimate import Hypothesis, Problem
+from femend.estimate import Fit, Hypothesis, Problem
 from femend.physics import Physics, linear_sizes, physics
 from femend.physics.causal import box_spectrum, springpot
 
@@ -64,11 +64,7 @@ def fit_linear(
     done = [f for f in fits if f is not None]
     if not done:
         return None
-    fit = min(done, key=lambda f: f.cost)
-    values = dict(zip(entry.parameter_names, np.exp(fit.x).tolist()))
-    prior = problem.prior_cost(joint.reduced, fit.p)
-    best = Candidate(entry, name, joint, values, fit.p, fit.x, len(fit.x), prior, fit.score, np.nan)
-    return judge_linear(choosing, best)
+    return _judged(problem, choosing, joint, (name, entry), min(done, key=lambda f: f.cost))
 
 
 def companions_alone(problem: Problem, choosing: Problem, beside: Candidate) -> list[Candidate]:
@@ -86,13 +82,17 @@ def companions_alone(problem: Problem, choosing: Problem, beside: Candidate) -> 
         x = np.log([value])
         hypothesis = joint.hypothesis((name,), x, np.full(1, LAW_SD))
         (fit,) = problem.fit([hypothesis], [(beside.p, x)], iterations=TO_THE_END, tolerance=CLOSELY)
-        if fit is not None:
-            entry = physics(name)
-            values = {entry.parameter_names[0]: float(np.exp(fit.x[0]))}
-            prior = problem.prior_cost(joint.reduced, fit.p)
-            candidate = Candidate(entry, name, joint, values, fit.p, fit.x, 1, prior, fit.score, np.nan)
-            made.append(judge_linear(choosing, candidate))
+        made += [] if fit is None else [_judged(problem, choosing, joint, (name, physics(name)), fit)]
     return made
+
+
+def _judged(problem: Problem, choosing: Problem, joint: Joint, law: tuple[str, Physics], fit: Fit) -> Candidate:
+    """A law (name as it is reported, entry) at its `fit`, judged on the choosing problem."""
+    name, entry = law
+    values = dict(zip(entry.parameter_names, np.exp(fit.x).tolist()))
+    prior = problem.prior_cost(joint.reduced, fit.p)
+    candidate = Candidate(entry, name, joint, values, fit.p, fit.x, len(fit.x), prior, fit.score, np.nan)
+    return judge_linear(choosing, candidate)
 
 
 def _idle(entry: Physics, begun: Sequence[Mapping[str, float]], released: bool) -> dict[str, float]:
@@ -155,13 +155,7 @@ def fit_mass(
         return None
     best = min(tries, key=lambda f: f.cost)
     (fit,) = problem.fit([best.hypothesis], [(best.p, best.x)], iterations=12)
-    if fit is None:
-        return None
-    prior = problem.prior_cost(joint.reduced, fit.p)
-    values = {"m": float(np.exp(fit.x[0]))}
-    return judge_linear(
-        choosing, Candidate(entry, "added_mass", joint, values, fit.p, fit.x, 1, prior, fit.score, np.nan)
-    )
+    return None if fit is None else _judged(problem, choosing, joint, ("added_mass", entry), fit)
 
 
 def _absorbers(recovered: Recovered, scale: float, band: tuple[float, float]) -> list[dict[str, float]]:

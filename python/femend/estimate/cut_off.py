@@ -30,9 +30,9 @@ def n_decaying(omega: FloatArray, highest: float, n_tuned: int) -> int:
     return min(n, len(omega))
 
 
-def static_part(u: FloatArray, first: int, period: int, dt: float) -> FloatArray:
-    """Second derivative (n_in, n - first) of forces u (n_in, n) from sample `first` on, as at a band-limited force that
-    goes on beyond its end: over again with `period` (samples), or to rest."""
+def static_part(u: FloatArray, period: int, dt: float) -> FloatArray:
+    """Second derivative (n_in, n) of band-limited forces u (n_in, n) that go on beyond their end: over again with
+    `period` (samples), or to rest."""
     n = u.shape[1]
     beyond = u[:, n - period : n - period + REST] if period >= REST else 2 * u[:, -1:] - u[:, -2 : -2 - REST : -1]
     ends = 0.5 + 0.5 * np.cos(np.pi * (np.arange(beyond.shape[1]) + 0.5) / beyond.shape[1])
@@ -40,7 +40,7 @@ def static_part(u: FloatArray, first: int, period: int, dt: float) -> FloatArray
     size = 2 * whole.shape[1]
     omega = 2 * np.pi * np.fft.rfftfreq(size, dt)
     second = np.fft.irfft(-(omega**2) * np.fft.rfft(whole, size, axis=1), size, axis=1)
-    return np.asarray(second[:, first:n])
+    return np.asarray(second[:, :n])
 
 
 def cut_off(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -95,6 +96,11 @@ class FitRecord:
     def driven(self) -> bool:
         """Was the force recorded? Where it was not, `u` is (0, n)."""
         return len(self.u) > 0
+
+    @cached_property
+    def second(self) -> FloatArray:
+        """Second derivative (n_in, n) of the forces, as modes far above the band follow them."""
+        return static_part(self.u, self.period, self.dt)
 
     @property
     def level(self) -> float:
@@ -257,7 +263,7 @@ def spectral_lines(
     if modal is None or n_tuned == 0 or not record.driven or sigma * n * record.dt > WINDOW_CLOSED:
         return _made(record, reduced, sigma, chosen, n, step)
     s = np.asarray(sigma + 2j * np.pi * freq[index], dtype=np.complex128)
-    second = np.fft.rfft(static_part(record.u, first, record.period, record.dt) * window, axis=1)[:, index].T
+    second = np.fft.rfft(record.second[:, first:] * window, axis=1)[:, index].T
     rows = reduced.rows(record.out_rows, record.out_signs), reduced.rows(record.in_rows, record.in_signs)
     beside = cut_off(s, np.asarray(second / s[:, None] ** 2 - U), modal, rows, n_tuned)
     return _made(record, reduced, sigma, chosen, n, step, np.ascontiguousarray(beside))
