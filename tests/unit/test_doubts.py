@@ -12,7 +12,8 @@ from click.testing import CliRunner
 
 from femend import Dof, Recording, _core, functions_of, read_uff, write_uff
 from femend.cli import main
-from femend.correlate.doubts import level_doubts, sign_doubts, twice_doubts
+from femend.correlate.doubts import exchange_doubts, level_doubts, sign_doubts, twice_doubts
+from femend.correlate.exchanged import Shapes, exchanged
 from femend.errors import ModelError
 from femend.model import read_model
 from femend.model.material_units import material_doubts
@@ -72,6 +73,58 @@ def test_a_reversed_sensor_and_a_reversed_force_are_named() -> None:
     assert (doubt.kind, doubt.channel) == ("force sign", "10:+Z")
 
 
+def in_order(order: list[int], H: np.ndarray = TEST, sd: float = 0.0) -> list[tuple[int, int]]:
+    """Sensors that look exchanged where those of `H` stand in another `order`, with noise of deviation `sd`."""
+    model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), SHAPES, SHAPES[2:])
+    noise = sd * np.random.default_rng(3).standard_normal((2, *H.shape))
+    seen = (H + noise[0] + 1j * noise[1])[:, order]
+    return [e.sensors for e in exchanged(seen, np.full(H.shape, sd), FREQ, model)]
+
+
+def test_exchanged_sensors_are_found_by_shapes_though_resonances_are_off() -> None:
+    assert in_order([0, 1, 2, 3]) == []
+    assert in_order([0, 2, 1, 3]) == [(1, 2)]
+    assert in_order([3, 1, 2, 0]) == [(0, 3)]
+    assert in_order([0, 3, 2, 1], sd=0.05 * np.sqrt(np.mean(np.abs(TEST) ** 2))) == [(1, 3)]
+    (doubt,) = exchange_doubts(exchanged_pair(), NAMES)
+    assert (doubt.kind, doubt.channel) == ("exchanged", "7:+Z")
+    assert "7:+Z and 10:+Z look exchanged" in doubt.text
+
+
+def test_two_pairs_among_eight_sensors_are_found() -> None:
+    shapes = np.random.default_rng(5).standard_normal((8, 3))
+    H = np.einsum("or,fri->foi", shapes, np.linalg.pinv(SHAPES) @ TEST)
+    model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), shapes, SHAPES[2:])
+    found = exchanged(H[:, [4, 1, 6, 3, 0, 5, 2, 7]], np.zeros(H.shape), FREQ, model)
+    assert sorted(e.sensors for e in found) == [(0, 4), (2, 6)]
+
+
+def exchanged_pair() -> list:
+    model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), SHAPES, SHAPES[2:])
+    return exchanged(TEST[:, [0, 2, 1, 3]], np.zeros(TEST.shape), FREQ, model)
+
+
+def test_no_exchange_stands_for_a_sensor_upside_down_or_in_other_units_nor_for_sensors_that_move_alike() -> None:
+    for factor in (-1.0, 9.80665, 1e-3):
+        assert in_order([0, 1, 2, 3], TEST * np.array([1, factor, 1, 1])[:, None]) == []
+    alike = SHAPES.copy()
+    alike[1] = 1.02 * alike[0]
+    gain = np.linalg.lstsq(SHAPES, TEST[:, :, 0].T, rcond=None)[0].T
+    H = np.einsum("or,fr->fo", alike, gain)[:, [1, 0, 2, 3], None]
+    model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), alike, SHAPES[2:])
+    assert exchanged(H, np.zeros(H.shape), FREQ, model) == []
+
+
+def test_too_few_sensors_or_lines_or_noise_alone_tell_no_exchange() -> None:
+    model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), SHAPES, SHAPES[2:])
+    H = TEST[:, [0, 2, 1, 3]]
+    assert exchanged(H[:11], np.zeros((11, 4, 2)), FREQ[:11], model) == []
+    assert (
+        exchanged(H[:, :2], np.zeros((300, 2, 2)), FREQ, Shapes(model.freq, model.zeta, SHAPES[:2], model.into)) == []
+    )
+    assert exchanged(H, np.abs(H), FREQ, model) == []
+
+
 def test_values_in_the_noise_do_not_count() -> None:
     clear = np.zeros(TEST.shape, dtype=bool)
     clear[:5] = True
@@ -117,6 +170,19 @@ def test_a_study_is_silent_until_a_sensor_is_turned(tmp_path: Path) -> None:
     (told,) = doubts(tmp_path)
     assert told.startswith("recording 'low': the sensor 7:+Z looks reversed")
     assert told.endswith("(so in 'high')")
+
+
+def test_exchanged_channels_of_a_study_are_told_and_nothing_else(tmp_path: Path) -> None:
+    small_study.write_study(tmp_path, small_study.Truth(more=("CELAS2,901,3.+3,9,3",)))
+    for name in ("low", "high"):
+        functions = list(read_uff(tmp_path / f"{name}.uff").functions)
+        a, b = functions[1], functions[3]
+        functions[1], functions[3] = replace(a, y=b.y), replace(b, y=a.y)
+        write_uff(tmp_path / f"{name}.uff", functions)
+    (told,) = doubts(tmp_path)
+    assert told.startswith("recording 'low': the sensors ")
+    assert "look exchanged" in told
+    assert all(f"{small_study.SENSORS[i - 1]}:+Z" in told for i in (1, 3)), told
 
 
 def test_a_body_that_is_free_in_some_ways_and_a_record_too_short_are_told(tmp_path: Path) -> None:

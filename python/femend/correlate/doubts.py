@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.correlate.exchanged import Exchange
 from femend.dof import Dof
 
-__all__ = ["Doubt", "level_doubts", "sign_doubts", "twice_doubts"]
+__all__ = ["Doubt", "exchange_doubts", "level_doubts", "sign_doubts", "twice_doubts"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -46,8 +47,8 @@ _NEAR = 1.35
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign" or "twice"), the
-    `channel` by name ("" for all), and the sentence."""
+    """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign", "twice" or
+    "exchanged"), the `channel` by name ("" for all), and the sentence."""
 
     kind: str
     channel: str
@@ -128,6 +129,20 @@ def twice_doubts(H: ComplexArray, outputs: Sequence[Dof]) -> list[Doubt]:
                 "node or the direction of one of them"
             )
             told.append(Doubt("twice", str(outputs[i].unsigned), text))
+    return told
+
+
+def exchange_doubts(pairs: Sequence[Exchange], outputs: Sequence[str]) -> list[Doubt]:
+    """Doubts about `pairs` of the sensors `outputs` (names) that look exchanged."""
+    told = []
+    for pair in pairs:
+        a, b = (outputs[i] for i in pair.sensors)
+        text = (
+            f"the sensors {a} and {b} look exchanged: with their recordings changed for each other, what contradicts "
+            f"the shapes of the model's modes falls to {100 * pair.left:.2g} % of what it is: look at their cables "
+            "and at the table of channels"
+        )
+        told.append(Doubt("exchanged", a, text))
     return told
 
 

@@ -3,12 +3,15 @@ directions is told, since a fit would make a parameter or a missing part of it."
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.analysis.frf import shapes_at
 from femend.analysis.model_modes import model_modes
-from femend.correlate.doubts import Doubt, level_doubts, sign_doubts, twice_doubts
+from femend.correlate.doubts import Doubt, exchange_doubts, level_doubts, sign_doubts, twice_doubts
+from femend.correlate.exchanged import Exchange, Shapes, exchanged
 from femend.data import ModeSet, Recording, Spectra, Test
 from femend.diagnose.staged.prepare import FrfData, frf_data
 from femend.errors import FemendError
@@ -100,7 +103,27 @@ def _against(data: FrfData, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
     w, W = 2 * np.pi * data.freq[:, None], 2 * np.pi * modes.freq
     gain = -(w**2) / (W**2 - w**2 + 2j * modes.zeta * W * w)
     H = np.einsum("or,fr,ir->foi", out, gain, into)
-    clear = np.abs(data.H) > CLEAR * data.noise
     outputs, inputs = ([str(d) for d in dofs] for dofs in (data.outputs, data.inputs))
-    twice = twice_doubts(data.H, data.outputs)
-    return [*twice, *level_doubts(data.H, H, outputs, clear), *sign_doubts(data.H, H, outputs, inputs, clear)]
+    measured, noise = data.H, data.noise
+
+    def levels() -> list[Doubt]:
+        return level_doubts(measured, H, outputs, np.abs(measured) > CLEAR * noise)
+
+    told, as_recorded = twice_doubts(measured, data.outputs), levels()
+    pairs = [] if told else exchanged(measured, noise, data.freq, Shapes(modes.freq, modes.zeta, out, into))
+    if pairs:
+        order = _with_exchanged(len(outputs), pairs)
+        measured, noise = measured[:, order], noise[:, order]
+        if any(doubt.kind == "sensor level" for doubt in levels()):
+            # a sensor in other units moves unlike the model wherever it is
+            pairs, measured, noise = [], data.H, data.noise
+    told += exchange_doubts(pairs, outputs)
+    signs = sign_doubts(measured, H, outputs, inputs, np.abs(measured) > CLEAR * noise)
+    return [*told, *(levels() if pairs else as_recorded), *signs]
+
+
+def _with_exchanged(n: int, pairs: Sequence[Exchange]) -> list[int]:
+    order = list(range(n))
+    for a, b in (pair.sensors for pair in pairs):
+        order[a], order[b] = b, a
+    return order

@@ -1,0 +1,140 @@
+"""Sensors whose channels were exchanged, told by shapes: a model that is off shifts resonances, but between the sensors
+its modes move much as the structure does.
+
+On every line the responses h of all sensors are held against the covariance that modes of the model, at frequencies
+known to a tenth and with phases not known, give them: C = sum_m phi_m phi_m^T |g_m|^2 + a floor. The level of h is not
+known, so that its log-likelihood is -n ln(h^H C^-1 h) (an angular central Gaussian distribution: Tyler, Biometrika 74
+(1987) 579, eq. 1, for complex values). What an exchange of two sensors does to its mean over the lines says whether
+they are exchanged.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Exchange", "Shapes", "exchanged"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# relative deviation of the model's frequencies
+SHIFT = 0.1
+# deviations at which it is tried, in these
+SHIFTS = np.linspace(-2.5, 2.5, 21)
+# power at every sensor, of the mean one's, that modes do not explain
+FLOOR = 0.03
+# gain in mean log-likelihood from which sensors are exchanged: of 89 generated cases (tests/blind/mistaken_channels.py)
+# as they are none comes above 0.1, and of 178 with two random sensors exchanged all but those that move alike above it
+TELLING = 1.5
+# what a mistaken direction or unit (g and m/s^2, m and mm, in and mm) multiplies a sensor by
+MISTAKEN = (-1.0, 9.80665, 1 / 9.80665, 1e3, 1e-3, 25.4, 1 / 25.4)
+# lines that count at least, and at most
+FEWEST, MOST = 12, 400
+# values that stand this far out of their noise count
+CLEAR = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """Modes of a model: `freq` (n_modes) in Hz, damping ratios `zeta`, shapes at the sensors `out` (n_out, n_modes) and
+    at the forces `into` (n_in, n_modes)."""
+
+    freq: FloatArray
+    zeta: FloatArray
+    out: FloatArray
+    into: FloatArray
+
+    def powers(self, freq: FloatArray) -> FloatArray:
+        """Mean |g_m|^2 (n_freq, n_modes) of the modes' accelerances over frequencies that are off."""
+        weight = np.exp(-0.5 * SHIFTS**2)
+        f2, total = freq[:, None] ** 2, np.zeros((freq.size, self.freq.size))
+        for shift, w in zip(SHIFTS, weight / weight.sum(), strict=True):
+            own = self.freq * np.exp(SHIFT * shift)
+            total += w * f2**2 / ((own**2 - f2) ** 2 + 4 * self.zeta**2 * own**2 * f2)
+        return total
+
+
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """Two sensors, by number, that look exchanged; `left` is the share of what contradicts the shapes of the model
+    that is left with their recordings changed for each other (geometric mean over lines)."""
+
+    sensors: tuple[int, int]
+    left: float
+
+
+def exchanged(H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes) -> list[Exchange]:
+    """Pairs of sensors that look exchanged in measured accelerances H (n_freq, n_out, n_in) with deviations `noise` of
+    their values, on lines `freq` (Hz); a sensor is in one pair at most. Sensors that move alike are not told apart, and
+    nothing is told of fewer than three sensors or 12 lines.
+    """
+    n_out = H.shape[1]
+    if n_out < 3 or H.shape[0] < FEWEST:
+        return []
+    parts = [p for j in range(H.shape[2]) if (p := _clear(H[:, :, j], noise[:, :, j], freq, model, j)) is not None]
+    found: list[Exchange] = []
+    while parts and len(found) < n_out // 2:
+        exchange, rescaled = (np.mean([f(*p) for p in parts], axis=0) for f in (_exchanged, _rescaled))
+        for a, b in (one.sensors for one in found):
+            exchange[[a, b], :] = exchange[:, [a, b]] = 0.0
+        i, j = np.unravel_index(np.argmax(exchange), exchange.shape)
+        # a sensor upside down or in other units may fit better elsewhere, too, but best where it is, set right
+        if exchange[i, j] < TELLING or rescaled.max() > exchange[i, j]:
+            break
+        pair = (int(min(i, j)), int(max(i, j)))
+        found.append(Exchange(pair, float(np.exp(-exchange[i, j] / n_out))))
+        parts = [(_changed(h, pair), inverse) for h, inverse in parts]
+    return found
+
+
+def _clear(
+    h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes, j: int
+) -> tuple[ComplexArray, FloatArray] | None:
+    """Responses (n_lines, n_out) to force `j` on lines where a third of the sensors stand out of the noise, and the
+    inverse covariances (n_lines, n_out, n_out) that the model gives them; None for too few lines."""
+    lines = np.flatnonzero(((np.abs(h) > CLEAR * noise).mean(axis=1) > 1 / 3) & (h != 0).any(axis=1))
+    if lines.size < FEWEST:
+        return None
+    lines = lines[:: -(-lines.size // MOST)]
+    h, noise = h[lines], noise[lines]
+    power = model.powers(freq[lines]) * model.into[j] ** 2
+    C = np.einsum("om,fm,pm->fop", model.out, power, model.out)
+    level = np.mean(np.abs(h) ** 2, axis=1)
+    own = np.mean(np.diagonal(C, axis1=1, axis2=2), axis=1)
+    C *= (level / np.maximum(own, np.finfo(float).tiny))[:, None, None]
+    # of noise the mean is taken: who is noisy is part of what may have been exchanged
+    floor = FLOOR * level + np.mean(noise**2, axis=1)
+    return h, np.linalg.inv(C + floor[:, None, None] * np.eye(h.shape[1]))
+
+
+def _exchanged(h: ComplexArray, inverse: FloatArray) -> FloatArray:
+    """Gain (n_out, n_out) in mean log-likelihood with the responses of two sensors changed for each other."""
+    v = np.einsum("fop,fp->fo", inverse, h)
+    own = np.einsum("fo,fo->f", h.conj(), v).real
+    diagonal = np.diagonal(inverse, axis1=1, axis2=2)
+    # h + d (e_a - e_b) with d = h_b - h_a
+    d = h[:, None, :] - h[:, :, None]
+    across = 2 * np.real(d.conj() * (v[:, :, None] - v[:, None, :]))
+    square = np.abs(d) ** 2 * (diagonal[:, :, None] + diagonal[:, None, :] - 2 * inverse)
+    return _gain(own[:, None, None], across + square, h.shape[1])
+
+
+def _rescaled(h: ComplexArray, inverse: FloatArray) -> FloatArray:
+    """Gain (n_factors, n_out) in mean log-likelihood with a sensor the other way round or in other units."""
+    v = np.einsum("fop,fp->fo", inverse, h)
+    own = np.einsum("fo,fo->f", h.conj(), v).real
+    cross, square = np.real(h.conj() * v), np.abs(h) ** 2 * np.diagonal(inverse, axis1=1, axis2=2)
+    return np.array([_gain(own[:, None], 2 * (f - 1) * cross + (f - 1) ** 2 * square, h.shape[1]) for f in MISTAKEN])
+
+
+def _gain(own: FloatArray, more: FloatArray, n_out: int) -> FloatArray:
+    return np.asarray(-n_out * np.mean(np.log(np.maximum(1 + more / own, 1e-12)), axis=0))
+
+
+def _changed(h: ComplexArray, pair: tuple[int, int]) -> ComplexArray:
+    out = h.copy()
+    out[:, pair] = h[:, pair[::-1]]
+    return out

@@ -1,0 +1,87 @@
+#!/usr/bin/env python3
+"""How often mistakes with channels are told:  mistaken_channels.py CASES... [--exchanges 2]
+
+Of every case the recordings to be fitted are doubted as they are (what is told then is false), with two random sensors
+exchanged, and with one in other units or upside down. Prints how many of each are told, and the mistakes that are not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import pathlib
+from dataclasses import replace
+
+import numpy as np
+
+from femend.diagnose.staged.prepare import FrfData, frf_data
+from femend.estimate import pair_test
+from femend.model import read_model
+from femend.study import load_study, plausible
+
+# 1/g, mm for m, upside down
+FACTORS = (1 / 9.80665, 1000.0, -1.0)
+
+
+class Case:
+    """A study whose doubts are told of FRFs that are changed on the way."""
+
+    def __init__(self, path: pathlib.Path) -> None:
+        study = load_study(path)
+        self.model, self.test = read_model(study.model_file, units=study.units), study.read_recordings()
+        self.zeta, self.pairing = study.damping_ratio, pair_test(self.test, self.model)
+        fit = next(r for r in self.test if r.role == "fit" and r.excitation == "measured")
+        self.sensors = [str(d) for d in frf_data(fit).outputs]
+
+    def doubts(self, order: list[int], factors: np.ndarray) -> list[str]:
+        """What is told with the rows of all FRFs in another `order` and multiplied by `factors` (n_out)."""
+
+        def changed(recording: object) -> FrfData:
+            data = frf_data(recording)  # type: ignore[arg-type]
+            of = factors[None, :, None]
+            return replace(data, H=(data.H * of)[:, order], noise=(data.noise * np.abs(of))[:, order])
+
+        real, plausible.frf_data = plausible.frf_data, changed  # type: ignore[assignment]
+        try:
+            return plausible.doubts_of(self.model, self.test, self.pairing, self.zeta)
+        finally:
+            plausible.frf_data = real
+
+
+def main() -> None:
+    """Count and print."""
+    ap = argparse.ArgumentParser(description=__doc__)
+    ap.add_argument("cases", type=pathlib.Path, nargs="+")
+    ap.add_argument("--exchanges", type=int, default=2, help="random exchanges a case")
+    a = ap.parse_args()
+    rng, told = np.random.default_rng(1), {"nothing": [0, 0], "exchanged": [0, 0], "units or sign": [0, 0]}
+    confused = 0
+    for path in sorted(p for folder in a.cases for p in folder.glob("**/public/study.toml")):
+        case, name = Case(path), path.parents[1].name
+        n = len(case.sensors)
+        same, ones = list(range(n)), np.ones(n)
+        told["nothing"][0] += bool(case.doubts(same, ones))
+        told["nothing"][1] += 1
+        for _ in range(a.exchanges):
+            i, j = sorted(int(k) for k in rng.choice(n, 2, replace=False))
+            order = list(same)
+            order[i], order[j] = j, i
+            hit = any(
+                "exchanged" in t and case.sensors[i] in t and case.sensors[j] in t for t in case.doubts(order, ones)
+            )
+            told["exchanged"][0] += hit
+            told["exchanged"][1] += 1
+            if not hit:
+                print(f"{name}: {case.sensors[i]} and {case.sensors[j]} exchanged are not told")
+        for factor in FACTORS:
+            k = int(rng.integers(n))
+            texts = case.doubts(same, np.where(np.arange(n) == k, factor, 1.0))
+            told["units or sign"][0] += any(case.sensors[k] in t and "exchanged" not in t for t in texts)
+            told["units or sign"][1] += 1
+            confused += any("exchanged" in t for t in texts)
+    for what, (n_told, of) in told.items():
+        print(f"{what}: told {n_told} of {of}")
+    print(f"units or sign told as exchanged: {confused}")
+
+
+if __name__ == "__main__":
+    main()
