@@ -12,7 +12,7 @@ from femend.demo import STUDY
 from femend.diagnose import loads, screen
 from femend.diagnose.alike import _answers, _not_beyond, look_alikes
 from femend.diagnose.classes import distinct, similarity
-from femend.diagnose.linear_costs import _step, directions, linear_costs, pair_costs
+from femend.diagnose.linear_costs import _closing, _step, directions, linear_costs, pair_costs
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
 from femend.diagnose.screen import is_many, screened
 from femend.diagnose.update import UpdatedModel, update_model
@@ -59,6 +59,21 @@ def test_a_linear_step_costs_what_a_fit_that_hardly_moves_costs(start: UpdatedMo
         (cost,) = linear_costs(lines, start.reduced, [place], W, fit.p, sigma=sigma)
         whole = sum(line.share * line.Y.size * m for line, m in zip(lines.lines(start.reduced, sigma), fit.misfit))
         assert cost == pytest.approx(fit.prior + whole, rel=0.02)
+
+
+def test_what_decays_at_the_end_of_a_record_does_not_stand_for_a_force(
+    start: UpdatedModel, places: list[Place]
+) -> None:
+    # far above the noise the decays that a model without the force would have are those of another structure
+    lines = start.problem.on([replace(r, noise=r.noise / 30) for r in start.problem.records]).thinned(40)
+    place = next(p for p in places if 3 in p.nodes and p.kind == "ground" and p.n_w == 1)
+    h = hypothesis_of(place, start.reduced)
+    (fit,) = lines.fit([h], [(start.null.p, np.zeros(0))], iterations=30)
+    assert fit is not None
+    (cost,) = linear_costs(lines, start.reduced, [place], directions(start.reduced, [place]), fit.p)
+    (closed,) = lines.fit([h], [(fit.p, np.zeros(0))], sigma=_closing(lines), iterations=0)
+    assert closed is not None
+    assert cost < 1.1 * (closed.prior + squares_of(lines, closed, _closing(lines)))
 
 
 def test_pairs_cost_what_each_costs_beside_the_other(start: UpdatedModel, places: list[Place]) -> None:

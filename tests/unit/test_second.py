@@ -164,6 +164,23 @@ def test_the_second_law_is_found_anew_where_both_strain_the_model(
     assert ("anew" in cast(Any, found).names) is (told == "anew")
 
 
+@pytest.mark.parametrize(("chosen", "reached", "told"), [(1.0, 0.0, "both"), (9.0, 0.0, None), (1.0, 5.0, None)])
+def test_a_law_of_the_beginning_may_be_one_of_two_that_explain_more(
+    monkeypatch: pytest.MonkeyPatch, chosen: float, reached: float, told: str | None
+) -> None:
+    """They count where they explain, and more of the records than the law by itself."""
+    law = SimpleNamespace(candidate=SimpleNamespace(nonlinear=True))
+    whole = cast(Searched, SimpleNamespace(name="whole"))
+    first = cast(
+        Searched, SimpleNamespace(sigma=5.0, ranked=[law], at=lambda sigma: whole, settings=Settings(), name="window")
+    )
+    both = SimpleNamespace(terms=SimpleNamespace(chosen=chosen, sigma=reached), name="both")
+    monkeypatch.setattr(second, "_worth_looking", lambda searched: searched is whole)
+    monkeypatch.setattr(second, "_looked_for", lambda searched: both if searched is whole else None)
+    found = cast(Any, second.look_further(first))
+    assert (None if found is None else found.name) == told
+
+
 def test_a_known_force_is_one_more_input(run: StudyRun) -> None:
     place = run.diagnosis.located[0].place
     record = run.records[0]

@@ -18,7 +18,7 @@ from femend.diagnose.split import Split
 from femend.estimate import Fit, FitRecord, Lines, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Known", "forces_of_laws", "free_forces", "last_force", "rows_of", "shown_forces"]
+__all__ = ["Known", "ReadOff", "forces_of_laws", "free_forces", "last_force", "read_off", "rows_of", "shown_forces"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -71,7 +71,7 @@ def rows_of(places: Sequence[Place], g_rows: Sequence[int]) -> list[int]:
 
 
 @dataclass(frozen=True, eq=False)
-class _ReadOff:
+class ReadOff:
     """Forces `F` on the structure at the coordinates of a fit, their motion `D` and how well they are seen, `weight`,
     each (K, n_w), on a record's lines."""
 
@@ -81,13 +81,14 @@ class _ReadOff:
     weight: FloatArray
 
 
-def _read_off(problem: Problem, fit: Fit) -> list[_ReadOff]:
+def read_off(problem: Problem, fit: Fit) -> list[ReadOff]:
     """What the coordinates of a fit with free forces did on the lines of every record.
 
     A least-squares force is noise on lines where the sensors hardly see it, or cannot tell it from the other. So every
     force has a prior of a power that is smooth over the lines, and that power is estimated from the forces themselves
     (empirical Bayes by expectation maximisation; Dempster, Laird and Rubin 1977).
     """
+    problem = problem.thinned(None)
     reduced, w = fit.hypothesis.reduced, fit.hypothesis.w
     lines, system = problem.lines(reduced), problem.system(reduced)
     fitted = problem.fitted_lines(fit.hypothesis, fit.p, fit.x)
@@ -96,20 +97,20 @@ def _read_off(problem: Problem, fit: Fit) -> list[_ReadOff]:
     for line, (y, D, F) in zip(lines, fitted, strict=True):
         s, g, out = on_lines(line, reduced, omega, zeta, Q)
         H = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, out, w @ Q, optimize=True)
-        found.append(_ReadOff(line, D, *shown_forces(line, y, H, F)))
+        found.append(ReadOff(line, D, *shown_forces(line, y, H, F)))
     return found
 
 
 def last_force(problem: Problem, fit: Fit) -> list[FloatArray]:
     """History (n,) of the last of the free forces of `fit` in every record of `problem`."""
-    read = _read_off(problem.thinned(None), fit)
+    read = read_off(problem, fit)
     return [_in_time(one.line, one.F[:, -1:], one.D[:, -1:], 0.0, 0.0)[0] for one in read]
 
 
 def free_forces(problem: Problem, fit: Fit, places: Sequence[Place]) -> Known:
     """Forces at `places` as the recordings show them, the model being that of `fit`, whose hypothesis has a free force
     at each of them in their order."""
-    read = _read_off(problem.thinned(None), fit)
+    read = read_off(problem, fit)
     lines, motions, parts = [r.line for r in read], [r.D for r in read], [r.F for r in read]
     weights = [r.weight for r in read]
     forces: dict[str, tuple[FloatArray, ...]] = {}

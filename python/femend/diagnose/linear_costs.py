@@ -28,6 +28,7 @@ from femend.diagnose.receptances import at_sensors, on_lines
 from femend.diagnose.region_stiffness import region_stiffness
 from femend.errors import ModelError
 from femend.estimate import Problem
+from femend.estimate.cut_off import WINDOW_CLOSED
 from femend.model import Place, ReducedModel
 
 __all__ = ["directions", "linear_costs", "pair_costs"]
@@ -37,9 +38,12 @@ ComplexArray = NDArray[np.complex128]
 
 # step of the unknowns (ln units) by which derivatives of the residual are taken
 STEP = 1e-5
+# decays over a record with which it has closed
+CLOSED = 1.01 * WINDOW_CLOSED
 # places whose systems of equations are held at once
 AT_ONCE = 2048
-# directions of the sensors' answers with less than this share of the strongest are left out
+# directions of the sensors' answers with less than this share of the strongest are left out; of residuals far above the
+# noise with less, so that what is lost of their squares stays below one
 NEGLIGIBLE = 1e-3
 
 
@@ -82,7 +86,7 @@ class _Line:
             B = np.linalg.qr((beside @ H).T)[0]
             e, J, H = e - B @ (B.conj().T @ e), J - B @ (B.conj().T @ J), H - (H @ B.conj()) @ B.T
         U, size_f, _ = np.linalg.svd(size[:, None] * H, full_matrices=False)
-        kept = size_f > NEGLIGIBLE * size_f[0]
+        kept = size_f > min(NEGLIGIBLE, 1 / max(float(np.linalg.norm(e)), 1.0)) * size_f[0]
         return replace(self, H=H, e=e, J=J, F=U[:, kept] * size_f[kept] / size[:, None])
 
 
@@ -120,8 +124,10 @@ def _step(
 
 def _linear(problem: Problem, reduced: ReducedModel, sigma: float, p: FloatArray) -> _Linear:
     """The problem around unknowns `p`. Frequency factors and damping ratios of single modes are held: they are many,
-    and follow what is missing last."""
-    system, lines = problem.system(reduced), problem.lines(reduced, sigma)
+    and follow what is missing last. Lines are damped so much at least that records have decayed where they end: free
+    decays that a record cut off would be those of the model without the forces, which far from the truth stand for
+    anything."""
+    system, lines = problem.system(reduced), problem.lines(reduced, max(sigma, _closing(problem)))
     cores = [line.core for line in lines]
     none = _core.Hypothesis()
     moving = np.array([*range(len(reduced.names)), len(p) - 1])
@@ -147,6 +153,13 @@ def _linear(problem: Problem, reduced: ReducedModel, sigma: float, p: FloatArray
     mean, sd = problem.prior(reduced)
     off = (p - mean) / sd
     return _Linear(made, Q, sd[moving] ** -2.0, (off / sd)[moving], float(off @ off))
+
+
+def _closing(problem: Problem) -> float:
+    """Decay, 1/s, of the weakest window that has closed where the shortest record ends; 0 for FRFs, which do not
+    end."""
+    durations = [r.n * r.dt for r in problem.records if r.frf is None]
+    return CLOSED / min(durations) if durations else 0.0
 
 
 def _sizes(WQ: FloatArray) -> FloatArray:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.classes import similarity_to
+from femend.diagnose.equal_pairs import likeliest_equal
 from femend.diagnose.locate import (
     ALIKE,
     COMPARED_LINES,
@@ -78,7 +79,7 @@ def pair(first: Searched) -> tuple[Located, Place] | None:
     With two effects the best single place may be a compromise; so the search starts from several and, whatever second
     place it finds, looks for the first one again. Where no two places with one force are found to explain the
     recordings so, all pairs of them are gone through. Two forces at wrong places may leave as little as at the right
-    ones; of pairs that the recordings do not tell apart the one with the likelier places is taken.
+    ones; of pairs that the recordings do not tell apart the likeliest is taken, by its forces and places.
     """
     found = _one_after_the_other(first)
     plainly = [s for s, at in found if max(s.place.n_w, at.n_w) <= 1 and s.fit.score <= first.settings.adequate]
@@ -92,10 +93,14 @@ def pair(first: Searched) -> tuple[Located, Place] | None:
     alone = min(_believed(f.cost, f.place) for f in first.located)
     if alone - least < first.settings.gain_cost:
         return None
-    return min(
+    second, at = min(
         found,
         key=lambda f: _believed(f[0].cost, f[0].place, f[1]) + LIKELIER * (preference(f[0].place) + preference(f[1])),
     )
+    if is_many(first.places):
+        return second, at
+    at, second = likeliest_equal(first.problem, first.reduced, first.places, at, second)
+    return second, at
 
 
 def _updated(first: Searched) -> Fit | None:

@@ -54,9 +54,25 @@ class Further:
 
 def look_further(first: Searched) -> Further | None:
     """Two effects where one law at one place leaves much that two laws explain, at two places or, where the sensors
-    cannot tell two, beside each other; None otherwise."""
-    if first.sigma > 0 and first.ranked and not first.ranked[0].candidate.nonlinear:
-        first = first.at(0.0)  # what a linear law leaves later on is something else, since it is followed all the way
+    cannot tell two, beside each other; None otherwise.
+
+    A law that explains the beginning of the records alone may be one of two that explain them all: that is looked for
+    first, and counts where both explain more of the records than the law does.
+    """
+    if first.sigma > 0 and first.ranked:
+        whole = first.at(0.0)
+        if not first.ranked[0].candidate.nonlinear:
+            first = whole  # what a linear law leaves later on is something else, since it is followed all the way
+        elif _worth_looking(whole):
+            found = _looked_for(whole)
+            explains = found is not None and found.terms.chosen <= first.settings.adequate
+            if found is not None and explains and found.terms.sigma < first.sigma:
+                return found
+    return _looked_for(first)
+
+
+def _looked_for(first: Searched) -> Further | None:
+    """Two effects in one window."""
     near = _both_linear(first) or _beside(first)
     if near is not None:
         return near
@@ -134,11 +150,12 @@ def _worth_looking(first: Searched) -> bool:
 @dataclass(frozen=True, eq=False)
 class _Aside:
     """What is there while one effect is looked for: known forces, members with a factor and springs that are part of
-    the model, its unknowns p."""
+    the model, its unknowns p, which are `held` where another force was free too when they were found."""
 
     known: Known
     members: tuple[Place, ...]
     p: FloatArray
+    held: bool = False
 
 
 def _at_two_places(first: Searched) -> Further | None:
@@ -237,7 +254,9 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> _Beside 
     problem = first.problem.on([aside.known.on(r) for r in first.problem.records])
     split = aside.known.split(first.split)
     start = with_members(first, aside.p, sum(m.n_own for m in aside.members))
-    (null,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], [(start, np.zeros(0))])
+    # without the other force the model would be bent by what that did
+    steps = 0 if aside.held else 20
+    (null,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], [(start, np.zeros(0))], iterations=steps)
     if null is None:
         return _Beside([], 0.0)
     located = locate(problem, reduced, places, null)
@@ -257,7 +276,7 @@ def _free(first: Searched, second: Located, at: Place) -> _Aside:
     both = [place for place in (second.place, at) if not place.part]
     forces = free_forces(first.problem, second.fit, both)
     known = Known((second.place,), {name: f[:1] for name, f in forces.forces.items()}, forces.attached[:1])
-    return _Aside(known, (), p)
+    return _Aside(known, (), p, held=True)
 
 
 def _of_law(first: Searched, ranked: Ranked, given: Known) -> _Aside:

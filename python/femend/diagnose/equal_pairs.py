@@ -1,0 +1,135 @@
+"""Pairs of places whose two free forces explain the recordings as well as a pair that was found.
+
+What two forces do to the sensors, many pairs of places do as well, with other forces: at the right pair each force
+follows the motion of its own place, at the others it is a mixture of both. So of the pairs that leave as little, those
+count whose forces are, as nearly as anywhere, functions of their places' own motion, whatever these may be; and of
+these the likeliest places.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.joint import in_time
+from femend.diagnose.known_force import ReadOff, read_off
+from femend.diagnose.linear_costs import directions, pair_costs
+from femend.diagnose.locate import LINES, Located, cost_of, hypothesis_of
+from femend.diagnose.preference import preference
+from femend.estimate import Fit, Problem
+from femend.model import Place, ReducedModel
+
+__all__ = ["likeliest_equal"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# places of which every two are tried, the likeliest; lines a record of the linear step; pairs that are fitted
+MOST, STEP_LINES, FITTED = 200, 40, 100
+# steps of these fits, and cost up to which pairs are as good
+STEPS, EQUAL = 3, 12.0
+# pairs count whose forces leave up to so many times what the best pair's leave as functions of their own motion
+OWN = 3.0
+# cost by which pairs are put in the order of their places' preference; a force between two places is rarer than two
+# forces, each to the ground
+LIKELIER, BETWEEN = 2.0, 2
+
+
+@dataclass(frozen=True, eq=False)
+class _Equal:
+    """A pair of places with its fit, cost, and squares that its forces leave as functions of their own motion."""
+
+    first: Place
+    second: Place
+    fit: Fit
+    cost: float
+    left: float
+
+    @property
+    def rank(self) -> float:
+        """Cost with what speaks against the places."""
+        return self.cost + LIKELIER * sum(
+            preference(p) + BETWEEN * (p.kind == "pair") for p in (self.first, self.second)
+        )
+
+
+def likeliest_equal(
+    problem: Problem, reduced: ReducedModel, places: Sequence[Place], at: Place, second: Located
+) -> tuple[Place, Located]:
+    """The likeliest of the pairs that do as well as forces at a place `at` and at the `second`, which has the fit of
+    both; that pair itself where none is likelier or its places have several forces."""
+    if not (_single(at) and _single(second.place)):
+        return at, second
+    single = sorted((p for p in places if _single(p)), key=preference)[:MOST]
+    found = _equal(problem, reduced, single, second.fit.p)
+    given = _left(problem, second.fit)
+    least = min([given, *(pair.left for pair in found)])
+    few = problem.sparing(LINES)
+    own = _Equal(at, second.place, second.fit, cost_of(few, second.fit, 0.0), given)
+    best = min((pair for pair in (own, *found) if pair.left <= OWN * least), key=lambda pair: pair.rank)
+    return (at, second) if best is own else (best.first, Located(best.second, best.fit, best.cost))
+
+
+def _single(place: Place) -> bool:
+    return place.n_w == 1 and not place.part and place.kind != "base"
+
+
+def _equal(problem: Problem, reduced: ReducedModel, single: Sequence[Place], p: FloatArray) -> list[_Equal]:
+    """Pairs of places with one force each that leave about as little as any does from the unknowns `p`."""
+    costs = pair_costs(problem.thinned(STEP_LINES), reduced, directions(reduced, single), p)
+    above = np.triu_indices(len(single), 1)
+    first = np.argsort(costs[above], kind="stable")[:FITTED]
+    pairs = [(single[above[0][n]], single[above[1][n]]) for n in first]
+    pairs = [(a, b) for a, b in pairs if not set(a.elements) & set(b.elements)]
+    few = problem.sparing(LINES)
+    hypotheses = [hypothesis_of(b, reduced, (a,)) for a, b in pairs]
+    fits = few.fit(hypotheses, [(p, np.zeros(0))] * len(pairs), iterations=STEPS)
+    done = [(a, b, f, cost_of(few, f, 0.0)) for (a, b), f in zip(pairs, fits, strict=True) if f is not None]
+    best = min((cost for *_, cost in done), default=np.inf)
+    return [_Equal(a, b, f, cost, _left(problem, f)) for a, b, f, cost in done if cost < best + EQUAL]
+
+
+def _left(problem: Problem, fit: Fit) -> float:
+    """Weighted squares of the forces of a fit that are no function of their own places' motion."""
+    read = read_off(problem, fit)
+    return sum(_not_of_own_motion(read, i) for i in range(read[0].F.shape[1]))
+
+
+def _not_of_own_motion(read: Sequence[ReadOff], i: int) -> float:
+    """Weighted squares of force `i` on the lines of all records beside what a linear and a few nonlinear functions of
+    its own motion follow."""
+    motions = [_motion(one, i) for one in read]
+    size = [max(float(np.std(np.concatenate(x))), 1e-300) for x in zip(*motions, strict=True)]
+    columns, forces = [], []
+    for one, (d, v) in zip(read, motions, strict=True):
+        weight = np.sqrt(one.weight[:, i])
+        columns.append(_functions(one, i, d / size[0], v / size[1]) * weight[:, None])
+        forces.append(one.F[:, i] * weight)
+    A, b = np.concatenate(columns), np.concatenate(forces)
+    A, b = np.concatenate([A.real, A.imag]), np.concatenate([b.real, b.imag])
+    A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+    rest = b - A @ np.linalg.lstsq(A, b, rcond=1e-9)[0]
+    return float(rest @ rest)
+
+
+def _motion(one: ReadOff, i: int) -> tuple[FloatArray, FloatArray]:
+    """Histories (n,) of displacement and velocity of coordinate `i`."""
+    both = one.D[:, i : i + 1] * np.array([1.0, 0.0]) + (_s(one) * one.D[:, i])[:, None] * np.array([0.0, 1.0])
+    d, v = in_time(both, one.line.index, one.line.record.n)
+    return d, v
+
+
+def _s(one: ReadOff) -> ComplexArray:
+    return np.asarray(one.line.sigma + 2j * np.pi * one.line.freq)
+
+
+def _functions(one: ReadOff, i: int, x: FloatArray, y: FloatArray) -> ComplexArray:
+    """Spring, dashpot and mass, and even and odd functions of the scaled displacement x (n,) and velocity y (n,), on
+    the lines (K, 9)."""
+    history = np.array([x * np.abs(x), x**3, np.abs(x), y * np.abs(y), np.tanh(5.0 * y), y**3])
+    nonlinear = np.fft.rfft(history, axis=1)[:, one.line.index].T
+    s, D = _s(one), one.D[:, i]
+    return np.asarray(np.column_stack([D, s * D, s**2 * D, nonlinear]))
