@@ -83,6 +83,7 @@ CASES = {
         1,
         lambda d, v, z: np.array([slips(3e-4 + 2.0 / 8e3)(z[0], v)]),
     ),
+    "sliding_friction": ({"f": 0.5, "v0": 0.01}, lambda d, v, z: 0.5 * np.tanh(v / 0.01), 0, None),
     "cubic_damping": ({"c": 400.0}, lambda d, v, z: 400.0 * v**3, 0, None),
     "displacement_damping": ({"c": 3.0, "beta": 2e6}, lambda d, v, z: 3.0 * (1 + 2e6 * d * d) * v, 0, None),
     "iwan": (

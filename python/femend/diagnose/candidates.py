@@ -112,9 +112,9 @@ def laws_for(kind: str) -> list[tuple[str, Physics]]:
             if entry.name in _NOT_NAMED or (entry.name in ONLY_GROUND and kind != "ground"):
                 continue
             found.append((entry.name, entry))
-            if entry.name == "structural_damping":
-                # a constant loss with all that causality asks for with it
-                found += [(entry.name, physics(law)) for law in CAUSAL]
+            # a constant loss with all that causality asks for with it; friction that creeps before it slides
+            more = {"structural_damping": CAUSAL, "coulomb_friction": ("sliding_friction",)}.get(entry.name, ())
+            found += [(entry.name, physics(law)) for law in more]
     return found
 
 

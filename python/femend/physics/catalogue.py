@@ -100,7 +100,7 @@ def catalogue(
     >>> [entry.name for entry in catalogue(kind="nonlinear", families=["hysteretic"])]
     ['coulomb_friction', 'bouc_wen']
     >>> [entry.name for entry in catalogue(kind="nonlinear", families=["hysteretic"], extended=True)]
-    ['coulomb_friction', 'bouc_wen', 'play_friction', 'iwan']
+    ['coulomb_friction', 'bouc_wen', 'play_friction', 'sliding_friction', 'iwan']
     """
     wanted = set(FAMILIES if families is None else families)
     if not wanted <= set(FAMILIES):

@@ -17,6 +17,8 @@ _ELASTIC, _NOTHING = 8.0, 1e-3
 _SAME_RATE, _END = 1.15, 0.03
 # omega tau below which rates are so fast that they make a dashpot
 _VISCOUS = 0.15
+# times the highest speed there is from which friction does nothing but creep
+_CREEPS = 3.0
 # relative change of slope over the motion below which a law is linear in noisy records
 _LINEAR = 0.02
 
@@ -46,6 +48,8 @@ def simpler_extended(
             return "coulomb_friction", {"f": p["f"], "kt": p["kt"]}
         case "play_friction" if p["f"] > p["kt"] * max(amplitude - p["gap"], 0.0):
             return "clearance", {"k": p["kt"], "gap": p["gap"], "sides": 2.0}
+        case "sliding_friction" if p["v0"] > _CREEPS * amplitude * band[1]:
+            return "viscous_damper", {"c": p["f"] / p["v0"]}
         case "displacement_damping" if p["beta"] * amplitude**2 < _LINEAR:
             return "viscous_damper", {"c": p["c"]}
         case "iwan":

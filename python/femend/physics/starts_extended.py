@@ -21,6 +21,7 @@ EXTENDED_STARTS = (
     "preloaded_contact",
     "hertz_contact",
     "play_friction",
+    "sliding_friction",
     "displacement_damping",
     "iwan",
     "free_form",
@@ -34,6 +35,7 @@ _LOSS_TIME = (15.0, 6.0, 2.0)
 _KNEE = (0.1, 0.3, 1.0, 3.0)
 _PRELOAD = (0.05, 0.2, 0.45, 0.7)
 _PLAY = (0.05, 0.2, 0.45)
+_CREEP = (0.01, 0.03, 0.1, 0.3)
 _GROWTH = (3.0, 30.0)
 
 
@@ -71,6 +73,8 @@ def extended_shapes(physics: Physics, amplitude: float, band: tuple[float, float
         case "play_friction":
             grid = product(_SLIP, _PLAY)
             return [one({"f": slip * amplitude, "kt": 1.0, "gap": gap * amplitude}, "f", "kt") for slip, gap in grid]
+        case "sliding_friction":
+            return [one({"f": 1.0, "v0": creep * speed}, "f") for creep in _CREEP]
         case "displacement_damping":
             return [one({"c": 1.0, "beta": growth / amplitude**2}, "c") for growth in _GROWTH]
         case "iwan":

@@ -230,6 +230,8 @@ _OF_LAW = {
     "bouc_wen": "Y.-K. Wen, Method for random vibration of hysteretic systems, J. Eng. Mech. Div. 102 (1976) 249-263.",
     "coulomb_friction": "G. M. Jenkins, Analysis of the stress-strain relationships in reactor grade graphite, "
     "Brit. J. Appl. Phys. 13 (1962) 30-32.",
+    "sliding_friction": "S. Andersson, A. Söderberg and S. Björklund, Friction models for sliding dry, boundary and "
+    "mixed lubricated contacts, Tribol. Int. 40 (2007) 580-587: friction by a hyperbolic tangent of the speed.",
     "tuned_absorber": "J. Ormondroyd and J. P. Den Hartog, The theory of the dynamic vibration absorber, "
     "Trans. ASME 50 (1928) 9-22.",
 }
@@ -241,8 +243,9 @@ def references(run: StudyRun) -> tuple[str, ...]:
     if any(r.recovered is not None for r in run.diagnosis.ranked):
         found.append(_RECOVERED)
     best = run.diagnosis.best
-    if best is not None and best.name in _OF_LAW:
-        found.append(_OF_LAW[best.name])
+    if best is not None:
+        law = best.name if best.physics is None or best.physics.law not in _OF_LAW else best.physics.law
+        found += [_OF_LAW[law]] if law in _OF_LAW else []
     return tuple(found)
 
 

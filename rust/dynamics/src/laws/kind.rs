@@ -47,6 +47,7 @@ laws! {
     Hertz => super::hertz::Hertz,
     Coulomb => super::coulomb::Coulomb,
     PlayFriction => super::play_friction::PlayFriction,
+    SlidingFriction => super::sliding_friction::SlidingFriction,
     BoucWen => super::bouc_wen::BoucWen,
     QuadraticDamping => super::quadratic_damping::QuadraticDamping,
     CubicDamping => super::cubic_damping::CubicDamping,

@@ -35,6 +35,7 @@ mod quadratic_damping;
 mod quadratic_stiffness;
 mod released;
 mod saturating;
+mod sliding_friction;
 mod spring;
 mod springpot;
 mod structural;

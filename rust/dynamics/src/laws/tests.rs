@@ -33,6 +33,7 @@ fn samples() -> Vec<(Law, f64, f64)> {
         of(Kind::Hertz, &[1e6, 3e-4, 1.0], 1e-3, 50.0),
         of(Kind::Hertz, &[1e6, 0.0, 2.0], 1e-3, 50.0),
         of(Kind::PlayFriction, &[8.0, 3e4, 2e-4], 1e-3, 50.0),
+        of(Kind::SlidingFriction, &[8.0, 0.02], 1e-3, 50.0),
         of(Kind::CubicDamping, &[2e4], 1e-3, 50.0),
         of(Kind::DisplacementDamping, &[20.0, 3e6], 1e-3, 50.0),
         of(Kind::Iwan, &[4e4, 2e4, 1e4, 9e3, 8e3, 7e3, 8e-4], 1e-3, 50.0),
