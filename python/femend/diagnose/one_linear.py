@@ -20,7 +20,7 @@ from femend.diagnose.joint import enlarged, open_joint
 from femend.diagnose.known_force import rows_of
 from femend.diagnose.locate import Located, hypothesis_of, locate, shortlist, squares_of
 from femend.diagnose.name import Ranked, name_physics, told_simply
-from femend.diagnose.pairs import Searched, others, plain, with_members
+from femend.diagnose.pairs import Searched, alike, others, plain, with_members
 from femend.diagnose.parallel import starting
 from femend.diagnose.read_beside import read_off_beside
 from femend.diagnose.terms import Term
@@ -121,6 +121,11 @@ def _both(first: Searched, one: LinearOne) -> Scored | None:
         ([law, Term(starting(first, opened, name, start, recovered), one.free)], law.candidate.p)
         for name, start in kept.items()
     ]
+    # what is far stiffer than the structure hardly moves, and follows its motion worse than the noise in that; alone it
+    # may have been found
+    here = [place, *alike(first, place)]
+    alone = [r for r in first.ranked if any(r.located.place is like for like in here)]
+    tries += [([law, term_of(first, r)], law.candidate.p) for r in (distinct(first, alone) if alone else ())]
     best = best_of(first, tries) if tries else None
     return None if best is None else _otherwise(first, one, best)
 
