@@ -117,8 +117,8 @@ def _not_of_own_motion(read: Sequence[ReadOff], i: int) -> float:
 
 def _motion(one: ReadOff, i: int) -> tuple[FloatArray, FloatArray]:
     """Histories (n,) of displacement and velocity of coordinate `i`."""
-    both = one.D[:, i : i + 1] * np.array([1.0, 0.0]) + (_s(one) * one.D[:, i])[:, None] * np.array([0.0, 1.0])
-    d, v = in_time(both, one.line.index, one.line.record.n)
+    D = one.D[:, i]
+    d, v = in_time(np.column_stack([D, _s(one) * D]), one.line.index, one.line.record.n)
     return d, v
 
 
