@@ -48,7 +48,8 @@ class Shapes:
     into: FloatArray
 
     def powers(self, freq: FloatArray) -> FloatArray:
-        """Mean |g_m|^2 (n_freq, n_modes) of the modes' accelerances over frequencies that are off."""
+        """Mean |g_m|^2 (n_freq, n_modes) of the modes' accelerances at `freq` (n_freq) in Hz, over model frequencies
+        that are off."""
         weight = np.exp(-0.5 * SHIFTS**2)
         f2, total = freq[:, None] ** 2, np.zeros((freq.size, self.freq.size))
         for shift, w in zip(SHIFTS, weight / weight.sum(), strict=True):
