@@ -24,7 +24,7 @@ def test_bolted_beams(project_root: Path, shared: Callable[[str], Path]) -> None
     assert outcome.first.fit.values[0]["k"] > 0
     assert outcome.first.error < 60e-6 < outcome.linear.error / 4
     hysteretic = [one for one in outcome.singles if one.fit.terms[0].physics.family == "hysteretic"]
-    assert len(hysteretic) == 10
+    assert len(hysteretic) == 12
     assert all(one.told_from(outcome.first) for one in hysteretic)
 
     # two laws: hysteresis beside it, which one is not told
