@@ -43,10 +43,10 @@ def test_forces_at_the_right_places_follow_their_own_motion_best(first: Searched
     assert _left(first.problem, right.fit) < _left(first.problem, wrong.fit)
 
 
-def test_the_right_pair_is_kept_and_found_from_one_beside_it(first: Searched, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_right_pair_is_kept_and_found_from_one_beside_it(first: Searched) -> None:
     for nodes in ((7, 13), (8, 13)):
         at, second = (ground(first, n) for n in nodes)
-        other, found = likeliest_equal(first.problem, first.reduced, first.places, at, located(first, at, second))
+        found, other = likeliest_equal(first.problem, first.reduced, first.places, located(first, at, second), at)
         assert found.fit.score < first.settings.adequate
         told = sorted(n for place in (other, found.place) for n in place.nodes)
         assert len(told) == 2
@@ -57,4 +57,4 @@ def test_the_right_pair_is_kept_and_found_from_one_beside_it(first: Searched, mo
 def test_a_pair_with_a_part_of_the_model_is_left_as_it_is(first: Searched) -> None:
     member = next(p for p in first.places if p.part)
     one = first.located[0]
-    assert likeliest_equal(first.problem, first.reduced, first.places, member, one) == (member, one)
+    assert likeliest_equal(first.problem, first.reduced, first.places, one, member) == (one, member)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Exchange", "Shapes", "exchanged"]
+__all__ = ["CLEAR", "Exchange", "Shapes", "exchanged"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -111,10 +111,15 @@ def _clear(
     return h, np.linalg.inv(C + floor[:, None, None] * np.eye(h.shape[1]))
 
 
+def _held_against(h: ComplexArray, inverse: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    """C^-1 h (n_lines, n_out) and h^H C^-1 h (n_lines,)."""
+    v = np.einsum("fop,fp->fo", inverse, h)
+    return v, np.einsum("fo,fo->f", h.conj(), v).real
+
+
 def _exchanged(h: ComplexArray, inverse: FloatArray) -> FloatArray:
     """Gain (n_out, n_out) in mean log-likelihood with the responses of two sensors changed for each other."""
-    v = np.einsum("fop,fp->fo", inverse, h)
-    own = np.einsum("fo,fo->f", h.conj(), v).real
+    v, own = _held_against(h, inverse)
     diagonal = np.diagonal(inverse, axis1=1, axis2=2)
     # h + d (e_a - e_b) with d = h_b - h_a
     d = h[:, None, :] - h[:, :, None]
@@ -125,8 +130,7 @@ def _exchanged(h: ComplexArray, inverse: FloatArray) -> FloatArray:
 
 def _rescaled(h: ComplexArray, inverse: FloatArray) -> FloatArray:
     """Gain (n_factors, n_out) in mean log-likelihood with a sensor the other way round or in other units."""
-    v = np.einsum("fop,fp->fo", inverse, h)
-    own = np.einsum("fo,fo->f", h.conj(), v).real
+    v, own = _held_against(h, inverse)
     cross, square = np.real(h.conj() * v), np.abs(h) ** 2 * np.diagonal(inverse, axis1=1, axis2=2)
     return np.array([_gain(own[:, None], 2 * (f - 1) * cross + (f - 1) ** 2 * square, h.shape[1]) for f in MISTAKEN])
 

@@ -31,6 +31,9 @@ _SPRING = {
 ONLY_GROUND = ("added_mass", "tuned_absorber")
 # kinds of places where a spring beside the law is a part of its own (at a cut it is what the cut took away)
 KINDS = ("ground", "pair")
+# laws that are tried beside one and told by its name: a constant loss with all that causality asks for with it,
+# friction that creeps before it slides
+_BESIDE = {"structural_damping": CAUSAL, "coulomb_friction": ("sliding_friction",)}
 _NOT_NAMED = ("support_stiffness", "joint_stiffness", "compliant_support", "spring_bending", "quadratic_stiffness")
 
 
@@ -112,9 +115,7 @@ def laws_for(kind: str) -> list[tuple[str, Physics]]:
             if entry.name in _NOT_NAMED or (entry.name in ONLY_GROUND and kind != "ground"):
                 continue
             found.append((entry.name, entry))
-            # a constant loss with all that causality asks for with it; friction that creeps before it slides
-            more = {"structural_damping": CAUSAL, "coulomb_friction": ("sliding_friction",)}.get(entry.name, ())
-            found += [(entry.name, physics(law)) for law in more]
+            found += [(entry.name, physics(law)) for law in _BESIDE.get(entry.name, ())]
     return found
 
 

@@ -18,7 +18,7 @@ from femend.diagnose.joint import in_time
 from femend.diagnose.known_force import ReadOff, read_off
 from femend.diagnose.linear_costs import directions, pair_costs
 from femend.diagnose.locate import LINES, Located, cost_of, hypothesis_of
-from femend.diagnose.preference import preference
+from femend.diagnose.preference import LIKELIER, preference, with_one_force
 from femend.estimate import Fit, Problem
 from femend.model import Place, ReducedModel
 
@@ -33,9 +33,8 @@ MOST, STEP_LINES, FITTED = 200, 40, 100
 STEPS, EQUAL = 3, 12.0
 # pairs count whose forces leave up to so many times what the best pair's leave as functions of their own motion
 OWN = 3.0
-# cost by which pairs are put in the order of their places' preference; a force between two places is rarer than two
-# forces, each to the ground
-LIKELIER, BETWEEN = 2.0, 2
+# ranks of preference by which a force between two places is rarer than two forces, each to the ground
+BETWEEN = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,24 +56,20 @@ class _Equal:
 
 
 def likeliest_equal(
-    problem: Problem, reduced: ReducedModel, places: Sequence[Place], at: Place, second: Located
-) -> tuple[Place, Located]:
-    """The likeliest of the pairs that do as well as forces at a place `at` and at the `second`, which has the fit of
-    both; that pair itself where none is likelier or its places have several forces."""
-    if not (_single(at) and _single(second.place)):
-        return at, second
-    single = sorted((p for p in places if _single(p)), key=preference)[:MOST]
+    problem: Problem, reduced: ReducedModel, places: Sequence[Place], second: Located, at: Place
+) -> tuple[Located, Place]:
+    """The likeliest of the pairs that do as well as forces at a `second` place, which has the fit of both, and at a
+    place `at`; that pair itself where none is likelier or its places have several forces."""
+    if not (with_one_force(at) and with_one_force(second.place)):
+        return second, at
+    single = sorted(filter(with_one_force, places), key=preference)[:MOST]
     found = _equal(problem, reduced, single, second.fit.p)
     given = _left(problem, second.fit)
     least = min([given, *(pair.left for pair in found)])
     few = problem.sparing(LINES)
     own = _Equal(at, second.place, second.fit, cost_of(few, second.fit, 0.0), given)
     best = min((pair for pair in (own, *found) if pair.left <= OWN * least), key=lambda pair: pair.rank)
-    return (at, second) if best is own else (best.first, Located(best.second, best.fit, best.cost))
-
-
-def _single(place: Place) -> bool:
-    return place.n_w == 1 and not place.part and place.kind != "base"
+    return (second, at) if best is own else (Located(best.second, best.fit, best.cost), best.first)
 
 
 def _equal(problem: Problem, reduced: ReducedModel, single: Sequence[Place], p: FloatArray) -> list[_Equal]:

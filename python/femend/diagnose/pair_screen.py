@@ -29,7 +29,7 @@ from femend.diagnose.locate import (
     hypothesis_of,
     squares_of,
 )
-from femend.diagnose.preference import preference
+from femend.diagnose.preference import preference, with_one_force
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
@@ -77,8 +77,7 @@ def best_pairs(
 
 
 def _kinds(problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> _Kinds:
-    single = [p for p in places if p.n_w == 1 and not p.part and p.kind != "base"]
-    single = sorted(single, key=preference)
+    single = sorted(filter(with_one_force, places), key=preference)
     if not single:
         return _Kinds([], np.zeros((0, reduced.r)), np.zeros((0, 0), dtype=bool))
     kin = Kin.of(problem, reduced, single, null)

@@ -23,7 +23,7 @@ from femend.diagnose.locate import (
 )
 from femend.diagnose.name import Ranked
 from femend.diagnose.pair_screen import best_pairs
-from femend.diagnose.preference import preference
+from femend.diagnose.preference import LIKELIER, preference
 from femend.diagnose.screen import is_many
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
@@ -36,8 +36,6 @@ FloatArray = NDArray[np.float64]
 
 # places from which the search for a pair of places starts
 FIRSTS = 3
-# cost by which pairs are put in the order of their places' `preference`
-LIKELIER = 2.0
 # how often a search looks for the first place again
 TURNS = 2
 
@@ -99,8 +97,7 @@ def pair(first: Searched) -> tuple[Located, Place] | None:
     )
     if is_many(first.places):
         return second, at
-    at, second = likeliest_equal(first.problem, first.reduced, first.places, at, second)
-    return second, at
+    return likeliest_equal(first.problem, first.reduced, first.places, second, at)
 
 
 def _updated(first: Searched) -> Fit | None:

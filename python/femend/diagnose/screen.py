@@ -2,7 +2,8 @@
 
 A fit of one place takes a tenth of a second where there are a hundred sensors, so that not all can be tried. One linear
 step of all takes seconds (`linear_costs.py`); it is made on strongly damped lines from the deck's values and from the
-updated ones, as the first stage does, and on whole records from the updated ones.
+updated ones, as the first stage does, and from the updated ones on lines damped no more than it takes a whole record
+to close.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ FloatArray = NDArray[np.float64]
 
 # places with one force up to which all of them are fitted
 MANY = 1500
-# decay of the first screen, in units of `Problem.scale`, and lines a record of it and of the one on whole records
+# decay of the first screen, in units of `Problem.scale`, and lines a record of it and of the one on records that have
+# just closed
 SIGMA, DAMPED_LINES, WHOLE_LINES = 8.0, 24, 16
 # how many go on from each start: members, kinds of places with one force, places with several
 KEPT = (6, 16, 4)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femend.analysis.frf import shapes_at
 from femend.analysis.model_modes import model_modes
 from femend.correlate.doubts import Doubt, exchange_doubts, level_doubts, sign_doubts, twice_doubts
-from femend.correlate.exchanged import Exchange, Shapes, exchanged
+from femend.correlate.exchanged import CLEAR, Exchange, Shapes, exchanged
 from femend.data import ModeSet, Recording, Spectra, Test
 from femend.diagnose.staged.prepare import FrfData, frf_data
 from femend.errors import FemendError
@@ -20,13 +20,12 @@ from femend.model import Model, Pairing
 __all__ = ["doubts_of"]
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 # modes of the model up to this multiple of a recording's band, and so many at least: a free body has six of 0 Hz
 ABOVE, LEAST = 2.0, 10
 # below this share of the highest frequency a mode is one of a free body, which has so many
 RIGID, FREE = 1e-4, 6
-# values that stand this far out of their noise count
-CLEAR = 3.0
 # a record of fewer periods of the model's lowest mode hardly shows it
 PERIODS = 5.0
 
@@ -103,26 +102,26 @@ def _against(data: FrfData, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
     w, W = 2 * np.pi * data.freq[:, None], 2 * np.pi * modes.freq
     gain = -(w**2) / (W**2 - w**2 + 2j * modes.zeta * W * w)
     H = np.einsum("or,fr,ir->foi", out, gain, into)
+    outputs = [str(d) for d in data.outputs]
+    told = twice_doubts(data.H, data.outputs)
+    pairs = [] if told else exchanged(data.H, data.noise, data.freq, Shapes(modes.freq, modes.zeta, out, into))
+    levels, signs = _levels_and_signs(data, H, _with_exchanged(len(outputs), pairs))
+    if pairs and any(doubt.kind == "sensor level" for doubt in levels):
+        # a sensor in other units moves unlike the model wherever it is
+        pairs, (levels, signs) = [], _levels_and_signs(data, H, _with_exchanged(len(outputs), []))
+    return [*told, *exchange_doubts(pairs, outputs), *levels, *signs]
+
+
+def _levels_and_signs(data: FrfData, H: ComplexArray, order: list[int]) -> tuple[list[Doubt], list[Doubt]]:
+    """Doubts about levels and signs of FRFs against the model's `H`, the sensors' recordings in another `order`."""
     outputs, inputs = ([str(d) for d in dofs] for dofs in (data.outputs, data.inputs))
-    measured, noise = data.H, data.noise
-
-    def levels() -> list[Doubt]:
-        return level_doubts(measured, H, outputs, np.abs(measured) > CLEAR * noise)
-
-    told, as_recorded = twice_doubts(measured, data.outputs), levels()
-    pairs = [] if told else exchanged(measured, noise, data.freq, Shapes(modes.freq, modes.zeta, out, into))
-    if pairs:
-        order = _with_exchanged(len(outputs), pairs)
-        measured, noise = measured[:, order], noise[:, order]
-        if any(doubt.kind == "sensor level" for doubt in levels()):
-            # a sensor in other units moves unlike the model wherever it is
-            pairs, measured, noise = [], data.H, data.noise
-    told += exchange_doubts(pairs, outputs)
-    signs = sign_doubts(measured, H, outputs, inputs, np.abs(measured) > CLEAR * noise)
-    return [*told, *(levels() if pairs else as_recorded), *signs]
+    measured = data.H[:, order]
+    clear = np.abs(measured) > CLEAR * data.noise[:, order]
+    return level_doubts(measured, H, outputs, clear), sign_doubts(measured, H, outputs, inputs, clear)
 
 
 def _with_exchanged(n: int, pairs: Sequence[Exchange]) -> list[int]:
+    """Order of `n` sensors with the recordings of `pairs` changed for each other."""
     order = list(range(n))
     for a, b in (pair.sensors for pair in pairs):
         order[a], order[b] = b, a

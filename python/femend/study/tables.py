@@ -244,8 +244,8 @@ def references(run: StudyRun) -> tuple[str, ...]:
         found.append(_RECOVERED)
     best = run.diagnosis.best
     if best is not None:
-        law = best.name if best.physics is None or best.physics.law not in _OF_LAW else best.physics.law
-        found += [_OF_LAW[law]] if law in _OF_LAW else []
+        law = None if best.physics is None else best.physics.law
+        found += [_OF_LAW[name] for name in (law, best.name) if name in _OF_LAW][:1]
     return tuple(found)
 
 
