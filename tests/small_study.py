@@ -15,9 +15,9 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from femend import Channel, Dof, TimeData, _core, functions_of, write_uff
-from femend.diagnose.diagnosis import Diagnosis
-from femend.diagnose.name import Ranked
+from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.pairs import Searched
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import fit_records, pair_test
 from femend.model import Model, Parameter, read_model

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.diagnosis import _nearer
 from femend.diagnose.locate import Located, locate
+from femend.diagnose.nearer import nearer
 from femend.diagnose.settings import Settings
 from femend.diagnose.update import UpdatedModel
 from femend.model.places import find_places
@@ -35,17 +35,17 @@ def test_an_update_that_stopped_far_away_comes_to_the_noise(start: UpdatedModel,
     (stopped,) = start.problem.fit([start.null.hypothesis], [(far, np.zeros(0))], iterations=0)
     assert stopped is not None
     assert stopped.score > 100
-    again = _nearer(replace(start, null=stopped), located, Settings())
+    again = nearer(replace(start, null=stopped), located, Settings())
     assert again.null.cost == pytest.approx(start.null.cost, rel=1e-2)
     np.testing.assert_allclose(again.null.p[:2], start.null.p[:2], atol=0.01)
 
 
 def test_one_at_the_noise_stays_as_it_is(start: UpdatedModel, located: list[Located]) -> None:
-    assert _nearer(start, located, Settings()) is start
+    assert nearer(start, located, Settings()) is start
 
 
 def test_without_places_it_stays_as_it_is(start: UpdatedModel) -> None:
     (stopped,) = start.problem.fit([start.null.hypothesis], [(start.null.p + 0.3, np.zeros(0))], iterations=0)
     assert stopped is not None
     far = replace(start, null=stopped)
-    assert _nearer(far, [], Settings()) is far
+    assert nearer(far, [], Settings()) is far

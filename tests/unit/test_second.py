@@ -14,15 +14,16 @@ import pytest
 
 from femend.diagnose import second
 from femend.diagnose.joint import open_joint
+from femend.diagnose.judge import compared_in
 from femend.diagnose.known_force import Known
 from femend.diagnose.levels import element_depends_on_level
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import refitted
-from femend.diagnose.name import Ranked, compared_in
 from femend.diagnose.noise import UNDERRATED, louder
 from femend.diagnose.pair_screen import best_pairs
 from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import Searched, others
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.second import _carried, _of_law, _search
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import relaxing

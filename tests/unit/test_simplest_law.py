@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from femend.diagnose.accepted import accepted, stands_out
 from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.diagnosis import _accepted, _stands_out
-from femend.diagnose.name import Ranked, _Judge, tempered
+from femend.diagnose.ranked import Ranked, tempered
 from femend.diagnose.settings import Settings
+from femend.diagnose.simple_first import simplest_linear
 from femend.model import Place
 from femend.physics import physics
 
@@ -46,9 +47,7 @@ def diagnosed(without: Ranked, *laws: Ranked) -> Any:
 
 
 def first(*laws: Ranked) -> list[Ranked]:
-    nothing: Any = None
-    judge = _Judge(nothing, Settings(), N_VALUES, 0.0)
-    return judge.simplest_linear(sorted(laws, key=lambda r: r.score))
+    return simplest_linear(sorted(laws, key=lambda r: r.score), Settings())
 
 
 def names(laws: list[Ranked]) -> list[str]:
@@ -75,19 +74,19 @@ def test_a_richer_law_that_wins_clearly_is_named() -> None:
     assert names(first(ranked("viscoelastic", 1.0, 10.0), ranked("viscous_damper", 1.0, 90.0)))[0] == "viscoelastic"
 
 
-@pytest.mark.parametrize(("null", "prior", "accepted"), [(1.5, 10.0, True), (1.1, 10.0, False), (1.1, 90.0, True)])
-def test_a_model_at_the_noise_lacks_what_its_priors_tell_alone(null: float, prior: float, accepted: bool) -> None:
+@pytest.mark.parametrize(("null", "prior", "told"), [(1.5, 10.0, True), (1.1, 10.0, False), (1.1, 90.0, True)])
+def test_a_model_at_the_noise_lacks_what_its_priors_tell_alone(null: float, prior: float, told: bool) -> None:
     best, without = ranked("viscous_damper", 0.9, 10.0), ranked("viscous_damper", null, prior)
     found = diagnosed(without, best)
-    assert _accepted(found, best) is accepted
+    assert accepted(found, best) is told
 
 
 @pytest.mark.parametrize(
-    ("null", "prior", "chosen", "accepted"),
+    ("null", "prior", "chosen", "told"),
     [(1.7, 40.0, 1.15, False), (1.7, 40.0, 1.02, True), (4.0, 40.0, 1.6, True), (1.7, 90.0, 1.15, False)],
 )
 def test_what_is_hardly_above_the_noise_has_to_be_explained_nearly_wholly(
-    null: float, prior: float, chosen: float, accepted: bool
+    null: float, prior: float, chosen: float, told: bool
 ) -> None:
     """Where the model's unknowns left their priors too: a solid without anything missing was told an absorber that
     brought them back."""
@@ -95,7 +94,7 @@ def test_what_is_hardly_above_the_noise_has_to_be_explained_nearly_wholly(
     floor = ranked("springpot", 1.0, 10.0)
     known = replace(floor.candidate, reference=1.0)
     found = diagnosed(without, best, replace(floor, candidate=known))
-    assert _accepted(found, best) is accepted
+    assert accepted(found, best) is told
 
 
 @pytest.mark.parametrize(
@@ -106,7 +105,7 @@ def test_a_law_that_takes_most_of_a_large_misfit_is_told_as_the_likeliest(
 ) -> None:
     best, without = ranked("tuned_absorber", chosen, 20.0), ranked("viscous_damper", null, 80.0)
     found = diagnosed(without, best)
-    assert _stands_out(found, best) is told
+    assert stands_out(found, best) is told
 
 
 def test_a_nonlinear_law_that_is_better_stays_first() -> None:

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from femend.diagnose import name
+from femend.diagnose import laws_at
 from femend.diagnose.dressed import dressed, own_span, own_values, with_own
 from femend.diagnose.joint import enlarged
 from femend.diagnose.soft_clamp import SoftClamp, soft_clamps
@@ -206,7 +206,7 @@ def test_a_spring_elsewhere_leaves_nothing_to_try_at_the_clamp(tmp_path: Path, m
         tried.extend(found := soft_clamps(*given))
         return found
 
-    monkeypatch.setattr(name, "soft_clamps", kept)
+    monkeypatch.setattr(laws_at, "soft_clamps", kept)
     laws = [(7, "support_stiffness", {"k": 3e4})]
     run = diagnosed(tmp_path, small_study.Truth((7.3e10, 6.8e10), laws=laws))
     assert [f["physics"] for f in run.result["findings"]] == ["support_stiffness"]

@@ -11,8 +11,8 @@ import pytest
 
 from femend.diagnose import closed_loop
 from femend.diagnose.levels import element_depends_on_level
-from femend.diagnose.name import Ranked
 from femend.diagnose.pairs import Searched
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.terms import Term, Terms, fit_terms
 from femend.diagnose.together import fitted_together, told_plainly
 from femend.physics import physics

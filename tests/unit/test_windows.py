@@ -11,10 +11,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.diagnose import name, nonlinear
+from femend.diagnose import name, nonlinear, window
 from femend.diagnose.advice import only_beginning
 from femend.diagnose.candidates import Start
 from femend.diagnose.joint import open_joint, recover
+from femend.diagnose.judge import Tried
 from femend.diagnose.nonlinear import fit_nonlinear, wider_windows
 from femend.diagnose.settings import Settings
 from femend.model import find_places
@@ -75,15 +76,14 @@ def test_a_law_is_followed_as_far_as_it_explains(monkeypatch: pytest.MonkeyPatch
     made = {
         "wider_windows": lambda problem, sigma: [w for w in (24.0, 8.0, 2.4, 0.8, 0.0) if w < sigma],
         "refit_nonlinear": lambda problem, candidate: candidate,
-        "effective_values": lambda *a: 100.0,
-        "_Judge": judged,
+        "judge_in": judged,
         "compared_in": lambda s, r, ranked, sigma, settings: ranked,
     }
     for attribute, value in made.items():
-        monkeypatch.setattr(name, attribute, value)
+        monkeypatch.setattr(window, attribute, value)
     given = cast(Any, SimpleNamespace(fitting=None, choosing=None))
     first = cast(Any, SimpleNamespace(candidate=Stop(told), located=None, recovered=None))
-    ranked, sigma = name._followed_on(given, cast(Any, None), [first], 6.8, Settings())
+    ranked, sigma = window.followed_on(given, cast(Any, None), [first], 6.8, Settings())
     assert sigma == reached
     assert ranked[0].candidate.sigma == reached
 
@@ -101,25 +101,24 @@ def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
         return SimpleNamespace(candidate=ranked.candidate, found=None)
 
     made = {
-        "_linear_at": lambda *a: ([], at),
-        "_worth_trying": lambda found: [],
-        "_soft_clamps": lambda *a: [],
+        "linear_at": lambda *a: ([], at),
+        "with_kin": lambda found: [found],
+        "on_springs": lambda *a: [],
         "_linear_suffices": lambda *a: False,
         "_likeliest": lambda *a: [at],
-        "_nonlinear_laws": lambda *a: [Law(before)],
-        "_widest": widest,
+        "nonlinear_at": lambda *a: [Tried(cast(Any, Law(before)), cast(Any, None), None)],
+        "widest": widest,
         "compared_in": lambda s, r, ranked, sigma, settings: [Judge(sigma).ranked(tried(r)) for r in ranked],
-        "_followed_on": lambda s, r, ranked, sigma, settings: (ranked, sigma),
+        "followed_on": lambda s, r, ranked, sigma, settings: (ranked, sigma),
         # what is noted place by place, for a run that may be interrupted
-        "effective_values": lambda *a: 1.0,
-        "_Judge": lambda *a: SimpleNamespace(at_once=lambda new: []),
+        "judge_in": lambda *a: SimpleNamespace(at_once=lambda new: []),
     }
     for attribute, value in made.items():
         monkeypatch.setattr(name, attribute, value)
     located = [cast(Any, SimpleNamespace(place=SimpleNamespace(kind="ground")))]
     given = cast(Any, SimpleNamespace(choosing=None))
-    ranked, window = name.name_physics(given, given, located, [], Settings(), np.zeros(1))
-    assert window == sigma
+    ranked, reached = name.name_physics(given, given, located, [], Settings(), np.zeros(1))
+    assert reached == sigma
     assert ranked[0].score == pytest.approx(score)
 
 
@@ -170,13 +169,12 @@ def test_laws_are_compared_in_the_widest_window_that_one_explains(
     def fit(hypotheses: Any, starts: Any, sigma: float, iterations: int) -> list[Any]:
         return [SimpleNamespace(score=alone)]
 
-    monkeypatch.setattr(name, "_Judge", Reads)
-    monkeypatch.setattr(name, "effective_values", lambda *a: 1.0)
-    monkeypatch.setattr(name, "windows", lambda problem: [6.8, 0.0])
+    monkeypatch.setattr(window, "judge_in", lambda split, reduced, sigma, settings: Reads(split, settings, 1.0, sigma))
+    monkeypatch.setattr(window, "windows", lambda problem: [6.8, 0.0])
     split = cast(Any, SimpleNamespace(choosing=SimpleNamespace(fit=fit), fitting=None))
     tried = [SimpleNamespace(candidate=left) for left in (spring, stop)]
     reduced = cast(Any, SimpleNamespace(r=3))
-    assert name._widest(split, reduced, cast(Any, tried), Settings(), np.zeros(1)).sigma == sigma
+    assert window.widest(split, reduced, cast(Any, tried), Settings(), np.zeros(1)).sigma == sigma
 
 
 def test_windows_widen_a_little_at_a_time() -> None:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import KINDS, Candidate
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.moved import moved
-from femend.diagnose.name import Ranked
 from femend.diagnose.pairs import Searched, alike
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, brings, fitted_together
 from femend.physics import physics

@@ -18,8 +18,8 @@ from femend.diagnose.candidates import Candidate
 from femend.diagnose.closed_loop import COARSE, COMPANION_SD, FINE, ClosedLoop
 from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.joint import Joint, Recovered
-from femend.diagnose.name import Ranked, score
 from femend.diagnose.nonlinear import judge_nonlinear, simulate_candidate
+from femend.diagnose.ranked import Ranked, score
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
 from femend.estimate import Problem

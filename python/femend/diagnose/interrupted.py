@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from femend.diagnose.diagnosis import Diagnosis
-from femend.diagnose.name import Ranked, effective_values, null_candidate, score, tempered
+from femend.diagnose.judge import to_beat
+from femend.diagnose.outcome import Diagnosis
+from femend.diagnose.ranked import Ranked, tempered
 from femend.diagnose.settings import Settings
 from femend.diagnose.so_far import SoFar
 from femend.diagnose.split import Split, split_records
@@ -38,9 +39,7 @@ def undecided(so_far: SoFar, step: str, settings: Settings | None = None) -> Dia
     if start is None:
         return None
     split = split_records(start.problem, start.null, so_far.located)
-    baseline = null_candidate(split, start.null)
-    n_values = effective_values(split.choosing, start.reduced)
-    null_score = score(baseline, split.choosing, settings, n_values)
+    baseline, n_values, null_score = to_beat(split, start.reduced, start.null, settings)
     ranked = sorted(so_far.ranked, key=lambda r: r.score)
     return Diagnosis(
         "undetermined", start.problem, split, start.reduced, start.nominal, start.null, baseline, null_score,

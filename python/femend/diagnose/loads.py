@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.name import effective_values, null_candidate, score
+from femend.diagnose.judge import null_candidate
+from femend.diagnose.ranked import effective_values, score
 from femend.diagnose.receptances import on_lines
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split

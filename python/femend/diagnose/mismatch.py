@@ -16,7 +16,7 @@ from femend.model import Place, find_places
 from femend.threads import one_blas_thread
 
 if TYPE_CHECKING:
-    from femend.diagnose.diagnosis import Diagnosis
+    from femend.diagnose.outcome import Diagnosis
 
 __all__ = ["mismatch_map"]
 

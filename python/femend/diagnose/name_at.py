@@ -6,13 +6,14 @@ nothing; `locate` leaves such places out. A test rig with one mass, or a joint e
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from femend.diagnose.collapse import collapsed
+from femend.diagnose.judge import to_beat
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
-from femend.diagnose.name import Ranked, effective_values, name_physics, null_candidate, score
+from femend.diagnose.name import name_physics
+from femend.diagnose.ranked import Ranked, told_simply
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import split_records
 from femend.diagnose.update import UpdatedModel
@@ -74,7 +75,5 @@ def name_at(found: UpdatedModel, place: Place, settings: Settings | None = None)
     ranked, sigma = name_physics(split, reduced, [located], found.g_rows, settings, null.p)
     if not ranked:
         raise RecordingError(f"no law could be fitted at {place.text}; the recordings do not show it moving")
-    baseline = null_candidate(split, null, sigma=sigma)
-    null_score = score(baseline, split.choosing, settings, effective_values(split.choosing, reduced, sigma))
-    named = [replace(r, name=collapsed(r.candidate, r.recovered, settings).name) for r in ranked]
-    return NamedAt(problem, place, tuple(named), null_score, baseline.chosen, settings)
+    baseline, _, null_score = to_beat(split, reduced, null, settings, sigma)
+    return NamedAt(problem, place, tuple(told_simply(ranked, settings)), null_score, baseline.chosen, settings)

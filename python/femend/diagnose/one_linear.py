@@ -19,9 +19,10 @@ from femend.diagnose.dressed import with_own
 from femend.diagnose.joint import enlarged, open_joint
 from femend.diagnose.known_force import rows_of
 from femend.diagnose.locate import Located, hypothesis_of, locate, shortlist, squares_of
-from femend.diagnose.name import Ranked, name_physics, told_simply
+from femend.diagnose.name import name_physics
 from femend.diagnose.pairs import Searched, alike, others, plain, with_members
 from femend.diagnose.parallel import starting
+from femend.diagnose.ranked import Ranked, told_simply
 from femend.diagnose.read_beside import read_off_beside
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, best_of, better, distinct, fitted_together, term_of

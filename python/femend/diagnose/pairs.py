@@ -21,9 +21,9 @@ from femend.diagnose.locate import (
     shortlist,
     squares_of,
 )
-from femend.diagnose.name import Ranked
 from femend.diagnose.pair_screen import best_pairs
 from femend.diagnose.preference import LIKELIER, preference
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.screen import is_many
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split

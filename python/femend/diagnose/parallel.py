@@ -11,8 +11,8 @@ from femend.diagnose.candidates import Candidate, Start, force_on_lines, laws_fo
 from femend.diagnose.closed_loop import loop_of
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.joint import Recovered, in_time
-from femend.diagnose.name import Ranked
 from femend.diagnose.pairs import Searched, plain
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, are_told, fitted_together
 

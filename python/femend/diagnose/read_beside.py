@@ -10,7 +10,7 @@ from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import Recovered, to_time
 from femend.diagnose.known_force import shown_forces
 from femend.diagnose.linear import closed_by
-from femend.diagnose.name import Ranked
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.receptances import on_lines
 from femend.estimate import Problem
 from femend.model import Place

@@ -18,11 +18,12 @@ from femend.diagnose.dressed import with_own
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
 from femend.diagnose.levels import element_depends_on_level
 from femend.diagnose.locate import Located, locate, shortlist, squares_of
-from femend.diagnose.name import Ranked, name_physics, told_simply
+from femend.diagnose.name import name_physics
 from femend.diagnose.one_linear import one_linear
 from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import Searched, others, pair, plain, with_members
 from femend.diagnose.parallel import in_parallel
+from femend.diagnose.ranked import Ranked, told_simply
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Terms, follow_terms, refit_terms
 from femend.diagnose.together import Scored, are_told, best_of, distinct, shows, term_of, told_plainly

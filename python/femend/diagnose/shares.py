@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from femend.diagnose.name import Ranked
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
 
 __all__ = ["score_of_noise", "share_explained", "unclear"]

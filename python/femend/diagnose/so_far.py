@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from femend.diagnose.locate import Located
-from femend.diagnose.name import Ranked
+from femend.diagnose.ranked import Ranked
 
 if TYPE_CHECKING:
-    from femend.diagnose.diagnosis import Diagnosis
+    from femend.diagnose.outcome import Diagnosis
     from femend.diagnose.unrecorded import Driven
     from femend.diagnose.update import UpdatedModel
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.collapse import SPRINGS, collapsed
-from femend.diagnose.name import Ranked
 from femend.diagnose.pairs import Searched, plain
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms
 from femend.physics import physics

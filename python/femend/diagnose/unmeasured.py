@@ -17,7 +17,7 @@ from femend.diagnose.joint import Recovered, open_joint, recover
 from femend.diagnose.levels import levels_differ
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import Located
-from femend.diagnose.name import effective_values, score
+from femend.diagnose.ranked import effective_values, score
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
 from femend.estimate import Fit, Problem

@@ -12,9 +12,9 @@ from femend.diagnose import Diagnosis
 from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.locate import Located
-from femend.diagnose.name import Ranked, tempered
 from femend.diagnose.next_sensor import next_sensor
 from femend.diagnose.power import untold
+from femend.diagnose.ranked import Ranked, tempered
 from femend.estimate import FitRecord, noise_floor
 from femend.model import Place
 from femend.model.places import Topology, stretches, topology

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.name import Ranked
+from femend.diagnose.ranked import Ranked
 from femend.estimate import noise_floor
 from femend.report import words
 from femend.report.content import Check, LawRow, ParameterRow, Place

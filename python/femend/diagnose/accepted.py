@@ -1,0 +1,66 @@
+"""Whether a law is what is missing: what it has to bring on data that no fit has seen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from femend.diagnose.levels import depends_on_level
+from femend.diagnose.outcome import Diagnosis
+from femend.diagnose.ranked import Ranked
+from femend.diagnose.shares import share_explained
+
+__all__ = ["FAR", "TELLING", "accepted", "adequate", "clearly_missing", "stands_out"]
+
+# misfit, as a multiple of what counts as consistent, from which something is missing whatever it is
+FAR = 3.0
+# gain, in `gain_cost`, from which a law is told though it explains part of what is wrong
+TELLING = 10.0
+
+
+def accepted(found: Diagnosis, best: Ranked) -> bool:
+    """Whether a law wins against the updated model by what it has to, and takes away the share that it has to of what
+    is wrong with that."""
+    settings = found.settings
+    gain = found.null_score - best.score
+    chosen = np.log(found.null_chosen.chosen / max(best.candidate.chosen, 1e-12))
+    # what the model can do by itself only far outside its priors is as much missing as what it cannot do
+    relieved = found.null_chosen.prior - best.candidate.prior
+    # a model that explains the recordings as they are lacks nothing that they could show
+    enough = max(found.null.score, found.null_chosen.chosen) <= settings.consistent
+    won = settings.wins(gain, -np.inf if enough else chosen, relieved)
+    needed = settings.nearly if found.null_chosen.chosen < settings.weak else settings.explained
+    return bool(won and _share(found, best) >= needed)
+
+
+def adequate(found: Diagnosis, best: Ranked) -> bool:
+    """Whether a law explains unseen data about as well as a free force at its place does."""
+    return best.candidate.chosen <= found.settings.adequate * max(_reference(found, best), 1.0)
+
+
+def _reference(found: Diagnosis, best: Ranked) -> float:
+    reference = best.candidate.reference
+    return reference if np.isfinite(reference) else best.candidate.chosen
+
+
+def stands_out(found: Diagnosis, best: Ranked) -> bool:
+    """Whether a law takes away more than half of an unseen misfit far above the noise, though not what a law has to:
+    beside a mesh or an idealisation that is wrong everywhere it is told as the likeliest, not as what is missing."""
+    settings, before, after = found.settings, found.null_chosen.chosen, best.candidate.chosen
+    far = before > FAR * settings.consistent and after < 0.5 * before
+    gain = found.null_score - best.score
+    return bool(far and gain > TELLING * settings.gain_cost and _share(found, best) >= settings.partly)
+
+
+def _share(found: Diagnosis, best: Ranked) -> float:
+    """Share of what is wrong with the updated model that a law takes away."""
+    return share_explained(found.null_score, best, found.ranked, found.n_values)
+
+
+def clearly_missing(found: Diagnosis) -> bool:
+    """The updated model is far from the noise, or far from it at one level and nearer at another, and a free force
+    somewhere takes most of it away."""
+    if not found.located:
+        return False
+    misfit, free = found.null.score, found.located[0].fit.score
+    far = misfit > FAR * found.settings.consistent and free < 0.5 * misfit
+    return bool(far or depends_on_level(found.problem, found.null, found.located, found.settings))

@@ -1,0 +1,144 @@
+"""Laws judged on data that no fit has seen, all in one window exp(-sigma t)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.dressed import own_values
+from femend.diagnose.joint import Recovered
+from femend.diagnose.linear import judge_linear
+from femend.diagnose.locate import Located
+from femend.diagnose.nonlinear import as_recorded, judge_nonlinear, refit_nonlinear
+from femend.diagnose.ranked import Ranked, effective_values, score
+from femend.diagnose.settings import Settings
+from femend.diagnose.simple_first import simple_first
+from femend.diagnose.split import Split
+from femend.estimate import Fit
+from femend.model import ReducedModel
+
+__all__ = ["Judge", "Tried", "again", "compared_in", "free_reference", "judge_in", "null_candidate", "to_beat"]
+
+# candidates of one name among those that are fitted once more
+OF_ONE_NAME = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A candidate with where it came from."""
+
+    candidate: Candidate
+    found: Located
+    recovered: Recovered | None
+
+
+def again(ranked: Ranked) -> Tried:
+    """A law that was judged, to be judged otherwise."""
+    return Tried(ranked.candidate, ranked.located, ranked.recovered)
+
+
+def null_candidate(split: Split, null: Fit, name: str = "none", sigma: float = 0.0) -> Candidate:
+    """The model with its parameters alone (or a member's factor, a soft clamp's springs) as a candidate, judged with a
+    window of `sigma`."""
+    (fitted,) = split.fitting.fit([null.hypothesis], [(null.p, null.x)])
+    fitted = null if fitted is None else fitted
+    (seen,) = split.choosing.fit([fitted.hypothesis], [(fitted.p, fitted.x)], sigma=sigma, iterations=0)
+    n_law = null.hypothesis.reduced.extra
+    mean, sd = split.fitting.prior(null.hypothesis.reduced)
+    deviations = ((fitted.p - mean) / sd) ** 2
+    n = len(null.hypothesis.reduced.names)
+    own = slice(n - n_law, n)
+    prior = float(deviations.sum() - deviations[own].sum())
+    values = own_values(null.hypothesis.reduced, fitted.p)
+    chosen = np.inf if seen is None else seen.score
+    return Candidate(None, name, None, values, fitted.p, fitted.x, n_law, prior, fitted.score, chosen)
+
+
+def free_reference(split: Split, recovered: Recovered, sigma: float = 0.0) -> float:
+    """Misfit a free force at the joint leaves on the choosing records: what the right law can reach at best."""
+    fit = recovered.fit
+    (seen,) = split.choosing.fit([fit.hypothesis], [(fit.p, fit.x)], sigma=sigma, iterations=0)
+    return np.inf if seen is None else seen.score
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """Scores on the choosing records, all in one window; `n_values` as they count there."""
+
+    split: Split
+    settings: Settings
+    n_values: float
+    sigma: float
+
+    def at_once(self, tried: Sequence[Tried]) -> list[Ranked]:
+        """Candidates that were followed over whole records, with their scores as they are, nothing judged anew."""
+        whole = [t for t in tried if t.candidate.sigma == 0 and np.isfinite(t.candidate.chosen)]
+        scores = [score(t.candidate, self.split.choosing, self.settings, self.n_values) for t in whole]
+        return [Ranked(t.candidate, t.found, value, t.recovered) for t, value in zip(whole, scores, strict=True)]
+
+    def ranked(self, tried: Tried, afresh: bool = False) -> Ranked:
+        """A candidate with its score; judged `afresh` where it may have been in another window."""
+        candidate, choosing = tried.candidate, self.split.choosing
+        if afresh or self.sigma > 0 or candidate.sigma > 0:
+            if candidate.nonlinear:
+                candidate = judge_nonlinear(choosing, candidate, self.sigma)
+            elif candidate.joint is not None:
+                candidate = judge_linear(choosing, candidate, self.sigma)
+            else:
+                candidate = null_candidate(self.split, tried.found.fit, candidate.name, self.sigma)
+        if tried.recovered is not None:
+            candidate = replace(candidate, reference=free_reference(self.split, tried.recovered, self.sigma))
+        value = score(candidate, choosing, self.settings, self.n_values)
+        return Ranked(candidate, tried.found, value, tried.recovered)
+
+    def refined(self, ranked: list[Ranked]) -> list[Ranked]:
+        """In rising order of score, the best nonlinear candidates fitted once more in fine steps, all unknowns free."""
+        best: list[Ranked] = []
+        for r in sorted((r for r in ranked if r.candidate.nonlinear), key=lambda r: r.candidate.chosen):
+            again = sum(r.candidate.name == b.candidate.name for b in best)
+            best += [r] if again < OF_ONE_NAME and len(best) < self.settings.refined else []
+        rest = [r for r in ranked if not any(r is b for b in best)]
+        recorder, settings = self.split.fitting.recorder, self.settings
+        filters, done = recorder.filters, []
+        for r in best:
+            inside = replace(r.candidate, sigma=max(r.candidate.sigma, self.sigma))
+            candidate = refit_nonlinear(self.split.fitting, inside)
+            if r is best[0]:
+                candidate = as_recorded(self.split.fitting, candidate, settings.margin, settings.adequate)
+            done.append(self.judged(candidate, r))
+        if recorder.filters != filters:
+            rest = [self.judged(r.candidate, r) if r.candidate.nonlinear else r for r in rest]
+        return self.in_order([*rest, *done])
+
+    def judged(self, candidate: Candidate, tried: Ranked) -> Ranked:
+        """A nonlinear candidate judged anew where it was `tried`."""
+        return self.ranked(Tried(judge_nonlinear(self.split.choosing, candidate), tried.located, tried.recovered))
+
+    def in_order(self, ranked: Sequence[Ranked]) -> list[Ranked]:
+        """In rising order of score, a simple law before one that is hardly better."""
+        return simple_first(sorted((r for r in ranked if np.isfinite(r.score)), key=lambda r: r.score), self.settings)
+
+
+def judge_in(split: Split, reduced: ReducedModel, sigma: float, settings: Settings) -> Judge:
+    """The judge of laws in a window exp(-sigma t)."""
+    return Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
+
+
+def compared_in(
+    split: Split, reduced: ReducedModel, ranked: Sequence[Ranked], sigma: float, settings: Settings
+) -> list[Ranked]:
+    """Laws that were found one place after the other, all compared in one window exp(-sigma t)."""
+    judge = judge_in(split, reduced, sigma, settings)
+    return judge.in_order([judge.ranked(again(r), afresh=True) for r in ranked])
+
+
+def to_beat(
+    split: Split, reduced: ReducedModel, null: Fit, settings: Settings, sigma: float = 0.0
+) -> tuple[Candidate, float, float]:
+    """The updated model as a candidate in a window exp(-sigma t), the number of values scores are of, and its score."""
+    baseline = null_candidate(split, null, sigma=sigma)
+    n_values = effective_values(split.choosing, reduced, sigma)
+    return baseline, n_values, score(baseline, split.choosing, settings, n_values)

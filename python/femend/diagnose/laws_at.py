@@ -1,0 +1,154 @@
+"""Every law of the catalogue at one place, fitted on the records that are for fitting."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.candidates import KINDS, ONLY_GROUND, Candidate, Start, laws_for, starts
+from femend.diagnose.joint import Joint, Recovered, open_joint, recover
+from femend.diagnose.judge import Tried, null_candidate
+from femend.diagnose.linear import companions_alone, fit_linear, fit_mass
+from femend.diagnose.locate import Located
+from femend.diagnose.nonlinear import fit_nonlinear
+from femend.diagnose.ranked import effective_values, score
+from femend.diagnose.settings import Settings
+from femend.diagnose.soft_clamp import soft_clamps
+from femend.diagnose.split import Split
+from femend.estimate import Fit
+from femend.model import ReducedModel
+from femend.model.places import mass_place
+
+__all__ = ["Opened", "linear_at", "nonlinear_at", "on_springs", "with_kin"]
+
+FloatArray = NDArray[np.float64]
+
+# starts of a nonlinear law that are followed
+NONLINEAR_STARTS = 3
+# starts within this factor of the best regression are followed, at most so many at a place by one equivalent element in
+# all records, and by one in each
+START_REACH, MOST_STARTS = 1.6, (9, 5)
+# look-alikes of a place at which linear laws are tried too, of the nearest so many
+ALIKE_TRIED, MOST_ALIKE = 3, 12
+
+
+@dataclass(frozen=True, eq=False)
+class Opened:
+    """A place opened for laws, with what it did."""
+
+    found: Located
+    joint: Joint
+    recovered: Recovered
+
+
+def with_kin(found: Located) -> list[Located]:
+    """A place, and the look-alikes of it at which laws are tried too: those to the ground, first where the model has a
+    joint. Each has the others, and the place itself, among its look-alikes."""
+    if found.place.n_w != 1:
+        return [found]
+    ground = [p for p in found.alike[:MOST_ALIKE] if p.kind == "ground"]
+    kin = sorted(ground, key=lambda p: p.unlikely)[:ALIKE_TRIED]
+    others = [(found.place, *(p for p in found.alike if p is not place)) for place in kin]
+    return [found, *(replace(found, place=place, alike=alike) for place, alike in zip(kin, others, strict=True))]
+
+
+def linear_at(
+    split: Split,
+    reduced: ReducedModel,
+    found: Located,
+    g_rows: list[int],
+    masses_alone: bool,
+    updated: FloatArray,
+) -> tuple[list[Tried], Opened | None]:
+    """All linear laws at a place, or those of a mass alone, and the place opened; a member has its stiffness factor
+    alone. `updated` (n_p,) are the unknowns of the updated model."""
+    if found.place.scaled:
+        member = null_candidate(split, found.fit, "joint_stiffness")
+        # a member may be weaker than it is drawn; one that would have to be stiffer stands in for something else
+        return [Tried(member, found, None)] if member.values["factor"] < 1.0 else [], None
+    joint = open_joint(found.place, reduced, split.whole.band[1], g_rows)
+    recovered = recover(split.reading, joint, found.fit.p)
+    if recovered is None:
+        # a cut member may be as soft there as the model's unknowns go: what the update found is more modest
+        recovered = recover(split.reading, joint, updated)
+    if recovered is None:
+        return [], None
+    fitted = [
+        fit_linear(split.fitting, split.choosing, joint, recovered, name, entry, updated)
+        for name, entry in laws_for(joint.place.kind)
+        if entry.kind == "linear" and (name in ONLY_GROUND or not masses_alone)
+    ]
+    tried = [Tried(c, found, recovered) for c in fitted if c is not None]
+    if found.place.kind == "ground":
+        whole = open_joint(mass_place(reduced.model, found.place.nodes[0]), reduced, split.whole.band[1], g_rows)
+        mass = fit_mass(split.fitting, split.choosing, whole, found.fit.p, updated)
+        tried += [] if mass is None else [Tried(mass, found, None)]
+    return tried, Opened(found, joint, recovered)
+
+
+def on_springs(
+    split: Split,
+    reduced: ReducedModel,
+    located: Sequence[Located],
+    updated: FloatArray,
+    tried: Sequence[Tried],
+    settings: Settings,
+) -> list[Tried]:
+    """Clamps among the places on springs of their own in one direction and in several, but for those that even with
+    springs in all directions, were they free of charge, come clearly behind the best law `tried` elsewhere.
+    `updated` (n_p,) are the unknowns of the updated model."""
+    n_values = effective_values(split.choosing, reduced)
+    best = min((score(t.candidate, split.choosing, settings, n_values) for t in tried), default=np.inf)
+
+    def soft(fit: Fit) -> Candidate:
+        return null_candidate(split, fit, "compliant_support")
+
+    def beaten(fit: Fit) -> bool:
+        free_of_charge = replace(soft(fit), n_law=0)
+        return score(free_of_charge, split.choosing, settings, n_values) > best + settings.gain_cost
+
+    found = soft_clamps(split, reduced, located, updated, settings.margin, beaten)
+    return [Tried(replace(soft(one.located.fit), reference=one.reference), one.located, None) for one in found]
+
+
+def nonlinear_at(split: Split, at: Opened) -> list[Tried]:
+    """All nonlinear laws at a place that may explain what it did, and what stands beside the best of them, alone."""
+    laws = _nonlinear(split, at)
+    return [Tried(c, at.found, at.recovered) for c in (*laws, *_companions_alone(split, at, laws))]
+
+
+def _companions_alone(split: Split, at: Opened, laws: Sequence[Candidate]) -> list[Candidate]:
+    """What stands beside the best of nonlinear `laws` at a place, without it; none at a cut, of which it is part."""
+    whole = [c for c in laws if c.sigma == 0 and np.isfinite(c.chosen)]
+    if not whole or at.joint.place.kind not in KINDS:
+        return []
+    return companions_alone(split.fitting, split.choosing, min(whole, key=lambda c: c.chosen))
+
+
+def _nonlinear(split: Split, at: Opened) -> list[Candidate]:
+    # they show in time records alone, and are simulated under the force
+    if split.whole.load is not None or any(r.frf is not None for r in split.whole.records):
+        return []
+    lines = split.reading.lines(at.joint.reduced)
+    s = [np.asarray(2j * np.pi * line.freq, dtype=np.complex128) for line in lines]
+    worth: list[tuple[str, Start]] = []
+    # by one element in all records and by one in each: which of them comes nearer is not known beforehand
+    readings: list[Recovered | None] = [at.recovered]
+    if len(split.reading.records) > 1:
+        readings.append(recover(split.reading, at.joint, at.found.fit.p, by_record=True))
+    for recovered, most in zip(readings, MOST_STARTS, strict=False):
+        if recovered is None:
+            continue
+        begun = [
+            (name, start)
+            for name, entry in laws_for(at.joint.place.kind)
+            if entry.kind == "nonlinear"
+            for start in starts(entry, at.joint, recovered, s, NONLINEAR_STARTS)
+        ]
+        untold = [b for b in begun if np.isnan(b[1].left) and recovered is at.recovered]
+        told = sorted((b for b in begun if not np.isnan(b[1].left)), key=lambda item: item[1].left)
+        worth += [*untold, *(b for b in told if b[1].left < START_REACH * told[0][1].left)][: most + len(untold)]
+    return fit_nonlinear(split.fitting, split.choosing, at.joint, at.recovered, worth)

@@ -1,0 +1,142 @@
+"""The verdict: what is missing, where and what, or that nothing is, from laws in order of score."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from femend.diagnose.accepted import FAR, accepted, adequate, clearly_missing, stands_out
+from femend.diagnose.advice import PART_OF_A_FORCE, PART_OF_ALL, beside_laws
+from femend.diagnose.candidates import Candidate, standard_deviations
+from femend.diagnose.collapse import collapsed
+from femend.diagnose.dressed import own_span, own_values
+from femend.diagnose.free_form_rival import Rival, find_rival, refit_rival
+from femend.diagnose.levels import depends_on_level, relative_errors
+from femend.diagnose.linear import refit_linear
+from femend.diagnose.loads import LoadFinding
+from femend.diagnose.nonlinear import refit_nonlinear
+from femend.diagnose.outcome import Diagnosis
+from femend.diagnose.unmeasured import find_harmonic, find_unmeasured
+from femend.estimate import Fit
+
+__all__ = ["decide", "nothing_explains"]
+
+
+def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
+    """The verdict: a law has to win clearly on data it has not seen, and to explain about as much as a free force;
+    `plainly` says that recordings of different level show one and the same force."""
+    settings, best = found.settings, (found.ranked[0] if found.ranked else None)
+    outlier = _worst_parameter(found)
+    quiet = "parameters-only" if _needed_update(found) else "consistent"
+    if found.load is not None and (best is None or found.load.score < best.score):
+        return replace(found, verdict="missing-physics", place=None)
+    named = best is not None and accepted(found, best)
+    if not (named and best is not None and adequate(found, best)):
+        unmeasured = _unmeasured(found, plainly)
+        if unmeasured is not None:
+            return replace(found, verdict="missing-physics", load=unmeasured)
+    rival = _rival(found, named)
+    if rival is not None:
+        return _free_form(found, rival)
+    partly = best is not None and not named and stands_out(found, best)
+    if best is None or not (named or partly):
+        if not found.located and found.null.score > FAR * settings.consistent:
+            return replace(found, verdict="undetermined", place=None, advice=_more_sensors(found))
+        if outlier > settings.parameter_z or clearly_missing(found):
+            return replace(found, verdict="located-not-named", advice=nothing_explains(found))
+        return replace(found, verdict=quiet, place=None)
+    candidate = collapsed(best.candidate, best.recovered, settings)
+    refitted = candidate
+    if candidate.joint is not None:
+        whole = found.problem
+        refitted = (
+            refit_nonlinear(whole.thinned(600), candidate) if candidate.nonlinear else refit_linear(whole, candidate)
+        )
+    elif best.located is not None:
+        (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
+        if fit is not None:
+            refitted = _refitted_part(candidate, fit)
+    enough = named and adequate(found, best)
+    verdict = "missing-physics" if enough else "located-not-named"
+    advice = PART_OF_ALL if partly else PART_OF_A_FORCE
+    if enough:
+        advice = beside_laws([refitted], found.problem, found.sigma)
+    return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
+
+
+def _unmeasured(found: Diagnosis, plainly: bool) -> LoadFinding | None:
+    """A force nobody recorded beside those that were: any where much is missing, and a harmonic one where less is."""
+    given = (found.split, found.reduced, found.located, found.g_rows, found.settings)
+    if plainly or clearly_missing(found):
+        return find_unmeasured(*given, found.null.p)
+    if found.null.score <= found.settings.consistent:
+        return None
+    return find_harmonic(*given, found.null_chosen, found.null_score)
+
+
+def _refitted_part(candidate: Candidate, fit: Fit) -> Candidate:
+    """A part of the model (a member, a soft clamp) at its fit to all records, with the covariance of its unknowns."""
+    reduced = fit.hypothesis.reduced
+    covariance, own = np.asarray(np.linalg.pinv(fit.hessian), dtype=np.float64), own_span(reduced)
+    return replace(
+        candidate,
+        values=own_values(reduced, fit.p),
+        p=fit.p,
+        fitted=fit.score,
+        p_sd=standard_deviations(covariance, len(fit.p)),
+        covariance=covariance[own, own] if reduced.members and reduced.members[-1].springs else None,
+        converged=fit.converged,
+    )
+
+
+def _rival(found: Diagnosis, named: bool) -> Rival | None:
+    """The free-form force where it beats every named law and is itself what a law has to be to be accepted."""
+    if found.problem.load is not None or not (named or clearly_missing(found)):
+        return None
+    rival = find_rival(found.split, found.ranked, found.settings, found.n_values, found.sigma, found.null_score)
+    return rival if rival is not None and accepted(found, rival.ranked) else None
+
+
+def _free_form(found: Diagnosis, rival: Rival) -> Diagnosis:
+    """The verdict where the free-form force wins: it goes into the final model, and its class is told."""
+    best = refit_rival(found.problem.thinned(600), rival.ranked.candidate)
+    return replace(
+        found, verdict="located-not-named", best=best, place=rival.ranked.located, advice=rival.advice, rival=rival
+    )
+
+
+def _worst_parameter(found: Diagnosis) -> float:
+    n = len(found.reduced.model.parameters)
+    mean, sd = found.problem.prior(found.reduced)
+    return float(np.abs((found.null.p[:n] - mean[:n]) / sd[:n]).max(initial=0.0))
+
+
+def _needed_update(found: Diagnosis) -> bool:
+    hypothesis, p = found.nominal
+    (nominal,) = found.problem.fit([hypothesis], [(p, np.zeros(0))], iterations=0)
+    return nominal is None or nominal.score > max(found.settings.consistent, 1.1 * found.null.score)
+
+
+def nothing_explains(found: Diagnosis) -> str:
+    """What is told where something is missing that no law explains."""
+    told = "something is missing at the first place listed, but no law of the catalogue explains it"
+    if not depends_on_level(found.problem, found.null, found.located, found.settings):
+        return told
+    error = relative_errors(found.problem, found.null)
+    best, worst = int(np.argmin(error)), int(np.argmax(error))
+    names = [r.name for r in found.problem.records]
+    return (
+        f"{told}; it depends on the level: beyond the noise the updated model leaves {100 * error[worst]:.2g} % of "
+        f"{names[worst]} and {100 * error[best]:.2g} % of {names[best]}, which no linear model does"
+    )
+
+
+def _more_sensors(found: Diagnosis) -> str:
+    """Why no place could be told, and what would."""
+    n = min(r.y.shape[0] for r in found.problem.records)
+    return (
+        f"the updated model leaves {found.null.score:.3g} times what noise explains, but with {n} response(s) a force "
+        f"anywhere explains everything; record at least {n + 1} responses, or name the law at a place you suspect with "
+        "femend.diagnose.name_at.name_at"
+    )
