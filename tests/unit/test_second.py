@@ -176,6 +176,7 @@ def test_a_law_of_the_beginning_may_be_one_of_two_that_explain_more(
         Searched, SimpleNamespace(sigma=5.0, ranked=[law], at=lambda sigma: whole, settings=Settings(), name="window")
     )
     both = SimpleNamespace(terms=SimpleNamespace(chosen=chosen, sigma=reached), name="both")
+    monkeypatch.setattr(second, "chosen_where_it_shows", lambda searched: None)
     monkeypatch.setattr(second, "_worth_looking", lambda searched: searched is whole)
     monkeypatch.setattr(second, "_looked_for", lambda searched: both if searched is whole else None)
     found = cast(Any, second.look_further(first))

@@ -9,10 +9,8 @@ from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.shares import share_explained
 
-__all__ = ["FAR", "TELLING", "accepted", "adequate", "clearly_missing", "stands_out"]
+__all__ = ["TELLING", "accepted", "adequate", "clearly_missing", "stands_out"]
 
-# misfit, as a multiple of what counts as consistent, from which something is missing whatever it is
-FAR = 3.0
 # gain, in `gain_cost`, from which a law is told though it explains part of what is wrong
 TELLING = 10.0
 
@@ -46,7 +44,7 @@ def stands_out(found: Diagnosis, best: Ranked) -> bool:
     """Whether a law takes away more than half of an unseen misfit far above the noise, though not what a law has to:
     beside a mesh or an idealisation that is wrong everywhere it is told as the likeliest, not as what is missing."""
     settings, before, after = found.settings, found.null_chosen.chosen, best.candidate.chosen
-    far = before > FAR * settings.consistent and after < 0.5 * before
+    far = before > settings.far and after < 0.5 * before
     gain = found.null_score - best.score
     return bool(far and gain > TELLING * settings.gain_cost and _share(found, best) >= settings.partly)
 
@@ -62,5 +60,5 @@ def clearly_missing(found: Diagnosis) -> bool:
     if not found.located:
         return False
     misfit, free = found.null.score, found.located[0].fit.score
-    far = misfit > FAR * found.settings.consistent and free < 0.5 * misfit
+    far = misfit > found.settings.far and free < 0.5 * misfit
     return bool(far or depends_on_level(found.problem, found.null, found.located, found.settings))

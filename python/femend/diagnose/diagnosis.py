@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 
-from femend.diagnose.accepted import FAR
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.best_place import at_the_best_place
 from femend.diagnose.candidates import Candidate
@@ -126,14 +125,17 @@ def explain(
         n_values, sigma,
     )  # fmt: skip
     decided = _placed(decide(undecided, plainly), places)
-    told = not decided.by_load and decided.verdict in ("missing-physics", "located-not-named")
-    if not (further and told) or problem.load is not None:
+    told = decided.verdict in ("missing-physics", "located-not-named")
+    # two effects may hide each other from every single law, but not from the misfit
+    wrong = told or plain.null.score > settings.far
+    if not (further and wrong) or decided.by_load or problem.load is not None:
         return decided
     if decided.rival is not None and decided.rival.ranked.candidate.chosen <= settings.adequate:
         return decided  # one force at one place explains what was not used to fit it
     tell.start("look for more")
     so_far.decided = decided
-    return with_further(decided, plain, plainly_located, places, loud)
+    more = with_further(decided, plain, plainly_located, places, loud)
+    return more if told or more.verdict == "missing-physics" else decided
 
 
 def _placed(found: Diagnosis, places: Sequence[Place]) -> Diagnosis:
@@ -152,7 +154,7 @@ def _placed(found: Diagnosis, places: Sequence[Place]) -> Diagnosis:
 
 def _lacking(null_score: float, ranked: Sequence[Ranked], n_values: float, settings: Settings) -> bool:
     """Whether no law takes nearly all away, or the best one, however much it takes, leaves far more than noise."""
-    far = bool(ranked) and ranked[0].candidate.chosen > FAR * settings.consistent
+    far = bool(ranked) and ranked[0].candidate.chosen > settings.far
     return far or unclear(null_score, ranked, n_values, settings)
 
 

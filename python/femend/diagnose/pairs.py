@@ -30,7 +30,7 @@ from femend.diagnose.split import Split
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Searched", "alike", "others", "pair", "plain", "with_members"]
+__all__ = ["Searched", "alike", "others", "pair", "plain", "updated", "with_members"]
 
 FloatArray = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ def pair(first: Searched) -> tuple[Located, Place] | None:
     found = _one_after_the_other(first)
     plainly = [s for s, at in found if max(s.place.n_w, at.n_w) <= 1 and s.fit.score <= first.settings.adequate]
     if not plainly and not is_many(first.places):
-        null = _updated(first)
+        null = updated(first)
         pairs = [] if null is None else best_pairs(first.problem, first.reduced, first.places, first.located, null)
         found += [(second, at) for at, second in pairs]
     if not found:
@@ -100,7 +100,7 @@ def pair(first: Searched) -> tuple[Located, Place] | None:
     return likeliest_equal(first.problem, first.reduced, first.places, second, at)
 
 
-def _updated(first: Searched) -> Fit | None:
+def updated(first: Searched) -> Fit | None:
     """The updated model fitted from where the best single place brought it."""
     start = plain(first, first.located[0].fit.p)
     (fit,) = first.problem.sparing(LINES).fit(

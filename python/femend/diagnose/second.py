@@ -20,6 +20,7 @@ from femend.diagnose.levels import element_depends_on_level
 from femend.diagnose.locate import Located, locate, shortlist, squares_of
 from femend.diagnose.name import name_physics
 from femend.diagnose.one_linear import one_linear
+from femend.diagnose.other_split import chosen_where_it_shows
 from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import Searched, others, pair, plain, with_members
 from femend.diagnose.parallel import in_parallel
@@ -57,9 +58,15 @@ def look_further(first: Searched) -> Further | None:
     """Two effects where one law at one place leaves much that two laws explain, at two places or, where the sensors
     cannot tell two, beside each other; None otherwise.
 
-    A law that explains the beginning of the records alone may be one of two that explain them all: that is looked for
-    first, and counts where both explain more of the records than the law does.
+    A law that explains the beginning of the records alone may be one of two that explain them all, and one that was
+    chosen where the other effect does not show explains no others: those are looked for first, and count where both
+    explain more of the records than the law does.
     """
+    elsewhere = chosen_where_it_shows(first)
+    if elsewhere is not None and _worth_looking(elsewhere):
+        found = _looked_for(elsewhere)
+        if found is not None and found.terms.chosen <= first.settings.adequate:
+            return found
     if first.sigma > 0 and first.ranked:
         whole = first.at(0.0)
         if not first.ranked[0].candidate.nonlinear:
@@ -80,7 +87,7 @@ def _looked_for(first: Searched) -> Further | None:
     if not _worth_looking(first):
         return None
     one = _in_parallel(first) or _at_two_places(first)
-    if one is not None and one.terms.chosen <= first.settings.adequate:
+    if _one_of_two(first) or (one is not None and one.terms.chosen <= first.settings.adequate):
         return one
     found = of_those_found(first)
     two = None if found is None else _further(*found, first.ranked)
@@ -168,7 +175,7 @@ def _at_two_places(first: Searched) -> Further | None:
     leaves, there is no second.
     """
     found, more = _beside_the_best(first)
-    if found is not None or not more:
+    if found is not None or not more or _one_of_two(first):
         return found
     places = pair(first)
     if places is None:
@@ -186,16 +193,38 @@ def _at_two_places(first: Searched) -> Further | None:
 
 
 def _one_of_them_linear(first: Searched, second: Located, at: Place) -> Further | None:
-    """Two places of which one has a linear law, named with the force at the other free."""
+    """Two places of which one has a linear law, named with the force at the other free. Where that law is a part of
+    the model, what stands beside it is named again as one effect is, at all places."""
     found = one_linear(first, second, at)
-    return None if found is None else _told(first, found[0], found[1])
+    if found is None:
+        return None
+    both, laws = found
+    told = _told(first, both, laws)
+    aside = _of_law(first, laws[0], _nothing(first))
+    beside = _search(first, aside, others(first, laws[0].located.place)) if aside.members else None
+    if beside is None or not beside.ranked or beside.sigma > first.sigma:
+        return told
+    here = [r for r in laws if r.located.place is laws[0].located.place]
+    named = (f for f in (told, _together(first, (here, beside.ranked))) if f is not None)
+    return min(named, key=partial(_place_in_order, first.settings), default=None)
+
+
+def _one_of_two(first: Searched) -> bool:
+    """Whether the best law is one of the two, if there are two: it takes most away and leaves little."""
+    best = first.ranked[0]
+    return _takes_most(first) and best.candidate.chosen <= first.settings.far
+
+
+def _takes_most(first: Searched) -> bool:
+    """Whether the best law takes away the greater part of what is wrong with the updated model."""
+    return first.null_score - first.ranked[0].score > FIRST_SHARE * (first.null_score - first.floor)
 
 
 def _beside_the_best(first: Searched) -> tuple[Further | None, bool]:
     """Two effects of which one is the best law, where that explains the greater part; and, where there are none,
     whether there may be two others."""
     best = first.ranked[0]
-    if first.null_score - best.score <= FIRST_SHARE * (first.null_score - first.floor):
+    if not _takes_most(first):
         return None, True
     aside, beside = _next_to(first, best, _nothing(first))
     return _in_turns(first, best, first.ranked, aside, beside), beside is not None

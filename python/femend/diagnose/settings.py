@@ -37,6 +37,7 @@ class Settings:
         same_law: relative difference of two laws' forces below which the simpler one is named.
         worth_naming: share of the updated model's cost that a free force somewhere has to take away, where the model is
             at the noise already, before laws are tried at all.
+        far: misfit from which something is missing whatever it is; what is left below it may be many small things.
         consistent: misfit up to which the deck as it stands explains the recordings; where the updated model does, a
             law is given only for what it takes off the model's own priors.
     """
@@ -61,6 +62,7 @@ class Settings:
     adequate: float = 1.5
     strained: float = 2.0
     price: float = 1.0
+    far: float = 3.6
     consistent: float = 1.2
     same_law: float = 0.08
     worth_naming: float = 0.02

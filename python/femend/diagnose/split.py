@@ -6,12 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femend.diagnose.held_back import HeldBack, before, hold_back, since
 from femend.diagnose.locate import Located
 from femend.estimate import Fit, FitRecord, Problem
 
-__all__ = ["Split", "split_records"]
+__all__ = ["Split", "split_by", "split_records"]
+
+FloatArray = NDArray[np.float64]
 
 # lines a record while laws are compared; the chosen one is fitted on all
 NAMING_LINES = 400
@@ -90,10 +93,17 @@ def split_records(problem: Problem, null: Fit | None = None, located: Sequence[L
     records = problem.records
     if len(records) < 2:
         return _of_one(problem, hold_back(problem))
+    drops = np.zeros(len(records)) if null is None or not located else _drops(null, located[0].fit, records)
+    return split_by(problem, drops)
+
+
+def split_by(problem: Problem, drops: FloatArray) -> Split:
+    """Keeps of several records the one of middle level for choosing, or one that shows what is to be chosen: `drops`
+    (n_records,) says how much of that is in each."""
+    records = problem.records
     order = [int(i) for i in np.argsort([r.level for r in records])]
     middle = order[(len(order) - 1) // 2 if len(order) < 3 else len(order) // 2]
     fitted, choosing = [i for i in order if i != middle], [middle]
-    drops = np.zeros(len(records)) if null is None or not located else _drops(null, located[0].fit, records)
     if drops[middle] < SILENT * drops.max():
         telling = [i for i in order if drops[i] >= TELLING * drops.max()]
         if len(telling) > 1:
@@ -116,7 +126,7 @@ def _of_one(problem: Problem, held: HeldBack) -> Split:
     return Split(problem, early, late, held)
 
 
-def _drops(null: Fit, free: Fit, records: Sequence[FitRecord]) -> np.ndarray:
+def _drops(null: Fit, free: Fit, records: Sequence[FitRecord]) -> FloatArray:
     """Weighted squares (n_records,) that a free force takes away from the updated model in each record."""
     sizes = np.array([r.y.size for r in records])
     return np.maximum(np.asarray(null.misfit) - np.asarray(free.misfit), 0.0) * sizes

@@ -165,12 +165,14 @@ def better(first: Searched, best: Scored | None, found: Scored | None) -> Scored
 
 def _won(first: Searched, value: float, found: Terms) -> bool:
     """Whether several laws bring against one what one has to bring against none: the noise is what they can reach (a
-    score of nothing), since free forces at two places leave less than any law where sensors are few."""
-    one = first.ranked[0]
+    score of nothing), since free forces at two places leave less than any law where sensors are few. What one law
+    leaves near the noise may be the mesh, of which any other takes a part and a second effect nearly all."""
+    one, settings = first.ranked[0], first.settings
     share = (one.score - value) / max(one.score, 1e-12)
     whole = (first.null_score - value) / max(first.null_score, 1e-12)
+    needed = settings.explained if one.candidate.chosen > settings.far else settings.nearly
     won = gained(first, one.score - value, one.candidate.chosen, one.candidate.prior, found)
-    return won and bool(min(share, whole) >= first.settings.explained)
+    return won and share >= needed and whole >= settings.explained
 
 
 def _determined(term: Term) -> bool:

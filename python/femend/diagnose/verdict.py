@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.diagnose.accepted import FAR, accepted, adequate, clearly_missing, stands_out
+from femend.diagnose.accepted import accepted, adequate, clearly_missing, stands_out
 from femend.diagnose.advice import PART_OF_A_FORCE, PART_OF_ALL, beside_laws
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.collapse import collapsed
@@ -41,7 +41,7 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
         return _free_form(found, rival)
     partly = best is not None and not named and stands_out(found, best)
     if best is None or not (named or partly):
-        if not found.located and found.null.score > FAR * settings.consistent:
+        if not found.located and found.null.score > settings.far:
             return replace(found, verdict="undetermined", place=None, advice=_more_sensors(found))
         if outlier > settings.parameter_z or clearly_missing(found):
             return replace(found, verdict="located-not-named", advice=nothing_explains(found))

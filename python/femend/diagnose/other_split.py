@@ -1,0 +1,66 @@
+"""Other recordings to choose on, where what one law leaves shows in none of those that chose it.
+
+A stop that is reached in the strongest recording alone leaves the weaker ones to what is missing beside it: a law that
+explains these is chosen, and nothing says that it leaves most of the strongest. Which recordings choose was settled by
+what a free force takes away before anything was named; what the best law leaves is known afterwards.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.judge import again, compared_in, judge_in, to_beat
+from femend.diagnose.pairs import Searched, updated
+from femend.diagnose.ranked import told_simply
+from femend.diagnose.shares import score_of_noise
+from femend.diagnose.split import Split, split_by
+from femend.estimate import Fit
+
+__all__ = ["chosen_where_it_shows"]
+
+FloatArray = NDArray[np.float64]
+
+
+def chosen_where_it_shows(first: Searched) -> Searched | None:
+    """The search as it was, on whole recordings of which those choose in which it shows what the best law leaves; None
+    where it shows in those that chose already, or where a single free force explains them all, so that the law was
+    lost on the way and nothing stands beside it."""
+    settings, split = first.settings, first.split
+    if split.held is not None or not first.ranked or not first.located:
+        return None
+    if first.located[0].fit.score <= settings.adequate:
+        return None
+    left = _left_in_each(first)
+    chose = {r.name for r in split.choosing.records}
+    if any(left[name] > settings.adequate for name in chose) or max(left.values()) <= settings.far:
+        return None
+    null = updated(first)
+    if null is None:
+        return None
+    other = split_by(split.whole, np.array([(left[r.name] - 1) * r.y.size for r in split.whole.records]))
+    return _on(first, other, null, 0.0)
+
+
+def _left_in_each(first: Searched) -> dict[str, float]:
+    """Misfit that the best law leaves in each whole recording, by its name."""
+    split, best = first.split, first.ranked[0]
+    left = {}
+    for record in split.whole.records:
+        alone = replace(split, choosing=split.whole.on([record]))
+        judged = judge_in(alone, first.reduced, 0.0, first.settings).ranked(again(best), afresh=True)
+        left[record.name] = judged.candidate.chosen
+    return left
+
+
+def _on(first: Searched, split: Split, null: Fit, sigma: float) -> Searched:
+    """The search with laws compared on another split of the recordings, in a window exp(-sigma t)."""
+    _, n_values, null_score = to_beat(split, first.reduced, null, first.settings, sigma)
+    ranked = told_simply(compared_in(split, first.reduced, first.ranked, sigma, first.settings), first.settings)
+    return replace(
+        first, split=split, ranked=ranked, n_values=n_values, null_score=null_score,
+        floor=score_of_noise(ranked, n_values), sigma=sigma, in_window=partial(_on, first, split, null),
+    )  # fmt: skip
