@@ -28,6 +28,7 @@ from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Terms, follow_terms, refit_terms
 from femend.diagnose.together import Scored, are_told, best_of, distinct, shows, term_of, told_plainly
 from femend.estimate import Hypothesis
+from femend.estimate.fit import STEPS
 from femend.model import Place
 
 __all__ = ["Further", "Searched", "look_further"]
@@ -256,7 +257,7 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> _Beside 
     split = aside.known.split(first.split)
     start = with_members(first, aside.p, sum(m.n_own for m in aside.members))
     # without the other force the model would be bent by what that did
-    steps = 0 if aside.held else 20
+    steps = 0 if aside.held else STEPS
     (null,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], [(start, np.zeros(0))], iterations=steps)
     if null is None:
         return _Beside([], 0.0)
