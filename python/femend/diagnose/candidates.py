@@ -119,20 +119,19 @@ def laws_for(kind: str) -> list[tuple[str, Physics]]:
     return found
 
 
-def starts(
-    entry: Physics, joint: Joint, recovered: Recovered, s: list[NDArray[np.complex128]], count: int
-) -> list[Start]:
-    """The best starts of a law by regression of the recovered force on its shapes, beside a linear companion.
+def starts(entry: Physics, joint: Joint, recovered: Recovered, count: int) -> list[Start]:
+    """The `count` best starts of a law by regression of the recovered force on its shapes, beside a linear companion.
 
-    `s` are the lines (K,) of every record. Lines are weighted by how well the sensors see a force at the joint.
+    Lines are weighted by how well the sensors see a force at the joint.
     """
+    s = recovered.s
     amplitude = float(max(np.abs(d).max() for d in recovered.d))
     omega = np.concatenate([x.imag for x in s])
     if not np.isfinite(amplitude) or amplitude <= 0:
         return []
     found = []
     for shape in shapes(entry, amplitude=amplitude, band=(float(omega.min()), float(omega.max()))):
-        columns = [_term(shape.physics, term, recovered, s) for term in shape.terms]
+        columns = [_term(shape.physics, term, recovered) for term in shape.terms]
         linear = entry.kind == "linear"
         if not linear:
             columns += [
@@ -193,18 +192,14 @@ def _stack(parts: list[NDArray[np.complex128]], recovered: Recovered) -> NDArray
     return np.concatenate([(X * np.sqrt(w)).ravel() for X, w in zip(parts, recovered.weight)])
 
 
-def _term(
-    entry: Physics, values: Mapping[str, float], recovered: Recovered, s: list[NDArray[np.complex128]]
-) -> NDArray[np.complex128]:
+def _term(entry: Physics, values: Mapping[str, float], recovered: Recovered) -> NDArray[np.complex128]:
     """A law's unit force on the lines of every record."""
-    return _stack(force_on_lines(entry, values, recovered, s), recovered)
+    return _stack(force_on_lines(entry, values, recovered), recovered)
 
 
-def force_on_lines(
-    entry: Physics, values: Mapping[str, float], recovered: Recovered, s: list[NDArray[np.complex128]]
-) -> list[NDArray[np.complex128]]:
-    """Forces (K, n_w) of a law that follows a recovered motion, on the lines `s` (K,) of every record."""
-    law = entry.law or entry.name
+def force_on_lines(entry: Physics, values: Mapping[str, float], recovered: Recovered) -> list[NDArray[np.complex128]]:
+    """Forces (K, n_w) of a law that follows a recovered motion, on the lines of every record."""
+    law, s = entry.law or entry.name, recovered.s
     parts = []
     for i, D in enumerate(recovered.D):
         if entry.kind == "linear":

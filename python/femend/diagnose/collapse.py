@@ -100,11 +100,7 @@ def _same_force(
     """Size of the simple law whose force is most like the law's over all lines; None where it differs too much."""
     top = bottom = power = 0.0
     unit = {physics(simple).parameter_names[0]: 1.0}
-    for line_index, record, D, weight in zip(
-        recovered.index, recovered.records, recovered.D, recovered.weight, strict=True
-    ):
-        freq = line_index / (record.n * record.dt) if record.frf is None else record.frf.freq[line_index]
-        s = np.asarray(2j * np.pi * freq, dtype=np.complex128)
+    for s, D, weight in zip(recovered.s, recovered.D, recovered.weight, strict=True):
         kappa = _core.law_dynamic_stiffness(law, values, s)[0][:, None]
         shape = _core.law_dynamic_stiffness(simple, unit, s)[0][:, None]
         seen = weight * np.abs(D) ** 2

@@ -108,11 +108,7 @@ class Recovered:
     @property
     def s(self) -> list[ComplexArray]:
         """i omega (K,) of the lines of every record."""
-        freq = [
-            index / (record.n * record.dt) if record.frf is None else record.frf.freq[index]
-            for index, record in zip(self.index, self.records, strict=True)
-        ]
-        return [np.asarray(2j * np.pi * f, dtype=np.complex128) for f in freq]
+        return [np.asarray(2j * np.pi * f, dtype=np.complex128) for f in self.freq]
 
 
 def recover(

@@ -160,12 +160,11 @@ def fit_mass(
 
 def _absorbers(recovered: Recovered, scale: float, band: tuple[float, float]) -> list[dict[str, float]]:
     """Tunings and losses whose force follows the recovered one best, and a coarse grid of tunings beside them."""
-    s = [2j * np.pi * freq for freq in recovered.freq]
     ranked = []
     for w in band[0] * (band[1] / band[0]) ** np.linspace(0.0, 1.0, FINE_TUNINGS):
         for loss in (0.01, 0.05, 0.2):
             top = bottom = power = 0.0
-            for x, D, F, seen in zip(s, recovered.D, recovered.F, recovered.weight, strict=True):
+            for x, D, F, seen in zip(recovered.s, recovered.D, recovered.F, recovered.weight, strict=True):
                 shape = (x**2 * (w**2 + 2 * loss * w * x) / (x**2 + 2 * loss * w * x + w**2))[:, None] * D
                 top += float((seen * np.real(shape.conj() * F)).sum())
                 bottom += float((seen * np.abs(shape) ** 2).sum())

@@ -17,6 +17,7 @@ from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import KINDS, Start, laws_for, starts
 from femend.diagnose.dressed import with_own
 from femend.diagnose.joint import enlarged, open_joint
+from femend.diagnose.judge import Given
 from femend.diagnose.known_force import rows_of
 from femend.diagnose.locate import Located, hypothesis_of, locate, shortlist, squares_of
 from femend.diagnose.name import name_physics
@@ -78,9 +79,8 @@ def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> Linear
     places = others(first, free)
     located = locate(problem, reduced, places, null)
     short = with_look_alikes(problem, reduced, shortlist(located), places, first.settings)
-    ranked, _ = name_physics(
-        first.split.of(problem), reduced, short, rows, first.settings, null.p, clamps=[*short, *located]
-    )
+    given = Given(first.split.of(problem), reduced, rows, null.p, first.settings)
+    ranked, _ = name_physics(given, short, clamps=[*short, *located])
     ranked = told_simply(ranked, first.settings)
     if not ranked or ranked[0].candidate.chosen > first.settings.adequate:
         return None
@@ -108,7 +108,7 @@ def _both(first: Searched, one: LinearOne) -> Scored | None:
     begun = [
         (name, start)
         for name, entry in laws_for(place.kind)
-        for start in starts(entry, joint, recovered, recovered.s, STARTS)
+        for start in starts(entry, joint, recovered, STARTS)
         if np.isfinite(start.left)
     ]
     begun.sort(key=lambda item: item[1].left)

@@ -23,7 +23,7 @@ from femend.diagnose.locate import (
 )
 from femend.diagnose.pair_screen import best_pairs
 from femend.diagnose.preference import LIKELIER, preference
-from femend.diagnose.ranked import Ranked
+from femend.diagnose.ranked import Ranked, price
 from femend.diagnose.screen import is_many
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
@@ -67,7 +67,7 @@ class Searched:
     @property
     def price(self) -> float:
         """Score that a parameter of a law costs."""
-        return self.settings.price * float(np.log(max(self.n_values, np.e)))
+        return price(self.settings, self.n_values)
 
 
 def pair(first: Searched) -> tuple[Located, Place] | None:

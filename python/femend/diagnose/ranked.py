@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from femend.diagnose.settings import Settings
 from femend.estimate import Problem
 from femend.model import ReducedModel
 
-__all__ = ["Ranked", "effective_values", "score", "tempered", "told_simply"]
+__all__ = ["Judged", "Ranked", "deviance", "effective_values", "price", "score", "tempered", "told_simply"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,10 +32,36 @@ class Ranked:
     name: str = ""
 
 
-def score(candidate: Candidate, choosing: Problem, settings: Settings, n_values: float) -> float:
+class Judged(Protocol):
+    """One law or several after their fit: misfit on the choosing records, prior cost of the model's unknowns, number of
+    parameters."""
+
+    @property
+    def chosen(self) -> float:
+        """Mean weighted square left on the records kept for choosing."""
+
+    @property
+    def prior(self) -> float:
+        """Prior cost of the model's unknowns."""
+
+    @property
+    def n_law(self) -> int:
+        """Number of law parameters fitted."""
+
+
+def deviance(misfit: float, n_values: float) -> float:
+    """Tempered -2 ln likelihood of a `misfit` on `n_values` values, but for what is the same for all laws."""
+    return n_values * float(np.log(max(misfit, 1e-12)))
+
+
+def price(settings: Settings, n_values: float) -> float:
+    """Score that a parameter of a law costs where `n_values` values choose."""
+    return settings.price * float(np.log(max(n_values, np.e)))
+
+
+def score(judged: Judged, settings: Settings, n_values: float) -> float:
     """Tempered squares on unseen data, prior of the model's unknowns, and a price for every parameter of the law."""
-    price = settings.price * float(np.log(max(n_values, np.e)))
-    return n_values * float(np.log(max(candidate.chosen, 1e-12))) + candidate.prior + price * candidate.n_law
+    return deviance(judged.chosen, n_values) + judged.prior + price(settings, n_values) * judged.n_law
 
 
 def tempered(ranked: Sequence[Ranked], null_score: float = np.inf) -> list[float]:

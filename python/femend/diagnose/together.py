@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.diagnose.collapse import SPRINGS, collapsed
 from femend.diagnose.pairs import Searched, plain
-from femend.diagnose.ranked import Ranked
+from femend.diagnose.ranked import Ranked, score
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms
 from femend.physics import physics
@@ -56,7 +56,7 @@ def fitted_together(first: Searched, terms: Sequence[Term], p: FloatArray, *, si
     if found is None:
         return None
     found = judge_terms(first.split.choosing, found)
-    value = _score(first, found)
+    value = score(found, first.settings, first.n_values)
     return (value, found) if np.isfinite(value) else None
 
 
@@ -69,12 +69,6 @@ def gained(first: Searched, gain: float, chosen: float, prior: float, found: Ter
 def brings(first: Searched, fewer: Scored, more: Scored) -> bool:
     """Whether more terms bring against fewer what a law has to bring against none."""
     return gained(first, fewer[0] - more[0], fewer[1].chosen, fewer[1].prior, more[1])
-
-
-def _score(first: Searched, found: Terms) -> float:
-    """Tempered squares on unseen data, prior of the model's unknowns, and a price for every parameter."""
-    squares = first.n_values * float(np.log(max(found.chosen, 1e-12)))
-    return squares + found.prior + first.price * found.n_law
 
 
 def best_of(first: Searched, tries: Sequence[tuple[Sequence[Term], FloatArray]]) -> Scored | None:

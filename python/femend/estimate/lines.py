@@ -125,6 +125,11 @@ class Lines:
     core: Any
 
     @property
+    def s(self) -> ComplexArray:
+        """Lines sigma + i omega (K,), rad/s."""
+        return np.asarray(self.sigma + 2j * np.pi * self.freq, dtype=np.complex128)
+
+    @property
     def first(self) -> int:
         """Sample of the record at which these lines begin."""
         return _first(self.record, self.sigma)
