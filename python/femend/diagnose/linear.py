@@ -17,7 +17,7 @@ from femend.physics.causal import box_spectrum, springpot
 
 FloatArray = NDArray[np.float64]
 
-__all__ = ["closed_by", "fit_linear", "fit_mass", "judge_linear", "refit_linear"]
+__all__ = ["closed_by", "companions_alone", "fit_linear", "fit_mass", "judge_linear", "refit_linear"]
 
 # ln standard deviation of a law's parameters around their start: they are free but for absurd values
 LAW_SD = 3.0
@@ -47,7 +47,7 @@ def fit_linear(
     anything, from which no descent can end above the updated model.
     """
     law = entry.law or entry.name
-    all_starts = linear_starts(problem, joint, recovered, entry)
+    all_starts = _linear_starts(problem, joint, recovered, entry)
     begun = [
         (recovered.fit.p, v) for v in (*followed(recovered, entry, all_starts, FOLLOWED), *all_starts[:UNFOLLOWED])
     ]
@@ -104,7 +104,7 @@ def _idle(entry: Physics, begun: Sequence[Mapping[str, float]], released: bool) 
     return {q.name: most[q.name] if q.shape else most[q.name] * factor for q in entry.parameters}
 
 
-def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: Physics) -> list[dict[str, float]]:
+def _linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: Physics) -> list[dict[str, float]]:
     """Sizes of a law that can matter at the joint: near the equivalent spring and dashpot, and the joint's
     stiffness."""
     scale, omega = stiffness_scale(problem, joint)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
+from femend.diagnose.evidence import fall
 from femend.diagnose.judge import Given, ToBeat, null_candidate
 from femend.diagnose.ranked import effective_values, score
 from femend.diagnose.receptances import on_lines
@@ -85,7 +86,7 @@ def try_loads(problem: Problem, given: Given, null: Fit, alone: ToBeat, *, turne
             best = finding
     if best is None:
         return None
-    gain = np.log(alone.candidate.chosen / max(best.candidate.chosen, 1e-12))
+    gain = fall(alone.candidate.chosen, best.candidate.chosen)
     return best if alone.score - best.score > settings.gain_cost and gain > 0.5 else None
 
 

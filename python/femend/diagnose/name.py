@@ -7,10 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.evidence import deviance
 from femend.diagnose.judge import Given, Tried, again, compared_in, free_reference, judge_in
 from femend.diagnose.laws_at import Opened, linear_at, nonlinear_at, on_springs, with_kin
 from femend.diagnose.locate import Located, order
-from femend.diagnose.ranked import Ranked, deviance, score
+from femend.diagnose.ranked import Ranked, score
 from femend.diagnose.settings import Settings
 from femend.diagnose.window import followed_on, widest
 

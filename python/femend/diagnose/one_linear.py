@@ -42,7 +42,7 @@ LINES = 600
 
 
 @dataclass(frozen=True, eq=False)
-class LinearOne:
+class _LinearOne:
     """Linear laws, in order of score, with the force at a place `free`, and the `problem` with it."""
 
     ranked: list[Ranked]
@@ -65,7 +65,7 @@ def one_linear(first: Searched, second: Located, at: Place) -> tuple[Scored, lis
     return min(found, key=lambda f: f[0][0], default=None)
 
 
-def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> LinearOne | None:
+def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> _LinearOne | None:
     """Linear laws anywhere that explain the recordings beside a force free at a place, from unknowns `p`."""
     # in a cut a law carries what the connection carried, and not what a force beside that does
     if free.kind not in KINDS or free.n_w != 1:
@@ -85,7 +85,7 @@ def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> Linear
     if not ranked or ranked[0].candidate.chosen > first.settings.adequate:
         return None
     at = _located(first, free, other, p)
-    return None if at is None else LinearOne(ranked, at, problem)
+    return None if at is None else _LinearOne(ranked, at, problem)
 
 
 def _located(first: Searched, free: Place, other: Place, p: FloatArray) -> Located | None:
@@ -100,7 +100,7 @@ def _located(first: Searched, free: Place, other: Place, p: FloatArray) -> Locat
     return with_look_alikes(first.problem, hypothesis.reduced, [one], first.places, first.settings)[0]
 
 
-def _both(first: Searched, one: LinearOne) -> Scored | None:
+def _both(first: Searched, one: _LinearOne) -> Scored | None:
     """The linear law and the best of those that follow what the place beside it did."""
     law, place = term_of(first, one.ranked[0]), one.free.place
     joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
@@ -131,7 +131,7 @@ def _both(first: Searched, one: LinearOne) -> Scored | None:
     return None if best is None else _otherwise(first, one, best)
 
 
-def _otherwise(first: Searched, one: LinearOne, found: Scored) -> Scored:
+def _otherwise(first: Searched, one: _LinearOne, found: Scored) -> Scored:
     """The same with another linear law at the place of the first that did about as well beside a free force."""
     here = [r for r in one.ranked if r.located.place is one.ranked[0].located.place]
     for ranked in distinct(first, here)[1:]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.classes import similarity_to
 from femend.diagnose.equal_pairs import likeliest_equal
+from femend.diagnose.evidence import price
 from femend.diagnose.locate import (
     ALIKE,
     COMPARED_LINES,
@@ -23,7 +24,7 @@ from femend.diagnose.locate import (
 )
 from femend.diagnose.pair_screen import best_pairs
 from femend.diagnose.preference import LIKELIER, preference
-from femend.diagnose.ranked import Ranked, price
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.screen import is_many
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split

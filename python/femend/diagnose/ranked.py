@@ -11,13 +11,14 @@ import numpy as np
 from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.collapse import collapsed
+from femend.diagnose.evidence import deviance, price
 from femend.diagnose.joint import Recovered
 from femend.diagnose.locate import Located
 from femend.diagnose.settings import Settings
 from femend.estimate import Problem
 from femend.model import ReducedModel
 
-__all__ = ["Judged", "Ranked", "deviance", "effective_values", "price", "score", "tempered", "told_simply"]
+__all__ = ["Judged", "Ranked", "effective_values", "score", "tempered", "told_simply"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,16 +48,6 @@ class Judged(Protocol):
     @property
     def n_law(self) -> int:
         """Number of law parameters fitted."""
-
-
-def deviance(misfit: float, n_values: float) -> float:
-    """Tempered -2 ln likelihood of a `misfit` on `n_values` values, but for what is the same for all laws."""
-    return n_values * float(np.log(max(misfit, 1e-12)))
-
-
-def price(settings: Settings, n_values: float) -> float:
-    """Score that a parameter of a law costs where `n_values` values choose."""
-    return settings.price * float(np.log(max(n_values, np.e)))
 
 
 def score(judged: Judged, settings: Settings, n_values: float) -> float:

@@ -15,6 +15,7 @@ from femend.diagnose.beside import companions
 from femend.diagnose.best_place import at_the_best_places
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.dressed import with_own
+from femend.diagnose.evidence import deviance
 from femend.diagnose.judge import Given
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
 from femend.diagnose.levels import element_depends_on_level
@@ -24,7 +25,7 @@ from femend.diagnose.one_linear import one_linear
 from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import Searched, others, pair, plain, with_members
 from femend.diagnose.parallel import in_parallel
-from femend.diagnose.ranked import Ranked, deviance, told_simply
+from femend.diagnose.ranked import Ranked, told_simply
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Terms, follow_terms, refit_terms
 from femend.diagnose.together import Scored, are_told, best_of, distinct, shows, term_of, told_plainly

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from femend.diagnose.ranked import Ranked, deviance
+from femend.diagnose.evidence import deviance
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
 
 __all__ = ["score_of_noise", "share_explained", "unclear"]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.collapse import SPRINGS, collapsed
+from femend.diagnose.evidence import LEAST, fall
 from femend.diagnose.pairs import Searched, plain
 from femend.diagnose.ranked import Ranked, score
 from femend.diagnose.settings import Settings
@@ -62,8 +63,7 @@ def fitted_together(first: Searched, terms: Sequence[Term], p: FloatArray, *, si
 
 def gained(first: Searched, gain: float, chosen: float, prior: float, found: Terms) -> bool:
     """Whether terms bring what a law has to bring, against what leaves `chosen` on unseen data with `prior`."""
-    less = float(np.log(chosen / max(found.chosen, 1e-12)))
-    return first.settings.wins(gain, less, prior - found.prior)
+    return first.settings.wins(gain, fall(chosen, found.chosen), prior - found.prior)
 
 
 def brings(first: Searched, fewer: Scored, more: Scored) -> bool:
@@ -90,7 +90,7 @@ def best_of(first: Searched, tries: Sequence[tuple[Sequence[Term], FloatArray]])
 def shows(settings: Settings, one: float, two: float) -> bool:
     """Whether two laws show in unseen data, from what one and both of them leave there: by as much as more freedom
     alone does not bring. What bends the rest of the model may be its mesh, so that relief alone is no second effect."""
-    return bool(np.log(max(one, 1e-12) / max(two, 1e-12)) > settings.gain_nonlinear)
+    return fall(max(one, LEAST), two) > settings.gain_nonlinear
 
 
 def distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
+from femend.diagnose.evidence import fall
 from femend.diagnose.harmonic import fit_harmonic
 from femend.diagnose.joint import Recovered, open_joint, recover
 from femend.diagnose.judge import Given
@@ -93,7 +94,7 @@ def find_harmonic(
     found = _best_sine(given, shown, without.p)
     if found is None:
         return None
-    less = float(np.log(without.chosen / max(found.candidate.chosen, 1e-12)))
+    less = fall(without.chosen, found.candidate.chosen)
     won = given.settings.wins(null_score - found.score, less, without.prior - found.candidate.prior)
     return found if won else None
 

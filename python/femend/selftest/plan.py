@@ -118,7 +118,7 @@ def _replay(recording: Recording, model: Model, pairing: Pairing) -> Replay:
         np.array([model.row(d) for d in out]),
         np.array([float(d.sign) for d in out]),
         np.array([_ORDER[c.quantity] for c in response.channels]),
-        noise_of(u, y, force.dt, period_of(u)),
+        noise_of(u, y, period_of(u)),
     )
 
 

@@ -219,7 +219,7 @@ def _write(run: StudyRun, out: Path, info: RunInfo) -> None:
 
 def _write_deck(run: StudyRun, folder: Path) -> None:
     changes = deck_changes(run.model, run.result["parameters"])
-    cards = deck_cards(run.model, run.diagnosis, run.result)
+    cards = deck_cards(run.model, run.result)
     patched = patch_deck(run.model.deck, changes, cards)
     main = Path(run.model.deck.path)
     text = patched.pop(main, None)

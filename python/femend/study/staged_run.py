@@ -85,7 +85,7 @@ def diagnose_staged(
         progress.done()
     with steps.step("predict"):
         predictions = predict_staged(setup, test, data, final, plain)
-        result = staged_result(setup, data, final, plain, predictions, [*warnings_of(study, free.deck, test), *told])
+        result = staged_result(setup, data, final, predictions, [*warnings_of(study, free.deck, test), *told])
     run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)
     if out is not None:
         _write(run, out, info)
@@ -129,9 +129,7 @@ def _write(run: StagedRun, out: Path, info: RunInfo) -> None:
 
 
 def _write_deck(run: StagedRun, folder: Path) -> None:
-    patched = patch_deck(
-        run.model.deck, staged_changes(run.setup, run.final), staged_cards(run.setup, run.final, run.result)
-    )
+    patched = patch_deck(run.model.deck, staged_changes(run.setup, run.final), staged_cards(run.setup, run.final))
     main = Path(run.model.deck.path)
     text = patched.pop(main, None)
     (folder / "model.updated.bdf").write_bytes(main.read_bytes() if text is None else text)
