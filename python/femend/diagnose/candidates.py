@@ -14,15 +14,25 @@ from femend.diagnose.joint import Joint, Recovered
 from femend.physics import FitCoordinates, Physics, Surrogate, catalogue, physics, shapes
 from femend.physics.causal import CAUSAL
 
-__all__ = ["KINDS", "ONLY_GROUND", "Candidate", "Start", "force_on_lines", "standard_deviations", "laws_for", "starts"]
+__all__ = [
+    "KINDS",
+    "ONLY_GROUND",
+    "SPRINGS",
+    "Candidate",
+    "Start",
+    "force_on_lines",
+    "standard_deviations",
+    "laws_for",
+    "starts",
+]
 
 FloatArray = NDArray[np.float64]
 
 # slip of friction that is taken to be stuck, as a share of the largest motion
 STUCK = 0.02
 
-# laws tried at each kind of place; the name of a plain spring depends on what the model has there
-_SPRING = {
+# what a plain spring is called at each kind of place where laws are tried, by what the model has there
+SPRINGS = {
     "ground": "support_stiffness",
     "pair": "support_stiffness",
     "end": "joint_stiffness",
@@ -109,8 +119,8 @@ def laws_for(kind: str) -> list[tuple[str, Physics]]:
     found: list[tuple[str, Physics]] = []
     if kind == "support":
         return [("compliant_support", physics("released_support"))]
-    if kind in _SPRING:
-        found.append((_SPRING[kind], physics("support_stiffness")))
+    if kind in SPRINGS:
+        found.append((SPRINGS[kind], physics("support_stiffness")))
         for entry in catalogue():
             if entry.name in _NOT_NAMED or (entry.name in ONLY_GROUND and kind != "ground"):
                 continue

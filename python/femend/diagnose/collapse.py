@@ -8,20 +8,18 @@ from dataclasses import replace
 import numpy as np
 
 from femend import _core
-from femend.diagnose.candidates import Candidate
+from femend.diagnose.candidates import SPRINGS, Candidate
 from femend.diagnose.joint import Recovered
 from femend.diagnose.settings import Settings
 from femend.physics import FitCoordinates, physics, simpler
 
-__all__ = ["SHARP", "SPRINGS", "collapsed"]
+__all__ = ["SHARP", "collapsed"]
 
 # exponent n from which the knee of a Bouc-Wen loop is as sharp as that of friction with a spring before it
 SHARP = 8.0
 # share of the largest motion below which the yield displacement of a loop cannot be seen: its knee, some three of them
 # long, is then within a tenth of the motion, and the loop a rectangle whatever the knee
 NARROW = 0.03
-# what a plain spring is called at each kind of place
-SPRINGS = {"end": "joint_stiffness", "clamp": "compliant_support"}
 
 
 def collapsed(candidate: Candidate, recovered: Recovered | None, settings: Settings) -> Candidate:

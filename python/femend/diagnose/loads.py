@@ -115,9 +115,8 @@ def _likeliest(problem: Problem, reduced: ReducedModel, null: Fit, rows: Sequenc
     """The rows and senses of the force that leave least of the records with the model held, at the deck's values or at
     the updated ones."""
     few = problem.thinned(FEW_LINES)
-    n = len(reduced.names)
     best = np.full((2, len(rows)), np.inf)
-    for p in (few.prior(reduced)[0], np.append(null.p[:n], null.p[-1])):
+    for p in (few.prior(reduced)[0], few.tuned_like(null.p, reduced)):
         omega, zeta, Q = (np.asarray(x) for x in few.system(reduced).modal(p))
         W = reduced.rows(rows) @ Q
         left = np.zeros((2, len(rows)))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.classes import similarity
-from femend.diagnose.dressed import with_own
+from femend.diagnose.dressed import with_own, with_own_unknowns, without_own_unknowns
 from femend.diagnose.preference import preference
 from femend.diagnose.screen import is_many, screened, without_poor_regions
 from femend.estimate import Fit, Hypothesis, Problem
@@ -142,7 +142,8 @@ def locate(
     if ranked:
         # a place near the right one has brought the model's unknowns near the truth, whatever it lacks itself
         _, fit = ranked[0]
-        near_truth = _without_own(fit.p, reduced, fit.hypothesis.reduced)
+        n_own = len(fit.hypothesis.reduced.names) - len(reduced.names)
+        near_truth = without_own_unknowns(fit.p, reduced, n_own)
         kept = _late(late, hypotheses, todo, kin, near_truth, reduced, late_quota)
         again = fitted(few, hypotheses, kept, 0.0, 15, todo)
         ranked = sorted([*ranked, *again], key=lambda item: _order(few, item, 0.0, todo))
@@ -223,14 +224,7 @@ def _late(
 
 def _with_own(p: FloatArray, of: ReducedModel, to: ReducedModel) -> FloatArray:
     """Unknowns `p` of the model `of` as a place has them, which may have one more: the factor of a member, as it is."""
-    n = len(of.names)
-    return np.concatenate([p[:n], np.zeros(len(to.names) - n), p[n:]])
-
-
-def _without_own(p: FloatArray, of: ReducedModel, place: ReducedModel) -> FloatArray:
-    """Unknowns `p` of a place's model as the model `of` has them."""
-    n = len(of.names)
-    return np.concatenate([p[:n], p[len(place.names) :]])
+    return with_own_unknowns(p, of, np.zeros(len(to.names) - len(of.names)))
 
 
 def _order(lines: Problem, item: tuple[int, Fit], sigma: float, places: Sequence[Place]) -> float:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.diagnose.collapse import SPRINGS, collapsed
+from femend.diagnose.candidates import SPRINGS
+from femend.diagnose.collapse import collapsed
 from femend.diagnose.evidence import LEAST, fall
 from femend.diagnose.pairs import Searched, plain
 from femend.diagnose.ranked import Ranked, score

@@ -189,7 +189,8 @@ class Problem:
         return self._but(n_tuned=0)
 
     def tuned_like(self, p: FloatArray, reduced: ReducedModel) -> FloatArray:
-        """Unknowns `p` of the same model in an untuned problem (or in this one) as this problem has them."""
+        """Unknowns `p` (n_p,) of the same model in this problem or another, of which one is untuned, as this one has
+        them."""
         n = len(reduced.names)
         if len(p) == n + 2 * self.n_tuned + 1:
             return p

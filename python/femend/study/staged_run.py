@@ -19,7 +19,7 @@ from femend.errors import RecordingError, StudyError
 from femend.estimate import pair_test
 from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
-from femend.model import Model, Pairing, Parameter
+from femend.model import Model, Pairing
 from femend.model.configured import free_model
 from femend.progress import Progress, say
 from femend.report.page import render
@@ -69,8 +69,7 @@ def diagnose_staged(
     """Runs a study stage by stage and writes what the contract asks for, `told` among the warnings; raises what the
     readers raise."""
     with steps.step("read the deck and the recordings"):
-        parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
-        free = free_model(_core.Deck.read(str(study.model_file)), units=study.units, parameters=parameters)
+        free = free_model(_core.Deck.read(str(study.model_file)), units=study.units, parameters=study.parameters)
         test = study.read_recordings()
         pairing = pair_test(test, free)
     for text in deck_warnings(study, free.deck):
