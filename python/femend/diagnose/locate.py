@@ -148,21 +148,30 @@ def locate(
         again = fitted(few, hypotheses, kept, 0.0, 15, todo)
         ranked = sorted([*ranked, *again], key=lambda item: _order(few, item, 0.0, todo))
     keep = [(i, f.p) for i, f in _best(ranked, todo, kin, FULL_LINES)]
-    start = dict(keep)
-    for i, p in keep[: FEW_EXPANDED if many else None]:
-        start.update({j: p for j in kin.of_place(i, todo) if j not in start})
-    # a clamp moves the sensors as motion of the base does, and drives out what it cannot be told from
-    bases = [i for i, place in enumerate(todo) if place.kind == "base"]
-    likely = next((p for i, p in keep if todo[i].n_w == 1), null.p)
-    start.update({i: likely for i in bases if i not in start})
-    ranked = fitted(few, hypotheses, list(start.items()), 0.0, 8, todo)
+    start = _with_their_kin(keep, todo, kin, null, FEW_EXPANDED if many else None)
+    ranked = fitted(few, hypotheses, start, 0.0, 8, todo)
     first = {i for i, _ in _best(ranked, todo, kin, FULL_LINES)}
     near = NEAR + (1 + NEARLY) * min((f.cost for i, f in ranked if todo[i].n_w <= 1), default=0.0)
     chosen = [
-        (i, f.p) for n, (i, f) in enumerate(ranked) if i in first or (f.cost < near and (n < FULL_ALIKE or i in bases))
+        (i, f.p)
+        for n, (i, f) in enumerate(ranked)
+        if i in first or (f.cost < near and (n < FULL_ALIKE or todo[i].kind == "base"))
     ]
     ranked = fitted(problem.sparing(FINAL_LINES), hypotheses, chosen, 0.0, 5, todo)
     return _in_order(problem, [(todo[i], f) for i, f in ranked])
+
+
+def _with_their_kin(
+    keep: Sequence[tuple[int, FloatArray]], places: Sequence[Place], kin: Kin, null: Fit, expanded: int | None
+) -> list[tuple[int, FloatArray]]:
+    """Starts of the places kept, of those like the first `expanded` of them (of all with None), and of every motion of
+    the base: a clamp moves the sensors as that does, and drives out what it cannot be told from."""
+    start = dict(keep)
+    for i, p in keep[:expanded]:
+        start.update({j: p for j in kin.of_place(i, places) if j not in start})
+    likely = next((p for i, p in keep if places[i].n_w == 1), null.p)
+    start.update({i: likely for i, place in enumerate(places) if place.kind == "base" and i not in start})
+    return list(start.items())
 
 
 def refitted(problem: Problem, located: Sequence[Located]) -> list[Located]:
