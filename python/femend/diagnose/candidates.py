@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
 from femend import _core
 from femend.diagnose.joint import Joint, Recovered
@@ -189,8 +190,6 @@ def _solve(A: FloatArray, b: FloatArray, n_terms: int, entry: Physics) -> FloatA
     free = entry.name in ("cubic_stiffness", "quadratic_stiffness", "bilinear_stiffness")
     factors = np.linalg.lstsq(A, b, rcond=None)[0]
     if not free and np.any(factors[:n_terms] <= 0):
-        from scipy.optimize import lsq_linear
-
         low = np.full(A.shape[1], -np.inf)
         low[:n_terms] = 0.0
         factors = lsq_linear(A, b, (low, np.full(A.shape[1], np.inf))).x
