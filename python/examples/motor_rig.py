@@ -55,8 +55,8 @@ def tell(run: StagedRun) -> None:
             size = np.abs(lam)
             print(f"  against the modes of {d.name}")
             table(list(zip(d.modes.freq, d.modes.zeta, size / (2 * np.pi), -lam.real / size, mac)))
-    for configuration, result in run.final.runs:
-        c = ods_correlation(run, configuration, result)
+    for _, result in run.final.runs:
+        c = ods_correlation(run, result)
         print(f"\noperating shapes of {result.data.name} against the final model, least CSAC (the DAC's diagonal)")
         for low, high in ((5.0, 6.5), (9.5, 13.0), (5.0, 25.0)):
             inside = (c["freq"] >= low) & (c["freq"] <= high)

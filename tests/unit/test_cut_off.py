@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend.estimate.cut_off import cut_off, n_decaying, static_part
+from femend import _core
+from femend.estimate.cut_off import cut_off, static_part
 
 Array = NDArray[np.float64]
 RATE, N, PERIOD = 1024.0, 3072, 1024
@@ -58,16 +59,9 @@ def test_modes_far_above_the_band_show_what_they_did_up_to_the_end(sigma: float)
     second = np.fft.rfft(static_part(u[None], PERIOD, 1 / RATE) * window)[0, at][:, None]
     found = cut_off(s, second / s[:, None] ** 2 - U, (HIGH, ZETA, np.eye(3)), (OUT, INTO), 1)
     # modes that follow the force statically: the second derivative of the force times their compliance
-    first = n_decaying(HIGH, float(s.imag.max()), 1)
+    first = _core.n_decaying(HIGH, float(s.imag.max()), 1)
     assert first == 2
     compliance = OUT[:, first:] @ (INTO[0, first:] / HIGH[first:] ** 2)
     lines = s[:, None] ** 2 * U * compliance
     record = np.fft.rfft(force(t, 2) * compliance[:, None] * window)[:, at].T
     assert np.linalg.norm(record - lines - found) < 0.15 * np.linalg.norm(record - lines)
-
-
-def test_modes_of_the_band_and_the_first_above_it_have_decays_of_their_own() -> None:
-    omega = 2 * np.pi * np.array([10.0, 50.0, 140.0, 160.0, 900.0])
-    assert n_decaying(omega, 2 * np.pi * 100, 1) == 3
-    assert n_decaying(omega, 2 * np.pi * 100, 4) == 4
-    assert n_decaying(omega, 2 * np.pi * 1000, 1) == 5

@@ -38,7 +38,7 @@ def test_noise_of_a_random_record() -> None:
     clean = np.array([filtered(u), filtered(u, 90.0)])
     sd = np.array([0.02, 0.05]) * clean.std(axis=1)
     y = clean + sd[:, None] * rng.standard_normal(clean.shape)
-    np.testing.assert_allclose(noise_of(u[None], y, DT, 0), sd, rtol=0.1)
+    np.testing.assert_allclose(noise_of(u[None], y, 0), sd, rtol=0.1)
 
 
 def test_noise_of_a_repeating_record() -> None:
@@ -47,7 +47,7 @@ def test_noise_of_a_repeating_record() -> None:
     u = np.tile(period, 6)
     clean = filtered(u)[None]
     y = clean + 0.03 * rng.standard_normal(clean.shape)
-    assert noise_of(u[None], y, DT, 1024)[0] == pytest.approx(0.03, rel=0.1)
+    assert noise_of(u[None], y, 1024)[0] == pytest.approx(0.03, rel=0.1)
 
 
 @pytest.mark.parametrize("period", [300, 512, 777])

@@ -51,7 +51,7 @@ def record(model: Model, u: Array, y: Array, sd: float = 0.01, name: str = "r") 
     rows = np.array([6 * model.index(node) + 2 for node in small_study.SENSORS])
     rng = np.random.default_rng(len(name))
     y = y + sd * y.std(axis=1, keepdims=True) * rng.standard_normal(y.shape)
-    return FitRecord(name, u[None], y, DT, rows[-1:], rows, np.ones(1), np.ones(len(rows)), noise_of(u[None], y, DT, 0))
+    return FitRecord(name, u[None], y, DT, rows[-1:], rows, np.ones(1), np.ones(len(rows)), noise_of(u[None], y, 0))
 
 
 def test_a_record_without_its_rest(model: Model, tmp_path: Path) -> None:
@@ -146,9 +146,9 @@ def test_the_noise_of_a_rest_is_noise_whatever_the_force_left_in_the_spectrum(mo
     u = small_study.force(1.0, 3, N) * moving
     distorted = small_study.force(1.0, 4, N) * moving
     y = np.vstack([u + 0.3 * distorted, np.roll(u, 5) + 0.3 * distorted]) + 0.02 * rng.standard_normal((2, N))
-    np.testing.assert_allclose(noise_of(u[None], y, DT, 0), 0.02, rtol=0.08)
+    np.testing.assert_allclose(noise_of(u[None], y, 0), 0.02, rtol=0.08)
     y[:, : N // 4], u[: N // 4] = 0.0, 0.0
-    np.testing.assert_allclose(noise_of(u[None], y, DT, 0), 0.02, rtol=0.08)
+    np.testing.assert_allclose(noise_of(u[None], y, 0), 0.02, rtol=0.08)
     everywhere = small_study.force(1.0, 3, N)
     assert noise_in_silence(everywhere[None], y) is None
 

@@ -176,7 +176,7 @@ def test_an_opened_clamp_is_a_hinge(plan: Plan, tmp_path: Path) -> None:
 def test_cases_depend_on_seed_and_number_alone(plan: Plan) -> None:
     places = places_of(plan)
     names = available(places)
-    block = [label_of(plan, places, 3, i) for i in range(len(names) + len(names) // 2)]
+    block = [label_of(places, 3, i) for i in range(len(names) + len(names) // 2)]
     assert sorted(x for x in block if not x.startswith("none")) == sorted(names)
     assert sum(x.startswith("none") for x in block) == len(names) // 2
     one, two = (make_case(plan, places, 3, 4) for _ in range(2))

@@ -15,7 +15,7 @@ from femend.diagnose import name, nonlinear, window
 from femend.diagnose.advice import only_beginning
 from femend.diagnose.candidates import Start
 from femend.diagnose.joint import open_joint, recover
-from femend.diagnose.judge import Tried
+from femend.diagnose.judge import Given, Tried
 from femend.diagnose.nonlinear import fit_nonlinear, wider_windows
 from femend.diagnose.settings import Settings
 from femend.model import find_places
@@ -77,13 +77,13 @@ def test_a_law_is_followed_as_far_as_it_explains(monkeypatch: pytest.MonkeyPatch
         "wider_windows": lambda problem, sigma: [w for w in (24.0, 8.0, 2.4, 0.8, 0.0) if w < sigma],
         "refit_nonlinear": lambda problem, candidate: candidate,
         "judge_in": judged,
-        "compared_in": lambda s, r, ranked, sigma, settings: ranked,
+        "compared_in": lambda given, ranked, sigma: ranked,
     }
     for attribute, value in made.items():
         monkeypatch.setattr(window, attribute, value)
-    given = cast(Any, SimpleNamespace(fitting=None, choosing=None))
+    given = cast(Any, SimpleNamespace(split=SimpleNamespace(fitting=None), settings=Settings()))
     first = cast(Any, SimpleNamespace(candidate=Stop(told), located=None, recovered=None))
-    ranked, sigma = window.followed_on(given, cast(Any, None), [first], 6.8, Settings())
+    ranked, sigma = window.followed_on(given, [first], 6.8)
     assert sigma == reached
     assert ranked[0].candidate.sigma == reached
 
@@ -94,8 +94,9 @@ def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
 ) -> None:
     at = SimpleNamespace(found=None, recovered=None)
 
-    def widest(split: Any, reduced: Any, tried: Any, settings: Settings, updated: Any) -> Judge:
-        return Judge(max((t.candidate.sigma for t in tried if t.candidate.chosen < settings.adequate), default=0.0))
+    def widest(given: Any, tried: Any) -> Judge:
+        adequate = (t.candidate.sigma for t in tried if t.candidate.chosen < given.settings.adequate)
+        return Judge(max(adequate, default=0.0))
 
     def tried(ranked: Any) -> Any:
         return SimpleNamespace(candidate=ranked.candidate, found=None)
@@ -108,16 +109,16 @@ def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
         "_likeliest": lambda *a: [at],
         "nonlinear_at": lambda *a: [Tried(cast(Any, Law(before)), cast(Any, None), None)],
         "widest": widest,
-        "compared_in": lambda s, r, ranked, sigma, settings: [Judge(sigma).ranked(tried(r)) for r in ranked],
-        "followed_on": lambda s, r, ranked, sigma, settings: (ranked, sigma),
+        "compared_in": lambda given, ranked, sigma: [Judge(sigma).ranked(tried(r)) for r in ranked],
+        "followed_on": lambda given, ranked, sigma: (ranked, sigma),
         # what is noted place by place, for a run that may be interrupted
         "judge_in": lambda *a: SimpleNamespace(at_once=lambda new: []),
     }
     for attribute, value in made.items():
         monkeypatch.setattr(name, attribute, value)
     located = [cast(Any, SimpleNamespace(place=SimpleNamespace(kind="ground")))]
-    given = cast(Any, SimpleNamespace(choosing=None))
-    ranked, reached = name.name_physics(given, given, located, [], Settings(), np.zeros(1))
+    given = cast(Any, SimpleNamespace(split=None, settings=Settings()))
+    ranked, reached = name.name_physics(given, located)
     assert reached == sigma
     assert ranked[0].score == pytest.approx(score)
 
@@ -169,12 +170,12 @@ def test_laws_are_compared_in_the_widest_window_that_one_explains(
     def fit(hypotheses: Any, starts: Any, sigma: float, iterations: int) -> list[Any]:
         return [SimpleNamespace(score=alone)]
 
-    monkeypatch.setattr(window, "judge_in", lambda split, reduced, sigma, settings: Reads(split, settings, 1.0, sigma))
+    monkeypatch.setattr(window, "judge_in", lambda given, sigma: Reads(given.split, given.settings, 1.0, sigma))
     monkeypatch.setattr(window, "windows", lambda problem: [6.8, 0.0])
     split = cast(Any, SimpleNamespace(choosing=SimpleNamespace(fit=fit), fitting=None))
     tried = [SimpleNamespace(candidate=left) for left in (spring, stop)]
     reduced = cast(Any, SimpleNamespace(r=3))
-    assert window.widest(split, reduced, cast(Any, tried), Settings(), np.zeros(1)).sigma == sigma
+    assert window.widest(Given(split, reduced, [], np.zeros(1), Settings()), cast(Any, tried)).sigma == sigma
 
 
 def test_windows_widen_a_little_at_a_time() -> None:

@@ -4,9 +4,11 @@ from femend._core.identify import (
     Hypothesis as Hypothesis,
     RecordLines as RecordLines,
     System as System,
+    closing_sigma as closing_sigma,
     fitted_lines as fitted_lines,
     force_products as force_products,
     model_columns as model_columns,
+    n_decaying as n_decaying,
     solve_hypotheses as solve_hypotheses,
 )
 from femend._core.linear import (

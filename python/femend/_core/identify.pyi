@@ -146,3 +146,10 @@ def model_columns(
 
     Raises ModelError for arrays that do not fit or a model that cannot be solved.
     """
+
+def n_decaying(omega: NDArray[np.float64], highest: float, n_tuned: int) -> int:
+    """How many modes of circular frequencies `omega` (r,), rad/s in rising order, have free decays on lines up to
+    `highest` (rad/s): the `n_tuned` of the band, and those above the lines whose skirts reach into them."""
+
+def closing_sigma(duration: float) -> float:
+    """Decay, 1/s, above which a window exp(-sigma t) has closed at the end of a record of `duration` s."""

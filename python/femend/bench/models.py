@@ -12,7 +12,7 @@ from femend.analysis.model_modes import model_modes
 from femend.bench.morphs import morphs_on
 from femend.data import ModeSet
 from femend.errors import FemendError
-from femend.model import Model, Parameter, model_of
+from femend.model import Model, model_of
 from femend.study.study import AS_MODELLED, Study
 
 __all__ = ["Models", "modes_up_to"]
@@ -33,13 +33,6 @@ class Models:
         self._made: dict[str, Model] = {}
 
     @cached_property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """The study's parameters as the model takes them."""
-        return tuple(
-            Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in self.study.parameters
-        )
-
-    @cached_property
     def _deck(self) -> _core.Deck:
         return _core.Deck.read(str(self.study.model_file))
 
@@ -54,7 +47,7 @@ class Models:
                 made = model_of(
                     self._deck,
                     units=self.study.units,
-                    parameters=self.parameters,
+                    parameters=self.study.parameters,
                     spc=how.spc,
                     added_mass=how.added_mass,
                 )

@@ -83,7 +83,7 @@ def pretest_result(
         }
     if plan.explanations is not None:
         found["distinguish"] = plan.explanations.as_list()
-    found["virtual_test"] = {"note": note} if virtual is None else _virtual(virtual, plan)
+    found["virtual_test"] = {"note": note} if virtual is None else _virtual(virtual)
     found["warnings"] = [*told, *_unrehearsed(study, virtual, note)]
     found["advice"] = _advice(found, plan)
     return found
@@ -140,7 +140,7 @@ def _exciters(plan: Plan, model: Model) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _virtual(v: VirtualTest, plan: Plan) -> dict[str, Any]:
+def _virtual(v: VirtualTest) -> dict[str, Any]:
     freq = v.identified.modes.freq
     mates = {p.a: p for p in v.pairing.pairs}
     return {

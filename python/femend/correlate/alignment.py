@@ -98,7 +98,7 @@ def align_points(
     xyz = s * a @ R.T + t
     distance = np.linalg.norm(xyz - b[pairs], axis=1)
     off = tuple(int(i) for i in np.flatnonzero(distance > reach))
-    notes = [*_frame_notes(R, s, scale), *_point_notes(xyz, b, pairs, off, reach)]
+    notes = [*_frame_notes(R, s), *_point_notes(xyz, b, pairs, off, reach)]
     if alike:
         notes.append(f"{alike} other turns fit as well: the points are symmetric; name mates that decide")
     return Alignment(R, s, t, xyz, pairs, distance, off, alike, tuple(notes))
@@ -195,7 +195,7 @@ def _closest(a: FloatArray, b: FloatArray, scale: str, reach: float) -> tuple[ND
     return np.asarray(best[2], dtype=np.int64), len(others)
 
 
-def _frame_notes(R: FloatArray, s: float, scale: str) -> list[str]:
+def _frame_notes(R: FloatArray, s: float) -> list[str]:
     notes = []
     near = min(UNITS, key=lambda u: abs(np.log(max(s, 1e-300) / u)))
     if abs(s - 1.0) > 1e-12:

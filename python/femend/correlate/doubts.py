@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.correlate.exchanged import Exchange
+from femend.correlate.mistaken_units import FACTORS
 from femend.dof import Dof
 
 __all__ = ["Doubt", "exchange_doubts", "level_doubts", "sign_doubts", "twice_doubts"]
@@ -31,17 +32,7 @@ REVERSED = 0.7
 MOVES = 0.1
 # two sensors at one place may differ by this share: by what they were calibrated to, glue, and noise
 TWICE = 0.3
-# factors by which mistaken units are off, and what they come from
-_KNOWN = (
-    (9.80665, "g and m/s²"),
-    (1000.0, "m and mm, or N and kN"),
-    (4.44822, "N and lbf"),
-    (25.4, "mm and in"),
-    (39.3701, "m and in"),
-    (386.089, "g and in/s²"),
-    (9806.65, "g and mm/s²"),
-)
-# and how near a factor has to come to one of them
+# how near a factor has to come to that of units mistaken for each other
 _NEAR = 1.35
 
 
@@ -177,7 +168,7 @@ def _reversed(what: str, name: str, cosine: float) -> Doubt:
 def _hint(factor: float) -> str:
     """What may have been mistaken for a factor between test and model."""
     where = "the unit and scale of the channels, [model] units, masses of the deck"
-    for known, of in _KNOWN:
+    for known, of in FACTORS:
         if 1 / _NEAR < max(factor, 1 / factor) / known < _NEAR:
             return f"{of} mistaken for each other give {known if factor > 1 else 1 / known:.3g}; check {where}"
     return f"check {where}"

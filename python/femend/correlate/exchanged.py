@@ -15,6 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.correlate.mistaken_units import INCH, MILLI, G
+
 __all__ = ["CLEAR", "Exchange", "Shapes", "exchanged"]
 
 FloatArray = NDArray[np.float64]
@@ -30,7 +32,7 @@ FLOOR = 0.03
 # as they are none comes above 0.1, and of 178 with two random sensors exchanged all but those that move alike above it
 TELLING = 1.5
 # what a mistaken direction or unit (g and m/s^2, m and mm, in and mm) multiplies a sensor by
-MISTAKEN = (-1.0, 9.80665, 1 / 9.80665, 1e3, 1e-3, 25.4, 1 / 25.4)
+MISTAKEN = (-1.0, *(f for unit in (G, MILLI, INCH) for f in (unit, 1 / unit)))
 # lines that count at least, and at most
 FEWEST, MOST = 12, 400
 # values that stand this far out of their noise count

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -107,8 +108,8 @@ def pair_modes(
     own[:, list(unseen_b)] = 0.0
     if freq_a is None or freq_b is None:
         frequency_weight = 0.0
-    agreement, cluster_a, cluster_b = own, np.full(a.shape[1], -1), np.full(b.shape[1], -1)
-    distance = np.zeros_like(own)
+    agreement, distance = own, np.zeros_like(own)
+    cluster_a, cluster_b = np.full(a.shape[1], -1), np.full(b.shape[1], -1)
     if freq_a is not None and freq_b is not None:
         fa, fb = _frequencies(freq_a, a), _frequencies(freq_b, b)
         cluster_a, cluster_b = (
@@ -121,9 +122,13 @@ def pair_modes(
     chosen = _assign(agreement, own, distance, mac_min, frequency_weight)
     chosen = _inside_clusters(chosen, agreement, own - frequency_weight * distance, mac_min, cluster_a, cluster_b)
     pairs = _pairs(chosen, own, agreement, cluster_a, cluster_b)
-    rest_a = tuple(i for i in range(a.shape[1]) if i not in {p.a for p in pairs} and i not in unseen_a)
-    rest_b = tuple(j for j in range(b.shape[1]) if j not in {p.b for p in pairs} and j not in unseen_b)
+    rest_a, rest_b = _rest(a, [p.a for p in pairs], unseen_a), _rest(b, [p.b for p in pairs], unseen_b)
     return ModePairing(pairs, rest_a, rest_b, unseen_a, unseen_b, _notes(pairs, a, unseen_a, unseen_b))
+
+
+def _rest(shapes: NDArray[Any], paired: Sequence[int], unseen: Sequence[int]) -> tuple[int, ...]:
+    """Modes that have no partner though they were looked for."""
+    return tuple(i for i in range(shapes.shape[1]) if i not in paired and i not in unseen)
 
 
 def _assign(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from femend.diagnose.evidence import fall
 from femend.diagnose.levels import depends_on_level
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.ranked import Ranked
@@ -20,7 +21,7 @@ def accepted(found: Diagnosis, best: Ranked) -> bool:
     is wrong with that."""
     settings = found.settings
     gain = found.null_score - best.score
-    chosen = np.log(found.null_chosen.chosen / max(best.candidate.chosen, 1e-12))
+    chosen = fall(found.null_chosen.chosen, best.candidate.chosen)
     # what the model can do by itself only far outside its priors is as much missing as what it cannot do
     relieved = found.null_chosen.prior - best.candidate.prior
     # a model that explains the recordings as they are lacks nothing that they could show
@@ -32,10 +33,11 @@ def accepted(found: Diagnosis, best: Ranked) -> bool:
 
 def adequate(found: Diagnosis, best: Ranked) -> bool:
     """Whether a law explains unseen data about as well as a free force at its place does."""
-    return best.candidate.chosen <= found.settings.adequate * max(_reference(found, best), 1.0)
+    return best.candidate.chosen <= found.settings.adequate * max(_reference(best), 1.0)
 
 
-def _reference(found: Diagnosis, best: Ranked) -> float:
+def _reference(best: Ranked) -> float:
+    """Misfit of a free force at a law's place; the law's own where none was fitted there."""
     reference = best.candidate.reference
     return reference if np.isfinite(reference) else best.candidate.chosen
 

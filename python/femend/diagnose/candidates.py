@@ -8,21 +8,32 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
 
 from femend import _core
 from femend.diagnose.joint import Joint, Recovered
 from femend.physics import FitCoordinates, Physics, Surrogate, catalogue, physics, shapes
 from femend.physics.causal import CAUSAL
 
-__all__ = ["KINDS", "ONLY_GROUND", "Candidate", "Start", "force_on_lines", "standard_deviations", "laws_for", "starts"]
+__all__ = [
+    "KINDS",
+    "ONLY_GROUND",
+    "SPRINGS",
+    "Candidate",
+    "Start",
+    "force_on_lines",
+    "standard_deviations",
+    "laws_for",
+    "starts",
+]
 
 FloatArray = NDArray[np.float64]
 
 # slip of friction that is taken to be stuck, as a share of the largest motion
 STUCK = 0.02
 
-# laws tried at each kind of place; the name of a plain spring depends on what the model has there
-_SPRING = {
+# what a plain spring is called at each kind of place where laws are tried, by what the model has there
+SPRINGS = {
     "ground": "support_stiffness",
     "pair": "support_stiffness",
     "end": "joint_stiffness",
@@ -109,8 +120,8 @@ def laws_for(kind: str) -> list[tuple[str, Physics]]:
     found: list[tuple[str, Physics]] = []
     if kind == "support":
         return [("compliant_support", physics("released_support"))]
-    if kind in _SPRING:
-        found.append((_SPRING[kind], physics("support_stiffness")))
+    if kind in SPRINGS:
+        found.append((SPRINGS[kind], physics("support_stiffness")))
         for entry in catalogue():
             if entry.name in _NOT_NAMED or (entry.name in ONLY_GROUND and kind != "ground"):
                 continue
@@ -119,20 +130,19 @@ def laws_for(kind: str) -> list[tuple[str, Physics]]:
     return found
 
 
-def starts(
-    entry: Physics, joint: Joint, recovered: Recovered, s: list[NDArray[np.complex128]], count: int
-) -> list[Start]:
-    """The best starts of a law by regression of the recovered force on its shapes, beside a linear companion.
+def starts(entry: Physics, joint: Joint, recovered: Recovered, count: int) -> list[Start]:
+    """The `count` best starts of a law by regression of the recovered force on its shapes, beside a linear companion.
 
-    `s` are the lines (K,) of every record. Lines are weighted by how well the sensors see a force at the joint.
+    Lines are weighted by how well the sensors see a force at the joint.
     """
+    s = recovered.s
     amplitude = float(max(np.abs(d).max() for d in recovered.d))
     omega = np.concatenate([x.imag for x in s])
     if not np.isfinite(amplitude) or amplitude <= 0:
         return []
     found = []
     for shape in shapes(entry, amplitude=amplitude, band=(float(omega.min()), float(omega.max()))):
-        columns = [_term(shape.physics, term, recovered, s) for term in shape.terms]
+        columns = [_term(shape.physics, term, recovered) for term in shape.terms]
         linear = entry.kind == "linear"
         if not linear:
             columns += [
@@ -180,8 +190,6 @@ def _solve(A: FloatArray, b: FloatArray, n_terms: int, entry: Physics) -> FloatA
     free = entry.name in ("cubic_stiffness", "quadratic_stiffness", "bilinear_stiffness")
     factors = np.linalg.lstsq(A, b, rcond=None)[0]
     if not free and np.any(factors[:n_terms] <= 0):
-        from scipy.optimize import lsq_linear
-
         low = np.full(A.shape[1], -np.inf)
         low[:n_terms] = 0.0
         factors = lsq_linear(A, b, (low, np.full(A.shape[1], np.inf))).x
@@ -193,18 +201,14 @@ def _stack(parts: list[NDArray[np.complex128]], recovered: Recovered) -> NDArray
     return np.concatenate([(X * np.sqrt(w)).ravel() for X, w in zip(parts, recovered.weight)])
 
 
-def _term(
-    entry: Physics, values: Mapping[str, float], recovered: Recovered, s: list[NDArray[np.complex128]]
-) -> NDArray[np.complex128]:
+def _term(entry: Physics, values: Mapping[str, float], recovered: Recovered) -> NDArray[np.complex128]:
     """A law's unit force on the lines of every record."""
-    return _stack(force_on_lines(entry, values, recovered, s), recovered)
+    return _stack(force_on_lines(entry, values, recovered), recovered)
 
 
-def force_on_lines(
-    entry: Physics, values: Mapping[str, float], recovered: Recovered, s: list[NDArray[np.complex128]]
-) -> list[NDArray[np.complex128]]:
-    """Forces (K, n_w) of a law that follows a recovered motion, on the lines `s` (K,) of every record."""
-    law = entry.law or entry.name
+def force_on_lines(entry: Physics, values: Mapping[str, float], recovered: Recovered) -> list[NDArray[np.complex128]]:
+    """Forces (K, n_w) of a law that follows a recovered motion, on the lines of every record."""
+    law, s = entry.law or entry.name, recovered.s
     parts = []
     for i, D in enumerate(recovered.D):
         if entry.kind == "linear":

@@ -8,20 +8,18 @@ from dataclasses import replace
 import numpy as np
 
 from femend import _core
-from femend.diagnose.candidates import Candidate
+from femend.diagnose.candidates import SPRINGS, Candidate
 from femend.diagnose.joint import Recovered
 from femend.diagnose.settings import Settings
 from femend.physics import FitCoordinates, physics, simpler
 
-__all__ = ["SHARP", "SPRINGS", "collapsed"]
+__all__ = ["SHARP", "collapsed"]
 
 # exponent n from which the knee of a Bouc-Wen loop is as sharp as that of friction with a spring before it
 SHARP = 8.0
 # share of the largest motion below which the yield displacement of a loop cannot be seen: its knee, some three of them
 # long, is then within a tenth of the motion, and the loop a rectangle whatever the knee
 NARROW = 0.03
-# what a plain spring is called at each kind of place
-SPRINGS = {"end": "joint_stiffness", "clamp": "compliant_support"}
 
 
 def collapsed(candidate: Candidate, recovered: Recovered | None, settings: Settings) -> Candidate:
@@ -100,11 +98,7 @@ def _same_force(
     """Size of the simple law whose force is most like the law's over all lines; None where it differs too much."""
     top = bottom = power = 0.0
     unit = {physics(simple).parameter_names[0]: 1.0}
-    for line_index, record, D, weight in zip(
-        recovered.index, recovered.records, recovered.D, recovered.weight, strict=True
-    ):
-        freq = line_index / (record.n * record.dt) if record.frf is None else record.frf.freq[line_index]
-        s = np.asarray(2j * np.pi * freq, dtype=np.complex128)
+    for s, D, weight in zip(recovered.s, recovered.D, recovered.weight, strict=True):
         kappa = _core.law_dynamic_stiffness(law, values, s)[0][:, None]
         shape = _core.law_dynamic_stiffness(simple, unit, s)[0][:, None]
         seen = weight * np.abs(D) ** 2

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.best_place import at_the_best_place
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.directions import in_other_directions
-from femend.diagnose.judge import compared_in, to_beat
+from femend.diagnose.judge import Given, ToBeat, compared_in, to_beat
 from femend.diagnose.levels import depends_on_level
 from femend.diagnose.loads import try_loads
 from femend.diagnose.locate import Located, locate, shortlist, squares_of
@@ -26,11 +26,11 @@ from femend.diagnose.ranked import Ranked, tempered, told_simply
 from femend.diagnose.settings import Settings
 from femend.diagnose.shares import unclear
 from femend.diagnose.so_far import SoFar
-from femend.diagnose.split import Split, split_records
+from femend.diagnose.split import split_records
 from femend.diagnose.unmeasured import plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.diagnose.verdict import decide
-from femend.estimate import Fit, FitRecord, Problem
+from femend.estimate import FitRecord
 from femend.model import Model, Place, find_places
 from femend.progress import Progress, SilentProgress
 from femend.threads import one_blas_thread
@@ -83,59 +83,84 @@ def explain(
     """Names what is missing at the places `located` (of all `places`), or says that nothing is; `further` effects are
     looked for where one does not explain enough. `so_far` is filled on the way."""
     tell, so_far = tell or SilentProgress(), so_far or SoFar()
-    plain, plainly_located, loud = start, located, louder(start, located)
-    if loud is not None:
-        start, located = loud.start, loud.located
-    so_far.places(start, located)
-    problem, reduced, null = start.problem, start.reduced, start.null
-    split = split_records(problem, null, located)
-    baseline, n_values, null_score = to_beat(split, reduced, null, settings)
-    tell.start("try loads")
-    located = list(located)
-    # one force against the ground cannot stand in for a load that acts elsewhere than recorded, though it can for one
-    # turned round where it is; one between the two places, or at a joint between them, can
-    near = located[0].cost + settings.reach if located else np.inf
-    explained = any(f.place.kind == "ground" and f.fit.score < settings.adequate and f.cost <= near for f in located)
-    load = try_loads(problem, split, reduced, null, baseline, settings, turned=explained)
-    short = with_look_alikes(problem, reduced, shortlist(located), places, settings)
-    tell.start("name it", len(short))
-    ranked, sigma = list[Ranked](), 0.0
-    # a load that explains the recordings leaves nothing to name
-    settled = load is not None and load.fit.score <= settings.consistent
-    worth = (
-        not settled
-        and _worth_naming(problem, null, located, settings)
-        and _could_win(problem, null, baseline, located, settings)
-    )
-    plainly = worth and plainly_unmeasured(split, reduced, located, start.g_rows, settings)
-    if worth and not plainly:
-        ranked, sigma = _named(start, split, located, places, short, (null_score, n_values), settings, tell, so_far)
-        so_far.ranked = list(ranked)
-        if load is None and explained and sigma == 0 and _lacking(null_score, ranked, n_values, settings):
-            # no law is behind the force that explains so much: it may stand in for a load that acts elsewhere after all
-            tell.start("try loads")
-            load = try_loads(problem, split, reduced, null, baseline, settings)
-        if sigma > 0:
-            baseline, n_values, null_score = to_beat(split, reduced, null, settings, sigma)
-    ranked = told_simply(ranked, settings)
-    tell.start("fit the final model")
-    undecided = Diagnosis(
-        "", problem, split, reduced, start.nominal, null, baseline, null_score, located, ranked,
-        tempered(ranked, null_score), None, short[0] if short else None, load, "", settings, start.g_rows,
-        n_values, sigma,
-    )  # fmt: skip
-    decided = _placed(decide(undecided, plainly), places)
+    loud = louder(start, located)
+    now, at = (start, located) if loud is None else (loud.start, loud.located)
+    so_far.places(now, at)
+    decided = _one_effect(_Task(now, list(at), places, settings, tell, so_far))
     told = decided.verdict in ("missing-physics", "located-not-named")
     # two effects may hide each other from every single law, but not from the misfit
-    wrong = told or plain.null.score > settings.far
-    if not (further and wrong) or decided.by_load or problem.load is not None:
+    wrong = told or start.null.score > settings.far
+    if not (further and wrong) or decided.by_load or now.problem.load is not None:
         return decided
     if decided.rival is not None and decided.rival.ranked.candidate.chosen <= settings.adequate:
         return decided  # one force at one place explains what was not used to fit it
     tell.start("look for more")
     so_far.decided = decided
-    more = with_further(decided, plain, plainly_located, places, loud)
+    more = with_further(decided, start, located, places, loud)
     return more if told or more.verdict == "missing-physics" else decided
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """One effect to be named: from an updated model and the places found for it, of all `places`; `tell` is told of the
+    steps, and `so_far` of what is settled."""
+
+    start: UpdatedModel
+    located: list[Located]
+    places: Sequence[Place]
+    settings: Settings
+    tell: Progress
+    so_far: SoFar
+
+    @cached_property
+    def given(self) -> Given:
+        """What laws are tried on."""
+        start = self.start
+        split = split_records(start.problem, start.null, self.located)
+        return Given(split, start.reduced, start.g_rows, start.null.p, self.settings)
+
+
+def _one_effect(task: _Task) -> Diagnosis:
+    """The verdict on what one law at one place, or another load, explains."""
+    start, located, settings, given = task.start, task.located, task.settings, task.given
+    problem, reduced, null, split = start.problem, start.reduced, start.null, given.split
+    alone = to_beat(given, null)
+    task.tell.start("try loads")
+    explained = _explained_at_the_ground(task)
+    load = try_loads(problem, given, null, alone, turned=explained)
+    short = with_look_alikes(problem, reduced, shortlist(located), task.places, settings)
+    task.tell.start("name it", len(short))
+    ranked, sigma = list[Ranked](), 0.0
+    # a load that explains the recordings leaves nothing to name
+    settled = load is not None and load.fit.score <= settings.consistent
+    worth = not settled and _worth_naming(task) and _could_win(task, alone.candidate)
+    plainly = worth and plainly_unmeasured(given, located)
+    if worth and not plainly:
+        ranked, sigma = _named(task, short, alone)
+        task.so_far.ranked = list(ranked)
+        if load is None and explained and sigma == 0 and _lacking(alone, ranked, settings):
+            # no law is behind the force that explains so much: it may stand in for a load that acts elsewhere after all
+            task.tell.start("try loads")
+            load = try_loads(problem, given, null, alone)
+        if sigma > 0:
+            alone = to_beat(given, null, sigma)
+    ranked = told_simply(ranked, settings)
+    task.tell.start("fit the final model")
+    undecided = Diagnosis(
+        "", problem, split, reduced, start.nominal, null, alone.candidate, alone.score, located, ranked,
+        tempered(ranked, alone.score), None, short[0] if short else None, load, "", settings, start.g_rows,
+        alone.n_values, sigma,
+    )  # fmt: skip
+    return _placed(decide(undecided, plainly), task.places)
+
+
+def _explained_at_the_ground(task: _Task) -> bool:
+    """Whether one force against the ground explains the recordings, and hardly any other place more. It cannot stand in
+    for a load that acts elsewhere than recorded, though it can for one turned round where it is; one between the two
+    places, or at a joint between them, can."""
+    settings, located = task.settings, task.located
+    near = located[0].cost + settings.reach if located else np.inf
+    return any(f.place.kind == "ground" and f.fit.score < settings.adequate and f.cost <= near for f in located)
 
 
 def _placed(found: Diagnosis, places: Sequence[Place]) -> Diagnosis:
@@ -152,46 +177,33 @@ def _placed(found: Diagnosis, places: Sequence[Place]) -> Diagnosis:
     return replace(found, best=law, place=there)
 
 
-def _lacking(null_score: float, ranked: Sequence[Ranked], n_values: float, settings: Settings) -> bool:
+def _lacking(alone: ToBeat, ranked: Sequence[Ranked], settings: Settings) -> bool:
     """Whether no law takes nearly all away, or the best one, however much it takes, leaves far more than noise."""
     far = bool(ranked) and ranked[0].candidate.chosen > settings.far
-    return far or unclear(null_score, ranked, n_values, settings)
+    return far or unclear(alone.score, ranked, alone.n_values, settings)
 
 
-def _named(
-    start: UpdatedModel,
-    split: Split,
-    located: Sequence[Located],
-    places: Sequence[Place],
-    short: Sequence[Located],
-    score_of_none: tuple[float, float],
-    settings: Settings,
-    tell: Progress,
-    so_far: SoFar,
-) -> tuple[list[Ranked], float]:
-    """Laws at the places `short` and, as long as none takes away nearly all, at further kinds of places and then in
-    directions not tried, in rising order of score, and the window they are compared in; `score_of_none` is that of the
-    updated model, with the number of values it is of."""
-    problem, reduced, null = start.problem, start.reduced, start.null
-    null_score, n_values = score_of_none
-    naming = partial(
-        name_physics, split, reduced, g_rows=start.g_rows, updated=null.p, tell=tell.advance, note=so_far.ranked.extend
-    )
-    ranked, sigma = naming(short, settings=settings, null_score=null_score, clamps=[*short, *located])
+def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[list[Ranked], float]:
+    """Laws at the places `short` and, as long as none takes away nearly all of what the updated model leaves, `alone`,
+    at further kinds of places and then in directions not tried, in rising order of score, and the window they are
+    compared in."""
+    start, settings, given = task.start, task.settings, task.given
+    naming = partial(name_physics, tell=task.tell.advance, note=task.so_far.ranked.extend)
+    ranked, sigma = naming(given, short, alone.score, clamps=[*short, *task.located])
     tried = [one.place for one in short]
     all_kinds = replace(settings, places=settings.kinds)
     # of a direction that never came to the fore, nonlinear laws are tried at all kinds of places
-    in_others = partial(in_other_directions, problem, reduced, places, null)
+    in_others = partial(in_other_directions, start.problem, start.reduced, task.places, start.null)
     for wider, reach in ((_untried, all_kinds), (in_others, replace(all_kinds, nonlinear_places=settings.kinds))):
-        if sigma > 0 or not unclear(null_score, ranked, n_values, settings):
+        if sigma > 0 or not unclear(alone.score, ranked, alone.n_values, settings):
             break
-        further = with_look_alikes(problem, reduced, wider(located, tried), places, reach)
+        further = with_look_alikes(start.problem, start.reduced, wider(task.located, tried), task.places, reach)
         tried += [one.place for one in further]
-        tell.start("name it", len(further))
-        beaten = min([null_score, *(r.score for r in ranked)])
-        more, sigma = naming(further, settings=reach, null_score=beaten, clamps=())
+        task.tell.start("name it", len(further))
+        beaten = min([alone.score, *(r.score for r in ranked)])
+        more, sigma = naming(replace(given, settings=reach), further, beaten, clamps=())
         ranked = sorted([*ranked, *more], key=lambda r: r.score)
-        ranked = compared_in(split, reduced, ranked, sigma, settings) if sigma > 0 else ranked
+        ranked = compared_in(given, ranked, sigma) if sigma > 0 else ranked
     return ranked, sigma
 
 
@@ -200,20 +212,22 @@ def _untried(located: Sequence[Located], tried: Sequence[Place]) -> list[Located
     return [one for one in shortlist(located) if not any(one.place is p for p in tried)]
 
 
-def _worth_naming(problem: Problem, null: Fit, located: Sequence[Located], settings: Settings) -> bool:
+def _worth_naming(task: _Task) -> bool:
     """Whether the updated model leaves anything that a force somewhere could explain."""
-    if not located:
+    null, settings = task.start.null, task.settings
+    if not task.located:
         return False
     # as if no force had been projected out, as the cost of a place is
-    cost = null.prior + squares_of(problem, null, 0.0)
-    gain = cost - located[0].cost
+    cost = null.prior + squares_of(task.start.problem, null, 0.0)
+    gain = cost - task.located[0].cost
     return null.score > settings.consistent or gain > max(settings.worth_naming * cost, settings.gain_cost)
 
 
-def _could_win(
-    problem: Problem, null: Fit, baseline: Candidate, located: Sequence[Located], settings: Settings
-) -> bool:
-    """Whether a law could be accepted at all: of an updated model that explains the recordings it has to take away more
-    prior cost than there may be."""
-    enough = max(null.score, baseline.chosen) <= settings.consistent
-    return not enough or baseline.prior > settings.gain_cost or depends_on_level(problem, null, located, settings)
+def _could_win(task: _Task, alone: Candidate) -> bool:
+    """Whether a law could be accepted at all: of an updated model that explains the recordings, on the choosing ones as
+    `alone`, it has to take away more prior cost than there may be."""
+    null, settings = task.start.null, task.settings
+    enough = max(null.score, alone.chosen) <= settings.consistent
+    if not enough or alone.prior > settings.gain_cost:
+        return True
+    return depends_on_level(task.start.problem, null, task.located, settings)

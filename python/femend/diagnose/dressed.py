@@ -11,7 +11,16 @@ from femend.diagnose.region_stiffness import region_stiffness
 from femend.model import Place, ReducedModel
 from femend.model.freed import freed, with_springs
 
-__all__ = ["dressed", "member_stiffness", "own_span", "own_values", "with_attached", "with_own"]
+__all__ = [
+    "dressed",
+    "member_stiffness",
+    "own_span",
+    "own_values",
+    "with_attached",
+    "with_own",
+    "with_own_unknowns",
+    "without_own_unknowns",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -69,6 +78,20 @@ def with_attached(place: Place, k: float, m: float, reduced: ReducedModel) -> Re
         M_fixed=reduced.M_fixed + m * (B.T @ B),
         attached=(*reduced.attached, (place, k, m)),
     )
+
+
+def with_own_unknowns(p: FloatArray, reduced: ReducedModel, own: FloatArray) -> FloatArray:
+    """Unknowns `p` (n_p,) of the model with those of places that are added to it, `own` (n_own,), where these stand:
+    after all others of the model, before those of single modes."""
+    n = len(reduced.names)
+    return np.concatenate([p[:n], own, p[n:]])
+
+
+def without_own_unknowns(p: FloatArray, reduced: ReducedModel, n_own: int) -> FloatArray:
+    """Unknowns `p` (n_p,) of a model with `n_own` of places that were added to it, as the model `reduced` without them
+    has them."""
+    n = len(reduced.names)
+    return np.concatenate([p[:n], p[n + n_own :]])
 
 
 def own_span(reduced: ReducedModel) -> slice:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend.diagnose.element_law import ElementLaw, Loop, fit_law, fit_linear_element
 from femend.diagnose.element_law import refitted as refit_law
+from femend.diagnose.evidence import price
 from femend.diagnose.settings import Settings
 from femend.errors import RecordingError
 from femend.physics import Physics, catalogue, fit_free_form, physics
@@ -133,8 +134,7 @@ def fit_element(
         fitted = fit_law(entry, loops, seen)
         found += [] if fitted is None else [fitted]
     n_values = _effective(min(found, key=lambda law: law.chosen), loops, seen)
-    price = settings.price * float(np.log(max(n_values, np.e)))
-    ranked = sorted((law.scored(n_values, price) for law in found), key=lambda law: law.score)
+    ranked = sorted((law.scored(n_values, price(settings, n_values)) for law in found), key=lambda law: law.score)
     kept = sum(loop.n - n for loop, n in zip(loops, seen, strict=True))
     return ElementFit(tuple(ranked), _free_form(loops, seen), n_values, kept, settings)
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
 from femend import _core
+from femend.diagnose.evidence import deviance
 from femend.errors import LawParameterError
 from femend.physics import FitCoordinates, Physics, shapes, simpler, with_companion
 
@@ -83,7 +84,7 @@ class ElementLaw:
 
     def scored(self, n_values: float, price: float) -> ElementLaw:
         """The law with its score for `n_values` independent values."""
-        return replace(self, score=n_values * float(np.log(max(self.chosen, 1e-12))) + price * self.n_parameters)
+        return replace(self, score=deviance(self.chosen, n_values) + price * self.n_parameters)
 
 
 def law_force(physics: Physics, values: Mapping[str, float], d: FloatArray, v: FloatArray, dt: float) -> FloatArray:

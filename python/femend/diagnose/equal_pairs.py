@@ -113,12 +113,8 @@ def _not_of_own_motion(read: Sequence[ReadOff], i: int) -> float:
 def _motion(one: ReadOff, i: int) -> tuple[FloatArray, FloatArray]:
     """Histories (n,) of displacement and velocity of coordinate `i`."""
     D = one.D[:, i]
-    d, v = in_time(np.column_stack([D, _s(one) * D]), one.line.index, one.line.record.n)
+    d, v = in_time(np.column_stack([D, one.line.s * D]), one.line.index, one.line.record.n)
     return d, v
-
-
-def _s(one: ReadOff) -> ComplexArray:
-    return np.asarray(one.line.sigma + 2j * np.pi * one.line.freq)
 
 
 def _functions(one: ReadOff, i: int, x: FloatArray, y: FloatArray) -> ComplexArray:
@@ -126,5 +122,5 @@ def _functions(one: ReadOff, i: int, x: FloatArray, y: FloatArray) -> ComplexArr
     the lines (K, 9)."""
     history = np.array([x * np.abs(x), x**3, np.abs(x), y * np.abs(y), np.tanh(5.0 * y), y**3])
     nonlinear = np.fft.rfft(history, axis=1)[:, one.line.index].T
-    s, D = _s(one), one.D[:, i]
+    s, D = one.line.s, one.D[:, i]
     return np.asarray(np.column_stack([D, s * D, s**2 * D, nonlinear]))

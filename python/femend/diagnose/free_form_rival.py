@@ -126,7 +126,7 @@ def _fitted(split: Split, base: Ranked, settings: Settings, n_values: float, sig
         reached = more
     candidate = judge_nonlinear(split.choosing, _candidate(descent, reached))
     candidate = replace(candidate, reference=base.candidate.reference)
-    value = score(candidate, split.choosing, settings, n_values)
+    value = score(candidate, settings, n_values)
     return Ranked(candidate, base.located, value, recovered, candidate.name) if np.isfinite(value) else None
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from femend.diagnose.judge import to_beat
+from femend.diagnose.judge import Given, to_beat
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.ranked import Ranked, tempered
 from femend.diagnose.settings import Settings
@@ -39,12 +39,12 @@ def undecided(so_far: SoFar, step: str, settings: Settings | None = None) -> Dia
     if start is None:
         return None
     split = split_records(start.problem, start.null, so_far.located)
-    baseline, n_values, null_score = to_beat(split, start.reduced, start.null, settings)
+    alone = to_beat(Given(split, start.reduced, start.g_rows, start.null.p, settings), start.null)
     ranked = sorted(so_far.ranked, key=lambda r: r.score)
     return Diagnosis(
-        "undetermined", start.problem, split, start.reduced, start.nominal, start.null, baseline, null_score,
-        so_far.located, ranked, tempered(ranked, null_score), None, None, None,
-        _told(so_far, ranked, split, baseline.chosen, step), settings, start.g_rows, n_values,
+        "undetermined", start.problem, split, start.reduced, start.nominal, start.null, alone.candidate, alone.score,
+        so_far.located, ranked, tempered(ranked, alone.score), None, None, None,
+        _told(so_far, ranked, split, alone.candidate.chosen, step), settings, start.g_rows, alone.n_values,
         driven=so_far.driven, interrupted=True,
     )  # fmt: skip
 

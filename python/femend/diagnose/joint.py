@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,20 @@ from femend.estimate import Fit, FitRecord, Hypothesis, Lines, Problem
 from femend.model import Place, ReducedModel, reduce_model
 from femend.model.reduction import LARGE, extend_model
 
-__all__ = ["Joint", "Recovered", "enlarged", "in_time", "open_joint", "open_joints", "recover", "to_time"]
+__all__ = [
+    "FEW_LINES",
+    "Joint",
+    "Recovered",
+    "enlarged",
+    "equivalent_linear",
+    "in_time",
+    "middle",
+    "open_joint",
+    "open_joints",
+    "recover",
+    "stiffness_scale",
+    "to_time",
+]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -108,11 +120,7 @@ class Recovered:
     @property
     def s(self) -> list[ComplexArray]:
         """i omega (K,) of the lines of every record."""
-        freq = [
-            index / (record.n * record.dt) if record.frf is None else record.frf.freq[index]
-            for index, record in zip(self.index, self.records, strict=True)
-        ]
-        return [np.asarray(2j * np.pi * f, dtype=np.complex128) for f in freq]
+        return [np.asarray(2j * np.pi * f, dtype=np.complex128) for f in self.freq]
 
 
 def recover(
@@ -135,7 +143,7 @@ def recover(
     equal = equivalent_linear(problem, joint, fit.p)
     if equal is None:
         return None
-    omega, zeta, Q = _core_modal(system, fit.p)
+    omega, zeta, Q = system.modal(fit.p)
     out = Recovered(fit, equal, [], [], [], [], [], [], [], problem.records, [], [])
     out.index.extend(line.index for line in lines)
     out.freq.extend(line.freq for line in lines)
@@ -250,7 +258,7 @@ def stiffness_scale(problem: Problem, joint: Joint) -> tuple[float, float]:
     if joint.place.release is not None:
         return float(np.mean(np.diag(joint.place.release))), middle(problem)
     system = problem.system(joint.reduced)
-    omega, _, Q = _core_modal(system, problem.prior(joint.reduced)[0])
+    omega, _, Q = system.modal(problem.prior(joint.reduced)[0])
     w = joint.w @ Q
     low = 2 * np.pi * problem.band[0]
     compliance = (w**2 / np.maximum(omega**2, low**2)).sum(axis=1)
@@ -265,7 +273,8 @@ def middle(problem: Problem) -> float:
 
 
 def equivalent_linear(problem: Problem, joint: Joint, p: FloatArray) -> Fit | None:
-    """The spring or mass with a dashpot that explains the records best, from a few sizes; None where nothing moves."""
+    """The spring or mass with a dashpot that explains the records best, from a few sizes and unknowns `p` (n_p,) of the
+    model; None where nothing moves."""
     scale, omega = stiffness_scale(problem, joint)
     if not np.isfinite(scale):
         return None
@@ -283,7 +292,3 @@ def equivalent_linear(problem: Problem, joint: Joint, p: FloatArray) -> Fit | No
     )
     done = [t for t in tries if t is not None]
     return min(done, key=lambda t: t.cost) if done else None
-
-
-def _core_modal(system: Any, p: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return system.modal(p)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.dressed import own_values
@@ -20,10 +21,39 @@ from femend.diagnose.split import Split
 from femend.estimate import Fit
 from femend.model import ReducedModel
 
-__all__ = ["Judge", "Tried", "again", "compared_in", "free_reference", "judge_in", "null_candidate", "to_beat"]
+__all__ = [
+    "Given",
+    "Judge",
+    "ToBeat",
+    "Tried",
+    "again",
+    "compared_in",
+    "free_reference",
+    "judge_in",
+    "null_candidate",
+    "to_beat",
+]
+
+FloatArray = NDArray[np.float64]
 
 # candidates of one name among those that are fitted once more
 OF_ONE_NAME = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """What laws are tried on: the fit recordings apart, the updated model with its unknowns `updated` (n_p,), the rows
+    of the g-set that a basis has to hold (`g_rows`, as of `reduce_model`), and the thresholds."""
+
+    split: Split
+    reduced: ReducedModel
+    g_rows: list[int]
+    updated: FloatArray
+    settings: Settings
+
+    def n_values(self, sigma: float = 0.0) -> float:
+        """Number of values that scores count in a window exp(-sigma t)."""
+        return effective_values(self.split.choosing, self.reduced, sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +106,7 @@ class Judge:
     def at_once(self, tried: Sequence[Tried]) -> list[Ranked]:
         """Candidates that were followed over whole records, with their scores as they are, nothing judged anew."""
         whole = [t for t in tried if t.candidate.sigma == 0 and np.isfinite(t.candidate.chosen)]
-        scores = [score(t.candidate, self.split.choosing, self.settings, self.n_values) for t in whole]
+        scores = [score(t.candidate, self.settings, self.n_values) for t in whole]
         return [Ranked(t.candidate, t.found, value, t.recovered) for t, value in zip(whole, scores, strict=True)]
 
     def ranked(self, tried: Tried, afresh: bool = False) -> Ranked:
@@ -91,7 +121,7 @@ class Judge:
                 candidate = null_candidate(self.split, tried.found.fit, candidate.name, self.sigma)
         if tried.recovered is not None:
             candidate = replace(candidate, reference=free_reference(self.split, tried.recovered, self.sigma))
-        value = score(candidate, choosing, self.settings, self.n_values)
+        value = score(candidate, self.settings, self.n_values)
         return Ranked(candidate, tried.found, value, tried.recovered)
 
     def refined(self, ranked: list[Ranked]) -> list[Ranked]:
@@ -122,23 +152,28 @@ class Judge:
         return simple_first(sorted((r for r in ranked if np.isfinite(r.score)), key=lambda r: r.score), self.settings)
 
 
-def judge_in(split: Split, reduced: ReducedModel, sigma: float, settings: Settings) -> Judge:
+def judge_in(given: Given, sigma: float) -> Judge:
     """The judge of laws in a window exp(-sigma t)."""
-    return Judge(split, settings, effective_values(split.choosing, reduced, sigma), sigma)
+    return Judge(given.split, given.settings, given.n_values(sigma), sigma)
 
 
-def compared_in(
-    split: Split, reduced: ReducedModel, ranked: Sequence[Ranked], sigma: float, settings: Settings
-) -> list[Ranked]:
+def compared_in(given: Given, ranked: Sequence[Ranked], sigma: float) -> list[Ranked]:
     """Laws that were found one place after the other, all compared in one window exp(-sigma t)."""
-    judge = judge_in(split, reduced, sigma, settings)
+    judge = judge_in(given, sigma)
     return judge.in_order([judge.ranked(again(r), afresh=True) for r in ranked])
 
 
-def to_beat(
-    split: Split, reduced: ReducedModel, null: Fit, settings: Settings, sigma: float = 0.0
-) -> tuple[Candidate, float, float]:
-    """The updated model as a candidate in a window exp(-sigma t), the number of values scores are of, and its score."""
-    baseline = null_candidate(split, null, sigma=sigma)
-    n_values = effective_values(split.choosing, reduced, sigma)
-    return baseline, n_values, score(baseline, split.choosing, settings, n_values)
+@dataclass(frozen=True, eq=False)
+class ToBeat:
+    """The updated model as a candidate in a window exp(-sigma t), the number of values that scores there are of, and
+    its own."""
+
+    candidate: Candidate
+    n_values: float
+    score: float
+
+
+def to_beat(given: Given, null: Fit, sigma: float = 0.0) -> ToBeat:
+    """What laws have to beat in a window exp(-sigma t): the updated model, `null`, by itself."""
+    candidate, n_values = null_candidate(given.split, null, sigma=sigma), given.n_values(sigma)
+    return ToBeat(candidate, n_values, score(candidate, given.settings, n_values))

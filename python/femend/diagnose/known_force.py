@@ -134,7 +134,7 @@ def _follower(
     motion D (K, n_w)."""
     tops, bottoms = np.zeros(2), np.zeros(2)
     for line, d, f, w in zip(lines, D, F, weights, strict=True):
-        s = line.sigma + 2j * np.pi * line.freq
+        s = line.s
         for i, shape in enumerate((-d, -((s**2)[:, None]) * d)):
             tops[i] += float((w * np.real(shape.conj() * f)).sum())
             bottoms[i] += float((w * np.abs(shape) ** 2).sum())
@@ -146,7 +146,7 @@ def _follower(
 
 def _in_time(line: Lines, F: ComplexArray, D: ComplexArray, k: float, m: float) -> FloatArray:
     """History (n_w, n) of what is left of a force beside a spring and a mass."""
-    s = line.sigma + 2j * np.pi * line.freq
+    s = line.s
     full = np.zeros((line.record.n // 2 + 1, F.shape[1]), dtype=complex)
     full[line.index] = F + (k + m * s**2)[:, None] * D
     return np.asarray(np.fft.irfft(full, n=line.record.n, axis=0).T)

@@ -10,16 +10,14 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import KINDS, ONLY_GROUND, Candidate, Start, laws_for, starts
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
-from femend.diagnose.judge import Tried, null_candidate
+from femend.diagnose.judge import Given, Tried, null_candidate
 from femend.diagnose.linear import companions_alone, fit_linear, fit_mass
 from femend.diagnose.locate import Located
 from femend.diagnose.nonlinear import fit_nonlinear
-from femend.diagnose.ranked import effective_values, score
-from femend.diagnose.settings import Settings
+from femend.diagnose.ranked import score
 from femend.diagnose.soft_clamp import soft_clamps
 from femend.diagnose.split import Split
 from femend.estimate import Fit
-from femend.model import ReducedModel
 from femend.model.places import mass_place
 
 __all__ = ["Opened", "linear_at", "nonlinear_at", "on_springs", "with_kin"]
@@ -55,16 +53,10 @@ def with_kin(found: Located) -> list[Located]:
     return [found, *(replace(found, place=place, alike=alike) for place, alike in zip(kin, others, strict=True))]
 
 
-def linear_at(
-    split: Split,
-    reduced: ReducedModel,
-    found: Located,
-    g_rows: list[int],
-    masses_alone: bool,
-    updated: FloatArray,
-) -> tuple[list[Tried], Opened | None]:
+def linear_at(given: Given, found: Located, masses_alone: bool) -> tuple[list[Tried], Opened | None]:
     """All linear laws at a place, or those of a mass alone, and the place opened; a member has its stiffness factor
-    alone. `updated` (n_p,) are the unknowns of the updated model."""
+    alone."""
+    split, reduced, g_rows, updated = given.split, given.reduced, given.g_rows, given.updated
     if found.place.scaled:
         member = null_candidate(split, found.fit, "joint_stiffness")
         # a member may be weaker than it is drawn; one that would have to be stiffer stands in for something else
@@ -89,28 +81,20 @@ def linear_at(
     return tried, Opened(found, joint, recovered)
 
 
-def on_springs(
-    split: Split,
-    reduced: ReducedModel,
-    located: Sequence[Located],
-    updated: FloatArray,
-    tried: Sequence[Tried],
-    settings: Settings,
-) -> list[Tried]:
+def on_springs(given: Given, located: Sequence[Located], tried: Sequence[Tried]) -> list[Tried]:
     """Clamps among the places on springs of their own in one direction and in several, but for those that even with
-    springs in all directions, were they free of charge, come clearly behind the best law `tried` elsewhere.
-    `updated` (n_p,) are the unknowns of the updated model."""
-    n_values = effective_values(split.choosing, reduced)
-    best = min((score(t.candidate, split.choosing, settings, n_values) for t in tried), default=np.inf)
+    springs in all directions, were they free of charge, come clearly behind the best law `tried` elsewhere."""
+    split, settings, n_values = given.split, given.settings, given.n_values()
+    best = min((score(t.candidate, settings, n_values) for t in tried), default=np.inf)
 
     def soft(fit: Fit) -> Candidate:
         return null_candidate(split, fit, "compliant_support")
 
     def beaten(fit: Fit) -> bool:
         free_of_charge = replace(soft(fit), n_law=0)
-        return score(free_of_charge, split.choosing, settings, n_values) > best + settings.gain_cost
+        return score(free_of_charge, settings, n_values) > best + settings.gain_cost
 
-    found = soft_clamps(split, reduced, located, updated, settings.margin, beaten)
+    found = soft_clamps(split, given.reduced, located, given.updated, settings.margin, beaten)
     return [Tried(replace(soft(one.located.fit), reference=one.reference), one.located, None) for one in found]
 
 
@@ -132,8 +116,6 @@ def _nonlinear(split: Split, at: Opened) -> list[Candidate]:
     # they show in time records alone, and are simulated under the force
     if split.whole.load is not None or any(r.frf is not None for r in split.whole.records):
         return []
-    lines = split.reading.lines(at.joint.reduced)
-    s = [np.asarray(2j * np.pi * line.freq, dtype=np.complex128) for line in lines]
     worth: list[tuple[str, Start]] = []
     # by one element in all records and by one in each: which of them comes nearer is not known beforehand
     readings: list[Recovered | None] = [at.recovered]
@@ -146,7 +128,7 @@ def _nonlinear(split: Split, at: Opened) -> list[Candidate]:
             (name, start)
             for name, entry in laws_for(at.joint.place.kind)
             if entry.kind == "nonlinear"
-            for start in starts(entry, at.joint, recovered, s, NONLINEAR_STARTS)
+            for start in starts(entry, at.joint, recovered, NONLINEAR_STARTS)
         ]
         untold = [b for b in begun if np.isnan(b[1].left) and recovered is at.recovered]
         told = sorted((b for b in begun if not np.isnan(b[1].left)), key=lambda item: item[1].left)

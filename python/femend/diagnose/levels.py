@@ -28,8 +28,6 @@ AS_NOISE, LEAVES_LITTLE = 1.0, 0.8
 # share of what one spring and dashpot leave of all records that one for each record leaves at most where they depend on
 # the level
 OWN_LEAVES = 0.7
-# steps of a spring and dashpot of all records from those of one
-FEW_STEPS = 20
 
 
 def levels_differ(records: Sequence[FitRecord]) -> bool:
@@ -99,6 +97,6 @@ def element_depends_on_level(problem: Problem, joint: Joint, p: FloatArray) -> b
     alone = [fit for fit in own if fit is not None]
     # one for all is sought from each one's too: a minimum it did not come to is no sign of a level
     starts = [(fit.p, fit.x) for fit in alone]
-    again = problem.sparing(FEW_LINES).fit([fit.hypothesis for fit in alone], starts, iterations=FEW_STEPS)
+    again = problem.sparing(FEW_LINES).fit([fit.hypothesis for fit in alone], starts)
     common = min((fit for fit in (common, *again) if fit is not None), key=lambda fit: fit.cost)
     return sum(float(fit.misfit[0]) for fit in alone) < OWN_LEAVES * float(common.misfit.sum())

@@ -17,7 +17,7 @@ from femend.physics.causal import box_spectrum, springpot
 
 FloatArray = NDArray[np.float64]
 
-__all__ = ["closed_by", "fit_linear", "fit_mass", "judge_linear", "refit_linear"]
+__all__ = ["closed_by", "companions_alone", "fit_linear", "fit_mass", "judge_linear", "refit_linear"]
 
 # ln standard deviation of a law's parameters around their start: they are free but for absurd values
 LAW_SD = 3.0
@@ -47,7 +47,7 @@ def fit_linear(
     anything, from which no descent can end above the updated model.
     """
     law = entry.law or entry.name
-    all_starts = linear_starts(problem, joint, recovered, entry)
+    all_starts = _linear_starts(problem, joint, recovered, entry)
     begun = [
         (recovered.fit.p, v) for v in (*followed(recovered, entry, all_starts, FOLLOWED), *all_starts[:UNFOLLOWED])
     ]
@@ -104,7 +104,7 @@ def _idle(entry: Physics, begun: Sequence[Mapping[str, float]], released: bool) 
     return {q.name: most[q.name] if q.shape else most[q.name] * factor for q in entry.parameters}
 
 
-def linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: Physics) -> list[dict[str, float]]:
+def _linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: Physics) -> list[dict[str, float]]:
     """Sizes of a law that can matter at the joint: near the equivalent spring and dashpot, and the joint's
     stiffness."""
     scale, omega = stiffness_scale(problem, joint)
@@ -160,12 +160,11 @@ def fit_mass(
 
 def _absorbers(recovered: Recovered, scale: float, band: tuple[float, float]) -> list[dict[str, float]]:
     """Tunings and losses whose force follows the recovered one best, and a coarse grid of tunings beside them."""
-    s = [2j * np.pi * freq for freq in recovered.freq]
     ranked = []
     for w in band[0] * (band[1] / band[0]) ** np.linspace(0.0, 1.0, FINE_TUNINGS):
         for loss in (0.01, 0.05, 0.2):
             top = bottom = power = 0.0
-            for x, D, F, seen in zip(s, recovered.D, recovered.F, recovered.weight, strict=True):
+            for x, D, F, seen in zip(recovered.s, recovered.D, recovered.F, recovered.weight, strict=True):
                 shape = (x**2 * (w**2 + 2 * loss * w * x) / (x**2 + 2 * loss * w * x + w**2))[:, None] * D
                 top += float((seen * np.real(shape.conj() * F)).sum())
                 bottom += float((seen * np.abs(shape) ** 2).sum())

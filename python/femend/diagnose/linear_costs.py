@@ -28,7 +28,6 @@ from femend.diagnose.receptances import at_sensors, on_lines
 from femend.diagnose.region_stiffness import region_stiffness
 from femend.errors import ModelError
 from femend.estimate import Problem
-from femend.estimate.cut_off import WINDOW_CLOSED
 from femend.model import Place, ReducedModel
 
 __all__ = ["directions", "linear_costs", "pair_costs"]
@@ -38,8 +37,8 @@ ComplexArray = NDArray[np.complex128]
 
 # step of the unknowns (ln units) by which derivatives of the residual are taken
 STEP = 1e-5
-# decays over a record with which it has closed
-CLOSED = 1.01 * WINDOW_CLOSED
+# decay of a window that has closed at a record's end, in that from which it has
+CLOSED = 1.01
 # places whose systems of equations are held at once
 AT_ONCE = 2048
 # directions of the sensors' answers with less than this share of the strongest are left out; of residuals far above the
@@ -159,7 +158,7 @@ def _closing(problem: Problem) -> float:
     """Decay, 1/s, of the weakest window that has closed where the shortest record ends; 0 for FRFs, which do not
     end."""
     durations = [r.n * r.dt for r in problem.records if r.frf is None]
-    return CLOSED / min(durations) if durations else 0.0
+    return CLOSED * _core.closing_sigma(min(durations)) if durations else 0.0
 
 
 def _sizes(WQ: FloatArray) -> FloatArray:

@@ -26,7 +26,7 @@ def linearised_columns(loop: Loop, p: FloatArray, x: FloatArray, histories: list
     system = problem.system(reduced)
     parts = []
     for i, line in enumerate(problem.lines(reduced, loop.sigma)):
-        s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
+        s = line.s
         kappa, rest = _equivalent(loop, i, s, histories[i], loop.stiffness(x, s))
         # compliance in series with a law is part of it: F = kappa (w q - compliance F) + rest
         within = 1 + kappa * loop.joint.compliance

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.judge import null_candidate
+from femend.diagnose.evidence import fall
+from femend.diagnose.judge import Given, ToBeat, null_candidate
 from femend.diagnose.ranked import effective_values, score
 from femend.diagnose.receptances import on_lines
-from femend.diagnose.settings import Settings
-from femend.diagnose.split import Split
 from femend.dof import Dof
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel, reduce_model
@@ -60,22 +59,15 @@ class LoadFinding:
         return replace(record, in_rows=other.in_rows, in_signs=other.in_signs)
 
 
-def try_loads(
-    problem: Problem,
-    split: Split,
-    reduced: ReducedModel,
-    null: Fit,
-    baseline: Candidate,
-    settings: Settings,
-    turned: bool = False,
-) -> LoadFinding | None:
+def try_loads(problem: Problem, given: Given, null: Fit, alone: ToBeat, *, turned: bool = False) -> LoadFinding | None:
     """Moves the measured force to every other translation of the model, in either sense, turns it round where it is
-    (that alone if `turned`), and refits; None where nothing gains.
+    (that alone if `turned`), and refits; None where nothing gains against the updated model, `null` and `alone`.
 
     Costs no extra unknown, so that the fits compare directly.
     """
     if null.score < WORTH or any(len(r.in_rows) != 1 for r in problem.records):
         return None
+    reduced, settings = given.reduced, given.settings
     model = reduced.model
     own = {(int(r.in_rows[0]), float(r.in_signs[0])) for r in problem.records}
     moving = np.linalg.norm(reduced.V, axis=1) > 0
@@ -89,14 +81,13 @@ def try_loads(
     tried = _sorted_out(few, null.hypothesis, glanced[:GLANCED], 8, DECAYS)
     best: LoadFinding | None = None
     for row, sign in tried[:KEPT]:
-        finding = _follow(problem, split, reduced, row, sign, settings)
+        finding = _follow(problem, given, row, sign)
         if finding is not None and (best is None or finding.score < best.score):
             best = finding
     if best is None:
         return None
-    gain = np.log(baseline.chosen / max(best.candidate.chosen, 1e-12))
-    total = score(baseline, split.choosing, settings, effective_values(split.choosing, reduced)) - best.score
-    return best if total > settings.gain_cost and gain > 0.5 else None
+    gain = fall(alone.candidate.chosen, best.candidate.chosen)
+    return best if alone.score - best.score > settings.gain_cost and gain > 0.5 else None
 
 
 def _sorted_out(
@@ -124,9 +115,8 @@ def _likeliest(problem: Problem, reduced: ReducedModel, null: Fit, rows: Sequenc
     """The rows and senses of the force that leave least of the records with the model held, at the deck's values or at
     the updated ones."""
     few = problem.thinned(FEW_LINES)
-    n = len(reduced.names)
     best = np.full((2, len(rows)), np.inf)
-    for p in (few.prior(reduced)[0], np.append(null.p[:n], null.p[-1])):
+    for p in (few.prior(reduced)[0], few.tuned_like(null.p, reduced)):
         omega, zeta, Q = (np.asarray(x) for x in few.system(reduced).modal(p))
         W = reduced.rows(rows) @ Q
         left = np.zeros((2, len(rows)))
@@ -145,9 +135,9 @@ def _moved(record: FitRecord, row: int, sign: float) -> FitRecord:
     return replace(record, in_rows=np.array([row]), in_signs=np.array([sign]))
 
 
-def _follow(
-    problem: Problem, split: Split, reduced: ReducedModel, row: int, sign: float, settings: Settings
-) -> LoadFinding | None:
+def _follow(problem: Problem, given: Given, row: int, sign: float) -> LoadFinding | None:
+    """The finding of the force at a row of the g-set; None where the model breaks down with it."""
+    reduced = given.reduced
     g_rows = sorted({row, *(int(g) for r in problem.records for g in r.out_rows)})
     own = reduce_model(reduced.model, problem.band[1], g_rows)
     own = own if reduced.form is None else reduced.form.on(own)
@@ -155,12 +145,12 @@ def _follow(
     def moved(p: Problem) -> Problem:
         return p.on([_moved(r, row, sign) for r in p.records])
 
-    at = split.changed(lambda r: _moved(r, row, sign))
+    at = given.split.changed(lambda r: _moved(r, row, sign))
     fit = at.whole.continuation(Hypothesis(own, np.zeros((0, own.r))))
     if fit is None:
         return None
     candidate = null_candidate(at, fit, "load_misplaced")
-    value = score(candidate, at.choosing, settings, effective_values(at.choosing, own))
+    value = score(candidate, given.settings, effective_values(at.choosing, own))
     node = int(reduced.model.node_ids[row // 6])
     direction = Dof(node, row % 6 + 1, int(sign)).direction
     values: dict[str, tuple[float | str | None, str]] = {"node": (node, ""), "direction": (direction, "")}

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.classes import similarity
-from femend.diagnose.dressed import with_own
+from femend.diagnose.dressed import with_own, with_own_unknowns, without_own_unknowns
 from femend.diagnose.preference import preference
 from femend.diagnose.screen import is_many, screened, without_poor_regions
 from femend.estimate import Fit, Hypothesis, Problem
@@ -142,26 +142,36 @@ def locate(
     if ranked:
         # a place near the right one has brought the model's unknowns near the truth, whatever it lacks itself
         _, fit = ranked[0]
-        near_truth = _without_own(fit.p, reduced, fit.hypothesis.reduced)
+        n_own = len(fit.hypothesis.reduced.names) - len(reduced.names)
+        near_truth = without_own_unknowns(fit.p, reduced, n_own)
         kept = _late(late, hypotheses, todo, kin, near_truth, reduced, late_quota)
         again = fitted(few, hypotheses, kept, 0.0, 15, todo)
         ranked = sorted([*ranked, *again], key=lambda item: _order(few, item, 0.0, todo))
     keep = [(i, f.p) for i, f in _best(ranked, todo, kin, FULL_LINES)]
-    start = dict(keep)
-    for i, p in keep[: FEW_EXPANDED if many else None]:
-        start.update({j: p for j in kin.of_place(i, todo) if j not in start})
-    # a clamp moves the sensors as motion of the base does, and drives out what it cannot be told from
-    bases = [i for i, place in enumerate(todo) if place.kind == "base"]
-    likely = next((p for i, p in keep if todo[i].n_w == 1), null.p)
-    start.update({i: likely for i in bases if i not in start})
-    ranked = fitted(few, hypotheses, list(start.items()), 0.0, 8, todo)
+    start = _with_their_kin(keep, todo, kin, null, FEW_EXPANDED if many else None)
+    ranked = fitted(few, hypotheses, start, 0.0, 8, todo)
     first = {i for i, _ in _best(ranked, todo, kin, FULL_LINES)}
     near = NEAR + (1 + NEARLY) * min((f.cost for i, f in ranked if todo[i].n_w <= 1), default=0.0)
     chosen = [
-        (i, f.p) for n, (i, f) in enumerate(ranked) if i in first or (f.cost < near and (n < FULL_ALIKE or i in bases))
+        (i, f.p)
+        for n, (i, f) in enumerate(ranked)
+        if i in first or (f.cost < near and (n < FULL_ALIKE or todo[i].kind == "base"))
     ]
     ranked = fitted(problem.sparing(FINAL_LINES), hypotheses, chosen, 0.0, 5, todo)
     return _in_order(problem, [(todo[i], f) for i, f in ranked])
+
+
+def _with_their_kin(
+    keep: Sequence[tuple[int, FloatArray]], places: Sequence[Place], kin: Kin, null: Fit, expanded: int | None
+) -> list[tuple[int, FloatArray]]:
+    """Starts of the places kept, of those like the first `expanded` of them (of all with None), and of every motion of
+    the base: a clamp moves the sensors as that does, and drives out what it cannot be told from."""
+    start = dict(keep)
+    for i, p in keep[:expanded]:
+        start.update({j: p for j in kin.of_place(i, places) if j not in start})
+    likely = next((p for i, p in keep if places[i].n_w == 1), null.p)
+    start.update({i: likely for i, place in enumerate(places) if place.kind == "base" and i not in start})
+    return list(start.items())
 
 
 def refitted(problem: Problem, located: Sequence[Located]) -> list[Located]:
@@ -223,14 +233,7 @@ def _late(
 
 def _with_own(p: FloatArray, of: ReducedModel, to: ReducedModel) -> FloatArray:
     """Unknowns `p` of the model `of` as a place has them, which may have one more: the factor of a member, as it is."""
-    n = len(of.names)
-    return np.concatenate([p[:n], np.zeros(len(to.names) - n), p[n:]])
-
-
-def _without_own(p: FloatArray, of: ReducedModel, place: ReducedModel) -> FloatArray:
-    """Unknowns `p` of a place's model as the model `of` has them."""
-    n = len(of.names)
-    return np.concatenate([p[:n], p[len(place.names) :]])
+    return with_own_unknowns(p, of, np.zeros(len(to.names) - len(of.names)))
 
 
 def _order(lines: Problem, item: tuple[int, Fit], sigma: float, places: Sequence[Place]) -> float:

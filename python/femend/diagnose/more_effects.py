@@ -61,11 +61,10 @@ def with_further(
 
 def _compared_in(found: Diagnosis, sigma: float) -> Diagnosis:
     """The laws as they compare in another window exp(-sigma t)."""
-    baseline, n_values, null_score = to_beat(found.split, found.reduced, found.null, found.settings, sigma)
-    ranked = compared_in(found.split, found.reduced, found.ranked, sigma, found.settings)
+    alone, ranked = to_beat(found.given, found.null, sigma), compared_in(found.given, found.ranked, sigma)
     return replace(
-        found, ranked=told_simply(ranked, found.settings), null_chosen=baseline, null_score=null_score,
-        n_values=n_values, sigma=sigma,
+        found, ranked=told_simply(ranked, found.settings), null_chosen=alone.candidate, null_score=alone.score,
+        n_values=alone.n_values, sigma=sigma,
     )  # fmt: skip
 
 

@@ -44,7 +44,7 @@ def _ratio(first: Searched, p: FloatArray, old: Place, new: Place) -> float:
     W = np.vstack([place.w(reduced.V, reduced.V_a)[:1] for place in (old, new)]) @ Q
     power = np.zeros(2)
     for line in few.lines(reduced):
-        g = receptances(omega, zeta, np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128))
+        g = receptances(omega, zeta, line.s)
         q = g * (line.U @ (reduced.rows(line.record.in_rows, line.record.in_signs) @ Q))
         power += (np.abs(q @ W.T) ** 2).sum(axis=0)
     return float(np.sqrt(power[0] / power[1])) if power.min() > 0 else 1.0

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femend.diagnose.judge import to_beat
+from femend.diagnose.judge import Given, to_beat
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
 from femend.diagnose.name import name_physics
 from femend.diagnose.ranked import Ranked, told_simply
@@ -71,9 +71,9 @@ def name_at(found: UpdatedModel, place: Place, settings: Settings | None = None)
     if free is None:
         raise RecordingError(f"a force at {place.text} cannot be fitted; the place does not move in the model")
     located = Located(place, free, squares_of(problem, free, 0.0))
-    split = split_records(problem, null, [located])
-    ranked, sigma = name_physics(split, reduced, [located], found.g_rows, settings, null.p)
+    given = Given(split_records(problem, null, [located]), reduced, found.g_rows, null.p, settings)
+    ranked, sigma = name_physics(given, [located])
     if not ranked:
         raise RecordingError(f"no law could be fitted at {place.text}; the recordings do not show it moving")
-    baseline, _, null_score = to_beat(split, reduced, null, settings, sigma)
-    return NamedAt(problem, place, tuple(told_simply(ranked, settings)), null_score, baseline.chosen, settings)
+    alone = to_beat(given, null, sigma)
+    return NamedAt(problem, place, tuple(told_simply(ranked, settings)), alone.score, alone.candidate.chosen, settings)

@@ -100,7 +100,7 @@ def _moved(
     """What the force `F` (K,) at the first place does, and at the others the one that comes nearest to it at the
     sensors: modal accelerations (place, line, mode), and those of the sensors in units of the noise (1, place,
     values)."""
-    s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
+    s = line.s
     g = s[:, None] ** 2 * receptances(*modes, s)
     h = np.einsum("kr,jr,sr->jks", g, W, out, optimize=True) * line.weight
     made = h[0] * F[:, None]

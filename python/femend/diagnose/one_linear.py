@@ -17,6 +17,7 @@ from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import KINDS, Start, laws_for, starts
 from femend.diagnose.dressed import with_own
 from femend.diagnose.joint import enlarged, open_joint
+from femend.diagnose.judge import Given
 from femend.diagnose.known_force import rows_of
 from femend.diagnose.locate import Located, hypothesis_of, locate, shortlist, squares_of
 from femend.diagnose.name import name_physics
@@ -41,7 +42,7 @@ LINES = 600
 
 
 @dataclass(frozen=True, eq=False)
-class LinearOne:
+class _LinearOne:
     """Linear laws, in order of score, with the force at a place `free`, and the `problem` with it."""
 
     ranked: list[Ranked]
@@ -64,7 +65,7 @@ def one_linear(first: Searched, second: Located, at: Place) -> tuple[Scored, lis
     return min(found, key=lambda f: f[0][0], default=None)
 
 
-def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> LinearOne | None:
+def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> _LinearOne | None:
     """Linear laws anywhere that explain the recordings beside a force free at a place, from unknowns `p`."""
     # in a cut a law carries what the connection carried, and not what a force beside that does
     if free.kind not in KINDS or free.n_w != 1:
@@ -78,14 +79,13 @@ def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> Linear
     places = others(first, free)
     located = locate(problem, reduced, places, null)
     short = with_look_alikes(problem, reduced, shortlist(located), places, first.settings)
-    ranked, _ = name_physics(
-        first.split.of(problem), reduced, short, rows, first.settings, null.p, clamps=[*short, *located]
-    )
+    given = Given(first.split.of(problem), reduced, rows, null.p, first.settings)
+    ranked, _ = name_physics(given, short, clamps=[*short, *located])
     ranked = told_simply(ranked, first.settings)
     if not ranked or ranked[0].candidate.chosen > first.settings.adequate:
         return None
     at = _located(first, free, other, p)
-    return None if at is None else LinearOne(ranked, at, problem)
+    return None if at is None else _LinearOne(ranked, at, problem)
 
 
 def _located(first: Searched, free: Place, other: Place, p: FloatArray) -> Located | None:
@@ -100,7 +100,7 @@ def _located(first: Searched, free: Place, other: Place, p: FloatArray) -> Locat
     return with_look_alikes(first.problem, hypothesis.reduced, [one], first.places, first.settings)[0]
 
 
-def _both(first: Searched, one: LinearOne) -> Scored | None:
+def _both(first: Searched, one: _LinearOne) -> Scored | None:
     """The linear law and the best of those that follow what the place beside it did."""
     law, place = term_of(first, one.ranked[0]), one.free.place
     joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
@@ -108,7 +108,7 @@ def _both(first: Searched, one: LinearOne) -> Scored | None:
     begun = [
         (name, start)
         for name, entry in laws_for(place.kind)
-        for start in starts(entry, joint, recovered, recovered.s, STARTS)
+        for start in starts(entry, joint, recovered, STARTS)
         if np.isfinite(start.left)
     ]
     begun.sort(key=lambda item: item[1].left)
@@ -131,7 +131,7 @@ def _both(first: Searched, one: LinearOne) -> Scored | None:
     return None if best is None else _otherwise(first, one, best)
 
 
-def _otherwise(first: Searched, one: LinearOne, found: Scored) -> Scored:
+def _otherwise(first: Searched, one: _LinearOne, found: Scored) -> Scored:
     """The same with another linear law at the place of the first that did about as well beside a free force."""
     here = [r for r in one.ranked if r.located.place is one.ranked[0].located.place]
     for ranked in distinct(first, here)[1:]:

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.judge import again, compared_in, judge_in, to_beat
+from femend.diagnose.judge import Given, again, compared_in, judge_in, to_beat
 from femend.diagnose.pairs import Searched, updated
 from femend.diagnose.ranked import told_simply
 from femend.diagnose.shares import score_of_noise
@@ -42,7 +42,12 @@ def chosen_where_it_shows(first: Searched) -> Searched | None:
     if null is None:
         return None
     other = split_by(split.whole, np.array([(left[r.name] - 1) * r.y.size for r in split.whole.records]))
-    return _on(first, other, null, 0.0)
+    return _on(first, _given(first, other, null.p), null, 0.0)
+
+
+def _given(first: Searched, split: Split, p: FloatArray) -> Given:
+    """What laws are tried on with another split of the recordings, the model's unknowns being `p` (n_p,)."""
+    return Given(split, first.reduced, first.g_rows, p, first.settings)
 
 
 def _left_in_each(first: Searched) -> dict[str, float]:
@@ -51,16 +56,16 @@ def _left_in_each(first: Searched) -> dict[str, float]:
     left = {}
     for record in split.whole.records:
         alone = replace(split, choosing=split.whole.on([record]))
-        judged = judge_in(alone, first.reduced, 0.0, first.settings).ranked(again(best), afresh=True)
+        judged = judge_in(_given(first, alone, best.candidate.p), 0.0).ranked(again(best), afresh=True)
         left[record.name] = judged.candidate.chosen
     return left
 
 
-def _on(first: Searched, split: Split, null: Fit, sigma: float) -> Searched:
-    """The search with laws compared on another split of the recordings, in a window exp(-sigma t)."""
-    _, n_values, null_score = to_beat(split, first.reduced, null, first.settings, sigma)
-    ranked = told_simply(compared_in(split, first.reduced, first.ranked, sigma, first.settings), first.settings)
+def _on(first: Searched, given: Given, null: Fit, sigma: float) -> Searched:
+    """The search with laws compared as is `given`, in a window exp(-sigma t)."""
+    alone = to_beat(given, null, sigma)
+    ranked = told_simply(compared_in(given, first.ranked, sigma), first.settings)
     return replace(
-        first, split=split, ranked=ranked, n_values=n_values, null_score=null_score,
-        floor=score_of_noise(ranked, n_values), sigma=sigma, in_window=partial(_on, first, split, null),
+        first, split=given.split, ranked=ranked, n_values=alone.n_values, null_score=alone.score,
+        floor=score_of_noise(ranked, alone.n_values), sigma=sigma, in_window=partial(_on, first, given, null),
     )  # fmt: skip

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.free_form_rival import Rival
+from femend.diagnose.judge import Given
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import Located
 from femend.diagnose.ranked import Ranked
@@ -60,6 +61,11 @@ class Diagnosis:
     further: Further | None = None
     driven: Driven | None = None
     interrupted: bool = False
+
+    @property
+    def given(self) -> Given:
+        """What laws were tried on."""
+        return Given(self.split, self.reduced, self.g_rows, self.null.p, self.settings)
 
     @property
     def by_load(self) -> bool:

@@ -91,10 +91,9 @@ def _kinds(problem: Problem, reduced: ReducedModel, places: Sequence[Place], nul
 def _starts(problem: Problem, reduced: ReducedModel, located: Sequence[Located], null: Fit) -> list[FloatArray]:
     """Unknowns of the model without frequency factors and damping ratios of single modes: the deck's, the updated
     ones, and those of the best single places."""
-    n = len(reduced.names)
-    deck = problem.sparing(FEWEST_LINES).untuned().prior(reduced)[0]
+    plain = problem.sparing(FEWEST_LINES).untuned()
     singles = [f.fit.p for f in located if len(f.fit.p) == len(null.p)][:SINGLES]
-    return [deck, *(np.append(p[:n], p[-1]) for p in (null.p, *singles))]
+    return [plain.prior(reduced)[0], *(plain.tuned_like(p, reduced) for p in (null.p, *singles))]
 
 
 def _begun(

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.classes import similarity_to
+from femend.diagnose.dressed import with_own_unknowns, without_own_unknowns
 from femend.diagnose.equal_pairs import likeliest_equal
+from femend.diagnose.evidence import price
 from femend.diagnose.locate import (
     ALIKE,
     COMPARED_LINES,
@@ -67,7 +69,7 @@ class Searched:
     @property
     def price(self) -> float:
         """Score that a parameter of a law costs."""
-        return self.settings.price * float(np.log(max(self.n_values, np.e)))
+        return price(self.settings, self.n_values)
 
 
 def pair(first: Searched) -> tuple[Located, Place] | None:
@@ -192,12 +194,9 @@ def _alone(first: Searched, place: Place) -> Located | None:
 
 def plain(first: Searched, p: FloatArray) -> FloatArray:
     """Unknowns `p` of a model with members' factors without these."""
-    n = len(first.reduced.names)
-    tuned = len(first.problem.prior(first.reduced)[0]) - n
-    return np.concatenate([p[:n], p[len(p) - tuned :]])
+    return without_own_unknowns(p, first.reduced, len(p) - len(first.problem.prior(first.reduced)[0]))
 
 
 def with_members(first: Searched, p: FloatArray, count: int) -> FloatArray:
     """Unknowns `p` (n_p,) of the model with `count` ones of members and soft clamps, at the values these start from."""
-    n = len(first.reduced.names)
-    return np.concatenate([p[:n], np.zeros(count), p[n:]])
+    return with_own_unknowns(p, first.reduced, np.zeros(count))

@@ -99,7 +99,7 @@ def _others(first: Searched, best: Ranked, law: Candidate) -> list[Candidate]:
         if law.physics is not None
         and entry.family != law.physics.family
         and (law.nonlinear or entry.kind == "nonlinear")
-        for start in starts(entry, joint, rest, rest.s, STARTS)
+        for start in starts(entry, joint, rest, STARTS)
         if np.isfinite(start.left)
     ]
     kept: dict[tuple[str, tuple[float, ...]], tuple[str, Start]] = {}
@@ -131,7 +131,7 @@ def what_is_left(recovered: Recovered, law: Candidate) -> Recovered:
     """What a place did, with the force that is left when a law and its companion have followed its motion."""
     assert law.physics is not None
     s = recovered.s
-    own = force_on_lines(law.physics, law.values, recovered, s)
+    own = force_on_lines(law.physics, law.values, recovered)
     beside = [(law.k + law.c * line)[:, None] * D for line, D in zip(s, recovered.D, strict=True)]
     F = [f - o - c for f, o, c in zip(recovered.F, own, beside, strict=True)]
     f = [in_time(X, i, r.n) for X, i, r in zip(F, recovered.index, recovered.records, strict=True)]

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
 from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.collapse import collapsed
+from femend.diagnose.evidence import deviance, price
 from femend.diagnose.joint import Recovered
 from femend.diagnose.locate import Located
 from femend.diagnose.settings import Settings
 from femend.estimate import Problem
 from femend.model import ReducedModel
 
-__all__ = ["Ranked", "effective_values", "score", "tempered", "told_simply"]
+__all__ = ["Judged", "Ranked", "effective_values", "score", "tempered", "told_simply"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,10 +33,26 @@ class Ranked:
     name: str = ""
 
 
-def score(candidate: Candidate, choosing: Problem, settings: Settings, n_values: float) -> float:
+class Judged(Protocol):
+    """One law or several after their fit: misfit on the choosing records, prior cost of the model's unknowns, number of
+    parameters."""
+
+    @property
+    def chosen(self) -> float:
+        """Mean weighted square left on the records kept for choosing."""
+
+    @property
+    def prior(self) -> float:
+        """Prior cost of the model's unknowns."""
+
+    @property
+    def n_law(self) -> int:
+        """Number of law parameters fitted."""
+
+
+def score(judged: Judged, settings: Settings, n_values: float) -> float:
     """Tempered squares on unseen data, prior of the model's unknowns, and a price for every parameter of the law."""
-    price = settings.price * float(np.log(max(n_values, np.e)))
-    return n_values * float(np.log(max(candidate.chosen, 1e-12))) + candidate.prior + price * candidate.n_law
+    return deviance(judged.chosen, n_values) + judged.prior + price(settings, n_values) * judged.n_law
 
 
 def tempered(ranked: Sequence[Ranked], null_score: float = np.inf) -> list[float]:

@@ -37,7 +37,7 @@ def on_lines(
 
     `omega` (r,) in rad/s, `zeta` (r,) and `Q` (r, r) are those of the model's mass-normalised modes in its basis.
     """
-    s = np.asarray(line.sigma + 2j * np.pi * line.freq, dtype=np.complex128)
+    s = line.s
     return s, receptances(omega, zeta, s), reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
 
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csc_array
 
 from femend.errors import ModelError
 from femend.estimate.updating.matrices import Matrices
@@ -141,7 +142,5 @@ def _greedy(
 
 
 def _matrix(matrices: Matrices, values: FloatArray) -> Any:
-    from scipy.sparse import csc_array
-
     n = len(matrices.indptr) - 1
     return csc_array((values, matrices.indices, matrices.indptr), shape=(n, n))

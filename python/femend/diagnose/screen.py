@@ -79,7 +79,7 @@ def _starts(problem: Problem, reduced: ReducedModel, null: Fit) -> list[tuple[Pr
     sigma = SIGMA * problem.scale()
     return [
         (damped, damped.prior(reduced)[0], sigma),
-        (damped, np.append(null.p[: len(reduced.names)], null.p[-1]), sigma),
+        (damped, damped.tuned_like(null.p, reduced), sigma),
         (problem.thinned(WHOLE_LINES), null.p, 0.0),
     ]
 

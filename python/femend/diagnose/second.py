@@ -15,6 +15,8 @@ from femend.diagnose.beside import companions
 from femend.diagnose.best_place import at_the_best_places
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.dressed import with_own
+from femend.diagnose.evidence import deviance
+from femend.diagnose.judge import Given
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
 from femend.diagnose.levels import element_depends_on_level
 from femend.diagnose.locate import Located, locate, shortlist, squares_of
@@ -29,6 +31,7 @@ from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Terms, follow_terms, refit_terms
 from femend.diagnose.together import Scored, are_told, best_of, distinct, shows, term_of, told_plainly
 from femend.estimate import Hypothesis
+from femend.estimate.fit import STEPS
 from femend.model import Place
 
 __all__ = ["Further", "Searched", "look_further"]
@@ -147,7 +150,7 @@ def _worth_looking(first: Searched) -> bool:
         return False
     settings, best = first.settings, first.ranked[0].candidate
     # above what noise leaves, the law's own parameters aside
-    left = first.n_values * float(np.log(max(best.chosen, 1e-12))) + best.prior - first.floor
+    left = deviance(best.chosen, first.n_values) + best.prior - first.floor
     # a free force may show that there is less noise than was thought, and the model bend for what a law leaves of it
     noise = float(np.exp(first.floor / first.n_values))
     bent = best.chosen > settings.adequate * noise and best.prior > settings.gain_cost
@@ -285,7 +288,7 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> _Beside 
     split = aside.known.split(first.split)
     start = with_members(first, aside.p, sum(m.n_own for m in aside.members))
     # without the other force the model would be bent by what that did
-    steps = 0 if aside.held else 20
+    steps = 0 if aside.held else STEPS
     (null,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], [(start, np.zeros(0))], iterations=steps)
     if null is None:
         return _Beside([], 0.0)
@@ -294,7 +297,8 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> _Beside 
     if gained < first.settings.gain_cost:
         return None
     short = with_look_alikes(problem, reduced, shortlist(located), places, first.settings)
-    ranked, sigma = name_physics(split, reduced, short, rows, first.settings, null.p, clamps=[*short, *located])
+    given = Given(split, reduced, rows, null.p, first.settings)
+    ranked, sigma = name_physics(given, short, clamps=[*short, *located])
     return _Beside(told_simply(ranked, first.settings), sigma)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from femend.diagnose.evidence import deviance
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
 
@@ -15,7 +16,7 @@ __all__ = ["score_of_noise", "share_explained", "unclear"]
 def score_of_noise(ranked: Sequence[Ranked], n_values: float) -> float:
     """Score of what a free force leaves at best, or the noise where that is less."""
     references = [r.candidate.reference for r in ranked if np.isfinite(r.candidate.reference)]
-    return n_values * float(np.log(max(min([1.0, *references]), 1e-12)))
+    return deviance(min([1.0, *references]), n_values)
 
 
 def share_explained(null_score: float, best: Ranked, ranked: Sequence[Ranked], n_values: float) -> float:

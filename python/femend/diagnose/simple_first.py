@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from femend.diagnose.collapse import SHARP
+from femend.diagnose.evidence import fall
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
 from femend.model import Place
@@ -52,7 +53,7 @@ def simplest_linear(ranked: list[Ranked], settings: Settings) -> list[Ranked]:
 
 def _won(rich: Ranked, simple: Ranked, settings: Settings) -> bool:
     """Whether a law brings against a simpler one what a law has to bring."""
-    less = float(np.log(simple.candidate.chosen / max(rich.candidate.chosen, 1e-12)))
+    less = fall(simple.candidate.chosen, rich.candidate.chosen)
     relieved = simple.candidate.prior - rich.candidate.prior
     return settings.wins(simple.score - rich.score, less, relieved)
 

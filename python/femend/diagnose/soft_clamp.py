@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import standard_deviations
-from femend.diagnose.dressed import own_span
+from femend.diagnose.dressed import own_span, with_own_unknowns
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
 from femend.diagnose.split import Split
 from femend.estimate import Fit, Hypothesis, Problem
@@ -109,9 +109,8 @@ def _fits(
 ) -> list[tuple[Place, Fit]]:
     """Springs in all directions, then in one less at each turn, and each direction by itself; none where those in all
     directions are `beaten`."""
-    n = len(reduced.names)
     fits: list[tuple[Place, Fit]] = []
-    place, begun = whole, [_started(p, n, whole, size) for p in starts for size in SIZES]
+    place, begun = whole, [_started(p, reduced, whole, size) for p in starts for size in SIZES]
     while len(place.springs) > 1:
         fit = _fitted(problem, reduced, place, begun)
         if fit is None:
@@ -126,7 +125,7 @@ def _fits(
         begun = [np.delete(fit.p, own.start + least)]
     for spring in whole.springs:
         alone = _labelled(whole, (spring,))
-        fit = _fitted(problem, reduced, alone, [_started(p, n, alone, size) for p in starts for size in SIZES])
+        fit = _fitted(problem, reduced, alone, [_started(p, reduced, alone, size) for p in starts for size in SIZES])
         fits += [] if fit is None else [(alone, fit)]
     return fits
 
@@ -175,9 +174,9 @@ def _without_form(p: FloatArray, reduced: ReducedModel) -> FloatArray:
     return np.concatenate([p[: form.start], np.zeros(form.stop - form.start), p[form.stop :]])
 
 
-def _started(p: FloatArray, n: int, place: Place, size: float) -> FloatArray:
-    """Unknowns `p` of the model, of which the first `n` are no modes' own, with all springs of one relative size."""
-    return np.concatenate([p[:n], np.full(len(place.springs), np.log(size)), p[n:]])
+def _started(p: FloatArray, reduced: ReducedModel, place: Place, size: float) -> FloatArray:
+    """Unknowns `p` of the model with all springs of a place, of one relative size."""
+    return with_own_unknowns(p, reduced, np.full(len(place.springs), np.log(size)))
 
 
 def _all_springs(problem: Problem, reduced: ReducedModel, clamp: Place, updated: FloatArray) -> Place | None:

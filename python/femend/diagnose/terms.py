@@ -12,7 +12,7 @@ from femend import _core
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.closed_loop import COARSE, LAW_SD, LawSpec, Loop, companion_prior
 from femend.diagnose.descent import Descent
-from femend.diagnose.dressed import with_own
+from femend.diagnose.dressed import with_own, with_own_unknowns
 from femend.diagnose.joint import Joint, open_joints
 from femend.diagnose.locate import Located
 from femend.diagnose.nonlinear import wider_windows, windows
@@ -301,12 +301,12 @@ def _opened(
     elements = [e for place in places for e in place.elements]
     if not attached or sum(p.n_w for p in places) > MOST_COORDINATES or len(elements) != len(set(elements)):
         return None
-    n, factors = len(reduced.names), []
+    bare, factors = reduced, [np.zeros(0)]
     for t in terms:
         if t.member:
             reduced = with_own(t.located.place, reduced)
             factors.append(t.located.place.logarithms(t.candidate.values))
-    start = np.concatenate([p[:n], *factors, p[n:]])
+    start = with_own_unknowns(p, bare, np.concatenate(factors))
     joint = open_joints(places, reduced, problem.band[1], g_rows)
     ordered = (*attached, *(t for t in terms if t.member))
     x = np.concatenate([np.zeros(0), *(t.x for t in attached)])

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.diagnose.collapse import SPRINGS, collapsed
+from femend.diagnose.candidates import SPRINGS
+from femend.diagnose.collapse import collapsed
+from femend.diagnose.evidence import LEAST, fall
 from femend.diagnose.pairs import Searched, plain
-from femend.diagnose.ranked import Ranked
+from femend.diagnose.ranked import Ranked, score
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms
 from femend.physics import physics
@@ -56,25 +58,18 @@ def fitted_together(first: Searched, terms: Sequence[Term], p: FloatArray, *, si
     if found is None:
         return None
     found = judge_terms(first.split.choosing, found)
-    value = _score(first, found)
+    value = score(found, first.settings, first.n_values)
     return (value, found) if np.isfinite(value) else None
 
 
 def gained(first: Searched, gain: float, chosen: float, prior: float, found: Terms) -> bool:
     """Whether terms bring what a law has to bring, against what leaves `chosen` on unseen data with `prior`."""
-    less = float(np.log(chosen / max(found.chosen, 1e-12)))
-    return first.settings.wins(gain, less, prior - found.prior)
+    return first.settings.wins(gain, fall(chosen, found.chosen), prior - found.prior)
 
 
 def brings(first: Searched, fewer: Scored, more: Scored) -> bool:
     """Whether more terms bring against fewer what a law has to bring against none."""
     return gained(first, fewer[0] - more[0], fewer[1].chosen, fewer[1].prior, more[1])
-
-
-def _score(first: Searched, found: Terms) -> float:
-    """Tempered squares on unseen data, prior of the model's unknowns, and a price for every parameter."""
-    squares = first.n_values * float(np.log(max(found.chosen, 1e-12)))
-    return squares + found.prior + first.price * found.n_law
 
 
 def best_of(first: Searched, tries: Sequence[tuple[Sequence[Term], FloatArray]]) -> Scored | None:
@@ -96,7 +91,7 @@ def best_of(first: Searched, tries: Sequence[tuple[Sequence[Term], FloatArray]])
 def shows(settings: Settings, one: float, two: float) -> bool:
     """Whether two laws show in unseen data, from what one and both of them leave there: by as much as more freedom
     alone does not bring. What bends the rest of the model may be its mesh, so that relief alone is no second effect."""
-    return bool(np.log(max(one, 1e-12) / max(two, 1e-12)) > settings.gain_nonlinear)
+    return fall(max(one, LEAST), two) > settings.gain_nonlinear
 
 
 def distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:

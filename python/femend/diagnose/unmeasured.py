@@ -12,16 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
+from femend.diagnose.evidence import fall
 from femend.diagnose.harmonic import fit_harmonic
 from femend.diagnose.joint import Recovered, open_joint, recover
+from femend.diagnose.judge import Given
 from femend.diagnose.levels import levels_differ
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import Located
-from femend.diagnose.ranked import effective_values, score
-from femend.diagnose.settings import Settings
+from femend.diagnose.ranked import score
 from femend.diagnose.split import Split
 from femend.estimate import Fit, Problem
-from femend.model import Place, ReducedModel
+from femend.model import Place
 
 __all__ = ["find_harmonic", "find_unmeasured", "plainly_unmeasured"]
 
@@ -46,17 +47,9 @@ NEARLY_ALL = 0.9
 PLACES = 3
 
 
-def find_unmeasured(
-    split: Split,
-    reduced: ReducedModel,
-    located: Sequence[Located],
-    g_rows: list[int],
-    settings: Settings,
-    updated: FloatArray,
-) -> LoadFinding | None:
-    """A force or base motion that was not recorded, where the best place with one force shows one; None otherwise.
-    `updated` are the unknowns of the updated model."""
-    shown = _shown(split, reduced, located, g_rows, settings)
+def find_unmeasured(given: Given, located: Sequence[Located]) -> LoadFinding | None:
+    """A force or base motion that was not recorded, where the best place with one force shows one; None otherwise."""
+    split, shown = given.split, _shown(given, located)
     if not shown:
         return None
     (best, recovered), problem = shown[0], split.whole
@@ -64,7 +57,7 @@ def find_unmeasured(
     if problem.load is not None and not base:
         return None  # two forces nobody recorded: which of them is the other's law is not told
     if not base:
-        sine = _best_sine(split, reduced, shown, updated, settings)
+        sine = _best_sine(given, shown, given.updated)
         if sine is not None:
             return sine
     if not _from_outside(problem, recovered):
@@ -76,7 +69,6 @@ def find_unmeasured(
     row = None if base else int(best.place.g_rows[0][0])
     each = zip(recovered.records, recovered.f, strict=True)
     candidate = _candidate(split, best)
-    n_values = effective_values(split.choosing, reduced)
     return LoadFinding(
         "base_motion" if base else "unmeasured_force",
         best.place.nodes,
@@ -85,54 +77,44 @@ def find_unmeasured(
         candidate,
         best.fit,
         problem,
-        score(candidate, split.choosing, settings, n_values),
+        score(candidate, given.settings, given.n_values()),
         None if row is None or not repeats else (row, force),
         {} if row is None or repeats else {r.name: (row, -f[0]) for r, f in each},
     )
 
 
 def find_harmonic(
-    split: Split,
-    reduced: ReducedModel,
-    located: Sequence[Located],
-    g_rows: list[int],
-    settings: Settings,
-    without: Candidate,
-    null_score: float,
+    given: Given, located: Sequence[Located], without: Candidate, null_score: float
 ) -> LoadFinding | None:
     """A harmonic force that wins on unseen data against the model `without` it (score `null_score`) as a law has to,
     for what stands too little above the noise to be taken for missing whatever it is; None otherwise."""
-    shown = _shown(split, reduced, located, g_rows, settings) if levels_differ(split.whole.records) else []
+    shown = _shown(given, located) if levels_differ(given.split.whole.records) else []
     if not shown or shown[0][0].place.kind == "base":
         return None
-    found = _best_sine(split, reduced, shown, without.p, settings)
+    found = _best_sine(given, shown, without.p)
     if found is None:
         return None
-    less = float(np.log(without.chosen / max(found.candidate.chosen, 1e-12)))
-    won = settings.wins(null_score - found.score, less, without.prior - found.candidate.prior)
+    less = fall(without.chosen, found.candidate.chosen)
+    won = given.settings.wins(null_score - found.score, less, without.prior - found.candidate.prior)
     return found if won else None
 
 
-def _shown(
-    split: Split, reduced: ReducedModel, located: Sequence[Located], g_rows: list[int], settings: Settings
-) -> list[tuple[Located, Recovered]]:
+def _shown(given: Given, located: Sequence[Located]) -> list[tuple[Located, Recovered]]:
     """The best places where a force from outside explains the recordings, and what it did there; none with one sensor,
     where a free force explains anything."""
-    best = _outside(located, settings.margin)
-    if not best or min(r.y.shape[0] for r in split.whole.records) < 2 or best[0].fit.score > settings.adequate:
+    best, records = _outside(located, given.settings.margin), given.split.whole.records
+    if not best or min(r.y.shape[0] for r in records) < 2 or best[0].fit.score > given.settings.adequate:
         return []
-    recovered = [(one, _recovered(split, reduced, one, g_rows)) for one in best]
+    recovered = [(one, _recovered(given, one)) for one in best]
     return [(one, r) for one, r in recovered if r is not None]
 
 
-def plainly_unmeasured(
-    split: Split, reduced: ReducedModel, located: Sequence[Located], g_rows: list[int], settings: Settings
-) -> bool:
+def plainly_unmeasured(given: Given, located: Sequence[Located]) -> bool:
     """Whether recordings with different forces of different levels show one and the same force at the best place.
 
     No law does that, so that none needs to be tried.
     """
-    best, problem = next(iter(_outside(located, settings.margin)), None), split.whole
+    best, problem = next(iter(_outside(located, given.settings.margin)), None), given.split.whole
     if best is None or problem.load is not None or min(r.y.shape[0] for r in problem.records) < 2:
         return False
     n = min(r.n for r in problem.records)
@@ -140,23 +122,25 @@ def plainly_unmeasured(
     own = np.abs(np.corrcoef(u)[~np.eye(len(u), dtype=bool)]) if len(u) > 1 else np.ones(1)
     if not levels_differ(problem.records) or own.max() > DIFFERENT:
         return False
-    recovered = _recovered(split, reduced, best, g_rows)
+    recovered = _recovered(given, best)
     if recovered is None or not _common(recovered):
         return False
     _, alike, ratio = _mean_force(recovered)
     return bool(min(alike) > SAME and max(ratio) < ALIKE and min(ratio) > 1 / ALIKE)
 
 
-def _recovered(split: Split, reduced: ReducedModel, best: Located, g_rows: list[int]) -> Recovered | None:
+def _recovered(given: Given, best: Located) -> Recovered | None:
     """What the place did, on all lines: thinned, each record would keep others, and they could not be compared. Done
     once for both questions that are asked of it."""
 
+    whole = given.split.whole
+
     def make() -> tuple[Located, Recovered | None]:
-        joint = open_joint(best.place, reduced, split.whole.band[1], g_rows)
-        return best, recover(split.whole.thinned(None), joint, best.fit.p, sharp=True)
+        joint = open_joint(best.place, given.reduced, whole.band[1], given.g_rows)
+        return best, recover(whole.thinned(None), joint, best.fit.p, sharp=True)
 
     # the place is kept with its answer, so that no other object can take its identity
-    kept: tuple[Located, Recovered | None] = split.whole.kept(("recovered", id(best)), make)
+    kept: tuple[Located, Recovered | None] = whole.kept(("recovered", id(best)), make)
     return kept[1]
 
 
@@ -167,38 +151,21 @@ def _outside(located: Sequence[Located], margin: float) -> list[Located]:
     return [f for f in fit if f.place.kind in ("ground", "base")][:PLACES]
 
 
-def _best_sine(
-    split: Split,
-    reduced: ReducedModel,
-    shown: Sequence[tuple[Located, Recovered]],
-    updated: FloatArray,
-    settings: Settings,
-) -> LoadFinding | None:
+def _best_sine(given: Given, shown: Sequence[tuple[Located, Recovered]], updated: FloatArray) -> LoadFinding | None:
     """The harmonic force that explains clearly most, of those at places where a free force explains as much, else the
     first: a free force may be anything, and so makes up for being at the wrong place, which a harmonic one cannot."""
-    found = [
-        _sine(split, reduced, one, recovered, (one.fit.p, updated), settings)
-        for one, recovered in shown
-        if one.place.kind != "base"
-    ]
+    found = [_sine(given, one, recovered, (one.fit.p, updated)) for one, recovered in shown if one.place.kind != "base"]
     known = [sine for sine in found if sine is not None]
     least = min((sine.score for sine in known), default=np.inf)
-    return next((sine for sine in known if sine.score <= least + settings.margin), None)
+    return next((sine for sine in known if sine.score <= least + given.settings.margin), None)
 
 
-def _sine(
-    split: Split,
-    reduced: ReducedModel,
-    best: Located,
-    recovered: Recovered,
-    starts: Sequence[FloatArray],
-    settings: Settings,
-) -> LoadFinding | None:
+def _sine(given: Given, best: Located, recovered: Recovered, starts: Sequence[FloatArray]) -> LoadFinding | None:
     """A harmonic force of much the same amplitude in all recordings that explains unseen data adequately."""
-    row = int(best.place.g_rows[0][0])
+    split, reduced, row = given.split, given.reduced, int(best.place.g_rows[0][0])
     shown = [
-        (index / (r.n * r.dt), w[:, 0] * np.abs(F[:, 0]) ** 2)
-        for index, r, w, F in zip(recovered.index, recovered.records, recovered.weight, recovered.F, strict=True)
+        (freq, w[:, 0] * np.abs(F[:, 0]) ** 2)
+        for freq, w, F in zip(recovered.freq, recovered.weight, recovered.F, strict=True)
     ]
     whole = fit_harmonic(split.whole, reduced, row, shown, starts)
     if whole is None:
@@ -210,7 +177,7 @@ def _sine(
     (seen,) = choosing.fit([whole.fit.hypothesis], [(whole.fit.p, whole.fit.x)], iterations=0)
     if seen is None:
         return None
-    if seen.score > settings.adequate:
+    if seen.score > given.settings.adequate:
         (without,) = split.choosing.fit([whole.fit.hypothesis], [(starts[-1], whole.fit.x)], iterations=0)
         if not _nearly_all(without, seen):
             return None
@@ -219,7 +186,6 @@ def _sine(
     mean = whole.amplitudes.mean(axis=0)
     longest = max(split.whole.records, key=lambda r: r.n)
     wave = whole.waveform(mean, LONGER * longest.n, longest.dt)
-    n_values = effective_values(split.choosing, reduced)
     return LoadFinding(
         "unmeasured_force",
         best.place.nodes,
@@ -228,7 +194,7 @@ def _sine(
         candidate,
         whole.fit,
         split.whole,
-        score(candidate, split.choosing, settings, n_values),
+        score(candidate, given.settings, given.n_values()),
         (row, wave) if np.linalg.norm(mean[:2]) > REPEATS * size.mean() else None,
         {
             r.name: (row, whole.waveform(a, r.n, r.dt))

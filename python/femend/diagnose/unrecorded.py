@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.classes import similarity
+from femend.diagnose.evidence import fall
 from femend.diagnose.known_force import Known, last_force
 from femend.diagnose.linear import closed_by
 from femend.diagnose.locate import Located, hypothesis_of, locate, refitted, squares_of
@@ -276,5 +277,4 @@ def holds(driven: Driven, known: Problem, candidate: Candidate, settings: Settin
     null = driven.start.null
     if fit is None:
         return False
-    less = float(np.log(null.score / max(fit.score, 1e-12)))
-    return settings.wins(null.cost - fit.cost, less, null.prior - fit.prior)
+    return settings.wins(null.cost - fit.cost, fall(null.score, fit.score), null.prior - fit.prior)

@@ -18,7 +18,7 @@ from femend.model import Model, ReducedModel, affordable_refinement, form_errors
 from femend.model.resolution import Unresolved, unresolved
 from femend.threads import one_blas_thread
 
-__all__ = ["UpdatedModel", "modelled", "update_model", "updated_by"]
+__all__ = ["DRAWN", "UpdatedModel", "drawn_starts", "modelled", "update_model", "updated_by"]
 
 FloatArray = NDArray[np.float64]
 

@@ -67,12 +67,11 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
 
 def _unmeasured(found: Diagnosis, plainly: bool) -> LoadFinding | None:
     """A force nobody recorded beside those that were: any where much is missing, and a harmonic one where less is."""
-    given = (found.split, found.reduced, found.located, found.g_rows, found.settings)
     if plainly or clearly_missing(found):
-        return find_unmeasured(*given, found.null.p)
+        return find_unmeasured(found.given, found.located)
     if found.null.score <= found.settings.consistent:
         return None
-    return find_harmonic(*given, found.null_chosen, found.null_score)
+    return find_harmonic(found.given, found.located, found.null_chosen, found.null_score)
 
 
 def _refitted_part(candidate: Candidate, fit: Fit) -> Candidate:

@@ -8,33 +8,28 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.judge import Judge, Tried, compared_in, judge_in
+from femend.diagnose.judge import Given, Judge, Tried, compared_in, judge_in
 from femend.diagnose.nonlinear import refit_nonlinear, wider_windows, windows
 from femend.diagnose.ranked import Ranked
-from femend.diagnose.settings import Settings
-from femend.diagnose.split import Split
 from femend.estimate import Hypothesis
-from femend.model import ReducedModel
 
 __all__ = ["followed_on", "widest"]
 
 FloatArray = NDArray[np.float64]
 
 
-def widest(
-    split: Split, reduced: ReducedModel, tried: Sequence[Tried], settings: Settings, updated: FloatArray
-) -> Judge:
+def widest(given: Given, tried: Sequence[Tried]) -> Judge:
     """The widest window in which some law explains what it has not seen about as well as a free force anywhere does;
-    whole records where none does, or none but in the beginning, where the updated model (unknowns `updated`) does
-    without any."""
-    whole = judge_in(split, reduced, 0.0, settings)
+    whole records where none does, or none but in the beginning, where the updated model does without any."""
+    split, reduced, settings = given.split, given.reduced, given.settings
+    whole = judge_in(given, 0.0)
     if not any(t.candidate.nonlinear for t in tried):
         return whole
     bare = Hypothesis(reduced, np.zeros((0, reduced.r)))
     for sigma in reversed(windows(split.fitting)):
-        judge = whole if sigma == 0 else judge_in(split, reduced, sigma, settings)
+        judge = whole if sigma == 0 else judge_in(given, sigma)
         if sigma > 0:
-            (alone,) = split.choosing.fit([bare], [(updated, np.zeros(0))], sigma=sigma, iterations=0)
+            (alone,) = split.choosing.fit([bare], [(given.updated, np.zeros(0))], sigma=sigma, iterations=0)
             if alone is not None and alone.score <= settings.adequate:
                 break
         judged = [(judge.ranked(t).candidate, t.candidate.sigma <= sigma) for t in tried]
@@ -47,21 +42,19 @@ def widest(
     return whole
 
 
-def followed_on(
-    split: Split, reduced: ReducedModel, ranked: list[Ranked], sigma: float, settings: Settings
-) -> tuple[list[Ranked], float]:
+def followed_on(given: Given, ranked: list[Ranked], sigma: float) -> tuple[list[Ranked], float]:
     """The best law fitted in fine steps in ever wider windows than exp(-sigma t) as long as it explains what it has not
     seen there, and all laws as they compare in the last of them."""
     if sigma == 0 or not ranked or not ranked[0].candidate.nonlinear:
         return ranked, sigma
-    best, reached = ranked[0], sigma
-    for wider in wider_windows(split.fitting, sigma):
-        judge = judge_in(split, reduced, wider, settings)
-        candidate = refit_nonlinear(split.fitting, replace(best.candidate, sigma=wider))
+    best, reached, fitting = ranked[0], sigma, given.split.fitting
+    for wider in wider_windows(fitting, sigma):
+        judge = judge_in(given, wider)
+        candidate = refit_nonlinear(fitting, replace(best.candidate, sigma=wider))
         there = judge.ranked(Tried(candidate, best.located, best.recovered), afresh=True)
-        if there.candidate.chosen > settings.adequate * max(there.candidate.reference, 1.0):
+        if there.candidate.chosen > given.settings.adequate * max(there.candidate.reference, 1.0):
             break
         best, reached = there, wider
     if reached == sigma:
         return ranked, sigma
-    return compared_in(split, reduced, [best, *ranked[1:]], reached, settings), reached
+    return compared_in(given, [best, *ranked[1:]], reached), reached

@@ -12,22 +12,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["cut_off", "n_decaying", "static_part"]
+from femend import _core
+
+__all__ = ["cut_off", "static_part"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-# modes up to this multiple of the highest line have free decays, and the first one above it; none where the window has
-# closed at the end (as the core has them, `identify::response::poles`)
-DECAYS_ABOVE, WINDOW_CLOSED = 1.5, 7.0
 # samples in which a force that is not periodic comes to rest beyond the end, for its derivatives up to there
 REST = 64
-
-
-def n_decaying(omega: FloatArray, highest: float, n_tuned: int) -> int:
-    """How many modes of circular frequencies `omega` (r,) have free decays on lines up to `highest` (rad/s)."""
-    n = max(n_tuned, int((omega < DECAYS_ABOVE * highest).sum()), int((omega < highest).sum()) + 1)
-    return min(n, len(omega))
 
 
 def static_part(u: FloatArray, period: int, dt: float) -> FloatArray:
@@ -54,7 +47,7 @@ def cut_off(
     off, which is `lacking` (K, n_in) of the one they follow; `modal` are omega and zeta (r,) and the modes (r, r) in
     the basis, `rows` those of the sensors and forces in it."""
     omega, zeta, Q = modal
-    n = n_decaying(omega, float(s.imag.max()), n_tuned)
+    n = _core.n_decaying(omega, float(s.imag.max()), n_tuned)
     out, into = (np.asarray(at @ Q[:, n:]) for at in rows)
     g = 1.0 / (s[:, None] ** 2 + 2 * (zeta * omega)[n:] * s[:, None] + omega[n:] ** 2)
     return np.asarray(s[:, None] ** 2 * ((g * (lacking @ into)) @ out.T))

@@ -28,6 +28,8 @@ DAMPING_SD = 0.5
 # decays of the windows by which a fit comes down to the unwindowed lines, in units of `Problem.scale`, and how tightly
 # the modes' own unknowns are held at each
 CONTINUATION = ((30.0, 0.02), (8.0, 0.05), (2.0, 0.3), (0.0, 1.0))
+# steps of a search
+STEPS = 20
 # fits that go on from one of these to the next, and distance in ln units below which two are the same
 CONTINUED, SAME = 3, 0.01
 # modes up to this multiple of the band's end have a frequency factor and a damping ratio of their own
@@ -187,7 +189,8 @@ class Problem:
         return self._but(n_tuned=0)
 
     def tuned_like(self, p: FloatArray, reduced: ReducedModel) -> FloatArray:
-        """Unknowns `p` of the same model in an untuned problem (or in this one) as this problem has them."""
+        """Unknowns `p` (n_p,) of the same model in this problem or another, of which one is untuned, as this one has
+        them."""
         n = len(reduced.names)
         if len(p) == n + 2 * self.n_tuned + 1:
             return p
@@ -266,7 +269,7 @@ class Problem:
         starts: Sequence[tuple[FloatArray, FloatArray]] | None = None,
         *,
         sigma: float = 0.0,
-        iterations: int = 20,
+        iterations: int = STEPS,
         tolerance: float = 1e-2,
         held: float = 1.0,
     ) -> list[Fit | None]:

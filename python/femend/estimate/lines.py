@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.estimate.cut_off import WINDOW_CLOSED, cut_off, static_part
+from femend.estimate.cut_off import cut_off, static_part
 from femend.estimate.frf import FrfLines, useful_band
 from femend.model import ReducedModel
 
@@ -123,6 +123,11 @@ class Lines:
     weight: FloatArray
     share: float
     core: Any
+
+    @property
+    def s(self) -> ComplexArray:
+        """Lines sigma + i omega (K,), rad/s."""
+        return np.asarray(self.sigma + 2j * np.pi * self.freq, dtype=np.complex128)
 
     @property
     def first(self) -> int:
@@ -260,7 +265,7 @@ def spectral_lines(
     variance = record.noise[:, None] ** 2 * float((window**2).sum()) + MODEL_ALLOWANCE**2 * _smoothed(power)
     weight = np.ascontiguousarray(1 / np.sqrt(variance[:, index].T))
     chosen = (np.asarray(freq[index]), np.asarray(index, dtype=np.int64), U, Yfull[:, index].T, weight)
-    if modal is None or n_tuned == 0 or not record.driven or sigma * n * record.dt > WINDOW_CLOSED:
+    if modal is None or n_tuned == 0 or not record.driven or sigma > _core.closing_sigma(n * record.dt):
         return _made(record, reduced, sigma, chosen, n, step)
     s = np.asarray(sigma + 2j * np.pi * freq[index], dtype=np.complex128)
     second = np.fft.rfft(record.second[:, first:] * window, axis=1)[:, index].T

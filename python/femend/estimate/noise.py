@@ -36,7 +36,7 @@ def _width(n_in: int) -> int:
     return 3 * (n_in + 1) + NOISE_FREEDOM
 
 
-def noise_of(u: FloatArray, y: FloatArray, dt: float, period: int) -> FloatArray:
+def noise_of(u: FloatArray, y: FloatArray, period: int) -> FloatArray:
     """Noise standard deviation (n_out,) of responses y (n_out, n) to forces u (n_in, n).
 
     Over short stretches of the spectrum response and transient are smooth multiples of the force and of one (local

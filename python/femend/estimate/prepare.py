@@ -117,7 +117,7 @@ def _time_record(recording: Recording, model: Model, pairing: Pairing) -> FitRec
             recording=recording.name,
         )
     period = period_of(u if len(u) else y)
-    return FitRecord(recording.name, u, y, dt, *_rows(recording, model, pairing), noise_of(u, y, dt, period), period)
+    return FitRecord(recording.name, u, y, dt, *_rows(recording, model, pairing), noise_of(u, y, period), period)
 
 
 def frf_records(recording: Recording, model: Model, pairing: Pairing) -> list[FitRecord]:

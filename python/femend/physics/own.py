@@ -59,12 +59,7 @@ def register(
     (('k', 'd0'), True)
     """
     known = {key: _parameter(name, key, *value) for key, value in parameters.items()}
-    if family not in FAMILIES:
-        raise LawParameterError(
-            f"law {name}: no family is called {family!r}; families are {', '.join(FAMILIES)}", law=name
-        )
-    if bool(state) != (rate is not None):
-        raise LawParameterError(f"law {name}: state and rate belong together; give both or neither", law=name)
+    _refuse(name, family, stateful=bool(state), rated=rate is not None)
     _check_signature(name, force, [*state, *known])
     outputs = _outputs(name, force, rate, tuple(state), tuple(known))
     typical = np.array([p.typical for p in known.values()])
@@ -74,7 +69,7 @@ def register(
     slopes = None if derivatives is None or state else _slopes(name, derivatives, tuple(known))
     labels = ["d", "v", *state, *known]
     source = _source(outputs, slopes, scales)
-    trial = f"{name} (being checked)"
+    trial = f"{name} (being checked)"  # what does not pass leaves a law of that name as it was
     try:
         _core.register_law(trial, specification, len(state), **source)
         check(name, trial, outputs, labels, scales, typical, slopes)
@@ -89,6 +84,16 @@ def register(
     add(entry)
     _core.register_law(name, specification, len(state), **source)
     return entry
+
+
+def _refuse(name: str, family: str, *, stateful: bool, rated: bool) -> None:
+    """Raises LawParameterError for a family that is none, and for states without their rates or rates without."""
+    if family not in FAMILIES:
+        raise LawParameterError(
+            f"law {name}: no family is called {family!r}; families are {', '.join(FAMILIES)}", law=name
+        )
+    if stateful != rated:
+        raise LawParameterError(f"law {name}: state and rate belong together; give both or neither", law=name)
 
 
 def _source(outputs: Callable[..., list[Any]], slopes: Any, scales: Array) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend.analysis.frf import modal_frf
 from femend.correlate import ModePairing, pair_modes
-from femend.data import FRF, Channel, ModeSet
+from femend.data import FRF, Channel, IdentifiedModes, ModeSet
 from femend.dof import Dof
 from femend.errors import PretestError, UpdatingError
 from femend.estimate.updating import (
@@ -130,20 +130,13 @@ def virtual_test(
     values = np.asarray(truth, dtype=np.float64)
     if values.shape != (len(unknowns),):
         raise PretestError(f"{values.size} true values for {len(unknowns)} unknowns; one each")
-    absent = [n for n in unknowns.names if n not in system.names]
-    if absent:
-        raise PretestError(f"the system has no parameter {absent[0]!r}; it has {', '.join(system.names)}")
     lines = np.asarray(freq, dtype=np.float64)
-    defaults = dict(getattr(system, "defaults", {}))
-    factors = np.array([defaults.get(n, 1.0) for n in system.names], dtype=np.float64)
-    factors[[system.names.index(n) for n in unknowns.names]] = values
-    state = system.solve(factors)
-    f, phi = state.value("freq"), state.value("phi")
-    whole = ModeSet(f, np.broadcast_to(np.asarray(zeta, dtype=np.float64), f.shape), phi, _plain(sensors))
+    whole = _modes_at(system, unknowns, values, zeta, sensors)
+    f = whole.freq
     band = (f >= lines[0]) & (f <= lines[-1])
     if not band.any():
         raise PretestError(f"no mode lies between {lines[0]:g} and {lines[-1]:g} Hz; the first is at {f[0]:.4g} Hz")
-    modes = ModeSet(f[band], whole.zeta[band], phi[:, band], whole.dofs)
+    modes = ModeSet(f[band], whole.zeta[band], whole.phi[:, band], whole.dofs)
     at = [whole.dofs[i] for i in exciters]
     test = identify_modes(virtual_frf(whole, whole.dofs, at, lines, noise=noise, seed=seed))
     found = test.modes
@@ -151,7 +144,34 @@ def virtual_test(
     pairing = pair_modes(modes.phi, shapes, modes.freq, found.freq) if found.n_modes else _none(modes.n_modes)
     if not pairing.pairs:
         return VirtualTest(modes, test, pairing, None, values, "no mode was found: nothing to update on")
-    keep = sorted(p.b for p in pairing.pairs)
+    one = _measured(model or system, found, shapes, sorted(p.b for p in pairing.pairs), shape_sd)
+    try:
+        result = update(Problem(unknowns, (one,)))
+    except UpdatingError as error:
+        return VirtualTest(modes, test, pairing, None, values, str(error))
+    return VirtualTest(modes, test, pairing, result, values)
+
+
+def _modes_at(
+    system: System, unknowns: Unknowns, values: FloatArray, zeta: ArrayLike, sensors: Sequence[Dof]
+) -> ModeSet:
+    """All modes of the system at the true values (n,) of the unknowns; raises PretestError for one it has not."""
+    absent = [n for n in unknowns.names if n not in system.names]
+    if absent:
+        raise PretestError(f"the system has no parameter {absent[0]!r}; it has {', '.join(system.names)}")
+    defaults = dict(getattr(system, "defaults", {}))
+    factors = np.array([defaults.get(n, 1.0) for n in system.names], dtype=np.float64)
+    factors[[system.names.index(n) for n in unknowns.names]] = values
+    state = system.solve(factors)
+    freq = state.value("freq")
+    damping = np.broadcast_to(np.asarray(zeta, dtype=np.float64), freq.shape)
+    return ModeSet(freq, damping, state.value("phi"), _plain(sensors))
+
+
+def _measured(
+    model: System, found: IdentifiedModes, shapes: FloatArray, keep: list[int], shape_sd: float
+) -> Configuration:
+    """What the test tells of the modes `keep`: frequencies, and shapes (n_sensors, n_modes), to their deviations."""
     known = np.zeros(found.n_modes) if found.freq_sd is None else np.nan_to_num(found.freq_sd)
     sd = np.maximum(known[keep], FREQ_FLOOR * found.freq[keep])
     x = shapes[:, keep]
@@ -159,12 +179,7 @@ def virtual_test(
         Frequencies(found.freq[keep], sd),
         ShapeDifferences(x, max(shape_sd, SHAPE_FLOOR) * np.abs(x).max(axis=0)),
     )
-    one = Configuration("virtual test", model or system, measured, ModeTest(found.freq[keep], x))
-    try:
-        result = update(Problem(unknowns, (one,)))
-    except UpdatingError as error:
-        return VirtualTest(modes, test, pairing, None, values, str(error))
-    return VirtualTest(modes, test, pairing, result, values)
+    return Configuration("virtual test", model, measured, ModeTest(found.freq[keep], x))
 
 
 def _plain(sensors: Sequence[Dof]) -> tuple[Dof, ...]:

@@ -54,7 +54,7 @@ def places_of(plan: Plan) -> dict[str, list[Place]]:
     return out
 
 
-def label_of(plan: Plan, places: dict[str, list[Place]], seed: int, index: int) -> str:
+def label_of(places: dict[str, list[Place]], seed: int, index: int) -> str:
     """What case `index` (from 0) of a seed conceals: an effect, or "none:" and the kind of control.
 
     Cases come in shuffled blocks that hold every effect once and half as many controls.
@@ -72,7 +72,7 @@ def make_case(plan: Plan, places: dict[str, list[Place]], seed: int, index: int)
 
     Raises ConvergenceError where no place and strength could be found that the sensors would see.
     """
-    label = label_of(plan, places, seed, index)
+    label = label_of(places, seed, index)
     rng = np.random.default_rng([seed, 78, index])
     if label.startswith("none:"):
         control = label.removeprefix("none:")

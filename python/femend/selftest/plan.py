@@ -14,7 +14,7 @@ from femend.estimate import pair_test
 from femend.estimate.lines import used_band
 from femend.estimate.noise import noise_of
 from femend.estimate.prepare import fit_records, period_of
-from femend.model import Model, Pairing, Parameter, affordable_refinement, read_model
+from femend.model import Model, Pairing, affordable_refinement, read_model
 from femend.study import Study
 
 __all__ = ["Plan", "Replay", "file_name", "read_plan", "study_text"]
@@ -64,8 +64,7 @@ def read_plan(study: Study) -> Plan:
     """
     used = _replayable(study, study.read_recordings())
     configuration = study.configuration(used[0].configuration)
-    parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
-    model = read_model(study.model_file, units=study.units, parameters=parameters, spc=configuration.spc)
+    model = read_model(study.model_file, units=study.units, parameters=study.parameters, spc=configuration.spc)
     pairing = pair_test(Test(tuple(used)), model)
     band = used_band(fit_records(used, model, pairing))
     # a diagnosis refines a coarse mesh: a structure as coarse as the deck would be wrong to it
@@ -118,7 +117,7 @@ def _replay(recording: Recording, model: Model, pairing: Pairing) -> Replay:
         np.array([model.row(d) for d in out]),
         np.array([float(d.sign) for d in out]),
         np.array([_ORDER[c.quantity] for c in response.channels]),
-        noise_of(u, y, force.dt, period_of(u)),
+        noise_of(u, y, period_of(u)),
     )
 
 

@@ -136,7 +136,7 @@ def modes_of(
     shift = (0.3 * low) ** 2
     solver = spla.splu(sp.csc_matrix(drawn.K + shift * drawn.M))
     omega, phi = _modes(drawn, REACH * high, shift)
-    omega, phi = _with_statics(drawn, omega, phi, solver.solve, [np.asarray(T.T @ g) for g in patterns])
+    omega, phi = _with_statics(drawn, phi, solver.solve, [np.asarray(T.T @ g) for g in patterns])
     # as many numbers whatever the basis, so that a mode keeps its own with and without an effect
     errors, shares = rng.standard_normal(MOST + SPARE)[: len(omega)], rng.random(MOST + SPARE)[: len(omega)]
     if form:
@@ -168,7 +168,7 @@ def _modes(drawn: Drawn, omega_max: float, shift: float) -> tuple[FloatArray, Fl
 
 
 def _with_statics(
-    drawn: Drawn, omega: FloatArray, phi: FloatArray, solve: Any, patterns: Sequence[FloatArray]
+    drawn: Drawn, phi: FloatArray, solve: Any, patterns: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
     """Modes of the space of `phi` and the static answers to the patterns, which are exact in it."""
     extra: list[FloatArray] = []

@@ -50,7 +50,7 @@ def to_quantity(
         steps = DERIVATIVES[quantity] - DERIVATIVES[source]
         if not own or not steps:
             continue
-        scaled = [_relabel(data.channels[i], quantity, steps) for i in own]
+        scaled = [_relabel(data.channels[i], quantity) for i in own]
         x = data.values[own] * np.array([s[1] for s in scaled])[:, None]
         values[own] = _integrate(data, x, -steps, high_pass) if steps < 0 else _differentiate(x, data.dt, steps)
         for i, (channel, _) in zip(own, scaled, strict=True):
@@ -67,7 +67,7 @@ def to_quantity(
     return TimeData(data.name, data.dt, values, tuple(channels), data.t0)
 
 
-def _relabel(channel: Channel, quantity: str, steps: int) -> tuple[Channel, float]:
+def _relabel(channel: Channel, quantity: str) -> tuple[Channel, float]:
     """The channel as `quantity`, and the factor on its values before."""
     suffix = {"displacement": "", "velocity": "/s", "acceleration": "/s^2"}
     own = suffix[channel.quantity]

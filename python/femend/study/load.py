@@ -19,10 +19,11 @@ from femend.data.recording import EXCITATIONS, ROLES
 from femend.dof import parse_direction
 from femend.errors import StudyError, UnitError
 from femend.io.channel_map import CHANNEL_QUANTITIES, ChannelMap
+from femend.model import Parameter
 from femend.study.bench_tables import correlation_settings, pretest_settings, updating_settings
 from femend.study.rotating_tables import rotating_of
 from femend.study.schema import ChannelTable, ParameterTable, RecordingTable, StudyFile
-from femend.study.study import AS_MODELLED, Configuration, Parameter, Study, StudyRecording
+from femend.study.study import AS_MODELLED, Configuration, Study, StudyRecording
 from femend.study.toml_hint import toml_hint
 from femend.study.wrong_type import wrong_type
 from femend.units import SYSTEMS, parse_unit, quantity_factor

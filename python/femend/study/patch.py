@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from femend.diagnose import Diagnosis
 from femend.errors import DeckError
 from femend.io.deck import next_id
 from femend.model import Model, model_of
@@ -24,7 +23,7 @@ _SELECTS = re.compile(rb"^([ \t]*SPC[ \t]*=[ \t]*)(\d+)(?=[ \t]*(?:\$|\r?$))", r
 _BULK = re.compile(rb"^[ \t]*BEGIN[ \t]+BULK|^[ \t]*BEGIN[ \t]*=[ \t]*BULK", re.IGNORECASE | re.MULTILINE)
 
 
-def deck_cards(model: Model, diagnosis: Diagnosis, result: dict[str, Any]) -> list[str]:
+def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
     """Bulk-data lines for the new terms: cards where Nastran has some that fit, their descriptions as comments."""
     lines: list[str] = []
     id_ = next_id(model.deck, "element")

@@ -18,7 +18,7 @@ from femend.errors import FemendError, RecordingError, StudyError
 from femend.estimate import FitRecord, fit_records, pair_test
 from femend.io import OutputDirectory, refuse_unwritable
 from femend.io.deck import patch_deck
-from femend.model import Model, Pairing, Parameter, read_model
+from femend.model import Model, Pairing, read_model
 from femend.physics import Physics, selected
 from femend.progress import Progress, SilentProgress, say
 from femend.report.page import render
@@ -94,8 +94,7 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
         _no_laws(info)
         return diagnose_staged(study, steps, info, progress, folder)
     with steps.step("read the deck and the recordings"):
-        parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
-        model = read_model(study.model_file, units=study.units, parameters=parameters, spc=_spc(study))
+        model = read_model(study.model_file, units=study.units, parameters=study.parameters, spc=_spc(study))
         test = study.read_recordings()
         pairing = pair_test(test, model)
         records = [] if unrecorded and not _enough(test) else fit_records(_usable(test, unrecorded), model, pairing)
@@ -219,7 +218,7 @@ def _write(run: StudyRun, out: Path, info: RunInfo) -> None:
 
 def _write_deck(run: StudyRun, folder: Path) -> None:
     changes = deck_changes(run.model, run.result["parameters"])
-    cards = deck_cards(run.model, run.diagnosis, run.result)
+    cards = deck_cards(run.model, run.result)
     patched = patch_deck(run.model.deck, changes, cards)
     main = Path(run.model.deck.path)
     text = patched.pop(main, None)

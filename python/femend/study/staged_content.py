@@ -39,7 +39,7 @@ _REFERENCES = (
 )
 
 
-def ods_correlation(run: StagedRun, configuration: str, result: RunResult) -> dict[str, Any]:
+def ods_correlation(run: StagedRun, result: RunResult) -> dict[str, Any]:
     """CSAC (K,) between recorded and computed operating shapes on the lines `freq` (K,), for the final model."""
     P = predicted_ods(run.setup, result.data, result.model, result.posterior.p, result.unbalance, result.shapes.freq)
     Y = result.shapes.Y
@@ -113,7 +113,7 @@ def _shapes(run: StagedRun) -> list[FrfOverlay]:
     """Operating shapes per unit course over frequency, at the sensors that move most."""
     found = []
     for configuration, result in run.final.runs:
-        computed = ods_correlation(run, configuration, result)["shapes"]
+        computed = ods_correlation(run, result)["shapes"]
         plain = next((r for c, r in run.plain.runs if c == configuration), None)
         before = None
         if plain is not None:
@@ -192,8 +192,8 @@ def _checks(run: StagedRun) -> tuple[Check, ...]:
         what = "frequencies off by" if stage.table and stage.run is None else "unexplained"
         figure = f"{what} {100 * stage.unexplained:.3g} %; noise {100 * stage.noise:.2g} %"
         found.append(Check(f"{stage.name} ({stage.configuration})", "; ".join(stage.remarks), figure))
-    for configuration, result in run.final.runs:
-        c = ods_correlation(run, configuration, result)
+    for _, result in run.final.runs:
+        c = ods_correlation(run, result)
         figure = f"CSAC at least {float(c['csac'].min()):.3f}, on average {float(c['csac'].mean()):.3f}"
         found.append(Check(f"operating shapes of {result.data.name} against the final model", figure, ""))
     return tuple(found)

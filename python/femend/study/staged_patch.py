@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from femend.diagnose.staged import Flow, Setup
@@ -54,7 +52,7 @@ def _values(flow: Flow, term: LinearTerm) -> dict[str, float]:
     }
 
 
-def staged_cards(setup: Setup, flow: Flow, result: dict[str, Any]) -> list[str]:
+def staged_cards(setup: Setup, flow: Flow) -> list[str]:
     """Bulk-data lines for the terms, each with its description as comments."""
     lines: list[str] = []
     element = next_id(setup.free.deck, "element")

@@ -33,7 +33,6 @@ def staged_result(
     setup: Setup,
     data: StagedData,
     final: Flow,
-    plain: Flow,
     predictions: list[Prediction],
     warnings: Sequence[str] = (),
 ) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from femend.errors import RecordingError, StudyError
 from femend.estimate import pair_test
 from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
-from femend.model import Model, Pairing, Parameter
+from femend.model import Model, Pairing
 from femend.model.configured import free_model
 from femend.progress import Progress, say
 from femend.report.page import render
@@ -69,8 +69,7 @@ def diagnose_staged(
     """Runs a study stage by stage and writes what the contract asks for, `told` among the warnings; raises what the
     readers raise."""
     with steps.step("read the deck and the recordings"):
-        parameters = [Parameter(p.name, p.property, p.target, p.ids, p.prior_sd, p.bounds) for p in study.parameters]
-        free = free_model(_core.Deck.read(str(study.model_file)), units=study.units, parameters=parameters)
+        free = free_model(_core.Deck.read(str(study.model_file)), units=study.units, parameters=study.parameters)
         test = study.read_recordings()
         pairing = pair_test(test, free)
     for text in deck_warnings(study, free.deck):
@@ -85,7 +84,7 @@ def diagnose_staged(
         progress.done()
     with steps.step("predict"):
         predictions = predict_staged(setup, test, data, final, plain)
-        result = staged_result(setup, data, final, plain, predictions, [*warnings_of(study, free.deck, test), *told])
+        result = staged_result(setup, data, final, predictions, [*warnings_of(study, free.deck, test), *told])
     run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)
     if out is not None:
         _write(run, out, info)
@@ -129,9 +128,7 @@ def _write(run: StagedRun, out: Path, info: RunInfo) -> None:
 
 
 def _write_deck(run: StagedRun, folder: Path) -> None:
-    patched = patch_deck(
-        run.model.deck, staged_changes(run.setup, run.final), staged_cards(run.setup, run.final, run.result)
-    )
+    patched = patch_deck(run.model.deck, staged_changes(run.setup, run.final), staged_cards(run.setup, run.final))
     main = Path(run.model.deck.path)
     text = patched.pop(main, None)
     (folder / "model.updated.bdf").write_bytes(main.read_bytes() if text is None else text)

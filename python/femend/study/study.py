@@ -9,28 +9,13 @@ from femend.data import Recording, Rotating, Test
 from femend.errors import FemendError, StudyError
 from femend.io.channel_map import ChannelMap
 from femend.io.recordings import read_recording
+from femend.model import Parameter
 from femend.study.bench_settings import CorrelationSettings, PretestSettings, UpdatingSettings
 from femend.study.sound import with_warnings
 
-__all__ = ["AS_MODELLED", "Configuration", "Parameter", "Study", "StudyRecording"]
+__all__ = ["AS_MODELLED", "Configuration", "Study", "StudyRecording"]
 
 AS_MODELLED = "as modelled"
-
-
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """What may be updated: `property` of the target `target` ("material", "property_id", "elements", "mass").
-
-    `ids` are the target's ids; `prior_sd` is the relative 1-sigma; `bounds` the relative lower and upper limit, or
-    None.
-    """
-
-    name: str
-    property: str
-    target: str
-    ids: tuple[int, ...]
-    prior_sd: float = 0.10
-    bounds: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,9 @@ __all__ = ["checks", "laws", "notes", "parameters", "places", "references"]
 LAW_ROWS = 16
 # DOFs named in a remark before the rest is counted
 NAMED = 8
+# what the rows of laws that come out as the one named add at least before it is said
+LIKE = 0.01
+NOT_ADEQUATE = "the best of them, but not adequate"
 
 
 def places(diagnosis: Diagnosis) -> tuple[Place, ...]:
@@ -64,11 +67,6 @@ def laws(diagnosis: Diagnosis) -> tuple[LawRow, ...]:
     rows.append(_row("none", "", diagnosis.null_chosen, max(0.0, 1.0 - sum(probability)), "", quiet))
     # among some of the laws no probability says anything
     return tuple(replace(row, probability=None) for row in rows) if diagnosis.interrupted else tuple(rows)
-
-
-# what the rows of laws that come out as the one named add at least before it is said
-LIKE = 0.01
-NOT_ADEQUATE = "the best of them, but not adequate"
 
 
 def _finite(ranked: Ranked) -> bool:

@@ -2,8 +2,9 @@
 
 use femend_dynamics::identify::{
     Attached, Hypothesis as CoreHypothesis, IdentifyError, Job, RecordLines as CoreLines, Settings, Solution,
-    System as CoreSystem, Term, What, fitted as core_fitted, force_products as core_force_products,
-    model_columns as core_model_columns, solve_batch,
+    System as CoreSystem, Term, What, closing_sigma as core_closing_sigma, fitted as core_fitted,
+    force_products as core_force_products, model_columns as core_model_columns,
+    n_decaying as core_n_decaying, solve_batch,
 };
 use femend_dynamics::laws::Kind;
 use femend_linalg::Dense;
@@ -329,6 +330,20 @@ fn force_products<'py>(
     }
 }
 
+/// How many modes have free decays on a record's lines; see the stub of `femend._core`.
+#[pyfunction]
+#[pyo3(signature = (omega, highest, n_tuned))]
+fn n_decaying(omega: PyReadonlyArray1<'_, f64>, highest: f64, n_tuned: usize) -> usize {
+    core_n_decaying(&omega.as_array().to_vec(), highest, n_tuned)
+}
+
+/// Decay from which a window has closed at a record's end; see the stub of `femend._core`.
+#[pyfunction]
+#[pyo3(signature = (duration))]
+fn closing_sigma(duration: f64) -> f64 {
+    core_closing_sigma(duration)
+}
+
 /// Adds this file's classes and functions to `_core`.
 pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<System>()?;
@@ -337,5 +352,7 @@ pub(crate) fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(solve_hypotheses, module)?)?;
     module.add_function(wrap_pyfunction!(fitted_lines, module)?)?;
     module.add_function(wrap_pyfunction!(force_products, module)?)?;
-    module.add_function(wrap_pyfunction!(model_columns, module)?)
+    module.add_function(wrap_pyfunction!(model_columns, module)?)?;
+    module.add_function(wrap_pyfunction!(n_decaying, module)?)?;
+    module.add_function(wrap_pyfunction!(closing_sigma, module)?)
 }

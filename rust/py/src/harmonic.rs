@@ -62,6 +62,16 @@ fn told(py: Python<'_>, branch: Branch, n_out: usize, n_h: usize) -> PyResult<To
     ))
 }
 
+/// An error for modal rows that have other modes than there are frequencies.
+fn one_column_a_mode(phi: [&PyReadonlyArray2<'_, f64>; 2], n_modes: usize) -> PyResult<()> {
+    match phi.iter().map(|rows| rows.as_array().ncols()).find(|n| *n != n_modes) {
+        Some(columns) => Err(PyValueError::new_err(format!(
+            "phi_in or phi_out has {columns} columns, omega has {n_modes} modes"
+        ))),
+        None => Ok(()),
+    }
+}
+
 /// Branches of periodic motions of every set of laws at every level; see the stub of `femend._core`.
 #[pyfunction]
 #[pyo3(signature = (omega, zeta, phi_in, phi_out, w, laws, force, levels, band, *, harmonics=7, samples=128,
@@ -91,14 +101,8 @@ fn harmonic_branches<'py>(
     let flat = |x: &PyReadonlyArray1<'_, f64>| x.as_array().to_vec();
     let rows = |x: &PyReadonlyArray2<'_, f64>| x.as_array().iter().copied().collect::<Vec<f64>>();
     let (omega, zeta, w) = (flat(&omega), flat(&zeta), flat(&w));
-    let (n_out, given) =
-        (phi_out.as_array().nrows(), [phi_in.as_array().ncols(), phi_out.as_array().ncols()]);
-    if let Some(columns) = given.iter().find(|n| **n != omega.len()) {
-        return Err(PyValueError::new_err(format!(
-            "phi_in or phi_out has {columns} columns, omega has {} modes",
-            omega.len()
-        )));
-    }
+    let n_out = phi_out.as_array().nrows();
+    one_column_a_mode([&phi_in, &phi_out], omega.len())?;
     let (phi_in, phi_out, residual) = (rows(&phi_in), rows(&phi_out), [residual_compliance]);
     let model = ModalModel {
         omega: &omega,

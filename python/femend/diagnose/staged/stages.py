@@ -154,10 +154,9 @@ def run_stages(
     named: list[tuple[LinearTerm, Round]] = []
     posterior: Posterior | None = None
     for configuration in data.configurations:
-        for step in (_measured, _output_only, _runs):
-            tell(f"{configuration}: {_TITLES[step.__name__]}")
-            made = step(setup, configuration, data, terms, posterior, naming, iterations)
-            for stage in made:
+        for title, step in _STEPS:
+            tell(f"{configuration}: {title}")
+            for stage in step(_At(setup, configuration, data, terms, posterior, naming, iterations)):
                 stages.append(stage)
                 posterior = stage.posterior
                 for decision in stage.rounds:
@@ -178,23 +177,23 @@ def run_stages(
     return Flow(tuple(terms), posterior, tuple(stages), tuple(named), apart, unseen)
 
 
-_TITLES = {
-    "_measured": "modal test and FRFs",
-    "_output_only": "output-only modes",
-    "_runs": "operating shapes and loads",
-}
+@dataclass(frozen=True, eq=False)
+class _At:
+    """Where the stages have come to: the terms so far, and what the stage `before` left; with `naming` terms may be
+    added, and fits of runs take as many `iterations`."""
+
+    setup: Setup
+    configuration: str
+    data: StagedData
+    terms: Sequence[LinearTerm]
+    before: Posterior | None
+    naming: bool
+    iterations: int
 
 
-def _measured(
-    setup: Setup,
-    configuration: str,
-    data: StagedData,
-    terms: Sequence[LinearTerm],
-    before: Posterior | None,
-    naming: bool,
-    iterations: int,
-) -> list[Stage]:
+def _measured(at: _At) -> list[Stage]:
     """Modal test, then the FRFs it came from: the second starts from the first and replaces it, being the same data."""
+    setup, configuration, data, terms, before = at.setup, at.configuration, at.data, at.terms, at.before
     frfs = data.frfs.get(configuration, [])
     if not frfs:
         return []
@@ -209,7 +208,7 @@ def _measured(
     blocks = _blocks_of(setup, frfs)
     rounds: list[Round] = []
     chosen = list(terms)
-    if naming:
+    if at.naming:
         chosen, start, rounds = select_terms(
             setup, configuration, terms, before,
             _blocks_of(setup, frfs, max(int(1 / setup.settings.weight_frf), len(frfs[0].freq) // FEW_LINES)),
@@ -236,15 +235,9 @@ def _frf_error(blocks: list[FrfBlock], frfs: list[FrfData], p: FloatArray) -> tu
     return float(np.sqrt(top / size)), float(np.sqrt(noise / size))
 
 
-def _output_only(
-    setup: Setup,
-    configuration: str,
-    data: StagedData,
-    terms: Sequence[LinearTerm],
-    before: Posterior | None,
-    naming: bool,
-    iterations: int,
-) -> list[Stage]:
+def _output_only(at: _At) -> list[Stage]:
+    """The modes of responses alone."""
+    setup, configuration, data, terms, before = at.setup, at.configuration, at.data, at.terms, at.before
     modes = data.output_only.get(configuration, [])
     if not modes:
         return []
@@ -252,7 +245,7 @@ def _output_only(
     blocks = lambda m: [d.block(setup, m) for d in modes]  # noqa: E731
     rounds: list[Round] = []
     chosen = list(terms)
-    if naming:
+    if at.naming:
         elsewhere = before is not None and configuration not in data.frfs
         chosen, posterior, rounds = select_terms(
             setup, configuration, terms, before, blocks,
@@ -293,23 +286,17 @@ def _mode_rows(setup: Setup, model: ConfiguredModel, data: ModesData, p: FloatAr
     return [tuple(float(v) for v in row) for row in zip(*columns, strict=True)]
 
 
-def _runs(
-    setup: Setup,
-    configuration: str,
-    data: StagedData,
-    terms: Sequence[LinearTerm],
-    before: Posterior | None,
-    naming: bool,
-    iterations: int,
-) -> list[Stage]:
+def _runs(at: _At) -> list[Stage]:
+    """Runs of a machine, one after the other: their operating shapes and loads."""
+    setup, configuration, data, before = at.setup, at.configuration, at.data, at.before
     stages = []
-    known, chosen = before, list(terms)
+    known, chosen = before, list(at.terms)
     checked = data.output_only.get(configuration, [])
     for run in data.runs.get(configuration, []):
-        fit = partial(fit_run, setup, configuration, run, before=before, iterations=iterations, checked=checked)
+        fit = partial(fit_run, setup, configuration, run, before=before, iterations=at.iterations, checked=checked)
         result = fit(chosen)
         rounds: list[Round] = []
-        if naming:
+        if at.naming:
             elsewhere = known is not None and configuration not in data.frfs
             chosen, result, rounds = terms_of_run(
                 setup, configuration, result, chosen, before, fit, only_here=elsewhere
@@ -334,3 +321,10 @@ def _runs(
             )
         )
     return stages
+
+
+_STEPS: tuple[tuple[str, Callable[[_At], list[Stage]]], ...] = (
+    ("modal test and FRFs", _measured),
+    ("output-only modes", _output_only),
+    ("operating shapes and loads", _runs),
+)

@@ -113,8 +113,8 @@ def identify_loads(
     own = np.zeros(y.shape) if shapes.sigma is None else np.asarray(shapes.sigma[list(rows)].T)
     mean = np.sqrt((np.abs(y) ** 2).mean(axis=1, keepdims=True))
     variance, known = own**2 + (model_error * mean) ** 2, shapes.sigma is not None or model_error > 0
-    solved, w = solve_weighted(here, y, variance, known, method, choice)
-    return _told(here, y, solved, w, known or here.sd is not None, (method, choice), left_out)
+    solved, _ = solve_weighted(here, y, variance, known, method, choice)
+    return _told(here, y, solved, known or here.sd is not None, (method, choice), left_out)
 
 
 def solve_weighted(
@@ -140,7 +140,6 @@ def _told(
     here: UnitResponses,
     y: ComplexArray,
     solved: Regularised,
-    w: FloatArray,
     known: bool,
     how: tuple[str, str],
     left_out: tuple[str, ...],

@@ -123,22 +123,27 @@ impl LineModel<'_> {
             // the lines with the largest residual of all were right before they joined
             converged = whole && error <= options.tolerance;
         }
-        let lines: Vec<usize> = (0..n_lines).collect();
-        let mut values = state.reduced(&lines)?.concat();
-        let pairs = b_out.ncols() * b_in.ncols();
-        for (line, exact) in state.solved.iter().zip(&state.exact) {
-            values[line * pairs..(line + 1) * pairs].copy_from_slice(exact);
-        }
-        for (line, s) in values.chunks_exact_mut(pairs.max(1)).zip(s) {
-            let factor = kind.factor(*s);
-            line.iter_mut().for_each(|v| *v *= factor);
-        }
+        let values = state.values(s, kind, b_out.ncols() * b_in.ncols())?;
         let basis = state.space.len();
         Ok(ReducedFrf { values, converged, error, residual, solved: state.solved, basis })
     }
 }
 
 impl Reduction<'_> {
+    /// FRFs of all lines with `pairs` of outputs and inputs, times s^kind; the exact ones of lines that were solved.
+    fn values(&self, s: &[Complex64], kind: FrfKind, pairs: usize) -> Result<Vec<Complex64>, DynamicsError> {
+        let lines: Vec<usize> = (0..s.len()).collect();
+        let mut values = self.reduced(&lines)?.concat();
+        for (line, exact) in self.solved.iter().zip(&self.exact) {
+            values[line * pairs..(line + 1) * pairs].copy_from_slice(exact);
+        }
+        for (line, s) in values.chunks_exact_mut(pairs.max(1)).zip(s) {
+            let factor = kind.factor(*s);
+            line.iter_mut().for_each(|v| *v *= factor);
+        }
+        Ok(values)
+    }
+
     /// Solves a line directly and takes its solution and slope into the basis.
     fn expand(&mut self, line: usize, b_in: &Dense) -> Result<(), DynamicsError> {
         let [x, slope] = self.solver.solve(self.model, line, b_in)?;

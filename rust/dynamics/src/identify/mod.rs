@@ -15,6 +15,7 @@
 mod adjoint;
 mod arrays;
 mod attached;
+mod decaying;
 mod decays;
 mod fitted;
 mod forced;
@@ -31,6 +32,7 @@ mod shapes;
 mod solve;
 mod system;
 
+pub use decaying::{closing_sigma, n_decaying};
 pub use fitted::{Fitted, fitted, model_columns};
 pub use forced::force_products;
 pub use hypothesis::{Attached, Hypothesis, What};

@@ -3,16 +3,12 @@
 use super::IdentifyError;
 use super::arrays::{Pair, Split, Workspace, inverse, update, update2};
 use super::attached::ClosedLoop;
+use super::decaying::{closing_sigma, n_decaying};
 use super::hypothesis::{Hypothesis, What};
 use super::model::Modal;
 use super::prepared::Prepared;
 use femend_linalg::{Dense, gemm_tn};
 use num_complex::Complex64;
-
-/// A window exp(-sigma t) has closed at the end T of a record where sigma T is more than this.
-const WINDOW_CLOSED: f64 = 7.0;
-/// Modes up to this multiple of the highest line's frequency have free decays that the lines can tell from noise.
-const DECAYS_ABOVE: f64 = 1.5;
 
 /// Everything about one record at one point of the unknowns.
 pub(crate) struct Response {
@@ -279,17 +275,16 @@ fn receptances(at: &Prepared<'_>, modal: &Modal, g: &mut Split) {
     }
 }
 
-/// Poles of the modes that decay beyond a record's end: the tuned ones, and those above the lines whose skirts reach into
-/// them, the first one wherever it is: a stiff law brings it near. Behind a window that has closed nothing is cut off, and all records begin at rest.
+/// Poles of the modes that decay beyond a record's end (`n_decaying`). Behind a window that has closed nothing is cut off,
+/// and all records begin at rest.
 fn poles(at: &Prepared<'_>, modal: &Modal, n_tuned: usize) -> Vec<Complex64> {
     let record = at.record;
-    let closed_window = record.sigma * record.n_samples * record.dt > WINDOW_CLOSED;
+    let closed_window = record.sigma > closing_sigma(record.n_samples * record.dt);
     if record.dt <= 0.0 || closed_window || n_tuned == 0 {
         return Vec::new();
     }
     let highest = record.s.iter().fold(0.0_f64, |a, s| a.max(s.im));
-    let below = |limit: f64| modal.omega.iter().take_while(|w| **w < limit).count();
-    let n = n_tuned.max(below(DECAYS_ABOVE * highest)).max(below(highest) + 1).min(modal.omega.len());
+    let n = n_decaying(&modal.omega, highest, n_tuned);
     (0..n)
         .map(|m| {
             let z = modal.zeta[m].min(0.999);
