@@ -173,20 +173,30 @@ def _at_two_places(first: Searched) -> Further | None:
     """Names both of two effects, each with the force of the other as an input; fitted together they have to win against
     one law alone.
 
-    The best law found so far is taken for one of the two first; if nothing comes of it, the force read off at the
-    second of two places whose forces leave clearly less than one. Where no force anywhere explains what that law
-    leaves, there is no second.
+    Where the best law leaves little it is one of the two. Where it leaves much it may be neither, and two places are
+    looked for whose forces leave clearly less than one: a linear law is named with the force at the other free, and
+    only then the best law is taken for one of the two; at last the force read off at the second place. Where no force
+    anywhere explains what the best law leaves, there is no second.
     """
-    found, more = _beside_the_best(first)
-    if found is not None or not more or _one_of_two(first):
-        return found
+    near = first.ranked[0].candidate.chosen <= first.settings.far
+    if near:
+        found, more = _beside_the_best(first)
+        if found is not None or not more or _takes_most(first):
+            return found
     places = pair(first)
-    if places is None:
-        return None
-    second, at = places
-    found = _one_of_them_linear(first, second, at)
-    if found is not None and found.terms.chosen <= first.settings.adequate:
-        return found
+    if places is not None:
+        found = _one_of_them_linear(first, *places)
+        if found is not None and found.terms.chosen <= first.settings.adequate:
+            return found
+    if not near:
+        found, more = _beside_the_best(first)
+        if found is not None or not more:
+            return found
+    return None if places is None else _beside_a_free_force(first, *places)
+
+
+def _beside_a_free_force(first: Searched, second: Located, at: Place) -> Further | None:
+    """Laws anywhere beside the force read off at the second of two places, and those that follow it."""
     free = _free(first, second, at)
     one = _search(first, free, others(first, second.place))
     if one is None or not one.ranked:
