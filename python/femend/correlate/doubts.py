@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.correlate.exchanged import Exchange
+from femend.correlate.misread import Misread
 from femend.dof import Dof
 
-__all__ = ["Doubt", "exchange_doubts", "level_doubts", "sign_doubts", "twice_doubts"]
+__all__ = ["Doubt", "exchange_doubts", "level_doubts", "misread_doubts", "sign_doubts", "twice_doubts"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -143,6 +144,29 @@ def exchange_doubts(pairs: Sequence[Exchange], outputs: Sequence[str]) -> list[D
             "and at the table of channels"
         )
         told.append(Doubt("exchanged", a, text))
+    return told
+
+
+def misread_doubts(found: Sequence[Misread], outputs: Sequence[str]) -> list[Doubt]:
+    """Doubts about sensors of `outputs` (names) that look upside down or in other units where no force was measured."""
+    told = []
+    for one in found:
+        name, left = outputs[one.sensor], f"{100 * one.left:.2g} %"
+        falls = f"what contradicts the shapes of the model's modes falls to {left} of what it is"
+        size = abs(one.factor)
+        if one.factor < 0:
+            also = "" if 1 / ONE < size < ONE else f", and it shows {size:.2g} times what the others do: {_hint(size)}"
+            text = (
+                f"the sensor {name} looks reversed: with its sign changed, {falls}{also}: look at how it was mounted, "
+                "and turn its direction"
+            )
+            told.append(Doubt("sensor sign", name, text))
+        else:
+            text = (
+                f"{name} shows about {size:.2g} times what the other sensors do, each against the shapes of the model: "
+                f"with that taken out, {falls}: {_hint(size)}"
+            )
+            told.append(Doubt("sensor level", name, text))
     return told
 
 

@@ -14,6 +14,7 @@ from femend.dof import Dof
 from femend.errors import ModelError, SingularModelError
 from femend.model.finite_modes import finite_modes
 from femend.model.model import Model
+from femend.model.one_pattern import on_one_pattern
 
 __all__ = [
     "LARGE",
@@ -174,15 +175,16 @@ def _modes(K: Any, M: Any, f_max: float, at_least: int) -> tuple[FloatArray, Flo
 
 def _core_modes(K: Any, M: Any, f_max: float | None, n: int | None = None) -> tuple[Any, ...]:
     n = None if n is None else min(n, K.shape[0])
-    pattern = K.indptr.astype(np.int64), K.indices.astype(np.int64)
+    indptr, indices, (k, m) = on_one_pattern([K, M])
+    pattern = indptr.astype(np.int64), indices.astype(np.int64)
     try:
-        return _core.modes(*pattern, K.data, M.data, n_modes=n, f_max=f_max)
+        return _core.modes(*pattern, k, m, n_modes=n, f_max=f_max)
     except ValueError as error:
         # where few DOFs have a mass there are no more modes than these, and static answers do for the rest
         all_of_them = finite_modes(error, n)
         if all_of_them is None:
             raise
-        return _core.modes(*pattern, K.data, M.data, n_modes=all_of_them, f_max=f_max)
+        return _core.modes(*pattern, k, m, n_modes=all_of_them, f_max=f_max)
 
 
 def _basis(K: Any, M: Any, omega: FloatArray, phi: FloatArray, patterns: FloatArray) -> FloatArray:

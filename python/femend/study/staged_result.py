@@ -254,7 +254,7 @@ def _stage(stage: Any) -> dict[str, Any]:
     }
     if stage.table:
         own["modes"] = [
-            dict(zip(("freq", "zeta", "model_freq", "model_zeta", "mac"), map(_round, row), strict=True))
+            dict(zip(("freq", "zeta", "model_freq", "model_zeta", "mac", "freq_sd"), map(_round, row), strict=True))
             for row in stage.table
         ]
     return own

@@ -285,11 +285,13 @@ def _modes_stage(
 
 
 def _mode_rows(setup: Setup, model: ConfiguredModel, data: ModesData, p: FloatArray) -> list[tuple[float, ...]]:
-    """Frequency and damping as identified and of the model, and MAC, for every identified mode."""
+    """Frequency and damping as identified and of the model, MAC, and the frequency's own deviation (Hz; 0 where it is
+    not known), for every identified mode."""
     own, block = data.modes, data.block(setup, model)
     lam, _, mac = block.pairs(p)
     size = np.abs(lam)
-    columns = (own.freq, own.zeta, size / (2 * np.pi), -lam.real / size, mac)
+    sd = np.broadcast_to(data.freq_sd, own.freq.shape) * own.freq
+    columns = (own.freq, own.zeta, size / (2 * np.pi), -lam.real / size, mac, sd)
     return [tuple(float(v) for v in row) for row in zip(*columns, strict=True)]
 
 
