@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from femend.bench.coarse import too_coarse
 from femend.data import FRF, Geometry, IdentifiedModes, Spectra
-from femend.diagnose.staged.prepare import frf_data
+from femend.diagnose.staged.prepare import FEWEST_LINES, excited_band, frf_data
 from femend.dof import Dof
 from femend.errors import FemendError
+from femend.estimate.frf import COHERENT
 from femend.io import read_uff
 from femend.io.recordings import read_modes
 from femend.modal import ModalTest, identify_modes
@@ -112,14 +113,32 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str | 
         own = frf_data(full)
         band = (float(own.freq[0]), float(own.freq[-1]))
     test = identify_modes(frf, band, geometry=full.geometry)
+    shown, beyond = _excited(recording.name, frf, test.measured)
     told = tuple(f"recording {recording.name!r}: {t}" for t in test.advice if test.status != "ok")
     if not isinstance(full.data, FRF):
         told += tuple(f"recording {recording.name!r}: {t}" for t in too_coarse(test.modes, full.time, frf))
     if not test.modes.n_modes:
         return f"recording {recording.name!r}: {'; '.join(test.advice)}"
     return MeasuredModes(
-        *about, test.modes, FRFS, test, test.measured, geometry=full.geometry, warnings=(*full.warnings, *told)
+        *about, test.modes, FRFS, test, shown, geometry=full.geometry, warnings=(*full.warnings, *told, *beyond)
     )
+
+
+def _excited(name: str, frf: FRF, used: FRF) -> tuple[FRF, tuple[str, ...]]:
+    """The FRFs `used`, cut to where the forces explain the responses, and that a band asked for goes beyond it."""
+    excited, low, high = excited_band(frf), float(used.freq[0]), float(used.freq[-1])
+    step = float(np.diff(used.freq).max(initial=0.0))
+    if excited is None or (low >= excited[0] - step and high <= excited[1] + step):
+        return used, ()
+    inside = (used.freq >= excited[0]) & (used.freq <= excited[1])
+    if inside.sum() < FEWEST_LINES:
+        return used, ()
+    said = (
+        f"recording {name!r}: the force excited {excited[0]:.4g} to {excited[1]:.4g} Hz (outside, the coherence of "
+        f"most responses is below {COHERENT:g}), and [correlation] band is {low:.4g} to {high:.4g} Hz: FRFs are "
+        "compared and drawn where it did, modes outside are doubtful; narrow the band, or excite all of it"
+    )
+    return used.band(*excited), (said,)
 
 
 def _frfs_beside(recording: StudyRecording, study: Study) -> FRF | None:
