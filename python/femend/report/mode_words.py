@@ -18,6 +18,8 @@ PAIRED = 0.7
 FORM = 0.002
 # errors of so many deviations, scatter and form together, are the model's
 BEYOND = 3.0
+# errors of a frequency that no mesh or idealisation makes
+FAR = 0.05
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,10 @@ class FrequencyErrors:
 
     @property
     def text(self) -> str:
-        """The figures in words, as what follows "the model"."""
+        """The figures in words, as a sentence about the model's frequencies."""
         unpaired = self.identified - self.paired
+        if not self.paired:
+            return f"none of the {self.identified} identified modes has a counterpart (MAC above {PAIRED:g}) in it"
         without = f" ({unpaired} more without a counterpart)" if unpaired else ""
         own = f", their own scatter is {100 * self.scatter:.2g} %" if math.isfinite(self.scatter) else ""
         largest = f"{100 * self.largest:+.2g}".replace("-", "−")
@@ -45,6 +49,11 @@ class FrequencyErrors:
             f"its frequencies are {100 * self.typical:.2g} % off (median of {self.paired} identified "
             f"mode{'s' * (self.paired != 1)}{without}; most {largest} % at {self.at:.4g} Hz){own}"
         )
+
+    @property
+    def unlike(self) -> bool:
+        """Whether the model has hardly anything of the modes: less than half of them, or far from them."""
+        return 2 * self.paired < self.identified or self.typical > FAR
 
 
 def frequency_errors(result: Mapping[str, Any]) -> FrequencyErrors | None:
@@ -56,7 +65,7 @@ def frequency_errors(result: Mapping[str, Any]) -> FrequencyErrors | None:
     told = [[number(m.get(k)) for k in ("freq", "model_freq", "mac", "freq_sd")] for m in modes]
     known = [(f, m, sd or math.nan) for f, m, mac, sd in told if f and m and mac is not None and mac > PAIRED]
     if not known:
-        return None
+        return FrequencyErrors(len(modes), 0, math.nan, math.nan, math.nan, math.nan, True)
     errors = [m / f - 1 for f, m, _ in known]
     scatter = [sd / f for f, _, sd in known]
     z = [abs(e) / math.hypot(s if math.isfinite(s) else 0.0, FORM) for e, s in zip(errors, scatter, strict=True)]

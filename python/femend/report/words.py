@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from femend.report.entries import Result, mapping, number, rows
-from femend.report.mode_words import frequency_errors
+from femend.report.mode_words import FrequencyErrors, frequency_errors
 from femend.report.numbers import factor_as_percent, pretty_unit, quantity, ratio
 from femend.report.vocabulary import DIRECTIONS, PARAMETERS, PHYSICS, VERDICTS
 
@@ -236,6 +236,8 @@ def headline(result: Result) -> str:
     if verdict == "undetermined" and result.get("status") == INTERRUPTED:
         fit = _gain(result, "nominal", "parameters")
         return f"Interrupted before it was decided whether something is missing; the parameters are updated{fit}."
+    if verdict == "undetermined" and (errors := _modes_alone(result)) is not None and errors.unlike:
+        return f"The modes cannot tell whether something is missing, since the model is not theirs: {errors.text}."
     if verdict == "undetermined":
         return "The recordings cannot tell whether something is missing in the model."
     return f"{verdict_name(verdict)}." if verdict else "No verdict was reached."
@@ -246,9 +248,14 @@ def _updated(result: Result) -> str:
     return f" once updated ({moved})" if moved else " once its parameters are updated"
 
 
+def _modes_alone(result: Result) -> FrequencyErrors | None:
+    """The errors of frequencies of a study of which nothing but modes was compared; None of another one."""
+    return None if error_gain(result, "nominal", "nominal") else frequency_errors(result)
+
+
 def _by_modes(result: Result) -> str:
     """The sentence for a model without findings of which nothing but modes was compared; empty for another one."""
-    errors = None if error_gain(result, "nominal", "nominal") else frequency_errors(result)
+    errors = _modes_alone(result)
     if errors is None:
         return ""
     how = " as given" if result.get("verdict") == "consistent" else _updated(result)

@@ -29,6 +29,8 @@ ABOVE, LEAST = 2.0, 10
 OF_SHAPES = 30
 # below this share of the highest frequency a mode is one of a free body, which has so many
 RIGID, FREE = 1e-4, 6
+# nodes that move less than this share of the liveliest in a mode of 0 Hz stand still; so many of the others are named
+STILL, SHOWN = 1e-3, 8
 # a record of fewer periods of the model's lowest mode hardly shows it
 PERIODS = 5.0
 
@@ -82,15 +84,27 @@ def _modes(model: Model, f_max: float, zeta: float, least: int) -> ModeSet:
 
 
 def _free(modes: ModeSet) -> list[str]:
-    """A body is held, or free in all six ways; one that is free in some may have lost a support."""
+    """A body is held, or free in all six ways; one that is free in some may have lost a support, in more a part."""
     n = modes.n_modes - _elastic(modes).size
-    if n == 0 or n >= FREE:
+    if n in (0, FREE):
         return []
     return [
         f"the model moves freely in {n} way{'s' * (n > 1)} ({n} mode{'s' * (n > 1)} of 0 Hz, of the {FREE} of a free "
-        "body): if the structure is held there, a support, a connection or the stiffness of a spring is missing in the "
-        "deck"
+        f"body{_who_moves(modes, n)}): if the structure is held there, a support, a connection or the stiffness of a "
+        "spring is missing in the deck"
     ]
+
+
+def _who_moves(modes: ModeSet, n: int) -> str:
+    """Nodes that move in the first `n` modes, where others stand still."""
+    size = np.abs(np.real(modes.phi[:, :n]))
+    size = (size / np.maximum(size.max(axis=0), np.finfo(float).tiny)).max(axis=1)
+    every = list(dict.fromkeys(d.node for d in modes.dofs))
+    moving = sorted({d.node for d, s in zip(modes.dofs, size, strict=True) if s > STILL})
+    if len(moving) == len(every):
+        return ""
+    shown = ", ".join(map(str, moving[:SHOWN])) + (", ..." if len(moving) > SHOWN else "")
+    return f"; it is node{'s' * (len(moving) > 1)} {shown} that move{'s' * (len(moving) == 1)}"
 
 
 def _elastic(modes: ModeSet) -> FloatArray:
