@@ -38,6 +38,7 @@ from femend.diagnose.settings import Settings
 from femend.diagnose.shares import score_of_noise, share_explained, unclear
 from femend.diagnose.so_far import SoFar
 from femend.diagnose.split import Split, split_records
+from femend.diagnose.too_little import too_little
 from femend.diagnose.unmeasured import find_harmonic, find_unmeasured, plainly_unmeasured
 from femend.diagnose.unrecorded import Driven, holds, locate_drive, with_force_read_off
 from femend.diagnose.update import UpdatedModel, update_model
@@ -382,6 +383,8 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
             return replace(found, verdict="undetermined", place=None, advice=_more_sensors(found))
         if outlier > settings.parameter_z or _clearly_missing(found):
             return replace(found, verdict="located-not-named", advice=_unnamed(found))
+        if untold := too_little(found.problem, found.reduced):
+            return replace(found, verdict="undetermined", place=None, advice=untold)
         return replace(found, verdict=quiet, place=None)
     candidate = collapsed(best.candidate, best.recovered, settings)
     refitted = candidate

@@ -14,6 +14,7 @@ from femend.correlate.doubts import Doubt, exchange_doubts, level_doubts, sign_d
 from femend.correlate.exchanged import CLEAR, Exchange, Shapes, exchanged
 from femend.data import ModeSet, Recording, Spectra, Test
 from femend.diagnose.staged.prepare import FrfData, frf_data
+from femend.diagnose.too_little import PERIODS
 from femend.errors import FemendError
 from femend.model import Model, Pairing
 from femend.study.plausible_output import output_doubts
@@ -31,8 +32,6 @@ OF_SHAPES = 30
 RIGID, FREE = 1e-4, 6
 # nodes that move less than this share of the liveliest in a mode of 0 Hz stand still; so many of the others are named
 STILL, SHOWN = 1e-3, 8
-# a record of fewer periods of the model's lowest mode hardly shows it
-PERIODS = 5.0
 
 
 def doubts_of(model: Model, test: Test, pairing: Pairing, zeta: float) -> list[str]:
