@@ -7,18 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.bench.coarse import too_coarse
-from femend.data import FRF, Geometry, IdentifiedModes, Spectra
+from femend.bench.coarse import longer_pieces, too_coarse
+from femend.data import FRF, Geometry, IdentifiedModes, Recording, Spectra
 from femend.diagnose.staged.prepare import FEWEST_LINES, excited_band, frf_data
 from femend.dof import Dof
 from femend.errors import FemendError
 from femend.estimate.frf import COHERENT
+from femend.estimate.prepare import period_of
 from femend.io import read_uff
 from femend.io.recordings import read_modes
 from femend.modal import ModalTest, identify_modes
 from femend.modal.output_only import identify_output_only
 from femend.progress import Progress
-from femend.signal import estimate_frf
+from femend.signal import estimate_frf, periodic_frf
 from femend.study.sound import with_warnings
 from femend.study.study import Study, StudyRecording
 
@@ -113,6 +114,8 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str | 
         own = frf_data(full)
         band = (float(own.freq[0]), float(own.freq[-1]))
     test = identify_modes(frf, band, geometry=full.geometry)
+    if not isinstance(full.data, FRF):
+        frf, test = _finer(full, frf, test, band, study.damping_ratio)
     shown, beyond = _excited(recording.name, frf, test.measured)
     told = tuple(f"recording {recording.name!r}: {t}" for t in test.advice if test.status != "ok")
     if not isinstance(full.data, FRF):
@@ -122,6 +125,21 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str | 
     return MeasuredModes(
         *about, test.modes, FRFS, test, shown, geometry=full.geometry, warnings=(*full.warnings, *told, *beyond)
     )
+
+
+def _finer(full: Recording, frf: FRF, test: ModalTest, band: tuple[float, float], zeta: float) -> tuple[FRF, ModalTest]:
+    """FRFs and their modes from longer pieces of a record, or from the periods of its force, where lines of pieces of
+    an eighth are too far apart for the modes of `test` and these show as many; else what is given."""
+    step = longer_pieces(test.modes, full.time, frf, zeta)
+    if step is None:
+        return frf, test
+    try:
+        period = period_of(full.time.values[full.time.rows("force")])
+        finer = periodic_frf(full.time, period).frf if period else estimate_frf(full.time, resolution=step).frf
+        again = identify_modes(finer, band, geometry=full.geometry)
+    except FemendError:
+        return frf, test  # one period alone, or forces that are not independent in so few pieces
+    return (finer, again) if again.modes.n_modes >= test.modes.n_modes else (frf, test)
 
 
 def _excited(name: str, frf: FRF, used: FRF) -> tuple[FRF, tuple[str, ...]]:
