@@ -20,6 +20,7 @@ from femend.modal import ModalTest, identify_modes
 from femend.modal.output_only import identify_output_only
 from femend.progress import Progress
 from femend.signal import estimate_frf, periodic_frf
+from femend.signal.suited import blows, suited_frf
 from femend.study.sound import with_warnings
 from femend.study.study import Study, StudyRecording
 
@@ -109,7 +110,7 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str | 
             *about, alone.modes.select(keep), ALONE, shape_sd=alone.shape_sd[:, keep], geometry=full.geometry,
             warnings=(*full.warnings, *told),
         )  # fmt: skip
-    frf = full.data if isinstance(full.data, FRF) else estimate_frf(full.time).frf
+    frf, notes = (full.data, ()) if isinstance(full.data, FRF) else suited_frf(full.time)
     if band is None:
         own = frf_data(full)
         band = (float(own.freq[0]), float(own.freq[-1]))
@@ -117,7 +118,8 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str | 
     if not isinstance(full.data, FRF):
         frf, test = _finer(full, frf, test, band, study.damping_ratio)
     shown, beyond = _excited(recording.name, frf, test.measured)
-    told = tuple(f"recording {recording.name!r}: {t}" for t in test.advice if test.status != "ok")
+    beyond = beyond if study.correlation.band is not None else ()
+    told = tuple(f"recording {recording.name!r}: {t}" for t in (*notes, *(test.advice if test.status != "ok" else ())))
     if not isinstance(full.data, FRF):
         told += tuple(f"recording {recording.name!r}: {t}" for t in too_coarse(test.modes, full.time, frf))
     if not test.modes.n_modes:
@@ -130,7 +132,7 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str | 
 def _finer(full: Recording, frf: FRF, test: ModalTest, band: tuple[float, float], zeta: float) -> tuple[FRF, ModalTest]:
     """FRFs and their modes from longer pieces of a record, or from the periods of its force, where lines of pieces of
     an eighth are too far apart for the modes of `test` and these show as many; else what is given."""
-    step = longer_pieces(test.modes, full.time, frf, zeta)
+    step = None if blows(full.time).size else longer_pieces(test.modes, full.time, frf, zeta)
     if step is None:
         return frf, test
     try:

@@ -42,6 +42,8 @@ _KNOWN = (
     (386.089, "g and in/s²"),
     (9806.65, "g and mm/s²"),
 )
+# beyond this factor it is the model that does not move: in a direction that is held, or not coupled with the force's
+NOWHERE = 1e6
 # and how near a factor has to come to one of them
 _NEAR = 1.35
 
@@ -200,6 +202,11 @@ def _reversed(what: str, name: str, cosine: float) -> Doubt:
 
 def _hint(factor: float) -> str:
     """What may have been mistaken for a factor between test and model."""
+    if max(factor, 1 / factor) > NOWHERE:
+        return (
+            "no unit does that, but a model that hardly moves there: check node and direction of force and sensors, "
+            "and what the deck holds"
+        )
     where = "the unit and scale of the channels, [model] units, masses of the deck"
     for known, of in _KNOWN:
         if 1 / _NEAR < max(factor, 1 / factor) / known < _NEAR:

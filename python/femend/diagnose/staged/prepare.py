@@ -15,7 +15,8 @@ from femend.errors import RecordingError
 from femend.estimate.frf import coherent_band, frf_lines_of, useful_band
 from femend.estimate.joint import DataChoice, FrfBlock, ModesBlock, Run, RunBlock, Unbalance, run_of
 from femend.model.configured import ConfiguredModel
-from femend.signal import estimate_frf, tacho_speed, to_quantity
+from femend.signal import tacho_speed, to_quantity
+from femend.signal.suited import suited_frf
 
 __all__ = [
     "FrfData",
@@ -65,9 +66,9 @@ class FrfData:
 
 
 def frf_data(recording: Recording) -> FrfData:
-    """FRFs of a recording, or those estimated from its forces and responses (H1), in the band clear of noise in which
+    """FRFs of a recording, or those estimated from its forces and responses, in the band clear of noise in which
     the force explains the responses, as far as a coherence tells."""
-    frf = recording.data if isinstance(recording.data, FRF) else estimate_frf(recording.time).frf
+    frf = recording.data if isinstance(recording.data, FRF) else suited_frf(recording.time)[0]
     lines = [frf_lines_of(frf, j) for j in range(len(frf.inputs))]
     bands = np.array([useful_band(line) for line in lines])
     freq = lines[0].freq

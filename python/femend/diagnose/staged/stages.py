@@ -130,9 +130,10 @@ def staged_data(test: Test) -> StagedData:
 def _test_modes(recording: Recording, own: FrfData, told: list[str]) -> ModesData | None:
     frf = recording.data
     if not isinstance(frf, FRF):
-        from femend.signal import estimate_frf
+        from femend.signal.suited import suited_frf
 
-        frf = estimate_frf(recording.time).frf
+        frf, notes = suited_frf(recording.time)
+        told += [f"recording {recording.name!r}: {text}" for text in notes]
     found = identify_modes(frf, (float(own.freq[0]), float(own.freq[-1])))
     wrong = [check.message for check in found.checks if check.verdict in ("reversed", "swapped", "differs")]
     doubts = found.advice if found.status != "ok" else ()
