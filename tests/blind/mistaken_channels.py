@@ -2,7 +2,8 @@
 """How often mistakes with channels are told:  mistaken_channels.py CASES... [--exchanges 2]
 
 Of every case the recordings to be fitted are doubted as they are (what is told then is false), with two random sensors
-exchanged, and with one in other units or upside down. Prints how many of each are told, and the mistakes that are not.
+exchanged, and with one in other units or upside down; recordings without their force (`ambient_cases.py`,
+`generate.py --unmeasured`) by their time records. Prints how many of each are told, and the mistakes that are not.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from femend.data import Test, TimeData
 from femend.diagnose.staged.prepare import FrfData, frf_data
 from femend.estimate import pair_test
 from femend.model import read_model
@@ -29,11 +31,16 @@ class Case:
         study = load_study(path)
         self.model, self.test = read_model(study.model_file, units=study.units), study.read_recordings()
         self.zeta, self.pairing = study.damping_ratio, pair_test(self.test, self.model)
-        fit = next(r for r in self.test if r.role == "fit" and r.excitation == "measured")
-        self.sensors = [str(d) for d in frf_data(fit).outputs]
+        fit = next(r for r in self.test if r.role == "fit")
+        self.measured = fit.excitation == "measured"
+        found = frf_data(fit).outputs if self.measured else [c.dof for c in fit.response.channels]
+        self.sensors = [str(d) for d in found]
 
     def doubts(self, order: list[int], factors: np.ndarray) -> list[str]:
         """What is told with the rows of all FRFs in another `order` and multiplied by `factors` (n_out)."""
+        if not self.measured:
+            test = Test(tuple(replace(r, data=read_otherwise(r.time, order, factors)) for r in self.test))
+            return plausible.doubts_of(self.model, test, self.pairing, self.zeta)
 
         def changed(recording: object) -> FrfData:
             data = frf_data(recording)  # type: ignore[arg-type]
@@ -45,6 +52,14 @@ class Case:
             return plausible.doubts_of(self.model, self.test, self.pairing, self.zeta)
         finally:
             plausible.frf_data = real
+
+
+def read_otherwise(data: TimeData, order: list[int], factors: np.ndarray) -> TimeData:
+    """Responses with their values in another `order` and multiplied by `factors`; forces as they are."""
+    rows = [i for i, c in enumerate(data.channels) if c.quantity != "force"]
+    values = np.array(data.values)
+    values[rows] = (factors[:, None] * data.values[rows])[order]
+    return replace(data, values=values)
 
 
 def main() -> None:

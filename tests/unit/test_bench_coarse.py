@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from femend import Channel, Dof, TimeData
-from femend.bench.coarse import too_coarse
+from femend import Channel, Dof, Recording, TimeData
+from femend.bench.coarse import longer_pieces, too_coarse
+from femend.bench.measured import _finer
 from femend.modal import identify_modes
 from femend.signal import estimate_frf
 
@@ -40,3 +41,38 @@ def test_a_record_that_is_long_enough_is_not() -> None:
     modes = identify_modes(frf, (10.0, 60.0)).modes
     assert modes.zeta[0] == pytest.approx(ZETA, rel=0.05)
     assert too_coarse(modes, data, frf) == []
+
+
+def finer(data: TimeData) -> tuple[float, float]:
+    """Damping from pieces of an eighth, and as it is told."""
+    frf = estimate_frf(data).frf
+    test = identify_modes(frf, (10.0, 60.0))
+    _, again = _finer(Recording("shaken", data), frf, test, (10.0, 60.0), 0.01)
+    return float(test.modes.zeta[0]), float(again.modes.zeta[0])
+
+
+def test_pieces_are_longer_where_eighths_are_too_short_for_the_modes() -> None:
+    before, after = finer(shaken(12.0))
+    assert abs(after - ZETA) < 0.5 * abs(before - ZETA)
+    # a mode that looks wide may be a narrow one between lines too far apart: the study's damping tells
+    data = shaken(12.0)
+    frf = estimate_frf(data).frf
+    modes = identify_modes(frf, (10.0, 60.0)).modes
+    assert longer_pieces(modes, data, frf, 0.005) == pytest.approx(3 / 12.0)
+    long = shaken(120.0)
+    assert longer_pieces(modes, long, estimate_frf(long).frf, 0.01) is None
+
+
+def test_a_force_that_repeats_itself_is_taken_period_by_period() -> None:
+    n = int(3.0 * RATE)
+    phases = np.exp(2j * np.pi * np.random.default_rng(2).random(n // 2 + 1))
+    u = np.tile(np.fft.irfft(np.where(np.arange(n // 2 + 1) < 180, phases, 0), n), 8)
+    w, W = 2 * np.pi * np.fft.rfftfreq(4 * u.size, 1 / RATE), 2 * np.pi * FREQ
+    a = np.fft.irfft(np.fft.rfft(u, 4 * u.size) * -(w**2) / (W**2 - w**2 + 2j * ZETA * W * w), 4 * u.size)[: u.size]
+    data = shaken(24.0)
+    data = TimeData("shaken", 1 / RATE, np.array([u, a]), data.channels)
+    frf = estimate_frf(data, resolution=1.0).frf
+    test = identify_modes(frf, (10.0, 55.0))
+    found, again = _finer(Recording("shaken", data), frf, test, (10.0, 55.0), 0.01)
+    assert found.freq[1] - found.freq[0] == pytest.approx(1 / 3.0)
+    assert again.modes.zeta[0] == pytest.approx(ZETA, rel=0.02)

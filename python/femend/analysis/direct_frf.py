@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend import _core
 from femend.analysis.ends import PER_FORCE, dofs_of, unit_forces
-from femend.analysis.turning import on_one_pattern
 from femend.data.channel import Channel
 from femend.data.frf import FRF
 from femend.dof import Dof
 from femend.errors import ModelError, SingularModelError
 from femend.model import Model
+from femend.model.one_pattern import on_one_pattern
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

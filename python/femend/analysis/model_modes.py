@@ -10,8 +10,10 @@ from numpy.typing import ArrayLike
 from femend.analysis.modes import solve_modes
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
+from femend.errors import SingularModelError
 from femend.model import Model
 from femend.model.finite_modes import finite_modes
+from femend.model.unsolvable import told_of
 
 __all__ = ["model_modes"]
 
@@ -44,10 +46,12 @@ def model_modes(
     pattern = K.indptr, K.indices, K.data, M.data, names
     try:
         found = solve_modes(*pattern, n_modes=n_modes, f_max=f_max, zeta=zeta).modes
+    except SingularModelError:
+        raise
     except ValueError as error:
         n_modes = finite_modes(error, n_modes)
         if n_modes is None:
-            raise
+            raise told_of(error, model) from error
         found = solve_modes(*pattern, n_modes=n_modes, f_max=f_max, zeta=zeta).modes
     grid = ~model.is_scalar
     dofs = tuple(Dof(int(n), c) for n in model.node_ids[grid] for c in range(1, 7))

@@ -6,11 +6,32 @@ import numpy as np
 
 from femend.data import FRF, IdentifiedModes, TimeData
 
-__all__ = ["too_coarse"]
+__all__ = ["FEWEST_PIECES", "longer_pieces", "too_coarse"]
 
 # lines that the half-power width of a resonance has to span: Hann's own is 1.44, and of less than twice that what is
 # seen is the window as much as the structure
 SPAN = 3.0
+# pieces that are averaged at least for every force where eight are too short: of ten generated structures of about 1 %
+# damping, shaken by noise for 6, 20 and 60 s, frequencies and damping come nearer to the truth the longer the pieces,
+# at 1 and at 5 % noise; with two, single modes are missed
+FEWEST_PIECES = 3
+
+
+def longer_pieces(modes: IdentifiedModes, data: TimeData, frf: FRF, zeta: float) -> float | None:
+    """Distance (Hz) of the lines of FRFs from longer pieces of the record `data`, where some of the `modes` are, or
+    with the damping ratio `zeta` would be, narrower than those of `frf` show; None where they are not, or pieces are as
+    few as they may be.
+
+    What lines too far apart leave out of a resonance no averaging brings back (Bendat and Piersol, Random Data, 4th
+    ed., ch. 8.5: a peak of width B_r is too low by (B_e/B_r)^2/3), where the noise of few averages is averaged once
+    more by the fit over lines and sensors.
+    """
+    step, fewest = float(frf.freq[1] - frf.freq[0]), FEWEST_PIECES * len(frf.inputs)
+    # of lines too far apart a mode looks wider than it is
+    width = 2 * modes.freq * np.minimum(np.abs(modes.zeta), zeta)
+    if not (width < SPAN * step).any() or data.duration * step < 1.5 * fewest:
+        return None
+    return fewest / data.duration
 
 
 def too_coarse(modes: IdentifiedModes, data: TimeData, frf: FRF) -> list[str]:

@@ -7,17 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.bench.coarse import too_coarse
-from femend.data import FRF, Geometry, IdentifiedModes, Spectra
-from femend.diagnose.staged.prepare import frf_data
+from femend.bench.coarse import longer_pieces, too_coarse
+from femend.data import FRF, Geometry, IdentifiedModes, Recording, Spectra
+from femend.diagnose.staged.prepare import FEWEST_LINES, excited_band, frf_data
 from femend.dof import Dof
 from femend.errors import FemendError
+from femend.estimate.frf import COHERENT
+from femend.estimate.prepare import period_of
 from femend.io import read_uff
 from femend.io.recordings import read_modes
 from femend.modal import ModalTest, identify_modes
 from femend.modal.output_only import identify_output_only
 from femend.progress import Progress
-from femend.signal import estimate_frf
+from femend.signal import estimate_frf, periodic_frf
+from femend.signal.suited import blows, suited_frf
 from femend.study.sound import with_warnings
 from femend.study.study import Study, StudyRecording
 
@@ -107,19 +110,55 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str | 
             *about, alone.modes.select(keep), ALONE, shape_sd=alone.shape_sd[:, keep], geometry=full.geometry,
             warnings=(*full.warnings, *told),
         )  # fmt: skip
-    frf = full.data if isinstance(full.data, FRF) else estimate_frf(full.time).frf
+    frf, notes = (full.data, ()) if isinstance(full.data, FRF) else suited_frf(full.time)
     if band is None:
         own = frf_data(full)
         band = (float(own.freq[0]), float(own.freq[-1]))
     test = identify_modes(frf, band, geometry=full.geometry)
-    told = tuple(f"recording {recording.name!r}: {t}" for t in test.advice if test.status != "ok")
+    if not isinstance(full.data, FRF):
+        frf, test = _finer(full, frf, test, band, study.damping_ratio)
+    shown, beyond = _excited(recording.name, frf, test.measured)
+    beyond = beyond if study.correlation.band is not None else ()
+    told = tuple(f"recording {recording.name!r}: {t}" for t in (*notes, *(test.advice if test.status != "ok" else ())))
     if not isinstance(full.data, FRF):
         told += tuple(f"recording {recording.name!r}: {t}" for t in too_coarse(test.modes, full.time, frf))
     if not test.modes.n_modes:
         return f"recording {recording.name!r}: {'; '.join(test.advice)}"
     return MeasuredModes(
-        *about, test.modes, FRFS, test, test.measured, geometry=full.geometry, warnings=(*full.warnings, *told)
+        *about, test.modes, FRFS, test, shown, geometry=full.geometry, warnings=(*full.warnings, *told, *beyond)
     )
+
+
+def _finer(full: Recording, frf: FRF, test: ModalTest, band: tuple[float, float], zeta: float) -> tuple[FRF, ModalTest]:
+    """FRFs and their modes from longer pieces of a record, or from the periods of its force, where lines of pieces of
+    an eighth are too far apart for the modes of `test` and these show as many; else what is given."""
+    step = None if blows(full.time).size else longer_pieces(test.modes, full.time, frf, zeta)
+    if step is None:
+        return frf, test
+    try:
+        period = period_of(full.time.values[full.time.rows("force")])
+        finer = periodic_frf(full.time, period).frf if period else estimate_frf(full.time, resolution=step).frf
+        again = identify_modes(finer, band, geometry=full.geometry)
+    except FemendError:
+        return frf, test  # one period alone, or forces that are not independent in so few pieces
+    return (finer, again) if again.modes.n_modes >= test.modes.n_modes else (frf, test)
+
+
+def _excited(name: str, frf: FRF, used: FRF) -> tuple[FRF, tuple[str, ...]]:
+    """The FRFs `used`, cut to where the forces explain the responses, and that a band asked for goes beyond it."""
+    excited, low, high = excited_band(frf), float(used.freq[0]), float(used.freq[-1])
+    step = float(np.diff(used.freq).max(initial=0.0))
+    if excited is None or (low >= excited[0] - step and high <= excited[1] + step):
+        return used, ()
+    inside = (used.freq >= excited[0]) & (used.freq <= excited[1])
+    if inside.sum() < FEWEST_LINES:
+        return used, ()
+    said = (
+        f"recording {name!r}: the force excited {excited[0]:.4g} to {excited[1]:.4g} Hz (outside, the coherence of "
+        f"most responses is below {COHERENT:g}), and [correlation] band is {low:.4g} to {high:.4g} Hz: FRFs are "
+        "compared and drawn where it did, modes outside are doubtful; narrow the band, or excite all of it"
+    )
+    return used.band(*excited), (said,)
 
 
 def _frfs_beside(recording: StudyRecording, study: Study) -> FRF | None:

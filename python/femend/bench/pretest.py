@@ -41,6 +41,7 @@ from femend.pretest import (
 )
 from femend.progress import Progress, SilentProgress
 from femend.study.load import load_study
+from femend.study.sound import deck_warnings
 from femend.study.study import AS_MODELLED, Study
 from femend.threads import one_blas_thread
 
@@ -125,6 +126,7 @@ def pretest(study: str | Path, out: str | Path | None = None, progress: Progress
             model = still
             plan, told = _plan(content, model, targets)
             told = (*told, f"the plan leaves {left} of [[updating.morph]] where the deck has them: {error}")
+    told = (*deck_warnings(content, model.deck), *told)
     virtual, note = None, "not asked for"
     if content.pretest.virtual_test:
         with steps.step("rehearse the test"):

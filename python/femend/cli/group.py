@@ -58,7 +58,7 @@ class Commands(click.Group):
             sys.exit(130)
         except FemendError as error:
             click.echo(f"error: {_with_place(error)}", err=True)
-            for note in getattr(error, "__notes__", ()):
+            for note in (*getattr(error, "__notes__", ()), *_numerics(error)):
                 click.echo(f"note: {note}", err=True)
             sys.exit(2)
         except OSError as error:
@@ -87,6 +87,17 @@ def _with_place(error: FemendError) -> str:
     if file is None or str(file) in message:
         return message
     return f"{file}:{line}: {message}" if line is not None else f"{file}: {message}"
+
+
+def _numerics(error: FemendError) -> list[str]:
+    """What to do where the core's algebra ended, which knows neither deck nor recordings."""
+    if not str(error).startswith(("matrix is", "factorisation failed")):
+        return []
+    return [
+        "a mass or stiffness of the model has no inverse where one is needed: `femend modes` on the deck tells "
+        "negative and missing values and what moves freely, `femend correlate` units and levels of the recordings; "
+        "where both are sound, this is a fault of femend: please report it"
+    ]
 
 
 def _os_message(error: OSError) -> str:

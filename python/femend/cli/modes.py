@@ -13,6 +13,9 @@ from femend.units import SYSTEMS, unit_system
 
 __all__ = ["modes"]
 
+# modes of 0 Hz of a body that nothing holds
+FREE = 6
+
 
 @click.command()
 @click.argument("deck", type=click.Path(path_type=Path))
@@ -31,7 +34,10 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     from femend.analysis.effective_mass import base_directions, effective_mass
     from femend.io.deck import read_deck
     from femend.model.finite_modes import finite_modes
+    from femend.model.model import Model
+    from femend.model.negative import negative_values
     from femend.model.unselected import unselected_supports
+    from femend.model.unsolvable import told_of
 
     if n_modes is None and fmax is None:
         n_modes = 10
@@ -46,7 +52,7 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     except ValueError as error:
         fewer = finite_modes(error, n_modes)
         if fewer is None:
-            raise
+            raise told_of(error, Model(deck_read, model, (), units)) from error
         freq, phi, _, info = _core.modes(*matrices, n_modes=fewer, f_max=fmax)
         click.echo(f"only {fewer} mode{'s' * (fewer > 1)}: no more DOFs have a mass")
     R = base_directions(model.dof_nodes, model.dof_components, model.node_ids, model.frames)
@@ -56,13 +62,15 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     n_scalar = len(model.scalar_points)
     nodes = f"{len(model.node_ids) - n_scalar} nodes" + (f", {n_scalar} scalar points" if n_scalar else "")
     click.echo(f"{deck}: {nodes}, {model.n_a} free DOFs, mass {mass}")
-    for told in unselected_supports(deck_read) if spc is None else ():
+    for told in (*(unselected_supports(deck_read) if spc is None else ()), *negative_values(deck_read)):
         click.echo(f"warning   {told}")
     if model.auto_constrained:
         names = ", ".join(model.auto_constrained[:8]) + (", …" if len(model.auto_constrained) > 8 else "")
         click.echo(f"held because nothing resists them: {len(model.auto_constrained)} DOFs ({names})")
     if info["n_rigid"]:
-        click.echo(f"{info['n_rigid']} modes of a free body")
+        n = info["n_rigid"]
+        more = "" if n == FREE else "; a body that is free has six: is a support, or what connects a part, missing?"
+        click.echo(f"{n} mode{'s' * (n > 1)} of a free body{more}")
     rows = [
         [str(i), f"{f:.4f}" if f < 1e5 else f"{f:.6g}", *(f"{s:.1f}" for s in row)]
         for i, (f, row) in enumerate(zip(freq, share, strict=True), start=1)

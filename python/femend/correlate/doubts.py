@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.correlate.exchanged import Exchange
+from femend.correlate.misread import Misread
 from femend.correlate.mistaken_units import FACTORS
 from femend.dof import Dof
 
-__all__ = ["Doubt", "exchange_doubts", "level_doubts", "sign_doubts", "twice_doubts"]
+__all__ = ["Doubt", "exchange_doubts", "level_doubts", "misread_doubts", "sign_doubts", "twice_doubts"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -32,6 +33,8 @@ REVERSED = 0.7
 MOVES = 0.1
 # two sensors at one place may differ by this share: by what they were calibrated to, glue, and noise
 TWICE = 0.3
+# beyond this factor it is the model that does not move: in a direction that is held, or not coupled with the force's
+NOWHERE = 1e6
 # how near a factor has to come to that of units mistaken for each other
 _NEAR = 1.35
 
@@ -137,6 +140,29 @@ def exchange_doubts(pairs: Sequence[Exchange], outputs: Sequence[str]) -> list[D
     return told
 
 
+def misread_doubts(found: Sequence[Misread], outputs: Sequence[str]) -> list[Doubt]:
+    """Doubts about sensors of `outputs` (names) that look upside down or in other units where no force was measured."""
+    told = []
+    for one in found:
+        name, left = outputs[one.sensor], f"{100 * one.left:.2g} %"
+        falls = f"what contradicts the shapes of the model's modes falls to {left} of what it is"
+        size = abs(one.factor)
+        if one.factor < 0:
+            also = "" if 1 / ONE < size < ONE else f", and it shows {size:.2g} times what the others do: {_hint(size)}"
+            text = (
+                f"the sensor {name} looks reversed: with its sign changed, {falls}{also}: look at how it was mounted, "
+                "and turn its direction"
+            )
+            told.append(Doubt("sensor sign", name, text))
+        else:
+            text = (
+                f"{name} shows about {size:.2g} times what the other sensors do, each against the shapes of the model: "
+                f"with that taken out, {falls}: {_hint(size)}"
+            )
+            told.append(Doubt("sensor level", name, text))
+    return told
+
+
 def _valid(H: ComplexArray, model: ComplexArray, clear: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
     moving = (H != 0) & (model != 0)
     return moving if clear is None else moving & clear
@@ -167,6 +193,11 @@ def _reversed(what: str, name: str, cosine: float) -> Doubt:
 
 def _hint(factor: float) -> str:
     """What may have been mistaken for a factor between test and model."""
+    if max(factor, 1 / factor) > NOWHERE:
+        return (
+            "no unit does that, but a model that hardly moves there: check node and direction of force and sensors, "
+            "and what the deck holds"
+        )
     where = "the unit and scale of the channels, [model] units, masses of the deck"
     for known, of in FACTORS:
         if 1 / _NEAR < max(factor, 1 / factor) / known < _NEAR:

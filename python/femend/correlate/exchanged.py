@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from femend.correlate.mistaken_units import INCH, MILLI, G
 
-__all__ = ["CLEAR", "Exchange", "Shapes", "exchanged"]
+__all__ = ["CLEAR", "Exchange", "Shapes", "clear_lines", "exchanged", "gain", "held_against", "inverse_covariances"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -77,7 +77,9 @@ def exchanged(H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shape
     n_out = H.shape[1]
     if n_out < 3 or H.shape[0] < FEWEST:
         return []
-    parts = [p for j in range(H.shape[2]) if (p := _clear(H[:, :, j], noise[:, :, j], freq, model, j)) is not None]
+    parts = [
+        p for j in range(H.shape[2]) if (p := _lines_against(H[:, :, j], noise[:, :, j], freq, model, j)) is not None
+    ]
     found: list[Exchange] = []
     while parts and len(found) < n_out // 2:
         exchange, rescaled = (np.mean([f(*p) for p in parts], axis=0) for f in (_exchanged, _rescaled))
@@ -93,51 +95,63 @@ def exchanged(H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shape
     return found
 
 
-def _clear(
+def _lines_against(
     h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes, j: int
 ) -> tuple[ComplexArray, FloatArray] | None:
     """Responses (n_lines, n_out) to force `j` on lines where a third of the sensors stand out of the noise, and the
     inverse covariances (n_lines, n_out, n_out) that the model gives them; None for too few lines."""
-    lines = np.flatnonzero(((np.abs(h) > CLEAR * noise).mean(axis=1) > 1 / 3) & (h != 0).any(axis=1))
+    lines = clear_lines(h, noise)
     if lines.size < FEWEST:
         return None
-    lines = lines[:: -(-lines.size // MOST)]
     h, noise = h[lines], noise[lines]
-    power = model.powers(freq[lines]) * model.into[j] ** 2
-    C = np.einsum("om,fm,pm->fop", model.out, power, model.out)
+    return h, inverse_covariances(h, noise, model.out, model.powers(freq[lines]) * model.into[j] ** 2)
+
+
+def clear_lines(h: ComplexArray, noise: FloatArray) -> NDArray[np.int64]:
+    """Lines of responses h (n_freq, n_out), at most 400, where a third of the sensors stand out of their `noise`."""
+    lines = np.flatnonzero(((np.abs(h) > CLEAR * noise).mean(axis=1) > 1 / 3) & (h != 0).any(axis=1))
+    return lines[:: max(1, -(-lines.size // MOST))]
+
+
+def inverse_covariances(h: ComplexArray, noise: FloatArray, out: FloatArray, power: FloatArray) -> FloatArray:
+    """Inverse covariances (n_lines, n_out, n_out) of responses with the level of h (n_lines, n_out): modes with shapes
+    `out` (n_out, n_modes) and mean squares `power` (n_lines, n_modes), and what modes do not explain, `noise`
+    (n_lines, n_out) among it."""
+    C = np.einsum("om,fm,pm->fop", out, power, out)
     level = np.mean(np.abs(h) ** 2, axis=1)
     own = np.mean(np.diagonal(C, axis1=1, axis2=2), axis=1)
     C *= (level / np.maximum(own, np.finfo(float).tiny))[:, None, None]
     # of noise the mean is taken: who is noisy is part of what may have been exchanged
     floor = FLOOR * level + np.mean(noise**2, axis=1)
-    return h, np.linalg.inv(C + floor[:, None, None] * np.eye(h.shape[1]))
+    return np.linalg.inv(C + floor[:, None, None] * np.eye(h.shape[1]))
 
 
-def _held_against(h: ComplexArray, inverse: FloatArray) -> tuple[ComplexArray, FloatArray]:
-    """C^-1 h (n_lines, n_out) and h^H C^-1 h (n_lines,)."""
+def held_against(h: ComplexArray, inverse: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    """C^-1 h (n_lines, n_out) and h^H C^-1 h (n_lines,) with the `inverse` C^-1 (n_lines, n_out, n_out)."""
     v = np.einsum("fop,fp->fo", inverse, h)
     return v, np.einsum("fo,fo->f", h.conj(), v).real
 
 
 def _exchanged(h: ComplexArray, inverse: FloatArray) -> FloatArray:
     """Gain (n_out, n_out) in mean log-likelihood with the responses of two sensors changed for each other."""
-    v, own = _held_against(h, inverse)
+    v, own = held_against(h, inverse)
     diagonal = np.diagonal(inverse, axis1=1, axis2=2)
     # h + d (e_a - e_b) with d = h_b - h_a
     d = h[:, None, :] - h[:, :, None]
     across = 2 * np.real(d.conj() * (v[:, :, None] - v[:, None, :]))
     square = np.abs(d) ** 2 * (diagonal[:, :, None] + diagonal[:, None, :] - 2 * inverse)
-    return _gain(own[:, None, None], across + square, h.shape[1])
+    return gain(own[:, None, None], across + square, h.shape[1])
 
 
 def _rescaled(h: ComplexArray, inverse: FloatArray) -> FloatArray:
     """Gain (n_factors, n_out) in mean log-likelihood with a sensor the other way round or in other units."""
-    v, own = _held_against(h, inverse)
+    v, own = held_against(h, inverse)
     cross, square = np.real(h.conj() * v), np.abs(h) ** 2 * np.diagonal(inverse, axis1=1, axis2=2)
-    return np.array([_gain(own[:, None], 2 * (f - 1) * cross + (f - 1) ** 2 * square, h.shape[1]) for f in MISTAKEN])
+    return np.array([gain(own[:, None], 2 * (f - 1) * cross + (f - 1) ** 2 * square, h.shape[1]) for f in MISTAKEN])
 
 
-def _gain(own: FloatArray, more: FloatArray, n_out: int) -> FloatArray:
+def gain(own: FloatArray, more: FloatArray, n_out: int) -> FloatArray:
+    """Gain in mean log-likelihood where squares h^H C^-1 h of `own` (n_lines, ...) change by `more`."""
     return np.asarray(-n_out * np.mean(np.log(np.maximum(1 + more / own, 1e-12)), axis=0))
 
 

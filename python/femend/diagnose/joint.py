@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.dressed import dressed
 from femend.diagnose.receptances import on_lines
+from femend.errors import ModelError
 from femend.estimate import Fit, FitRecord, Hypothesis, Lines, Problem
 from femend.model import Place, ReducedModel, reduce_model
 from femend.model.reduction import LARGE, extend_model
@@ -258,7 +259,10 @@ def stiffness_scale(problem: Problem, joint: Joint) -> tuple[float, float]:
     if joint.place.release is not None:
         return float(np.mean(np.diag(joint.place.release))), middle(problem)
     system = problem.system(joint.reduced)
-    omega, _, Q = system.modal(problem.prior(joint.reduced)[0])
+    try:
+        omega, _, Q = system.modal(problem.prior(joint.reduced)[0])
+    except ModelError:
+        return np.inf, middle(problem)  # what was added before leaves no mass at the prior means
     w = joint.w @ Q
     low = 2 * np.pi * problem.band[0]
     compliance = (w**2 / np.maximum(omega**2, low**2)).sum(axis=1)

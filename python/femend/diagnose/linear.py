@@ -146,6 +146,8 @@ def fit_mass(
     from those of the `updated` model."""
     entry = physics("added_mass")
     scale, omega = stiffness_scale(problem, joint)
+    if not np.isfinite(scale):
+        return None
     means = [np.log([f * scale / omega**2]) for f in (0.003, 0.03, 0.3, 3.0)]
     begun = [(p, m) for m in means] + ([] if updated is None else [(updated, means[0])])
     hypotheses = [joint.hypothesis(("added_mass",), m, np.full(1, LAW_SD)) for _, m in begun]

@@ -235,8 +235,17 @@ def _of_forces(linear: _Linear, W: FloatArray, n_w: int, n_free: int) -> FloatAr
     stacked = np.concatenate([stacked.real, stacked.imag], axis=1)
     A = shared - np.matmul(stacked.transpose(0, 2, 1), stacked)
     g += pulled
-    step = np.linalg.solve(A, g[..., None])[..., 0]
+    step = _solved(A, g)
     return np.asarray(squares + linear.prior - (g * step).sum(axis=1))
+
+
+def _solved(A: FloatArray, g: FloatArray) -> FloatArray:
+    """Steps (n, n_p) of normal equations A (n, n_p, n_p), g (n, n_p); the shortest ones where an unknown, as the
+    stiffness of a part that hangs on nothing, changes nothing at all."""
+    try:
+        return np.asarray(np.linalg.solve(A, g[..., None])[..., 0])
+    except np.linalg.LinAlgError:
+        return np.asarray((np.linalg.pinv(A, hermitian=True) @ g[..., None])[..., 0])
 
 
 def _whitened(

@@ -16,6 +16,7 @@ from femend.estimate.fit import TUNED_ABOVE
 from femend.estimate.lines import band_power
 from femend.model import Model, ReducedModel, affordable_refinement, form_errors, reduce_model
 from femend.model.resolution import Unresolved, unresolved
+from femend.model.unsolvable import no_solution
 from femend.threads import one_blas_thread
 
 __all__ = ["DRAWN", "UpdatedModel", "drawn_starts", "modelled", "update_model", "updated_by"]
@@ -54,8 +55,8 @@ def update_model(
     """Fits parameters, frequency factors and damping ratios (prior median `zeta`) of the model as it is, but for its
     mesh: linear shells and solids are refined where that is cheap enough. `tell` is told each step by name.
 
-    Raises RecordingError where there is nothing to fit, the sampling is too slow for the modes in the band, or the
-    model has no solution at the deck's values.
+    Raises RecordingError where there is nothing to fit or the sampling is too slow for the modes in the band, and
+    ModelError where the model has no solution at the deck's values.
     """
     tell("reduce the model")
     given = modelled(model, records, zeta)
@@ -68,7 +69,7 @@ def update_model(
 def _updated(model: Model, reduced: ReducedModel, problem: Problem) -> UpdatedModel:
     null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))), drawn_starts(problem, reduced))
     if null is None:
-        raise RecordingError("the model cannot be solved at the deck's values; check its mass and stiffness")
+        raise no_solution(model)
     g_rows = _rows(problem.records)
     return UpdatedModel(problem, reduced, null, g_rows, _drawn(model, problem.band[1], g_rows))
 

@@ -17,6 +17,7 @@ from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.outcome import Diagnosis
+from femend.diagnose.too_little import too_little
 from femend.diagnose.unmeasured import find_harmonic, find_unmeasured
 from femend.estimate import Fit
 
@@ -45,6 +46,8 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
             return replace(found, verdict="undetermined", place=None, advice=_more_sensors(found))
         if outlier > settings.parameter_z or clearly_missing(found):
             return replace(found, verdict="located-not-named", advice=nothing_explains(found))
+        if untold := too_little(found.problem, found.reduced):
+            return replace(found, verdict="undetermined", place=None, advice=untold)
         return replace(found, verdict=quiet, place=None)
     candidate = collapsed(best.candidate, best.recovered, settings)
     refitted = candidate

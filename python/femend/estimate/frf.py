@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femend.data import FRF
 from femend.errors import RecordingError
 
-__all__ = ["FrfLines", "frf_lines_of", "useful_band"]
+__all__ = ["COHERENT", "FrfLines", "coherent_band", "frf_lines_of", "useful_band"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -21,6 +21,8 @@ ORDER = {"accelerance": 0, "mobility": 1, "receptance": 2}
 STRETCH = 16
 # running mean, in lines, and power over noise, by which lines are told useful
 REACH, USEFUL = 31, 10.0
+# coherence of the better half of the responses, as a running median, below which the force explains less than half
+COHERENT = 0.5
 # largest departure from an even axis, in steps
 EVEN = 0.01
 
@@ -127,3 +129,18 @@ def useful_band(lines: FrfLines) -> tuple[float, float]:
     if good.size < 2:
         return float(lines.freq[0]), float(lines.freq[-1])
     return float(lines.freq[good[0]]), float(lines.freq[good[-1]])
+
+
+def coherent_band(freq: FloatArray, coherence: FloatArray) -> tuple[float, float] | None:
+    """First and last of the lines `freq` (n_freq,) in Hz around which the better half of the responses has a coherence
+    of a half or more; None where no stretch has, and nothing can be told from `coherence` (n_freq, n_out).
+
+    A running median passes over antiresonances, and over single lines that are coherent by chance.
+    """
+    from scipy.ndimage import median_filter
+
+    n_out = coherence.shape[1]
+    better = np.sort(np.nan_to_num(coherence), axis=1)[:, n_out // 2 :].mean(axis=1)
+    smooth = median_filter(better, min(REACH, len(freq) // 2 * 2 - 1), mode="nearest")
+    good = np.flatnonzero(smooth >= COHERENT)
+    return (float(freq[good[0]]), float(freq[good[-1]])) if good.size > 1 else None

@@ -20,11 +20,13 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from femend import _core
+from femend.errors import ModelError
 from femend.model.linear_terms import LinearTerm, SpeedPower
 from femend.model.model import Model, Parameter, model_of
 from femend.model.reduction import MODES_ABOVE, _core_modes, _polynomial
 from femend.model.supports import held_rows
 from femend.model.unknowns import Unknowns
+from femend.model.unsolvable import no_solution, told_of
 
 __all__ = ["ALPHA", "BETA", "ConfiguredModel", "Part", "TurningPart", "configure", "free_model"]
 
@@ -226,7 +228,7 @@ def _basis(
     shapes = []
     for level in LEVELS if support.nnz else (1.0,):
         system = csc_array(K + extra + level * support)
-        shapes.append(_modes(system, M, f_max, n))
+        shapes.append(_modes(model, system, M, f_max, n))
         if level == 1.0:
             patterns = T[sorted(set(g_rows))].T.toarray()[loose]
             shapes.append(splu(csc_array(system + 1e-9 * _mean(system) * M)).solve(np.ascontiguousarray(patterns)))
@@ -253,15 +255,21 @@ def _stiffness(T: Any, terms: Sequence[LinearTerm], *, supports: bool) -> csc_ar
     return csc_array(total)
 
 
-def _modes(K: Any, M: Any, f_max: float, n: int) -> FloatArray:
-    """Modes (n, m) up to three times `f_max` (Hz), at least a dozen."""
-    from scipy.linalg import eigh
+def _modes(model: Model, K: Any, M: Any, f_max: float, n: int) -> FloatArray:
+    """Modes (n, m) up to three times `f_max` (Hz), at least a dozen, of a `model` with stiffness `K` and mass `M`."""
+    from scipy.linalg import LinAlgError, eigh
 
     if n <= 400:
-        lam, phi = eigh(K.toarray(), M.toarray() + 1e-12 * _mean(M) * np.eye(n))
+        try:
+            lam, phi = eigh(K.toarray(), M.toarray() + 1e-12 * _mean(M) * np.eye(n))
+        except LinAlgError:
+            raise no_solution(model) from None
         m = max(int((lam < (2 * np.pi * MODES_ABOVE * f_max) ** 2).sum()), min(FEWEST_MODES, n))
         return np.asarray(phi[:, :m])
-    freq, phi, _, _ = _core_modes(K, M, MODES_ABOVE * f_max)
+    try:
+        freq, phi, _, _ = _core_modes(K, M, MODES_ABOVE * f_max)
+    except ModelError as error:
+        raise told_of(error, model) from error
     if len(freq) < FEWEST_MODES:
         phi = _core_modes(K, M, None, FEWEST_MODES)[1]
     return np.asarray(phi)

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.dof import Dof
-from femend.errors import ModelError, SingularModelError
+from femend.errors import ModelError
 from femend.model.finite_modes import finite_modes
 from femend.model.model import Model
+from femend.model.one_pattern import on_one_pattern
+from femend.model.unsolvable import no_solution, told_of
 
 __all__ = [
     "LARGE",
@@ -39,6 +40,9 @@ LARGE = 5000
 # a parameter's stiffness is taken as a polynomial of this degree in its factor (a thickness enters with its cube)
 DEGREE = 3
 # factors at which it is computed for that
+# frequencies below this share of the highest are those of a free body, up to round-off; it hangs on springs that give
+# it this share of the lowest elastic one
+RIGID, SUSPENDED = 1e-6, 1e-4
 SAMPLES = (0.6, 1.0, 1.3, 1.6)
 
 
@@ -138,25 +142,13 @@ def reduce_model(model: Model, f_max: float, g_rows: Sequence[int], loads: Float
     K, M = model.matrices()
     try:
         omega, phi = _modes(K, M, MODES_ABOVE * f_max, len(set(g_rows)))
-    except SingularModelError as error:
-        raise _named(error, model) from error
+    except ModelError as error:
+        raise told_of(error, model) from error
     patterns = T[sorted(set(g_rows))].T.toarray()
     if loads is not None and loads.size:
         patterns = np.hstack([patterns, loads])
     V_a = _basis(K, M, omega, phi, patterns)
-    return project_model(model, V_a, np.asarray(T @ V_a))
-
-
-def _named(error: SingularModelError, model: Model) -> SingularModelError:
-    """The core's error with the model's names for its rows."""
-    rows = [int(row) for row in error.dofs]
-    moving = tuple(str(Dof(int(model.fe.dof_nodes[i]), int(model.fe.dof_components[i]))) for i in rows)
-    shown = ", ".join(moving[:12]) + (f" and {len(moving) - 12} more" if len(moving) > 12 else "")
-    return SingularModelError(
-        f"the model is singular: {len(moving)} DOF(s) move without stiffness and without mass: {shown}; constrain "
-        "them, or give them stiffness or mass",
-        dofs=moving,
-    )
+    return _suspended(project_model(model, V_a, np.asarray(T @ V_a)))
 
 
 def core_modes(K: Any, M: Any, f_max: float) -> tuple[FloatArray, FloatArray]:
@@ -174,15 +166,16 @@ def _modes(K: Any, M: Any, f_max: float, at_least: int) -> tuple[FloatArray, Flo
 
 def _core_modes(K: Any, M: Any, f_max: float | None, n: int | None = None) -> tuple[Any, ...]:
     n = None if n is None else min(n, K.shape[0])
-    pattern = K.indptr.astype(np.int64), K.indices.astype(np.int64)
+    indptr, indices, (k, m) = on_one_pattern([K, M])
+    pattern = indptr.astype(np.int64), indices.astype(np.int64)
     try:
-        return _core.modes(*pattern, K.data, M.data, n_modes=n, f_max=f_max)
+        return _core.modes(*pattern, k, m, n_modes=n, f_max=f_max)
     except ValueError as error:
         # where few DOFs have a mass there are no more modes than these, and static answers do for the rest
         all_of_them = finite_modes(error, n)
         if all_of_them is None:
             raise
-        return _core.modes(*pattern, K.data, M.data, n_modes=all_of_them, f_max=f_max)
+        return _core.modes(*pattern, k, m, n_modes=all_of_them, f_max=f_max)
 
 
 def _basis(K: Any, M: Any, omega: FloatArray, phi: FloatArray, patterns: FloatArray) -> FloatArray:
@@ -301,9 +294,12 @@ def project_model(model: Model, V_a: FloatArray, V: FloatArray) -> ReducedModel:
         for degree, (dK, dM) in _polynomial(model, V_a, ones, i, K, M).items():
             K_fixed, M_fixed = K_fixed - dK, M_fixed - dM
             terms.append(Term(((i, float(degree)),), dK if dK.any() else None, dM if dM.any() else None))
-    from scipy.linalg import eigh
+    from scipy.linalg import LinAlgError, eigh
 
-    omega2 = eigh(K, M, eigvals_only=True)
+    try:
+        omega2 = eigh(K, M, eigvals_only=True)
+    except LinAlgError:
+        raise no_solution(model) from None
     return ReducedModel(
         model,
         V,
@@ -315,6 +311,23 @@ def project_model(model: Model, V_a: FloatArray, V: FloatArray) -> ReducedModel:
         np.array([p.prior_sd for p in model.parameters]),
         np.sqrt(np.maximum(omega2, 0.0)) / (2 * np.pi),
     )
+
+
+def _suspended(reduced: ReducedModel) -> ReducedModel:
+    """The `reduced` model of a free body on the springs it hangs on: free decays of a mode of 0 Hz have no frequency,
+    and a ten-thousandth of the lowest elastic one is below any band."""
+    from scipy.linalg import eigh
+
+    free = reduced.freq < RIGID * reduced.freq[-1]
+    if not free.any():
+        return reduced
+    K, M = reduced.K_fixed.copy(), reduced.M_fixed.copy()
+    for term in reduced.terms:
+        K += 0.0 if term.K is None else term.K
+        M += 0.0 if term.M is None else term.M
+    carried = M @ eigh(K, M)[1][:, : int(free.sum())]
+    soft = (2 * np.pi * SUSPENDED * reduced.freq[~free][0]) ** 2
+    return replace(reduced, K_fixed=reduced.K_fixed + soft * carried @ carried.T)
 
 
 def _polynomial(
@@ -342,7 +355,10 @@ def _polynomial(
             parts[degree] = (np.zeros_like(dK) if small_k else dK, np.zeros_like(dM) if small_m else dM)
     if not parts:
         name = model.parameters[i].name
-        raise ModelError(f"parameter {name!r} changes nothing in the band; choose another property or target")
+        raise ModelError(
+            f"parameter {name!r} changes nothing in the band: choose another property or target, and look whether its "
+            "value, or another one of the property, is 0 in the deck"
+        )
     return parts
 
 

@@ -91,7 +91,11 @@ def target_modes(
         raise PretestError(f"{f.shape} frequencies and effective masses {m.shape}; one row per mode")
     whole = np.broadcast_to(np.asarray(total_mass, dtype=np.float64), (m.shape[1],))
     if not (whole > 0).all():
-        raise PretestError(f"the total mass is {whole.tolist()}; it has to be above 0")
+        said = ", ".join(f"{v:.4g}" for v in sorted(set(whole.tolist())))
+        raise PretestError(
+            f"the total mass of the model is {said}, and it has to be above 0: look for negative masses (CONM2, "
+            "CMASS2) and for materials without a density (RHO of MAT1)"
+        )
     e = np.zeros(f.size) if energy is None else np.asarray(energy, dtype=np.float64)
     if e.shape != f.shape:
         raise PretestError(f"{e.shape} shares of energy for {f.size} modes; one per mode")

@@ -11,6 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from femend.report.entries import Result, mapping, number, rows
+from femend.report.mode_words import FrequencyErrors, frequency_errors
 from femend.report.numbers import factor_as_percent, pretty_unit, quantity, ratio
 from femend.report.vocabulary import DIRECTIONS, PARAMETERS, PHYSICS, VERDICTS
 
@@ -33,8 +35,6 @@ __all__ = [
     "span_text",
     "verdict_name",
 ]
-
-Result = Mapping[str, Any]
 
 _CHANGED = {"parameters": "without and with the missing term", "nominal": "model as given and final model"}
 
@@ -217,11 +217,12 @@ def headline(result: Result) -> str:
         return _missing(findings, result)
     if verdict == "located-not-named" and findings:
         return _located(findings[0], result)
+    if verdict in ("consistent", "parameters-only") and (by_modes := _by_modes(result)):
+        return by_modes
     if verdict == "consistent":
         return "Nothing is missing: the model as given explains the recordings" + _level(result) + "."
     if verdict == "parameters-only":
-        moved = _moved(result)
-        updated = f" once updated ({moved})" if moved else " once its parameters are updated"
+        updated = _updated(result)
         gain = error_gain(result, "nominal", "parameters")
         if gain is not None and gain.noise is not None and gain.after > BEYOND_NOISE * gain.noise:
             return (
@@ -235,9 +236,35 @@ def headline(result: Result) -> str:
     if verdict == "undetermined" and result.get("status") == INTERRUPTED:
         fit = _gain(result, "nominal", "parameters")
         return f"Interrupted before it was decided whether something is missing; the parameters are updated{fit}."
+    if verdict == "undetermined" and (errors := _modes_alone(result)) is not None and errors.unlike:
+        return f"The modes cannot tell whether something is missing, since the model is not theirs: {errors.text}."
     if verdict == "undetermined":
         return "The recordings cannot tell whether something is missing in the model."
     return f"{verdict_name(verdict)}." if verdict else "No verdict was reached."
+
+
+def _updated(result: Result) -> str:
+    moved = _moved(result)
+    return f" once updated ({moved})" if moved else " once its parameters are updated"
+
+
+def _modes_alone(result: Result) -> FrequencyErrors | None:
+    """The errors of frequencies of a study of which nothing but modes was compared; None of another one."""
+    return None if error_gain(result, "nominal", "nominal") else frequency_errors(result)
+
+
+def _by_modes(result: Result) -> str:
+    """The sentence for a model without findings of which nothing but modes was compared; empty for another one."""
+    errors = _modes_alone(result)
+    if errors is None:
+        return ""
+    how = " as given" if result.get("verdict") == "consistent" else _updated(result)
+    if errors.beyond:
+        return (
+            f"Nothing at one place is missing as far as these modes tell, but the model{how} does not explain them: "
+            f"{errors.text}; its mesh or idealisation is off, or more than one thing is missing."
+        )
+    return f"Nothing is missing as far as these modes tell: the model{how} explains them; {errors.text}."
 
 
 def _missing(findings: Sequence[Result], result: Result) -> str:
@@ -304,22 +331,3 @@ def by_importance(parameters: Mapping[str, Any]) -> list[tuple[str, Any]]:
     """Gap and mass before stiffness before the rest: what the eye looks for first."""
     first = {"gap": 0, "m": 1, "f": 2, "k": 3, "k3": 3}
     return sorted(parameters.items(), key=lambda item: first.get(item[0], 9))
-
-
-def number(entry: Any) -> float | None:
-    """A finite number, or the one under "value" of a mapping; None for anything else."""
-    if isinstance(entry, Mapping):
-        entry = entry.get("value")
-    if isinstance(entry, bool) or not isinstance(entry, int | float) or not math.isfinite(entry):
-        return None
-    return float(entry)
-
-
-def rows(entry: Any) -> list[Result]:
-    """The mappings of a list; an empty list for anything else."""
-    return [row for row in entry if isinstance(row, Mapping)] if isinstance(entry, list | tuple) else []
-
-
-def mapping(entry: Any) -> Mapping[str, Any]:
-    """`entry` if it is a mapping, else an empty one."""
-    return entry if isinstance(entry, Mapping) else {}

@@ -14,8 +14,10 @@ from femend.correlate.doubts import Doubt, exchange_doubts, level_doubts, sign_d
 from femend.correlate.exchanged import CLEAR, Exchange, Shapes, exchanged
 from femend.data import ModeSet, Recording, Spectra, Test
 from femend.diagnose.staged.prepare import FrfData, frf_data
+from femend.diagnose.too_little import PERIODS
 from femend.errors import FemendError
 from femend.model import Model, Pairing
+from femend.study.plausible_output import output_doubts
 
 __all__ = ["doubts_of"]
 
@@ -24,30 +26,45 @@ ComplexArray = NDArray[np.complex128]
 
 # modes of the model up to this multiple of a recording's band, and so many at least: a free body has six of 0 Hz
 ABOVE, LEAST = 2.0, 10
-# below this share of the highest frequency a mode is one of a free body, which has so many
-RIGID, FREE = 1e-4, 6
-# a record of fewer periods of the model's lowest mode hardly shows it
-PERIODS = 5.0
+# and of a recording without its force, of which the band is not known, so many
+OF_SHAPES = 30
+# below this share of the highest frequency a mode is one of a free body, which has so many (of 0 Hz up to round-off:
+# a heavy lump on a light beam goes down to 1e-5)
+RIGID, FREE = 1e-6, 6
+# nodes that move less than this share of the liveliest in a mode of 0 Hz stand still; so many of the others are named
+STILL, SHOWN = 1e-3, 8
 
 
 def doubts_of(model: Model, test: Test, pairing: Pairing, zeta: float) -> list[str]:
-    """Sentences about recordings to be fitted, with their force measured, that contradict the `model` as a mistake in
-    units, scales, signs or durations does; `zeta` is the damping ratio of its modes."""
-    used = [r for r in test if r.role == "fit" and r.excitation == "measured" and not isinstance(r.data, Spectra)]
-    frfs = [_frfs(r) for r in used]
+    """Sentences about recordings to be fitted that contradict the `model` as a mistake in units, scales, signs or
+    durations does; `zeta` is the damping ratio of its modes. Where the force was not measured (ambient, unknown) it is
+    what the shapes say of single sensors."""
+    used = [r for r in test if r.role == "fit" and (_measured(r) or _unmeasured(r))]
+    frfs = [_frfs(r) if _measured(r) else None for r in used]
     if not used:
         return []
     try:
         # of recordings too short for FRFs at least the lowest mode is wanted
-        modes = _modes(model, ABOVE * max((float(d.freq[-1]) for d in frfs if d is not None), default=0.0), zeta)
+        f_max = ABOVE * max((float(d.freq[-1]) for d in frfs if d is not None), default=0.0)
+        modes = _modes(model, f_max, zeta, OF_SHAPES if any(map(_unmeasured, used)) else LEAST)
     except (FemendError, ValueError):
         return []  # whoever solves the model next says what is wrong with it
     found: dict[tuple[str, str], tuple[str, list[str]]] = {}
     for recording, data in zip(used, frfs, strict=True):
-        against = () if data is None else _against(data, modes, pairing)
+        against: Sequence[Doubt] = () if data is None else _against(data, modes, pairing)
+        if _unmeasured(recording):
+            against = output_doubts(recording, modes, pairing)
         for doubt in (*_short(recording, modes), *against):
             found.setdefault((doubt.kind, doubt.channel), (doubt.text, []))[1].append(repr(recording.name))
     return [*_free(modes), *(f"recording {names[0]}: {text}{_also(names[1:])}" for text, names in found.values())]
+
+
+def _measured(recording: Recording) -> bool:
+    return recording.excitation == "measured" and not isinstance(recording.data, Spectra)
+
+
+def _unmeasured(recording: Recording) -> bool:
+    return recording.excitation in ("ambient", "unknown") and recording.is_time
 
 
 def _also(names: list[str]) -> str:
@@ -61,21 +78,33 @@ def _frfs(recording: Recording) -> FrfData | None:
         return None  # too short, or of several quantities: nothing to compare
 
 
-def _modes(model: Model, f_max: float, zeta: float) -> ModeSet:
-    found = model_modes(model, n_modes=LEAST, zeta=zeta)
+def _modes(model: Model, f_max: float, zeta: float, least: int) -> ModeSet:
+    found = model_modes(model, n_modes=least, zeta=zeta)
     return found if found.freq[-1] > f_max else model_modes(model, f_max=f_max, zeta=zeta)
 
 
 def _free(modes: ModeSet) -> list[str]:
-    """A body is held, or free in all six ways; one that is free in some may have lost a support."""
+    """A body is held, or free in all six ways; one that is free in some may have lost a support, in more a part."""
     n = modes.n_modes - _elastic(modes).size
-    if n == 0 or n >= FREE:
+    if n in (0, FREE):
         return []
     return [
         f"the model moves freely in {n} way{'s' * (n > 1)} ({n} mode{'s' * (n > 1)} of 0 Hz, of the {FREE} of a free "
-        "body): if the structure is held there, a support, a connection or the stiffness of a spring is missing in the "
-        "deck"
+        f"body{_who_moves(modes, n)}): if the structure is held there, a support, a connection or the stiffness of a "
+        "spring is missing in the deck"
     ]
+
+
+def _who_moves(modes: ModeSet, n: int) -> str:
+    """Nodes that move in the first `n` modes, where others stand still."""
+    size = np.abs(np.real(modes.phi[:, :n]))
+    size = (size / np.maximum(size.max(axis=0), np.finfo(float).tiny)).max(axis=1)
+    every = list(dict.fromkeys(d.node for d in modes.dofs))
+    moving = sorted({d.node for d, s in zip(modes.dofs, size, strict=True) if s > STILL})
+    if len(moving) == len(every):
+        return ""
+    shown = ", ".join(map(str, moving[:SHOWN])) + (", ..." if len(moving) > SHOWN else "")
+    return f"; it is node{'s' * (len(moving) > 1)} {shown} that move{'s' * (len(moving) == 1)}"
 
 
 def _elastic(modes: ModeSet) -> FloatArray:

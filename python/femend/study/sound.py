@@ -16,6 +16,7 @@ from femend.model.material_units import material_doubts
 from femend.model.negative import negative_values
 from femend.model.unselected import unselected_supports
 from femend.signal import check_signals
+from femend.study.priors import prior_doubts
 
 if TYPE_CHECKING:
     from femend.study.study import Study
@@ -32,11 +33,12 @@ def warnings_of(study: Study, deck: _core.Deck, test: Test) -> list[str]:
 
 
 def deck_warnings(study: Study, deck: _core.Deck) -> list[str]:
-    """What is told of the `deck` of a `study`: units, supports that are not selected, values below nothing."""
+    """What is told of the `deck` of a `study` and of how well it is said to be known: units, supports that are not
+    selected, values below nothing, priors that are hardly meant."""
     used = {r.configuration for r in study.recordings if r.role == "fit"}
     own = not used or any(study.configuration(name).spc is None for name in used)
     free = unselected_supports(deck) if own else []
-    return [*material_doubts(deck, study.units), *free, *negative_values(deck)]
+    return [*material_doubts(deck, study.units), *free, *negative_values(deck), *prior_doubts(study.parameters)]
 
 
 def with_warnings(recording: Recording) -> Recording:

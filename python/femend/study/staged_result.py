@@ -11,6 +11,7 @@ from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.staged import Flow, Setup, StagedData, sensor_warnings
 from femend.diagnose.staged.select import Round
 from femend.model.linear_terms import LinearTerm
+from femend.report.mode_words import frequency_errors
 from femend.study.predictions import STAGES, Prediction
 from femend.units import UnitSystem, unit_system
 
@@ -86,6 +87,15 @@ def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[
             left = f"the best terms leave {worst:.2g} times what noise and the form of the model explain"
             return "located-not-named", f"{left}; {advice}" if advice else left
         return "missing-physics", advice
+    if not any(s.name == "FRFs" or s.run is not None for s in flow.stages):
+        errors = frequency_errors({"stages": [_stage(s) for s in flow.stages]})
+        if errors is not None and errors.unlike:
+            said = (
+                f"the model as updated is not that of these modes: {errors.text}; check supports, sensors' nodes and "
+                "directions, and units (`femend correlate` shows mode by mode), then what the parameters and their "
+                "priors leave free; a hammer or shaker test with its force would tell more"
+            )
+            return "undetermined", "; ".join(filter(None, [said, advice]))
     posterior = flow.posterior
     moved = []
     for parameter in setup.free.parameters:
@@ -253,7 +263,7 @@ def _stage(stage: Any) -> dict[str, Any]:
     }
     if stage.table:
         own["modes"] = [
-            dict(zip(("freq", "zeta", "model_freq", "model_zeta", "mac"), map(_round, row), strict=True))
+            dict(zip(("freq", "zeta", "model_freq", "model_zeta", "mac", "freq_sd"), map(_round, row), strict=True))
             for row in stage.table
         ]
     return own

@@ -21,9 +21,11 @@ from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
 from femend.model import Model, Pairing
 from femend.model.configured import free_model
+from femend.model.model import model_of
 from femend.progress import Progress, say
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
+from femend.study.plausible import doubts_of
 from femend.study.predictions import Prediction, write_predictions
 from femend.study.sound import deck_warnings, warnings_of
 from femend.study.staged_content import staged_content
@@ -72,7 +74,8 @@ def diagnose_staged(
         free = free_model(_core.Deck.read(str(study.model_file)), units=study.units, parameters=study.parameters)
         test = study.read_recordings()
         pairing = pair_test(test, free)
-    for text in deck_warnings(study, free.deck):
+        doubts = _doubts(study, test, free, pairing)
+    for text in (*deck_warnings(study, free.deck), *doubts):
         say(progress, text)
     with steps.step("identify modes and prepare runs"):
         data = staged_data(test)
@@ -84,11 +87,22 @@ def diagnose_staged(
         progress.done()
     with steps.step("predict"):
         predictions = predict_staged(setup, test, data, final, plain)
-        result = staged_result(setup, data, final, predictions, [*warnings_of(study, free.deck, test), *told])
+        warnings = [*warnings_of(study, free.deck, test), *doubts, *told]
+        result = staged_result(setup, data, final, predictions, warnings)
     run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)
     if out is not None:
         _write(run, out, info)
     return run
+
+
+def _doubts(study: Study, test: Test, free: Model, pairing: Pairing) -> list[str]:
+    """What recordings contradict in the deck as it stands, held and loaded as in their configuration."""
+    told: list[str] = []
+    for name in dict.fromkeys(r.configuration for r in test if r.role == "fit"):
+        own = study.configuration(name)
+        model = model_of(free.deck, units=free.units, spc=own.spc, added_mass=own.added_mass)
+        told += doubts_of(model, Test(tuple(r for r in test if r.configuration == name)), pairing, study.damping_ratio)
+    return list(dict.fromkeys(told))
 
 
 def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: StagedData) -> Setup:

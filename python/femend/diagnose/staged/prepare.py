@@ -12,15 +12,17 @@ from femend.data import FRF, Channel, IdentifiedModes, Recording, Speed, TimeDat
 from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
 from femend.errors import RecordingError
-from femend.estimate.frf import frf_lines_of, useful_band
+from femend.estimate.frf import coherent_band, frf_lines_of, useful_band
 from femend.estimate.joint import DataChoice, FrfBlock, ModesBlock, Run, RunBlock, Unbalance, run_of
 from femend.model.configured import ConfiguredModel
-from femend.signal import estimate_frf, tacho_speed, to_quantity
+from femend.signal import tacho_speed, to_quantity
+from femend.signal.suited import suited_frf
 
 __all__ = [
     "FrfData",
     "ModesData",
     "RunData",
+    "excited_band",
     "frf_data",
     "run_data",
     "tacho_warnings",
@@ -30,6 +32,8 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+# lines that are left of FRFs at least where a band is cut to what the force explains
+FEWEST_LINES = 16
 # a run is compared up to this multiple of its highest speed, and sampled this often per cycle of that
 ABOVE, PER_CYCLE = 1.3, 2.4
 # seconds at both ends of a run that do not count: filters and the state it started from
@@ -62,14 +66,29 @@ class FrfData:
 
 
 def frf_data(recording: Recording) -> FrfData:
-    """FRFs of a recording, or those estimated from its forces and responses (H1), in the band clear of noise."""
-    frf = recording.data if isinstance(recording.data, FRF) else estimate_frf(recording.time).frf
+    """FRFs of a recording, or those estimated from its forces and responses, in the band clear of noise in which
+    the force explains the responses, as far as a coherence tells."""
+    frf = recording.data if isinstance(recording.data, FRF) else suited_frf(recording.time)[0]
     lines = [frf_lines_of(frf, j) for j in range(len(frf.inputs))]
     bands = np.array([useful_band(line) for line in lines])
     freq = lines[0].freq
     inside = (freq >= bands[:, 0].min()) & (freq <= bands[:, 1].max())
+    excited = excited_band(frf)
+    if excited is not None:
+        both = inside & (freq >= excited[0]) & (freq <= excited[1])
+        inside = both if both.sum() >= FEWEST_LINES else inside
     H, noise = (np.stack([getattr(line, key) for line in lines], axis=2)[inside] for key in ("H", "noise"))
     return FrfData(recording.name, freq[inside], H, noise, _dofs(frf.outputs), _dofs(frf.inputs))
+
+
+def excited_band(frf: FRF) -> tuple[float, float] | None:
+    """First and last line (Hz) where the forces explain the responses; None where no coherence tells."""
+    keep = frf.freq > 0
+    if frf.coherence is None:
+        return None
+    bands = [coherent_band(frf.freq[keep], frf.coherence[keep, :, j]) for j in range(len(frf.inputs))]
+    found = [band for band in bands if band is not None]
+    return (min(b[0] for b in found), max(b[1] for b in found)) if found else None
 
 
 def _dofs(channels: tuple[Channel, ...]) -> tuple[Dof, ...]:

@@ -130,9 +130,10 @@ def staged_data(test: Test) -> StagedData:
 def _test_modes(recording: Recording, own: FrfData, told: list[str]) -> ModesData | None:
     frf = recording.data
     if not isinstance(frf, FRF):
-        from femend.signal import estimate_frf
+        from femend.signal.suited import suited_frf
 
-        frf = estimate_frf(recording.time).frf
+        frf, notes = suited_frf(recording.time)
+        told += [f"recording {recording.name!r}: {text}" for text in notes]
     found = identify_modes(frf, (float(own.freq[0]), float(own.freq[-1])))
     wrong = [check.message for check in found.checks if check.verdict in ("reversed", "swapped", "differs")]
     doubts = found.advice if found.status != "ok" else ()
@@ -278,11 +279,13 @@ def _modes_stage(
 
 
 def _mode_rows(setup: Setup, model: ConfiguredModel, data: ModesData, p: FloatArray) -> list[tuple[float, ...]]:
-    """Frequency and damping as identified and of the model, and MAC, for every identified mode."""
+    """Frequency and damping as identified and of the model, MAC, and the frequency's own deviation (Hz; 0 where it is
+    not known), for every identified mode."""
     own, block = data.modes, data.block(setup, model)
     lam, _, mac = block.pairs(p)
     size = np.abs(lam)
-    columns = (own.freq, own.zeta, size / (2 * np.pi), -lam.real / size, mac)
+    sd = np.broadcast_to(data.freq_sd, own.freq.shape) * own.freq
+    columns = (own.freq, own.zeta, size / (2 * np.pi), -lam.real / size, mac, sd)
     return [tuple(float(v) for v in row) for row in zip(*columns, strict=True)]
 
 

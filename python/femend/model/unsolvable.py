@@ -1,0 +1,60 @@
+"""Why a model has no modes, in terms of its deck: the core knows rows of matrices alone."""
+
+from __future__ import annotations
+
+import re
+
+from femend.dof import Dof
+from femend.errors import ModelError, SingularModelError
+from femend.model.model import Model
+from femend.model.negative import negative_values
+from femend.units import unit_system
+
+__all__ = ["no_solution", "singular", "told_of"]
+
+# as many DOFs, and values, are named
+SHOWN, VALUES = 12, 4
+_NEGATIVE = re.compile(r"has (\d+) negative eigenvalue")
+
+
+def told_of(error: ValueError, model: Model) -> ValueError:
+    """The `error` of the core where it solved the `model`, with the names and values of the deck; the same one where
+    these say no more."""
+    if isinstance(error, SingularModelError):
+        return singular(error, model)
+    negative = _NEGATIVE.search(str(error))
+    if negative is None:
+        return error
+    n = int(negative[1])
+    return ModelError(
+        f"the stiffness of the model is negative in {n} way{'s' * (n > 1)}, in which it would run away instead of "
+        f"vibrating: {_values(model, 'look for springs with a negative stiffness, and properties with a sign lost')}"
+    )
+
+
+def no_solution(model: Model) -> ModelError:
+    """What is told where the mass of `model` is not positive: no modes follow from it."""
+    return ModelError(
+        f"the model has no modes, since its mass is not above 0 in every way it can move (its total is "
+        f"{model.fe.total_mass():.4g} {unit_system(model.units).text('mass')}): "
+        + _values(model, "give the materials a density (RHO of MAT1), and look for negative masses (CONM2, CMASS2)")
+    )
+
+
+def singular(error: SingularModelError, model: Model) -> SingularModelError:
+    """The core's `error` with the model's names for its rows."""
+    rows = [int(row) for row in error.dofs]
+    moving = tuple(str(Dof(int(model.fe.dof_nodes[i]), int(model.fe.dof_components[i]))) for i in rows)
+    more = f" and {len(moving) - SHOWN} more" if len(moving) > SHOWN else ""
+    return SingularModelError(
+        f"the model is singular: {len(moving)} DOF(s) move without stiffness and without mass: "
+        f"{', '.join(moving[:SHOWN])}{more}; constrain them, or give them stiffness or mass",
+        dofs=moving,
+    )
+
+
+def _values(model: Model, otherwise: str) -> str:
+    """The values of the deck that are below nothing, else what to look for `otherwise`."""
+    found = negative_values(model.deck)
+    more = [f"and {len(found) - VALUES} more"] if len(found) > VALUES else []
+    return "; ".join([*found[:VALUES], *more]) or otherwise

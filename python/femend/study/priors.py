@@ -1,0 +1,48 @@
+"""Priors of a study's parameters that are hardly meant: per cent, or values in units, where shares are asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from femend.study.study import Parameter
+
+__all__ = ["prior_doubts"]
+
+# relative 1-sigma from which a prior says hardly anything: of stiffnesses and dashpots of springs and joints, which may
+# be known to an order of magnitude, and of all else
+WIDE_JOINT, WIDE = 3.0, 1.0
+# and below which a parameter is as good as fixed: nothing of a structure is known as well
+NARROW = 1e-3
+# what a per cent that was meant stands between
+PER_CENT = (1.0, 100.0)
+
+
+def prior_doubts(parameters: Sequence[Parameter]) -> list[str]:
+    """Sentences about `parameters` whose relative `prior_sd` is that of no structure."""
+    return [text for p in parameters if (text := _doubt(p))]
+
+
+def _doubt(parameter: Parameter) -> str:
+    sd, who = parameter.prior_sd, f"parameter {parameter.name!r}: prior_sd = {parameter.prior_sd:g}"
+    joint = parameter.property[0] in "kc" and parameter.target in ("property_id", "elements")
+    usual = (
+        "usual are 0.1 to 1 for springs and joints"
+        if joint
+        else "usual are 0.02 to 0.3 (0.1, which is 10 %, without it)"
+    )
+    if sd >= (WIDE_JOINT if joint else WIDE):
+        within = f"within a factor of {math.exp(sd):.2g}" if sd < 20 else "not at all"
+        meant = f"; {sd:g} % is {sd / 100:g}" if PER_CENT[0] <= sd <= PER_CENT[1] else ""
+        return (
+            f"{who} is a share of the deck's value, {100 * sd:.4g} %, which says that {parameter.property} is known "
+            f"{within}, and leaves it to the recordings alone{meant}; {usual}"
+        )
+    if sd < NARROW:
+        return (
+            f"{who} is a share of the deck's value, {100 * sd:.2g} %, not a value in its unit: {parameter.property} "
+            f"can hardly move, and what is off in it is looked for elsewhere; {usual}, or leave the parameter out"
+        )
+    return ""
