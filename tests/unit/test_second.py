@@ -182,6 +182,24 @@ def test_a_law_of_the_beginning_may_be_one_of_two_that_explain_more(
     assert (None if found is None else found.name) == told
 
 
+@pytest.mark.parametrize(
+    ("one", "two", "laws", "told"),
+    [(5.0, 1.0, 1.0, True), (1.2, 1.0, 1.0, False), (5.0, 3.0, 1.0, False), (5.0, 1.0, 3.0, False)],
+)
+def test_two_effects_hidden_by_each_other_explain_all_where_no_force_at_one_place_does(
+    one: float, two: float, laws: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Free forces at one place leave `one`, at two places `two`, and the laws there `laws`."""
+    located = SimpleNamespace(fit=SimpleNamespace(score=one))
+    first = cast(Searched, SimpleNamespace(settings=Settings(), located=[located]))
+    second_place = SimpleNamespace(fit=SimpleNamespace(score=two))
+    both = SimpleNamespace(terms=SimpleNamespace(chosen=laws))
+    monkeypatch.setattr(second, "_worth_looking", lambda searched: True)
+    monkeypatch.setattr(second, "pair", lambda searched, *, thorough: None if thorough else (second_place, "at"))
+    monkeypatch.setattr(second, "_one_of_them_linear", lambda searched, found, at: both)
+    assert (second.hidden_by_each_other(first) is both) is told
+
+
 def test_a_known_force_is_one_more_input(run: StudyRun) -> None:
     place = run.diagnosis.located[0].place
     record = run.records[0]

@@ -23,6 +23,7 @@ from femend.diagnose.noise import louder, quieter_records
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.pairs import Searched
 from femend.diagnose.ranked import Ranked, tempered, told_simply
+from femend.diagnose.second import hidden_by_each_other, look_further
 from femend.diagnose.settings import Settings
 from femend.diagnose.shares import unclear
 from femend.diagnose.so_far import SoFar
@@ -88,7 +89,7 @@ def explain(
     so_far.places(now, at)
     decided = _one_effect(_Task(now, list(at), places, settings, tell, so_far))
     told = decided.verdict in ("missing-physics", "located-not-named")
-    # two effects may hide each other from every single law, but not from the misfit
+    # where nothing is told two effects may hide each other from every single law, but not from the misfit
     wrong = told or start.null.score > settings.far
     if not (further and wrong) or decided.by_load or now.problem.load is not None:
         return decided
@@ -96,8 +97,8 @@ def explain(
         return decided  # one force at one place explains what was not used to fit it
     tell.start("look for more")
     so_far.decided = decided
-    more = with_further(decided, start, located, places, loud)
-    return more if told or more.verdict == "missing-physics" else decided
+    search = look_further if told else hidden_by_each_other
+    return with_further(decided, start, located, places, loud, search)
 
 
 @dataclass(frozen=True, eq=False)

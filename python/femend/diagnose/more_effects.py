@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from femend.diagnose.noise import Louder
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.pairs import Searched
 from femend.diagnose.ranked import Ranked, told_simply
-from femend.diagnose.second import look_further
+from femend.diagnose.second import Further
 from femend.diagnose.shares import score_of_noise
 from femend.diagnose.update import UpdatedModel
 from femend.model import Place
@@ -23,12 +23,17 @@ __all__ = ["with_further"]
 
 
 def with_further(
-    found: Diagnosis, start: UpdatedModel, located: Sequence[Located], places: Sequence[Place], loud: Louder | None
+    found: Diagnosis,
+    start: UpdatedModel,
+    located: Sequence[Located],
+    places: Sequence[Place],
+    loud: Louder | None,
+    search: Callable[[Searched], Further | None],
 ) -> Diagnosis:
     """The diagnosis with more than one effect where one does not explain enough.
 
-    What one force leaves may be a second effect: it is looked for from the `start` and its places as they were before
-    that counted as noise (`loud`).
+    What one force leaves may be a second effect: `search` looks for it from the `start` and its places as they were
+    before that counted as noise (`loud`).
     """
     settings = found.settings
 
@@ -45,7 +50,7 @@ def with_further(
         return Searched(start.problem, one.reduced, one.g_rows, split, places, located, ranked, settings,
                         one.n_values, null_score, floor, sigma, searched)  # fmt: skip
 
-    further = look_further(searched(found.sigma))
+    further = search(searched(found.sigma))
     if further is None:
         return found
     adequate = further.terms.chosen <= settings.adequate

@@ -72,18 +72,18 @@ class Searched:
         return price(self.settings, self.n_values)
 
 
-def pair(first: Searched) -> tuple[Located, Place] | None:
+def pair(first: Searched, *, thorough: bool = True) -> tuple[Located, Place] | None:
     """Two places whose free forces together leave least, if that is clearly less than one leaves: the second with the
     fit of both, and the first.
 
     With two effects the best single place may be a compromise; so the search starts from several and, whatever second
     place it finds, looks for the first one again. Where no two places with one force are found to explain the
-    recordings so, all pairs of them are gone through. Two forces at wrong places may leave as little as at the right
-    ones; of pairs that the recordings do not tell apart the likeliest is taken, by its forces and places.
+    recordings so, all pairs of them are gone through, if `thorough`. Two forces at wrong places may leave as little as
+    at the right ones; of pairs that the recordings do not tell apart the likeliest is taken, by its forces and places.
     """
     found = _one_after_the_other(first)
     plainly = [s for s, at in found if max(s.place.n_w, at.n_w) <= 1 and s.fit.score <= first.settings.adequate]
-    if not plainly and not is_many(first.places):
+    if thorough and not plainly and not is_many(first.places):
         null = updated(first)
         pairs = [] if null is None else best_pairs(first.problem, first.reduced, first.places, first.located, null)
         found += [(second, at) for at, second in pairs]

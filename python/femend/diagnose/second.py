@@ -34,7 +34,7 @@ from femend.estimate import Hypothesis
 from femend.estimate.fit import STEPS
 from femend.model import Place
 
-__all__ = ["Further", "Searched", "look_further"]
+__all__ = ["Further", "Searched", "hidden_by_each_other", "look_further"]
 
 FloatArray = NDArray[np.float64]
 
@@ -80,6 +80,19 @@ def look_further(first: Searched) -> Further | None:
             if found is not None and explains and found.terms.sigma < first.sigma:
                 return found
     return _looked_for(first)
+
+
+def hidden_by_each_other(first: Searched) -> Further | None:
+    """Two effects, one of them linear, that explain the recordings where no law at one place explains anything: free
+    forces at two places have to, and not at one. What is wrong with a mesh everywhere, no two explain."""
+    enough = first.settings.adequate
+    if not first.located or first.located[0].fit.score <= enough or not _worth_looking(first):
+        return None
+    places = pair(first, thorough=False)
+    if places is None or places[0].fit.score > enough:
+        return None
+    found = _one_of_them_linear(first, *places)
+    return found if found is not None and found.terms.chosen <= enough else None
 
 
 def _looked_for(first: Searched) -> Further | None:
