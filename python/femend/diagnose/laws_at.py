@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import KINDS, ONLY_GROUND, Candidate, Start, laws_for, starts
+from femend.diagnose.collapse import collapsed
 from femend.diagnose.joint import Joint, Recovered, open_joint, recover
 from femend.diagnose.judge import Given, Tried, null_candidate
 from femend.diagnose.linear import companions_alone, fit_linear, fit_mass
@@ -29,6 +30,8 @@ NONLINEAR_STARTS = 3
 # starts within this factor of the best regression are followed, at most so many at a place by one equivalent element in
 # all records, and by one in each
 START_REACH, MOST_STARTS = 1.6, (9, 5)
+# factor by which an absorber may be tuned beyond the band
+BEYOND = 1.2
 # look-alikes of a place at which linear laws are tried too, of the nearest so many
 ALIKE_TRIED, MOST_ALIKE = 3, 12
 
@@ -73,12 +76,24 @@ def linear_at(given: Given, found: Located, masses_alone: bool) -> tuple[list[Tr
         for name, entry in laws_for(joint.place.kind)
         if entry.kind == "linear" and (name in ONLY_GROUND or not masses_alone)
     ]
-    tried = [Tried(c, found, recovered) for c in fitted if c is not None]
+    seen = [c for c in fitted if c is not None and not _tuned_elsewhere(given, c, recovered)]
+    tried = [Tried(c, found, recovered) for c in seen]
     if found.place.kind == "ground":
         whole = open_joint(mass_place(reduced.model, found.place.nodes[0]), reduced, split.whole.band[1], g_rows)
         mass = fit_mass(split.fitting, split.choosing, whole, found.fit.p, updated)
         tried += [] if mass is None else [Tried(mass, found, None)]
     return tried, Opened(found, joint, recovered)
+
+
+def _tuned_elsewhere(given: Given, candidate: Candidate, recovered: Recovered) -> bool:
+    """Whether an absorber, which is told by its resonance, has it where nothing was recorded: within the band it is a
+    mass or a spring, and with its freedom takes up what the mesh or the modes above leave at the band's end."""
+    if candidate.name != "tuned_absorber":
+        return False
+    low, high = given.split.whole.band
+    tuned = float(np.sqrt(candidate.values["k"] / candidate.values["m"])) / (2 * np.pi)
+    inside = low / BEYOND < tuned < high * BEYOND
+    return not inside and collapsed(candidate, recovered, given.settings).name == candidate.name
 
 
 def on_springs(given: Given, located: Sequence[Located], tried: Sequence[Tried]) -> list[Tried]:
