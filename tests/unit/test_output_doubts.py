@@ -11,8 +11,9 @@ from scipy.sparse import csc_array, diags_array
 
 from femend import Channel, Dof, Recording, Test, TimeData
 from femend.correlate.exchanged import Shapes
-from femend.correlate.misread import misread, principal_responses
+from femend.correlate.misread import misread
 from femend.estimate import pair_test
+from femend.modal.output_only.principal import principal_responses
 from femend.model.reduction import core_modes
 from femend.report import words
 from femend.report.mode_words import frequency_errors

@@ -11,6 +11,7 @@ from femend.correlate.doubts import level_doubts
 from femend.errors import ModelError
 from femend.modal import identify_modes
 from femend.signal import estimate_frf
+from femend.signal.hammer import blow_force
 from femend.signal.suited import blows, suited_frf
 
 RATE, FREQ, ZETA = 512.0, 30.0, 0.008
@@ -66,3 +67,23 @@ def test_algebra_that_ended_says_what_to_look_at() -> None:
     (said,) = _numerics(ModelError("matrix is not positive definite"))
     assert "`femend modes`" in said
     assert _numerics(ModelError("parameter 'E' is unknown")) == []
+
+
+def test_a_hammer_in_the_air_exerts_no_force() -> None:
+    data = hammer((1.0, 6.0), 12.0)
+    noisy = np.array(data.values)
+    noisy[0] += 0.5 + 0.05 * np.random.default_rng(3).standard_normal(noisy.shape[1])
+    force = TimeData("hit", data.dt, noisy[:1], data.channels[:1])
+    u = blow_force(force)[0]
+    assert not u[: int(0.9 * RATE)].any()
+    assert not u[int(2 * RATE) : int(5.5 * RATE)].any()
+    at = slice(int(0.98 * RATE), int(1.02 * RATE))
+    assert np.abs(u[at] - data.values[0, at]).max() < 0.3
+    left = np.linalg.norm(u - data.values[0]) / np.linalg.norm(data.values[0])
+    assert left < 0.3 * np.linalg.norm(noisy[0] - 0.5 - data.values[0]) / np.linalg.norm(data.values[0])
+
+
+def test_another_force_stays_as_it_was_recorded() -> None:
+    data = answered(np.random.default_rng(2).standard_normal(4096))
+    force = TimeData("shaken", data.dt, data.values[:1], data.channels[:1])
+    np.testing.assert_array_equal(blow_force(force), data.values[:1])

@@ -147,10 +147,16 @@ def modelled_frf(
 
     `zeta_of` gives damping ratios by the modes' frequencies in Hz, `zeta` that of all others; `factors` are those of
     the parameters. Modes count up to three
-    times the band's end. Raises what `model_modes` and `modal_frf` raise.
+    times the band's end. Raises CorrelationError where there are none, and what `model_modes` and `modal_frf` raise.
     """
     # with the rigid-body modes of a free structure, whose share FRFs have
     every = model_modes(model, f_max=FRF_ABOVE * float(measured.freq[-1]), zeta=zeta, factors=factors)
+    if not every.n_modes:
+        raise CorrelationError(
+            f"the FRFs of recording {measured.name!r} end at {measured.freq[-1]:.4g} Hz, and the model has no mode up "
+            f"to {FRF_ABOVE:g} times that: check the time axis (a column that counts milliseconds is called "
+            "'time [ms]'), and units, stiffness and mass of the deck"
+        )
     own = np.array([zeta_of.get(float(f), zeta) for f in every.freq])
     for f, value in zeta_of.items():  # two solutions of one model agree to rounding alone
         near = int(np.argmin(np.abs(every.freq - f)))

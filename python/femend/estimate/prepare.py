@@ -13,6 +13,7 @@ from femend.estimate.frf import frf_lines_of
 from femend.estimate.lines import FitRecord
 from femend.estimate.noise import fewest_samples, noise_of
 from femend.model import Model, Pairing, pair_sensors
+from femend.signal.hammer import blow_force
 
 __all__ = ["check_sampling", "fit_records", "frf_records", "pair_test", "period_of"]
 
@@ -158,7 +159,7 @@ def _arrays(recording: Recording) -> tuple[FloatArray, FloatArray, float]:
             )
         if order:
             y[i] = np.fft.irfft((1j * omega) ** order * np.fft.rfft(y[i]), n=data.n_samples)
-    u = np.zeros((0, y.shape[1])) if force is None or recording.excitation != "measured" else force.values.copy()
+    u = np.zeros((0, y.shape[1])) if force is None or recording.excitation != "measured" else blow_force(force)
     return u, y, data.dt
 
 

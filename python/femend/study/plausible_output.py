@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from femend.analysis.frf import shapes_at
 from femend.correlate.doubts import Doubt, exchange_doubts, misread_doubts, twice_doubts
 from femend.correlate.exchanged import Shapes, exchanged
-from femend.correlate.misread import Misread, misread, principal_responses
+from femend.correlate.misread import Misread, misread
 from femend.data import ModeSet, Recording
 from femend.errors import FemendError
 from femend.modal.output_only.prepare import motion_rows
+from femend.modal.output_only.principal import principal_responses
 from femend.model import Pairing
 from femend.signal import to_quantity
 

@@ -19,6 +19,7 @@ from femend.estimate.frf import ORDER
 from femend.estimate.prepare import frf_records
 from femend.io import functions_of, write_uff
 from femend.model import Model, Pairing
+from femend.signal.hammer import blow_force
 from femend.study.left_out import in_band, predicted_by_others
 
 __all__ = ["STAGES", "Prediction", "nrmse", "predict_all", "write_predictions"]
@@ -106,7 +107,7 @@ def _inputs_only(recording: Recording, model: Model, pairing: Pairing, first: Fi
     return replace(
         first,
         name=recording.name,
-        u=force.values.copy(),
+        u=blow_force(force),
         y=np.zeros((len(first.out_rows), force.n_samples)),
         dt=force.dt,
         in_rows=np.array([model.row(d) for d in dofs]),
