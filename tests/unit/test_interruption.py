@@ -19,7 +19,6 @@ from femend import read_model
 from femend.cli import main
 from femend.demo import STUDY
 from femend.diagnose import diagnosis as steps
-from femend.diagnose import more_effects
 from femend.study import StudyInterrupted
 from femend.study import run as study_run
 from femend.study.run import diagnose
@@ -188,7 +187,7 @@ def test_the_command_says_what_was_written(study: Path, tmp_path: Path, monkeypa
 def test_stopped_while_more_is_looked_for_what_was_found_is_told(
     study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    stop_at(monkeypatch, more_effects, "look_further")
+    stop_at(monkeypatch, steps, "look_further")
     stopped_run(study, tmp_path / "out")
     result = read(tmp_path / "out")
     assert (result["verdict"], result["status"]) == ("missing-physics", "interrupted")
