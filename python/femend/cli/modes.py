@@ -13,9 +13,6 @@ from femend.units import SYSTEMS, unit_system
 
 __all__ = ["modes"]
 
-# modes of 0 Hz of a body that nothing holds
-FREE = 6
-
 
 @click.command()
 @click.argument("deck", type=click.Path(path_type=Path))
@@ -34,6 +31,7 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     from femend.analysis.effective_mass import base_directions, effective_mass
     from femend.io.deck import read_deck
     from femend.model.finite_modes import finite_modes
+    from femend.model.free_body import FREE
     from femend.model.model import Model
     from femend.model.negative import negative_values
     from femend.model.unselected import unselected_supports

@@ -10,6 +10,7 @@ they are exchanged.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,17 @@ from numpy.typing import NDArray
 
 from femend.correlate.mistaken_units import INCH, MILLI, G
 
-__all__ = ["CLEAR", "Exchange", "Shapes", "clear_lines", "exchanged", "gain", "held_against", "inverse_covariances"]
+__all__ = [
+    "CLEAR",
+    "Exchange",
+    "Shapes",
+    "clear_lines",
+    "exchanged",
+    "gain",
+    "held_against",
+    "inverse_covariances",
+    "rescaled",
+]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -82,12 +93,13 @@ def exchanged(H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shape
     ]
     found: list[Exchange] = []
     while parts and len(found) < n_out // 2:
-        exchange, rescaled = (np.mean([f(*p) for p in parts], axis=0) for f in (_exchanged, _rescaled))
+        exchange = np.mean([_exchanged(*p) for p in parts], axis=0)
+        mistaken = np.mean([rescaled(*p, MISTAKEN) for p in parts], axis=0)
         for a, b in (one.sensors for one in found):
             exchange[[a, b], :] = exchange[:, [a, b]] = 0.0
         i, j = np.unravel_index(np.argmax(exchange), exchange.shape)
         # a sensor upside down or in other units may fit better elsewhere, too, but best where it is, set right
-        if exchange[i, j] < TELLING or rescaled.max() > exchange[i, j]:
+        if exchange[i, j] < TELLING or mistaken.max() > exchange[i, j]:
             break
         pair = (int(min(i, j)), int(max(i, j)))
         found.append(Exchange(pair, float(np.exp(-exchange[i, j] / n_out))))
@@ -143,11 +155,12 @@ def _exchanged(h: ComplexArray, inverse: FloatArray) -> FloatArray:
     return gain(own[:, None, None], across + square, h.shape[1])
 
 
-def _rescaled(h: ComplexArray, inverse: FloatArray) -> FloatArray:
-    """Gain (n_factors, n_out) in mean log-likelihood with a sensor the other way round or in other units."""
+def rescaled(h: ComplexArray, inverse: FloatArray, factors: Sequence[float] | FloatArray) -> FloatArray:
+    """Gain (n_factors, n_out) in mean log-likelihood of squares with a sensor of h (n_lines, n_out) times one of the
+    `factors` (n_factors,), the other way round or in other units; `inverse` covariances (n_lines, n_out, n_out)."""
     v, own = held_against(h, inverse)
     cross, square = np.real(h.conj() * v), np.abs(h) ** 2 * np.diagonal(inverse, axis1=1, axis2=2)
-    return np.array([gain(own[:, None], 2 * (f - 1) * cross + (f - 1) ** 2 * square, h.shape[1]) for f in MISTAKEN])
+    return np.array([gain(own[:, None], 2 * (f - 1) * cross + (f - 1) ** 2 * square, h.shape[1]) for f in factors])
 
 
 def gain(own: FloatArray, more: FloatArray, n_out: int) -> FloatArray:

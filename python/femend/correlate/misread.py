@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.correlate.exchanged import FEWEST, Shapes, clear_lines, gain, held_against, inverse_covariances
+from femend.correlate.exchanged import FEWEST, Shapes, clear_lines, held_against, inverse_covariances, rescaled
 
 __all__ = ["Misread", "misread"]
 
@@ -69,8 +69,7 @@ def misread(h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes)
         if gains[k, i] < (REVERSED if put < 0 else RESCALED) or 1 / LEAST < put < LEAST:
             break
         found.append(Misread(i, 1 / put, float(np.exp(-gains[k, i] / n_out))))
-        h[:, i] *= put
-        noise[:, i] *= abs(put)
+        h, noise = _with(put, i, h, noise)
     return found
 
 
@@ -78,26 +77,28 @@ def _gains(h: ComplexArray, noise: FloatArray, out: FloatArray, power: FloatArra
     """Gain (2 n_factors, n_out) in mean log-likelihood with a sensor times one of the factors, or its negative; the
     density of what was recorded has the square of the factor as its Jacobian."""
     inverse = _driven(h, noise, out, power)
-    v, own = held_against(h, inverse)
-    cross, square = np.real(h.conj() * v), np.abs(h) ** 2 * np.diagonal(inverse, axis1=1, axis2=2)
-    changed = [gain(own[:, None], 2 * (f - 1) * cross + (f - 1) ** 2 * square, h.shape[1]) for f in _SIGNED]
-    gains = np.asarray(changed + 2 * np.log(np.abs(_SIGNED))[:, None])
+    gains = rescaled(h, inverse, _SIGNED) + 2 * np.log(np.abs(_SIGNED))[:, None]
     # how modes are driven was settled with the sensor as it was, which may hide what is wrong with it
-    before, minus = _likelihood(inverse, own), int(np.argmin(np.abs(_SIGNED + 1)))
+    before, minus = _likelihood(h, inverse), int(np.argmin(np.abs(_SIGNED + 1)))
     for i in range(h.shape[1]):
         for k in {minus, int(np.argmax(gains[:, i]))}:
             put = _SIGNED[k]
-            as_put, beside = h.copy(), noise.copy()
-            as_put[:, i] *= put
-            beside[:, i] *= abs(put)
-            inverse = _driven(as_put, beside, out, power)
-            after = _likelihood(inverse, held_against(as_put, inverse)[1]) + 2 * np.log(abs(put))
+            as_put, beside = _with(put, i, h, noise)
+            after = _likelihood(as_put, _driven(as_put, beside, out, power)) + 2 * np.log(abs(put))
             gains[k, i] = max(gains[k, i], after - before)
     return gains
 
 
-def _likelihood(inverse: FloatArray, own: FloatArray) -> float:
-    """Mean log-likelihood of lines with inverse covariances (n_lines, n, n) and squares h^H C^-1 h `own`."""
+def _with(put: float, i: int, h: ComplexArray, noise: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    """Responses and noise (n_lines, n_out) with the factor `put` on sensor `i`."""
+    factor = np.ones(h.shape[1])
+    factor[i] = put
+    return h * factor, noise * np.abs(factor)
+
+
+def _likelihood(h: ComplexArray, inverse: FloatArray) -> float:
+    """Mean log-likelihood of responses h (n_lines, n) with inverse covariances (n_lines, n, n)."""
+    own = held_against(h, inverse)[1]
     return float(np.mean(np.linalg.slogdet(inverse)[1] - inverse.shape[1] * np.log(own)))
 
 

@@ -67,19 +67,23 @@ def look_further(first: Searched) -> Further | None:
     """
     elsewhere = chosen_where_it_shows(first)
     if elsewhere is not None and _worth_looking(elsewhere):
-        found = _looked_for(elsewhere)
-        if found is not None and found.terms.chosen <= first.settings.adequate:
-            return found
+        both = _explaining(first, _looked_for(elsewhere))
+        if both is not None:
+            return both
     if first.sigma > 0 and first.ranked:
         whole = first.at(0.0)
         if not first.ranked[0].candidate.nonlinear:
             first = whole  # what a linear law leaves later on is something else, since it is followed all the way
         elif _worth_looking(whole):
-            found = _looked_for(whole)
-            explains = found is not None and found.terms.chosen <= first.settings.adequate
-            if found is not None and explains and found.terms.sigma < first.sigma:
-                return found
+            both = _explaining(first, _looked_for(whole))
+            if both is not None and both.terms.sigma < first.sigma:
+                return both
     return _looked_for(first)
+
+
+def _explaining(first: Searched, found: Further | None) -> Further | None:
+    """What was found, where it explains unseen data; None otherwise."""
+    return found if found is not None and found.terms.chosen <= first.settings.adequate else None
 
 
 def hidden_by_each_other(first: Searched) -> Further | None:
@@ -91,8 +95,7 @@ def hidden_by_each_other(first: Searched) -> Further | None:
     places = pair(first, thorough=False)
     if places is None or places[0].fit.score > enough:
         return None
-    found = _one_of_them_linear(first, *places)
-    return found if found is not None and found.terms.chosen <= enough else None
+    return _explaining(first, _one_of_them_linear(first, *places))
 
 
 def _looked_for(first: Searched) -> Further | None:
@@ -103,7 +106,7 @@ def _looked_for(first: Searched) -> Further | None:
     if not _worth_looking(first):
         return None
     one = _in_parallel(first) or _at_two_places(first)
-    if _one_of_two(first) or (one is not None and one.terms.chosen <= first.settings.adequate):
+    if _one_of_two(first) or _explaining(first, one) is not None:
         return one
     found = of_those_found(first)
     two = None if found is None else _further(*found, first.ranked)
@@ -128,9 +131,8 @@ def _both_linear(first: Searched) -> Further | None:
     if not _worth_looking(alone):
         return None
     beaten = best.score if first.sigma == 0 else np.inf
-    both = (f for f in (_in_parallel(alone), _beside_the_best(alone)[0]) if f is not None)
-    explain = [f for f in both if f.terms.chosen <= settings.adequate and f.score < beaten]
-    return min(explain, key=lambda f: f.score, default=None)
+    both = (_explaining(first, f) for f in (_in_parallel(alone), _beside_the_best(alone)[0]))
+    return min((f for f in both if f is not None and f.score < beaten), key=lambda f: f.score, default=None)
 
 
 def _in_parallel(first: Searched) -> Further | None:
@@ -191,21 +193,17 @@ def _at_two_places(first: Searched) -> Further | None:
     only then the best law is taken for one of the two; at last the force read off at the second place. Where no force
     anywhere explains what the best law leaves, there is no second.
     """
-    near = first.ranked[0].candidate.chosen <= first.settings.far
-    if near:
-        found, more = _beside_the_best(first)
-        if found is not None or not more or _takes_most(first):
-            return found
+    if _one_of_two(first):
+        return _beside_the_best(first)[0]
     places = pair(first)
     if places is not None:
-        found = _one_of_them_linear(first, *places)
-        if found is not None and found.terms.chosen <= first.settings.adequate:
-            return found
-    if not near:
-        found, more = _beside_the_best(first)
-        if found is not None or not more:
-            return found
-    return None if places is None else _beside_a_free_force(first, *places)
+        both = _explaining(first, _one_of_them_linear(first, *places))
+        if both is not None:
+            return both
+    found, more = _beside_the_best(first)
+    if found is not None or not more or places is None:
+        return found
+    return _beside_a_free_force(first, *places)
 
 
 def _beside_a_free_force(first: Searched, second: Located, at: Place) -> Further | None:
@@ -280,7 +278,7 @@ def _in_turns(
     first = first.at(max(first.sigma, two.sigma))
     here = [r for r in laws if r.located.place is one.located.place]
     found = _together(first, (here, two.ranked))
-    if found is not None and found.terms.chosen <= first.settings.adequate:
+    if _explaining(first, found) is not None:
         return found
     _, again = _next_to(first, two.ranked[0], aside.known)
     if again is None or not again.ranked:

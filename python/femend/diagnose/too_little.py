@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from femend.estimate import FitRecord, Problem, noise_floor
-from femend.model.reduction import RIGID, ReducedModel
+from femend.model.free_body import RIGID
+from femend.model.reduction import ReducedModel
 
 __all__ = ["PERIODS", "too_little"]
 

@@ -13,6 +13,7 @@ from femend.estimate.frf import frf_lines_of
 from femend.estimate.lines import FitRecord
 from femend.estimate.noise import fewest_samples, noise_of
 from femend.model import Model, Pairing, pair_sensors
+from femend.model.free_body import RIGID
 from femend.signal.hammer import blow_force
 
 __all__ = ["check_sampling", "fit_records", "frf_records", "pair_test", "period_of"]
@@ -26,8 +27,6 @@ REPEATS = 0.05
 SAMPLES_PER_CYCLE = 2.05
 # what else a rate too low may come from
 NOT_ITS_RATE = "; if that is not its rate, mend its time axis: a column that counts milliseconds is called 'time [ms]'"
-# frequencies below this share of a model's highest are those of a rigid body, up to round-off
-RIGID = 1e-6
 
 
 def pair_test(test: Test, model: Model) -> Pairing:

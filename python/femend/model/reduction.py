@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.errors import ModelError
 from femend.model.finite_modes import finite_modes
+from femend.model.free_body import RIGID
 from femend.model.model import Model
 from femend.model.one_pattern import on_one_pattern
 from femend.model.unsolvable import no_solution, told_of
@@ -40,10 +41,9 @@ LARGE = 5000
 # a parameter's stiffness is taken as a polynomial of this degree in its factor (a thickness enters with its cube)
 DEGREE = 3
 # factors at which it is computed for that
-# frequencies below this share of the highest are those of a free body, up to round-off; it hangs on springs that give
-# it this share of the lowest elastic one
-RIGID, SUSPENDED = 1e-6, 1e-4
 SAMPLES = (0.6, 1.0, 1.3, 1.6)
+# share of the lowest elastic frequency that the springs give on which a free body hangs
+SUSPENDED = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +166,9 @@ def _modes(K: Any, M: Any, f_max: float, at_least: int) -> tuple[FloatArray, Flo
 
 def _core_modes(K: Any, M: Any, f_max: float | None, n: int | None = None) -> tuple[Any, ...]:
     n = None if n is None else min(n, K.shape[0])
-    indptr, indices, (k, m) = on_one_pattern([K, M])
+    indptr, indices, k, m = K.indptr, K.indices, K.data, M.data
+    if not (np.array_equal(indptr, M.indptr) and np.array_equal(indices, M.indices)):
+        indptr, indices, (k, m) = on_one_pattern([K, M])
     pattern = indptr.astype(np.int64), indices.astype(np.int64)
     try:
         return _core.modes(*pattern, k, m, n_modes=n, f_max=f_max)

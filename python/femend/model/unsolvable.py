@@ -10,7 +10,7 @@ from femend.model.model import Model
 from femend.model.negative import negative_values
 from femend.units import unit_system
 
-__all__ = ["no_solution", "singular", "told_of"]
+__all__ = ["no_solution", "told_of"]
 
 # as many DOFs, and values, are named
 SHOWN, VALUES = 12, 4
@@ -21,7 +21,7 @@ def told_of(error: ValueError, model: Model) -> ValueError:
     """The `error` of the core where it solved the `model`, with the names and values of the deck; the same one where
     these say no more."""
     if isinstance(error, SingularModelError):
-        return singular(error, model)
+        return _singular(error, model)
     negative = _NEGATIVE.search(str(error))
     if negative is None:
         return error
@@ -41,7 +41,7 @@ def no_solution(model: Model) -> ModelError:
     )
 
 
-def singular(error: SingularModelError, model: Model) -> SingularModelError:
+def _singular(error: SingularModelError, model: Model) -> SingularModelError:
     """The core's `error` with the model's names for its rows."""
     rows = [int(row) for row in error.dofs]
     moving = tuple(str(Dof(int(model.fe.dof_nodes[i]), int(model.fe.dof_components[i]))) for i in rows)

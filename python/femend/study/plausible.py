@@ -17,6 +17,7 @@ from femend.diagnose.staged.prepare import FrfData, frf_data
 from femend.diagnose.too_little import PERIODS
 from femend.errors import FemendError
 from femend.model import Model, Pairing
+from femend.model.free_body import FREE, RIGID
 from femend.study.plausible_output import output_doubts
 
 __all__ = ["doubts_of"]
@@ -28,9 +29,6 @@ ComplexArray = NDArray[np.complex128]
 ABOVE, LEAST = 2.0, 10
 # and of a recording without its force, of which the band is not known, so many
 OF_SHAPES = 30
-# below this share of the highest frequency a mode is one of a free body, which has so many (of 0 Hz up to round-off:
-# a heavy lump on a light beam goes down to 1e-5)
-RIGID, FREE = 1e-6, 6
 # nodes that move less than this share of the liveliest in a mode of 0 Hz stand still; so many of the others are named
 STILL, SHOWN = 1e-3, 8
 
