@@ -11,9 +11,8 @@ __all__ = ["FEWEST_PIECES", "longer_pieces", "too_coarse"]
 # lines that the half-power width of a resonance has to span: Hann's own is 1.44, and of less than twice that what is
 # seen is the window as much as the structure
 SPAN = 3.0
-# pieces that are averaged at least for every force where eight are too short: of ten generated structures of about 1 %
-# damping, shaken by noise for 6, 20 and 60 s, frequencies and damping come nearer to the truth the longer the pieces,
-# at 1 and at 5 % noise; with two, single modes are missed
+# pieces that are averaged at least for every force where eight are too short (tests/blind/identified_modes.py says what
+# comes of it)
 FEWEST_PIECES = 3
 
 
