@@ -86,8 +86,8 @@ def linear_at(given: Given, found: Located, masses_alone: bool) -> tuple[list[Tr
 
 
 def _tuned_elsewhere(given: Given, candidate: Candidate, recovered: Recovered) -> bool:
-    """Whether an absorber, which is told by its resonance, has it where nothing was recorded: within the band it is a
-    mass or a spring, and with its freedom takes up what the mesh or the modes above leave at the band's end."""
+    """Whether an absorber, which is told by its resonance, has it where nothing was recorded: within the band it does
+    what a mass, a spring or a dashpot does, and these are tried by themselves."""
     if candidate.name != "tuned_absorber":
         return False
     low, high = given.split.whole.band
