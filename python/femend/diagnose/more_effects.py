@@ -13,6 +13,7 @@ from femend.diagnose.locate import Located
 from femend.diagnose.noise import Louder
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.pairs import Searched
+from femend.diagnose.plain_error import further_off
 from femend.diagnose.ranked import Ranked, told_simply
 from femend.diagnose.second import Further
 from femend.diagnose.shares import score_of_noise
@@ -58,10 +59,11 @@ def with_further(
     laws = [term.candidate for term in further.terms.terms]
     advice = beside_laws(laws, start.problem, further.terms.sigma) if adequate else PART_OF_TWO
     lead = further.terms.terms[0]
-    return replace(
+    told = replace(
         found, verdict=verdict, problem=start.problem, best=lead.candidate, place=lead.located, advice=advice,
         rival=None, further=further, sigma=further.terms.sigma,
     )  # fmt: skip
+    return found if further_off(told) else told
 
 
 def _compared_in(found: Diagnosis, sigma: float) -> Diagnosis:

@@ -34,6 +34,8 @@ class Settings:
         strained: prior cost of the model's own unknowns beside a law, in `gain_cost`, from which they stand in for
             something else.
         price: score a fitted law parameter costs, in logarithms of the effective number of values (1: BIC).
+        worse: error of the final model on the recordings it was fitted to, as a multiple of the updated one's, beyond
+            which what was added is not told: it won by frequencies and damping of its own for each mode.
         same_law: relative difference of two laws' forces below which the simpler one is named.
         worth_naming: share of the updated model's cost that a free force somewhere has to take away, where the model is
             at the noise already, before laws are tried at all.
@@ -64,6 +66,7 @@ class Settings:
     price: float = 1.0
     far: float = 3.6
     consistent: float = 1.2
+    worse: float = 1.1
     same_law: float = 0.08
     worth_naming: float = 0.02
 

@@ -17,6 +17,8 @@ from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.outcome import Diagnosis
+from femend.diagnose.plain_error import further_off
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.too_little import too_little
 from femend.diagnose.unmeasured import find_harmonic, find_unmeasured
 from femend.estimate import Fit
@@ -27,9 +29,7 @@ __all__ = ["decide", "nothing_explains"]
 def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
     """The verdict: a law has to win clearly on data it has not seen, and to explain about as much as a free force;
     `plainly` says that recordings of different level show one and the same force."""
-    settings, best = found.settings, (found.ranked[0] if found.ranked else None)
-    outlier = _worst_parameter(found)
-    quiet = "parameters-only" if _needed_update(found) else "consistent"
+    best = found.ranked[0] if found.ranked else None
     if found.load is not None and (best is None or found.load.score < best.score):
         return replace(found, verdict="missing-physics", place=None)
     named = best is not None and accepted(found, best)
@@ -39,17 +39,18 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
             return replace(found, verdict="missing-physics", load=unmeasured)
     rival = _rival(found, named)
     if rival is not None:
-        return _free_form(found, rival)
-    partly = best is not None and not named and stands_out(found, best)
-    if best is None or not (named or partly):
-        if not found.located and found.null.score > settings.far:
-            return replace(found, verdict="undetermined", place=None, advice=_more_sensors(found))
-        if outlier > settings.parameter_z or clearly_missing(found):
-            return replace(found, verdict="located-not-named", advice=nothing_explains(found))
-        if untold := too_little(found.problem, found.reduced):
-            return replace(found, verdict="undetermined", place=None, advice=untold)
-        return replace(found, verdict=quiet, place=None)
-    candidate = collapsed(best.candidate, best.recovered, settings)
+        told = _free_form(found, rival)
+    elif best is not None and (named or stands_out(found, best)):
+        told = _one_law(found, best, named)
+    else:
+        return _no_law(found)
+    off = further_off(told)
+    return told if not off else _no_law(found, off)
+
+
+def _one_law(found: Diagnosis, best: Ranked, named: bool) -> Diagnosis:
+    """The verdict on the best law fitted to all recordings, told by its name where it is `named` and adequate."""
+    candidate = collapsed(best.candidate, best.recovered, found.settings)
     refitted = candidate
     if candidate.joint is not None:
         whole = found.problem
@@ -62,10 +63,27 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
             refitted = _refitted_part(candidate, fit)
     enough = named and adequate(found, best)
     verdict = "missing-physics" if enough else "located-not-named"
-    advice = PART_OF_ALL if partly else PART_OF_A_FORCE
+    advice = PART_OF_A_FORCE if named else PART_OF_ALL
     if enough:
         advice = beside_laws([refitted], found.problem, found.sigma)
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
+
+
+def _no_law(found: Diagnosis, advice: str = "") -> Diagnosis:
+    """The verdict where no law is told: something may be missing all the same, or the data cannot tell. `advice` is
+    what has to be said of a law that won."""
+    settings = found.settings
+
+    def told(verdict: str, more: str) -> Diagnosis:
+        return replace(found, verdict=verdict, place=None, advice="; ".join(filter(None, [more, advice])))
+
+    if not found.located and found.null.score > settings.far:
+        return told("undetermined", _more_sensors(found))
+    if _worst_parameter(found) > settings.parameter_z or clearly_missing(found):
+        return replace(told("located-not-named", nothing_explains(found)), place=found.place)
+    if untold := too_little(found.problem, found.reduced):
+        return told("undetermined", untold)
+    return told("parameters-only" if _needed_update(found) else "consistent", "")
 
 
 def _unmeasured(found: Diagnosis, plainly: bool) -> LoadFinding | None:

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from femend.data import FRF, Channel, Recording, Test, TimeData
 from femend.diagnose import Diagnosis
-from femend.diagnose.predict import predict_candidate, predict_frf, predict_model
-from femend.diagnose.terms import simulate_terms
+from femend.diagnose.stages import STAGES, stages
 from femend.estimate import FitRecord
 from femend.estimate.frf import ORDER
 from femend.estimate.prepare import frf_records
@@ -28,7 +27,6 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 # samples of a response, or the values of an FRF
 Values = NDArray[Any]
-STAGES = ("nominal", "parameters", "final")
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,15 +85,15 @@ def predict_all(
             continue
         own = next((r for r in records if r.name == recording.name), None)
         if own is not None and not own.driven:
-            stages, recorded = predicted_by_others(diagnosis, own), in_band(diagnosis, own)
-            done.append(Prediction(recording.name, recording.role, own.dt, channels, stages, recorded))
+            others, recorded = predicted_by_others(diagnosis, own), in_band(diagnosis, own)
+            done.append(Prediction(recording.name, recording.role, own.dt, channels, others, recorded))
             continue
         if not recording.is_time or recording.force is None or recording.excitation != "measured":
             continue
         if own is None:
             own = _inputs_only(recording, model, pairing, records[0])
         measured = own.y if recording.role == "fit" else _recorded(recording, channels)
-        done.append(Prediction(recording.name, recording.role, own.dt, channels, _stages(diagnosis, own), measured))
+        done.append(Prediction(recording.name, recording.role, own.dt, channels, stages(diagnosis, own), measured))
     return done
 
 
@@ -125,11 +123,11 @@ def _predict_frf(
     data = recording.frf
     data = data.band(float(data.freq[data.freq > 0][0]), np.inf)
     own = [r for r in records if r.source == recording.name] or frf_records(recording, model, pairing)
-    columns = [_stages(diagnosis, r) for r in own]
+    columns = [stages(diagnosis, r) for r in own]
     to_kind = 1 / ((2j * np.pi * data.freq) ** ORDER[data.kind])[:, None, None]
-    stages = {stage: np.stack([c[stage] for c in columns], axis=2) * to_kind for stage in STAGES}
+    by_stage = {stage: np.stack([c[stage] for c in columns], axis=2) * to_kind for stage in STAGES}
     band = diagnosis.problem.band
-    return Prediction(recording.name, recording.role, 0.0, data.outputs, stages, data.H, data, band)
+    return Prediction(recording.name, recording.role, 0.0, data.outputs, by_stage, data.H, data, band)
 
 
 def _recorded(recording: Recording, channels: tuple[Channel, ...]) -> FloatArray | None:
@@ -141,28 +139,6 @@ def _recorded(recording: Recording, channels: tuple[Channel, ...]) -> FloatArray
     if any(w is None for w in wanted):
         return None
     return np.asarray(response.values[[w for w in wanted if w is not None]])
-
-
-def _stages(diagnosis: Diagnosis, record: FitRecord) -> dict[str, Values]:
-    """Responses of every stage: (n_out, n) for time records, (K, n_out) for a column of an FRF."""
-    problem, null = diagnosis.problem, diagnosis.null
-    predict = predict_model if record.frf is None else predict_frf
-    nothing = np.zeros(0)
-    nominal = predict(problem, *diagnosis.nominal, nothing, record)
-    updated = predict(problem, null.hypothesis, null.p, nothing, record)
-    final = updated
-    if diagnosis.further is not None and record.frf is None:
-        final = simulate_terms(problem, diagnosis.further.terms, record)
-        final = final if np.isfinite(final).all() else updated
-    elif diagnosis.best is not None:
-        fallback = diagnosis.place.fit.hypothesis if diagnosis.place is not None else null.hypothesis
-        final = predict_candidate(problem, diagnosis.best, fallback, record)
-        if not np.isfinite(final).all():
-            final = updated
-    elif diagnosis.load is not None and diagnosis.by_load:
-        load = diagnosis.load
-        final = predict(load.problem, load.fit.hypothesis, load.fit.p, nothing, load.record(record))
-    return {"nominal": nominal, "parameters": updated, "final": final}
 
 
 def write_predictions(folder: Path, predictions: Iterable[Prediction]) -> None:

@@ -1,0 +1,67 @@
+"""Whether what is told brings the model nearer to the recordings it was fitted to.
+
+Laws are compared in the band that the mesh represents, with every mode's frequency and damping free within narrow
+priors, so that small errors of the model are not taken for physics. The model that is handed over has its own
+frequencies and answers beyond the band too: a law may win in the band by what it does to the recordings outside it (an
+oscillator tuned to where the band ends), or by what the free frequencies do beside it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from femend.diagnose.outcome import Diagnosis
+from femend.diagnose.stages import Values, final, updated
+from femend.estimate import FitRecord
+
+__all__ = ["further_off", "plain_errors"]
+
+
+def plain_errors(found: Diagnosis) -> tuple[float, float] | None:
+    """Errors of the updated and of the final model on all fit recordings, by themselves: root of the summed squares
+    over that of what was recorded, of all samples in the window of the diagnosis (of the lines in its band, of FRFs).
+
+    None where nothing is added to the model, a load is told, or a force was not recorded.
+    """
+    added = found.best is not None or found.further is not None
+    if not added or found.problem.load is not None or not all(r.driven for r in found.problem.records):
+        return None
+    total = np.zeros(3)
+    for record in found.problem.records:
+        before = updated(found, record)
+        after = final(found, record, before)
+        recorded = record.y if record.frf is None else record.frf.H
+        counted = (_counted(found, record, y) for y in (before - recorded, after - recorded, recorded))
+        total += [float((np.abs(y) ** 2).sum()) for y in counted]
+    before_all, after_all = np.sqrt(total[:2] / max(total[2], 1e-300))
+    return float(before_all), float(after_all)
+
+
+def _counted(found: Diagnosis, record: FitRecord, y: Values) -> Values:
+    """Samples of a time record in the window exp(-sigma t), lines in the band of an FRF."""
+    if record.frf is None:
+        return np.asarray(y * np.exp(-found.sigma * record.dt * np.arange(record.n)))
+    low, high = found.problem.band
+    return np.asarray(y[(record.frf.freq >= low) & (record.frf.freq <= high)])
+
+
+def further_off(found: Diagnosis) -> str:
+    """What has to be said where the final model is further from the recordings than the updated one; "" where not."""
+    errors = plain_errors(found)
+    if errors is None or errors[1] <= found.settings.worse * errors[0]:
+        return ""
+    before, after = (f"{100 * e:.3g} %" for e in errors)
+    low, high = found.problem.band
+    law = "the laws found together explain" if found.further is not None else f"{_named(found)} explains"
+    return (
+        f"{law} the recordings from {low:.3g} to {high:.3g} Hz with small errors of each mode's frequency and damping "
+        f"allowed for; as a whole, and without those, they are {after} off with it and {before} without it, so that it "
+        "is not told. Free the parameters of the model that are least certain, or refine the mesh so that more of what "
+        "was recorded can be compared"
+    )
+
+
+def _named(found: Diagnosis) -> str:
+    """The law that was added, at its place."""
+    at = "" if found.place is None else f" at {found.place.place.text}"
+    return f"{'' if found.best is None else found.best.name}{at}"

@@ -1,0 +1,49 @@
+"""Responses to measured forces at the three stages: the deck as it is, the updated model, and what was found added."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.outcome import Diagnosis
+from femend.diagnose.predict import predict_candidate, predict_frf, predict_model
+from femend.diagnose.terms import simulate_terms
+from femend.estimate import FitRecord
+
+__all__ = ["STAGES", "final", "stages", "updated"]
+
+# accelerations (n_out, n) of a time record, or accelerances (K, n_out) of a column of an FRF
+Values = NDArray[Any]
+STAGES = ("nominal", "parameters", "final")
+
+
+def stages(found: Diagnosis, record: FitRecord) -> dict[str, Values]:
+    """Responses of every stage: (n_out, n) for time records, (K, n_out) for a column of an FRF."""
+    predict = predict_model if record.frf is None else predict_frf
+    nominal = predict(found.problem, *found.nominal, np.zeros(0), record)
+    before = updated(found, record)
+    return {"nominal": nominal, "parameters": before, "final": final(found, record, before)}
+
+
+def updated(found: Diagnosis, record: FitRecord) -> Values:
+    """Responses of the updated model to which nothing is added."""
+    predict = predict_model if record.frf is None else predict_frf
+    return predict(found.problem, found.null.hypothesis, found.null.p, np.zeros(0), record)
+
+
+def final(found: Diagnosis, record: FitRecord, before: Values) -> Values:
+    """Responses of the final model; those of the updated one, `before`, where nothing is added or the final one has
+    none (a nonlinear law has no FRF, and its simulation may end)."""
+    after: Values | None = None
+    if found.further is not None and record.frf is None:
+        after = simulate_terms(found.problem, found.further.terms, record)
+    elif found.best is not None:
+        fallback = found.place.fit.hypothesis if found.place is not None else found.null.hypothesis
+        after = predict_candidate(found.problem, found.best, fallback, record)
+    elif found.load is not None and found.by_load:
+        load = found.load
+        predict = predict_model if record.frf is None else predict_frf
+        return predict(load.problem, load.fit.hypothesis, load.fit.p, np.zeros(0), load.record(record))
+    return after if after is not None and np.isfinite(after).all() else before

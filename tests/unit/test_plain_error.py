@@ -1,0 +1,66 @@
+"""What is added to the model is told only where the model with it comes nearer to the recordings by itself."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from femend.diagnose.outcome import Diagnosis
+from femend.diagnose.plain_error import further_off, plain_errors
+from femend.diagnose.verdict import decide
+from femend.study.run import StudyRun
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from small_study import NOISE, Truth, diagnosed
+
+NODE, K = 9, 3.0e4
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> StudyRun:
+    spring = (NODE, "support_stiffness", {"k": K})
+    return diagnosed(tmp_path_factory.mktemp("spring"), Truth((7.2e10, 6.9e10), laws=[spring]))
+
+
+def stiffer(found: Diagnosis, by: float) -> Diagnosis:
+    """The diagnosis with its spring so many units of the logarithm stiffer."""
+    assert found.best is not None
+    return replace(found, best=replace(found.best, x=found.best.x + by))
+
+
+def test_the_errors_are_those_of_the_result(run: StudyRun) -> None:
+    errors = plain_errors(run.diagnosis)
+    assert errors is not None
+    fitted = [f for f in run.result["fit"] if f["role"] == "fit"]
+    assert errors[1] == pytest.approx(NOISE, rel=0.2)
+    for error, stage in zip(errors, ("parameters", "final"), strict=True):
+        assert min(f[stage] for f in fitted) <= 1.001 * error
+        assert max(f[stage] for f in fitted) >= 0.999 * error
+
+
+def test_nothing_is_said_of_what_comes_nearer_or_of_nothing(run: StudyRun) -> None:
+    assert run.result["verdict"] == "missing-physics"
+    assert further_off(run.diagnosis) == ""
+    assert plain_errors(replace(run.diagnosis, best=None)) is None
+
+
+def test_what_is_further_off_is_named_with_both_errors(run: StudyRun) -> None:
+    far = stiffer(run.diagnosis, 3.0)
+    before, after = plain_errors(far) or (0.0, 0.0)
+    assert after > far.settings.worse * before
+    text = further_off(far)
+    assert text.startswith(f"support_stiffness at node {NODE} to ground, Z explains")
+    assert f"{100 * after:.3g} % off with it and {100 * before:.3g} % without it" in text
+
+
+def test_a_law_that_wins_but_is_further_off_is_not_told(run: StudyRun) -> None:
+    undecided = replace(run.diagnosis, verdict="", best=None, advice="")
+    assert decide(undecided).verdict == "missing-physics"
+    strict = replace(undecided, settings=replace(undecided.settings, worse=0.0))
+    found = decide(strict)
+    assert found.verdict != "missing-physics"
+    assert found.best is None
+    assert "is not told" in found.advice
