@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from femend.diagnose.candidates import Start
-from femend.diagnose.joint import open_joint, recover
+from femend.diagnose.joint import open_joint
 from femend.diagnose.linear import companions_alone
 from femend.diagnose.nonlinear import fit_nonlinear
+from femend.diagnose.recovered import recover
 from femend.diagnose.terms import Term
 from femend.diagnose.together import fitted_together
 from femend.model import find_places

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from femend.diagnose.joint import recover
 from femend.diagnose.locate import squares_of
 from femend.diagnose.mismatch import mismatch_map
+from femend.diagnose.recovered import recover
 from femend.report.content import Marker, MeshPicture, MismatchMap, ReportContent
 from femend.report.mesh_view import viewer_data
 from femend.report.mismatch_map import N_LEVELS, mismatch_figure, on_mesh

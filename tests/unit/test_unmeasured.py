@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from femend.diagnose.harmonic import ONSET, _waves
-from femend.diagnose.joint import STANDS_OUT, _standing_out, _wiener
+from femend.diagnose.recovered import STANDS_OUT, _standing_out, _wiener
 from femend.diagnose.unmeasured import NEARLY_ALL, _common, _from_outside, _mean_force, _nearly_all
 from femend.study.run import diagnose
 

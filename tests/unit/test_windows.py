@@ -14,9 +14,10 @@ import pytest
 from femend.diagnose import name, nonlinear, window
 from femend.diagnose.advice import only_beginning
 from femend.diagnose.candidates import Start
-from femend.diagnose.joint import open_joint, recover
+from femend.diagnose.joint import open_joint
 from femend.diagnose.judge import Given, Tried
 from femend.diagnose.nonlinear import fit_nonlinear, wider_windows
+from femend.diagnose.recovered import recover
 from femend.diagnose.settings import Settings
 from femend.model import find_places
 from femend.physics import physics

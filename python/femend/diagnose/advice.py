@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import pi
 
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.joint import middle
+from femend.diagnose.equivalent import middle
 from femend.estimate import Problem
 from femend.physics.causal import CAUSAL, structural
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
 from femend import _core
-from femend.diagnose.joint import Joint, Recovered
+from femend.diagnose.joint import Joint
+from femend.diagnose.recovered import Recovered
 from femend.physics import FitCoordinates, Physics, Surrogate, catalogue, physics, shapes
 from femend.physics.causal import CAUSAL
 

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.diagnose.candidates import Start
 from femend.diagnose.condensed import Condensed
-from femend.diagnose.joint import Joint, Recovered
+from femend.diagnose.joint import Joint
+from femend.diagnose.recovered import Recovered
 from femend.errors import ModelError
 from femend.estimate import Problem
 from femend.physics import FitCoordinates, Surrogate

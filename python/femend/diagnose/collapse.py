@@ -9,7 +9,7 @@ import numpy as np
 
 from femend import _core
 from femend.diagnose.candidates import SPRINGS, Candidate
-from femend.diagnose.joint import Recovered
+from femend.diagnose.recovered import Recovered
 from femend.diagnose.settings import Settings
 from femend.physics import FitCoordinates, physics, simpler
 

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.joint import in_time
 from femend.diagnose.known_force import ReadOff, read_off
 from femend.diagnose.linear_costs import directions, pair_costs
 from femend.diagnose.locate import LINES, Located, cost_of, hypothesis_of
 from femend.diagnose.preference import LIKELIER, preference, with_one_force
+from femend.diagnose.recovered import in_time
 from femend.estimate import Fit, Problem
 from femend.model import Place, ReducedModel
 

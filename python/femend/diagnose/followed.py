@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.diagnose.joint import Recovered
+from femend.diagnose.recovered import Recovered
 from femend.physics import Physics
 
 __all__ = ["followed"]

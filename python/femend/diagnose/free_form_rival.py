@@ -17,9 +17,10 @@ from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.closed_loop import COARSE, COMPANION_SD, FINE, ClosedLoop
 from femend.diagnose.descent import Descent, Reached
-from femend.diagnose.joint import Joint, Recovered
+from femend.diagnose.joint import Joint
 from femend.diagnose.nonlinear import judge_nonlinear, simulate_candidate
 from femend.diagnose.ranked import Ranked, score
+from femend.diagnose.recovered import Recovered
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
 from femend.estimate import Problem

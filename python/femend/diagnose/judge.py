@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.dressed import own_values
-from femend.diagnose.joint import Recovered
 from femend.diagnose.linear import judge_linear
 from femend.diagnose.locate import Located
 from femend.diagnose.nonlinear import as_recorded, judge_nonlinear, refit_nonlinear
 from femend.diagnose.ranked import Ranked, effective_values, score
+from femend.diagnose.recovered import Recovered
 from femend.diagnose.settings import Settings
 from femend.diagnose.simple_first import simple_first
 from femend.diagnose.split import Split

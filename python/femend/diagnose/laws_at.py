@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import KINDS, ONLY_GROUND, Candidate, Start, laws_for, starts
 from femend.diagnose.collapse import collapsed
-from femend.diagnose.joint import Joint, Recovered, open_joint, recover
+from femend.diagnose.joint import Joint, open_joint
 from femend.diagnose.judge import Given, Tried, null_candidate
 from femend.diagnose.linear import companions_alone, fit_linear, fit_mass
 from femend.diagnose.locate import Located
 from femend.diagnose.nonlinear import fit_nonlinear
 from femend.diagnose.ranked import score
+from femend.diagnose.recovered import Recovered, recover
 from femend.diagnose.soft_clamp import soft_clamps
 from femend.diagnose.split import Split
 from femend.estimate import Fit

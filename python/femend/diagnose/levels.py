@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.joint import FEW_LINES, Joint, equivalent_linear
+from femend.diagnose.equivalent import FEW_LINES, equivalent_linear
+from femend.diagnose.joint import Joint
 from femend.diagnose.locate import Located
 from femend.diagnose.settings import Settings
 from femend.estimate import Fit, FitRecord, Lines, Problem

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate, standard_deviations
+from femend.diagnose.equivalent import stiffness_scale
 from femend.diagnose.followed import followed
-from femend.diagnose.joint import Joint, Recovered, stiffness_scale
+from femend.diagnose.joint import Joint
+from femend.diagnose.recovered import Recovered
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.physics import Physics, linear_sizes, physics
 from femend.physics.causal import box_spectrum, springpot

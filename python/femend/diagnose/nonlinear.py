@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import Candidate, Start, standard_deviations
 from femend.diagnose.closed_loop import COARSE, ClosedLoop, History, loop_of
 from femend.diagnose.descent import Descent, Reached
-from femend.diagnose.joint import Joint, Recovered
+from femend.diagnose.joint import Joint
+from femend.diagnose.recovered import Recovered
 from femend.estimate import FitRecord, Problem
 from femend.estimate.lines import TEMPERING
 

@@ -10,9 +10,9 @@ import numpy as np
 from femend.diagnose.candidates import Candidate, Start, force_on_lines, laws_for, starts
 from femend.diagnose.closed_loop import loop_of
 from femend.diagnose.collapse import collapsed
-from femend.diagnose.joint import Recovered, in_time
 from femend.diagnose.pairs import Searched, plain
 from femend.diagnose.ranked import Ranked
+from femend.diagnose.recovered import Recovered, in_time
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, are_told, fitted_together
 

@@ -12,8 +12,8 @@ from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.evidence import deviance, price
-from femend.diagnose.joint import Recovered
 from femend.diagnose.locate import Located
+from femend.diagnose.recovered import Recovered
 from femend.diagnose.settings import Settings
 from femend.estimate import Problem
 from femend.model import ReducedModel

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.joint import Recovered, to_time
 from femend.diagnose.known_force import shown_forces
 from femend.diagnose.linear import closed_by
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.receptances import on_lines
+from femend.diagnose.recovered import Recovered, to_time
 from femend.estimate import Problem
 from femend.model import Place
 

@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.evidence import fall
 from femend.diagnose.harmonic import fit_harmonic
-from femend.diagnose.joint import Recovered, open_joint, recover
+from femend.diagnose.joint import open_joint
 from femend.diagnose.judge import Given
 from femend.diagnose.levels import levels_differ
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import Located
 from femend.diagnose.ranked import score
+from femend.diagnose.recovered import Recovered, recover
 from femend.diagnose.split import Split
 from femend.estimate import Fit, Problem
 from femend.model import Place

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.data import Channel
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.joint import Recovered, recover
 from femend.diagnose.ranked import Ranked
+from femend.diagnose.recovered import Recovered, recover
 from femend.estimate import FitRecord
 from femend.report.content import FrfOverlay, RestoringForce, TimeOverlay
 from femend.study.predictions import STAGES, Prediction

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
-from femend.diagnose.joint import in_time
+from femend.diagnose.recovered import in_time
 from femend.diagnose.unrecorded import with_law
 from femend.estimate import FitRecord, Hypothesis, Problem
 

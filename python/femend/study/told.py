@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.joint import middle
+from femend.diagnose.equivalent import middle
 from femend.model.place import AXES
 from femend.physics import Parameter, physics, with_companion
 from femend.physics.causal import CAUSAL, structural, structural_jacobian

@@ -1,0 +1,117 @@
+"""The spring or mass with a dashpot that does most like what a place did."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.joint import Joint
+from femend.errors import ModelError
+from femend.estimate import Fit, Problem
+
+__all__ = ["FEW_LINES", "FreeForce", "equivalent_linear", "middle", "stiffness_scale"]
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+# lines a record on which the equivalent spring and dashpot of a place are fitted
+FEW_LINES = 120
+# sizes that are tried against a free force, as multiples of the joint's own stiffness, and their loss: force of the
+# dashpot as a share of that of the spring or mass
+SIZES, LOSS = 10.0 ** np.linspace(-3.0, 3.0, 49), 0.05
+# the best of them that go on
+FOLLOWED = 2
+
+
+@dataclass(frozen=True, eq=False)
+class FreeForce:
+    """A free force on the lines `s` (K,) of a record: the motion `D` (K, n_w) it acts in, itself `F` (K, n_w), what the
+    model moves by forces of one `C` (K, n_w, n_w), and how well the sensors tell it, `gram` (K, n_w, n_w)."""
+
+    s: ComplexArray
+    D: ComplexArray
+    F: ComplexArray
+    C: ComplexArray
+    gram: ComplexArray
+
+
+def stiffness_scale(problem: Problem, joint: Joint) -> tuple[float, float]:
+    """Stiffness (deck units) that a term at the joint has to have to matter, and a circular frequency of the band."""
+    if joint.place.support:
+        return joint.place.support, middle(problem)
+    if joint.place.release is not None:
+        return float(np.mean(np.diag(joint.place.release))), middle(problem)
+    system = problem.system(joint.reduced)
+    try:
+        omega, _, Q = system.modal(problem.prior(joint.reduced)[0])
+    except ModelError:
+        return np.inf, middle(problem)  # what was added before leaves no mass at the prior means
+    w = joint.w @ Q
+    low = 2 * np.pi * problem.band[0]
+    compliance = (w**2 / np.maximum(omega**2, low**2)).sum(axis=1)
+    mean = float(np.mean(compliance))
+    # what does not move is stiffer than anything
+    return 1 / mean if mean > 0 else np.inf, middle(problem)
+
+
+def middle(problem: Problem) -> float:
+    """Geometric middle of the band, rad/s."""
+    return float(2 * np.pi * np.sqrt(problem.band[0] * problem.band[1]))
+
+
+def equivalent_linear(problem: Problem, joint: Joint, p: FloatArray, free: Sequence[FreeForce] = ()) -> Fit | None:
+    """The spring or mass with a dashpot that explains the records best, from a few sizes, from those nearest to what a
+    `free` force did on each record, and from unknowns `p` (n_p,) of the model; None where nothing moves."""
+    scale, omega = stiffness_scale(problem, joint)
+    if not np.isfinite(scale):
+        return None
+    sizes = (0.02, 0.2, 2.0)
+    families = ["support_stiffness"] + (["added_mass"] if joint.place.release is None else [])
+    units = {"support_stiffness": scale, "added_mass": scale / omega**2}
+    starts = [(law, np.log([f * units[law], 0.03 * f * scale / omega])) for law in families for f in sizes]
+    starts += _nearest(free, families, units, omega)
+    few = problem.sparing(FEW_LINES)
+    tries = few.fit(
+        [joint.hypothesis((law, "viscous_damper"), m, np.full(2, 4.0)) for law, m in starts],
+        [(p, m) for _, m in starts],
+        iterations=10,
+    )
+    done = [t for t in tries if t is not None]
+    return min(done, key=lambda t: t.cost) if done else None
+
+
+def _nearest(
+    free: Sequence[FreeForce], families: Sequence[str], units: dict[str, float], omega: float
+) -> list[tuple[str, FloatArray]]:
+    """Logarithms of sizes and dashpots, with their laws, whose forces come nearest to the free ones as the sensors tell
+    those: `units` are the joint's own sizes of each law, `omega` (rad/s) is where the losses are meant.
+
+    The model's unknowns stay where the free force has them. An effect of many times the noise leaves so many minima
+    that a few sizes would hardly lie in the right one's reach.
+    """
+    found: list[tuple[float, str, FloatArray]] = []
+    for law in families if free else ():
+        order = 2 if law == "added_mass" else 0
+        sizes = SIZES * units[law]
+        dashpots = LOSS * sizes * omega ** (order - 1)
+        costs = np.sum([_left(one, order, sizes, dashpots) for one in free], axis=0)
+        inner = costs[1:-1]
+        lowest = 1 + np.flatnonzero((inner < costs[:-2]) & (inner <= costs[2:]))
+        found += [(float(costs[i]), law, np.log([sizes[i], dashpots[i]])) for i in lowest]
+    found.sort(key=lambda one: one[0])
+    return [(law, x) for _, law, x in found[:FOLLOWED]]
+
+
+def _left(free: FreeForce, order: int, sizes: FloatArray, dashpots: FloatArray) -> FloatArray:
+    """What sensors tell of the free force beside that of each size with its dashpot (n_sizes,), on every so many lines:
+    of springs where the `order` is 0, of masses where it is 2."""
+    step = max(1, len(free.s) // FEW_LINES)
+    s, D, F, C, gram = (a[::step] for a in (free.s, free.D, free.F, free.C, free.gram))
+    kappa = sizes[:, None] * s**order + dashpots[:, None] * s
+    without = D - np.einsum("kvw,kw->kv", C, F)
+    closed = np.eye(D.shape[1]) + kappa[:, :, None, None] * C
+    e = F + kappa[:, :, None] * np.linalg.solve(closed, without[:, :, None])[:, :, :, 0]
+    return np.asarray(np.real(np.einsum("xkv,kvw,xkw->x", e.conj(), gram, e, optimize=True)))
