@@ -17,6 +17,7 @@ from femend import _core
 from femend.diagnose.classes import similarity, similarity_to
 from femend.diagnose.closed_loop import upsampled
 from femend.diagnose.followed import followed
+from femend.diagnose.free_force import FreeForce
 from femend.diagnose.noise import quieter_records
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import Place, ReducedModel, reduce_model
@@ -113,25 +114,41 @@ def test_one_place_is_compared_with_very_many(tmp_path: Path) -> None:
     assert peak < 50e6
 
 
-def test_a_law_follows_the_recovered_force() -> None:
+def test_a_law_follows_the_free_force() -> None:
+    """The motion is that under the law: where the law is stiff beside the model, it is far from that without it."""
     rng = np.random.default_rng(5)
     entry = physics("viscoelastic")
     truth = {"k0": 2e3, "k1": 9e3, "tau": 4e-3}
-    n_lines = 300
-    index = np.arange(10, 10 + n_lines)
-    record = FitRecord("r", np.zeros((1, N)), np.zeros((1, N)), DT, *[np.zeros(1, dtype=np.int64)] * 2, np.ones(1),
-                       np.ones(1), np.ones(1))  # fmt: skip
-    s = np.asarray(2j * np.pi * index / (N * DT), dtype=np.complex128)
-    D = (rng.standard_normal(n_lines) + 1j * rng.standard_normal(n_lines))[:, None]
-    F = _core.law_dynamic_stiffness("viscoelastic", truth, s)[0][:, None] * D
-    recovered = cast(
-        Any, SimpleNamespace(s=[s], index=[index], records=[record], D=[D], F=[F], weight=[np.ones((n_lines, 1))])
-    )
+    n_lines, C = 300, 4e-4
+    s = np.asarray(2j * np.pi * np.arange(10, 10 + n_lines) / (N * DT), dtype=np.complex128)
+    without = rng.standard_normal(n_lines) + 1j * rng.standard_normal(n_lines)
+    kappa = _core.law_dynamic_stiffness("viscoelastic", truth, s)[0]
+    D = without / (1 + kappa * C)
+    ones = np.ones((n_lines, 1, 1), dtype=np.complex128)
+    free = FreeForce(s, D[:, None], (-kappa * D)[:, None], C * ones, 3.0 * ones)
+    np.testing.assert_allclose(free.without[:, 0], without, rtol=1e-10)
     far = [{"k0": 2e2, "k1": 1e3, "tau": 2e-2}, {"k0": 2e5, "k1": 2e5, "tau": 1e-4}]
-    found = followed(recovered, entry, far, 1)
+    found = followed([free], entry, far, 1)
     assert len(found) == 1
     for name, value in truth.items():
         assert found[0][name] == pytest.approx(value, rel=1e-3)
+
+
+def test_what_a_law_leaves_of_a_free_force_is_told_with_its_slope() -> None:
+    rng = np.random.default_rng(6)
+
+    def some(*shape: int) -> NDArray[np.complex128]:
+        return np.asarray(rng.standard_normal(shape) + 1j * rng.standard_normal(shape))
+
+    C, H = some(7, 2, 2), some(7, 5, 2)
+    free = FreeForce(some(7), some(7, 2), some(7, 2), C, np.einsum("ksv,ksw->kvw", H.conj(), H))
+    kappa = some(7)
+    D = np.array([np.linalg.solve(np.eye(2) + k * c, d) for k, c, d in zip(kappa, C, free.without, strict=True)])
+    seen = np.einsum("ksw,kw->ks", H, free.F + kappa[:, None] * D)
+    assert free.left(kappa[None])[0] == pytest.approx((np.abs(seen) ** 2).sum(), rel=1e-9)
+    step = 1e-6
+    (up, _), (down, _) = free.errors(kappa[None] + step), free.errors(kappa[None] - step)
+    np.testing.assert_allclose(free.errors(kappa[None])[1], (up - down) / (2 * step), rtol=1e-6, atol=1e-8)
 
 
 @pytest.mark.parametrize(("misfit", "overrated"), [(0.01, True), (0.7, False)])

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.free_force import FreeForce
 from femend.diagnose.joint import Joint
 from femend.errors import ModelError
 from femend.estimate import Fit, Problem
 
-__all__ = ["FEW_LINES", "FreeForce", "equivalent_linear", "middle", "stiffness_scale"]
+__all__ = ["FEW_LINES", "equivalent_linear", "middle", "stiffness_scale"]
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 # lines a record on which the equivalent spring and dashpot of a place are fitted
 FEW_LINES = 120
@@ -24,18 +23,6 @@ FEW_LINES = 120
 SIZES, LOSS = 10.0 ** np.linspace(-3.0, 3.0, 49), 0.05
 # the best of them that go on
 FOLLOWED = 2
-
-
-@dataclass(frozen=True, eq=False)
-class FreeForce:
-    """A free force on the lines `s` (K,) of a record: the motion `D` (K, n_w) it acts in, itself `F` (K, n_w), what the
-    model moves by forces of one `C` (K, n_w, n_w), and how well the sensors tell it, `gram` (K, n_w, n_w)."""
-
-    s: ComplexArray
-    D: ComplexArray
-    F: ComplexArray
-    C: ComplexArray
-    gram: ComplexArray
 
 
 def stiffness_scale(problem: Problem, joint: Joint) -> tuple[float, float]:
@@ -93,25 +80,15 @@ def _nearest(
     that a few sizes would hardly lie in the right one's reach.
     """
     found: list[tuple[float, str, FloatArray]] = []
+    few = [one.thinned(FEW_LINES) for one in free]
     for law in families if free else ():
         order = 2 if law == "added_mass" else 0
         sizes = SIZES * units[law]
         dashpots = LOSS * sizes * omega ** (order - 1)
-        costs = np.sum([_left(one, order, sizes, dashpots) for one in free], axis=0)
+        kappas = [sizes[:, None] * one.s**order + dashpots[:, None] * one.s for one in few]
+        costs = np.sum([one.left(kappa) for one, kappa in zip(few, kappas, strict=True)], axis=0)
         inner = costs[1:-1]
         lowest = 1 + np.flatnonzero((inner < costs[:-2]) & (inner <= costs[2:]))
         found += [(float(costs[i]), law, np.log([sizes[i], dashpots[i]])) for i in lowest]
     found.sort(key=lambda one: one[0])
     return [(law, x) for _, law, x in found[:FOLLOWED]]
-
-
-def _left(free: FreeForce, order: int, sizes: FloatArray, dashpots: FloatArray) -> FloatArray:
-    """What sensors tell of the free force beside that of each size with its dashpot (n_sizes,), on every so many lines:
-    of springs where the `order` is 0, of masses where it is 2."""
-    step = max(1, len(free.s) // FEW_LINES)
-    s, D, F, C, gram = (a[::step] for a in (free.s, free.D, free.F, free.C, free.gram))
-    kappa = sizes[:, None] * s**order + dashpots[:, None] * s
-    without = D - np.einsum("kvw,kw->kv", C, F)
-    closed = np.eye(D.shape[1]) + kappa[:, :, None, None] * C
-    e = F + kappa[:, :, None] * np.linalg.solve(closed, without[:, :, None])[:, :, :, 0]
-    return np.asarray(np.real(np.einsum("xkv,kvw,xkw->x", e.conj(), gram, e, optimize=True)))

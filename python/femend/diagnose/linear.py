@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.equivalent import stiffness_scale
 from femend.diagnose.followed import followed
+from femend.diagnose.free_force import FreeForce
 from femend.diagnose.joint import Joint
 from femend.diagnose.recovered import Recovered
 from femend.estimate import Fit, Hypothesis, Problem
@@ -27,9 +28,12 @@ LAW_SD = 3.0
 FEW_LINES, KEPT, TUNINGS, FINE_TUNINGS = 150, 1, 8, 60
 # steps in which the followed one comes to its end: the two parameters of a spectrum may start a factor of 100 off
 TO_THE_END, CLOSELY = 60, 1e-3
+# misfit of an equivalent element, as a multiple of a free force's or of the noise, from which starts are tried in a
+# window exp(-sigma t) too, and its sigma in units of `Problem.scale`
+RUGGED, WINDOW = 4.0, 15.0
 # how much further the start that hardly does anything goes than the smallest (or stiffest) of the others
 IDLE = 10.0
-# starts fitted to the recovered force that go on, and starts that go on as they are
+# starts fitted to the free force that go on, and starts that go on as they are
 FOLLOWED, UNFOLLOWED = 3, 1
 
 
@@ -51,15 +55,16 @@ def fit_linear(
     law = entry.law or entry.name
     all_starts = _linear_starts(problem, joint, recovered, entry)
     begun = [
-        (recovered.fit.p, v) for v in (*followed(recovered, entry, all_starts, FOLLOWED), *all_starts[:UNFOLLOWED])
+        (recovered.fit.p, v) for v in (*followed(recovered.free, entry, all_starts, FOLLOWED), *all_starts[:UNFOLLOWED])
     ]
     if updated is not None:
         begun += [(updated, begun[0][1]), (updated, _idle(entry, all_starts, joint.place.release is not None))]
     means = [np.log([max(v[n], 1e-12) for n in entry.parameter_names]) for _, v in begun]
     hypotheses = [joint.hypothesis((law,), m, np.full(len(m), LAW_SD)) for m in means]
-    few = problem.sparing(FEW_LINES)
-    tries = few.fit(hypotheses, [(p, m) for (p, _), m in zip(begun, means, strict=True)], iterations=10)
-    ranked = sorted((f for f in tries if f is not None), key=lambda f: f.cost)[:KEPT]
+    few, begin = problem.sparing(FEW_LINES), [(p, m) for (p, _), m in zip(begun, means, strict=True)]
+    sigmas = [0.0, WINDOW * problem.scale()] if _rugged(recovered) else [0.0]
+    tries = [few.fit(hypotheses, begin, sigma=sigma, iterations=10) for sigma in sigmas]
+    ranked = [f for fits in tries for f in sorted((f for f in fits if f is not None), key=lambda f: f.cost)[:KEPT]]
     fits = problem.fit(
         [f.hypothesis for f in ranked], [(f.p, f.x) for f in ranked], iterations=TO_THE_END, tolerance=CLOSELY
     )
@@ -67,6 +72,12 @@ def fit_linear(
     if not done:
         return None
     return _judged(problem, choosing, joint, (name, entry), min(done, key=lambda f: f.cost))
+
+
+def _rugged(recovered: Recovered) -> bool:
+    """Whether a force far above the noise acts that no spring or mass with a dashpot comes near: then resonances that
+    are off by a few of their widths leave minima everywhere, where the beginning of the records leaves one."""
+    return recovered.equivalent.score > RUGGED * max(recovered.fit.score, 1.0)
 
 
 def companions_alone(problem: Problem, choosing: Problem, beside: Candidate) -> list[Candidate]:
@@ -136,7 +147,7 @@ def _linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: 
             taus = [1 / low, 1 / omega, 1 / high]
             return [{"k0": 0.5 * x, "k1": 0.5 * x, "tau": t} for x in (k, 0.3 * scale) for t in taus]
         case "tuned_absorber":
-            return _absorbers(recovered, scale, (low, high))
+            return _absorbers(recovered.free, scale, (low, high))
         case _:
             return linear_sizes(entry, k_all, (low, high))
 
@@ -162,13 +173,14 @@ def fit_mass(
     return None if fit is None else _judged(problem, choosing, joint, ("added_mass", entry), fit)
 
 
-def _absorbers(recovered: Recovered, scale: float, band: tuple[float, float]) -> list[dict[str, float]]:
-    """Tunings and losses whose force follows the recovered one best, and a coarse grid of tunings beside them."""
+def _absorbers(free: Sequence[FreeForce], scale: float, band: tuple[float, float]) -> list[dict[str, float]]:
+    """Tunings and losses whose force follows the free one best, and a coarse grid of tunings beside them."""
     ranked = []
+    told = [(one.s, one.D, -one.F, np.real(np.einsum("kww->kw", one.gram))) for one in free]
     for w in band[0] * (band[1] / band[0]) ** np.linspace(0.0, 1.0, FINE_TUNINGS):
         for loss in (0.01, 0.05, 0.2):
             top = bottom = power = 0.0
-            for x, D, F, seen in zip(recovered.s, recovered.D, recovered.F, recovered.weight, strict=True):
+            for x, D, F, seen in told:
                 shape = (x**2 * (w**2 + 2 * loss * w * x) / (x**2 + 2 * loss * w * x + w**2))[:, None] * D
                 top += float((seen * np.real(shape.conj() * F)).sum())
                 bottom += float((seen * np.abs(shape) ** 2).sum())

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.equivalent import FreeForce, equivalent_linear
+from femend.diagnose.equivalent import equivalent_linear
+from femend.diagnose.free_force import FreeForce
 from femend.diagnose.joint import Joint
 from femend.diagnose.receptances import on_lines
 from femend.estimate import Fit, FitRecord, Lines, Problem
@@ -25,7 +26,7 @@ STANDS_OUT = 9.0
 @dataclass(frozen=True, eq=False)
 class Recovered:
     """Coordinates and forces against the motion (K, n_w) on the lines of every record, at `freq` (K,) Hz, and in time
-    (n_w, n)."""
+    (n_w, n); `free` is the bare free force, where it is needed."""
 
     fit: Fit
     equivalent: Fit
@@ -39,6 +40,7 @@ class Recovered:
     records: list[FitRecord]
     index: list[NDArray[np.int64]]
     freq: list[FloatArray]
+    free: list[FreeForce] = field(default_factory=list)
 
     @property
     def s(self) -> list[ComplexArray]:
@@ -66,7 +68,7 @@ def recover(
     equal = equivalent_linear(problem, joint, fit.p, free)
     if equal is None:
         return None
-    out = Recovered(fit, equal, [], [], [], [], [], [], [], problem.records, [], [])
+    out = Recovered(fit, equal, [], [], [], [], [], [], [], problem.records, [], [], free)
     out.index.extend(one.line.index for one in seen)
     out.freq.extend(one.line.freq for one in seen)
     for i, (line, weighted, free_force) in enumerate((one.line, one.weighted, one.free) for one in seen):
