@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 # lines a record on which the equivalent spring and dashpot of a place are fitted
 FEW_LINES = 120
 # sizes that are tried against a free force, as multiples of the joint's own stiffness, and their loss: force of the
-# dashpot as a share of that of the spring or mass
+# dashpot as a share of that of the spring or mass; of a spring as a share of that of the dashpot it stands beside
 SIZES, LOSS = 10.0 ** np.linspace(-3.0, 3.0, 49), 0.05
 # the best of them that go on
 FOLLOWED = 2
@@ -81,10 +81,11 @@ def _nearest(
     """
     found: list[tuple[float, str, FloatArray]] = []
     few = [one.thinned(FEW_LINES) for one in free]
-    for law in families if free else ():
+    kinds = [(law, by) for law in families for by in ("size", "dashpot") if law == "support_stiffness" or by == "size"]
+    for law, by in kinds if free else ():
         order = 2 if law == "added_mass" else 0
-        sizes = SIZES * units[law]
-        dashpots = LOSS * sizes * omega ** (order - 1)
+        sizes = SIZES * units[law] * (1.0 if by == "size" else LOSS)
+        dashpots = sizes * omega ** (order - 1) * (LOSS if by == "size" else 1 / LOSS)
         kappas = [sizes[:, None] * one.s**order + dashpots[:, None] * one.s for one in few]
         costs = np.sum([one.left(kappa) for one, kappa in zip(few, kappas, strict=True)], axis=0)
         inner = costs[1:-1]
