@@ -18,7 +18,7 @@ from femend.correlate.misread import Misread
 from femend.correlate.mistaken_units import FACTORS
 from femend.dof import Dof
 
-__all__ = ["Doubt", "exchange_doubts", "level_doubts", "misread_doubts", "sign_doubts", "twice_doubts"]
+__all__ = ["Doubt", "exchange_doubts", "level_doubts", "misread_doubts", "sign_doubts", "suggested", "twice_doubts"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -42,11 +42,17 @@ _NEAR = 1.35
 @dataclass(frozen=True, slots=True)
 class Doubt:
     """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign", "twice" or
-    "exchanged"), the `channel` by name ("" for all), and the sentence."""
+    "exchanged"), the `channel` by name ("" for all), and the sentence.
+
+    `factor` is what is shown times what should be (-1 upside down), None where no factor is the mistake; `order` are
+    the names of exchanged sensors, each of which shows what the next one should, the last what the first one should.
+    """
 
     kind: str
     channel: str
     text: str
+    factor: float | None = None
+    order: tuple[str, ...] = ()
 
 
 def level_doubts(
@@ -72,12 +78,12 @@ def level_doubts(
             f"the responses per force are {whole:.3g} times those of the model as it stands (median over all lines of "
             f"{n} sensor{'s' * (n > 1)}): {_hint(whole)}"
         )
-        told.append(Doubt("level", "", text))
+        told.append(Doubt("level", "", text, suggested(whole)))
     for i in map(int, np.flatnonzero(enough) if enough.sum() > 2 else ()):
         own = float(of_sensor[i] / whole)
         if not 1 / ONE < own < ONE:
             text = f"{outputs[i]} shows {own:.3g} times what the other sensors do, each against the model: {_hint(own)}"
-            told.append(Doubt("sensor level", outputs[i], text))
+            told.append(Doubt("sensor level", outputs[i], text, suggested(own)))
     return told
 
 
@@ -136,7 +142,7 @@ def exchange_doubts(pairs: Sequence[Exchange], outputs: Sequence[str]) -> list[D
             f"the shapes of the model's modes falls to {100 * pair.left:.2g} % of what it is: look at their cables "
             "and at the table of channels"
         )
-        told.append(Doubt("exchanged", a, text))
+        told.append(Doubt("exchanged", a, text, order=(a, b)))
     return told
 
 
@@ -153,14 +159,30 @@ def misread_doubts(found: Sequence[Misread], outputs: Sequence[str]) -> list[Dou
                 f"the sensor {name} looks reversed: with its sign changed, {falls}{also}: look at how it was mounted, "
                 "and turn its direction"
             )
-            told.append(Doubt("sensor sign", name, text))
+            told.append(Doubt("sensor sign", name, text, -1.0 if 1 / ONE < size < ONE else -(suggested(size) or 1.0)))
         else:
             text = (
                 f"{name} shows about {size:.2g} times what the other sensors do, each against the shapes of the model: "
                 f"with that taken out, {falls}: {_hint(size)}"
             )
-            told.append(Doubt("sensor level", name, text))
+            told.append(Doubt("sensor level", name, text, suggested(size)))
     return told
+
+
+def suggested(factor: float) -> float | None:
+    """The factor of units that were mistaken for each other which comes near to `factor`, else that itself; None beyond
+    what any unit does.
+
+    >>> suggested(9.5), suggested(0.001), suggested(6.0)
+    (9.80665, 0.001, 6.0)
+    """
+    size = max(factor, 1 / factor)
+    if size > NOWHERE:
+        return None
+    known = next((known for known, _ in FACTORS if 1 / _NEAR < size / known < _NEAR), None)
+    if known is None:
+        return factor
+    return known if factor > 1 else 1 / known
 
 
 def _valid(H: ComplexArray, model: ComplexArray, clear: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
@@ -188,7 +210,7 @@ def _reversed(what: str, name: str, cosine: float) -> Doubt:
         f"the {what} {name} looks reversed: the FRFs there have the sign opposite to the model's on nearly all lines "
         f"(mean cosine of the phase between them {cosine:.2f}): look at how it was mounted, and turn its direction"
     )
-    return Doubt(f"{what} sign", name, text)
+    return Doubt(f"{what} sign", name, text, -1.0)
 
 
 def _hint(factor: float) -> str:

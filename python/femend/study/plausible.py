@@ -4,6 +4,7 @@ directions is told, since a fit would make a parameter or a missing part of it."
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from femend.model import Model, Pairing
 from femend.model.free_body import FREE, RIGID
 from femend.study.plausible_output import output_doubts
 
-__all__ = ["doubts_of"]
+__all__ = ["Doubted", "Doubts", "doubts_found", "doubts_of"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -33,28 +34,62 @@ OF_SHAPES = 30
 STILL, SHOWN = 1e-3, 8
 
 
+@dataclass(frozen=True, slots=True)
+class Doubted:
+    """A doubt, and the names of the recordings that raise it."""
+
+    doubt: Doubt
+    recordings: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """How a report says it."""
+        first, *others = map(repr, self.recordings)
+        also = f" (so in {', '.join(others)})" if others else ""
+        return f"recording {first}: {self.doubt.text}{also}"
+
+
+@dataclass(frozen=True, slots=True)
+class Doubts:
+    """What is doubtful: sentences `of_model`, and doubts `of_recordings`."""
+
+    of_model: tuple[str, ...] = ()
+    of_recordings: tuple[Doubted, ...] = ()
+
+    @property
+    def texts(self) -> list[str]:
+        """All of it as sentences."""
+        return [*self.of_model, *(one.text for one in self.of_recordings)]
+
+
 def doubts_of(model: Model, test: Test, pairing: Pairing, zeta: float) -> list[str]:
-    """Sentences about recordings to be fitted that contradict the `model` as a mistake in units, scales, signs or
-    durations does; `zeta` is the damping ratio of its modes. Where the force was not measured (ambient, unknown) it is
-    what the shapes say of single sensors."""
+    """The sentences of `doubts_found`."""
+    return doubts_found(model, test, pairing, zeta).texts
+
+
+def doubts_found(model: Model, test: Test, pairing: Pairing, zeta: float) -> Doubts:
+    """Recordings to be fitted that contradict the `model` as a mistake in units, scales, signs or durations does.
+
+    `zeta` is the damping ratio of its modes. Where the force was not measured (ambient, unknown) it is what the shapes
+    say of single sensors."""
     used = [r for r in test if r.role == "fit" and (_measured(r) or _unmeasured(r))]
     frfs = [_frfs(r) if _measured(r) else None for r in used]
     if not used:
-        return []
+        return Doubts()
     try:
         # of recordings too short for FRFs at least the lowest mode is wanted
         f_max = ABOVE * max((float(d.freq[-1]) for d in frfs if d is not None), default=0.0)
         modes = _modes(model, f_max, zeta, OF_SHAPES if any(map(_unmeasured, used)) else LEAST)
     except (FemendError, ValueError):
-        return []  # whoever solves the model next says what is wrong with it
-    found: dict[tuple[str, str], tuple[str, list[str]]] = {}
+        return Doubts()  # whoever solves the model next says what is wrong with it
+    found: dict[tuple[str, str], tuple[Doubt, list[str]]] = {}
     for recording, data in zip(used, frfs, strict=True):
         against: Sequence[Doubt] = () if data is None else _against(data, modes, pairing)
         if _unmeasured(recording):
             against = output_doubts(recording, modes, pairing)
         for doubt in (*_short(recording, modes), *against):
-            found.setdefault((doubt.kind, doubt.channel), (doubt.text, []))[1].append(repr(recording.name))
-    return [*_free(modes), *(f"recording {names[0]}: {text}{_also(names[1:])}" for text, names in found.values())]
+            found.setdefault((doubt.kind, doubt.channel), (doubt, []))[1].append(recording.name)
+    return Doubts(tuple(_free(modes)), tuple(Doubted(doubt, tuple(names)) for doubt, names in found.values()))
 
 
 def _measured(recording: Recording) -> bool:
@@ -63,10 +98,6 @@ def _measured(recording: Recording) -> bool:
 
 def _unmeasured(recording: Recording) -> bool:
     return recording.excitation in ("ambient", "unknown") and recording.is_time
-
-
-def _also(names: list[str]) -> str:
-    return f" (so in {', '.join(names)})" if names else ""
 
 
 def _frfs(recording: Recording) -> FrfData | None:
