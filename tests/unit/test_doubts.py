@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from femend import Dof, Recording, _core, functions_of, read_uff, write_uff
 from femend.cli import main
 from femend.correlate.doubts import exchange_doubts, level_doubts, sign_doubts, twice_doubts
-from femend.correlate.exchanged import Shapes, exchanged
+from femend.correlate.exchanged import Shapes, exchanged, turned
 from femend.errors import ModelError
 from femend.model import read_model
 from femend.model.material_units import material_doubts
@@ -97,6 +97,25 @@ def test_two_pairs_among_eight_sensors_are_found() -> None:
     model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), shapes, SHAPES[2:])
     found = exchanged(H[:, [4, 1, 6, 3, 0, 5, 2, 7]], np.zeros(H.shape), FREQ, model)
     assert sorted(e.sensors for e in found) == [(0, 4), (2, 6)]
+
+
+@pytest.mark.parametrize("sensors", [(0,), (1,), (2,), (3,)])
+def test_a_sensor_upside_down_is_told_by_shapes_where_phases_do_not(sensors: tuple[int, ...]) -> None:
+    model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), SHAPES, SHAPES[2:])
+    assert turned(TEST, np.zeros(TEST.shape), FREQ, model) == []
+    wrong = TEST.copy()
+    wrong[:, sensors] *= -1
+    found = turned(wrong, np.zeros(TEST.shape), FREQ, model)
+    assert tuple(i for i, _ in found) == sensors
+    assert all(left < 0.5 for _, left in found)
+
+
+def test_turned_sensors_are_not_told_of_two_sensors_or_noise() -> None:
+    few = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), SHAPES[:2], SHAPES[2:])
+    assert turned(-TEST[:, :2], np.zeros((300, 2, 2)), FREQ, few) == []
+    model = replace(few, out=SHAPES)
+    wrong = TEST * np.array([1, -1, 1, 1])[:, None]
+    assert turned(wrong, np.abs(wrong), FREQ, model) == []
 
 
 def exchanged_pair() -> list:

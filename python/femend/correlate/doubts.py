@@ -173,8 +173,8 @@ def suggested(factor: float) -> float | None:
     """The factor of units that were mistaken for each other which comes near to `factor`, else that itself; None beyond
     what any unit does.
 
-    >>> suggested(9.5), suggested(0.001), suggested(6.0)
-    (9.80665, 0.001, 6.0)
+    >>> suggested(9.5), suggested(0.001), suggested(7.0)
+    (9.80665, 0.001, 7.0)
     """
     size = max(factor, 1 / factor)
     if size > NOWHERE:

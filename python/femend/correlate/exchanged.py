@@ -28,6 +28,7 @@ __all__ = [
     "held_against",
     "inverse_covariances",
     "rescaled",
+    "turned",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -86,11 +87,7 @@ def exchanged(H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shape
     nothing is told of fewer than three sensors or 12 lines.
     """
     n_out = H.shape[1]
-    if n_out < 3 or H.shape[0] < FEWEST:
-        return []
-    parts = [
-        p for j in range(H.shape[2]) if (p := _lines_against(H[:, :, j], noise[:, :, j], freq, model, j)) is not None
-    ]
+    parts = _parts(H, noise, freq, model)
     found: list[Exchange] = []
     while parts and len(found) < n_out // 2:
         exchange = np.mean([_exchanged(*p) for p in parts], axis=0)
@@ -105,6 +102,34 @@ def exchanged(H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shape
         found.append(Exchange(pair, float(np.exp(-exchange[i, j] / n_out))))
         parts = [(_changed(h, pair), inverse) for h, inverse in parts]
     return found
+
+
+def turned(H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes) -> list[tuple[int, float]]:
+    """Sensors that look upside down in measured accelerances H, arguments as of `exchanged`: number, and the share of
+    what contradicts the shapes of the model that is left with its sign changed. Every third sensor at most."""
+    n_out = H.shape[1]
+    parts = _parts(H, noise, freq, model)
+    found: list[tuple[int, float]] = []
+    while parts and len(found) < max(1, n_out // 3):
+        gains = np.mean([rescaled(*p, [-1.0])[0] for p in parts], axis=0)
+        gains[[i for i, _ in found]] = 0.0
+        i = int(np.argmax(gains))
+        if gains[i] < TELLING:
+            break
+        found.append((i, float(np.exp(-gains[i] / n_out))))
+        sign = np.where(np.arange(n_out) == i, -1.0, 1.0)
+        parts = [(h * sign, inverse) for h, inverse in parts]
+    return found
+
+
+def _parts(
+    H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes
+) -> list[tuple[ComplexArray, FloatArray]]:
+    """What `_lines_against` gives of every force; nothing of fewer than three sensors."""
+    if H.shape[1] < 3 or H.shape[0] < FEWEST:
+        return []
+    every = (_lines_against(H[:, :, j], noise[:, :, j], freq, model, j) for j in range(H.shape[2]))
+    return [part for part in every if part is not None]
 
 
 def _lines_against(

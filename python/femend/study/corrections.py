@@ -30,8 +30,8 @@ FloatArray = NDArray[np.float64]
 
 # mistakes that concern all of a recording
 WHOLE = ("level", "force sign")
-# error to which a correction has to bring what it concerns, of that as recorded
-CURED, CURED_SENSOR = 0.5, 0.8
+# error, as it is or weighted by noise, to which a correction has to bring what it concerns, of that as recorded
+CURED, CURED_SENSOR = 0.7, 0.8
 # error of a corrected sensor up to which the model explains it, or so many times the others' median one, but no more
 # than what a sensor shows that has little to do with the model
 EXPLAINED, LIKE_OTHERS, NOTHING = 0.5, 1.25, 0.9
@@ -182,10 +182,10 @@ class _Trial:
         self.start = update_model(self.model, fit_records(_fitted(test), self.model, self.pairing), self.zeta)
         return self.start
 
-    def left(self, test: Test) -> float:
-        """Relative error that the model updated on a test leaves there."""
-        self.updated(test)
-        return _relative(self.squares(test).values())
+    def left(self, test: Test) -> FloatArray:
+        """Relative error (2,) that the model updated on a test leaves there, and that weighted by noise."""
+        start = self.updated(test)
+        return np.array([_relative(self.squares(test).values()), np.sqrt(start.null.score)])
 
     def squares(self, test: Test) -> dict[str, FloatArray]:
         """By sensor (3,) what `_squares` gives of the model updated last. Every record counts as much, however strongly
@@ -218,10 +218,10 @@ def _whole(trial: _Trial, doubted: Sequence[Doubted]) -> tuple[Correction, ...]:
     if better != list(doubted):
         after, doubted = trial.left(mended(trial.test, better)), better
     beyond = any(max(f, 1 / f) > BEYOND for f in (abs(one.doubt.factor or 1.0) for one in doubted))
-    if after > (before if beyond else CURED * before):
+    if not (after < before).all() if beyond else not (after < CURED * before).any():
         trial.start = as_recorded
         return ()
-    return tuple(Correction(one, before, after) for one in doubted)
+    return tuple(Correction(one, float(before[0]), float(after[0])) for one in doubted)
 
 
 def _single(trial: _Trial, test: Test, doubted: Sequence[Doubted]) -> tuple[Correction, ...]:

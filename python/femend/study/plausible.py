@@ -11,14 +11,23 @@ from numpy.typing import NDArray
 
 from femend.analysis.frf import shapes_at
 from femend.analysis.model_modes import model_modes
-from femend.correlate.doubts import Doubt, exchange_doubts, level_doubts, sign_doubts, twice_doubts
-from femend.correlate.exchanged import CLEAR, Exchange, Shapes, exchanged
+from femend.correlate.doubts import (
+    Doubt,
+    exchange_doubts,
+    level_doubts,
+    misread_doubts,
+    sign_doubts,
+    twice_doubts,
+)
+from femend.correlate.exchanged import CLEAR, Exchange, Shapes, exchanged, turned
+from femend.correlate.misread import Misread
 from femend.data import ModeSet, Recording, Spectra, Test
 from femend.diagnose.staged.prepare import FrfData, frf_data
 from femend.diagnose.too_little import PERIODS
 from femend.errors import FemendError
 from femend.model import Model, Pairing
-from femend.model.free_body import FREE, RIGID
+from femend.model.free_body import RIGID
+from femend.model.rigid_motion import zero_modes
 from femend.study.plausible_output import output_doubts
 
 __all__ = ["Doubted", "Doubts", "doubts_found", "doubts_of"]
@@ -30,8 +39,6 @@ ComplexArray = NDArray[np.complex128]
 ABOVE, LEAST = 2.0, 10
 # and of a recording without its force, of which the band is not known, so many
 OF_SHAPES = 30
-# nodes that move less than this share of the liveliest in a mode of 0 Hz stand still; so many of the others are named
-STILL, SHOWN = 1e-3, 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +96,7 @@ def doubts_found(model: Model, test: Test, pairing: Pairing, zeta: float) -> Dou
             against = output_doubts(recording, modes, pairing)
         for doubt in (*_short(recording, modes), *against):
             found.setdefault((doubt.kind, doubt.channel), (doubt, []))[1].append(recording.name)
-    return Doubts(tuple(_free(modes)), tuple(Doubted(doubt, tuple(names)) for doubt, names in found.values()))
+    return Doubts(tuple(_free(model, modes)), tuple(Doubted(doubt, tuple(names)) for doubt, names in found.values()))
 
 
 def _measured(recording: Recording) -> bool:
@@ -112,28 +119,11 @@ def _modes(model: Model, f_max: float, zeta: float, least: int) -> ModeSet:
     return found if found.freq[-1] > f_max else model_modes(model, f_max=f_max, zeta=zeta)
 
 
-def _free(modes: ModeSet) -> list[str]:
-    """A body is held, or free in all six ways; one that is free in some may have lost a support, in more a part."""
+def _free(model: Model, modes: ModeSet) -> list[str]:
+    """A body is held, or free in all six ways; one that is free in some may have lost a support, one of which parts
+    move against each other what connects them."""
     n = modes.n_modes - _elastic(modes).size
-    if n in (0, FREE):
-        return []
-    return [
-        f"the model moves freely in {n} way{'s' * (n > 1)} ({n} mode{'s' * (n > 1)} of 0 Hz, of the {FREE} of a free "
-        f"body{_who_moves(modes, n)}): if the structure is held there, a support, a connection or the stiffness of a "
-        "spring is missing in the deck"
-    ]
-
-
-def _who_moves(modes: ModeSet, n: int) -> str:
-    """Nodes that move in the first `n` modes, where others stand still."""
-    size = np.abs(np.real(modes.phi[:, :n]))
-    size = (size / np.maximum(size.max(axis=0), np.finfo(float).tiny)).max(axis=1)
-    every = list(dict.fromkeys(d.node for d in modes.dofs))
-    moving = sorted({d.node for d, s in zip(modes.dofs, size, strict=True) if s > STILL})
-    if len(moving) == len(every):
-        return ""
-    shown = ", ".join(map(str, moving[:SHOWN])) + (", ..." if len(moving) > SHOWN else "")
-    return f"; it is node{'s' * (len(moving) > 1)} {shown} that move{'s' * (len(moving) == 1)}"
+    return [told] if n and (told := zero_modes(model, np.real(modes.phi[:, :n])).text) else []
 
 
 def _elastic(modes: ModeSet) -> FloatArray:
@@ -162,12 +152,26 @@ def _against(data: FrfData, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
     H = np.einsum("or,fr,ir->foi", out, gain, into)
     outputs = [str(d) for d in data.outputs]
     told = twice_doubts(data.H, data.outputs)
-    pairs = [] if told else exchanged(data.H, data.noise, data.freq, Shapes(modes.freq, modes.zeta, out, into))
+    shapes = Shapes(modes.freq, modes.zeta, out, into)
+    pairs = [] if told else exchanged(data.H, data.noise, data.freq, shapes)
     levels, signs = _levels_and_signs(data, H, _with_exchanged(len(outputs), pairs))
     if pairs and any(doubt.kind == "sensor level" for doubt in levels):
         # a sensor in other units moves unlike the model wherever it is
         pairs, (levels, signs) = [], _levels_and_signs(data, H, _with_exchanged(len(outputs), []))
+    if not told:
+        signs += _turned(data, shapes, _with_exchanged(len(outputs), pairs), [*levels, *signs])
     return [*told, *exchange_doubts(pairs, outputs), *levels, *signs]
+
+
+def _turned(data: FrfData, shapes: Shapes, order: list[int], told: Sequence[Doubt]) -> list[Doubt]:
+    """Doubts about signs of sensors that phases do not tell, since resonances are off, but shapes do; with the mistakes
+    that are `told` taken out."""
+    names = [str(d) for d in data.outputs]
+    factor = {doubt.channel: doubt.factor or 1.0 for doubt in told if doubt.kind in ("sensor level", "sensor sign")}
+    put = np.array([1 / factor.get(name, 1.0) for name in names])[None, :, None]
+    found = turned(data.H[:, order] * put, data.noise[:, order] * np.abs(put), data.freq, shapes)
+    # what was turned before is right as it is
+    return misread_doubts([Misread(i, -1.0, left) for i, left in found if names[i] not in factor], names)
 
 
 def _levels_and_signs(data: FrfData, H: ComplexArray, order: list[int]) -> tuple[list[Doubt], list[Doubt]]:
