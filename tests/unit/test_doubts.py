@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from femend import Dof, Recording, _core, functions_of, read_uff, write_uff
 from femend.cli import main
 from femend.correlate.doubts import exchange_doubts, level_doubts, sign_doubts, twice_doubts
-from femend.correlate.exchanged import Shapes, exchanged, turned
+from femend.correlate.exchanged import Exchange, Shapes, exchanged, put_right, turned
 from femend.errors import ModelError
 from femend.model import read_model
 from femend.model.material_units import material_doubts
@@ -116,6 +116,24 @@ def test_turned_sensors_are_not_told_of_two_sensors_or_noise() -> None:
     model = replace(few, out=SHAPES)
     wrong = TEST * np.array([1, -1, 1, 1])[:, None]
     assert turned(wrong, np.abs(wrong), FREQ, model) == []
+
+
+def test_three_sensors_exchanged_in_a_circle_are_told_with_who_shows_what() -> None:
+    shapes = np.random.default_rng(5).standard_normal((8, 3))
+    H = np.einsum("or,fri->foi", shapes, np.linalg.pinv(SHAPES) @ TEST)
+    model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), shapes, SHAPES[2:])
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        a, b, c = (int(i) for i in rng.permutation(8)[:3])
+        order = list(range(8))
+        order[b], order[c], order[a] = a, b, c  # b shows what a should, c what b, a what c
+        found = exchanged(H[:, order], np.zeros(H.shape), FREQ, model)
+        assert [order[i] for i in put_right(8, found)] == list(range(8)), seed
+        assert [len(one.sensors) for one in found] == [3]
+    names = [f"{n}:+Z" for n in range(8)]
+    (doubt,) = exchange_doubts([Exchange((1, 4, 6), 0.1)], names)
+    assert doubt.order == ("1:+Z", "4:+Z", "6:+Z")
+    assert "in a circle (1:+Z shows what 4:+Z should, 4:+Z shows what 6:+Z should, 6:+Z shows what 1:+Z" in doubt.text
 
 
 def exchanged_pair() -> list:

@@ -132,17 +132,22 @@ def twice_doubts(H: ComplexArray, outputs: Sequence[Dof]) -> list[Doubt]:
     return told
 
 
-def exchange_doubts(pairs: Sequence[Exchange], outputs: Sequence[str]) -> list[Doubt]:
-    """Doubts about `pairs` of the sensors `outputs` (names) that look exchanged."""
+def exchange_doubts(found: Sequence[Exchange], outputs: Sequence[str]) -> list[Doubt]:
+    """Doubts about sensors of `outputs` (names) that look exchanged, two or more."""
     told = []
-    for pair in pairs:
-        a, b = (outputs[i] for i in pair.sensors)
+    for one in found:
+        names = tuple(outputs[i] for i in one.sensors)
+        who = f"the sensors {', '.join(names[:-1])} and {names[-1]} look exchanged"
+        changed = "changed for each other"
+        if len(names) > 2:
+            following = zip(names, (*names[1:], names[0]), strict=True)
+            who += f" in a circle ({', '.join(f'{a} shows what {b} should' for a, b in following)})"
+            changed = "put in their places"
         text = (
-            f"the sensors {a} and {b} look exchanged: with their recordings changed for each other, what contradicts "
-            f"the shapes of the model's modes falls to {100 * pair.left:.2g} % of what it is: look at their cables "
-            "and at the table of channels"
+            f"{who}: with their recordings {changed}, what contradicts the shapes of the model's modes falls to "
+            f"{100 * one.left:.2g} % of what it is: look at their cables and at the table of channels"
         )
-        told.append(Doubt("exchanged", a, text, order=(a, b)))
+        told.append(Doubt("exchanged", names[0], text, order=names))
     return told
 
 

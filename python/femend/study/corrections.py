@@ -63,7 +63,8 @@ class Correction:
         if doubt.kind == "level":
             what = f"the responses, or the force, are off by a factor {doubt.factor:.3g}"
         elif doubt.order:
-            what = f"the sensors {', '.join(doubt.order[:-1])} and {doubt.order[-1]} are exchanged"
+            circle = " in a circle, each with the next" if len(doubt.order) > 2 else ""
+            what = f"the sensors {', '.join(doubt.order[:-1])} and {doubt.order[-1]} are exchanged{circle}"
         elif doubt.kind == "sensor level":
             what = f"the sensor {doubt.channel} shows {doubt.factor:.3g} times what it should"
         else:

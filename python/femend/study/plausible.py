@@ -19,7 +19,7 @@ from femend.correlate.doubts import (
     sign_doubts,
     twice_doubts,
 )
-from femend.correlate.exchanged import CLEAR, Exchange, Shapes, exchanged, turned
+from femend.correlate.exchanged import CLEAR, Shapes, exchanged, put_right, turned
 from femend.correlate.misread import Misread
 from femend.data import ModeSet, Recording, Spectra, Test
 from femend.diagnose.staged.prepare import FrfData, frf_data
@@ -154,12 +154,12 @@ def _against(data: FrfData, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
     told = twice_doubts(data.H, data.outputs)
     shapes = Shapes(modes.freq, modes.zeta, out, into)
     pairs = [] if told else exchanged(data.H, data.noise, data.freq, shapes)
-    levels, signs = _levels_and_signs(data, H, _with_exchanged(len(outputs), pairs))
+    levels, signs = _levels_and_signs(data, H, put_right(len(outputs), pairs))
     if pairs and any(doubt.kind == "sensor level" for doubt in levels):
         # a sensor in other units moves unlike the model wherever it is
-        pairs, (levels, signs) = [], _levels_and_signs(data, H, _with_exchanged(len(outputs), []))
+        pairs, (levels, signs) = [], _levels_and_signs(data, H, put_right(len(outputs), []))
     if not told:
-        signs += _turned(data, shapes, _with_exchanged(len(outputs), pairs), [*levels, *signs])
+        signs += _turned(data, shapes, put_right(len(outputs), pairs), [*levels, *signs])
     return [*told, *exchange_doubts(pairs, outputs), *levels, *signs]
 
 
@@ -180,11 +180,3 @@ def _levels_and_signs(data: FrfData, H: ComplexArray, order: list[int]) -> tuple
     measured = data.H[:, order]
     clear = np.abs(measured) > CLEAR * data.noise[:, order]
     return level_doubts(measured, H, outputs, clear), sign_doubts(measured, H, outputs, inputs, clear)
-
-
-def _with_exchanged(n: int, pairs: Sequence[Exchange]) -> list[int]:
-    """Order of `n` sensors with the recordings of `pairs` changed for each other."""
-    order = list(range(n))
-    for a, b in (pair.sensors for pair in pairs):
-        order[a], order[b] = b, a
-    return order
