@@ -81,6 +81,18 @@ def test_units_of_all_responses_or_the_force_are_corrected_before_anything_is_lo
     assert words.headline(result).startswith("The recordings have to be corrected")
 
 
+@pytest.mark.parametrize("factor", [-1.0, 1000.0])
+def test_one_of_two_sensors_is_corrected_before_anything_is_looked_for(tmp_path: Path, factor: float) -> None:
+    path = recorded(tmp_path, {2: factor})
+    for name in small_study.LEVELS:
+        functions = read_uff(tmp_path / f"{name}.uff").functions
+        write_uff(tmp_path / f"{name}.uff", [f for i, f in enumerate(functions) if i in (0, 2, 4)])
+    result = run(path).result
+    assert (result["verdict"], result["findings"]) == ("undetermined", [])
+    (row,) = result["corrections"]
+    assert (row["channels"], row["factor"], row["left_out"]) == (["7:+Z"], factor, False)
+
+
 def test_sound_recordings_have_no_corrections_and_a_force_reversed_is_a_finding(tmp_path: Path) -> None:
     assert "corrections" not in run(recorded(tmp_path / "a", {}, ())).result
     result = run(recorded(tmp_path / "b", {0: -1.0}, ())).result

@@ -73,6 +73,22 @@ def test_a_reversed_sensor_and_a_reversed_force_are_named() -> None:
     assert (doubt.kind, doubt.channel) == ("force sign", "10:+Z")
 
 
+def test_of_two_sensors_each_is_held_against_the_model() -> None:
+    two, model, names = TEST[:, :2], MODEL[:, :2], NAMES[:2]
+    assert level_doubts(two, model, names) == sign_doubts(two, model, names, NAMES[2:]) == []
+    for factor in (9.80665, 1e-3):
+        (doubt,) = level_doubts(two * np.array([factor, 1])[:, None], model, names)
+        assert (doubt.kind, doubt.channel) == ("sensor level", "4:+Z")
+        assert doubt.factor == pytest.approx(factor)
+        (doubt,) = level_doubts(two * factor, model, names)
+        assert (doubt.kind, doubt.channel) == ("level", "")
+    (doubt,) = sign_doubts(two * np.array([1, -1])[:, None], model, names, NAMES[2:])
+    assert (doubt.kind, doubt.channel) == ("sensor sign", "7:+Z")
+    assert doubt.text.endswith("else 4:+Z is, and the force with it")
+    # of one sensor nothing but the whole is known
+    assert [d.kind for d in sign_doubts(-TEST[:, :1, :1], MODEL[:, :1, :1], NAMES[:1], NAMES[2:3])] == ["force sign"]
+
+
 def in_order(order: list[int], H: np.ndarray = TEST, sd: float = 0.0) -> list[tuple[int, int]]:
     """Sensors that look exchanged where those of `H` stand in another `order`, with noise of deviation `sd`."""
     model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), SHAPES, SHAPES[2:])

@@ -162,8 +162,9 @@ def _circles(order: Sequence[int]) -> list[tuple[int, ...]]:
 
 
 def turned(H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes) -> list[tuple[int, float]]:
-    """Sensors that look upside down in measured accelerances H, arguments as of `exchanged`: number, and the share of
-    what contradicts the shapes of the model that is left with its sign changed. Every third sensor at most."""
+    """Sensors that look upside down in measured accelerances H (n_freq, n_out, n_in) with deviations `noise` of their
+    values, on lines `freq` (Hz): number, and the share of what contradicts the shapes of the model that is left with
+    its sign changed. Every third sensor at most, nothing of fewer than three or of fewer than 12 lines."""
     n_out = H.shape[1]
     parts = _parts(H, noise, freq, model)
     found: list[tuple[int, float]] = []

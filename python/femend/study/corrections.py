@@ -29,7 +29,7 @@ __all__ = ["Correction", "Corrections", "corrections_of", "left_out_unseen"]
 FloatArray = NDArray[np.float64]
 
 # mistakes that concern all of a recording
-WHOLE = ("level", "force sign")
+WHOLE = ("level", "force sign", "time axis")
 # error, as it is or weighted by noise, to which a correction has to bring what it concerns, of that as recorded
 CURED, CURED_SENSOR = 0.7, 0.8
 # error of a corrected sensor up to which the model explains it, or so many times the others' median one, but no more
@@ -60,7 +60,13 @@ class Correction:
     def text(self) -> str:
         """What to correct, and what that does."""
         doubt = self.doubted.doubt
-        if doubt.kind == "level":
+        if doubt.kind == "time axis":
+            what = (
+                f"the time step of {' and '.join(self.doubted.recordings)} is about {doubt.factor:.3g} times too long"
+            )
+            if doubt.factor is not None and doubt.factor < 1:
+                what = what.replace(f"{doubt.factor:.3g} times too long", f"{1 / doubt.factor:.3g} times too short")
+        elif doubt.kind == "level":
             what = f"the responses, or the force, are off by a factor {doubt.factor:.3g}"
         elif doubt.order:
             circle = " in a circle, each with the next" if len(doubt.order) > 2 else ""
@@ -122,6 +128,8 @@ class Corrections:
         rows = [*(one.as_dict(False) for one in self.whole), *(one.as_dict(True) for one in self.single)]
         if not rows:
             return result
+        if self.whole:
+            result = {**result, "verdict": "undetermined", "findings": []}
         return {**result, "advice": ". ".join(filter(None, [self.advice, result["advice"]])), "corrections": rows}
 
 
@@ -151,7 +159,10 @@ def corrections_of(model: Model, pairing: Pairing, zeta: float, test: Test, foun
 
 def left_out_unseen(test: Test, found: Sequence[Doubted]) -> Corrections:
     """The same for recordings without a force, or of several configurations: the shapes of the model are all that
-    tells, and what was told by them is left out where enough sensors stay."""
+    tells, and what was told by them is left out where enough sensors stay. A mistaken time axis comes first."""
+    axis = [one for one in found if one.doubt.kind == "time axis"]
+    if axis:
+        return Corrections(mended(test, axis), whole=tuple(map(Correction, axis)))
     single = [one for one in found if (one.doubt.factor is not None or one.doubt.order) and one.doubt.kind not in WHOLE]
     names = _names(single)
     if not names or not _enough(test, names):

@@ -19,12 +19,13 @@ FloatArray = NDArray[np.float64]
 
 def mended(test: Test, doubted: Sequence[Doubted]) -> Test:
     """The recordings of a test with the mistakes of `doubted` taken out of those that raise the doubt, and of those
-    that were not fitted where all fitted ones raise it."""
+    that were not fitted where all fitted ones raise it (but for a time axis, which a file has of its own)."""
     fitted = {r.name for r in test if r.role == "fit"}
     done = []
     for recording in test:
         for one in doubted:
-            if recording.name in one.recordings or (recording.name not in fitted and fitted <= set(one.recordings)):
+            alike = recording.name not in fitted and fitted <= set(one.recordings) and one.doubt.kind != "time axis"
+            if recording.name in one.recordings or alike:
                 recording = _mended(recording, one)
         done.append(recording)
     return Test(tuple(done))
@@ -43,6 +44,8 @@ def sensors_of(recordings: Iterable[Recording]) -> list[str]:
 def _mended(recording: Recording, one: Doubted) -> Recording:
     """A recording without one mistake."""
     doubt, data = one.doubt, recording.data
+    if doubt.kind == "time axis":
+        return recording if doubt.factor is None else replace(recording, data=_rated(recording.time, doubt.factor))
     if isinstance(data, TimeData):
         rows = _by_name(data.channels, ("force",) if doubt.kind == "force sign" else RESPONSES)
         values = np.array(data.values)
@@ -56,6 +59,11 @@ def _mended(recording: Recording, one: Doubted) -> Recording:
     else:
         _mend(np.moveaxis(H, 1, 0), _by_name(data.outputs), one)
     return replace(recording, data=replace(data, H=H))
+
+
+def _rated(data: TimeData, factor: float) -> TimeData:
+    """Time records of which the step was `factor` times what it should be."""
+    return replace(data, dt=data.dt / factor, t0=data.t0 / factor)
 
 
 def _mend(values: NDArray, rows: dict[str, int], one: Doubted) -> None:

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.analysis.frf import shapes_at
-from femend.correlate.doubts import Doubt, exchange_doubts, misread_doubts, twice_doubts
+from femend.correlate.doubts import Doubt, exchange_doubts, misread_doubts, time_doubts, twice_doubts
 from femend.correlate.exchanged import Shapes, exchanged, put_right
 from femend.correlate.misread import Misread, misread
+from femend.correlate.time_axis import time_factor
 from femend.data import ModeSet, Recording
 from femend.errors import FemendError
 from femend.modal.output_only.prepare import motion_rows
@@ -44,6 +45,8 @@ def output_doubts(recording: Recording, modes: ModeSet, pairing: Pairing) -> lis
     freq, h, noise = _lines(y, dt, modes)
     if told := twice_doubts(h[:, :, None], dofs):
         return told
+    if axis := time_doubts(time_factor(h, noise, freq, shapes), dt):
+        return axis  # of single sensors nothing is known then
     names = [str(d) for d in dofs]
     pairs = exchanged(h[:, :, None], noise[:, :, None], freq, shapes)
     directions = [pairing[d].dof.component for d in dofs]

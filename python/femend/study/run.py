@@ -114,7 +114,8 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
     records = [] if unrecorded and not _enough(right.test) else fit_records(used, model, pairing)
     task = _Task(study, model, test, pairing, records, info, steps, folder, right, warnings)
     try:
-        run = task.run(unrecorded) if records else None
+        # a time axis that is mistaken without a force is for the modes to tell
+        run = task.run(unrecorded) if records and not (unrecorded and right.whole) else None
     except KeyboardInterrupt:
         raise task.stopped() from None
     except FemendError as error:
@@ -125,7 +126,8 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
         return run
     # what is left of the recordings are modes
     _no_laws(info)
-    return diagnose_staged(study, steps, info, progress, folder, [NO_ONE_FORCE if records else TOO_FEW])
+    why = [] if right.whole else [NO_ONE_FORCE if records else TOO_FEW]
+    return diagnose_staged(study, steps, info, progress, folder, why)
 
 
 def _no_laws(info: RunInfo) -> None:

@@ -26,7 +26,7 @@ from femend.progress import Progress, say
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.corrections import Correction, Corrections, corrections_of, left_out_unseen
-from femend.study.mended import without
+from femend.study.mended import mended, without
 from femend.study.plausible import doubts_found
 from femend.study.predictions import Prediction, write_predictions
 from femend.study.sound import deck_warnings, warnings_of
@@ -85,7 +85,7 @@ def diagnose_staged(
         data = staged_data(test)
         setup = _setup(study, test, free, pairing, data)
     with steps.step("diagnose"):
-        plain = final = run_stages(setup, data, naming=True, tell=progress.start)
+        plain = final = run_stages(setup, data, naming=not right.whole, tell=progress.start)
         if final.named:
             plain = run_stages(setup, data, naming=False, iterations=PLAIN_STEPS, tell=progress.start)
         progress.done()
@@ -100,10 +100,11 @@ def diagnose_staged(
 
 
 def _doubts(study: Study, test: Test, free: Model, pairing: Pairing) -> tuple[list[str], Corrections]:
-    """What recordings contradict in the deck as it stands, held and loaded as in their configuration, and the sensors
-    that are left out for it."""
+    """What recordings contradict in the deck as it stands, held and loaded as in their configuration, and what is
+    corrected or left out for it."""
     told: list[str] = []
     single: list[Correction] = []
+    whole: list[Correction] = []
     for name in dict.fromkeys(r.configuration for r in test if r.role == "fit"):
         own = study.configuration(name)
         model = model_of(
@@ -115,9 +116,11 @@ def _doubts(study: Study, test: Test, free: Model, pairing: Pairing) -> tuple[li
         if all(r.excitation == "measured" for r in of_it if r.role == "fit"):
             single += corrections_of(model, pairing, study.damping_ratio, of_it, found.of_recordings).single
         else:
-            single += left_out_unseen(of_it, found.of_recordings).single
+            of_shapes = left_out_unseen(of_it, found.of_recordings)
+            single, whole = [*single, *of_shapes.single], [*whole, *of_shapes.whole]
     names = [name for one in single for name in one.sensors]
-    return list(dict.fromkeys(told)), Corrections(without(test, names), tuple(single))
+    right = mended(without(test, names), [one.doubted for one in whole])
+    return list(dict.fromkeys(told)), Corrections(right, tuple(single), tuple(whole))
 
 
 def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: StagedData) -> Setup:
