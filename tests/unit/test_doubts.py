@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from femend import Dof, Recording, _core, functions_of, read_uff, write_uff
 from femend.cli import main
 from femend.correlate.doubts import exchange_doubts, level_doubts, sign_doubts, twice_doubts
-from femend.correlate.exchanged import Shapes, exchanged
+from femend.correlate.exchanged import Exchange, Shapes, exchanged, put_right, turned
 from femend.errors import ModelError
 from femend.model import read_model
 from femend.model.material_units import material_doubts
@@ -73,6 +73,22 @@ def test_a_reversed_sensor_and_a_reversed_force_are_named() -> None:
     assert (doubt.kind, doubt.channel) == ("force sign", "10:+Z")
 
 
+def test_of_two_sensors_each_is_held_against_the_model() -> None:
+    two, model, names = TEST[:, :2], MODEL[:, :2], NAMES[:2]
+    assert level_doubts(two, model, names) == sign_doubts(two, model, names, NAMES[2:]) == []
+    for factor in (9.80665, 1e-3):
+        (doubt,) = level_doubts(two * np.array([factor, 1])[:, None], model, names)
+        assert (doubt.kind, doubt.channel) == ("sensor level", "4:+Z")
+        assert doubt.factor == pytest.approx(factor)
+        (doubt,) = level_doubts(two * factor, model, names)
+        assert (doubt.kind, doubt.channel) == ("level", "")
+    (doubt,) = sign_doubts(two * np.array([1, -1])[:, None], model, names, NAMES[2:])
+    assert (doubt.kind, doubt.channel) == ("sensor sign", "7:+Z")
+    assert doubt.text.endswith("else 4:+Z is, and the force with it")
+    # of one sensor nothing but the whole is known
+    assert [d.kind for d in sign_doubts(-TEST[:, :1, :1], MODEL[:, :1, :1], NAMES[:1], NAMES[2:3])] == ["force sign"]
+
+
 def in_order(order: list[int], H: np.ndarray = TEST, sd: float = 0.0) -> list[tuple[int, int]]:
     """Sensors that look exchanged where those of `H` stand in another `order`, with noise of deviation `sd`."""
     model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), SHAPES, SHAPES[2:])
@@ -97,6 +113,43 @@ def test_two_pairs_among_eight_sensors_are_found() -> None:
     model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), shapes, SHAPES[2:])
     found = exchanged(H[:, [4, 1, 6, 3, 0, 5, 2, 7]], np.zeros(H.shape), FREQ, model)
     assert sorted(e.sensors for e in found) == [(0, 4), (2, 6)]
+
+
+@pytest.mark.parametrize("sensors", [(0,), (1,), (2,), (3,)])
+def test_a_sensor_upside_down_is_told_by_shapes_where_phases_do_not(sensors: tuple[int, ...]) -> None:
+    model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), SHAPES, SHAPES[2:])
+    assert turned(TEST, np.zeros(TEST.shape), FREQ, model) == []
+    wrong = TEST.copy()
+    wrong[:, sensors] *= -1
+    found = turned(wrong, np.zeros(TEST.shape), FREQ, model)
+    assert tuple(i for i, _ in found) == sensors
+    assert all(left < 0.5 for _, left in found)
+
+
+def test_turned_sensors_are_not_told_of_two_sensors_or_noise() -> None:
+    few = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), SHAPES[:2], SHAPES[2:])
+    assert turned(-TEST[:, :2], np.zeros((300, 2, 2)), FREQ, few) == []
+    model = replace(few, out=SHAPES)
+    wrong = TEST * np.array([1, -1, 1, 1])[:, None]
+    assert turned(wrong, np.abs(wrong), FREQ, model) == []
+
+
+def test_three_sensors_exchanged_in_a_circle_are_told_with_who_shows_what() -> None:
+    shapes = np.random.default_rng(5).standard_normal((8, 3))
+    H = np.einsum("or,fri->foi", shapes, np.linalg.pinv(SHAPES) @ TEST)
+    model = Shapes(np.array([12.0, 33.0, 71.0]), np.full(3, 0.01), shapes, SHAPES[2:])
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        a, b, c = (int(i) for i in rng.permutation(8)[:3])
+        order = list(range(8))
+        order[b], order[c], order[a] = a, b, c  # b shows what a should, c what b, a what c
+        found = exchanged(H[:, order], np.zeros(H.shape), FREQ, model)
+        assert [order[i] for i in put_right(8, found)] == list(range(8)), seed
+        assert [len(one.sensors) for one in found] == [3]
+    names = [f"{n}:+Z" for n in range(8)]
+    (doubt,) = exchange_doubts([Exchange((1, 4, 6), 0.1)], names)
+    assert doubt.order == ("1:+Z", "4:+Z", "6:+Z")
+    assert "in a circle (1:+Z shows what 4:+Z should, 4:+Z shows what 6:+Z should, 6:+Z shows what 1:+Z" in doubt.text
 
 
 def exchanged_pair() -> list:

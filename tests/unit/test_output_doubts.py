@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array, diags_array
 
-from femend import Channel, Dof, Recording, Test, TimeData
+from femend import Channel, Dof, Recording, Test, TimeData, functions_of, write_uff
 from femend.correlate.exchanged import Shapes
 from femend.correlate.misread import misread
 from femend.estimate import pair_test
@@ -18,6 +18,7 @@ from femend.model.reduction import core_modes
 from femend.report import words
 from femend.report.mode_words import frequency_errors
 from femend.study.plausible import doubts_of
+from femend.study.run import diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -43,9 +44,9 @@ def ambient(folder: Path, E: float = 7e10, driven: int = 13) -> tuple[small_stud
     return model, y + 0.02 * y.std(axis=1, keepdims=True) * rng.standard_normal(y.shape)
 
 
-def told(model: small_study.Model, y: np.ndarray, excitation: str = "ambient") -> list[str]:
+def told(model: small_study.Model, y: np.ndarray, excitation: str = "ambient", dt: float = 1 / RATE) -> list[str]:
     channels = tuple(Channel(Dof(n, 3), "acceleration", "m/s^2") for n in small_study.SENSORS)
-    data = TimeData("ambient", 1 / RATE, y, channels)
+    data = TimeData("ambient", dt, y, channels)
     test = Test((Recording("ambient", data, excitation=excitation),))
     return doubts_of(model, test, pair_test(test, model), 0.01)
 
@@ -71,6 +72,30 @@ def test_two_exchanged_sensors_are_named(tmp_path: Path) -> None:
     model, y = ambient(tmp_path, 6e10)
     (text,) = told(model, y[[2, 1, 0, 3]])
     assert "4:+Z and 10:+Z look exchanged" in text
+
+
+@pytest.mark.parametrize(("factor", "said"), [(1000.0, "milliseconds and seconds"), (6.3, "rad/s and Hz")])
+def test_a_time_step_that_is_mistaken_is_told_by_shapes(tmp_path: Path, factor: float, said: str) -> None:
+    model, y = ambient(tmp_path, 6e10)
+    (text,) = [text for text in told(model, y, dt=factor / RATE) if "time step" in text]
+    assert "times what it should be" in text
+    assert said in text
+
+
+def test_a_study_at_the_wrong_rate_is_undetermined_and_compared_at_the_right_one(tmp_path: Path) -> None:
+    _, y = ambient(tmp_path, 6e10)
+    channels = tuple(Channel(Dof(n, 3), "acceleration", "m/s^2") for n in small_study.SENSORS)
+    write_uff(tmp_path / "ambient.uff", functions_of(TimeData("ambient", 1000 / RATE, y, channels)))
+    tables = '[[recording]]\nname = "ambient"\nfile = "ambient.uff"\nrole = "fit"\nexcitation = "ambient"\n'
+    result = diagnose(small_study.write_unrecorded(tmp_path, tables)).result
+    assert (result["verdict"], result["findings"]) == ("undetermined", [])
+    assert "first correct the recordings: the time step of ambient is about 1e+03 times too long" in result["advice"]
+    assert words.headline(result).startswith("The recordings have to be corrected")
+    (row,) = result["corrections"]
+    assert (row["mistake"], row["factor"], row["left_out"]) == ("time axis", 1000.0, False)
+    # the lowest modes are those of the model
+    modes = [m for stage in result["stages"] for m in stage["modes"]]
+    assert all(abs(m["model_freq"] / m["freq"] - 1) < 0.05 for m in modes if m["mac"] > 0.9)
 
 
 def test_few_samples_and_few_sensors_tell_nothing() -> None:

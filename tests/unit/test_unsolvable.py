@@ -67,9 +67,9 @@ def test_what_is_free_can_be_updated(tmp_path: Path, cut: str) -> None:
 
 def test_who_moves_freely_is_told_by_node(tmp_path: Path) -> None:
     model = model_of(tmp_path, small_study.deck().replace("CBAR,7,2,7,8,0.,0.,1.\n", ""))
-    (told,) = _free(model_modes(model))
+    (told,) = _free(model, model_modes(model))
     assert "3 ways" in told
-    assert "nodes 8, 9, 10, 11, 12, 13 that move)" in told
+    assert "nodes 8, 9, 10, 11, 12, 13 that move (elements 8, 9, 10, 11, 12" in told
 
 
 def test_modes_that_are_not_the_models_leave_it_open() -> None:

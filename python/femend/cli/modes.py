@@ -34,6 +34,7 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     from femend.model.free_body import FREE
     from femend.model.model import Model
     from femend.model.negative import negative_values
+    from femend.model.rigid_motion import zero_modes
     from femend.model.unselected import unselected_supports
     from femend.model.unsolvable import told_of
 
@@ -68,7 +69,11 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     if info["n_rigid"]:
         n = info["n_rigid"]
         more = "" if n == FREE else "; a body that is free has six: is a support, or what connects a part, missing?"
-        click.echo(f"{n} mode{'s' * (n > 1)} of a free body{more}")
+        told = ""
+        if phi.shape[1] > n:  # else they are not known all
+            whole = Model(deck_read, model, (), units)
+            told = zero_modes(whole, (whole.transformation() @ phi[:, :n])[np.repeat(~whole.is_scalar, 6)]).text
+        click.echo(f"warning   {told}" if told else f"{n} mode{'s' * (n > 1)} of a free body{more}")
     rows = [
         [str(i), f"{f:.4f}" if f < 1e5 else f"{f:.6g}", *(f"{s:.1f}" for s in row)]
         for i, (f, row) in enumerate(zip(freq, share, strict=True), start=1)

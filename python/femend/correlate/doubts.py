@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,19 @@ from numpy.typing import NDArray
 from femend.correlate.exchanged import Exchange
 from femend.correlate.misread import Misread
 from femend.correlate.mistaken_units import FACTORS
+from femend.correlate.time_axis import KNOWN_RATES
 from femend.dof import Dof
 
-__all__ = ["Doubt", "exchange_doubts", "level_doubts", "misread_doubts", "sign_doubts", "twice_doubts"]
+__all__ = [
+    "Doubt",
+    "exchange_doubts",
+    "level_doubts",
+    "misread_doubts",
+    "sign_doubts",
+    "suggested",
+    "time_doubts",
+    "twice_doubts",
+]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -41,12 +51,18 @@ _NEAR = 1.35
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign", "twice" or
-    "exchanged"), the `channel` by name ("" for all), and the sentence."""
+    """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign", "time axis", "twice" or
+    "exchanged"), the `channel` by name ("" for all), and the sentence.
+
+    `factor` is what is shown times what should be (-1 upside down), None where no factor is the mistake; `order` are
+    the names of exchanged sensors, each of which shows what the next one should, the last what the first one should.
+    """
 
     kind: str
     channel: str
     text: str
+    factor: float | None = None
+    order: tuple[str, ...] = ()
 
 
 def level_doubts(
@@ -64,20 +80,45 @@ def level_doubts(
         return []
     of_sensor = np.full(len(outputs), np.nan)
     of_sensor[enough] = np.exp([np.nanmedian(np.log(ratio[:, i])) for i in np.flatnonzero(enough)])
+    if enough.sum() == 2:
+        return _of_two(of_sensor, outputs)
     whole = float(np.nanmedian(of_sensor))
     told: list[Doubt] = []
     if not 1 / ALL < whole < ALL:
-        n = int(enough.sum())
-        text = (
-            f"the responses per force are {whole:.3g} times those of the model as it stands (median over all lines of "
-            f"{n} sensor{'s' * (n > 1)}): {_hint(whole)}"
-        )
-        told.append(Doubt("level", "", text))
+        told.append(_level(whole, int(enough.sum())))
     for i in map(int, np.flatnonzero(enough) if enough.sum() > 2 else ()):
         own = float(of_sensor[i] / whole)
         if not 1 / ONE < own < ONE:
             text = f"{outputs[i]} shows {own:.3g} times what the other sensors do, each against the model: {_hint(own)}"
-            told.append(Doubt("sensor level", outputs[i], text))
+            told.append(Doubt("sensor level", outputs[i], text, suggested(own)))
+    return told
+
+
+def _level(whole: float, n: int) -> Doubt:
+    """The doubt about all responses per force, `whole` times those of the model at `n` sensors."""
+    text = (
+        f"the responses per force are {whole:.3g} times those of the model as it stands (median over all lines of "
+        f"{n} sensor{'s' * (n > 1)}): {_hint(whole)}"
+    )
+    return Doubt("level", "", text, suggested(whole))
+
+
+def _of_two(ratio: FloatArray, outputs: Sequence[str]) -> list[Doubt]:
+    """Doubts about the levels of the two of `outputs` whose `ratio` (n_out,) to the model's is known: of all, where
+    both are off alike, of one, where the model has the other's level."""
+    a, b = (int(i) for i in np.flatnonzero(np.isfinite(ratio)))
+    whole = float(np.sqrt(ratio[a] * ratio[b]))
+    if not 1 / ALL < whole < ALL and 1 / ALL < ratio[a] / ratio[b] < ALL:
+        return [_level(whole, 2)]
+    told = []
+    for i, other in ((a, b), (b, a)):
+        own, its = float(ratio[i]), float(ratio[other])
+        if not 1 / ONE < own < ONE and 1 / ALL < its < ALL:
+            text = (
+                f"{outputs[i]} shows {own:.3g} times what the model as it stands does, {outputs[other]} {its:.3g} "
+                f"times: {_hint(own)}"
+            )
+            told.append(Doubt("sensor level", outputs[i], text, suggested(own)))
     return told
 
 
@@ -100,7 +141,10 @@ def sign_doubts(
     sensors = _opposite(cosine)
     for i in sensors:
         if size[i] >= MOVES * size.max():
-            told.append(_reversed("sensor", outputs[i], float(np.nanmedian(cosine[i]))))
+            one = _reversed("sensor", outputs[i], float(np.nanmedian(cosine[i])))
+            # of two sensors the other one may be, and the force
+            also = "" if len(outputs) > 2 else f"; else {outputs[1 - i]} is, and the force with it"
+            told.append(replace(one, text=one.text + also))
     cosine[sensors] *= -1
     forces = [j for j in range(len(inputs)) if _negative(cosine[:, j])]
     if len(inputs) == 1 or len(forces) < len(inputs):
@@ -126,17 +170,22 @@ def twice_doubts(H: ComplexArray, outputs: Sequence[Dof]) -> list[Doubt]:
     return told
 
 
-def exchange_doubts(pairs: Sequence[Exchange], outputs: Sequence[str]) -> list[Doubt]:
-    """Doubts about `pairs` of the sensors `outputs` (names) that look exchanged."""
+def exchange_doubts(found: Sequence[Exchange], outputs: Sequence[str]) -> list[Doubt]:
+    """Doubts about sensors of `outputs` (names) that look exchanged, two or more."""
     told = []
-    for pair in pairs:
-        a, b = (outputs[i] for i in pair.sensors)
+    for one in found:
+        names = tuple(outputs[i] for i in one.sensors)
+        who = f"the sensors {', '.join(names[:-1])} and {names[-1]} look exchanged"
+        changed = "changed for each other"
+        if len(names) > 2:
+            following = zip(names, (*names[1:], names[0]), strict=True)
+            who += f" in a circle ({', '.join(f'{a} shows what {b} should' for a, b in following)})"
+            changed = "put in their places"
         text = (
-            f"the sensors {a} and {b} look exchanged: with their recordings changed for each other, what contradicts "
-            f"the shapes of the model's modes falls to {100 * pair.left:.2g} % of what it is: look at their cables "
-            "and at the table of channels"
+            f"{who}: with their recordings {changed}, what contradicts the shapes of the model's modes falls to "
+            f"{100 * one.left:.2g} % of what it is: look at their cables and at the table of channels"
         )
-        told.append(Doubt("exchanged", a, text))
+        told.append(Doubt("exchanged", names[0], text, order=names))
     return told
 
 
@@ -153,14 +202,45 @@ def misread_doubts(found: Sequence[Misread], outputs: Sequence[str]) -> list[Dou
                 f"the sensor {name} looks reversed: with its sign changed, {falls}{also}: look at how it was mounted, "
                 "and turn its direction"
             )
-            told.append(Doubt("sensor sign", name, text))
+            told.append(Doubt("sensor sign", name, text, -1.0 if 1 / ONE < size < ONE else -(suggested(size) or 1.0)))
         else:
             text = (
                 f"{name} shows about {size:.2g} times what the other sensors do, each against the shapes of the model: "
                 f"with that taken out, {falls}: {_hint(size)}"
             )
-            told.append(Doubt("sensor level", name, text))
+            told.append(Doubt("sensor level", name, text, suggested(size)))
     return told
+
+
+def suggested(factor: float) -> float | None:
+    """The factor of units that were mistaken for each other which comes near to `factor`, else that itself; None beyond
+    what any unit does.
+
+    >>> suggested(9.5), suggested(0.001), suggested(7.0)
+    (9.80665, 0.001, 7.0)
+    """
+    size = max(factor, 1 / factor)
+    if size > NOWHERE:
+        return None
+    known = next((known for known, _ in FACTORS if 1 / _NEAR < size / known < _NEAR), None)
+    if known is None:
+        return factor
+    return known if factor > 1 else 1 / known
+
+
+def time_doubts(factor: float | None, dt: float) -> list[Doubt]:
+    """The doubt about a time axis with step `dt` (s), all of whose frequencies take a `factor` to be the model's; None
+    for no doubt."""
+    if factor is None:
+        return []
+    size = max(factor, 1 / factor)
+    of = next((f"{of} mistaken for each other give {known:.4g}; " for known, of in KNOWN_RATES if known == size), "")
+    text = (
+        f"its responses have the shapes of the model at about {factor:.3g} times their frequencies, all of them: the "
+        f"time step of {dt:.4g} s looks {factor:.3g} times what it should be: {of}check the time axis and the rate of "
+        f"the recording, and if they are right the moduli and densities of the deck, which are off by {factor**2:.2g}"
+    )
+    return [Doubt("time axis", "", text, factor)]
 
 
 def _valid(H: ComplexArray, model: ComplexArray, clear: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
@@ -169,13 +249,15 @@ def _valid(H: ComplexArray, model: ComplexArray, clear: NDArray[np.bool_] | None
 
 
 def _opposite(cosine: FloatArray) -> list[int]:
-    """Rows that are opposite while all others together are not; three rows are needed to say which is which."""
-    if len(cosine) < 3:
-        return []
+    """Rows that are opposite while all others together, or the other one, are not."""
     middle = np.array([np.nanmedian(row) if np.isfinite(row).any() else np.nan for row in cosine])
     found = [int(i) for i in np.flatnonzero(middle < -REVERSED)]
     others = np.delete(middle, found)
-    agree = others.size > len(found) and np.isfinite(others).any() and float(np.nanmedian(others)) > REVERSED
+    agree = (
+        others.size >= min(len(found) + 1, len(cosine) - 1)
+        and np.isfinite(others).any()
+        and float(np.nanmedian(others)) > REVERSED
+    )
     return found if agree else []
 
 
@@ -188,7 +270,7 @@ def _reversed(what: str, name: str, cosine: float) -> Doubt:
         f"the {what} {name} looks reversed: the FRFs there have the sign opposite to the model's on nearly all lines "
         f"(mean cosine of the phase between them {cosine:.2f}): look at how it was mounted, and turn its direction"
     )
-    return Doubt(f"{what} sign", name, text)
+    return Doubt(f"{what} sign", name, text, -1.0)
 
 
 def _hint(factor: float) -> str:

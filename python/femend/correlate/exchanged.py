@@ -1,5 +1,5 @@
-"""Sensors whose channels were exchanged, told by shapes: a model that is off shifts resonances, but between the sensors
-its modes move much as the structure does.
+"""Sensors whose channels were exchanged, or turned, told by shapes: a model that is off shifts resonances, but between
+the sensors its modes move much as the structure does.
 
 On every line the responses h of all sensors are held against the covariance that modes of the model, at frequencies
 known to a tenth and with phases not known, give them: C = sum_m phi_m phi_m^T |g_m|^2 + a floor. The level of h is not
@@ -27,7 +27,9 @@ __all__ = [
     "gain",
     "held_against",
     "inverse_covariances",
+    "put_right",
     "rescaled",
+    "turned",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -44,6 +46,8 @@ FLOOR = 0.03
 TELLING = 1.5
 # what a mistaken direction or unit (g and m/s^2, m and mm, in and mm) multiplies a sensor by
 MISTAKEN = (-1.0, *(f for unit in (G, MILLI, INCH) for f in (unit, 1 / unit)))
+# exchanges from which a circle of three is sought, any of its three pairs being one to begin with
+FIRST = 8
 # lines that count at least, and at most
 FEWEST, MOST = 12, 400
 # values that stand this far out of their noise count
@@ -73,38 +77,117 @@ class Shapes:
 
 @dataclass(frozen=True, slots=True)
 class Exchange:
-    """Two sensors, by number, that look exchanged; `left` is the share of what contradicts the shapes of the model
-    that is left with their recordings changed for each other (geometric mean over lines)."""
+    """Two sensors, by number, that look exchanged, or more in a circle: each shows what the next one should, the last
+    what the first one should. `left` is the share of what contradicts the shapes of the model that is left with their
+    recordings put right (geometric mean over lines)."""
 
-    sensors: tuple[int, int]
+    sensors: tuple[int, ...]
     left: float
 
 
+def put_right(n: int, found: Sequence[Exchange]) -> list[int]:
+    """Order in which the recordings of `n` sensors are those of the sensors, exchanges put right.
+
+    >>> put_right(4, [Exchange((0, 2, 3), 0.1)])
+    [3, 1, 0, 2]
+    """
+    order = list(range(n))
+    for one in found:
+        for shows, of in zip(one.sensors, (*one.sensors[1:], one.sensors[0]), strict=True):
+            order[of] = shows
+    return order
+
+
 def exchanged(H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes) -> list[Exchange]:
-    """Pairs of sensors that look exchanged in measured accelerances H (n_freq, n_out, n_in) with deviations `noise` of
-    their values, on lines `freq` (Hz); a sensor is in one pair at most. Sensors that move alike are not told apart, and
-    nothing is told of fewer than three sensors or 12 lines.
+    """Sensors that look exchanged, two or more, in measured accelerances H (n_freq, n_out, n_in) with deviations
+    `noise` of their values, on lines `freq` (Hz). Sensors that move alike are not told apart, and nothing is told of
+    fewer than three sensors or 12 lines.
     """
     n_out = H.shape[1]
-    if n_out < 3 or H.shape[0] < FEWEST:
-        return []
-    parts = [
-        p for j in range(H.shape[2]) if (p := _lines_against(H[:, :, j], noise[:, :, j], freq, model, j)) is not None
-    ]
-    found: list[Exchange] = []
-    while parts and len(found) < n_out // 2:
-        exchange = np.mean([_exchanged(*p) for p in parts], axis=0)
+    parts = _parts(H, noise, freq, model)
+    order, gains, swaps = list(range(n_out)), [0.0] * n_out, 0
+    while parts and swaps <= n_out // 2:
+        steps, total = _steps(parts)
         mistaken = np.mean([rescaled(*p, MISTAKEN) for p in parts], axis=0)
-        for a, b in (one.sensors for one in found):
-            exchange[[a, b], :] = exchange[:, [a, b]] = 0.0
-        i, j = np.unravel_index(np.argmax(exchange), exchange.shape)
         # a sensor upside down or in other units may fit better elsewhere, too, but best where it is, set right
-        if exchange[i, j] < TELLING or mistaken.max() > exchange[i, j]:
+        if total < TELLING or mistaken.max() > total:
             break
-        pair = (int(min(i, j)), int(max(i, j)))
-        found.append(Exchange(pair, float(np.exp(-exchange[i, j] / n_out))))
-        parts = [(_changed(h, pair), inverse) for h, inverse in parts]
+        for a, b in steps:
+            order[a], order[b] = order[b], order[a]
+            gains[a] += total / len(steps)
+            parts = [(_changed(h, (a, b)), inverse) for h, inverse in parts]
+        swaps += len(steps)
+    return [Exchange(circle, float(np.exp(-sum(gains[i] for i in circle) / n_out))) for circle in _circles(order)]
+
+
+def _steps(parts: Sequence[tuple[ComplexArray, FloatArray]]) -> tuple[list[tuple[int, int]], float]:
+    """The exchange of two sensors that gains most mean log-likelihood, or two of one sensor after the other where a
+    circle of three gains clearly more, and that gain."""
+    table = np.triu(np.mean([_exchanged(*p) for p in parts], axis=0), 1)
+    best, steps = float(table.max()), [_pair(table)]
+    if best <= 0:
+        return steps, best
+    alone = best
+    for flat in np.argsort(table, axis=None)[::-1][:FIRST]:
+        a, b = (int(k) for k in np.unravel_index(flat, table.shape))
+        if table[a, b] <= 0:
+            break
+        after = np.mean([_exchanged(_changed(h, (a, b)), inverse) for h, inverse in parts], axis=0)
+        either = np.zeros(table.shape, dtype=bool)
+        either[[a, b]] = either[:, [a, b]] = True
+        after = np.triu(np.where(either, after, 0.0), 1)
+        if table[a, b] + after.max() > max(best, alone + TELLING):
+            best, steps = float(table[a, b] + after.max()), [(a, b), _pair(after)]
+    return steps, best
+
+
+def _pair(table: FloatArray) -> tuple[int, int]:
+    i, j = np.unravel_index(np.argmax(table), table.shape)
+    return int(i), int(j)
+
+
+def _circles(order: Sequence[int]) -> list[tuple[int, ...]]:
+    """Sensors each of which shows what the next one should, of recordings in the `order` in which they are right."""
+    belongs = {shows: of for of, shows in enumerate(order)}
+    found: list[tuple[int, ...]] = []
+    seen: set[int] = set()
+    for start in range(len(order)):
+        circle = [start]
+        while (following := belongs[circle[-1]]) != start:
+            circle.append(following)
+        if start not in seen and len(circle) > 1:
+            found.append(tuple(circle))
+        seen.update(circle)
     return found
+
+
+def turned(H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes) -> list[tuple[int, float]]:
+    """Sensors that look upside down in measured accelerances H (n_freq, n_out, n_in) with deviations `noise` of their
+    values, on lines `freq` (Hz): number, and the share of what contradicts the shapes of the model that is left with
+    its sign changed. Every third sensor at most, nothing of fewer than three or of fewer than 12 lines."""
+    n_out = H.shape[1]
+    parts = _parts(H, noise, freq, model)
+    found: list[tuple[int, float]] = []
+    while parts and len(found) < max(1, n_out // 3):
+        gains = np.mean([rescaled(*p, [-1.0])[0] for p in parts], axis=0)
+        gains[[i for i, _ in found]] = 0.0
+        i = int(np.argmax(gains))
+        if gains[i] < TELLING:
+            break
+        found.append((i, float(np.exp(-gains[i] / n_out))))
+        sign = np.where(np.arange(n_out) == i, -1.0, 1.0)
+        parts = [(h * sign, inverse) for h, inverse in parts]
+    return found
+
+
+def _parts(
+    H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes
+) -> list[tuple[ComplexArray, FloatArray]]:
+    """What `_lines_against` gives of every force; nothing of fewer than three sensors."""
+    if H.shape[1] < 3 or H.shape[0] < FEWEST:
+        return []
+    every = (_lines_against(H[:, :, j], noise[:, :, j], freq, model, j) for j in range(H.shape[2]))
+    return [part for part in every if part is not None]
 
 
 def _lines_against(

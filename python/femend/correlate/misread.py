@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from femend.correlate.exchanged import FEWEST, Shapes, clear_lines, held_against, inverse_covariances, rescaled
 
-__all__ = ["Misread", "misread"]
+__all__ = ["Misread", "driven_covariances", "misread"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -76,7 +76,7 @@ def misread(h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes)
 def _gains(h: ComplexArray, noise: FloatArray, out: FloatArray, power: FloatArray) -> FloatArray:
     """Gain (2 n_factors, n_out) in mean log-likelihood with a sensor times one of the factors, or its negative; the
     density of what was recorded has the square of the factor as its Jacobian."""
-    inverse = _driven(h, noise, out, power)
+    inverse = driven_covariances(h, noise, out, power)
     gains = rescaled(h, inverse, _SIGNED) + 2 * np.log(np.abs(_SIGNED))[:, None]
     # how modes are driven was settled with the sensor as it was, which may hide what is wrong with it
     before, minus = _likelihood(h, inverse), int(np.argmin(np.abs(_SIGNED + 1)))
@@ -84,7 +84,7 @@ def _gains(h: ComplexArray, noise: FloatArray, out: FloatArray, power: FloatArra
         for k in {minus, int(np.argmax(gains[:, i]))}:
             put = _SIGNED[k]
             as_put, beside = _with(put, i, h, noise)
-            after = _likelihood(as_put, _driven(as_put, beside, out, power)) + 2 * np.log(abs(put))
+            after = _likelihood(as_put, driven_covariances(as_put, beside, out, power)) + 2 * np.log(abs(put))
             gains[k, i] = max(gains[k, i], after - before)
     return gains
 
@@ -102,10 +102,10 @@ def _likelihood(h: ComplexArray, inverse: FloatArray) -> float:
     return float(np.mean(np.linalg.slogdet(inverse)[1] - inverse.shape[1] * np.log(own)))
 
 
-def _driven(h: ComplexArray, noise: FloatArray, out: FloatArray, power: FloatArray) -> FloatArray:
-    """Inverse covariances (n_lines, n_out, n_out) with modes driven as the responses h ask for: a few steps of
-    expectation and maximisation from where they are driven as `power` (n_lines, n_modes) says. More would take any
-    sensor's word for what drives its direction."""
+def driven_covariances(h: ComplexArray, noise: FloatArray, out: FloatArray, power: FloatArray) -> FloatArray:
+    """Inverse covariances (n_lines, n_out, n_out) with modes of shapes `out` (n_out, n_modes) driven as the responses h
+    (n_lines, n_out), beside `noise`, ask for: a few steps of expectation and maximisation from where they are driven as
+    `power` (n_lines, n_modes) says. More would take any sensor's word for what drives its direction."""
     level, n_out = np.mean(np.abs(h) ** 2, axis=1), h.shape[1]
     for _ in range(STEPS):
         inverse = inverse_covariances(h, noise, out, power)

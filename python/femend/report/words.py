@@ -236,6 +236,8 @@ def headline(result: Result) -> str:
     if verdict == "undetermined" and result.get("status") == INTERRUPTED:
         fit = _gain(result, "nominal", "parameters")
         return f"Interrupted before it was decided whether something is missing; the parameters are updated{fit}."
+    if verdict == "undetermined" and any(not row.get("left_out") for row in rows(result.get("corrections"))):
+        return "The recordings have to be corrected before they can tell whether something is missing in the model."
     if verdict == "undetermined" and (errors := _modes_alone(result)) is not None and errors.unlike:
         return f"The modes cannot tell whether something is missing, since the model is not theirs: {errors.text}."
     if verdict == "undetermined":

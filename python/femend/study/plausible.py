@@ -4,23 +4,33 @@ directions is told, since a fit would make a parameter or a missing part of it."
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.analysis.frf import shapes_at
 from femend.analysis.model_modes import model_modes
-from femend.correlate.doubts import Doubt, exchange_doubts, level_doubts, sign_doubts, twice_doubts
-from femend.correlate.exchanged import CLEAR, Exchange, Shapes, exchanged
+from femend.correlate.doubts import (
+    Doubt,
+    exchange_doubts,
+    level_doubts,
+    misread_doubts,
+    sign_doubts,
+    twice_doubts,
+)
+from femend.correlate.exchanged import CLEAR, Shapes, exchanged, put_right, turned
+from femend.correlate.misread import Misread
 from femend.data import ModeSet, Recording, Spectra, Test
 from femend.diagnose.staged.prepare import FrfData, frf_data
 from femend.diagnose.too_little import PERIODS
 from femend.errors import FemendError
 from femend.model import Model, Pairing
-from femend.model.free_body import FREE, RIGID
+from femend.model.free_body import RIGID
+from femend.model.rigid_motion import zero_modes
 from femend.study.plausible_output import output_doubts
 
-__all__ = ["doubts_of"]
+__all__ = ["Doubted", "Doubts", "doubts_found", "doubts_of"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -29,32 +39,64 @@ ComplexArray = NDArray[np.complex128]
 ABOVE, LEAST = 2.0, 10
 # and of a recording without its force, of which the band is not known, so many
 OF_SHAPES = 30
-# nodes that move less than this share of the liveliest in a mode of 0 Hz stand still; so many of the others are named
-STILL, SHOWN = 1e-3, 8
+
+
+@dataclass(frozen=True, slots=True)
+class Doubted:
+    """A doubt, and the names of the recordings that raise it."""
+
+    doubt: Doubt
+    recordings: tuple[str, ...]
+
+    @property
+    def text(self) -> str:
+        """How a report says it."""
+        first, *others = map(repr, self.recordings)
+        also = f" (so in {', '.join(others)})" if others else ""
+        return f"recording {first}: {self.doubt.text}{also}"
+
+
+@dataclass(frozen=True, slots=True)
+class Doubts:
+    """What is doubtful: sentences `of_model`, and doubts `of_recordings`."""
+
+    of_model: tuple[str, ...] = ()
+    of_recordings: tuple[Doubted, ...] = ()
+
+    @property
+    def texts(self) -> list[str]:
+        """All of it as sentences."""
+        return [*self.of_model, *(one.text for one in self.of_recordings)]
 
 
 def doubts_of(model: Model, test: Test, pairing: Pairing, zeta: float) -> list[str]:
-    """Sentences about recordings to be fitted that contradict the `model` as a mistake in units, scales, signs or
-    durations does; `zeta` is the damping ratio of its modes. Where the force was not measured (ambient, unknown) it is
-    what the shapes say of single sensors."""
+    """The sentences of `doubts_found`."""
+    return doubts_found(model, test, pairing, zeta).texts
+
+
+def doubts_found(model: Model, test: Test, pairing: Pairing, zeta: float) -> Doubts:
+    """Recordings to be fitted that contradict the `model` as a mistake in units, scales, signs or durations does.
+
+    `zeta` is the damping ratio of its modes. Where the force was not measured (ambient, unknown) it is what the shapes
+    say of single sensors."""
     used = [r for r in test if r.role == "fit" and (_measured(r) or _unmeasured(r))]
     frfs = [_frfs(r) if _measured(r) else None for r in used]
     if not used:
-        return []
+        return Doubts()
     try:
         # of recordings too short for FRFs at least the lowest mode is wanted
         f_max = ABOVE * max((float(d.freq[-1]) for d in frfs if d is not None), default=0.0)
         modes = _modes(model, f_max, zeta, OF_SHAPES if any(map(_unmeasured, used)) else LEAST)
     except (FemendError, ValueError):
-        return []  # whoever solves the model next says what is wrong with it
-    found: dict[tuple[str, str], tuple[str, list[str]]] = {}
+        return Doubts()  # whoever solves the model next says what is wrong with it
+    found: dict[tuple[str, str], tuple[Doubt, list[str]]] = {}
     for recording, data in zip(used, frfs, strict=True):
         against: Sequence[Doubt] = () if data is None else _against(data, modes, pairing)
         if _unmeasured(recording):
             against = output_doubts(recording, modes, pairing)
         for doubt in (*_short(recording, modes), *against):
-            found.setdefault((doubt.kind, doubt.channel), (doubt.text, []))[1].append(repr(recording.name))
-    return [*_free(modes), *(f"recording {names[0]}: {text}{_also(names[1:])}" for text, names in found.values())]
+            found.setdefault((doubt.kind, doubt.channel), (doubt, []))[1].append(recording.name)
+    return Doubts(tuple(_free(model, modes)), tuple(Doubted(doubt, tuple(names)) for doubt, names in found.values()))
 
 
 def _measured(recording: Recording) -> bool:
@@ -63,10 +105,6 @@ def _measured(recording: Recording) -> bool:
 
 def _unmeasured(recording: Recording) -> bool:
     return recording.excitation in ("ambient", "unknown") and recording.is_time
-
-
-def _also(names: list[str]) -> str:
-    return f" (so in {', '.join(names)})" if names else ""
 
 
 def _frfs(recording: Recording) -> FrfData | None:
@@ -81,28 +119,11 @@ def _modes(model: Model, f_max: float, zeta: float, least: int) -> ModeSet:
     return found if found.freq[-1] > f_max else model_modes(model, f_max=f_max, zeta=zeta)
 
 
-def _free(modes: ModeSet) -> list[str]:
-    """A body is held, or free in all six ways; one that is free in some may have lost a support, in more a part."""
+def _free(model: Model, modes: ModeSet) -> list[str]:
+    """A body is held, or free in all six ways; one that is free in some may have lost a support, one of which parts
+    move against each other what connects them."""
     n = modes.n_modes - _elastic(modes).size
-    if n in (0, FREE):
-        return []
-    return [
-        f"the model moves freely in {n} way{'s' * (n > 1)} ({n} mode{'s' * (n > 1)} of 0 Hz, of the {FREE} of a free "
-        f"body{_who_moves(modes, n)}): if the structure is held there, a support, a connection or the stiffness of a "
-        "spring is missing in the deck"
-    ]
-
-
-def _who_moves(modes: ModeSet, n: int) -> str:
-    """Nodes that move in the first `n` modes, where others stand still."""
-    size = np.abs(np.real(modes.phi[:, :n]))
-    size = (size / np.maximum(size.max(axis=0), np.finfo(float).tiny)).max(axis=1)
-    every = list(dict.fromkeys(d.node for d in modes.dofs))
-    moving = sorted({d.node for d, s in zip(modes.dofs, size, strict=True) if s > STILL})
-    if len(moving) == len(every):
-        return ""
-    shown = ", ".join(map(str, moving[:SHOWN])) + (", ..." if len(moving) > SHOWN else "")
-    return f"; it is node{'s' * (len(moving) > 1)} {shown} that move{'s' * (len(moving) == 1)}"
+    return [told] if n and (told := zero_modes(model, np.real(modes.phi[:, :n])).text) else []
 
 
 def _elastic(modes: ModeSet) -> FloatArray:
@@ -131,12 +152,26 @@ def _against(data: FrfData, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
     H = np.einsum("or,fr,ir->foi", out, gain, into)
     outputs = [str(d) for d in data.outputs]
     told = twice_doubts(data.H, data.outputs)
-    pairs = [] if told else exchanged(data.H, data.noise, data.freq, Shapes(modes.freq, modes.zeta, out, into))
-    levels, signs = _levels_and_signs(data, H, _with_exchanged(len(outputs), pairs))
+    shapes = Shapes(modes.freq, modes.zeta, out, into)
+    pairs = [] if told else exchanged(data.H, data.noise, data.freq, shapes)
+    levels, signs = _levels_and_signs(data, H, put_right(len(outputs), pairs))
     if pairs and any(doubt.kind == "sensor level" for doubt in levels):
         # a sensor in other units moves unlike the model wherever it is
-        pairs, (levels, signs) = [], _levels_and_signs(data, H, _with_exchanged(len(outputs), []))
+        pairs, (levels, signs) = [], _levels_and_signs(data, H, put_right(len(outputs), []))
+    if not told:
+        signs += _turned(data, shapes, put_right(len(outputs), pairs), [*levels, *signs])
     return [*told, *exchange_doubts(pairs, outputs), *levels, *signs]
+
+
+def _turned(data: FrfData, shapes: Shapes, order: list[int], told: Sequence[Doubt]) -> list[Doubt]:
+    """Doubts about signs of sensors that phases do not tell, since resonances are off, but shapes do; with the mistakes
+    that are `told` taken out."""
+    names = [str(d) for d in data.outputs]
+    factor = {doubt.channel: doubt.factor or 1.0 for doubt in told if doubt.kind in ("sensor level", "sensor sign")}
+    put = np.array([1 / factor.get(name, 1.0) for name in names])[None, :, None]
+    found = turned(data.H[:, order] * put, data.noise[:, order] * np.abs(put), data.freq, shapes)
+    # what was turned before is right as it is
+    return misread_doubts([Misread(i, -1.0, left) for i, left in found if names[i] not in factor], names)
 
 
 def _levels_and_signs(data: FrfData, H: ComplexArray, order: list[int]) -> tuple[list[Doubt], list[Doubt]]:
@@ -145,11 +180,3 @@ def _levels_and_signs(data: FrfData, H: ComplexArray, order: list[int]) -> tuple
     measured = data.H[:, order]
     clear = np.abs(measured) > CLEAR * data.noise[:, order]
     return level_doubts(measured, H, outputs, clear), sign_doubts(measured, H, outputs, inputs, clear)
-
-
-def _with_exchanged(n: int, pairs: Sequence[Exchange]) -> list[int]:
-    """Order of `n` sensors with the recordings of `pairs` changed for each other."""
-    order = list(range(n))
-    for a, b in (pair.sensors for pair in pairs):
-        order[a], order[b] = b, a
-    return order

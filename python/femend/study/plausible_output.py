@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.analysis.frf import shapes_at
-from femend.correlate.doubts import Doubt, exchange_doubts, misread_doubts, twice_doubts
-from femend.correlate.exchanged import Shapes, exchanged
+from femend.correlate.doubts import Doubt, exchange_doubts, misread_doubts, time_doubts, twice_doubts
+from femend.correlate.exchanged import Shapes, exchanged, put_right
 from femend.correlate.misread import Misread, misread
+from femend.correlate.time_axis import time_factor
 from femend.data import ModeSet, Recording
 from femend.errors import FemendError
 from femend.modal.output_only.prepare import motion_rows
@@ -44,12 +45,12 @@ def output_doubts(recording: Recording, modes: ModeSet, pairing: Pairing) -> lis
     freq, h, noise = _lines(y, dt, modes)
     if told := twice_doubts(h[:, :, None], dofs):
         return told
-    names, order = [str(d) for d in dofs], np.arange(len(dofs))
+    if axis := time_doubts(time_factor(h, noise, freq, shapes), dt):
+        return axis  # of single sensors nothing is known then
+    names = [str(d) for d in dofs]
     pairs = exchanged(h[:, :, None], noise[:, :, None], freq, shapes)
-    for a, b in (pair.sensors for pair in pairs):
-        order[[a, b]] = order[[b, a]]
     directions = [pairing[d].dof.component for d in dofs]
-    found = _misread(y[order], dt, modes, shapes, directions)
+    found = _misread(y[put_right(len(dofs), pairs)], dt, modes, shapes, directions)
     if pairs and found:
         # a sensor in other units, or upside down, moves unlike the model wherever it is
         alone = _misread(y, dt, modes, shapes, directions)

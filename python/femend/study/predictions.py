@@ -72,12 +72,21 @@ def nrmse(predicted: Values, recorded: Values) -> float:
 
 
 def predict_all(
-    diagnosis: Diagnosis, test: Test, model: Model, pairing: Pairing, records: list[FitRecord]
+    diagnosis: Diagnosis,
+    test: Test,
+    model: Model,
+    pairing: Pairing,
+    records: list[FitRecord],
+    whole: Recording | None = None,
 ) -> list[Prediction]:
     """Responses of every sensor of the fit recordings to the forces of every recording with measured force; of fit
-    recordings of a force nobody recorded every sensor from the others, in the band."""
+    recordings of a force nobody recorded every sensor from the others, in the band. `whole` is the first fit recording
+    with the sensors that were left out, where there are some: what holds inputs only is predicted at these as well."""
     first = next(r for r in test if r.role == "fit")
-    channels = tuple(Channel(c.dof, "acceleration", "m/s^2", c.name, c.label) for c in first.sensors)
+    channels, every = (
+        tuple(Channel(c.dof, "acceleration", "m/s^2", c.name, c.label) for c in r.sensors)
+        for r in (first, whole or first)
+    )
     done = []
     for recording in test:
         if isinstance(recording.data, FRF):
@@ -90,11 +99,18 @@ def predict_all(
             continue
         if not recording.is_time or recording.force is None or recording.excitation != "measured":
             continue
+        measured = own.y if own is not None else _recorded(recording, channels)
+        sensors = every if measured is None else channels
         if own is None:
-            own = _inputs_only(recording, model, pairing, records[0])
-        measured = own.y if recording.role == "fit" else _recorded(recording, channels)
-        done.append(Prediction(recording.name, recording.role, own.dt, channels, stages(diagnosis, own), measured))
+            own = _inputs_only(recording, model, pairing, replace(records[0], **_outputs(sensors, model, pairing)))
+        done.append(Prediction(recording.name, recording.role, own.dt, sensors, stages(diagnosis, own), measured))
     return done
+
+
+def _outputs(channels: tuple[Channel, ...], model: Model, pairing: Pairing) -> dict[str, Any]:
+    """Rows and signs of response channels, as a record has them."""
+    dofs = [pairing[c.dof].dof for c in channels if c.dof is not None]
+    return {"out_rows": np.array([model.row(d) for d in dofs]), "out_signs": np.array([float(d.sign) for d in dofs])}
 
 
 def _inputs_only(recording: Recording, model: Model, pairing: Pairing, first: FitRecord) -> FitRecord:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +24,11 @@ from femend.progress import Progress, SilentProgress, say
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.content import report_content
+from femend.study.corrections import Corrections, corrections_of, left_out_unseen
 from femend.study.interruption import StudyInterrupted, nothing_settled
 from femend.study.load import load_study
 from femend.study.patch import deck_cards, deck_changes, on_new_supports
-from femend.study.plausible import doubts_of
+from femend.study.plausible import doubts_found
 from femend.study.predictions import Prediction, predict_all, write_predictions
 from femend.study.result import result_of
 from femend.study.sound import warnings_of
@@ -97,13 +98,24 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
         model = read_model(study.model_file, units=study.units, parameters=study.parameters, spc=_spc(study))
         test = study.read_recordings()
         pairing = pair_test(test, model)
-        records = [] if unrecorded and not _enough(test) else fit_records(_usable(test, unrecorded), model, pairing)
-        warnings = [*warnings_of(study, model.deck, test), *doubts_of(model, test, pairing, study.damping_ratio)]
+        _usable(test, unrecorded)
+        doubts = doubts_found(model, test, pairing, study.damping_ratio)
+        warnings = [*warnings_of(study, model.deck, test), *doubts.texts]
     for text in warnings:
         say(progress, text)
-    task = _Task(study, model, test, pairing, records, info, steps, folder, warnings)
+    right = Corrections(test)
+    if doubts.of_recordings:
+        with steps.step("try corrections"):
+            given = (test, doubts.of_recordings)
+            right = (
+                left_out_unseen(*given) if unrecorded else corrections_of(model, pairing, study.damping_ratio, *given)
+            )
+    used = _usable(right.test, unrecorded)
+    records = [] if unrecorded and not _enough(right.test) else fit_records(used, model, pairing)
+    task = _Task(study, model, test, pairing, records, info, steps, folder, right, warnings)
     try:
-        run = task.run(unrecorded) if records else None
+        # a time axis that is mistaken without a force is for the modes to tell
+        run = task.run(unrecorded) if records and not (unrecorded and right.whole) else None
     except KeyboardInterrupt:
         raise task.stopped() from None
     except FemendError as error:
@@ -114,7 +126,8 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
         return run
     # what is left of the recordings are modes
     _no_laws(info)
-    return diagnose_staged(study, steps, info, progress, folder, [NO_ONE_FORCE if records else TOO_FEW])
+    why = [] if right.whole else [NO_ONE_FORCE if records else TOO_FEW]
+    return diagnose_staged(study, steps, info, progress, folder, why)
 
 
 def _no_laws(info: RunInfo) -> None:
@@ -128,7 +141,8 @@ def _no_laws(info: RunInfo) -> None:
 
 @dataclass(eq=False)
 class _Task:
-    """A study that was read, while it is diagnosed; `step` is where it is, `so_far` what is settled."""
+    """A study that was read, while it is diagnosed: `test` as recorded, `right` what is used of it; `so_far` is what is
+    settled."""
 
     study: Study
     model: Model
@@ -138,11 +152,17 @@ class _Task:
     info: RunInfo
     steps: _Steps
     out: Path | None
+    right: Corrections
     warnings: list[str] = field(default_factory=list)
     so_far: SoFar = field(default_factory=SoFar)
 
     def run(self, unrecorded: bool) -> StudyRun | None:
-        """From the records to what is written; None where no single force explains responses alone."""
+        """From the records to what is written; None where no single force explains responses alone. Nothing is looked
+        for in recordings that have to be corrected as a whole."""
+        if self.right.whole:
+            settled = undecided(SoFar(start=self.right.start), "")
+            assert settled is not None
+            return self.finished(replace(settled, interrupted=False, advice=""))
         diagnose_them = diagnose_responses if unrecorded else diagnose_records
         with self.steps.step("diagnose"), self.steps.parts("diagnose") as told:
             found = diagnose_them(self.model, self.records, self.study.damping_ratio, told, so_far=self.so_far)
@@ -153,9 +173,12 @@ class _Task:
         # with the noise that was told from them
         records = self.records if diagnosis.driven is None else diagnosis.driven.start.problem.records
         with self.steps.step("predict"):
-            predictions = predict_all(diagnosis, self.test, self.model, self.pairing, records)
+            first = next(r for r in self.test if r.role == "fit")
+            used = self.right.test
+            predictions = predict_all(diagnosis, used, self.model, self.pairing, records, first)
             result = result_of(diagnosis, predictions, records, self.warnings)
-        run = StudyRun(self.study, self.model, self.test, self.pairing, records, diagnosis, predictions, result)
+            result = self.right.told_in(result)
+        run = StudyRun(self.study, self.model, used, self.pairing, records, diagnosis, predictions, result)
         if self.out is not None:
             _write(run, self.out, self.info)
         return run

@@ -25,7 +25,9 @@ from femend.model.model import model_of
 from femend.progress import Progress, say
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
-from femend.study.plausible import doubts_of
+from femend.study.corrections import Correction, Corrections, corrections_of, left_out_unseen
+from femend.study.mended import mended, without
+from femend.study.plausible import doubts_found
 from femend.study.predictions import Prediction, write_predictions
 from femend.study.sound import deck_warnings, warnings_of
 from femend.study.staged_content import staged_content
@@ -74,35 +76,51 @@ def diagnose_staged(
         free = free_model(_core.Deck.read(str(study.model_file)), units=study.units, parameters=study.parameters)
         test = study.read_recordings()
         pairing = pair_test(test, free)
-        doubts = _doubts(study, test, free, pairing)
+        whole = test
+        doubts, right = _doubts(study, test, free, pairing)
+        test = right.test
     for text in (*deck_warnings(study, free.deck), *doubts):
         say(progress, text)
     with steps.step("identify modes and prepare runs"):
         data = staged_data(test)
         setup = _setup(study, test, free, pairing, data)
     with steps.step("diagnose"):
-        plain = final = run_stages(setup, data, naming=True, tell=progress.start)
+        plain = final = run_stages(setup, data, naming=not right.whole, tell=progress.start)
         if final.named:
             plain = run_stages(setup, data, naming=False, iterations=PLAIN_STEPS, tell=progress.start)
         progress.done()
     with steps.step("predict"):
         predictions = predict_staged(setup, test, data, final, plain)
-        warnings = [*warnings_of(study, free.deck, test), *doubts, *told]
-        result = staged_result(setup, data, final, predictions, warnings)
+        warnings = [*warnings_of(study, free.deck, whole), *doubts, *told]
+        result = right.told_in(staged_result(setup, data, final, predictions, warnings))
     run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)
     if out is not None:
         _write(run, out, info)
     return run
 
 
-def _doubts(study: Study, test: Test, free: Model, pairing: Pairing) -> list[str]:
-    """What recordings contradict in the deck as it stands, held and loaded as in their configuration."""
+def _doubts(study: Study, test: Test, free: Model, pairing: Pairing) -> tuple[list[str], Corrections]:
+    """What recordings contradict in the deck as it stands, held and loaded as in their configuration, and what is
+    corrected or left out for it."""
     told: list[str] = []
+    single: list[Correction] = []
+    whole: list[Correction] = []
     for name in dict.fromkeys(r.configuration for r in test if r.role == "fit"):
         own = study.configuration(name)
-        model = model_of(free.deck, units=free.units, spc=own.spc, added_mass=own.added_mass)
-        told += doubts_of(model, Test(tuple(r for r in test if r.configuration == name)), pairing, study.damping_ratio)
-    return list(dict.fromkeys(told))
+        model = model_of(
+            free.deck, units=free.units, parameters=free.parameters, spc=own.spc, added_mass=own.added_mass
+        )
+        of_it = Test(tuple(r for r in test if r.configuration == name))
+        found = doubts_found(model, of_it, pairing, study.damping_ratio)
+        told += found.texts
+        if all(r.excitation == "measured" for r in of_it if r.role == "fit"):
+            single += corrections_of(model, pairing, study.damping_ratio, of_it, found.of_recordings).single
+        else:
+            of_shapes = left_out_unseen(of_it, found.of_recordings)
+            single, whole = [*single, *of_shapes.single], [*whole, *of_shapes.whole]
+    names = [name for one in single for name in one.sensors]
+    right = mended(without(test, names), [one.doubted for one in whole])
+    return list(dict.fromkeys(told)), Corrections(right, tuple(single), tuple(whole))
 
 
 def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: StagedData) -> Setup:

@@ -1,0 +1,102 @@
+"""Modes of 0 Hz are told apart: a free body's, and a mechanism's with who moves in it."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from femend.analysis.model_modes import model_modes
+from femend.cli import main
+from femend.model import Model, read_model
+from femend.model.rigid_motion import ZeroModes, rigid_motions, zero_modes
+from femend.study.plausible import _free
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
+
+HEAD = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "MAT1,1,7.+10,,.33,2700."]
+BAR = "PBAR,1,1,3.3-4,3.3-9,2.5-8,1.0-8"
+
+
+def chain(pins: dict[int, str], held: str = "") -> list[str]:
+    """Nine bars in space along a slanted line, of which some have a pinned end; `held` cards beside."""
+    lines = [*HEAD, BAR, "CORD2R,5,,0.,0.,0.,.3,.4,.8", ",1.,0.,.2"]
+    lines += [f"GRID,{n},,{0.1 * n:.2f},{0.03 * n:.2f},{0.02 * n * n:.3f},{5 if n % 2 else 0}" for n in range(1, 11)]
+    lines += [f"CBAR,{n},1,{n},{n + 1},0.,0.,1.,,+{n}\n+{n},{pins.get(n, '')}" for n in range(1, 10)]
+    return [*lines, held, "ENDDATA", ""]
+
+
+def solved(folder: Path, lines: list[str]) -> tuple[Model, ZeroModes]:
+    # a set that is selected has to be there
+    held = any(line.startswith("SPC1,1,") for line in lines)
+    (folder / "a.bdf").write_text("\n".join(line for line in lines if held or line != "SPC = 1"))
+    model = read_model(folder / "a.bdf")
+    modes = model_modes(model, n_modes=20)
+    n = int((modes.freq < 1e-6 * modes.freq[-1]).sum())
+    return model, zero_modes(model, np.real(modes.phi[:, :n]))
+
+
+def test_a_body_in_space_is_free_in_six_ways_and_nothing_is_told(tmp_path: Path) -> None:
+    model, found = solved(tmp_path, chain({}))
+    assert found == ZeroModes(6, 0)
+    assert _free(model, model_modes(model)) == []
+    # motions of a rigid body take no force
+    K, _ = model.matrices()
+    R = rigid_motions(model)
+    assert np.abs(K @ R).max() < 1e-9 * np.abs(K).max()
+
+
+def test_six_modes_of_a_pinned_chain_are_a_mechanism_and_who_moves_is_named(tmp_path: Path) -> None:
+    # three hinges about two axes each, held at one end: six modes of 0 Hz, none of a rigid body
+    model, found = solved(tmp_path, chain({7: "56", 8: "56", 9: "56"}, "SPC1,1,123456,1"))
+    assert (found.rigid, found.mechanism) == (0, 6)
+    assert found.nodes == (8, 9, 10)
+    assert found.elements == (8, 9)
+    (told,) = _free(model, model_modes(model, n_modes=20))
+    assert "6 ways (6 modes of 0 Hz, 6 of them a mechanism" in told
+    assert "nodes 8, 9, 10 that move (elements 8, 9)" in told
+
+
+def test_the_command_tells_a_mechanism_of_six_ways_and_a_free_body(tmp_path: Path) -> None:
+    for name, lines in (("held", chain({7: "56", 8: "56", 9: "56"}, "SPC1,1,123456,1")), ("free", chain({}))):
+        text = "\n".join(line for line in lines if name == "held" or line != "SPC = 1")
+        (tmp_path / f"{name}.bdf").write_text(text)
+    said = [CliRunner().invoke(main, ["modes", str(tmp_path / f"{name}.bdf")]).output for name in ("held", "free")]
+    assert "6 of them a mechanism" in said[0]
+    assert "6 modes of a free body" in said[1]
+
+
+def test_a_free_body_with_a_hinge_has_one_way_more(tmp_path: Path) -> None:
+    _, found = solved(tmp_path, chain({8: "5"}))
+    assert (found.rigid, found.mechanism) == (6, 1)
+    assert found.nodes in ((9, 10), (10,))
+
+
+def test_a_lost_support_is_no_mechanism(tmp_path: Path) -> None:
+    model, found = solved(tmp_path, chain({}, "SPC1,1,123,1"))
+    assert (found.rigid, found.mechanism) == (3, 0)
+    assert "3 ways (3 modes of 0 Hz, of the 6 of a free body)" in _free(model, model_modes(model))[0]
+
+
+def test_a_bar_that_turns_about_itself_is_a_mechanism(tmp_path: Path) -> None:
+    _, found = solved(tmp_path, chain({9: "4"}, "SPC1,1,123456,1"))
+    assert (found.rigid, found.mechanism, found.nodes) == (0, 1, (10,))
+
+
+@pytest.mark.parametrize("held", ["", "SPC1,1,2,1,2"])
+def test_solids_have_no_rotations_to_compare(tmp_path: Path, held: str) -> None:
+    lines = [*HEAD, "PSOLID,1,1"]
+    for n in range(12):
+        lines.append(f"GRID,{n + 1},,{0.1 * (n // 4):.1f},{0.1 * (n % 4 in (1, 2)):.1f},{0.1 * (n % 4 in (2, 3)):.1f}")
+    lines += ["CHEXA,1,1,1,2,3,4,5,6\n,7,8", "CHEXA,2,1,5,6,7,8,9,10\n,11,12", held, "ENDDATA", ""]
+    _, found = solved(tmp_path, lines)
+    assert (found.rigid, found.mechanism) == ((5 if held else 6), 0)
+
+
+def test_a_plane_model_moves_in_its_plane(tmp_path: Path) -> None:
+    _, found = solved(tmp_path, small_study.deck().replace("SPC1,1,123456,1\n", "SPC1,1,246,1\n").split("\n"))
+    assert (found.rigid, found.mechanism) == (3, 0)
