@@ -53,6 +53,18 @@ impl<S: Scalar> Mat<S> {
         Self { rows: self.rows, cols: self.cols, data: self.data.iter().map(|&x| w * x).collect() }
     }
 
+    /// The entries of `rows` in rows and columns alike.
+    #[must_use]
+    pub fn principal(&self, rows: &[usize]) -> Self {
+        let mut out = Self::zeros(rows.len(), rows.len());
+        for (i, &a) in rows.iter().enumerate() {
+            for (j, &b) in rows.iter().enumerate() {
+                out[(i, j)] = self[(a, b)];
+            }
+        }
+        out
+    }
+
     /// Congruence `tᵀ A t` with a constant `t` (rows of A x new size); zeros of `t` are skipped.
     #[must_use]
     pub fn congruence(&self, t: &Mat<f64>) -> Self {
