@@ -12,7 +12,7 @@
 use super::{Matrices, lossy};
 use crate::error::FemError;
 use crate::mesh::{BeamSection, Components, Material, Rotation};
-use crate::parameter::{Factors, Quantity};
+use crate::parameter::{Elastic, Factors, Quantity};
 use crate::scalar::Scalar;
 use crate::small::{Mat, inverse_spd, matmul, rigid};
 
@@ -161,15 +161,15 @@ impl BeamElement {
 
     /// 6 x 6 stiffness at end B of the cantilever held at A: inverse of its flexibility, mode by mode.
     fn stiffness_at_b<S: Scalar>(&self, f: &Factors<S>) -> Mat<S> {
-        let g = f.elastic(0, &self.material).g;
+        let el = f.elastic(0, &self.material);
         let coupled = self.sections.iter().any(|s| s.i12 != 0.0);
-        let Flexibility { axial, twist, bend } = self.flexibility(f, coupled);
+        let Flexibility { axial, twist, bend } = self.flexibility(f, &el, coupled);
         let section = &self.sections[0];
         let mut k = Mat::zeros(6, 6);
         if section.a > 0.0 {
             k[(0, 0)] = S::c(1.0) / axial;
         }
-        if section.j > 0.0 && g.value() > 0.0 {
+        if section.j > 0.0 && el.g.value() > 0.0 {
             k[(3, 3)] = S::c(1.0) / twist;
         }
         // rows of the bending block in the 6-vector, with the sign of -My
@@ -194,14 +194,14 @@ impl BeamElement {
     }
 
     /// Displacements of end B per force there, end A held; `coupled`: a product of inertia couples the planes.
-    fn flexibility<S: Scalar>(&self, f: &Factors<S>, coupled: bool) -> Flexibility<S> {
-        let el = f.elastic(0, &self.material);
-        let mut out = Flexibility { axial: S::zero(), twist: S::zero(), bend: Mat::zeros(4, 4) };
+    fn flexibility<S: Scalar>(&self, f: &Factors<S>, el: &Elastic<S>, coupled: bool) -> Flexibility<S> {
+        let (mut axial, mut twist) = (S::zero(), S::zero());
+        let mut bend = Mat::zeros(4, 4);
         for (x, w) in GAUSS4 {
             let s = self.station(f, x);
             let wl = S::c(w * self.length);
-            out.axial += wl / (el.e * s.a);
-            out.twist += wl / (el.g * s.j);
+            axial += wl / (el.e * s.a);
+            twist += wl / (el.g * s.j);
             let curvature = bending_flexibility(&s, el.e, coupled);
             // moment at the station per force and per moment at end B
             let moments = [self.length * (1.0 - x), 1.0];
@@ -210,18 +210,18 @@ impl BeamElement {
                     let c = wl * curvature[p][q];
                     for (i, a) in moments.into_iter().enumerate() {
                         for (j, b) in moments.into_iter().enumerate() {
-                            out.bend[(2 * p + i, 2 * q + j)] += c * (a * b);
+                            bend[(2 * p + i, 2 * q + j)] += c * (a * b);
                         }
                     }
                 }
             }
             for p in 0..2 {
                 if self.shear[p] > 0.0 && el.g.value() > 0.0 && s.a.value() > 0.0 {
-                    out.bend[(2 * p, 2 * p)] += wl / (el.g * s.a * self.shear[p]);
+                    bend[(2 * p, 2 * p)] += wl / (el.g * s.a * self.shear[p]);
                 }
             }
         }
-        out
+        Flexibility { axial, twist, bend }
     }
 
     /// Condenses released components; returns the stiffness and the map from kept to all components.
