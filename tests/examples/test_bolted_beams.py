@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-import runpy
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
+import pytest
 from scipy.linalg import eig
 
+from femend.physics import physics
 
-def test_bolted_beams(project_root: Path, shared: Callable[[str], Path]) -> None:
+
+@pytest.fixture(scope="module")
+def example(script: Callable[[str], ModuleType]) -> ModuleType:
+    return script("bolted_beams/bolted_beams")
+
+
+def test_bolted_beams(example: ModuleType, shared: Callable[[str], Path]) -> None:
     folder = shared("data/bolted_beams")
-    example = runpy.run_path(str(project_root / "python" / "examples" / "bolted_beams.py"))
-    outcome = example["run"](folder)
+    outcome = example.run(folder)
     fitted, chosen, reported = outcome.parts
     assert not set(fitted.Q) & set(chosen.Q)
     assert max(fitted.Q.max(), chosen.Q.max()) < reported.Q.min()
@@ -52,10 +60,11 @@ def test_bolted_beams(project_root: Path, shared: Callable[[str], Path]) -> None
     assert slip > 2 * rise > 0
 
 
-def test_the_softening_is_named_with_the_stretches_exchanged(project_root: Path, shared: Callable[[str], Path]) -> None:
+def test_the_softening_is_named_with_the_stretches_exchanged(
+    example: ModuleType, shared: Callable[[str], Path]
+) -> None:
     folder = shared("data/bolted_beams")
-    example = runpy.run_path(str(project_root / "python" / "examples" / "bolted_beams.py"))
-    outcome = example["run"](folder, exchanged=True, further=False)
+    outcome = example.run(folder, exchanged=True, further=False)
     assert outcome.first.fit.terms[0].physics.name == "saturating_stiffness"
     reported = outcome.parts[2]
     error = reported.error(outcome.reported(outcome.first.fit))
@@ -66,14 +75,14 @@ def test_the_softening_is_named_with_the_stretches_exchanged(project_root: Path,
             assert reported.error(outcome.reported(one.fit)) > 1.1 * error
 
 
-def test_pole_with_a_law_is_an_eigenvalue(project_root: Path, shared: Callable[[str], Path]) -> None:
+def test_pole_with_a_law_is_an_eigenvalue(example: ModuleType, shared: Callable[[str], Path]) -> None:
     folder = shared("data/bolted_beams")
-    example = runpy.run_path(str(project_root / "python" / "examples" / "bolted_beams.py"))
-    fitted, _, reported = example["read"](folder / "ASB_C1_20Nm_BB.mat")
-    beams = example["Beams"](folder / "MAT_NULLRED_C1.mat")
-    study = example["Study"](beams, fitted, float(reported.Q.max()))
+    fitted, _, reported = example.read(folder / "ASB_C1_20Nm_BB.mat")
+    beams = example.Beams(folder / "MAT_NULLRED_C1.mat")
+    study = example.Study(beams, fitted, float(reported.Q.max()))
+    model = sys.modules["bolted_model"]
     at = beams.columns("tangential")
-    slipping = example["Table"](example["physics"]("coulomb_friction"), {"f": 1.5, "kt": 9e7}, 1e-6, study.omega)
+    slipping = model.Table(physics("coulomb_friction"), {"f": 1.5, "kt": 9e7}, 1e-6, study.omega)
     Q = np.array([2e-5, 1e-4])
     omega, zeta = beams.backbone(study.k, [(at, slipping)], Q, study.phi)
     for i, amplitude in enumerate(Q):

@@ -103,27 +103,30 @@ def pair_modes(
     if not 0 <= mac_min < 1:
         raise CorrelationError(f"mac_min is {mac_min}; a MAC to ask of a pair is in [0, 1)")
     unseen_a, unseen_b = _unseen(a, seen_a), _unseen(b, seen_b)
-    own = np.nan_to_num(mac(a, b, weight))
-    own[list(unseen_a), :] = 0.0
-    own[:, list(unseen_b)] = 0.0
+    own = _of_seen(np.nan_to_num(mac(a, b, weight)), unseen_a, unseen_b)
     if freq_a is None or freq_b is None:
         frequency_weight = 0.0
-    agreement, distance = own, np.zeros_like(own)
-    cluster_a, cluster_b = np.full(a.shape[1], -1), np.full(b.shape[1], -1)
-    if freq_a is not None and freq_b is not None:
+        agreement, distance = own, np.zeros_like(own)
+        cluster_a, cluster_b = np.full(a.shape[1], -1), np.full(b.shape[1], -1)
+    else:
         fa, fb = _frequencies(freq_a, a), _frequencies(freq_b, b)
-        cluster_a, cluster_b = (
-            _clusters(f, closeness, unseen, a.shape[0]) for f, unseen in ((fa, unseen_a), (fb, unseen_b))
-        )
+        cluster_a = _clusters(fa, closeness, unseen_a, a.shape[0])
+        cluster_b = _clusters(fb, closeness, unseen_b, a.shape[0])
         agreement = _with_clusters(own, _root(weight, a), _root(weight, b), cluster_a, cluster_b)
-        agreement[list(unseen_a), :] = 0.0
-        agreement[:, list(unseen_b)] = 0.0
-        distance = _log_distance(fa, fb)
+        agreement, distance = _of_seen(agreement, unseen_a, unseen_b), _log_distance(fa, fb)
     chosen = _assign(agreement, own, distance, mac_min, frequency_weight)
     chosen = _inside_clusters(chosen, agreement, own - frequency_weight * distance, mac_min, cluster_a, cluster_b)
     pairs = _pairs(chosen, own, agreement, cluster_a, cluster_b)
     rest_a, rest_b = _rest(a, [p.a for p in pairs], unseen_a), _rest(b, [p.b for p in pairs], unseen_b)
     return ModePairing(pairs, rest_a, rest_b, unseen_a, unseen_b, _notes(pairs, a, unseen_a, unseen_b))
+
+
+def _of_seen(agreement: NDArray[np.float64], unseen_a: Sequence[int], unseen_b: Sequence[int]) -> NDArray[np.float64]:
+    """The agreement (n_a, n_b) with that of modes that do not move at the DOFs compared put to 0."""
+    out = agreement.copy()
+    out[list(unseen_a), :] = 0.0
+    out[:, list(unseen_b)] = 0.0
+    return out
 
 
 def _rest(shapes: NDArray[Any], paired: Sequence[int], unseen: Sequence[int]) -> tuple[int, ...]:

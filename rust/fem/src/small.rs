@@ -53,6 +53,18 @@ impl<S: Scalar> Mat<S> {
         Self { rows: self.rows, cols: self.cols, data: self.data.iter().map(|&x| w * x).collect() }
     }
 
+    /// The entries of `rows` in rows and columns alike.
+    #[must_use]
+    pub fn principal(&self, rows: &[usize]) -> Self {
+        let mut out = Self::zeros(rows.len(), rows.len());
+        for (i, &a) in rows.iter().enumerate() {
+            for (j, &b) in rows.iter().enumerate() {
+                out[(i, j)] = self[(a, b)];
+            }
+        }
+        out
+    }
+
     /// Congruence `tᵀ A t` with a constant `t` (rows of A x new size); zeros of `t` are skipped.
     #[must_use]
     pub fn congruence(&self, t: &Mat<f64>) -> Self {
@@ -92,9 +104,10 @@ impl<S: Scalar> Mat<S> {
     /// Adds `w * (aᵀ b)` of two rows, symmetrically: `w (aᵀb + bᵀa) / 2`; with `a = b` it is `w aᵀa`.
     pub fn add_outer(&mut self, w: S, a: &[S], b: &[S]) {
         let h = w * 0.5;
-        for i in 0..self.rows {
-            for j in 0..self.cols {
-                self[(i, j)] += h * (a[i] * b[j] + b[i] * a[j]);
+        // along the rows without indices: most of the time of a beam's consistent mass goes by here
+        for (row, (&ai, &bi)) in self.data.chunks_exact_mut(self.cols).zip(a.iter().zip(b)) {
+            for (out, (&aj, &bj)) in row.iter_mut().zip(a.iter().zip(b)) {
+                *out += h * (ai * bj + bi * aj);
             }
         }
     }

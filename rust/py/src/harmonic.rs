@@ -9,8 +9,9 @@ use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyReadonlyArray1, PyReadonlyArray
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::laws::{law, law_error, simulation_error};
+use crate::laws::{law, law_error};
 use crate::own_law::raised;
+use crate::simulate::simulation_error;
 
 pyo3::import_exception!(femend.errors, ConvergenceError);
 

@@ -14,6 +14,7 @@ mod modes;
 mod moved;
 mod own_law;
 mod sensitivity;
+mod simulate;
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -26,6 +27,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     frf::register(module)?;
     sensitivity::register(module)?;
     laws::register(module)?;
+    simulate::register(module)?;
     harmonic::register(module)?;
     own_law::register(module)?;
     diagnose::register(module)

@@ -18,6 +18,7 @@ from femend.estimate.updating.matrices import DeckMatrices, Matrices
 from femend.estimate.updating.modal_damping import ratio_slopes, ratios
 from femend.estimate.updating.morphed import MorphedMatrices
 from femend.estimate.updating.requests import DAMPING, Frfs, Statics, damping_matrix
+from femend.estimate.updating.rigid import mass_and_centre, motion_slopes, motions
 from femend.estimate.updating.state import State
 from femend.model import Model
 
@@ -87,7 +88,7 @@ class ModalSystem:
         if self.statics is not None:
             values["static"] = self._rows(self.statics.outputs) @ self._factor(K).solve(self.statics.loads)
         if self.rigid is not None:
-            values |= _inertia(self._products(M, self._motions(own)))
+            values |= mass_and_centre(self._products(M, self._motions(own)))
         return State(values, lambda n: self._slopes(own, K, M, lam, phi, factors, n))
 
     def _slopes(
@@ -118,7 +119,7 @@ class ModalSystem:
             for i, dR in enumerate(turned, start=len(own) - len(turned)):
                 half = self._products(M, R, dR)
                 products[i] = products[i] + half + half.T
-            parts = [_inertia(self._products(M, R), one) for one in products]
+            parts = [mass_and_centre(self._products(M, R), one) for one in products]
             out |= {name: np.array([part[name] for part in parts]) for name in ("mass", "centre")}
         extra = len(self.names) - len(own)
         out = {name: np.concatenate([v, np.zeros((extra, *v.shape[1:]))]) for name, v in out.items()}
@@ -267,16 +268,6 @@ class ModalSystem:
         )
 
 
-def _inertia(products: FloatArray, slope: FloatArray | None = None) -> dict[str, FloatArray]:
-    """Mass and centre of gravity, or their derivatives, from R^T M R of rigid motions about the origin."""
-    mass = products[0, 0]
-    first = np.array([products[1, 5], products[2, 3], products[0, 4]])
-    if slope is None:
-        return {"mass": np.array([mass]), "centre": first / mass}
-    d = np.array([slope[1, 5], slope[2, 3], slope[0, 4]])
-    return {"mass": np.array([slope[0, 0]]), "centre": d / mass - first / mass**2 * slope[0, 0]}
-
-
 def modal_system(
     matrices: Matrices,
     sensors: Any,
@@ -348,13 +339,13 @@ def deck_system(
     if model.morphs:
         _check_morphs(model, sensors)
         still = {m.name: 0.0 for m in model.morphs}
-        rigid, turning = (_rigid(model), _rigid_slopes(model)) if inertia else (None, None)
+        rigid, turning = (motions(model), motion_slopes(model)) if inertia else (None, None)
         B = csr_array(B)
         return ModalSystem(MorphedMatrices(model), B, n_modes, shapes, frfs, None, rigid, turning, still, damping)
     system = modal_system(DeckMatrices(model), B, n_modes, shapes=shapes, frfs=frfs, damping=damping)
     if not inertia:
         return system
-    return ModalSystem(DeckMatrices(model), csr_array(B), n_modes, shapes, frfs, rigid=_rigid(model), damping=damping)
+    return ModalSystem(DeckMatrices(model), csr_array(B), n_modes, shapes, frfs, rigid=motions(model), damping=damping)
 
 
 def _check_morphs(model: Model, sensors: Sequence[Dof]) -> None:
@@ -366,39 +357,3 @@ def _check_morphs(model: Model, sensors: Sequence[Dof]) -> None:
                 f"sensor {sensor} hangs on a rigid element (or MPC) that a morph moves, and would see other DOFs with "
                 "every amplitude; take the sensor at the element's independent node, or leave that node where it is"
             )
-
-
-def _rigid_slopes(model: Model) -> FloatArray:
-    """Derivatives (n_morphs, n_a, 6) of `_rigid` with respect to the amplitudes."""
-    fields, frames = model.fields, model.fe.frames
-    out = np.zeros((len(model.morphs), model.fe.n_a, 6))
-    place = {int(n): i for i, n in enumerate(fields.nodes)}
-    for row, (node, c) in enumerate(zip(model.fe.dof_nodes.tolist(), model.fe.dof_components - 1, strict=True)):
-        if node not in place:
-            continue
-        frame = frames[model.index(node)]
-        if not np.array_equal(frame, np.eye(3)):
-            raise UpdatingError(
-                f"mass and centre of gravity: node {node} has displacement axes of its own (CD), which may turn when "
-                "it moves; give it the basic system"
-            )
-        if c < 3:
-            out[:, row, 3:] = np.cross(fields.fields[:, place[node]], frame[c])
-    return out
-
-
-def _rigid(model: Model) -> FloatArray:
-    """Rigid-body motions (n_a, 6) about the origin of the basic system; scalar points take no part."""
-    fe = model.fe
-    index = {int(n): i for i, n in enumerate(fe.node_ids)}
-    at = np.array([index[int(n)] for n in fe.dof_nodes])
-    R, scalar = np.zeros((fe.n_a, 6)), model.is_scalar
-    for row, (i, c) in enumerate(zip(at, fe.dof_components - 1, strict=True)):
-        if scalar[i]:
-            continue
-        axis, x = fe.frames[i][c % 3], fe.xyz[i]
-        if c < 3:
-            R[row, :3], R[row, 3:] = axis, np.cross(x, axis)
-        else:
-            R[row, 3:] = axis
-    return R

@@ -9,16 +9,19 @@
 
 mod begin;
 mod correction;
+mod found;
 mod krylov;
 mod probe;
 mod projected;
 mod response;
 mod select;
+mod side;
 mod solve;
 mod space;
 mod terms;
 #[cfg(test)]
 mod tests;
 
-pub use solve::{ComplexModes, ComplexOptions, ComplexProblem, PoleKind};
+pub use found::{ComplexModes, PoleKind};
+pub use solve::{ComplexOptions, ComplexProblem};
 pub use terms::{Power, Term};

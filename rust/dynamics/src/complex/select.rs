@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use super::found::PoleKind;
 use super::projected::{Pair, Projected};
-use super::solve::{ComplexOptions, PoleKind};
+use super::solve::ComplexOptions;
 use crate::DynamicsError;
 
 /// |λ| below this beside s₀ is a rigid-body motion: twice 0, which rounding splits by the root of its size.

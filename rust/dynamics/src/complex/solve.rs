@@ -2,17 +2,19 @@
 
 use std::sync::Arc;
 
-use femend_linalg::{Dense, Symbolic, SymmetricCsc};
+use femend_linalg::{Symbolic, SymmetricCsc};
 use num_complex::Complex64;
 
 use super::begin::{Rest, begin, check};
 use super::correction::correct;
+use super::found::{ComplexModes, told};
 use super::krylov::Growth;
 use super::probe::probe;
 use super::projected::Projected;
 use super::select::{Wanted, select};
+use super::side::Side;
 use super::space::Space;
-use super::terms::{Parts, Power, Products, Term, stacked};
+use super::terms::{Parts, Power, Term};
 use crate::DynamicsError;
 use crate::modes::{Compact, ModeOptions, ModesInfo, count_below, modes_and_factor};
 
@@ -20,14 +22,10 @@ use crate::modes::{Compact, ModeOptions, ModesInfo, count_below, modes_and_facto
 pub(super) const SMALL: usize = 60;
 /// Rounds of enlargement at most.
 const ROUNDS: usize = 60;
-/// Multiples of the rounding error of D(λ) ψ that a residual may have left.
-const ROUNDING: f64 = 16.0;
 /// A part (real or imaginary) of a correction smaller than this beside the whole is left for the next round.
 const PART: f64 = 1e-2;
 /// Part of λ² beyond the highest wanted pole at which the modes at rest are counted.
 const MARGIN: f64 = 1e-3;
-/// Residual from which the rounding error is looked at.
-const NEAR: f64 = 1e-5;
 /// Relative change of |λ| up to which a pole is the same as before the probe.
 const SAME: f64 = 1e-6;
 
@@ -44,47 +42,12 @@ pub struct ComplexOptions {
     pub left_tolerance: f64,
 }
 
-/// What a pole is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PoleKind {
-    /// λ = 0.
-    Rigid,
-    /// Im λ > 0; with its conjugate.
-    Oscillatory,
-    /// Real.
-    Overdamped,
-    /// Im λ < 0 with structural damping: not physical there, but a pole of the same rational function.
-    Mirrored,
-}
-
-/// Complex modes at one speed.
-#[derive(Debug, Clone)]
-pub struct ComplexModes {
-    /// Poles in rad/s: rigid, oscillatory by |λ|, overdamped, mirrored.
-    pub lambda: Vec<Complex64>,
-    /// What each is.
-    pub kind: Vec<PoleKind>,
-    /// Right vectors (n, m) column after column, ψᴴMψ = 1, largest component real and positive.
-    pub right: Vec<Complex64>,
-    /// Left vectors, yᵀ D(λ) = 0, scaled alike.
-    pub left: Vec<Complex64>,
-    /// a = yᵀ (2λM + C + W G) ψ.
-    pub modal_a: Vec<Complex64>,
-    /// Residuals of the full problem, right and left.
-    pub residual: [Vec<f64>; 2],
-    /// (2|λ| ‖ψ‖ ‖y‖ + |yᵀCψ|) / |a| with norms by the mass: 1 where a mode is like a real one, √((1 + ζ)/(1 - ζ)) of
-    /// one mass on a spring, large near a defective pole, infinite for rigid-body modes.
-    pub condition: Vec<f64>,
-    /// Poles that the probe added before they had converged too.
-    pub n_late: usize,
-}
-
 /// A model whose complex modes are wanted at any number of speeds. What one speed adds to the space serves the others.
 pub struct ComplexProblem {
     pub(super) space: Space,
     /// |K|, whose product with |ψ| bounds the rounding error of K ψ.
-    magnitude: Compact,
-    options: ComplexOptions,
+    pub(super) magnitude: Compact,
+    pub(super) options: ComplexOptions,
     /// √-σ.
     pub(super) s0: f64,
     seed: u64,
@@ -276,39 +239,6 @@ impl ComplexProblem {
         Ok(false)
     }
 
-    fn side(&self, speed: f64, wanted: &[Wanted], vectors: &[&[Complex64]], transposed: bool) -> Side {
-        let y: Vec<Complex64> = vectors.concat();
-        let x = self.space.expand(&stacked(self.space.len(), &y));
-        let products = Products::new(&self.space.terms, speed, &x, transposed);
-        let (mut vectors, mut residual, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
-        for (j, w) in wanted.iter().enumerate() {
-            let (r, size) = products.residual(j, w.pair.lambda, -self.space.sigma);
-            residual.push(r.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt() / size);
-            sizes.push(size);
-            vectors.push(r);
-        }
-        // the rounding error matters where little is left
-        let mut floor = vec![0.0; wanted.len()];
-        if residual.iter().any(|r| *r > self.options.tolerance && *r < NEAR) {
-            let bounds = self.rounding(&x);
-            floor = bounds.iter().zip(&sizes).map(|(b, s)| b / s).collect();
-        }
-        Side { transposed, x, products, vectors, residual, floor }
-    }
-
-    /// Rounding error of K ψ of each column.
-    pub(super) fn rounding(&self, x: &Dense) -> Vec<f64> {
-        let k = x.ncols() / 2;
-        let mut sizes = Dense::zeros(x.nrows(), k);
-        for j in 0..k {
-            let parts = x.col(j).iter().zip(x.col(j + k));
-            sizes.col_mut(j).iter_mut().zip(parts).for_each(|(s, (a, b))| *s = a.hypot(*b));
-        }
-        let product = self.magnitude.times(&sizes);
-        let norm = |j: usize| product.col(j).iter().map(|v| v * v).sum::<f64>().sqrt();
-        (0..k).map(|j| ROUNDING * f64::EPSILON * norm(j)).collect()
-    }
-
     /// Adds what the correction equation makes of residuals that are too large.
     fn enlarge(
         &mut self,
@@ -339,85 +269,11 @@ impl ComplexProblem {
     }
 }
 
-fn told(wanted: Vec<Wanted>, own: Side, other: Side, n_late: usize) -> ComplexModes {
-    let (mut right, mut left) = (Vec::new(), Vec::new());
-    let (mut modal_a, mut condition) = (Vec::new(), Vec::new());
-    for (j, w) in wanted.iter().enumerate() {
-        let (mut psi, mut y) = (unstacked(&own.x, j), unstacked(&other.x, j));
-        let masses = [(&psi, &own), (&y, &other)].map(|(x, side)| {
-            let conj: Vec<Complex64> = x.iter().map(|v| v.conj()).collect();
-            side.products.forms(j, &conj).0.re
-        });
-        let factors = [scale(&psi, masses[0]), scale(&y, masses[1])];
-        psi.iter_mut().for_each(|v| *v *= factors[0]);
-        y.iter_mut().for_each(|v| *v *= factors[1]);
-        let (m, c) = own.products.forms(j, &y);
-        let (m, c) = (m * factors[0], c * factors[0]);
-        let a = 2.0 * w.pair.lambda * m + c;
-        let mass: f64 = masses.iter().zip(factors).map(|(m, f)| m.max(0.0).sqrt() * f.norm()).product();
-        condition.push((2.0 * w.pair.lambda.norm() * mass + c.norm()) / a.norm());
-        modal_a.push(a);
-        right.append(&mut psi);
-        left.append(&mut y);
-    }
-    ComplexModes {
-        lambda: wanted.iter().map(|w| w.pair.lambda).collect(),
-        kind: wanted.iter().map(|w| w.kind).collect(),
-        right,
-        left,
-        modal_a,
-        residual: [own.residual, other.residual],
-        condition,
-        n_late,
-    }
-}
-
 /// Poles of a round whose residuals are small on both sides.
 struct Found {
     wanted: Vec<Wanted>,
     right: Side,
     left: Side,
-}
-
-/// One side's vectors at all DOFs (n, 2 m), D(λ) ψ and its size beside the terms.
-struct Side {
-    transposed: bool,
-    x: Dense,
-    products: Products,
-    vectors: Vec<Vec<Complex64>>,
-    residual: Vec<f64>,
-    /// What rounding may leave of it.
-    floor: Vec<f64>,
-}
-
-impl Side {
-    /// The largest residual among some.
-    fn worst(&self, of: &[usize]) -> f64 {
-        of.iter().map(|&j| self.residual[j]).fold(0.0, f64::max)
-    }
-
-    /// Columns whose residual is too large.
-    fn open(&self, tolerance: f64) -> Vec<usize> {
-        // one that is not a number stays open
-        let done = |j: usize| self.residual[j] <= tolerance.max(self.floor[j]);
-        (0..self.residual.len()).filter(|&j| !done(j)).collect()
-    }
-}
-
-fn unstacked(x: &Dense, j: usize) -> Vec<Complex64> {
-    let k = x.ncols() / 2;
-    x.col(j).iter().zip(x.col(j + k)).map(|(&re, &im)| Complex64::new(re, im)).collect()
-}
-
-/// Factor that makes the mass 1 and the largest component real and positive; a vector without mass gets the length 1.
-fn scale(x: &[Complex64], mass: f64) -> Complex64 {
-    let largest = x.iter().copied().fold(Complex64::ZERO, |a, v| {
-        // of components that are equal to rounding the first
-        if v.norm_sqr() > a.norm_sqr() * (1.0 + 1e-9) { v } else { a }
-    });
-    let length = x.iter().map(|v| v.norm_sqr()).sum::<f64>();
-    let size = if mass > f64::MIN_POSITIVE { mass } else { length }.sqrt();
-    if largest == Complex64::ZERO { Complex64::ONE } else { largest.conj() / largest.norm() / size }
 }
 
 /// Poles of the second list that the first does not have.

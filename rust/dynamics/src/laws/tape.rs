@@ -119,6 +119,7 @@ impl Tape {
 }
 
 fn apply<T: Scalar>(op: Op, inputs: &[T], r: &[T]) -> T {
+    let value = |a: usize| r[a].value();
     let truth = |yes: bool| T::constant(f64::from(u8::from(yes)));
     match op {
         Op::Input(i) => inputs[i],
@@ -127,65 +128,53 @@ fn apply<T: Scalar>(op: Op, inputs: &[T], r: &[T]) -> T {
         Op::Sub(a, b) => r[a] - r[b],
         Op::Mul(a, b) => r[a] * r[b],
         Op::Div(a, b) => r[a] / r[b],
-        Op::Power(a, b) => {
-            if r[a].value() == 0.0 {
-                // 0^b has no derivative over b, and one over the base only for b > 1, where it is zero
-                T::constant(0.0_f64.powf(r[b].value()))
-            } else {
-                (r[b] * r[a].ln()).exp()
-            }
-        }
-        Op::PowerInteger(a, n) => {
-            let x = r[a].value();
-            let slope = if n == 0 { 0.0 } else { f64::from(n) * x.powi(n - 1) };
-            r[a].apply(x.powi(n), slope)
-        }
+        Op::Power(a, b) => power(r[a], r[b]),
+        Op::PowerInteger(a, n) => integer_power(r[a], n),
         Op::Negate(a) => -r[a],
         Op::Abs(a) => r[a].abs(),
-        Op::Sign(a) => {
-            let x = r[a].value();
-            T::constant(if x == 0.0 { 0.0 } else { x.signum() })
-        }
+        Op::Sign(a) => T::constant(if value(a) == 0.0 { 0.0 } else { value(a).signum() }),
         Op::Exp(a) => r[a].exp(),
         Op::Ln(a) => r[a].ln(),
-        Op::Sqrt(a) => {
-            let root = r[a].value().sqrt();
-            r[a].apply(root, if root > 0.0 { 0.5 / root } else { 0.0 })
-        }
-        Op::Sin(a) => r[a].apply(r[a].value().sin(), r[a].value().cos()),
-        Op::Cos(a) => r[a].apply(r[a].value().cos(), -r[a].value().sin()),
+        Op::Sqrt(a) => square_root(r[a]),
+        Op::Sin(a) => r[a].apply(value(a).sin(), value(a).cos()),
+        Op::Cos(a) => r[a].apply(value(a).cos(), -value(a).sin()),
         Op::Tanh(a) => {
-            let t = r[a].value().tanh();
+            let t = value(a).tanh();
             r[a].apply(t, 1.0 - t * t)
         }
-        Op::Atan(a) => {
-            let x = r[a].value();
-            r[a].apply(x.atan(), 1.0 / (1.0 + x * x))
-        }
-        Op::Min(a, b) => {
-            if r[b].value() < r[a].value() {
-                r[b]
-            } else {
-                r[a]
-            }
-        }
-        Op::Max(a, b) => {
-            if r[b].value() > r[a].value() {
-                r[b]
-            } else {
-                r[a]
-            }
-        }
-        Op::Less(a, b) => truth(r[a].value() < r[b].value()),
-        Op::LessEqual(a, b) => truth(r[a].value() <= r[b].value()),
-        Op::Select(a, b, c) => {
-            if r[a].value() != 0.0 {
-                r[b]
-            } else {
-                r[c]
-            }
-        }
+        Op::Atan(a) => r[a].apply(value(a).atan(), 1.0 / (1.0 + value(a) * value(a))),
+        Op::Min(a, b) => r[if value(b) < value(a) { b } else { a }],
+        Op::Max(a, b) => r[if value(b) > value(a) { b } else { a }],
+        Op::Less(a, b) => truth(value(a) < value(b)),
+        Op::LessEqual(a, b) => truth(value(a) <= value(b)),
+        Op::Select(a, b, c) => r[if value(a) != 0.0 { b } else { c }],
     }
+}
+
+/// a^b for a > 0.
+#[inline]
+fn power<T: Scalar>(a: T, b: T) -> T {
+    if a.value() == 0.0 {
+        // 0^b has no derivative over b, and one over the base only for b > 1, where it is zero
+        T::constant(0.0_f64.powf(b.value()))
+    } else {
+        (b * a.ln()).exp()
+    }
+}
+
+/// a^n.
+#[inline]
+fn integer_power<T: Scalar>(a: T, n: i32) -> T {
+    let x = a.value();
+    let slope = if n == 0 { 0.0 } else { f64::from(n) * x.powi(n - 1) };
+    a.apply(x.powi(n), slope)
+}
+
+/// Square root, with derivative zero at 0, where it has none.
+#[inline]
+fn square_root<T: Scalar>(a: T) -> T {
+    let root = a.value().sqrt();
+    a.apply(root, if root > 0.0 { 0.5 / root } else { 0.0 })
 }
 
 #[cfg(test)]

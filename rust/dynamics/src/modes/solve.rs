@@ -197,6 +197,24 @@ fn dense(
     finish(k, sigma, Pairs::new(k, m, lambda, phi.select(&columns)), info)
 }
 
+/// Modes in the span of `vectors`, which are solved for once more where one of the first `wanted` has a large residual.
+fn sharp(
+    k: &SymmetricCsc,
+    m: &Compact,
+    sigma: f64,
+    process: &mut Lanczos<'_>,
+    vectors: Dense,
+    wanted: usize,
+) -> Result<Pairs, DynamicsError> {
+    let found = small::rayleigh_ritz(k, m, sigma, vectors)?;
+    if found.residuals(sigma)[..wanted].iter().all(|r| *r <= SHARP) {
+        return Ok(found);
+    }
+    let mut x = found.phi;
+    process.apply(&mut x);
+    small::rayleigh_ritz(k, m, sigma, x)
+}
+
 /// Lanczos until the wanted modes have converged and their number agrees with the inertia at the upper end.
 fn iterate(
     symbolic: &Arc<Symbolic>,
@@ -228,12 +246,8 @@ fn iterate(
         let known = goal.below.map_or(0, |(count, _)| count.saturating_sub(wanted));
         let beyond =
             (wanted..ritz.theta.len()).take_while(|&j| ritz.error[j] < BEYOND).take(known + 4).count();
-        let mut found = small::rayleigh_ritz(k, &compact, sigma, process.vectors(&ritz, wanted + beyond))?;
-        if found.residuals(sigma)[..wanted].iter().any(|r| r.is_nan() || *r > SHARP) {
-            let mut x = found.phi;
-            process.apply(&mut x);
-            found = small::rayleigh_ritz(k, &compact, sigma, x)?;
-        }
+        let vectors = process.vectors(&ritz, wanted + beyond);
+        let found = sharp(k, &compact, sigma, &mut process, vectors, wanted)?;
         info.vectors = process.len();
         let lambda = &found.lambda;
         let agreed = options.unchecked || {

@@ -123,6 +123,20 @@ fn solve_one(
     out
 }
 
+/// Forces tried at several coordinates: the motions under them and `f - law(motion)`.
+struct Trial {
+    f: Forces,
+    x: Motions,
+    residual: Forces,
+}
+
+impl Trial {
+    /// Sum of the squares of the residual.
+    fn size(&self, n: usize) -> f64 {
+        self.residual[..n].iter().map(|x| x * x).sum()
+    }
+}
+
 /// Several coordinates: Newton with a step that is halved until the residual falls.
 fn solve_several(
     joints: &[Joint],
@@ -134,58 +148,46 @@ fn solve_several(
     new: &mut [Vec<State<f64>>],
 ) -> Solved {
     let n = joints.len();
-    let mut f = guess;
-    let mut out = Solved {
-        f,
-        x: moved(free, c, &f, n),
-        stiffness: [0.0; MAX_COORDINATES],
-        n_iterations: 0,
-        converged: false,
-    };
     let mut slopes = [[0.0; 3]; MAX_COORDINATES];
-    let mut evaluate = |f: &Forces, slopes: &mut [[f64; 3]; MAX_COORDINATES]| -> (Motions, Forces) {
-        let x = moved(free, c, f, n);
+    let mut evaluate = |f: Forces, slopes: &mut [[f64; 3]; MAX_COORDINATES]| -> Trial {
+        let x = moved(free, c, &f, n);
         let mut residual = [0.0; MAX_COORDINATES];
         for i in 0..n {
             let (force, slope) = joints[i].tangent(x[i], &states[i], &mut new[i]);
             residual[i] = f[i] - force;
             slopes[i] = slope;
         }
-        (x, residual)
+        Trial { f, x, residual }
     };
-    let (mut x, mut residual) = evaluate(&f, &mut slopes);
+    let mut now = evaluate(guess, &mut slopes);
+    let mut out =
+        Solved { f: guess, x: now.x, stiffness: [0.0; MAX_COORDINATES], n_iterations: 0, converged: false };
     for iteration in 1..=MAX_ITERATIONS {
-        (out.f, out.x, out.n_iterations) = (f, x, iteration);
+        (out.f, out.x, out.n_iterations) = (now.f, now.x, iteration);
         for i in 0..n {
             out.stiffness[i] = slopes[i][0];
         }
-        let Some(step) = tangent_solve(&tangent_matrix(c, &slopes, n), &residual, n) else { return out };
-        let largest = (0..n).map(|i| f[i].abs()).fold(0.0, f64::max);
-        let small =
-            |i: usize| step[i].abs() <= TOLERANCE * (largest + 1e-3 * scale) + rounding(&slopes[i], &free[i]);
-        if (0..n).all(small) {
+        let Some(step) = tangent_solve(&tangent_matrix(c, &slopes, n), &now.residual, n) else { return out };
+        let largest = (0..n).map(|i| now.f[i].abs()).fold(0.0, f64::max);
+        let allowed = |i: usize| TOLERANCE * (largest + 1e-3 * scale) + rounding(&slopes[i], &free[i]);
+        if (0..n).all(|i| step[i].abs() <= allowed(i)) {
             out.converged = true;
             return out;
         }
-        let size = |r: &Forces| r[..n].iter().map(|x| x * x).sum::<f64>();
-        let before = size(&residual);
+        let before = now.size(n);
         if !before.is_finite() {
             return out;
         }
         let mut share = 1.0;
-        loop {
-            let mut trial = f;
-            for i in 0..n {
-                trial[i] -= share * step[i];
-            }
-            let (x_trial, r_trial) = evaluate(&trial, &mut slopes);
+        now = loop {
+            let shortened = std::array::from_fn(|i| now.f[i] - share * step[i]);
+            let trial = evaluate(shortened, &mut slopes);
             // a kink may need a rising step: after eight halvings the smallest one is taken
-            if size(&r_trial) < before || share < 5e-3 {
-                (f, x, residual) = (trial, x_trial, r_trial);
-                break;
+            if trial.size(n) < before || share < 5e-3 {
+                break trial;
             }
             share *= 0.5;
-        }
+        };
     }
     out
 }

@@ -12,7 +12,7 @@
 use super::{Matrices, lossy};
 use crate::error::FemError;
 use crate::mesh::{BeamSection, Components, Material, Rotation};
-use crate::parameter::{Factors, Quantity};
+use crate::parameter::{Elastic, Factors, Quantity};
 use crate::scalar::Scalar;
 use crate::small::{Mat, inverse_spd, matmul, rigid};
 
@@ -55,6 +55,14 @@ pub(crate) struct Station<S> {
     pub(crate) nsm: f64,
     pub(crate) neutral_axis: [f64; 2],
     pub(crate) nsm_offset: [f64; 2],
+}
+
+/// Displacements of end B of a cantilever held at A, per force there.
+struct Flexibility<S> {
+    axial: S,
+    twist: S,
+    /// Over Fy, Mz, Fz, -My: both planes alike (4 x 4).
+    bend: Mat<S>,
 }
 
 impl BeamElement {
@@ -154,25 +162,54 @@ impl BeamElement {
     /// 6 x 6 stiffness at end B of the cantilever held at A: inverse of its flexibility, mode by mode.
     fn stiffness_at_b<S: Scalar>(&self, f: &Factors<S>) -> Mat<S> {
         let el = f.elastic(0, &self.material);
-        let l = self.length;
-        let mut axial = S::zero();
-        let mut twist = S::zero();
-        let mut bend = Mat::<S>::zeros(4, 4); // Fy, Mz, Fz, -My: both planes alike
-        let sections = &self.sections[0];
         let coupled = self.sections.iter().any(|s| s.i12 != 0.0);
-        let planes = [sections.i1 > 0.0, sections.i2 > 0.0];
+        let Flexibility { axial, twist, bend } = self.flexibility(f, &el, coupled);
+        let section = &self.sections[0];
+        let mut k = Mat::zeros(6, 6);
+        if section.a > 0.0 {
+            k[(0, 0)] = S::c(1.0) / axial;
+        }
+        if section.j > 0.0 && el.g.value() > 0.0 {
+            k[(3, 3)] = S::c(1.0) / twist;
+        }
+        // rows of the bending block in the 6-vector, with the sign of -My
+        let place = [(1, 1.0), (5, 1.0), (2, 1.0), (4, -1.0)];
+        let mut put = |rows: &[usize]| {
+            let inverse = inverse_spd(&bend.principal(rows)).unwrap_or_else(|| not_finite(rows.len()));
+            for (i, &a) in rows.iter().enumerate() {
+                for (j, &b) in rows.iter().enumerate() {
+                    k[(place[a].0, place[b].0)] = inverse[(i, j)] * (place[a].1 * place[b].1);
+                }
+            }
+        };
+        if coupled {
+            put(&[0, 1, 2, 3]);
+        } else {
+            let bends = [section.i1 > 0.0, section.i2 > 0.0];
+            for p in (0..2).filter(|&p| bends[p]) {
+                put(&[2 * p, 2 * p + 1]);
+            }
+        }
+        k
+    }
+
+    /// Displacements of end B per force there, end A held; `coupled`: a product of inertia couples the planes.
+    fn flexibility<S: Scalar>(&self, f: &Factors<S>, el: &Elastic<S>, coupled: bool) -> Flexibility<S> {
+        let (mut axial, mut twist) = (S::zero(), S::zero());
+        let mut bend = Mat::zeros(4, 4);
         for (x, w) in GAUSS4 {
             let s = self.station(f, x);
-            let wl = S::c(w * l);
-            let arm = l * (1.0 - x);
+            let wl = S::c(w * self.length);
             axial += wl / (el.e * s.a);
             twist += wl / (el.g * s.j);
             let curvature = bending_flexibility(&s, el.e, coupled);
+            // moment at the station per force and per moment at end B
+            let moments = [self.length * (1.0 - x), 1.0];
             for p in 0..2 {
                 for q in 0..2 {
                     let c = wl * curvature[p][q];
-                    for (i, a) in [arm, 1.0].into_iter().enumerate() {
-                        for (j, b) in [arm, 1.0].into_iter().enumerate() {
+                    for (i, a) in moments.into_iter().enumerate() {
+                        for (j, b) in moments.into_iter().enumerate() {
                             bend[(2 * p + i, 2 * q + j)] += c * (a * b);
                         }
                     }
@@ -184,37 +221,7 @@ impl BeamElement {
                 }
             }
         }
-        let mut k = Mat::zeros(6, 6);
-        if sections.a > 0.0 {
-            k[(0, 0)] = S::c(1.0) / axial;
-        }
-        if sections.j > 0.0 && el.g.value() > 0.0 {
-            k[(3, 3)] = S::c(1.0) / twist;
-        }
-        // rows of the bending block in the 6-vector, with the sign of -My
-        let place = [(1, 1.0), (5, 1.0), (2, 1.0), (4, -1.0)];
-        let mut put = |rows: &[usize]| {
-            let mut part = Mat::zeros(rows.len(), rows.len());
-            for (i, &a) in rows.iter().enumerate() {
-                for (j, &b) in rows.iter().enumerate() {
-                    part[(i, j)] = bend[(a, b)];
-                }
-            }
-            let inverse = inverse_spd(&part).unwrap_or_else(|| not_finite(rows.len()));
-            for (i, &a) in rows.iter().enumerate() {
-                for (j, &b) in rows.iter().enumerate() {
-                    k[(place[a].0, place[b].0)] = inverse[(i, j)] * (place[a].1 * place[b].1);
-                }
-            }
-        };
-        if coupled {
-            put(&[0, 1, 2, 3]);
-        } else {
-            for p in (0..2).filter(|&p| planes[p]) {
-                put(&[2 * p, 2 * p + 1]);
-            }
-        }
-        k
+        Flexibility { axial, twist, bend }
     }
 
     /// Condenses released components; returns the stiffness and the map from kept to all components.
@@ -225,14 +232,7 @@ impl BeamElement {
         }
         // a component without stiffness of its own (say J = 0) is free already
         let stiff: Vec<usize> = pinned.iter().copied().filter(|&i| k[(i, i)].value() > 0.0).collect();
-        let n = stiff.len();
-        let mut kpp = Mat::zeros(n, n);
-        for (i, &a) in stiff.iter().enumerate() {
-            for (j, &b) in stiff.iter().enumerate() {
-                kpp[(i, j)] = k[(a, b)];
-            }
-        }
-        let inverse = inverse_spd(&kpp)?;
+        let inverse = inverse_spd(&k.principal(&stiff))?;
         let mut t = Mat::zeros(12, 12);
         for i in (0..12).filter(|i| !pinned.contains(i)) {
             t[(i, i)] = S::c(1.0);

@@ -74,6 +74,30 @@ impl<S: Scalar> Resultants<S> {
         Self { a: by(&self.a), b: by(&self.b), d: by(&self.d), s: self.s.map(|row| row.map(|x| w * x)) }
     }
 
+    /// In axes from which these are turned by `angle` (rad).
+    fn turned(&self, angle: f64) -> Self {
+        Self {
+            a: turned(&self.a, angle),
+            b: turned(&self.b, angle),
+            d: turned(&self.d, angle),
+            s: turned_shear(&self.s, angle),
+        }
+    }
+
+    /// Adds `w q` to the membrane part (`power` 0 of z), the coupling (1) or the bending part (2).
+    fn add(&mut self, power: usize, w: S, q: &Plane<S>) {
+        let part = match power {
+            0 => &mut self.a,
+            1 => &mut self.b,
+            _ => &mut self.d,
+        };
+        for i in 0..3 {
+            for j in 0..3 {
+                part[i][j] += w * q[i][j];
+            }
+        }
+    }
+
     /// Bending stiffness along (c, s) while the membrane is free of force in that direction.
     #[must_use]
     pub fn bending_along(&self, c: f64, s: f64) -> S {
@@ -209,11 +233,22 @@ fn homogeneous<S: Scalar>(
 /// A ply with its values in the section's axes.
 struct Layer<S> {
     q: Plane<S>,
+    /// Transverse shear; zero where the material is rigid in it.
     g: Shear<S>,
     eta: S,
+    rho: S,
     /// Bottom and thickness.
     z: S,
     t: S,
+}
+
+impl<S: Scalar> Layer<S> {
+    /// Integrals of 1, z and z² over the thickness.
+    fn moments(&self) -> [S; 3] {
+        let t = self.t;
+        let middle = self.z + t * 0.5;
+        [t, t * middle, t * (middle * middle + t * t * (1.0 / 12.0))]
+    }
 }
 
 fn laminate<S: Scalar>(
@@ -222,60 +257,51 @@ fn laminate<S: Scalar>(
     materials: &[ShellMaterial],
     plies: &[SectionPly],
 ) -> SectionValues<S> {
-    let scale = f.of(Quantity::T);
-    let total: f64 = plies.iter().map(|p| p.t).sum();
-    let mut z = scale * (-0.5 * total);
+    let (layers, rigid_shear) = layers(f, materials, plies);
     let (mut k, mut h) = (Resultants::zero(), Resultants::zero());
     let mut mass = [S::zero(); 3];
-    let (mut lossy, mut rigid_shear) = (false, false);
-    let mut layers = Vec::with_capacity(plies.len());
-    for p in plies {
-        let v = materials[p.slot].values(f, p.slot);
-        let t = scale * p.t;
-        let middle = z + t * 0.5;
-        // integrals of 1, z and z² over the ply
-        let moment = [t, t * middle, t * (middle * middle + t * t * (1.0 / 12.0))];
-        let q = turned(&v.q, p.angle);
-        for (part, w) in moment.into_iter().enumerate() {
-            let pick = |r: &mut Resultants<S>, w: S| {
-                let m = match part {
-                    0 => &mut r.a,
-                    1 => &mut r.b,
-                    _ => &mut r.d,
-                };
-                for i in 0..3 {
-                    for j in 0..3 {
-                        m[i][j] += w * q[i][j];
-                    }
-                }
-            };
-            pick(&mut k, w);
-            pick(&mut h, w * v.eta);
-            mass[part] += w * v.rho;
+    for l in &layers {
+        for (power, w) in l.moments().into_iter().enumerate() {
+            k.add(power, w, &l.q);
+            h.add(power, w * l.eta, &l.q);
+            mass[power] += w * l.rho;
         }
-        lossy |= !v.eta.is_zero();
-        rigid_shear |= v.g.is_none();
-        let g = turned_shear(&v.g.unwrap_or([[S::zero(); 2]; 2]), p.angle);
-        layers.push(Layer { q, g, eta: v.eta, z, t });
-        z += t;
     }
     if !rigid_shear {
         (k.s, h.s) = transverse(&layers);
     }
-    let turn = |r: &Resultants<S>| Resultants {
-        a: turned(&r.a, angle),
-        b: turned(&r.b, angle),
-        d: turned(&r.d, angle),
-        s: turned_shear(&r.s, angle),
-    };
+    let lossy = layers.iter().any(|l| !l.eta.is_zero());
     SectionValues {
-        stiffness: turn(&k),
-        loss: lossy.then(|| turn(&h)),
+        stiffness: k.turned(angle),
+        loss: lossy.then(|| h.turned(angle)),
         membrane: true,
         bending: true,
         rigid_shear,
         mass,
     }
+}
+
+/// The plies from the bottom up, and whether one of them is rigid in transverse shear.
+fn layers<S: Scalar>(
+    f: &Factors<S>,
+    materials: &[ShellMaterial],
+    plies: &[SectionPly],
+) -> (Vec<Layer<S>>, bool) {
+    let scale = f.of(Quantity::T);
+    let total: f64 = plies.iter().map(|p| p.t).sum();
+    let mut z = scale * (-0.5 * total);
+    let mut rigid_shear = false;
+    let mut layers = Vec::with_capacity(plies.len());
+    for p in plies {
+        let v = materials[p.slot].values(f, p.slot);
+        let t = scale * p.t;
+        let q = turned(&v.q, p.angle);
+        let g = turned_shear(&v.g.unwrap_or([[S::zero(); 2]; 2]), p.angle);
+        rigid_shear |= v.g.is_none();
+        layers.push(Layer { q, g, eta: v.eta, rho: v.rho, z, t });
+        z += t;
+    }
+    (layers, rigid_shear)
 }
 
 /// Transverse shear stiffness and loss: the sum over the plies, corrected in each direction to the energy of the shear

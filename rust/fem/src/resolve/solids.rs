@@ -1,14 +1,14 @@
 //! Solids of the mesh into elements ready to be evaluated.
 
+use super::{Resolver, Table};
 use crate::element::solid::{SolidElement, SolidLaw};
 use crate::element::{Data, Element, node_rows};
 use crate::error::FemError;
 use crate::mesh::{Solid, SolidKind, SolidMaterial, SolidProperty};
-use crate::resolve::{Resolver, Table};
 use crate::small::sub3;
 
 impl Resolver<'_> {
-    pub(crate) fn solids(&self, out: &mut Vec<Element>) -> Result<(), FemError> {
+    pub(super) fn solids(&self, out: &mut Vec<Element>) -> Result<(), FemError> {
         let properties = Table::new("solid property", &self.mesh.solid_properties, |p| p.id)?;
         let materials = Table::new("material", &self.mesh.solid_materials, |m| m.id)?;
         for m in &self.mesh.solid_materials {

@@ -1,5 +1,6 @@
 //! Shells of the mesh into elements ready to be evaluated: section, plane, material axis, offset.
 
+use super::{Resolver, Table};
 use crate::element::plane_law::ShellMaterial;
 use crate::element::shell::{Corners, ShellElement};
 use crate::element::shell_section::{Section, SectionPly};
@@ -7,7 +8,6 @@ use crate::element::{Data, Element, node_rows, quad4, tria3};
 use crate::error::FemError;
 use crate::mesh::{Id, Laminate, MaterialAxis, PlaneMaterial, Rotation, Shell, ShellProperty};
 use crate::parameter::N_SLOTS;
-use crate::resolve::{Resolver, Table};
 use crate::small::{cross3, dot3, norm3, scale3, sub3};
 
 /// What shells refer to.
@@ -29,7 +29,7 @@ struct Found {
 type Flat = (Rotation, Corners, Vec<f64>);
 
 impl Resolver<'_> {
-    pub(crate) fn shells(&self, out: &mut Vec<Element>) -> Result<(), FemError> {
+    pub(super) fn shells(&self, out: &mut Vec<Element>) -> Result<(), FemError> {
         let sections = Sections {
             homogeneous: Table::new("shell property", &self.mesh.shell_properties, |p| p.id)?,
             laminates: Table::new("shell property", &self.mesh.laminates, |p| p.id)?,

@@ -1,10 +1,10 @@
 //! Direct matrices of the mesh into elements: one dense block for DOFs that are all coupled, one per term otherwise.
 
+use super::Resolver;
 use crate::element::direct::DirectElement;
 use crate::element::{Data, Element};
 use crate::error::FemError;
 use crate::mesh::{DirectKind, DirectMatrix};
-use crate::resolve::Resolver;
 use crate::small::Mat;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,7 +14,7 @@ const DENSE: f64 = 0.25;
 type Terms = BTreeMap<(usize, usize), f64>;
 
 impl Resolver<'_> {
-    pub(crate) fn direct(&self, out: &mut Vec<Element>) -> Result<(), FemError> {
+    pub(super) fn direct(&self, out: &mut Vec<Element>) -> Result<(), FemError> {
         for matrix in &self.mesh.direct {
             let mut terms = self.terms(matrix)?;
             if matrix.kind == DirectKind::M {
