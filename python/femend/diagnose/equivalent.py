@@ -12,7 +12,7 @@ from femend.diagnose.joint import Joint
 from femend.errors import ModelError
 from femend.estimate import Fit, Problem
 
-__all__ = ["FEW_LINES", "equivalent_linear", "middle", "stiffness_scale"]
+__all__ = ["FEW_LINES", "RUGGED", "WINDOW", "equivalent_linear", "middle", "stiffness_scale"]
 
 FloatArray = NDArray[np.float64]
 
@@ -21,8 +21,12 @@ FEW_LINES = 120
 # sizes that are tried against a free force, as multiples of the joint's own stiffness, and their loss: force of the
 # dashpot as a share of that of the spring or mass; of a spring as a share of that of the dashpot it stands beside
 SIZES, LOSS = 10.0 ** np.linspace(-3.0, 3.0, 49), 0.05
-# the best of them that go on
-FOLLOWED = 2
+# the best of them that go on, steps of a fit, and spread of its logarithms
+FOLLOWED, STEPS, SPREAD = 2, 10, np.full(2, 4.0)
+# misfit, in units of the noise or of what a free force leaves, from which resonances are off by so many of their widths
+# that minima are everywhere: fits begin in a window exp(-sigma t) too, whose broad resonances leave one, with its sigma
+# in units of `Problem.scale`
+RUGGED, WINDOW = 4.0, 15.0
 
 
 def stiffness_scale(problem: Problem, joint: Joint) -> tuple[float, float]:
@@ -60,13 +64,14 @@ def equivalent_linear(problem: Problem, joint: Joint, p: FloatArray, free: Seque
     units = {"support_stiffness": scale, "added_mass": scale / omega**2}
     starts = [(law, np.log([f * units[law], 0.03 * f * scale / omega])) for law in families for f in sizes]
     starts += _nearest(free, families, units, omega)
-    few = problem.sparing(FEW_LINES)
-    tries = few.fit(
-        [joint.hypothesis((law, "viscous_damper"), m, np.full(2, 4.0)) for law, m in starts],
-        [(p, m) for _, m in starts],
-        iterations=10,
-    )
-    done = [t for t in tries if t is not None]
+    few, laws = problem.sparing(FEW_LINES), [joint.hypothesis((law, "viscous_damper"), m, SPREAD) for law, m in starts]
+    begun = [(p, m) for _, m in starts]
+    done = [t for t in few.fit(laws, begun, iterations=STEPS) if t is not None]
+    if min((t.score for t in done), default=np.inf) > RUGGED:
+        window = [t for t in few.fit(laws, begun, sigma=WINDOW * problem.scale(), iterations=STEPS) if t is not None]
+        best = sorted(window, key=lambda t: t.cost)[:FOLLOWED]
+        again = few.fit([t.hypothesis for t in best], [(t.p, t.x) for t in best], iterations=STEPS)
+        done += [t for t in again if t is not None]
     return min(done, key=lambda t: t.cost) if done else None
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate, standard_deviations
-from femend.diagnose.equivalent import stiffness_scale
+from femend.diagnose.equivalent import RUGGED, WINDOW, stiffness_scale
 from femend.diagnose.followed import followed
 from femend.diagnose.free_force import FreeForce
 from femend.diagnose.joint import Joint
@@ -28,9 +28,6 @@ LAW_SD = 3.0
 FEW_LINES, KEPT, TUNINGS, FINE_TUNINGS = 150, 1, 8, 60
 # steps in which the followed one comes to its end: the two parameters of a spectrum may start a factor of 100 off
 TO_THE_END, CLOSELY = 60, 1e-3
-# misfit of an equivalent element, as a multiple of a free force's or of the noise, from which starts are tried in a
-# window exp(-sigma t) too, and its sigma in units of `Problem.scale`
-RUGGED, WINDOW = 4.0, 15.0
 # how much further the start that hardly does anything goes than the smallest (or stiffest) of the others
 IDLE = 10.0
 # starts fitted to the free force that go on, and starts that go on as they are
@@ -75,8 +72,7 @@ def fit_linear(
 
 
 def _rugged(recovered: Recovered) -> bool:
-    """Whether a force far above the noise acts that no spring or mass with a dashpot comes near: then resonances that
-    are off by a few of their widths leave minima everywhere, where the beginning of the records leaves one."""
+    """Whether a force far above the noise acts that no spring or mass with a dashpot comes near."""
     return recovered.equivalent.score > RUGGED * max(recovered.fit.score, 1.0)
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.correlate.doubts import suggested
+from femend.correlate.mistaken_units import FACTORS
 from femend.data import Recording, Test
 from femend.diagnose.predict import predict_frf, predict_model
 from femend.diagnose.update import UpdatedModel, update_model
@@ -32,11 +33,13 @@ FloatArray = NDArray[np.float64]
 WHOLE = ("level", "force sign", "time axis")
 # error, as it is or weighted by noise, to which a correction has to bring what it concerns, of that as recorded
 CURED, CURED_SENSOR = 0.7, 0.8
-# error of a corrected sensor up to which the model explains it, or so many times the others' median one, but no more
-# than what a sensor shows that has little to do with the model
-EXPLAINED, LIKE_OTHERS, NOTHING = 0.5, 1.25, 0.9
+# error of corrected recordings, or of a corrected sensor, up to which the model explains them; of a sensor also so many
+# times the others' median one, but no more than what one shows that has little to do with the model
+EXPLAINED, LIKE_OTHERS, NOTHING = 0.5, 1.25, 0.85
 # a factor on all responses, or its inverse, that nothing missing in a model has
 BEYOND = 100.0
+# how near a factor has to come to that of units
+NEAR_UNITS = 1.2
 # sensors that have to stay at least, and their share of all
 FEWEST, SHARE = 2, 0.5
 
@@ -230,7 +233,10 @@ def _whole(trial: _Trial, doubted: Sequence[Doubted]) -> tuple[Correction, ...]:
     if better != list(doubted):
         after, doubted = trial.left(mended(trial.test, better)), better
     beyond = any(max(f, 1 / f) > BEYOND for f in (abs(one.doubt.factor or 1.0) for one in doubted))
-    if not (after < before).all() if beyond else not (after < CURED * before).any():
+    cured = (after < before).all() if beyond else (after < CURED * before).any()
+    # a stiff spring or a heavy mass at the shaker scales all responses too, but leaves other resonances
+    units = all(_of_units(one) for one in doubted)
+    if not (cured and units) or after[0] > (NOTHING if beyond else EXPLAINED):
         trial.start = as_recorded
         return ()
     return tuple(Correction(one, float(before[0]), float(after[0])) for one in doubted)
@@ -251,9 +257,19 @@ def _single(trial: _Trial, test: Test, doubted: Sequence[Doubted]) -> tuple[Corr
             one = _times(one, _factor([after[name] for name in names]))
             after = trial.squares(mended(test, [one]))
         errors = _relative([before[name] for name in names]), _relative([after[name] for name in names])
-        if errors[1] <= min(limit, CURED_SENSOR * errors[0]):
+        if _of_units(one) and errors[1] <= min(limit, CURED_SENSOR * errors[0]):
             told.append(Correction(one, *errors))
     return tuple(told)
+
+
+def _of_units(one: Doubted) -> bool:
+    """Whether a level is off as units are that were mistaken for each other, if it is a level: what is missing in a
+    model may scale a response, or all of them, by any factor."""
+    factor = one.doubt.factor
+    if factor is None or one.doubt.kind not in ("level", "sensor level"):
+        return True
+    size = max(abs(factor), 1 / abs(factor))
+    return any(1 / NEAR_UNITS < size / known < NEAR_UNITS for known, _ in FACTORS)
 
 
 def _factor(squares: Iterable[FloatArray]) -> float:
