@@ -13,7 +13,7 @@ from femend.diagnose.recovered import Recovered
 from femend.diagnose.settings import Settings
 from femend.physics import FitCoordinates, physics, simpler
 
-__all__ = ["SHARP", "collapsed"]
+__all__ = ["SHARP", "collapsed", "nearest_size"]
 
 # exponent n from which the knee of a Bouc-Wen loop is as sharp as that of friction with a spring before it
 SHARP = 8.0
@@ -92,10 +92,9 @@ def _as(candidate: Candidate, name: str, values: Mapping[str, float], k: float) 
     )
 
 
-def _same_force(
-    recovered: Recovered, law: str, values: dict[str, float], simple: str, settings: Settings
-) -> float | None:
-    """Size of the simple law whose force is most like the law's over all lines; None where it differs too much."""
+def nearest_size(recovered: Recovered, law: str, values: dict[str, float], simple: str) -> tuple[float, float]:
+    """Size of the `simple` law whose force is most like that of a `law` over all lines, and the share of that one's
+    power that it leaves."""
     top = bottom = power = 0.0
     unit = {physics(simple).parameter_names[0]: 1.0}
     for s, D, weight in zip(recovered.s, recovered.D, recovered.weight, strict=True):
@@ -105,6 +104,12 @@ def _same_force(
         top += float((seen * np.real(shape.conj() * kappa)).sum())
         bottom += float((seen * np.abs(shape) ** 2).sum())
         power += float((seen * np.abs(kappa) ** 2).sum())
-    value = top / bottom
-    left = 1.0 - value * top / power
+    return top / bottom, 1.0 - top**2 / (bottom * power)
+
+
+def _same_force(
+    recovered: Recovered, law: str, values: dict[str, float], simple: str, settings: Settings
+) -> float | None:
+    """Size of the simple law whose force is most like the law's over all lines; None where it differs too much."""
+    value, left = nearest_size(recovered, law, values, simple)
     return value if value > 0 and left < settings.same_law**2 else None

@@ -12,7 +12,7 @@ from femend.diagnose.candidates import KINDS, ONLY_GROUND, Candidate, Start, law
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.joint import Joint, open_joint
 from femend.diagnose.judge import Given, Tried, null_candidate
-from femend.diagnose.linear import companions_alone, fit_linear, fit_mass
+from femend.diagnose.linear import companions_alone, fit_linear, fit_mass, simple_alone
 from femend.diagnose.locate import Located
 from femend.diagnose.nonlinear import fit_nonlinear
 from femend.diagnose.ranked import score
@@ -78,6 +78,7 @@ def linear_at(given: Given, found: Located, masses_alone: bool) -> tuple[list[Tr
         if entry.kind == "linear" and (name in ONLY_GROUND or not masses_alone)
     ]
     seen = [c for c in fitted if c is not None and not _tuned_elsewhere(given, c, recovered)]
+    seen += simple_alone(split.fitting, split.choosing, seen, recovered)
     tried = [Tried(c, found, recovered) for c in seen]
     if found.place.kind == "ground":
         whole = open_joint(mass_place(reduced.model, found.place.nodes[0]), reduced, split.whole.band[1], g_rows)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate, standard_deviations
+from femend.diagnose.collapse import nearest_size
 from femend.diagnose.equivalent import RUGGED, WINDOW, stiffness_scale
 from femend.diagnose.followed import followed
 from femend.diagnose.free_force import FreeForce
@@ -20,7 +21,7 @@ from femend.physics.causal import box_spectrum, springpot
 
 FloatArray = NDArray[np.float64]
 
-__all__ = ["closed_by", "companions_alone", "fit_linear", "fit_mass", "judge_linear", "refit_linear"]
+__all__ = ["closed_by", "companions_alone", "fit_linear", "fit_mass", "judge_linear", "refit_linear", "simple_alone"]
 
 # ln standard deviation of a law's parameters around their start: they are free but for absurd values
 LAW_SD = 3.0
@@ -28,6 +29,9 @@ LAW_SD = 3.0
 FEW_LINES, KEPT, TUNINGS, FINE_TUNINGS = 150, 1, 8, 60
 # steps in which the followed one comes to its end: the two parameters of a spectrum may start a factor of 100 off
 TO_THE_END, CLOSELY = 60, 1e-3
+# unseen misfit of the best law of one parameter, as a multiple of that of the best one of several, from which it is
+# tried once more from where that one led
+CLEARLY = 1.5
 # how much further the start that hardly does anything goes than the smallest (or stiffest) of the others
 IDLE = 10.0
 # starts fitted to the free force that go on, and starts that go on as they are
@@ -76,6 +80,30 @@ def _rugged(recovered: Recovered) -> bool:
     return recovered.equivalent.score > RUGGED * max(recovered.fit.score, 1.0)
 
 
+def simple_alone(
+    problem: Problem, choosing: Problem, tried: Sequence[Candidate], recovered: Recovered
+) -> list[Candidate]:
+    """Where of the laws `tried` at a place one of several parameters explains about as much as a free force, and leaves
+    clearly less than all of one: those of one as that one has them, with the model's unknowns from where it brought
+    them.
+
+    Laws of more parameters find a way around the minima that a simpler one stops in, and would then be told in its
+    place.
+    """
+    rich = min((c for c in tried if c.n_law > 1), key=lambda c: c.chosen, default=None)
+    simple = [c for c in tried if c.n_law == 1]
+    if rich is None or rich.joint is None or rich.physics is None or not simple:
+        return []
+    if rich.fitted > RUGGED * max(recovered.fit.score, 1.0):
+        return []
+    if min(c.chosen for c in simple) < CLEARLY * rich.chosen:
+        return []
+    law, values = rich.physics.law or rich.physics.name, dict(rich.values)
+    laws = {c.physics.law or c.physics.name: (c.name, c.physics) for c in simple if c.physics is not None}
+    sized = [(*named, nearest_size(recovered, law, values, own)[0]) for own, named in laws.items()]
+    return _from_there(problem, choosing, rich, sized)
+
+
 def companions_alone(problem: Problem, choosing: Problem, beside: Candidate) -> list[Candidate]:
     """The spring and the dashpot `beside` a nonlinear law, those that are positive, each as the whole law at its place
     with the model's unknowns from where the nonlinear one brought them; judged on the choosing problem.
@@ -83,15 +111,24 @@ def companions_alone(problem: Problem, choosing: Problem, beside: Candidate) -> 
     A linear law that stopped short of its minimum would lose against a nonlinear one that does nothing, beside which
     its like went all the way.
     """
-    joint, made = beside.joint, []
+    beside_it = (("support_stiffness", beside.k), ("viscous_damper", beside.c))
+    return _from_there(problem, choosing, beside, [(name, physics(name), value) for name, value in beside_it])
+
+
+def _from_there(
+    problem: Problem, choosing: Problem, led: Candidate, sized: Sequence[tuple[str, Physics, float]]
+) -> list[Candidate]:
+    """Laws of one parameter (name as it is reported, entry, size) at the place of a law, fitted from where that one
+    `led` the model; those of positive size."""
+    joint, made = led.joint, []
     assert joint is not None
-    for name, value in (("support_stiffness", beside.k), ("viscous_damper", beside.c)):
+    for name, entry, value in sized:
         if value <= 0:
             continue
         x = np.log([value])
-        hypothesis = joint.hypothesis((name,), x, np.full(1, LAW_SD))
-        (fit,) = problem.fit([hypothesis], [(beside.p, x)], iterations=TO_THE_END, tolerance=CLOSELY)
-        made += [] if fit is None else [_judged(problem, choosing, joint, (name, physics(name)), fit)]
+        hypothesis = joint.hypothesis((entry.law or entry.name,), x, np.full(1, LAW_SD))
+        (fit,) = problem.fit([hypothesis], [(led.p, x)], iterations=TO_THE_END, tolerance=CLOSELY)
+        made += [] if fit is None else [_judged(problem, choosing, joint, (name, entry), fit)]
     return made
 
 
