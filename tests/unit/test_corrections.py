@@ -109,6 +109,29 @@ def judged(folder: Path, change: Callable[[Doubted], Doubted], more: tuple[str, 
     return corrections_of(model, pairing, study.damping_ratio, test, [change(one) for one in found])
 
 
+@pytest.mark.parametrize(
+    ("node", "law", "size"),
+    [
+        # at the shaker: all responses are 0.22 and 0.001 times the model's, as lbf, and mm, for N and m would have them
+        (13, "support_stiffness", 1.0e5),
+        (13, "viscous_damper", 3.0e4),
+        # between sensors, one of which shows 2.7 times what it would
+        (6, "viscous_damper", 3.0e3),
+    ],
+)
+def test_what_is_missing_is_no_mistake_in_units(tmp_path: Path, node: int, law: str, size: float) -> None:
+    key = {"support_stiffness": "k", "viscous_damper": "c"}[law]
+    study = load_study(small_study.write_study(tmp_path, small_study.Truth(E_TRUE, laws=[(node, law, {key: size})])))
+    model = read_model(study.model_file, parameters=list(small_study.PARAMETERS))
+    test = study.read_recordings()
+    pairs = pair_test(test, model)
+    doubts = doubts_found(model, test, pairs, 0.01).of_recordings
+    assert doubts
+    found = corrections_of(model, pairs, 0.01, test, doubts)
+    assert found.advice == ""
+    assert found.left_out == ()
+
+
 def test_a_doubt_that_its_correction_does_not_cure_leaves_the_recordings_as_they_are(tmp_path: Path) -> None:
     def other(one: Doubted) -> Doubted:
         return replace(one, doubt=replace(one.doubt, channel="10:+Z"))
