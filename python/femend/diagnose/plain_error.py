@@ -1,9 +1,8 @@
-"""Whether what is told brings the model nearer to the recordings it was fitted to.
+"""Whether what is told brings the model nearer to the recordings it was fitted to, as a whole.
 
-Laws are compared in the band that the mesh represents, with every mode's frequency and damping free within narrow
-priors, so that small errors of the model are not taken for physics. The model that is handed over has its own
-frequencies and answers beyond the band too: a law may win in the band by what it does to the recordings outside it (an
-oscillator tuned to where the band ends), or by what the free frequencies do beside it.
+Laws are compared in the band that the mesh represents. The model that is handed over answers beyond it too: a law may
+win in the band by what it does outside, where the recordings speak against it (an oscillator tuned to where the band
+ends stands for a stiffness within it, and has a resonance that was not recorded).
 """
 
 from __future__ import annotations
@@ -18,8 +17,8 @@ __all__ = ["further_off", "plain_errors"]
 
 
 def plain_errors(found: Diagnosis) -> tuple[float, float] | None:
-    """Errors of the updated and of the final model on all fit recordings, by themselves: root of the summed squares
-    over that of what was recorded, of all samples in the window of the diagnosis (of the lines in its band, of FRFs).
+    """Errors of the updated and of the final model on all fit recordings: root of the summed squares over that of what
+    was recorded, of all samples in the window of the diagnosis (of the lines in its band, of FRFs).
 
     None where nothing is added to the model, a load is told, or a force was not recorded.
     """
@@ -54,10 +53,9 @@ def further_off(found: Diagnosis) -> str:
     low, high = found.problem.band
     law = "the laws found together explain" if found.further is not None else f"{_named(found)} explains"
     return (
-        f"{law} the recordings from {low:.3g} to {high:.3g} Hz with small errors of each mode's frequency and damping "
-        f"allowed for; as a whole, and without those, they are {after} off with it and {before} without it, so that it "
-        "is not told. Free the parameters of the model that are least certain, or refine the mesh so that more of what "
-        "was recorded can be compared"
+        f"{law} the recordings from {low:.3g} to {high:.3g} Hz, but as a whole they are {after} off with it and "
+        f"{before} without it, so that it is not told. Refine the mesh, so that more of what was recorded can be "
+        "compared, or free the parameters of the model that are least certain"
     )
 
 

@@ -34,8 +34,8 @@ class Settings:
         strained: prior cost of the model's own unknowns beside a law, in `gain_cost`, from which they stand in for
             something else.
         price: score a fitted law parameter costs, in logarithms of the effective number of values (1: BIC).
-        worse: error of the final model on the recordings it was fitted to, as a multiple of the updated one's, beyond
-            which what was added is not told: it won by frequencies and damping of its own for each mode.
+        worse: error of the final model on the recordings it was fitted to, as a whole, as a multiple of the updated
+            one's, beyond which what was added is not told: it won by what it does outside the band.
         same_law: relative difference of two laws' forces below which the simpler one is named.
         worth_naming: share of the updated model's cost that a free force somewhere has to take away, where the model is
             at the noise already, before laws are tried at all.

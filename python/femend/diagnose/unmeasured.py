@@ -7,6 +7,7 @@ a weak recording as in a strong one, and feeds the motion.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from femend.diagnose.locate import Located
 from femend.diagnose.ranked import score
 from femend.diagnose.recovered import Recovered, recover
 from femend.diagnose.split import Split
-from femend.estimate import Fit, Problem
+from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place
 
 __all__ = ["find_harmonic", "find_unmeasured", "plainly_unmeasured"]
@@ -76,12 +77,27 @@ def find_unmeasured(given: Given, located: Sequence[Located]) -> LoadFinding | N
         direction,
         values,
         candidate,
-        best.fit,
+        _motion_as_noise(given, best.fit) if base else best.fit,
         problem,
         score(candidate, given.settings, given.n_values()),
         None if row is None or not repeats else (row, force),
         {} if row is None or repeats else {r.name: (row, -f[0]) for r, f in each},
     )
+
+
+def _motion_as_noise(given: Given, free: Fit) -> Fit:
+    """The model beside a base motion that differs in every recording, for predictions without it: fitted with what it
+    does counted as noise, so that recordings that the measured force dominates tell most. A motion that is `free` on
+    every line takes up what the model's unknowns are off."""
+    problem, bare = given.split.whole, Hypothesis(given.reduced, np.zeros((0, given.reduced.r)))
+    start = (given.updated, np.zeros(0))
+    (alone,) = problem.fit([bare], [start], iterations=0)
+    if alone is None:
+        return free
+    raised = np.sqrt(np.maximum(alone.misfit, 1.0))
+    louder = problem.on([replace(r, noise=r.noise * by) for r, by in zip(problem.records, raised, strict=True)])
+    (fit,) = louder.fit([bare], [start])
+    return free if fit is None else fit
 
 
 def find_harmonic(
