@@ -1,4 +1,4 @@
-"""Silence where more than noise is left is told with what is left."""
+"""Where more than noise is left it is told how much, beside silence and beside laws."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from femend.study.result import _left_over
+from femend.study.left_over import left_beside, left_over
 
 
 def row(name: str, floor: float | None, left: float | None, role: str = "fit") -> dict[str, Any]:
@@ -16,13 +16,24 @@ def row(name: str, floor: float | None, left: float | None, role: str = "fit") -
 @pytest.mark.parametrize("verdict", ["consistent", "parameters-only"])
 def test_the_worst_recording_is_told(verdict: str) -> None:
     rows = [row("low", 0.02, 0.022), row("high", 0.02, 0.05), row("held", 0.01, 0.3, "validate")]
-    said = _left_over(verdict, rows)
+    said = left_over(verdict, rows)
     assert "2.5 times the noise of high" in said
     assert "refine the mesh" in said
 
 
 def test_nothing_is_said_of_noise_or_beside_findings() -> None:
     near = [row("low", 0.02, 0.022), row("high", 0.02, 0.029)]
-    assert _left_over("parameters-only", near) == ""
-    assert _left_over("missing-physics", [row("high", 0.02, 0.5)]) == ""
-    assert _left_over("consistent", [row("high", None, 0.5), row("low", 0.02, None)]) == ""
+    assert left_over("parameters-only", near) == ""
+    assert left_over("missing-physics", [row("high", 0.02, 0.5)]) == ""
+    assert left_over("consistent", [row("high", None, 0.5), row("low", 0.02, None)]) == ""
+
+
+def test_laws_that_leave_much_of_a_recording_are_told_with_that() -> None:
+    rows = [
+        {"recording": name, "role": role, "noise_floor": 0.02, "parameters": 0.5, "final": left}
+        for name, role, left in (("low", "fit", 0.03), ("high", "fit", 0.16), ("held", "validate", 0.4))
+    ]
+    said = left_beside("missing-physics", rows)
+    assert "still leaves 16 % of high, 8 times its noise" in said
+    assert left_beside("missing-physics", rows[:1]) == ""
+    assert left_beside("located-not-named", rows) == ""

@@ -70,12 +70,12 @@ class Correction:
             if doubt.factor is not None and doubt.factor < 1:
                 what = what.replace(f"{doubt.factor:.3g} times too long", f"{1 / doubt.factor:.3g} times too short")
         elif doubt.kind == "level":
-            what = f"the responses, or the force, are off by a factor {doubt.factor:.3g}"
+            what = f"the responses, or the force, are off by a factor {doubt.factor:.4g}"
         elif doubt.order:
             circle = " in a circle, each with the next" if len(doubt.order) > 2 else ""
             what = f"the sensors {', '.join(doubt.order[:-1])} and {doubt.order[-1]} are exchanged{circle}"
         elif doubt.kind == "sensor level":
-            what = f"the sensor {doubt.channel} shows {doubt.factor:.3g} times what it should"
+            what = f"the sensor {doubt.channel} shows {doubt.factor:.4g} times what it should"
         else:
             what = f"the {doubt.kind.removesuffix(' sign')} {doubt.channel} is reversed"
         if self.before is None or self.after is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,8 @@ from femend.model import Place
 from femend.model.places import Topology, stretches, topology
 from femend.physics import FitCoordinates, physics
 from femend.report.vocabulary import DIRECTIONS
-from femend.report.words import BEYOND_NOISE, INTERRUPTED
+from femend.report.words import INTERRUPTED
+from femend.study.left_over import left_beside, left_over
 from femend.study.predictions import STAGES, Prediction
 from femend.study.told import told
 from femend.units import UnitSystem, unit_system
@@ -65,7 +66,9 @@ def result_of(
         "parameters": _parameters(diagnosis),
         "fit": fit,
         "status": _status(diagnosis),
-        "advice": diagnosis.advice or _left_over(diagnosis.verdict, fit),
+        "advice": diagnosis.advice
+        or left_over(diagnosis.verdict, fit)
+        or ("" if diagnosis.by_load else left_beside(diagnosis.verdict, fit)),
         "warnings": list(warnings),
     }
 
@@ -114,21 +117,6 @@ def _fit(prediction: Prediction, records: list[FitRecord], band: tuple[float, fl
     row: dict[str, Any] = {"recording": prediction.name, "role": prediction.role, "noise_floor": _round(noise)}
     row.update({stage: _round(prediction.error(stage)) for stage in STAGES})
     return row
-
-
-def _left_over(verdict: str, fit: Sequence[Mapping[str, Any]]) -> str:
-    """What has to be said beside silence where the updated model leaves clearly more than noise."""
-    if verdict not in ("consistent", "parameters-only"):
-        return ""
-    rows = [row for row in fit if row["role"] == "fit" and row["noise_floor"] and row["parameters"]]
-    worst = max(rows, key=lambda row: row["parameters"] / row["noise_floor"], default=None)
-    if worst is None or worst["parameters"] < BEYOND_NOISE * worst["noise_floor"]:
-        return ""
-    return (
-        f"the updated model leaves {worst['parameters'] / worst['noise_floor']:.2g} times the noise of "
-        f"{worst['recording']}, which no law at one place explains clearly enough to be told; the mesh or the "
-        "idealisation may leave that much: refine the mesh and see whether it shrinks, or record more sensors"
-    )
 
 
 def _round(value: float | None) -> float | None:
