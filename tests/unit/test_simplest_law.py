@@ -14,7 +14,7 @@ from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.ranked import Ranked, tempered
 from femend.diagnose.settings import Settings
-from femend.diagnose.simple_first import simplest_linear
+from femend.diagnose.simple_first import simple_first, simplest_linear
 from femend.model import Place
 from femend.physics import physics
 
@@ -128,3 +128,15 @@ def test_springs_under_a_clamp_have_to_win_clearly_against_one_spring_there() ->
     assert names(first(replace(one, score=one.score + 200.0), ranked("tuned_absorber", 0.8, 5.0, both)))[0] != one.name
     elsewhere = Place("clamp", (2,), "", "ground", springs=both.springs)
     assert names(first(one, ranked("tuned_absorber", 0.97, 5.0, elsewhere)))[0] == "tuned_absorber"
+
+
+@pytest.mark.parametrize(
+    ("n", "left", "told"),
+    [(5.0, 1.10, "coulomb_friction"), (5.0, 1.30, "bouc_wen"), (1.5, 1.10, "bouc_wen")],
+)
+def test_a_loop_with_a_knee_nearly_sharp_is_friction_where_that_leaves_hardly_more(
+    n: float, left: float, told: str
+) -> None:
+    loop, friction = ranked("bouc_wen", 1.0, 10.0), ranked("coulomb_friction", left, 10.0)
+    loop = replace(loop, candidate=replace(loop.candidate, values={"n": n}), score=friction.score - 100.0)
+    assert names(simple_first([loop, friction], Settings()))[0] == told

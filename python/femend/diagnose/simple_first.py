@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.diagnose.collapse import SHARP
 from femend.diagnose.evidence import fall
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
@@ -16,6 +15,9 @@ __all__ = ["simple_first", "simplest_linear"]
 
 # a law that leaves at most so many times what another leaves does as well
 NEARLY = 1.15
+# exponent n from which the knee of a Bouc-Wen loop is so near to that of friction with a spring before it that what
+# else is wrong with the model may round it (materials and joints have 1 to 3)
+KNEE = 4.0
 
 
 def simple_first(ranked: list[Ranked], settings: Settings) -> list[Ranked]:
@@ -64,8 +66,9 @@ def _same_place(a: Place, b: Place) -> bool:
 
 
 def _friction_first(ranked: list[Ranked]) -> list[Ranked]:
-    """Puts friction before a Bouc-Wen loop at the same place whose knee is as sharp and that leaves hardly less."""
-    if not ranked or ranked[0].candidate.name != "bouc_wen" or ranked[0].candidate.values["n"] <= SHARP:
+    """Puts friction before a Bouc-Wen loop at the same place whose knee is nearly as sharp and that leaves hardly
+    less."""
+    if not ranked or ranked[0].candidate.name != "bouc_wen" or ranked[0].candidate.values["n"] <= KNEE:
         return ranked
     loop = ranked[0]
     for r in ranked[1:]:
