@@ -98,12 +98,16 @@ def test_both_places_are_found_without_a_first_one(run: StudyRun) -> None:
 def test_laws_compared_in_a_window_are_judged_anew_on_whole_records(run: StudyRun) -> None:
     first = searched(run.diagnosis)
     linear = [r for r in first.ranked if r.candidate.joint is not None and not r.candidate.nonlinear][:2]
+
+    def law(r: Ranked) -> tuple[int, str]:
+        return id(r.located), r.candidate.name
+
     given = run.diagnosis.given
-    whole = {id(r.located): r.candidate.chosen for r in compared_in(given, linear, 0.0)}
+    whole = {law(r): r.candidate.chosen for r in compared_in(given, linear, 0.0)}
     windowed = compared_in(given, linear, 3.0 * first.problem.scale())
     again = compared_in(given, windowed, 0.0)
-    for before, after in zip(sorted(windowed, key=lambda r: id(r.located)), sorted(again, key=lambda r: id(r.located))):
-        assert after.candidate.chosen == pytest.approx(whole[id(after.located)], rel=1e-4)
+    for before, after in zip(sorted(windowed, key=law), sorted(again, key=law)):
+        assert after.candidate.chosen == pytest.approx(whole[law(after)], rel=1e-4)
         assert before.candidate.chosen != pytest.approx(after.candidate.chosen, rel=1e-3)
 
 

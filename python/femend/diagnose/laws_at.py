@@ -78,13 +78,24 @@ def linear_at(given: Given, found: Located, masses_alone: bool) -> tuple[list[Tr
         if entry.kind == "linear" and (name in ONLY_GROUND or not masses_alone)
     ]
     seen = [c for c in fitted if c is not None and not _tuned_elsewhere(given, c, recovered)]
-    seen += simple_alone(split.fitting, split.choosing, seen, recovered)
+    seen = _better([*seen, *simple_alone(split.fitting, split.choosing, seen, recovered)])
     tried = [Tried(c, found, recovered) for c in seen]
     if found.place.kind == "ground":
         whole = open_joint(mass_place(reduced.model, found.place.nodes[0]), reduced, split.whole.band[1], g_rows)
         mass = fit_mass(split.fitting, split.choosing, whole, found.fit.p, updated)
         tried += [] if mass is None else [Tried(mass, found, None)]
     return tried, Opened(found, joint, recovered)
+
+
+def _better(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Of fits of one law at a place the better one."""
+    best: dict[tuple[str, str], Candidate] = {}
+    for c in candidates:
+        assert c.physics is not None
+        key = c.name, c.physics.law or c.physics.name
+        if key not in best or c.fitted < best[key].fitted:
+            best[key] = c
+    return list(best.values())
 
 
 def _tuned_elsewhere(given: Given, candidate: Candidate, recovered: Recovered) -> bool:

@@ -12,6 +12,8 @@ type Square = [[f64; MAX_COORDINATES]; MAX_COORDINATES];
 const MAX_ITERATIONS: usize = 80;
 /// Newton steps without a bracket before one is sought.
 const PATIENCE: usize = 8;
+/// Steps from which the law's own value is taken for the other end of a bracket, whatever the slope.
+const RESORT: usize = 40;
 /// Relative change of the force that counts as converged.
 const TOLERANCE: f64 = 1e-11;
 
@@ -116,8 +118,11 @@ fn solve_one(
         if bracketed && !(f > low && f < high) {
             f = 0.5 * (low + high);
         } else if !bracketed && (iteration >= PATIENCE || !f.is_finite()) {
-            // where the force falls with f, the law's own value lies on the other side of the root
-            f = force;
+            // Newton comes to the root of a convex law from one side, and from afar by half the way a step: twice the
+            // step goes beyond. Where the force falls with f, the law's own value lies on the other side of the root;
+            // elsewhere it may lie so far there that no bracket is closed in time.
+            let beyond = f - residual / derivative;
+            f = if derivative > 0.0 && iteration < RESORT && beyond.is_finite() { beyond } else { force };
         }
     }
     out
