@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from femend.correlate.exchanged import Exchange
 from femend.correlate.misread import Misread
-from femend.correlate.mistaken_units import FACTORS
+from femend.correlate.mistaken_units import mistaken_as
 from femend.correlate.time_axis import KNOWN_RATES
 from femend.dof import Dof
 
@@ -219,13 +219,12 @@ def suggested(factor: float) -> float | None:
     >>> suggested(9.5), suggested(0.001), suggested(7.0)
     (9.80665, 0.001, 7.0)
     """
-    size = max(factor, 1 / factor)
-    if size > NOWHERE:
+    if max(factor, 1 / factor) > NOWHERE:
         return None
-    known = next((known for known, _ in FACTORS if 1 / _NEAR < size / known < _NEAR), None)
+    known = mistaken_as(factor, _NEAR)
     if known is None:
         return factor
-    return known if factor > 1 else 1 / known
+    return known[0] if factor > 1 else 1 / known[0]
 
 
 def time_doubts(factor: float | None, dt: float) -> list[Doubt]:
@@ -281,7 +280,8 @@ def _hint(factor: float) -> str:
             "and what the deck holds"
         )
     where = "the unit and scale of the channels, [model] units, masses of the deck"
-    for known, of in FACTORS:
-        if 1 / _NEAR < max(factor, 1 / factor) / known < _NEAR:
-            return f"{of} mistaken for each other give {known if factor > 1 else 1 / known:.3g}; check {where}"
-    return f"check {where}"
+    found = mistaken_as(factor, _NEAR)
+    if found is None:
+        return f"check {where}"
+    known, of = found
+    return f"{of} mistaken for each other give {known if factor > 1 else 1 / known:.3g}; check {where}"

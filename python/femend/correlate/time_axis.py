@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from femend.correlate.exchanged import FEWEST, Shapes, clear_lines, held_against, inverse_covariances
 from femend.correlate.misread import driven_covariances
+from femend.correlate.mistaken_units import mistaken_as
 
 __all__ = ["KNOWN_RATES", "time_factor"]
 
@@ -62,9 +63,10 @@ def time_factor(h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Sha
     other = _likelier(h, noise, freq * factor, model, driven=True)
     if any(_likelier(h, noise, freq * f, model, driven=True) > other - TELLING for f in FACTORS[as_it_is]):
         return None
-    size = max(factor, 1 / factor)
-    known = next((k for k, _ in KNOWN_RATES if 1 / _NEAR < size / k < _NEAR), size)
-    return float(known if factor > 1 else 1 / known)
+    rate = mistaken_as(factor, _NEAR, KNOWN_RATES)
+    if rate is None:
+        return factor
+    return rate[0] if factor > 1 else 1 / rate[0]
 
 
 def _likelier(h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes, driven: bool = False) -> float:

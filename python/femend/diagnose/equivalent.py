@@ -86,11 +86,12 @@ def _nearest(
     """
     found: list[tuple[float, str, FloatArray]] = []
     few = [one.thinned(FEW_LINES) for one in free]
-    kinds = [(law, by) for law in families for by in ("size", "dashpot") if law == "support_stiffness" or by == "size"]
-    for law, by in kinds if free else ():
+    # springs and masses with little loss, and dashpots with little of a spring
+    kinds = [*((law, LOSS) for law in families), ("support_stiffness", 1 / LOSS)]
+    for law, loss in kinds if free else ():
         order = 2 if law == "added_mass" else 0
-        sizes = SIZES * units[law] * (1.0 if by == "size" else LOSS)
-        dashpots = sizes * omega ** (order - 1) * (LOSS if by == "size" else 1 / LOSS)
+        sizes = SIZES * units[law] * min(1.0, 1 / loss)
+        dashpots = sizes * omega ** (order - 1) * loss
         kappas = [sizes[:, None] * one.s**order + dashpots[:, None] * one.s for one in few]
         costs = np.sum([one.left(kappa) for one, kappa in zip(few, kappas, strict=True)], axis=0)
         inner = costs[1:-1]

@@ -63,7 +63,8 @@ def fit_linear(
     means = [np.log([max(v[n], 1e-12) for n in entry.parameter_names]) for _, v in begun]
     hypotheses = [joint.hypothesis((law,), m, np.full(len(m), LAW_SD)) for m in means]
     few, begin = problem.sparing(FEW_LINES), [(p, m) for (p, _), m in zip(begun, means, strict=True)]
-    sigmas = [0.0, WINDOW * problem.scale()] if _rugged(recovered) else [0.0]
+    # where a force far above the noise acts that no spring or mass with a dashpot comes near, in a window too
+    sigmas = [0.0, WINDOW * problem.scale()] if _far(recovered.equivalent.score, recovered) else [0.0]
     tries = [few.fit(hypotheses, begin, sigma=sigma, iterations=10) for sigma in sigmas]
     ranked = [f for fits in tries for f in sorted((f for f in fits if f is not None), key=lambda f: f.cost)[:KEPT]]
     fits = problem.fit(
@@ -75,9 +76,9 @@ def fit_linear(
     return _judged(problem, choosing, joint, (name, entry), min(done, key=lambda f: f.cost))
 
 
-def _rugged(recovered: Recovered) -> bool:
-    """Whether a force far above the noise acts that no spring or mass with a dashpot comes near."""
-    return recovered.equivalent.score > RUGGED * max(recovered.fit.score, 1.0)
+def _far(misfit: float, recovered: Recovered) -> bool:
+    """Whether a `misfit` at a place is far from what a free force there leaves, and from the noise."""
+    return misfit > RUGGED * max(recovered.fit.score, 1.0)
 
 
 def simple_alone(
@@ -94,9 +95,7 @@ def simple_alone(
     simple = [c for c in tried if c.n_law == 1]
     if rich is None or rich.joint is None or rich.physics is None or not simple:
         return []
-    if rich.fitted > RUGGED * max(recovered.fit.score, 1.0):
-        return []
-    if min(c.chosen for c in simple) < CLEARLY * rich.chosen:
+    if _far(rich.fitted, recovered) or min(c.chosen for c in simple) < CLEARLY * rich.chosen:
         return []
     law, values = rich.physics.law or rich.physics.name, dict(rich.values)
     laws = {c.physics.law or c.physics.name: (c.name, c.physics) for c in simple if c.physics is not None}

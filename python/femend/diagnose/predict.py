@@ -15,7 +15,7 @@ from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel
 from femend.physics import physics
 
-__all__ = ["predict_candidate", "predict_frf", "predict_model", "transfer"]
+__all__ = ["predict_candidate", "predict_frf", "predict_linear", "predict_model", "transfer"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -96,14 +96,22 @@ def predict_frf(
     return transfer(problem, hypothesis, p, x, np.asarray(2j * np.pi * record.frf.freq), out, into)[:, :, 0]
 
 
+def predict_linear(
+    problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, record: FitRecord
+) -> FloatArray | ComplexArray:
+    """Accelerations (n_out, n) of a model at unknowns `p` and ln law parameters `x` for a time record, as
+    `predict_model`, or accelerances (K, n_out) for one of an FRF, as `predict_frf`."""
+    predict = predict_model if record.frf is None else predict_frf
+    return predict(problem, hypothesis, p, x, record)
+
+
 def predict_candidate(
     problem: Problem, candidate: Candidate, fallback: Hypothesis, record: FitRecord
 ) -> FloatArray | ComplexArray:
     """Accelerations (n_out, n) of a candidate, or accelerances (K, n_out) for a record of an FRF (NaN for a nonlinear
     law); `fallback` is the model for a candidate without a joint."""
-    predict = predict_model if record.frf is None else predict_frf
     if candidate.joint is None:
-        return predict(problem, fallback, candidate.p, candidate.x, record)
+        return predict_linear(problem, fallback, candidate.p, candidate.x, record)
     if candidate.nonlinear and record.frf is not None:
         return np.full(record.frf.H.shape, np.nan, dtype=complex)
     if candidate.nonlinear:
@@ -111,4 +119,4 @@ def predict_candidate(
         return np.asarray(y)
     assert candidate.physics is not None
     hypothesis = candidate.joint.hypothesis((candidate.physics.law or candidate.physics.name,))
-    return predict(problem, hypothesis, candidate.p, candidate.x, record)
+    return predict_linear(problem, hypothesis, candidate.p, candidate.x, record)

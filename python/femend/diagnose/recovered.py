@@ -71,19 +71,19 @@ def recover(
     out = Recovered(fit, equal, [], [], [], [], [], [], [], problem.records, [], [], free)
     out.index.extend(one.line.index for one in seen)
     out.freq.extend(one.line.freq for one in seen)
-    for i, (line, weighted, free_force) in enumerate((one.line, one.weighted, one.free) for one in seen):
-        y, D, F_eq, misfit = _nearest_element(problem, joint, i, fit.p, equal, free_force if by_record else None)
-        left = (line.Y - y) * line.weight
+    for i, one in enumerate(seen):
+        y, D, F_eq, misfit = _nearest_element(problem, joint, i, fit.p, equal, one.free if by_record else None)
+        left = (one.line.Y - y) * one.line.weight
         # where the equivalent element explains little, the force is not known to be like its own
         more_than = misfit / max(float(fit.misfit[i]), 1e-12) if by_record else equal.score / max(fit.score, 1e-12)
         spread = _smooth(np.abs(F_eq) ** 2) * max(1.0, more_than)
-        shown = np.einsum("ksw,ks->kw", weighted.conj(), left)
-        gram = free_force.gram
+        shown = np.einsum("ksw,ks->kw", one.weighted.conj(), left)
+        gram = one.free.gram
         F = F_eq + _wiener(gram, shown, _standing_out(gram, shown, spread) if sharp else spread)
-        out.D.append(D + np.einsum("kvw,kw->kv", free_force.C, F - F_eq))
+        out.D.append(D + np.einsum("kvw,kw->kv", one.free.C, F - F_eq))
         out.F.append(-F)
         out.weight.append(np.real(np.einsum("kww->kw", gram)))
-        to_time(out, line, free_force.s)
+        to_time(out, one.line, one.free.s)
     return out
 
 

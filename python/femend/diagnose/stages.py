@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.predict import predict_candidate, predict_frf, predict_model
+from femend.diagnose.predict import predict_candidate, predict_linear
 from femend.diagnose.terms import simulate_terms
 from femend.estimate import FitRecord
 
@@ -21,16 +21,14 @@ STAGES = ("nominal", "parameters", "final")
 
 def stages(found: Diagnosis, record: FitRecord) -> dict[str, Values]:
     """Responses of every stage: (n_out, n) for time records, (K, n_out) for a column of an FRF."""
-    predict = predict_model if record.frf is None else predict_frf
-    nominal = predict(found.problem, *found.nominal, np.zeros(0), record)
+    nominal = predict_linear(found.problem, *found.nominal, np.zeros(0), record)
     before = updated(found, record)
     return {"nominal": nominal, "parameters": before, "final": final(found, record, before)}
 
 
 def updated(found: Diagnosis, record: FitRecord) -> Values:
     """Responses of the updated model to which nothing is added."""
-    predict = predict_model if record.frf is None else predict_frf
-    return predict(found.problem, found.null.hypothesis, found.null.p, np.zeros(0), record)
+    return predict_linear(found.problem, found.null.hypothesis, found.null.p, np.zeros(0), record)
 
 
 def final(found: Diagnosis, record: FitRecord, before: Values) -> Values:
@@ -44,6 +42,5 @@ def final(found: Diagnosis, record: FitRecord, before: Values) -> Values:
         after = predict_candidate(found.problem, found.best, fallback, record)
     elif found.load is not None and found.by_load:
         load = found.load
-        predict = predict_model if record.frf is None else predict_frf
-        return predict(load.problem, load.fit.hypothesis, load.fit.p, np.zeros(0), load.record(record))
+        return predict_linear(load.problem, load.fit.hypothesis, load.fit.p, np.zeros(0), load.record(record))
     return after if after is not None and np.isfinite(after).all() else before

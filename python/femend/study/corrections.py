@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.correlate.doubts import suggested
-from femend.correlate.mistaken_units import FACTORS
+from femend.correlate.mistaken_units import mistaken_as
 from femend.data import Recording, Test
 from femend.diagnose.predict import predict_frf, predict_model
 from femend.diagnose.update import UpdatedModel, update_model
@@ -64,11 +64,9 @@ class Correction:
         """What to correct, and what that does."""
         doubt = self.doubted.doubt
         if doubt.kind == "time axis":
-            what = (
-                f"the time step of {' and '.join(self.doubted.recordings)} is about {doubt.factor:.3g} times too long"
-            )
-            if doubt.factor is not None and doubt.factor < 1:
-                what = what.replace(f"{doubt.factor:.3g} times too long", f"{1 / doubt.factor:.3g} times too short")
+            factor = doubt.factor or 1.0
+            off = f"{max(factor, 1 / factor):.3g} times too {'long' if factor >= 1 else 'short'}"
+            what = f"the time step of {' and '.join(self.doubted.recordings)} is about {off}"
         elif doubt.kind == "level":
             what = f"the responses, or the force, are off by a factor {doubt.factor:.4g}"
         elif doubt.order:
@@ -268,8 +266,7 @@ def _of_units(one: Doubted) -> bool:
     factor = one.doubt.factor
     if factor is None or one.doubt.kind not in ("level", "sensor level"):
         return True
-    size = max(abs(factor), 1 / abs(factor))
-    return any(1 / NEAR_UNITS < size / known < NEAR_UNITS for known, _ in FACTORS)
+    return mistaken_as(abs(factor), NEAR_UNITS) is not None
 
 
 def _factor(squares: Iterable[FloatArray]) -> float:
