@@ -104,7 +104,7 @@ def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
 
     made = {
         "linear_at": lambda *a: ([], at),
-        "with_kin": lambda found: [found],
+        "each_once": lambda located: [(found, False, False) for found in located],
         "on_springs": lambda *a: [],
         "_linear_suffices": lambda *a: False,
         "_likeliest": lambda *a: [at],

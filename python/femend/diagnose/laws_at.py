@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +22,7 @@ from femend.diagnose.split import Split
 from femend.estimate import Fit
 from femend.model.places import mass_place
 
-__all__ = ["Opened", "linear_at", "nonlinear_at", "on_springs", "with_kin"]
+__all__ = ["Opened", "each_once", "linear_at", "nonlinear_at", "on_springs"]
 
 FloatArray = NDArray[np.float64]
 
@@ -46,7 +46,23 @@ class Opened:
     recovered: Recovered
 
 
-def with_kin(found: Located) -> list[Located]:
+def each_once(located: Sequence[Located]) -> Iterator[tuple[Located, bool, bool]]:
+    """Places, each with its kin: whether it is kin, and whether of the laws those that ground alone carries are tried
+    alone. Kin that is among the places by itself, or was kin of one before, is not tried again."""
+    # places tried, and whether with all laws
+    done = {found.place: True for found in located}
+    for found in located:
+        for one in _with_kin(found):
+            is_kin = one is not found
+            # a brace to a support does what the ground does, but carries no mass
+            masses_alone = is_kin and found.place.kind != "ground"
+            if is_kin and one.place in done and (done[one.place] or masses_alone):
+                continue
+            done[one.place] = not masses_alone
+            yield one, is_kin, masses_alone
+
+
+def _with_kin(found: Located) -> list[Located]:
     """A place, and the look-alikes of it at which laws are tried too: those to the ground, first where the model has a
     joint. Each has the others, and the place itself, among its look-alikes."""
     if found.place.n_w != 1:
@@ -72,12 +88,13 @@ def linear_at(given: Given, found: Located, masses_alone: bool) -> tuple[list[Tr
         recovered = recover(split.reading, joint, updated)
     if recovered is None:
         return [], None
-    fitted = [
-        fit_linear(split.fitting, split.choosing, joint, recovered, name, entry, updated)
+    laws = [
+        (name, entry)
         for name, entry in laws_for(joint.place.kind)
         if entry.kind == "linear" and (name in ONLY_GROUND or not masses_alone)
     ]
-    seen = [c for c in fitted if c is not None and not _tuned_elsewhere(given, c, recovered)]
+    fitted = fit_linear(split.fitting, split.choosing, joint, recovered, laws, updated)
+    seen = [c for c in fitted if not _tuned_elsewhere(given, c, recovered)]
     seen = _better([*seen, *simple_alone(split.fitting, split.choosing, seen, recovered)])
     tried = [Tried(c, found, recovered) for c in seen]
     if found.place.kind == "ground":

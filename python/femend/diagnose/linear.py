@@ -43,37 +43,53 @@ def fit_linear(
     choosing: Problem,
     joint: Joint,
     recovered: Recovered,
-    name: str,
-    entry: Physics,
+    laws: Sequence[tuple[str, Physics]],
     updated: FloatArray | None = None,
-) -> Candidate | None:
-    """The law from its best starts, judged on the choosing problem; None where it cannot be fitted at all.
+) -> list[Candidate]:
+    """Laws (name as it is reported, entry) from their best starts, judged on the choosing problem; those that cannot be
+    fitted at all are left out.
 
     A free force may move the model's unknowns to where the law alone would never come back from; so two starts are
     tried from the `updated` model's unknowns too, where they are given: the best one, and one that does hardly
     anything, from which no descent can end above the updated model.
     """
-    law = entry.law or entry.name
-    all_starts = _linear_starts(problem, joint, recovered, entry)
-    begun = [
-        (recovered.fit.p, v) for v in (*followed(recovered.free, entry, all_starts, FOLLOWED), *all_starts[:UNFOLLOWED])
-    ]
-    if updated is not None:
-        begun += [(updated, begun[0][1]), (updated, _idle(entry, all_starts, joint.place.release is not None))]
-    means = [np.log([max(v[n], 1e-12) for n in entry.parameter_names]) for _, v in begun]
-    hypotheses = [joint.hypothesis((law,), m, np.full(len(m), LAW_SD)) for m in means]
-    few, begin = problem.sparing(FEW_LINES), [(p, m) for (p, _), m in zip(begun, means, strict=True)]
+    begun = [_begun(problem, joint, recovered, entry, updated) for _, entry in laws]
+    whose = [i for i, starts in enumerate(begun) for _ in starts]
+    few, begin = problem.sparing(FEW_LINES), [start for starts in begun for start in starts]
+    hypotheses = [_hypothesis(joint, laws[i][1], x) for i, (_, x) in zip(whose, begin, strict=True)]
     # where a force far above the noise acts that no spring or mass with a dashpot comes near, in a window too
     sigmas = [0.0, WINDOW * problem.scale()] if _far(recovered.equivalent.score, recovered) else [0.0]
-    tries = [few.fit(hypotheses, begin, sigma=sigma, iterations=10) for sigma in sigmas]
-    ranked = [f for fits in tries for f in sorted((f for f in fits if f is not None), key=lambda f: f.cost)[:KEPT]]
+    ranked: list[tuple[int, Fit]] = []
+    for sigma in sigmas:
+        tries = list(zip(whose, few.fit(hypotheses, begin, sigma=sigma, iterations=10), strict=True))
+        for i in range(len(laws)):
+            own = sorted((f for j, f in tries if j == i and f is not None), key=lambda f: f.cost)
+            ranked += [(i, f) for f in own[:KEPT]]
     fits = problem.fit(
-        [f.hypothesis for f in ranked], [(f.p, f.x) for f in ranked], iterations=TO_THE_END, tolerance=CLOSELY
+        [f.hypothesis for _, f in ranked], [(f.p, f.x) for _, f in ranked], iterations=TO_THE_END, tolerance=CLOSELY
     )
-    done = [f for f in fits if f is not None]
-    if not done:
-        return None
-    return _judged(problem, choosing, joint, (name, entry), min(done, key=lambda f: f.cost))
+    best: dict[int, Fit] = {}
+    for (i, _), fit in zip(ranked, fits, strict=True):
+        if fit is not None and (i not in best or fit.cost < best[i].cost):
+            best[i] = fit
+    return _judged(problem, choosing, joint, [(laws[i], best[i]) for i in sorted(best)])
+
+
+def _begun(
+    problem: Problem, joint: Joint, recovered: Recovered, entry: Physics, updated: FloatArray | None
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Starts of a law: unknowns of the model and logarithms of the law's parameters."""
+    all_starts = _linear_starts(problem, joint, recovered, entry)
+    near = [*followed(recovered.free, entry, all_starts, FOLLOWED), *all_starts[:UNFOLLOWED]]
+    begun = [(recovered.fit.p, v) for v in near]
+    if updated is not None:
+        begun += [(updated, near[0]), (updated, _idle(entry, all_starts, joint.place.release is not None))]
+    return [(p, np.log([max(v[n], 1e-12) for n in entry.parameter_names])) for p, v in begun]
+
+
+def _hypothesis(joint: Joint, entry: Physics, x: FloatArray) -> Hypothesis:
+    """The joint closed by a law, free but for absurd values, with its start `x` (n_law,) in logarithms."""
+    return joint.hypothesis((entry.law or entry.name,), x, np.full(len(x), LAW_SD))
 
 
 def _far(misfit: float, recovered: Recovered) -> bool:
@@ -119,25 +135,31 @@ def _from_there(
 ) -> list[Candidate]:
     """Laws of one parameter (name as it is reported, entry, size) at the place of a law, fitted from where that one
     `led` the model; those of positive size."""
-    joint, made = led.joint, []
+    joint = led.joint
     assert joint is not None
-    for name, entry, value in sized:
-        if value <= 0:
-            continue
-        x = np.log([value])
-        hypothesis = joint.hypothesis((entry.law or entry.name,), x, np.full(1, LAW_SD))
-        (fit,) = problem.fit([hypothesis], [(led.p, x)], iterations=TO_THE_END, tolerance=CLOSELY)
-        made += [] if fit is None else [_judged(problem, choosing, joint, (name, entry), fit)]
-    return made
+    laws = [((name, entry), np.log([value])) for name, entry, value in sized if value > 0]
+    hypotheses = [_hypothesis(joint, entry, x) for (_, entry), x in laws]
+    fits = problem.fit(hypotheses, [(led.p, x) for _, x in laws], iterations=TO_THE_END, tolerance=CLOSELY)
+    done = [(law, fit) for (law, _), fit in zip(laws, fits, strict=True) if fit is not None]
+    return _judged(problem, choosing, joint, done)
 
 
-def _judged(problem: Problem, choosing: Problem, joint: Joint, law: tuple[str, Physics], fit: Fit) -> Candidate:
-    """A law (name as it is reported, entry) at its `fit`, judged on the choosing problem."""
-    name, entry = law
-    values = dict(zip(entry.parameter_names, np.exp(fit.x).tolist()))
-    prior = problem.prior_cost(joint.reduced, fit.p)
-    candidate = Candidate(entry, name, joint, values, fit.p, fit.x, len(fit.x), prior, fit.score, np.nan)
-    return judge_linear(choosing, candidate)
+def _judged(
+    problem: Problem, choosing: Problem, joint: Joint, fitted: Sequence[tuple[tuple[str, Physics], Fit]]
+) -> list[Candidate]:
+    """Laws (name as it is reported, entry) at their fits, judged on the choosing problem."""
+    made = []
+    for (name, entry), fit in fitted:
+        values = dict(zip(entry.parameter_names, np.exp(fit.x).tolist()))
+        prior = problem.prior_cost(joint.reduced, fit.p)
+        made.append(Candidate(entry, name, joint, values, fit.p, fit.x, len(fit.x), prior, fit.score, np.nan))
+    seen = choosing.fit([closed_by(c) for c in made], [(c.p, c.x) for c in made], iterations=0)
+    return [replace(c, chosen=_left(fit)) for c, fit in zip(made, seen, strict=True)]
+
+
+def _left(seen: Fit | None) -> float:
+    """Misfit of what was `seen` of a law; of one that breaks down infinite."""
+    return np.inf if seen is None else seen.score
 
 
 def _idle(entry: Physics, begun: Sequence[Mapping[str, float]], released: bool) -> dict[str, float]:
@@ -202,7 +224,7 @@ def fit_mass(
         return None
     best = min(tries, key=lambda f: f.cost)
     (fit,) = problem.fit([best.hypothesis], [(best.p, best.x)], iterations=12)
-    return None if fit is None else _judged(problem, choosing, joint, ("added_mass", entry), fit)
+    return None if fit is None else _judged(problem, choosing, joint, [(("added_mass", entry), fit)])[0]
 
 
 def _absorbers(free: Sequence[FreeForce], scale: float, band: tuple[float, float]) -> list[dict[str, float]]:
@@ -230,15 +252,14 @@ def judge_linear(choosing: Problem, candidate: Candidate, sigma: float = 0.0) ->
     """The candidate with the misfit it leaves on records it has not seen (windowed by exp(-sigma t)), nothing estimated
     there but free decays."""
     (seen,) = choosing.fit([closed_by(candidate)], [(candidate.p, candidate.x)], sigma=sigma, iterations=0)
-    return replace(candidate, chosen=np.inf if seen is None else seen.score)
+    return replace(candidate, chosen=_left(seen))
 
 
 def closed_by(candidate: Candidate) -> Hypothesis:
     """The model with the linear law of a candidate that has a joint, free but for absurd values."""
     assert candidate.joint is not None
     assert candidate.physics is not None
-    law = candidate.physics.law or candidate.physics.name
-    return candidate.joint.hypothesis((law,), candidate.x, np.full(len(candidate.x), LAW_SD))
+    return _hypothesis(candidate.joint, candidate.physics, candidate.x)
 
 
 def refit_linear(problem: Problem, candidate: Candidate) -> Candidate:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.evidence import deviance
 from femend.diagnose.judge import Given, Tried, again, compared_in, free_reference, judge_in
-from femend.diagnose.laws_at import Opened, linear_at, nonlinear_at, on_springs, with_kin
+from femend.diagnose.laws_at import Opened, each_once, linear_at, nonlinear_at, on_springs
 from femend.diagnose.locate import Located, order
 from femend.diagnose.ranked import Ranked, score
 from femend.diagnose.settings import Settings
@@ -40,15 +40,12 @@ def name_physics(
     tried: list[Tried] = []
     opened: list[Opened] = []
     first_look = judge_in(given, 0.0)
-    for found in located:
-        tell(1)
-        for one in with_kin(found):
-            # a brace to a support does what the ground does, but carries no mass
-            masses_alone = found.place.kind != "ground" and one is not found
-            new, at = linear_at(given, one, masses_alone)
-            tried += new
-            note(first_look.at_once(new))
-            opened += [at] if at is not None and one is found else []
+    for one, is_kin, masses_alone in each_once(located):
+        tell(0 if is_kin else 1)
+        new, at = linear_at(given, one, masses_alone)
+        tried += new
+        note(first_look.at_once(new))
+        opened += [at] if at is not None and not is_kin else []
     tried += on_springs(given, located if clamps is None else clamps, tried)
     if not _linear_suffices(given, tried, opened, null_score):
         for at in _likeliest(opened, tried, given.settings):
