@@ -18,17 +18,21 @@ from femend.estimate.updating.order_responses import OrderDifferences
 from femend.estimate.updating.population import Population, update_population
 from femend.estimate.updating.problem import Configuration, Evaluation, Link, ModeTest, Problem
 from femend.estimate.updating.reduce import Reduction, basis_of_modes, reduced_problem, reduced_system
-from femend.estimate.updating.requests import Frfs, Statics
+from femend.estimate.updating.requests import Frfs, Statics, Whirls
 from femend.estimate.updating.responses import Frequencies, MacDifferences, Response, ShapeDifferences, Values
 from femend.estimate.updating.result import ModeRow, ParameterRow, UpdateResult
+from femend.estimate.updating.rotor_system import RotorSystem, rotor_system
 from femend.estimate.updating.sampling import Posterior, sample
 from femend.estimate.updating.scatter import Scatter, scatter_of
 from femend.estimate.updating.sensitivity import Collinear, Sensitivity, collinear_groups, sensitivities
+from femend.estimate.updating.speed_terms import SpeedCurve, SpeedTerm, bearing_term, disc_term
 from femend.estimate.updating.state import State, System
 from femend.estimate.updating.surface import ResponseSurface, Sobol, response_surface, sobol
 from femend.estimate.updating.tikhonov import Regularised, tikhonov
 from femend.estimate.updating.unknown import amplitude, factor, factors_of, limits, smooth, spans, unknowns_of
 from femend.estimate.updating.update import update
+from femend.estimate.updating.whirl_responses import WhirlFrequencies
+from femend.model.linear_terms import SpeedPower
 from femend.model.unknowns import Unknown, Unknowns
 
 __all__ = [
@@ -104,4 +108,13 @@ __all__ = [
     "sobol",
     "Regularised",
     "tikhonov",
+    "RotorSystem",
+    "rotor_system",
+    "SpeedCurve",
+    "SpeedPower",
+    "SpeedTerm",
+    "bearing_term",
+    "disc_term",
+    "WhirlFrequencies",
+    "Whirls",
 ]

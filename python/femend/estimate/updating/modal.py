@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.dof import Dof
 from femend.errors import UpdatingError
+from femend.estimate.updating.damped import damping_of, damping_slopes_of
 from femend.estimate.updating.dense import GAP, DenseSystem
 from femend.estimate.updating.matrices import DeckMatrices, Matrices
 from femend.estimate.updating.modal_damping import ratio_slopes, ratios
 from femend.estimate.updating.morphed import MorphedMatrices
-from femend.estimate.updating.requests import DAMPING, Frfs, Statics, damping_matrix
+from femend.estimate.updating.requests import DAMPING, Frfs, Statics
 from femend.estimate.updating.rigid import mass_and_centre, motion_slopes, motions
 from femend.estimate.updating.state import State
 from femend.model import Model
@@ -81,7 +82,7 @@ class ModalSystem:
             lam = (2 * np.pi * freq) ** 2
             values |= {"freq": freq, "phi": np.asarray(self.sensors @ phi)}
             if self.damping:
-                C, H = self._damping(K, M, factors)
+                C, H = damping_of(self.matrices, K, M, factors)
                 values["zeta"] = ratios(self._sparse(C), self._sparse(H), np.sqrt(lam), phi)
         if self.frfs is not None:
             values["frf"] = self._frf(K, M, factors)
@@ -144,8 +145,10 @@ class ModalSystem:
         moving = dM if np.any(dM) else None
         dphi = self._whole_shape_slopes(K, M, dK, moving, lam, phi)
         extra = np.zeros((len(DAMPING), *dphi.shape[1:]))
-        C, H = map(self._sparse, self._damping(K, M, factors))
-        dC, dH = ([self._sparse(one) for one in part] for part in self._damping_slopes(K, M, dK, dM, factors))
+        C, H = map(self._sparse, damping_of(self.matrices, K, M, factors))
+        dC, dH = (
+            [self._sparse(one) for one in part] for part in damping_slopes_of(self.matrices, K, M, dK, dM, factors)
+        )
         return ratio_slopes(C, H, dC, dH, np.sqrt(lam), 2 * np.pi * dfreq, phi, np.concatenate([dphi, extra]))
 
     def _shape_slopes(
@@ -221,14 +224,6 @@ class ModalSystem:
         """R^T M R (6, 6), or with another factor on the left."""
         return np.asarray((R if left is None else left).T @ (self._sparse(M) @ R))
 
-    def _damping(self, K: FloatArray, M: FloatArray, factors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        n = len(self.matrices.names)
-        C, H = damping_matrix(K, M, factors[n:])
-        if isinstance(self.matrices, (DeckMatrices, MorphedMatrices)):
-            own = self.matrices.damping(factors[:n])
-            C, H = C + own[0], H + own[1]
-        return C, H
-
     def _ends(self) -> tuple[FloatArray, FloatArray]:
         assert self.frfs is not None
         return (
@@ -236,33 +231,20 @@ class ModalSystem:
             np.ascontiguousarray(self._rows(self.frfs.inputs).T),
         )
 
-    def _damping_slopes(
-        self, K: FloatArray, M: FloatArray, dK: FloatArray, dM: FloatArray, factors: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """d C and d H (n_parameters, nnz), those with respect to alpha, beta and eta last."""
-        n = len(self.matrices.names)
-        alpha, beta, eta = factors[n:]
-        dC, dH = alpha * dM + beta * dK, eta * dK
-        if isinstance(self.matrices, (DeckMatrices, MorphedMatrices)):
-            own = self.matrices.damping_slopes(factors[:n])
-            dC, dH = dC + own[0], dH + own[1]
-        zero = np.zeros_like(K)
-        return np.vstack([dC, M, K, zero]), np.vstack([dH, zero, zero, K])
-
     def _frf(self, K: FloatArray, M: FloatArray, factors: FloatArray) -> NDArray[np.complex128]:
         assert self.frfs is not None
-        C, H = self._damping(K, M, factors)
+        C, H = damping_of(self.matrices, K, M, factors)
         return _core.frf_direct(*self._pattern, K, M, *self._ends(), self.frfs.s, self.frfs.kind, c=C, h=H)
 
     def _frf_slopes(
         self, K: FloatArray, M: FloatArray, dK: FloatArray, dM: FloatArray, factors: FloatArray
     ) -> NDArray[np.complex128]:
         assert self.frfs is not None
-        C, H = self._damping(K, M, factors)
+        C, H = damping_of(self.matrices, K, M, factors)
         zero = np.zeros_like(K)
         dk = np.vstack([dK, zero, zero, zero])
         dm = np.vstack([dM, zero, zero, zero])
-        dc, dh = self._damping_slopes(K, M, dK, dM, factors)
+        dc, dh = damping_slopes_of(self.matrices, K, M, dK, dM, factors)
         return _core.frf_direct_sensitivities(
             *self._pattern, K, M, dk, dm, *self._ends(), self.frfs.s, self.frfs.kind, c=C, h=H, dc=dc, dh=dh
         )

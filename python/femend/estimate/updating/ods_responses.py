@@ -87,21 +87,24 @@ class OdsDifferences:
         amplitudes: Literal["free", "scaled", "known"] = "free",
         sd: ArrayLike | None = None,
         floor: float = 0.0,
+        speed: ArrayLike | None = None,
     ) -> tuple[OdsDifferences, Frfs]:
         """The response of measured shapes `ods`, and the `Frfs` to ask the system for.
 
         `sensors` are the system's, those of all channels and `places` among them; forces act at the `places` (n_in,) in
         their signed directions, `force` (n_freq, n_in) as above. Deviations are `sd` (n_freq, n_ch) or one number, in
         the channels' units and of real and imaginary part each, or the scatter that the shapes hold (`ODS.sigma`);
-        `floor` is a share of the largest value of each line, added in squares. Raises UpdatingError as the class does,
-        and for channels or places that are no sensors.
+        `floor` is a share of the largest value of each line, added in squares. `speed` (n_freq,) or one number is the
+        shaft's in rad/s, as `Frfs` takes it, for a `rotor_system`. Raises UpdatingError as the class does, and for
+        channels or places that are no sensors.
         """
         name = f"operating shapes {ods.name!r}"
         measured = on_rows(ods, sensors, sd, floor)
         rows, signs = input_rows(places, sensors, name)
         known = None if force is None else np.asarray(force, dtype=np.complex128)
         response = cls(measured.values, measured.sd, ods.freq, tuple(signs.tolist()), known, amplitudes, name)
-        return response, Frfs(ods.freq, measured.rows, rows, measured.kind)
+        turns = None if speed is None else np.asarray(speed, dtype=np.float64)
+        return response, Frfs(ods.freq, measured.rows, rows, measured.kind, turns)
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
         """Residuals of the lines of `state`; `mates` play no part. Raises UpdatingError where the FRFs computed are

@@ -42,9 +42,10 @@ class OrderDifferences:
     (n_points,) every line is a mean of H over n_points lines of the `Frfs`, which follow each other line by line.
 
     The response is the steady one at every speed: shapes of a run that is quick against the decay of its modes are to
-    be deconvolved first (`femend.signal.run_up_shapes`). The model is the same at all speeds: gyroscopic moments and
-    bearings that change with the speed are no part of it. Raises UpdatingError for sizes that do not fit, a speed that
-    is not above 0, lines without any value, and no more values than the free amplitudes meet whatever the model is.
+    be deconvolved first (`femend.signal.run_up_shapes`). Gyroscopic moments and bearings that change with the speed are
+    in it with a `rotor_system`; `deck_system` and `modal_system` are at rest at all speeds. Raises UpdatingError for
+    sizes that do not fit, a speed that is not above 0, lines without any value, and no more values than the free
+    amplitudes meet whatever the model is.
     """
 
     shapes: ComplexArray
@@ -88,6 +89,7 @@ class OrderDifferences:
         *,
         order: float = 1.0,
         sense: int = 0,
+        spin: int = 0,
         unbalance: Mapping[int, complex] | None = None,
         power: float = 2.0,
         sd: ArrayLike | None = None,
@@ -102,12 +104,13 @@ class OrderDifferences:
         order's), or shapes of one order (`run_up_shapes`). `sensors` are the system's: those of all channels, and of
         the `nodes` of bearings both directions across the shaft, which lies along `axis` (0, 1, 2 for X, Y, Z).
         `sense` +1 or -1 is that of rotation about the axis by the right hand; 0 leaves the forces across the shaft
-        free in both directions, which holds either sense. `unbalance` has m r exp(i phase) of some nodes, known (as in
-        `femend.data.Rotating`), and takes a sense. `sd` (n_freq, n_ch) or one number is of real and imaginary part
-        each, in the channels' units; without it the lines' scatter counts. `floor` is a share of the largest value of
-        each line, added in squares. Lines that are means over a `width` in Hz, which a resonance may be narrower than,
-        are met by the model's mean over it. Raises UpdatingError as the class does, for channels or nodes that are no
-        sensors and shapes that are of another order; KeyError for an order that was not tracked.
+        free in both directions, which holds either sense. `spin` +1 or -1 is that of the rotor where it is not that of
+        the forces or these are free; a `rotor_system` has to know it. `unbalance` has m r exp(i phase) of some nodes,
+        known (as in `femend.data.Rotating`), and takes a sense. `sd` (n_freq, n_ch) or one number is of real and
+        imaginary part each, in the channels' units; without it the lines' scatter counts. `floor` is a share of the
+        largest value of each line, added in squares. Lines that are means over a `width` in Hz, which a resonance may
+        be narrower than, are met by the model's mean over it. Raises UpdatingError as the class does, for channels or
+        nodes that are no sensors and shapes that are of another order; KeyError for an order that was not tracked.
         """
         ods = ods_of_order(run, order, step, shaft=shaft) if isinstance(run, OrderTrack) else run
         name = f"order {order:g} of {ods.name!r}"
@@ -121,6 +124,10 @@ class OrderDifferences:
             raise UpdatingError(f"{name}: the unbalance names no node; leave it out where it is not known")
         if unbalance is not None and not sense:
             raise UpdatingError(f"{name}: a known unbalance turns in a sense, +1 or -1; say which, or leave it free")
+        if spin not in (-1, 0, 1):
+            raise UpdatingError(
+                f"{name}: the rotor spins in the sense {spin}; give +1 or -1, or 0 for that of the forces"
+            )
         at = tuple(nodes) if unbalance is None else tuple(unbalance)
         places, directions = across(at, axis, sense)
         measured = on_rows(ods, sensors, sd, floor)
@@ -129,7 +136,9 @@ class OrderDifferences:
         at_points, shares = _over(ods.freq, width, name)
         turned = signs[:, None] * directions
         response = cls(measured.values, measured.sd, ods.speed, turned, known, power, shares, name)
-        return response, Frfs(at_points, measured.rows, rows, measured.kind)
+        turns = spin or sense
+        speed = turns * 2 * np.pi * at_points / order if turns else None
+        return response, Frfs(at_points, measured.rows, rows, measured.kind, speed)
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
         """Residuals of the lines of `state`; `mates` play no part. Raises UpdatingError where the FRFs computed are

@@ -19,8 +19,9 @@ class State:
     """Results of one analysis by name, `values`, and their derivatives, `slopes`, with a leading axis of parameters.
 
     Names that the responses know: "freq" (n_modes,) Hz, "phi" (n_sensors, n_modes), "frf" (n_freq, n_out, n_in),
-    "static" (n_out, n_cases), "mass" (1,), "centre" (3,). `make_slopes` is called when a derivative is first asked for,
-    with the number of modes of which derivatives are needed (`need`), None for all.
+    "static" (n_out, n_cases), "mass" (1,), "centre" (3,), "pole" (n_speeds, n_modes) rad/s. `make_slopes`
+    is called when a derivative is first asked for, with the number of modes of which derivatives are needed (`need`),
+    None for all.
 
     >>> State({"freq": np.ones(2)}, lambda n: {"freq": np.zeros((3, 2))}).slopes["freq"].shape
     (3, 2)
