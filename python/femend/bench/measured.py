@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femend.bench.coarse import longer_pieces, too_coarse
 from femend.data import FRF, Geometry, IdentifiedModes, Recording, Spectra
+from femend.data.bands import within_band
 from femend.diagnose.staged.prepare import FEWEST_LINES, excited_band, frf_data
 from femend.dof import Dof
 from femend.errors import FemendError
@@ -150,7 +151,7 @@ def _excited(name: str, frf: FRF, used: FRF) -> tuple[FRF, tuple[str, ...]]:
     step = float(np.diff(used.freq).max(initial=0.0))
     if excited is None or (low >= excited[0] - step and high <= excited[1] + step):
         return used, ()
-    inside = (used.freq >= excited[0]) & (used.freq <= excited[1])
+    inside = within_band(used.freq, excited)
     if inside.sum() < FEWEST_LINES:
         return used, ()
     said = (
@@ -173,7 +174,7 @@ def _frfs_beside(recording: StudyRecording, study: Study) -> FRF | None:
 
 
 def _in_band(modes: IdentifiedModes, band: Band) -> IdentifiedModes:
-    return modes if band is None else modes.select((modes.freq >= band[0]) & (modes.freq <= band[1]))
+    return modes if band is None else modes.select(within_band(modes.freq, band))
 
 
 def _text(band: Band) -> str:

@@ -13,6 +13,7 @@ from femend.analysis.frf import shapes_at
 from femend.analysis.model_modes import model_modes
 from femend.bench.models import RIGID
 from femend.data import ModeSet
+from femend.data.bands import within_band
 from femend.dof import Dof
 from femend.errors import PairingError, PretestError
 from femend.model import Model
@@ -73,7 +74,7 @@ def found_targets(model: Model, settings: PretestSettings, zeta: float) -> Targe
     n = modes.n_modes - rigid
     if settings.band is not None:
         low, high = settings.band
-        at = np.flatnonzero((modes.freq >= max(low, 1e-9)) & (modes.freq <= high) & (np.arange(modes.n_modes) >= rigid))
+        at = np.flatnonzero(within_band(modes.freq, (max(low, 1e-9), high)) & (np.arange(modes.n_modes) >= rigid))
         if not at.size:
             first = f"the first elastic one is at {modes.freq[rigid]:.4g} Hz" if n else "it has none below"
             raise PretestError(f"[pretest] band: the model has no mode from {low:g} to {high:g} Hz; {first}")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.bench.held import HeldShapes, held_shapes, known_unbalance
 from femend.data import ODS, Channel, Geometry, Recording
+from femend.data.bands import within_band
 from femend.diagnose.staged.prepare import RunData, run_data, tacho_warnings
 from femend.diagnose.staged.run_modes import mode_lines, too_short_for_modes
 from femend.dof import Dof
@@ -163,7 +164,7 @@ def _run_of(
     lines, step = mode_lines(data)
     low, high = band or (0.0, np.inf)
     sampled = USABLE * recording.time.rate
-    freq = lines[(lines >= low) & (lines <= min(high, sampled))]
+    freq = lines[within_band(lines, (low, min(high, sampled)))]
     if freq.size < FEWEST_LINES:
         limits = f"the band {low:g} to {high:g} Hz of [correlation]" if band else f"the sampling up to {sampled:.4g} Hz"
         return (

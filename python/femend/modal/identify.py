@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data import FRF, Geometry, IdentifiedModes, Recording
+from femend.data.bands import within_band
 from femend.dof import Dof
 from femend.errors import RecordingError
 from femend.modal.advice import advice_on
@@ -114,7 +115,7 @@ def line_noise(H: Complex) -> Real:
 def _used_lines(frf: FRF, band: tuple[float, float] | None) -> FRF:
     """The lines of the band without 0 Hz, where a residual term of the receptance has no value."""
     low, high = (float(frf.freq[0]), float(frf.freq[-1])) if band is None else band
-    keep = (frf.freq >= low) & (frf.freq <= high) & (frf.freq > 0)
+    keep = within_band(frf.freq, (low, high)) & (frf.freq > 0)
     if int(keep.sum()) < 12:
         raise RecordingError(
             f"recording {frf.name!r}: {int(keep.sum())} lines lie in the band {low:.6g} to {high:.6g} Hz (the FRFs "

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from femend.analysis.frf import modal_frf
 from femend.correlate import ModePairing, pair_modes
 from femend.data import FRF, Channel, IdentifiedModes, ModeSet
+from femend.data.bands import within_band
 from femend.dof import Dof
 from femend.errors import PretestError, UpdatingError
 from femend.estimate.updating import (
@@ -133,7 +134,7 @@ def virtual_test(
     lines = np.asarray(freq, dtype=np.float64)
     whole = _modes_at(system, unknowns, values, zeta, sensors)
     f = whole.freq
-    band = (f >= lines[0]) & (f <= lines[-1])
+    band = within_band(f, (lines[0], lines[-1]))
     if not band.any():
         raise PretestError(f"no mode lies between {lines[0]:g} and {lines[-1]:g} Hz; the first is at {f[0]:.4g} Hz")
     modes = ModeSet(f[band], whole.zeta[band], whole.phi[:, band], whole.dofs)

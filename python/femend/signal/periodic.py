@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data import FRF, TimeData
+from femend.data.bands import within_band
 from femend.errors import SignalError
 from femend.signal.frf import KINDS, frf_kind
 
@@ -194,7 +195,7 @@ def _excited(
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     power = (np.abs(U.mean(axis=1)) ** 2).sum(axis=(0, 1))
     low, high = (freq[1], freq[-2]) if band is None else band
-    inside = (freq >= low) & (freq <= high)
+    inside = within_band(freq, (low, high))
     excited = inside & (power > EXCITED * power[1:].max())
     if not excited.any():
         raise SignalError(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
 from femend.data import ODS, Speed, TimeData
+from femend.data.bands import within_band
 from femend.errors import SignalError
 from femend.signal.check import notes_of
 
@@ -66,7 +67,7 @@ def run_up_shapes(
     force = (2 * np.pi * rev) ** power * np.exp(1j * order * angle)
     freq, G = _deconvolved(data.values[rows][:, inside], force, (low, high), keep, data.dt)
     step = max(1, int(round(1 / (4 * keep * freq[1]))))
-    lines = np.flatnonzero((freq >= low) & (freq <= high))[::step]
+    lines = np.flatnonzero(within_band(freq, (low, high)))[::step]
     at = freq[lines] / order
     return ODS(
         data.name,
@@ -138,7 +139,7 @@ def _gated(
     The band's own edges ring on both sides of every lag; a gate between two lags is a convolution over the lines, done
     on Y conj(U) and |U|^2 alike, so that no division meets a line without force.
     """
-    inside = (freq >= band[0] * 0.5) & (freq <= band[1] * 1.5)
+    inside = within_band(freq, (0.5 * band[0], 1.5 * band[1]))
     lag = np.arange(size) * dt
     fall = 0.5 * keep
     gate = np.where(lag <= keep, 1.0, np.where(lag < keep + fall, 0.5 + 0.5 * np.cos(np.pi * (lag - keep) / fall), 0.0))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from femend.correlate.doubts import suggested
 from femend.correlate.mistaken_units import mistaken_as
 from femend.data import Recording, Test
+from femend.data.bands import within_band
 from femend.diagnose.predict import predict_frf, predict_model
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.errors import FemendError
@@ -294,8 +295,7 @@ def _squares(start: UpdatedModel, record: FitRecord) -> FloatArray:
     at = (start.problem, start.null.hypothesis, start.null.p, np.zeros(0), record)
     if record.frf is None:
         return _sums(predict_model(*at), record.y)
-    low, high = start.problem.band
-    inside = (record.frf.freq >= low) & (record.frf.freq <= high)
+    inside = within_band(record.frf.freq, start.problem.band)
     return _sums(predict_frf(*at)[inside].T, record.frf.H[inside].T)
 
 

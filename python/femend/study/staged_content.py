@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from femend.data.bands import within_band
 from femend.diagnose.staged.loads import predicted_ods
 from femend.model.model import model_of
 from femend.report import words
@@ -91,7 +92,7 @@ def _frfs(run: StagedRun) -> list[FrfOverlay]:
     for p in run.predictions:
         if p.frf is None:
             continue
-        inside = (p.frf.freq >= p.band[0]) & (p.frf.freq <= p.band[1])
+        inside = within_band(p.frf.freq, p.band)
         pairs = [(i, j) for i in range(len(p.frf.outputs)) for j in range(len(p.frf.inputs))]
         power = (np.abs(p.frf.H[inside]) ** 2).sum(axis=0)
         strongest = sorted(pairs, key=lambda ij, power=power: -float(power[ij]))  # type: ignore[misc]

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from femend.data import TimeData
+from femend.data.bands import within_band
 from femend.errors import RecordingError
 
 __all__ = ["Harmonic", "find_harmonics", "remove_harmonics", "sweeps"]
@@ -155,7 +156,7 @@ def _lines(
     n = y.shape[1]
     window = np.hanning(n + 1)[:n] / np.sqrt(0.375 * n)
     inside = np.arange(n // 2 + 1) / duration
-    use = (inside >= band[0]) & (inside <= band[1]) & (np.arange(inside.size) > 2)
+    use = within_band(inside, band) & (np.arange(inside.size) > 2)
     left, found = y.copy(), []
     needed = np.log(max(int(use.sum()), 1) / FALSE_ALARM)
     for _ in range(50):  # more harmonics than this are an excitation, not a disturbance
