@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import resources
 from typing import Any, TypeVar
 
+from femend.diagnose.stages import STAGES
 from femend.report import words
 from femend.report.content import LawRow, ParameterRow, ReportContent
 from femend.report.figures import error_bars, frf_figure, interval, places_figure, restoring_figures, trace_figure
@@ -115,12 +116,11 @@ def _findings(result: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def _fit_rows(result: Mapping[str, Any]) -> list[dict[str, Any]]:
     table = words.rows(result.get("fit"))
-    stages = ("nominal", "parameters", "final")
-    values = [v for row in table for s in stages if (v := words.number(row.get(s))) is not None]
+    values = [v for row in table for s in STAGES if (v := words.number(row.get(s))) is not None]
     largest = max(values, default=1.0)
     shown = []
     for row in table:
-        per_stage = [(s, words.number(row.get(s))) for s in stages]
+        per_stage = [(s, words.number(row.get(s))) for s in STAGES]
         noise = words.number(row.get("noise_floor"))
         figure = {"noise": noise, "bars": error_bars(per_stage, noise, largest), **dict(per_stage)}
         shown.append({"recording": str(row.get("recording", "")), "role": str(row.get("role", "")), **figure})
