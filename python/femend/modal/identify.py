@@ -119,7 +119,8 @@ def _used_lines(frf: FRF, band: tuple[float, float] | None) -> FRF:
     if int(keep.sum()) < 12:
         raise RecordingError(
             f"recording {frf.name!r}: {int(keep.sum())} lines lie in the band {low:.6g} to {high:.6g} Hz (the FRFs "
-            f"have {frf.n_freq} from {frf.freq[0]:.6g} to {frf.freq[-1]:.6g} Hz); a modal test needs at least 12",
+            f"have {frf.n_freq} from {frf.freq[0]:.6g} to {frf.freq[-1]:.6g} Hz); a modal test needs at least 12; "
+            "widen the band or take finer lines",
             recording=frf.name,
         )
     return frf.band(float(frf.freq[keep][0]), high)

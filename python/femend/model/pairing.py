@@ -128,8 +128,8 @@ def _pair(
             return Pair(dof, dof, 0.0, "id")
         raise PairingError(
             f"sensor {dof}: node {dof.node} is not among the {ids.size} nodes of the model (ids {ids.min()} to "
-            f"{ids.max()}) and the recording has no coordinates for it; add data set 15 or 2411 to the universal file "
-            "or correct the node number"
+            f"{ids.max()}) and the recording has no coordinates for it; correct the node number, or add the sensor's "
+            "coordinates (data set 15 or 2411 of a universal file)"
         )
     distance = np.linalg.norm(points - np.asarray(at, dtype=np.float64), axis=1)
     nearest = int(np.argmin(distance))

@@ -142,7 +142,10 @@ def frf_kind(name: str, channels: Sequence[Channel], ins: list[int], outs: list[
     if not ins or not outs:
         there = ", ".join(c.text for c in channels[:12])
         what = "force channel" if not ins else "response with a DOF"
-        raise SignalError(f"recording {name!r} has no {what}; its channels are {there}", recording=name)
+        raise SignalError(
+            f"recording {name!r} has no {what}; its channels are {there}: add one with node and direction",
+            recording=name,
+        )
     labels = {(channels[i].quantity, channels[i].unit) for i in outs}
     if len(labels) > 1 or next(iter(labels))[0] not in KINDS:
         raise SignalError(
