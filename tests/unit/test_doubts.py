@@ -49,7 +49,7 @@ def test_a_model_that_is_off_is_not_doubted() -> None:
 
 @pytest.mark.parametrize(
     ("factor", "words"),
-    [(1 / 9.80665, ("g and m/s²", "0.102")), (1000.0, ("m and mm", "1e+03")), (6.0, ("check the unit",))],
+    [(1 / 9.80665, ("g and m/s²", "0.102")), (1000.0, ("m and mm", "1000")), (6.0, ("check the unit",))],
 )
 def test_a_factor_on_all_responses_is_told_with_what_it_may_be(factor: float, words: tuple[str, ...]) -> None:
     (doubt,) = level_doubts(factor * TEST, MODEL, NAMES)

@@ -89,7 +89,7 @@ def test_a_study_at_the_wrong_rate_is_undetermined_and_compared_at_the_right_one
     tables = '[[recording]]\nname = "ambient"\nfile = "ambient.uff"\nrole = "fit"\nexcitation = "ambient"\n'
     result = diagnose(small_study.write_unrecorded(tmp_path, tables)).result
     assert (result["verdict"], result["findings"]) == ("undetermined", [])
-    assert "first correct the recordings: the time step of ambient is about 1e+03 times too long" in result["advice"]
+    assert "first correct the recordings: the time step of ambient is about 1000 times too long" in result["advice"]
     assert words.headline(result).startswith("The recordings have to be corrected")
     (row,) = result["corrections"]
     assert (row["mistake"], row["factor"], row["left_out"]) == ("time axis", 1000.0, False)

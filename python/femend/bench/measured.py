@@ -19,6 +19,7 @@ from femend.io import read_uff
 from femend.io.recordings import read_modes
 from femend.modal import ModalTest, identify_modes
 from femend.modal.output_only import identify_output_only
+from femend.numerals import plain
 from femend.progress import Progress
 from femend.signal import estimate_frf, periodic_frf
 from femend.signal.suited import blows, suited_frf
@@ -155,9 +156,9 @@ def _excited(name: str, frf: FRF, used: FRF) -> tuple[FRF, tuple[str, ...]]:
     if inside.sum() < FEWEST_LINES:
         return used, ()
     said = (
-        f"recording {name!r}: the force excited {excited[0]:.4g} to {excited[1]:.4g} Hz (outside, the coherence of "
-        f"most responses is below {COHERENT:g}), and [correlation] band is {low:.4g} to {high:.4g} Hz: FRFs are "
-        "compared and drawn where it did, modes outside are doubtful; narrow the band, or excite all of it"
+        f"recording {name!r}: the force excited {plain(excited[0])} to {plain(excited[1])} Hz (outside, the coherence "
+        f"of most responses is below {COHERENT:g}), and [correlation] band is {plain(low)} to {plain(high)} Hz: FRFs "
+        "are compared and drawn where it did, modes outside are doubtful; narrow the band, or excite all of it"
     )
     return used.band(*excited), (said,)
 

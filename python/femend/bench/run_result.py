@@ -8,6 +8,7 @@ import numpy as np
 
 from femend.bench.amplitudes import amplitude_rows
 from femend.bench.run_compared import ComparedRun, OperatingResponse
+from femend.numerals import plain
 
 __all__ = ["in_order", "run_advice", "run_result"]
 
@@ -45,7 +46,7 @@ def run_advice(c: ComparedRun) -> str:
     lone = [f for i, f in enumerate(c.measured.peak_freq) if _mate(c, i) is None]
     if not lone:
         return ""
-    listed = ", ".join(f"{f:.4g}" for f in lone)
+    listed = ", ".join(plain(f) for f in lone)
     who = f"{c.measured.name!r}{in_order(c.measured.order)}"
     return (
         f"the operating shapes of {who} at {listed} Hz look like no mode of the model: an operating "

@@ -17,6 +17,7 @@ from femend.dof import Dof
 from femend.errors import FemendError
 from femend.estimate.joint import Run, ods_frf
 from femend.io.recordings import read_modes
+from femend.numerals import plain
 from femend.signal import modal_peaks, peak_frequencies
 from femend.study.sound import with_warnings
 from femend.study.study import Study, StudyRecording
@@ -166,10 +167,12 @@ def _run_of(
     sampled = USABLE * recording.time.rate
     freq = lines[within_band(lines, (low, min(high, sampled)))]
     if freq.size < FEWEST_LINES:
-        limits = f"the band {low:g} to {high:g} Hz of [correlation]" if band else f"the sampling up to {sampled:.4g} Hz"
+        limits = f"the sampling up to {plain(sampled)} Hz"
+        if band:
+            limits = f"the band {low:g} to {high:g} Hz of [correlation]"
         return (
             f"{who} is not compared{_in(data.order)}: its {'speeds go' if data.order == 1.0 else 'order goes'} through "
-            f"{lines[0]:.4g} to {lines[-1]:.4g} Hz, of which {limits} holds {freq.size} lines, fewer than "
+            f"{plain(lines[0])} to {plain(lines[-1])} Hz, of which {limits} holds {freq.size} lines, fewer than "
             f"{FEWEST_LINES}"
         )
     width = max(2.5 * step, WIDTH * float(data.rev_per_s.max()))
@@ -177,7 +180,7 @@ def _run_of(
     peaks, at, remarks = _peaks(data, freq, shapes.Y, shapes.sd)
     if lines[-1] > sampled:
         remarks.append(
-            f"order {data.order:g} is compared up to {freq[-1]:.4g} Hz, beyond which it is sampled too coarsely"
+            f"order {data.order:g} is compared up to {plain(freq[-1])} Hz, beyond which it is sampled too coarsely"
         )
     warnings = (*warnings, *(f"{who}: {r}" for r in remarks))
     return MeasuredRun(
@@ -222,12 +225,13 @@ def _peaks(
     noise = _noise(Y, sd)[lines]
     lost = noise > NOISY
     told = [
-        f"the peak at {f:.4g} Hz is not compared, {100 * share:.0f} % of its shape is noise"
+        f"the peak at {plain(f)} Hz is not compared, {100 * share:.0f} % of its shape is noise"
         for f, share in zip(at[lost], noise[lost], strict=True)
     ]
     if lost.all():
         told.append(
-            f"its operating shapes have no peak from {freq[0]:.4g} to {freq[-1]:.4g} Hz that stands out of the noise"
+            f"its operating shapes have no peak from {plain(freq[0])} to {plain(freq[-1])} Hz that stands out of the "
+            "noise"
         )
     return lines[~lost], at[~lost], told
 

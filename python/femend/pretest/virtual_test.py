@@ -27,6 +27,7 @@ from femend.estimate.updating import (
     update,
 )
 from femend.modal import ModalTest, identify_modes
+from femend.numerals import plain
 
 __all__ = ["VirtualTest", "virtual_frf", "virtual_test"]
 
@@ -71,11 +72,11 @@ class VirtualTest:
 
     def __repr__(self) -> str:
         lines = [f"virtual test: {len(self.found)} of {self.modes.n_modes} modes found"]
-        lines += [f"missed: mode {i + 1} at {self.modes.freq[i]:.4g} Hz" for i in self.missed]
+        lines += [f"missed: mode {i + 1} at {plain(self.modes.freq[i])} Hz" for i in self.missed]
         for r, truth, inside in self.parameters():
             lines.append(
-                f"{r.name:20} true {truth:.4g}, found {r.value:.4g} ± {r.sd:.2g}, learned {100 * r.learned:.0f} %"
-                + ("" if inside else "  beyond three deviations")
+                f"{r.name:20} true {plain(truth)}, found {plain(r.value)} ± {plain(r.sd, 2)}, learned "
+                f"{100 * r.learned:.0f} %" + ("" if inside else "  beyond three deviations")
             )
         return "\n".join([*lines, self.note] if self.note else lines)
 
@@ -136,7 +137,7 @@ def virtual_test(
     f = whole.freq
     band = within_band(f, (lines[0], lines[-1]))
     if not band.any():
-        raise PretestError(f"no mode lies between {lines[0]:g} and {lines[-1]:g} Hz; the first is at {f[0]:.4g} Hz")
+        raise PretestError(f"no mode lies between {lines[0]:g} and {lines[-1]:g} Hz; the first is at {plain(f[0])} Hz")
     modes = ModeSet(f[band], whole.zeta[band], whole.phi[:, band], whole.dofs)
     at = [whole.dofs[i] for i in exciters]
     test = identify_modes(virtual_frf(whole, whole.dofs, at, lines, noise=noise, seed=seed))

@@ -10,6 +10,7 @@ from importlib import resources
 from typing import Any, TypeVar
 
 from femend.diagnose.stages import STAGES
+from femend.numerals import plain
 from femend.report import words
 from femend.report.content import LawRow, ParameterRow, ReportContent
 from femend.report.figures import error_bars, frf_figure, interval, places_figure, restoring_figures, trace_figure
@@ -157,8 +158,8 @@ def _parameter_rows(content: ReportContent) -> list[dict[str, Any]]:
             "name": row.name,
             "factor": f"{row.factor:.3f}",
             "change": factor_as_percent(row.factor),
-            "sd": "–" if not math.isfinite(row.sd) else f"{row.sd * 100:.2g} %",
-            "prior": "–" if row.prior_sd is None else f"{row.prior_sd * 100:.2g} %",
+            "sd": "–" if not math.isfinite(row.sd) else f"{plain(row.sd * 100, 2)} %",
+            "prior": "–" if row.prior_sd is None else f"{plain(row.prior_sd * 100, 2)} %",
             "z": "–" if row.z is None or not math.isfinite(row.z) else f"{row.z:+.1f}".replace("-", "−"),
             "far": row.z is not None and abs(row.z) > 3,
             "figure": interval(row.factor, row.sd, row.prior_sd),

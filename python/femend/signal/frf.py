@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.data import FRF, Channel, TimeData
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.signal.blocks import Blocks, cut_blocks
 from femend.signal.check import notes_of
 from femend.signal.windows import Window
@@ -195,7 +196,8 @@ def _refuse_one_input(
         at = float(freq[int(np.flatnonzero(bad)[0])])
         raise SignalError(
             f"recording {name!r}: the inputs {names} move as one on {int(bad.sum())} of {bad.size} lines (first "
-            f"{at:.6g} Hz, condition {condition.max():.3g}); drive them with independent signals or leave one out",
+            f"{at:.6g} Hz, condition {plain(condition.max(), 3)}); drive them with independent signals or leave one "
+            "out",
             recording=name,
             channel=channels[ins[1]].text,
         )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from femend.data import FRF, TimeData
 from femend.data.bands import within_band
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.signal.frf import KINDS, frf_kind
 
 __all__ = ["PeriodicEstimate", "find_period", "periodic_frf"]
@@ -222,7 +223,7 @@ def _solved(
         if condition.max() > 1e6:
             raise SignalError(
                 f"recording {data.name!r}: the {n_in} forces of a realisation are not independent (condition "
-                f"{condition.max():.3g}); change their signs or phases from record to record",
+                f"{plain(condition.max(), 3)}); change their signs or phases from record to record",
                 recording=data.name,
             )
     inverse = np.linalg.inv(U)

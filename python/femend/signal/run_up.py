@@ -11,6 +11,7 @@ from scipy.fft import next_fast_len
 from femend.data import ODS, Speed, TimeData
 from femend.data.bands import within_band
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.signal.check import notes_of
 
 __all__ = ["run_up_shapes"]
@@ -78,7 +79,11 @@ def run_up_shapes(
         None,
         float(order),
         at,
-        notes=(*speed.notes, *faults, f"steady state deconvolved from a run of {span:.4g} s, memory {keep:.4g} s"),
+        notes=(
+            *speed.notes,
+            *faults,
+            f"steady state deconvolved from a run of {plain(span)} s, memory {plain(keep)} s",
+        ),
     )
 
 
@@ -86,9 +91,9 @@ def _memory(data: TimeData, span: float, memory: float | None) -> float:
     keep = span / 8 if memory is None else float(memory)
     if not 0 < keep <= LONGEST * span:
         raise SignalError(
-            f"recording {data.name!r}: responses of {keep:.4g} s cannot be told apart in a run of {span:.4g} s; "
+            f"recording {data.name!r}: responses of {plain(keep)} s cannot be told apart in a run of {plain(span)} s; "
             f"at most "
-            f"{LONGEST * span:.4g} s",
+            f"{plain(LONGEST * span)} s",
             recording=data.name,
         )
     return keep
@@ -117,7 +122,7 @@ def _band(data: TimeData, rev: FloatArray, order: float, band: tuple[float, floa
     low, high = max(low, lowest), min(high, highest, 0.48 * data.rate)
     if not high > low:
         raise SignalError(
-            f"recording {data.name!r}: order {order:.4g} passes {lowest:.6g} to {highest:.6g} Hz; nothing of it "
+            f"recording {data.name!r}: order {plain(order)} passes {lowest:.6g} to {highest:.6g} Hz; nothing of it "
             f"lies in "
             f"the band wanted and below {0.48 * data.rate:.6g} Hz",
             recording=data.name,

@@ -28,6 +28,7 @@ from femend.errors import FemendError
 from femend.model import Model, Pairing
 from femend.model.free_body import RIGID
 from femend.model.rigid_motion import zero_modes
+from femend.numerals import plain
 from femend.study.plausible_output import output_doubts
 
 __all__ = ["Doubted", "Doubts", "doubts_found", "doubts_of"]
@@ -139,8 +140,8 @@ def _short(recording: Recording, modes: ModeSet) -> list[Doubt]:
     if periods >= PERIODS:
         return []
     text = (
-        f"{duration:.3g} s are {periods:.2g} periods of the model's lowest mode at {lowest:.4g} Hz, which they hardly "
-        f"show: record {PERIODS / lowest:.2g} s or more, or check the time axis"
+        f"{plain(duration, 3)} s are {plain(periods, 2)} periods of the model's lowest mode at {plain(lowest)} Hz, "
+        f"which they hardly show: record {plain(PERIODS / lowest, 2)} s or more, or check the time axis"
     )
     return [Doubt("short", "", text)]
 

@@ -15,6 +15,7 @@ from femend.errors import RecordingError, SignalError
 from femend.model.material_units import material_doubts
 from femend.model.negative import negative_values
 from femend.model.unselected import unselected_supports
+from femend.numerals import plain
 from femend.signal import check_signals
 from femend.study.priors import prior_doubts
 
@@ -77,9 +78,10 @@ def _offsets(recording: Recording) -> list[str]:
             continue
         share = abs(mean) / float(np.hypot(mean, swing))
         told.append(
-            f"recording {recording.name!r}: channel {channel.text} has a mean of {mean:.4g} {channel.unit} and swings "
-            f"about it by {swing:.4g} {channel.unit} rms: no model predicts an offset, so it alone is an error of "
-            f"{share:.2g} in this channel; take it off before (a sensor that shows gravity is off by 1 g)"
+            f"recording {recording.name!r}: channel {channel.text} has a mean of {plain(mean)} {channel.unit} and "
+            f"swings about it by {plain(swing)} {channel.unit} rms: no model predicts an offset, so it alone is an "
+            f"error of {plain(share, 2)} in this channel; take it off before (a sensor that shows gravity is off by 1 "
+            "g)"
         )
     return told
 

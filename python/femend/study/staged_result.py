@@ -11,6 +11,7 @@ from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.staged import Flow, Setup, StagedData, sensor_warnings
 from femend.diagnose.staged.select import Round
 from femend.model.linear_terms import LinearTerm
+from femend.numerals import plain
 from femend.report.mode_words import frequency_errors
 from femend.study.predictions import STAGES, Prediction
 from femend.units import UnitSystem, unit_system
@@ -76,7 +77,7 @@ def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[
     advice = "; ".join(flow.unseen)
     poor = [s for s in flow.stages if s.run is not None and s.unexplained > max(POOR, FAR * s.noise)]
     if poor:
-        said = f"{100 * poor[0].unexplained:.2g} % of {poor[0].recordings[0]} stays unexplained"
+        said = f"{plain(100 * poor[0].unexplained, 2)} % of {poor[0].recordings[0]} stays unexplained"
         verdict = "located-not-named" if findings else "undetermined"
         return verdict, "; ".join(
             filter(None, [f"{said}; record some minutes of ambient vibration in the same configuration", advice])
@@ -84,7 +85,7 @@ def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[
     if findings:
         worst = max((d.inflation for s in flow.stages for d in s.rounds), default=1.0)
         if worst > setup.settings.adequate:
-            left = f"the best terms leave {worst:.2g} times what noise and the form of the model explain"
+            left = f"the best terms leave {plain(worst, 2)} times what noise and the form of the model explain"
             return "located-not-named", f"{left}; {advice}" if advice else left
         return "missing-physics", advice
     if not any(s.name == "FRFs" or s.run is not None for s in flow.stages):
@@ -211,7 +212,7 @@ def _over_speed(setup: Setup, flow: Flow, term: LinearTerm, system: UnitSystem) 
             slopes[u.index(base)] = posterior.values[u.index(base)]
         sd = float(np.hypot(np.sqrt(slopes @ C @ slopes), form * factor))
         size, unit = (1.0, "") if term.size is None else (term.size, unit_text("k", system))
-        name = f"{'factor' if term.size is None else 'k'} at {share * term.reference / (2 * np.pi):.3g} rev/s"
+        name = f"{'factor' if term.size is None else 'k'} at {plain(share * term.reference / (2 * np.pi), 3)} rev/s"
         found[name] = {"value": _round(size * factor), "sd": _round(size * sd), "unit": unit}
     return found
 

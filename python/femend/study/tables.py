@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.ranked import Ranked
 from femend.estimate import noise_floor
+from femend.numerals import plain
 from femend.report import words
 from femend.report.content import Check, LawRow, ParameterRow, Place
 from femend.report.numbers import significant
@@ -172,7 +173,7 @@ def _load_check(diagnosis: Diagnosis) -> Check:
 def _chosen_on(split: Split) -> str:
     """The recordings that choose between laws, in words."""
     if split.held is not None and split.held.cut > 0:
-        return f"the last {split.held.seconds:.3g} s of {split.held.name}, held back for choosing"
+        return f"the last {plain(split.held.seconds, 3)} s of {split.held.name}, held back for choosing"
     kept = [r.name for r in split.unseen]
     if not kept:
         return "on the only recording there is to fit"
@@ -262,9 +263,9 @@ def notes(run: StudyRun) -> tuple[str, ...]:
         found += [f"recording {recording.name}: {note}" for note in recording.notes]
     for record in run.records:
         level = noise_floor(record, run.diagnosis.problem.band)
-        repeats = f"repeats every {record.period * record.dt:.4g} s" if record.period else "does not repeat itself"
+        repeats = f"repeats every {plain(record.period * record.dt)} s" if record.period else "does not repeat itself"
         if record.frf is not None:
             low, high = run.diagnosis.problem.band
-            repeats = f"frequency responses, used from {low:.4g} to {high:.4g} Hz"
+            repeats = f"frequency responses, used from {plain(low)} to {plain(high)} Hz"
         found.append(f"recording {record.name}: {repeats}; noise {significant(level, 2)} of the response")
     return tuple(found)

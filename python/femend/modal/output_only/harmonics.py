@@ -26,6 +26,7 @@ from scipy import ndimage
 from femend.data import TimeData
 from femend.data.bands import within_band
 from femend.errors import RecordingError
+from femend.numerals import plain
 
 __all__ = ["Harmonic", "find_harmonics", "remove_harmonics", "sweeps"]
 
@@ -133,7 +134,7 @@ def _angle_steps(
     if values.shape != (data.n_samples,) or not np.isfinite(values).all() or values.min() <= 0:
         raise RecordingError(
             f"recording {data.name!r}: the rotation speed has shape {values.shape} and a least value of "
-            f"{values.min(initial=np.inf):.4g} Hz; give a positive value (Hz) for each of {data.n_samples} samples",
+            f"{plain(values.min(initial=np.inf))} Hz; give a positive value (Hz) for each of {data.n_samples} samples",
             recording=data.name,
         )
     mean = float(values.mean())
