@@ -8,9 +8,10 @@ import numpy as np
 
 from femend.bench.amplitudes import amplitude_rows
 from femend.bench.run_compared import ComparedRun, OperatingResponse
+from femend.bench.runs import in_order
 from femend.numerals import plain
 
-__all__ = ["in_order", "run_advice", "run_result"]
+__all__ = ["run_advice", "run_result"]
 
 
 def run_result(c: ComparedRun) -> dict[str, Any]:
@@ -34,11 +35,6 @@ def run_result(c: ComparedRun) -> dict[str, Any]:
         "response": None if c.response is None else _response(c.response, c),
         "without_response": c.why,
     }
-
-
-def in_order(order: float) -> str:
-    """What tells another order than 1."""
-    return "" if order == 1.0 else f" in order {order:g}"
 
 
 def run_advice(c: ComparedRun) -> str:

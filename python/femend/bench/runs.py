@@ -22,7 +22,7 @@ from femend.signal import modal_peaks, peak_frequencies
 from femend.study.sound import with_warnings
 from femend.study.study import Study, StudyRecording
 
-__all__ = ["UPDATE", "MeasuredRun", "measured_runs", "without_runs"]
+__all__ = ["UPDATE", "MeasuredRun", "in_order", "measured_runs", "without_runs"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -114,7 +114,8 @@ def measured_runs(study: Study) -> tuple[tuple[MeasuredRun, ...], tuple[str, ...
     return (*found, *_together(held)), tuple(dict.fromkeys(passed))
 
 
-def _in(order: float) -> str:
+def in_order(order: float) -> str:
+    """What tells another `order` than 1."""
     return "" if order == 1.0 else f" in order {order:g}"
 
 
@@ -171,9 +172,9 @@ def _run_of(
         if band:
             limits = f"the band {low:g} to {high:g} Hz of [correlation]"
         return (
-            f"{who} is not compared{_in(data.order)}: its {'speeds go' if data.order == 1.0 else 'order goes'} through "
-            f"{plain(lines[0])} to {plain(lines[-1])} Hz, of which {limits} holds {freq.size} lines, fewer than "
-            f"{FEWEST_LINES}"
+            f"{who} is not compared{in_order(data.order)}: its {'speeds go' if data.order == 1.0 else 'order goes'} "
+            f"through {plain(lines[0])} to {plain(lines[-1])} Hz, of which {limits} holds {freq.size} lines, fewer "
+            f"than {FEWEST_LINES}"
         )
     width = max(2.5 * step, WIDTH * float(data.rev_per_s.max()))
     shapes = ods_frf(data.run, data.y, freq, width, beside=beside)

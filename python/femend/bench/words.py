@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from femend.bench.page import deviation, fixed, number, percent
-from femend.bench.run_result import in_order
 from femend.bench.run_update_content import run_lines
+from femend.bench.runs import in_order
 from femend.cli.table import table
 from femend.numerals import plain
 

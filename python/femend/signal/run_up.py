@@ -70,6 +70,7 @@ def run_up_shapes(
     step = max(1, int(round(1 / (4 * keep * freq[1]))))
     lines = np.flatnonzero(within_band(freq, (low, high)))[::step]
     at = freq[lines] / order
+    said = f"steady state deconvolved from a run of {plain(span)} s, memory {plain(keep)} s"
     return ODS(
         data.name,
         freq[lines],
@@ -79,11 +80,7 @@ def run_up_shapes(
         None,
         float(order),
         at,
-        notes=(
-            *speed.notes,
-            *faults,
-            f"steady state deconvolved from a run of {plain(span)} s, memory {plain(keep)} s",
-        ),
+        notes=(*speed.notes, *faults, said),
     )
 
 
