@@ -14,6 +14,7 @@ from femend.numerals import plain
 from femend.report import words
 from femend.report.content import LawRow, ParameterRow, ReportContent
 from femend.report.figures import error_bars, frf_figure, interval, places_figure, restoring_figures, trace_figure
+from femend.report.headline import final_error, headline
 from femend.report.mesh_view import static_picture, viewer_data
 from femend.report.mismatch_map import mismatch_figure
 from femend.report.numbers import factor_as_percent, ratio, significant
@@ -45,9 +46,9 @@ def render(content: ReportContent) -> str:
         staged=bool(content.result.get("stages")),
         verdict=str(content.result.get("verdict", "")),
         verdict_name=words.verdict_name(str(content.result.get("verdict", ""))),
-        headline=_unbroken(words.headline(content.result)),
+        headline=_unbroken(headline(content.result)),
         findings=_findings(content.result),
-        error=words.final_error(content.result),
+        error=final_error(content.result),
         fit=_fit_rows(content.result),
         mesh=mesh,
         mesh_json=Markup(_script_json(mesh)),

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from femend.numerals import plain
-from femend.report.words import BEYOND_NOISE
+from femend.report.headline import BEYOND_NOISE
 
 __all__ = ["left_beside", "left_over"]
 
