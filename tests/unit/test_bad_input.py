@@ -136,6 +136,25 @@ def test_a_band_beyond_the_lines(folder: Path, command: str) -> None:
     refused(folder, "0 lines lie in the band 500 to 800 Hz", "widen the band or take finer lines", command=command)
 
 
+def test_a_force_where_the_deck_holds(folder: Path) -> None:
+    write(folder, [Channel(Dof(1, 3), "force", "N"), SENSOR], np.array([U, Y[0]]))
+    refused(folder, "'low'", "the force 1:+Z acts where the model cannot move", "correct its node or direction")
+
+
+def test_a_force_that_is_its_mean(folder: Path) -> None:
+    write(folder, [FORCE, SENSOR], np.array([U + 1000.0, Y[0]]))
+    refused(
+        folder, "'low'", "all but 1 % of the force's power is its mean", "has a mean of 1000 N", "take it off before"
+    )
+
+
+@pytest.mark.parametrize("node", [0, -3])
+def test_a_number_that_no_node_has(folder: Path, node: int) -> None:
+    channel = f'[[recording.channel]]\nsource = 0\nnode = {node}\ndirection = "Z"\nquantity = "force"\nunit = "N"\n'
+    (folder / "study.toml").write_text((folder / "study.toml").read_text() + channel)
+    refused(folder, "recording[0].channel[0].node", f"{node} is no number of a node")
+
+
 def test_truncated_binary_record(folder: Path) -> None:
     file = folder / "low.uff"
     file.write_bytes(file.read_bytes()[:-2000])

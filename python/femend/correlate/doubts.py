@@ -52,8 +52,8 @@ _NEAR = 1.35
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign", "time axis", "twice" or
-    "exchanged"), the `channel` by name ("" for all), and the sentence.
+    """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign", "time axis", "twice",
+    "held", "unrelated" or "exchanged"), the `channel` by name ("" for all), and the sentence.
 
     `factor` is what is shown times what should be (-1 upside down), None where no factor is the mistake; `order` are
     the names of exchanged sensors, each of which shows what the next one should, the last what the first one should.
@@ -284,7 +284,7 @@ def _hint(factor: float) -> str:
             "no unit does that, but a model that hardly moves there: check node and direction of force and sensors, "
             "and what the deck holds"
         )
-    where = "the unit and scale of the channels, [model] units, masses of the deck"
+    where = "the unit, quantity and scale of the channels, [model] units, masses of the deck"
     found = mistaken_as(factor, _NEAR)
     if found is None:
         return f"check {where}"

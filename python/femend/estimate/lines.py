@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.data.bands import within_band
+from femend.errors import RecordingError
 from femend.estimate.cut_off import cut_off, static_part
 from femend.estimate.frf import FrfLines, useful_band
 from femend.model import ReducedModel
@@ -179,7 +180,7 @@ def used_band(records: list[FitRecord]) -> tuple[float, float]:
 
     A blow has power down to 0 Hz, where a structure that is held hardly accelerates: the band begins no lower than an
     octave below the first response that stands clear of the noise. Of FRFs, and where no force was recorded, it is the
-    band whose responses do.
+    band whose responses do. Raises RecordingError for a force that is hardly more than its mean.
     """
     low, high = [], []
     for r in records:
@@ -197,6 +198,12 @@ def used_band(records: list[FitRecord]) -> tuple[float, float]:
         share = np.cumsum((np.abs(np.fft.rfft(r.u, axis=1)) ** 2).sum(axis=0))
         share /= share[-1]
         begin, end = (float(freq[np.searchsorted(share, part)]) for part in (0.005, 0.99))
+        if end == 0:
+            raise RecordingError(
+                f"recording {r.name!r}: all but 1 % of the force's power is its mean, which excites nothing: take it "
+                "off before",
+                recording=r.name,
+            )
         if begin < REACHES_DOWN * end:
             begin = max(begin, BELOW_CLEAR * float(freq[_standing_clear(r, 0.0)[0]]))
         low.append(begin)

@@ -119,13 +119,16 @@ def _time_record(recording: Recording, model: Model, pairing: Pairing) -> FitRec
             recording=recording.name,
         )
     period = period_of(u if len(u) else y)
-    return FitRecord(recording.name, u, y, dt, *_rows(recording, model, pairing), noise_of(u, y, period), period)
+    rows = _rows(recording, model, pairing)
+    _refuse_unmoved(recording, recording.inputs if len(u) else (), rows[0], model)
+    return FitRecord(recording.name, u, y, dt, *rows, noise_of(u, y, period), period)
 
 
 def frf_records(recording: Recording, model: Model, pairing: Pairing) -> list[FitRecord]:
     """One record for every input of a recording of FRFs, called after it and, with several, the input's DOF."""
     data = recording.frf
     (into, in_signs), (out, out_signs) = (_at(channels, model, pairing) for channels in (data.inputs, data.outputs))
+    _refuse_unmoved(recording, data.inputs, into, model)
     done = []
     for j, channel in enumerate(data.inputs):
         lines = frf_lines_of(data, j)
@@ -136,6 +139,20 @@ def frf_records(recording: Recording, model: Model, pairing: Pairing) -> list[Fi
         rows = (into[[j]], out, in_signs[[j]], out_signs)
         done.append(FitRecord(name, u, size, 0.0, *rows, noise, frf=lines, recording=recording.name))
     return done
+
+
+def _refuse_unmoved(recording: Recording, inputs: Sequence[Channel], into: NDArray[np.int64], model: Model) -> None:
+    """Raises RecordingError where all the forces of a recording act on rows `into` that the model holds: nothing would
+    follow from them."""
+    if not len(into) or abs(model.transformation().tocsr()[into]).sum() > 0:
+        return
+    named = " and ".join(str(c.dof) for c in inputs)
+    raise RecordingError(
+        f"recording {recording.name!r}: the force {named} acts where the model cannot move, since the deck holds it "
+        "there: nothing follows from it; correct its node or direction, or the supports of the deck",
+        recording=recording.name,
+        channel=inputs[0].text,
+    )
 
 
 def _arrays(recording: Recording) -> tuple[FloatArray, FloatArray, float]:

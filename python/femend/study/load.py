@@ -262,6 +262,8 @@ def _channel(check: _Checker, table: ChannelTable, key: str) -> ChannelMap:
     if table.quantity != "tacho" and (table.node is None or table.direction is None):
         missing = "node" if table.node is None else "direction"
         raise check.fail(f"{key}.{missing}", f"is missing; a channel of {table.quantity} needs node and direction")
+    if table.node is not None and table.node < 1:
+        raise check.fail(f"{key}.node", f"{table.node} is no number of a node; they begin with 1")
     rotational = False
     if table.direction is not None:
         try:
