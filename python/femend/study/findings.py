@@ -22,12 +22,12 @@ from femend.report.vocabulary import DIRECTIONS
 from femend.study.told import told
 from femend.units import UnitSystem, unit_system
 
-__all__ = ["ALSO", "findings", "rounded"]
+__all__ = ["ALSO", "ALTERNATIVES", "LEAST", "findings", "rounded"]
 
 # places that are said to be possible too
 ALSO = 5
-# laws that are listed beside the named one
-ALTERNATIVES = 5
+# laws that are listed beside the named one, and from which probability on
+ALTERNATIVES, LEAST = 5, 0.001
 # what estimates of a law's parameters are off by beside what noise explains, relative, and those of one whose place is
 # not told from others; set on generated cases (seed 1) for 90 % intervals that hold nine of ten
 OFF_LAW, OPEN_PLACE = 0.15, 0.5
@@ -85,7 +85,7 @@ def _finding(
         "probability": round(named, 3),
         "location": where,
         "parameters": {} if best is None or diagnosis.rival else _law_parameters(diagnosis, best, open_place),
-        "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in others if p >= 0.001],
+        "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in others if p >= LEAST],
         "configurations": ["as modelled"],
     }
     return found if diagnosis.rival is None else {**found, "class": ", ".join(diagnosis.rival.labels)}

@@ -13,18 +13,20 @@ from femend.diagnose.staged.select import Round
 from femend.model.linear_terms import LinearTerm
 from femend.numerals import plain
 from femend.report.mode_words import frequency_errors
+from femend.study.findings import ALTERNATIVES, LEAST
 from femend.study.predictions import STAGES, Prediction
+from femend.study.result import FORMAT
 from femend.units import UnitSystem, unit_system
 
 __all__ = ["staged_result"]
 
-FORMAT = "femend-diagnosis/1"
-ALTERNATIVES = 5
 # directions in which the nodes that span an area lie farthest out
 _DIAGONALS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 # a parameter this many prior deviations away is no update any more, nor does a stage that leaves this many times the
 # noise and more than this share of its recording explain it
 FAR, POOR = 5.0, 0.15
+# and one that moved by less is where the deck has it
+MOVED = 0.3
 # places of one physics nearer than this in ln evidence are not told apart
 NOT_TOLD = 3.0
 # a stiffness over speed is told at rest and at these shares of the highest speed
@@ -104,7 +106,7 @@ def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[
         moved.append(abs(posterior.p[i]) / parameter.prior_sd)
     if max(moved, default=0.0) > FAR:
         return "located-not-named", advice
-    return ("parameters-only" if max(moved, default=0.0) > 0.3 else "consistent"), advice
+    return ("parameters-only" if max(moved, default=0.0) > MOVED else "consistent"), advice
 
 
 def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dict[str, Any]:
@@ -115,7 +117,7 @@ def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dic
         said[name] = said.get(name, 0.0) + rival.probability
     # the probability of a name is that of all its places, also of those not told apart
     probability = said.pop(term.physics, 0.0)
-    others = {name: p for name, p in said.items() if p >= 0.001}
+    others = {name: p for name, p in said.items() if p >= LEAST}
     location = _location(setup, term)
     location["also_possible"] += _elsewhere(decision, term)
     return {
@@ -146,7 +148,7 @@ def _force_law(configuration: str, result: Any) -> dict[str, Any]:
         "probability": round(min(1.0 / (1.0 + odds), CALIBRATION.surest), 3),
         "location": {"nodes": list(result.unbalance.nodes), "to": "", "direction": "", "also_possible": []},
         "parameters": {"exponent": {"value": _round(law.exponent), "sd": _round(law.sd), "unit": ""}},
-        "alternatives": [{"physics": "nothing", "probability": round(odds / (1.0 + odds), 3)}] if odds > 1e-3 else [],
+        "alternatives": [{"physics": "nothing", "probability": round(odds / (1.0 + odds), 3)}] if odds > LEAST else [],
         "configurations": [configuration],
     }
 

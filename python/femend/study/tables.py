@@ -28,6 +28,9 @@ LAW_ROWS = 16
 NAMED = 8
 # what the rows of laws that come out as the one named add at least before it is said
 LIKE = 0.01
+# misfit on the unseen record, in that of the best law, up to which another one explains about as much; and in that
+# without any law, from which it gains too little (nothing but words hangs on these)
+AS_MUCH, LITTLE = 1.05, 0.5
 NOT_ADEQUATE = "the best of them, but not adequate"
 
 
@@ -97,10 +100,10 @@ def _remark(diagnosis: Diagnosis, ranked: Ranked) -> str:
     if not own < without:
         return "explains the unseen record no better than no addition"
     if diagnosis.best is None:
-        return "gains too little on the unseen record" if own > 0.5 * without else "not adequate"
-    if ranked.candidate.name == diagnosis.best.name and own <= 1.05 * best:
+        return "gains too little on the unseen record" if own > LITTLE * without else "not adequate"
+    if ranked.candidate.name == diagnosis.best.name and own <= AS_MUCH * best:
         return "the same law at a place that explains about as much"
-    if own > 1.05 * best:
+    if own > AS_MUCH * best:
         return f"leaves {significant(own / best, 2)} times what the best one leaves"
     if ranked.name == diagnosis.best.name:
         return f"with these values the same as {words.physics_name(ranked.name)}, for which it counts"
