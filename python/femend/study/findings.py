@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ from femend.report.vocabulary import DIRECTIONS
 from femend.study.told import told
 from femend.units import UnitSystem, unit_system
 
-__all__ = ["ALSO", "ALTERNATIVES", "LEAST", "findings", "rounded"]
+__all__ = ["ALSO", "alternatives", "findings", "rounded"]
 
 # places that are said to be possible too
 ALSO = 5
@@ -77,7 +77,6 @@ def _finding(
     """One name (or none) at one place, with the laws that are as likely."""
     name = best.name if best is not None else ""
     named = probabilities.pop(name, 0.0)
-    others = sorted(probabilities.items(), key=lambda item: -item[1])[:ALTERNATIVES]
     where = _location(diagnosis, place)
     open_place = bool(where["also_possible"])
     found = {
@@ -85,7 +84,7 @@ def _finding(
         "probability": round(named, 3),
         "location": where,
         "parameters": {} if best is None or diagnosis.rival else _law_parameters(diagnosis, best, open_place),
-        "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in others if p >= LEAST],
+        "alternatives": alternatives(probabilities),
         "configurations": ["as modelled"],
     }
     return found if diagnosis.rival is None else {**found, "class": ", ".join(diagnosis.rival.labels)}
@@ -208,6 +207,16 @@ def _law_sd(best: Candidate, names: Sequence[str], J: NDArray[np.float64] | None
         covariance = best.covariance * np.outer(scale, scale)
     sd = standard_deviations(covariance) * np.sqrt(max(1.0, best.fitted))
     return dict(zip(names, sd.tolist(), strict=True))
+
+
+def alternatives(probabilities: Mapping[str, float]) -> list[dict[str, Any]]:
+    """What is listed beside a name: others by their `probabilities`, likeliest first.
+
+    >>> alternatives({"added_mass": 0.02, "nothing": 0.0002, "clearance": 0.3})
+    [{'physics': 'clearance', 'probability': 0.3}, {'physics': 'added_mass', 'probability': 0.02}]
+    """
+    likeliest = sorted(probabilities.items(), key=lambda item: -item[1])[:ALTERNATIVES]
+    return [{"physics": name, "probability": round(p, 3)} for name, p in likeliest if p >= LEAST]
 
 
 def rounded(value: float | None) -> float | None:

@@ -13,7 +13,7 @@ from femend.diagnose.staged.select import Round
 from femend.model.linear_terms import LinearTerm
 from femend.numerals import plain
 from femend.report.mode_words import frequency_errors
-from femend.study.findings import ALTERNATIVES, LEAST
+from femend.study.findings import alternatives
 from femend.study.predictions import STAGES, Prediction
 from femend.study.result import FORMAT
 from femend.units import UnitSystem, unit_system
@@ -117,7 +117,6 @@ def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dic
         said[name] = said.get(name, 0.0) + rival.probability
     # the probability of a name is that of all its places, also of those not told apart
     probability = said.pop(term.physics, 0.0)
-    others = {name: p for name, p in said.items() if p >= LEAST}
     location = _location(setup, term)
     location["also_possible"] += _elsewhere(decision, term)
     return {
@@ -125,7 +124,7 @@ def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dic
         "probability": round(min(probability, CALIBRATION.surest), 3),
         "location": location,
         "parameters": _over_speed(setup, flow, term, system) or _values(setup, flow, term, system),
-        "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in sorted(others.items())][:ALTERNATIVES],
+        "alternatives": alternatives(said),
         "configurations": list(term.configurations) or list(setup.configurations),
     }
 
@@ -148,7 +147,7 @@ def _force_law(configuration: str, result: Any) -> dict[str, Any]:
         "probability": round(min(1.0 / (1.0 + odds), CALIBRATION.surest), 3),
         "location": {"nodes": list(result.unbalance.nodes), "to": "", "direction": "", "also_possible": []},
         "parameters": {"exponent": {"value": _round(law.exponent), "sd": _round(law.sd), "unit": ""}},
-        "alternatives": [{"physics": "nothing", "probability": round(odds / (1.0 + odds), 3)}] if odds > LEAST else [],
+        "alternatives": alternatives({"nothing": odds / (1.0 + odds)}),
         "configurations": [configuration],
     }
 
