@@ -161,6 +161,12 @@ def test_truncated_binary_record(folder: Path) -> None:
     refused(folder, "low.uff", "record")
 
 
+def test_binary_records_copied_as_text(folder: Path) -> None:
+    file = folder / "low.uff"
+    file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
+    refused(folder, "low.uff", "are not followed by a separator", "copy it in binary mode")
+
+
 def test_wrong_byte_order(folder: Path) -> None:
     file = folder / "low.uff"
     raw = file.read_bytes()

@@ -142,6 +142,7 @@ def test_studies_of_the_cases(shared: Callable[[str], Path]) -> None:
         ("material = 1", 'material = "steel"', "parameter[0].material", "'steel' is not a whole number; write it as 3"),
         ('property = "E"', "", "parameter[0]", "the key 'property' is missing; add it"),
         ("ratio = 0.02", 'ratio = "2 %"', "damping.ratio", "'2 %' is not a number; write it as 0.02, without quotes"),
+        ("prior_sd = 0.2", 'prior_sd = "0,2"', "parameter[0].prior_sd", "'0,2' is not a number; write it as 0.2"),
         ("prior_sd = 0.2", 'prior_sd = "ten"', "parameter[0].prior_sd", "'ten' is not a number"),
         ('title  = "rig', 'title  = 3 # "rig', "title", '3 is not text; write it as "text", in quotes'),
         ("elements = [3, 4]", "elements = 3", "parameter[1].elements", "3 is not a list; write it as [1, 2]"),

@@ -77,7 +77,11 @@ def found_targets(model: Model, settings: PretestSettings, zeta: float) -> Targe
         low, high = settings.band
         at = np.flatnonzero(within_band(modes.freq, (max(low, 1e-9), high)) & (np.arange(modes.n_modes) >= rigid))
         if not at.size:
-            first = f"the first elastic one is at {plain(modes.freq[rigid])} Hz" if n else "it has none below"
+            first = (
+                f"the first elastic one is at {plain(modes.freq[rigid])} Hz"
+                if n
+                else "it has none below: raise the end of the band"
+            )
             raise PretestError(f"[pretest] band: the model has no mode from {low:g} to {high:g} Hz; {first}")
     else:
         numbers = tuple(range(1, min(FIRST, n) + 1)) if settings.modes is None else settings.modes

@@ -50,10 +50,11 @@ def wrong_type(text: str, data: Any, path: str) -> str:
 
 
 def _number_in(value: Any, kind: str) -> str | None:
-    """How the number of a `kind` is written that a text `value` holds, one in per cent as a share; None where it holds
-    none."""
-    pattern = {"int": r"\s*([+-]?\d+)()\s*", "float": r"\s*([+-]?\d+(?:\.\d+)?)\s*(%?)\s*"}.get(kind)
+    """How the number of a `kind` is written that a text `value` holds, one in per cent as a share, a decimal comma as a
+    point; None where it holds none."""
+    pattern = {"int": r"\s*([+-]?\d+)()\s*", "float": r"\s*([+-]?\d+(?:[.,]\d+)?)\s*(%?)\s*"}.get(kind)
     match = re.fullmatch(pattern, value) if pattern is not None and isinstance(value, str) else None
     if match is None:
         return None
-    return f"{float(match[1]) / 100:g}, without quotes" if match[2] else f"{match[1]}, without quotes"
+    number = match[1].replace(",", ".")
+    return f"{float(number) / 100:g}, without quotes" if match[2] else f"{number}, without quotes"
