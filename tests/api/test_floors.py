@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 FLOORS: tuple[frozenset[str], ...] = (
-    frozenset({"_core", "errors", "units", "dof", "progress", "threads"}),
+    frozenset({"_core", "errors", "units", "dof", "numerals", "progress", "threads"}),
     frozenset({"data"}),
     frozenset({"io", "signal", "correlate", "expansion", "modal", "physics"}),
     frozenset({"model"}),

@@ -30,9 +30,9 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def refused(folder: Path, *words: str) -> None:
+def refused(folder: Path, *words: str, command: str = "diagnose", study: str = "study.toml") -> None:
     """The command ends with code 2, says all the words in one message, and leaves no output behind."""
-    done = CliRunner().invoke(main, ["diagnose", str(folder), "--out", str(folder / "out"), "--quiet"])
+    done = CliRunner().invoke(main, [command, str(folder / study), "--out", str(folder / "out"), "--quiet"])
     assert done.exit_code == 2, done.output
     assert done.stderr.startswith("error: ")
     assert "Traceback" not in done.output
@@ -85,7 +85,7 @@ def test_deck(folder: Path, old: str, new: str, words: tuple[str, ...]) -> None:
 
 def test_sensor_without_a_node(folder: Path) -> None:
     write(folder, [FORCE, Channel(Dof(99, 3), "acceleration", "m/s^2")], np.array([U, Y[0]]))
-    refused(folder, "99")
+    refused(folder, "sensor 99:+Z", "the 13 nodes of the model", "correct the node number")
 
 
 def test_sensor_far_from_every_node(folder: Path) -> None:
@@ -123,15 +123,48 @@ def test_no_force_channel(folder: Path) -> None:
     refused(folder, "'low'", 'excitation = "measured"', "force")
 
 
-def test_no_response_channel(folder: Path) -> None:
+@pytest.mark.parametrize("command", ["correlate", "update", "diagnose"])
+def test_no_response_channel(folder: Path, command: str) -> None:
     write(folder, [FORCE], U[None])
-    refused(folder, "'low' has no response channel")
+    said = "has no response channel" if command == "diagnose" else "has no response with a DOF"
+    refused(folder, f"'low' {said}", "node and direction", command=command)
+
+
+@pytest.mark.parametrize("command", ["correlate", "update"])
+def test_a_band_beyond_the_lines(folder: Path, command: str) -> None:
+    replace_in(folder / "study.toml", "[damping]", "[correlation]\nband = [500, 800]\n[damping]")
+    refused(folder, "0 lines lie in the band 500 to 800 Hz", "widen the band or take finer lines", command=command)
+
+
+def test_a_force_where_the_deck_holds(folder: Path) -> None:
+    write(folder, [Channel(Dof(1, 3), "force", "N"), SENSOR], np.array([U, Y[0]]))
+    refused(folder, "'low'", "the force 1:+Z acts where the model cannot move", "correct its node or direction")
+
+
+def test_a_force_that_is_its_mean(folder: Path) -> None:
+    write(folder, [FORCE, SENSOR], np.array([U + 1000.0, Y[0]]))
+    refused(
+        folder, "'low'", "all but 1 % of the force's power is its mean", "has a mean of 1000 N", "take it off before"
+    )
+
+
+@pytest.mark.parametrize("node", [0, -3])
+def test_a_number_that_no_node_has(folder: Path, node: int) -> None:
+    channel = f'[[recording.channel]]\nsource = 0\nnode = {node}\ndirection = "Z"\nquantity = "force"\nunit = "N"\n'
+    (folder / "study.toml").write_text((folder / "study.toml").read_text() + channel)
+    refused(folder, "recording[0].channel[0].node", f"{node} is no number of a node")
 
 
 def test_truncated_binary_record(folder: Path) -> None:
     file = folder / "low.uff"
     file.write_bytes(file.read_bytes()[:-2000])
     refused(folder, "low.uff", "record")
+
+
+def test_binary_records_copied_as_text(folder: Path) -> None:
+    file = folder / "low.uff"
+    file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
+    refused(folder, "low.uff", "are not followed by a separator", "copy it in binary mode")
 
 
 def test_wrong_byte_order(folder: Path) -> None:
@@ -213,6 +246,19 @@ def test_a_record_of_a_few_samples(folder: Path) -> None:
 def test_toml_that_is_none_shows_the_line(folder: Path, old: str, new: str, words: tuple[str, ...]) -> None:
     replace_in(folder / "study.toml", old, new)
     refused(folder, "is not valid TOML", *words)
+
+
+def test_a_deck_or_a_recording_in_place_of_a_study(folder: Path) -> None:
+    refused(folder, "model.bdf: is not valid TOML", "a study is a .toml file", study="model.bdf")
+
+
+def test_a_folder_in_place_of_a_file(folder: Path) -> None:
+    (folder / "deck").mkdir()
+    replace_in(folder / "study.toml", "model.bdf", "deck")
+    refused(folder, "deck is a folder, not a file; correct the name")
+    done = CliRunner().invoke(main, ["inspect", str(folder)])
+    assert done.exit_code == 2
+    assert "is a folder; name a file in it" in done.stderr
 
 
 def test_time_in_milliseconds_is_thought_of(folder: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from femend import read_uff, write_uff
-from femend.report import words
+from femend.report.headline import headline
 from femend.study.corrections import corrections_of, left_out_unseen
 from femend.study.plausible import doubts_found
 from femend.study.run import StudyRun, diagnose
@@ -78,7 +78,7 @@ def test_units_of_all_responses_or_the_force_are_corrected_before_anything_is_lo
     assert not row["left_out"]
     # errors and parameters are those of the corrected recordings
     assert all(line["parameters"] < 0.05 for line in result["fit"])
-    assert words.headline(result).startswith("The recordings have to be corrected")
+    assert headline(result).startswith("The recordings have to be corrected")
 
 
 @pytest.mark.parametrize("factor", [-1.0, 1000.0])

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from femend import Dof, Recording, _core, functions_of, read_uff, write_uff
+from femend import Dof, Recording, TimeData, _core, functions_of, read_uff, write_uff
 from femend.cli import main
 from femend.correlate.doubts import exchange_doubts, level_doubts, sign_doubts, twice_doubts
 from femend.correlate.exchanged import Exchange, Shapes, exchanged, put_right, turned
+from femend.data import Test
 from femend.errors import ModelError
 from femend.model import read_model
 from femend.model.material_units import material_doubts
@@ -49,7 +50,7 @@ def test_a_model_that_is_off_is_not_doubted() -> None:
 
 @pytest.mark.parametrize(
     ("factor", "words"),
-    [(1 / 9.80665, ("g and m/s²", "0.102")), (1000.0, ("m and mm", "1e+03")), (6.0, ("check the unit",))],
+    [(1 / 9.80665, ("g and m/s²", "0.102")), (1000.0, ("m and mm", "1000")), (6.0, ("check the unit",))],
 )
 def test_a_factor_on_all_responses_is_told_with_what_it_may_be(factor: float, words: tuple[str, ...]) -> None:
     (doubt,) = level_doubts(factor * TEST, MODEL, NAMES)
@@ -281,6 +282,41 @@ def test_an_acceleration_that_does_not_swing_about_zero_is_told() -> None:
     (told,) = with_warnings(Recording("low", data)).warnings
     assert told.startswith("recording 'low': channel acceleration 7:+Z has a mean of 9.")
     assert "an error of 0.99 in this channel" in told
+
+
+def test_a_force_with_a_mean_from_its_beginning_on_is_told() -> None:
+    u, y = small_study.force(2.0, 1, 512), np.random.default_rng(4).standard_normal((4, 512))
+    (told,) = with_warnings(Recording("low", small_study.recording("low", u - 5.0, y))).warnings
+    assert told.startswith("recording 'low': channel force 13:+Z has a mean of -4.999 N from its beginning on")
+    # one that sets in is no preload
+    for late in (5.0 * (np.arange(512) > 100), np.where(np.abs(np.arange(512) - 300) < 5, 50.0, 0.0)):
+        assert with_warnings(Recording("low", small_study.recording("low", u + late, y))).warnings == ()
+
+
+def test_a_sensor_where_the_model_stands_still_and_responses_of_no_force_are_told(tmp_path: Path) -> None:
+    path = small_study.write_study(tmp_path, small_study.Truth())
+    test = load_study(path).read_recordings()
+    model = read_model(tmp_path / "model.bdf")
+
+    def told(channel: int, dof: Dof, noise: float = 0.0) -> list[str]:
+        (low,) = (r for r in test if r.name == "low")
+        values = low.time.values.copy()
+        if noise:
+            values[1:] = noise * np.random.default_rng(1).standard_normal(values[1:].shape)
+        channels = list(low.time.channels)
+        channels[channel] = replace(channels[channel], dof=dof)
+        one = Test((replace(low, data=TimeData("low", low.time.dt, values, tuple(channels))),))
+        return doubts_of(model, one, pair_test(one, model), 0.01)
+
+    assert told(4, Dof(13, 3)) == []
+    (still,) = told(4, Dof(13, 2))
+    assert still.startswith(
+        "recording 'low': the sensor 13:+Y shows 100 % of what the one that moves most does, where no"
+    )
+    (still,) = told(0, Dof(1, 3))
+    assert still.startswith("recording 'low': the force 1:+Z acts where no mode of the model moves")
+    (unrelated,) = told(4, Dof(13, 3), 1e-3)
+    assert "the responses hardly follow from the force; check the table of channels" in unrelated
 
 
 def test_what_is_doubtful_is_said_before_the_work_begins(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

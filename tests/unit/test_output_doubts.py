@@ -15,7 +15,7 @@ from femend.correlate.misread import misread
 from femend.estimate import pair_test
 from femend.modal.output_only.principal import principal_responses
 from femend.model.reduction import core_modes
-from femend.report import words
+from femend.report.headline import headline
 from femend.report.mode_words import frequency_errors
 from femend.study.plausible import doubts_of
 from femend.study.run import diagnose
@@ -89,8 +89,8 @@ def test_a_study_at_the_wrong_rate_is_undetermined_and_compared_at_the_right_one
     tables = '[[recording]]\nname = "ambient"\nfile = "ambient.uff"\nrole = "fit"\nexcitation = "ambient"\n'
     result = diagnose(small_study.write_unrecorded(tmp_path, tables)).result
     assert (result["verdict"], result["findings"]) == ("undetermined", [])
-    assert "first correct the recordings: the time step of ambient is about 1e+03 times too long" in result["advice"]
-    assert words.headline(result).startswith("The recordings have to be corrected")
+    assert "first correct the recordings: the time step of ambient is about 1000 times too long" in result["advice"]
+    assert headline(result).startswith("The recordings have to be corrected")
     (row,) = result["corrections"]
     assert (row["mistake"], row["factor"], row["left_out"]) == ("time axis", 1000.0, False)
     # the lowest modes are those of the model
@@ -119,11 +119,11 @@ def result(errors: list[float], sd: float = 0.001, verdict: str = "parameters-on
 
 
 def test_a_verdict_from_modes_alone_says_how_far_they_are_off() -> None:
-    near = words.headline(result([0.001, -0.002, 0.0005]))
+    near = headline(result([0.001, -0.002, 0.0005]))
     assert near.startswith("Nothing is missing as far as these modes tell: the model once updated (E −10.0 %)")
     for said in ("0.1 % off", "−0.2 % at 20 Hz", "scatter is 0.1 %", "1 more without a counterpart"):
         assert said in near
-    far = words.headline(result([0.012, -0.015, 0.01], verdict="consistent"))
+    far = headline(result([0.012, -0.015, 0.01], verdict="consistent"))
     assert far.startswith("Nothing at one place is missing")
     assert "does not explain them" in far
     assert "1.2 % off" in far

@@ -19,7 +19,7 @@ def test_usual_priors_are_not_told(sd: float) -> None:
 @pytest.mark.parametrize(
     ("sd", "said"),
     [
-        (5.0, ("500 %", "a factor of 1.5e+02", "5 % is 0.05", "0.1, which is 10 %")),
+        (5.0, ("500 %", "a factor of 150", "5 % is 0.05", "0.1, which is 10 %")),
         (7e9, ("not at all",)),
         (1e-5, ("0.001 %", "not a value in its unit", "can hardly move")),
     ],

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from femend.report import words
+from femend.report.headline import headline
 from femend.report.numbers import factor_as_percent, pretty_unit, quantity, ratio, significant
 from femend.report.runinfo import RunInfo
 from femend.report.svg import Axes, decimate, log_ticks, nice_ticks
@@ -114,12 +115,12 @@ def test_the_headline_of_a_law_with_many_parameters_says_its_stiffnesses() -> No
     }
     location = {"nodes": [15, 16], "to": "ground", "region": list(range(1, 31)), "also_possible": [[1, 6, 25, 30]]}
     finding = {"physics": "compliant_support", "parameters": values, "location": location}
-    said = words.headline({"verdict": "missing-physics", "findings": [finding]})
+    said = headline({"verdict": "missing-physics", "findings": [finding]})
     assert said == (
         "Missing: compliant support (modelled as fixed) over 30 nodes around nodes 15–16, stiffness X 2.00 N/m, "
         "stiffness Y 2.00 N/m, stiffness Z 2.00 N/m."
     )
-    two = words.headline({"verdict": "missing-physics", "findings": [finding, {**finding, "location": {"nodes": [3]}}]})
+    two = headline({"verdict": "missing-physics", "findings": [finding, {**finding, "location": {"nodes": [3]}}]})
     assert two == (
         "Missing: compliant support (modelled as fixed) over 30 nodes around nodes 15–16; and compliant support "
         "(modelled as fixed) at node 3."
@@ -147,13 +148,13 @@ def test_large_values_share_one_power_of_ten_with_their_deviation() -> None:
 def test_a_model_that_leaves_more_than_noise_is_not_said_to_explain_the_recordings() -> None:
     row = {"recording": "low", "role": "fit", "noise_floor": 0.02, "nominal": 1.2, "parameters": 0.06, "final": 0.06}
     result = {"verdict": "parameters-only", "findings": [], "fit": [row], "parameters": {"E": {"factor": 0.9}}}
-    assert words.headline(result) == (
+    assert headline(result) == (
         "Nothing at one place is missing as far as these recordings tell, but the model once updated (E −10.0 %) "
         "leaves an error of 0.060 on the fitted recordings where noise is 0.020: its mesh or idealisation is off, or "
         "more than one thing is missing."
     )
     little = {**result, "fit": [{**row, "parameters": 0.025, "final": 0.025}]}
-    assert words.headline(little).startswith("Nothing is missing: the model explains the recordings once updated")
+    assert headline(little).startswith("Nothing is missing: the model explains the recordings once updated")
 
 
 def test_the_headline_of_a_law_that_explains_most_says_so() -> None:
@@ -161,10 +162,10 @@ def test_the_headline_of_a_law_that_explains_most_says_so() -> None:
         "physics": "tuned_absorber", "location": {"kind": "ground", "nodes": [13], "direction": "Z"},
         "parameters": {"m": {"value": 0.11, "unit": "kg", "sd": 0.03}},
     }  # fmt: skip
-    said = words.headline({"verdict": "located-not-named", "findings": [finding]})
+    said = headline({"verdict": "located-not-named", "findings": [finding]})
     assert said.startswith("Likeliest missing: attached oscillator (tuned absorber) at node 13 in Z")
     assert said.endswith("though it does not explain all that is left.")
-    unknown = words.headline({"verdict": "located-not-named", "findings": [{**finding, "parameters": {}}]})
+    unknown = headline({"verdict": "located-not-named", "findings": [{**finding, "parameters": {}}]})
     assert unknown.endswith("but no law tried explains it well enough to be named.")
 
 
@@ -174,7 +175,7 @@ def test_headline_takes_the_fit_error_where_nothing_was_held_out() -> None:
         "parameters": {"E": {"factor": 0.9}},
         "fit": [{"recording": "a", "role": "fit", "nominal": 0.3, "parameters": 0.1}],
     }
-    assert words.headline(result) == (
+    assert headline(result) == (
         "Nothing is missing: the model explains the recordings once updated (E −10.0 %); "
         "error on the fitted recordings 0.30 → 0.10."
     )

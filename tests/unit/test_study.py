@@ -138,9 +138,11 @@ def test_studies_of_the_cases(shared: Callable[[str], Path]) -> None:
         ("m = 0.2", "mass = 0.2", "configuration[0].added_mass[0].mass", "known are node, m"),
         ("direction =", "dirrection =", "recording[1].channel[0].dirrection", "did you mean 'direction'?"),
         # types and missing keys
+        ("material = 1", 'material = "12"', "parameter[0].material", "'12' is not a whole number; write it as 12"),
         ("material = 1", 'material = "steel"', "parameter[0].material", "'steel' is not a whole number; write it as 3"),
         ('property = "E"', "", "parameter[0]", "the key 'property' is missing; add it"),
-        ("ratio = 0.02", 'ratio = "2 %"', "damping.ratio", "'2 %' is not a number; write it as 0.1, without quotes"),
+        ("ratio = 0.02", 'ratio = "2 %"', "damping.ratio", "'2 %' is not a number; write it as 0.02, without quotes"),
+        ("prior_sd = 0.2", 'prior_sd = "0,2"', "parameter[0].prior_sd", "'0,2' is not a number; write it as 0.2"),
         ("prior_sd = 0.2", 'prior_sd = "ten"', "parameter[0].prior_sd", "'ten' is not a number"),
         ('title  = "rig', 'title  = 3 # "rig', "title", '3 is not text; write it as "text", in quotes'),
         ("elements = [3, 4]", "elements = 3", "parameter[1].elements", "3 is not a list; write it as [1, 2]"),
@@ -148,6 +150,7 @@ def test_studies_of_the_cases(shared: Callable[[str], Path]) -> None:
         # values
         ("femend-study/1", "femend-study/2", "format", "is not 'femend-study/1'"),
         ('"mm-t-s"', '"mm-kg-s"', "model.units", "did you mean 'mm-t-s'?"),
+        ('"mm-t-s"', '"si"', "model.units", "did you mean 'SI'?"),
         ("ratio = 0.02", "ratio = 2.0", "damping.ratio", "2 is not between 0 and 1"),
         ("prior_sd = 0.2", "prior_sd = 0.0", "parameter[0].prior_sd", "0 is not positive"),
         ("prior_sd = 0.2", "prior_sd = -0.1", "parameter[0].prior_sd", "-0.1 is not positive"),
@@ -171,6 +174,7 @@ def test_studies_of_the_cases(shared: Callable[[str], Path]) -> None:
         ("m = 0.2", "m = -0.2", "configuration[0].added_mass[0].m", "not a positive mass"),
         ('"+Z"', '"Q"', "recording[1].channel[0].direction", "none of X Y Z"),
         ('unit      = "g"', 'unit      = "mm"', "recording[1].channel[0].unit", "does not measure acceleration"),
+        ('unit      = "g"', 'unit      = "mm/s"', "recording[1].channel[0].unit", "does not measure acceleration"),
         ('unit      = "g"', 'unit      = "bananas"', "recording[1].channel[0].unit", "'bananas' is unknown"),
         ('"acceleration"', '"aceleration"', "recording[1].channel[0].quantity", "did you mean 'acceleration'?"),
         ("node      = 12\n", "", "recording[1].channel[0].node", "is missing"),

@@ -85,7 +85,7 @@ def test_columns_by_number_without_header(put: Callable[..., Path]) -> None:
 def test_scale_and_quotients_of_units(put: Callable[..., Path]) -> None:
     maps = (ChannelMap("force", 1, "+Z", "force", "V", 25.0), MAP[1])
     path = put("time;force;top\n" + rows(";", T, FORCE, TOP))
-    with pytest.raises(UnitError, match="'V' does not measure force"):
+    with pytest.raises(UnitError, match="channel 'force': unit 'V' does not measure force"):
         read_recording(path, maps)
     data = read_recording(path, (ChannelMap("force", 1, "+Z", "force", "kN", 0.25), MAP[1])).time
     np.testing.assert_allclose(data.values[0], 250 * FORCE, rtol=1e-8)
@@ -374,7 +374,8 @@ def test_a_name_that_is_nearly_right_is_proposed(put: Callable[..., Path]) -> No
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "it is empty; export it again"),
+        ("", r"run\.csv is empty; export it again"),
+        ("\n \n", r"run\.csv is empty; export it again"),
         ("time,force\n", "one reads 'time,force'"),
         (
             "time,force\n12:00:00.25,1.5\n12:00:00.50,2.5\n",
@@ -386,6 +387,38 @@ def test_a_name_that_is_nearly_right_is_proposed(put: Callable[..., Path]) -> No
 def test_a_table_without_numbers_says_what_stands_in_the_way(put: Callable[..., Path], text: str, said: str) -> None:
     with pytest.raises(FormatError, match=said):
         read_recording(put(text), MAP)
+
+
+def test_binary_data_called_text(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_bytes(bytes(range(256)) * 8)
+    with pytest.raises(FormatError, match=r"run\.csv: holds binary data, and a name that ends in '\.csv'"):
+        read_recording(path, MAP)
+
+
+def test_the_unicode_text_of_a_spreadsheet(put: Callable[..., Path]) -> None:
+    text = "time\tforce\ttop\n" + rows("\t", T, FORCE, TOP)
+    check(read_recording(put(text, "run.txt", "utf-16"), MAP).time)
+
+
+@pytest.mark.parametrize("names", ["time,force,top\n", "time,force,top\ns,N,g\n"])
+@pytest.mark.parametrize("first", ["", "0,1,0\n"], ids=["all with decimals", "the first row without"])
+def test_decimal_commas_between_commas_are_told(put: Callable[..., Path], names: str, first: str) -> None:
+    said = "3 columns are named, and the rows have 6 fields without a decimal point.*export it with ';' between columns"
+    with pytest.raises(FormatError, match=said):
+        read_recording(put(names + first + rows(",", T, FORCE, TOP, comma=True, form="{:.6f}")), MAP)
+
+
+def test_a_comment_of_fewer_fields_is_no_line_of_names(put: Callable[..., Path]) -> None:
+    whole = rows(",", np.arange(N), np.arange(N) % 3, np.arange(N) % 5, np.arange(N) % 7, form="{:.0f}")
+    channels = (ChannelMap(1, 1, "+Z", "force", "N"), ChannelMap(2, 12, "-X", "acceleration", "g"))
+    assert read_recording(put("run 7\n" + whole.replace("\n", ".\n")), channels).time.n_samples == N
+    assert read_recording(put("run 7\nof the rig\n" + whole), channels).time.n_samples == N
+
+
+def test_a_single_row_is_told_as_that(put: Callable[..., Path]) -> None:
+    with pytest.raises(RecordingError, match=r"has 1 row of numbers, a recording at least 2; export it again"):
+        read_recording(put("time,force,top\n0.0,1.5,2.5\n"), MAP)
 
 
 def test_notes_after_the_last_row_are_passed_over(put: Callable[..., Path]) -> None:

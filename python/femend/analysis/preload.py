@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from femend.dof import Dof
 from femend.errors import SingularModelError
 from femend.model import Model
+from femend.numerals import plain
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -45,7 +46,7 @@ def static_displacement(
         miss = np.inf
     if not miss <= RESIDUAL * max(float(np.linalg.norm(f)), np.finfo(float).tiny):
         raise SingularModelError(
-            f"the static solution misses the load by {miss:.3g}: the model moves without resistance; "
+            f"the static solution misses the load by {plain(miss, 3)}: the model moves without resistance; "
             "add supports or springs"
         )
     return u

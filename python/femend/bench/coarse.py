@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from femend.data import FRF, IdentifiedModes, TimeData
+from femend.numerals import plain
 
 __all__ = ["FEWEST_PIECES", "longer_pieces", "too_coarse"]
 
@@ -49,8 +50,8 @@ def too_coarse(modes: IdentifiedModes, data: TimeData, frf: FRF) -> list[str]:
     which = ", ".join(str(k + 1) for k in narrow)
     needed = n_pieces * SPAN / float(width[i])
     return [
-        f"mode{'s' * (narrow.size > 1)} {which}: the resonance at {modes.freq[i]:.4g} Hz is {width[i]:.2g} Hz wide at "
-        f"most, and lines of FRFs averaged over pieces of {1 / step:.3g} s are {step:.3g} Hz apart: damping comes out "
-        "too high, the frequency may be off by a line, and the deviations hold nothing of it; record "
-        f"{needed:.2g} s or more, or give FRFs of your own"
+        f"mode{'s' * (narrow.size > 1)} {which}: the resonance at {plain(modes.freq[i])} Hz is {plain(width[i], 2)} Hz "
+        f"wide at most, and lines of FRFs averaged over pieces of {plain(1 / step, 3)} s are {plain(step, 3)} Hz "
+        "apart: damping comes out too high, the frequency may be off by a line, and the deviations hold nothing of it; "
+        f"record {plain(needed, 2)} s or more, or give FRFs of your own"
     ]

@@ -29,6 +29,7 @@ from femend.data import FRF, ModeSet
 from femend.dof import Dof
 from femend.errors import CorrelationError
 from femend.model import Model
+from femend.numerals import plain
 
 __all__ = ["Compared", "compare_recording", "modelled_frf"]
 
@@ -153,8 +154,8 @@ def modelled_frf(
     every = model_modes(model, f_max=FRF_ABOVE * float(measured.freq[-1]), zeta=zeta, factors=factors)
     if not every.n_modes:
         raise CorrelationError(
-            f"the FRFs of recording {measured.name!r} end at {measured.freq[-1]:.4g} Hz, and the model has no mode up "
-            f"to {FRF_ABOVE:g} times that: check the time axis (a column that counts milliseconds is called "
+            f"the FRFs of recording {measured.name!r} end at {plain(measured.freq[-1])} Hz, and the model has no mode "
+            f"up to {FRF_ABOVE:g} times that: check the time axis (a column that counts milliseconds is called "
             "'time [ms]'), and units, stiffness and mass of the deck"
         )
     own = np.array([zeta_of.get(float(f), zeta) for f in every.freq])

@@ -18,8 +18,7 @@ from femend.bench.page import render_page
 from femend.bench.placed import Placed, placed_sensors
 from femend.bench.run_compared import ComparedRun, compare_run
 from femend.bench.run_content import write_run_table
-from femend.bench.run_result import in_order
-from femend.bench.runs import MeasuredRun, measured_runs, without_runs
+from femend.bench.runs import MeasuredRun, in_order, measured_runs, without_runs
 from femend.bench.steps import Steps, write_json
 from femend.errors import RecordingError
 from femend.io import OutputDirectory, refuse_unwritable

@@ -17,6 +17,7 @@ from femend.dof import Dof
 from femend.errors import StudyError, UpdatingError
 from femend.estimate.frf import ORDER, frf_lines_of
 from femend.estimate.updating import scatter_of
+from femend.numerals import plain
 from femend.study.study import Study
 
 if TYPE_CHECKING:
@@ -156,7 +157,7 @@ def _selected(c: Counted, prepared: Prepared, solved: Mapping[str, ModeSet]) -> 
         if lacking:
             raise StudyError(
                 f"{study.file}: updating.modes: mode {lacking[0]} is wanted and recording {c.name!r} shows "
-                f"{c.freq.size} (up to {c.freq[-1]:.4g} Hz); `femend correlate` numbers them",
+                f"{c.freq.size} (up to {plain(c.freq[-1])} Hz); `femend correlate` numbers them",
                 key="updating.modes",
             )
         return c.select([n - 1 for n in wanted])
@@ -166,13 +167,13 @@ def _selected(c: Counted, prepared: Prepared, solved: Mapping[str, ModeSet]) -> 
     mates = {p.a: p.b for p in found.pairing.pairs}
     keep, told = [], []
     for i, f in enumerate(c.freq):
-        who = f"recording {c.name!r}: mode {i + 1} at {f:.4g} Hz does not count"
+        who = f"recording {c.name!r}: mode {i + 1} at {plain(f)} Hz does not count"
         if i not in mates:
             told.append(f"{who}: {_lone(found.mac[i], mates, study.correlation.mac_min)}")
         elif abs(model.freq[mates[i]] / f - 1) > study.updating.freq_far:
             off = 100 * (model.freq[mates[i]] / f - 1)
             told.append(
-                f"{who}: its mate is at {model.freq[mates[i]]:.4g} Hz, {off:+.0f} % off ([updating] freq_far is "
+                f"{who}: its mate is at {plain(model.freq[mates[i]])} Hz, {off:+.0f} % off ([updating] freq_far is "
                 f"{100 * study.updating.freq_far:g} %)"
             )
         else:

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.bench.run_compared import ComparedRun
-from femend.bench.run_result import in_order
-from femend.bench.runs import NOISY, MeasuredRun
+from femend.bench.runs import NOISY, MeasuredRun, in_order
 from femend.data import ODS, Channel
 from femend.errors import UpdatingError
 from femend.estimate.updating import Configuration, OrderDifferences, deck_system

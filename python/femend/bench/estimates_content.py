@@ -11,6 +11,7 @@ from femend.bench.page import Section, Table, figures, fixed, number
 from femend.bench.starts import Starts
 from femend.bench.steps import write_csv
 from femend.bench.surface_start import SurfaceStart
+from femend.numerals import plain
 from femend.report import plots
 from femend.report.content import Picture
 
@@ -56,8 +57,8 @@ def _surface(surface: SurfaceStart) -> Section:
         f"The models solved at {told['points']} points of a Latin hypercube between the bounds, a quadratic of "
         f"{told['terms']} terms through every residual. Points left out are foretold to "
         f"{number(told['press_error'], 3)} deviations (rms), over the design residuals scatter by "
-        f"{number(told['spread'], 3)}: {100 * told['left_of_variance']:.2g} % of their variance is left. At its least "
-        "point the surface foretells a "
+        f"{number(told['spread'], 3)}: {plain(100 * told['left_of_variance'], 2)} % of their variance is left. At its "
+        "least point the surface foretells a "
         f"cost of {number(cost['foretold'], 5)}, the models have {number(cost['there'], 5)}, the deck "
         f"{number(cost['deck'], 5)}. {begun}."
     )
@@ -74,7 +75,7 @@ def _starts(starts: Starts) -> Section:
             number(m["squares"], 5),
             m["status"] + ("" if m["in_full_model"] else ", reduced model"),
             str(m["modes_without_mate"]),
-            ", ".join(f"{n} {v:.4g}" for n, v in m["parameters"].items()),
+            ", ".join(f"{n} {plain(v)}" for n, v in m["parameters"].items()),
         ]
         for k, m in enumerate(told["minima"][:MINIMA_SHOWN], 1)
     ]
@@ -88,7 +89,7 @@ def _starts(starts: Starts) -> Section:
     if told["reduced_model_error"] is not None:
         lead += (
             f" They were made in reduced models, whose frequencies are off by up to "
-            f"{100 * told['reduced_model_error']:.2g} %, and the best gone on from in the full ones."
+            f"{plain(100 * told['reduced_model_error'], 2)} %, and the best gone on from in the full ones."
         )
     return Section(
         "Other starts",
@@ -116,7 +117,7 @@ def _posterior(run: UpdateRun, drawn: Drawn) -> Section:
     unlike = frozenset(i for i, n in enumerate(told["parameters"]) if n in told["unlike_laplace"])
     evidence = run.found.log_evidence
     beside = "" if math.isnan(evidence) else f" (Laplace's {evidence:.2f})"
-    where = "" if drawn.small is None else f" in reduced models, off by up to {100 * drawn.small.error:.2g} %"
+    where = "" if drawn.small is None else f" in reduced models, off by up to {plain(100 * drawn.small.error, 2)} %"
     return Section(
         "The posterior by draws",
         f"{told['draws']} draws by sequential Monte Carlo, {told['models_solved']} models solved{where}; ln evidence "

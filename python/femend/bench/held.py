@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from femend.data import Geometry, Recording
 from femend.diagnose.staged.prepare import RunData
 from femend.dof import Dof
+from femend.numerals import plain
 from femend.study.study import Study, StudyRecording
 
 __all__ = ["HeldShapes", "held_shapes", "known_unbalance"]
@@ -70,19 +71,19 @@ def held_shapes(data: RunData, told: StudyRecording, recording: Recording, study
     band = study.correlation.band or (0.0, np.inf)
     if not band[0] <= mean <= band[1]:
         return (
-            f"{who} is not compared in order {data.order:g}: its speed is held at {speed:.4g} rev/s, {mean:.4g} Hz, "
-            f"outside the band {band[0]:g} to {band[1]:g} Hz of [correlation]"
+            f"{who} is not compared in order {data.order:g}: its speed is held at {plain(speed)} rev/s, {plain(mean)} "
+            f"Hz, outside the band {band[0]:g} to {band[1]:g} Hz of [correlation]"
         )
     if mean > 0.45 * recording.time.rate:
         return (
-            f"{who} is not compared in order {data.order:g}: {mean:.4g} Hz is too near to half its sampling rate, "
-            f"{0.5 * recording.time.rate:.4g} Hz"
+            f"{who} is not compared in order {data.order:g}: {plain(mean)} Hz is too near to half its sampling rate, "
+            f"{plain(0.5 * recording.time.rate)} Hz"
         )
     amplitudes = _stretches(data)
     if len(amplitudes) < FEWEST:
         return (
-            f"{who} is not compared: at {speed:.4g} rev/s it holds {REVOLUTIONS * len(amplitudes)} whole revolutions "
-            f"clear of its ends, fewer than {REVOLUTIONS * FEWEST}; record longer"
+            f"{who} is not compared: at {plain(speed)} rev/s it holds {REVOLUTIONS * len(amplitudes)} whole "
+            f"revolutions clear of its ends, fewer than {REVOLUTIONS * FEWEST}; record longer"
         )
     course = (2 * np.pi * mean) ** 2
     spread = amplitudes.std(axis=0, ddof=1) / np.sqrt(len(amplitudes))

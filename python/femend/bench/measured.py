@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femend.bench.coarse import longer_pieces, too_coarse
 from femend.data import FRF, Geometry, IdentifiedModes, Recording, Spectra
+from femend.data.bands import within_band
 from femend.diagnose.staged.prepare import FEWEST_LINES, excited_band, frf_data
 from femend.dof import Dof
 from femend.errors import FemendError
@@ -18,6 +19,7 @@ from femend.io import read_uff
 from femend.io.recordings import read_modes
 from femend.modal import ModalTest, identify_modes
 from femend.modal.output_only import identify_output_only
+from femend.numerals import plain
 from femend.progress import Progress
 from femend.signal import estimate_frf, periodic_frf
 from femend.signal.suited import blows, suited_frf
@@ -150,13 +152,13 @@ def _excited(name: str, frf: FRF, used: FRF) -> tuple[FRF, tuple[str, ...]]:
     step = float(np.diff(used.freq).max(initial=0.0))
     if excited is None or (low >= excited[0] - step and high <= excited[1] + step):
         return used, ()
-    inside = (used.freq >= excited[0]) & (used.freq <= excited[1])
+    inside = within_band(used.freq, excited)
     if inside.sum() < FEWEST_LINES:
         return used, ()
     said = (
-        f"recording {name!r}: the force excited {excited[0]:.4g} to {excited[1]:.4g} Hz (outside, the coherence of "
-        f"most responses is below {COHERENT:g}), and [correlation] band is {low:.4g} to {high:.4g} Hz: FRFs are "
-        "compared and drawn where it did, modes outside are doubtful; narrow the band, or excite all of it"
+        f"recording {name!r}: the force excited {plain(excited[0])} to {plain(excited[1])} Hz (outside, the coherence "
+        f"of most responses is below {COHERENT:g}), and [correlation] band is {plain(low)} to {plain(high)} Hz: FRFs "
+        "are compared and drawn where it did, modes outside are doubtful; narrow the band, or excite all of it"
     )
     return used.band(*excited), (said,)
 
@@ -173,7 +175,7 @@ def _frfs_beside(recording: StudyRecording, study: Study) -> FRF | None:
 
 
 def _in_band(modes: IdentifiedModes, band: Band) -> IdentifiedModes:
-    return modes if band is None else modes.select((modes.freq >= band[0]) & (modes.freq <= band[1]))
+    return modes if band is None else modes.select(within_band(modes.freq, band))
 
 
 def _text(band: Band) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from femend.numerals import plain
 from femend.report.content import Picture
 from femend.report.page import asset
 
@@ -91,7 +92,7 @@ def render_page(page: Page) -> str:
 
 def number(value: float | None, digits: int = 4) -> str:
     """A number for a table, an en dash where there is none."""
-    return "–" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+    return "–" if value is None or not math.isfinite(value) else plain(value, digits)
 
 
 def percent(value: float | None, digits: int = 2, sign: bool = True) -> str:

@@ -13,9 +13,11 @@ from femend.analysis.frf import shapes_at
 from femend.analysis.model_modes import model_modes
 from femend.bench.models import RIGID
 from femend.data import ModeSet
+from femend.data.bands import within_band
 from femend.dof import Dof
 from femend.errors import PairingError, PretestError
 from femend.model import Model
+from femend.numerals import plain
 from femend.pretest import TargetModes, target_modes
 from femend.study.bench_settings import PretestSettings
 
@@ -73,9 +75,13 @@ def found_targets(model: Model, settings: PretestSettings, zeta: float) -> Targe
     n = modes.n_modes - rigid
     if settings.band is not None:
         low, high = settings.band
-        at = np.flatnonzero((modes.freq >= max(low, 1e-9)) & (modes.freq <= high) & (np.arange(modes.n_modes) >= rigid))
+        at = np.flatnonzero(within_band(modes.freq, (max(low, 1e-9), high)) & (np.arange(modes.n_modes) >= rigid))
         if not at.size:
-            first = f"the first elastic one is at {modes.freq[rigid]:.4g} Hz" if n else "it has none below"
+            first = (
+                f"the first elastic one is at {plain(modes.freq[rigid])} Hz"
+                if n
+                else "it has none below: raise the end of the band"
+            )
             raise PretestError(f"[pretest] band: the model has no mode from {low:g} to {high:g} Hz; {first}")
     else:
         numbers = tuple(range(1, min(FIRST, n) + 1)) if settings.modes is None else settings.modes
@@ -106,7 +112,7 @@ def _seen(targets: Targets, dofs: Sequence[Dof]) -> None:
     unseen = np.flatnonzero(share < UNSEEN)
     if not unseen.size:
         return
-    said = ", ".join(f"{int(targets.at[i]) - targets.rigid + 1} at {targets.freq[i]:.4g} Hz" for i in unseen[:6])
+    said = ", ".join(f"{int(targets.at[i]) - targets.rigid + 1} at {plain(targets.freq[i])} Hz" for i in unseen[:6])
     ways = ", ".join(sorted({str(d.unsigned).split(":+")[1] for d in dofs}))
     rest = [str(int(t) - targets.rigid + 1) for i, t in enumerate(targets.at) if i not in unseen]
     raise PretestError(

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from femend.correlate import automac
 from femend.dof import Dof
 from femend.model import Model
+from femend.numerals import plain
 from femend.pretest import VirtualTest, suspension_points
 from femend.pretest.exciters import RESIDUE_MIN
 from femend.study.study import Study
@@ -200,5 +201,5 @@ def _advice(found: dict[str, Any], plan: Plan) -> str:
     said += [] if plan.explanations is None else plan.explanations.advice()
     missed = found["virtual_test"].get("missed")
     if missed:
-        said.append(f"the virtual test missed modes at {', '.join(f'{f:.4g}' for f in missed)} Hz")
+        said.append(f"the virtual test missed modes at {', '.join(plain(f) for f in missed)} Hz")
     return "; ".join(said)

@@ -11,7 +11,7 @@ import numpy as np
 from femend.bench.amplitudes import amplitude_table
 from femend.bench.page import Section, Table, figures, fixed, number, percent
 from femend.bench.run_compared import ComparedRun
-from femend.bench.run_result import in_order
+from femend.bench.runs import in_order
 from femend.bench.steps import write_csv
 from femend.report import plots
 from femend.report.content import Picture

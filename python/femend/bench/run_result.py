@@ -8,8 +8,10 @@ import numpy as np
 
 from femend.bench.amplitudes import amplitude_rows
 from femend.bench.run_compared import ComparedRun, OperatingResponse
+from femend.bench.runs import in_order
+from femend.numerals import plain
 
-__all__ = ["in_order", "run_advice", "run_result"]
+__all__ = ["run_advice", "run_result"]
 
 
 def run_result(c: ComparedRun) -> dict[str, Any]:
@@ -35,17 +37,12 @@ def run_result(c: ComparedRun) -> dict[str, Any]:
     }
 
 
-def in_order(order: float) -> str:
-    """What tells another order than 1."""
-    return "" if order == 1.0 else f" in order {order:g}"
-
-
 def run_advice(c: ComparedRun) -> str:
     """What to do about peaks that no mode of the model looks like; nothing where there are none."""
     lone = [f for i, f in enumerate(c.measured.peak_freq) if _mate(c, i) is None]
     if not lone:
         return ""
-    listed = ", ".join(f"{f:.4g}" for f in lone)
+    listed = ", ".join(plain(f) for f in lone)
     who = f"{c.measured.name!r}{in_order(c.measured.order)}"
     return (
         f"the operating shapes of {who} at {listed} Hz look like no mode of the model: an operating "

@@ -9,7 +9,7 @@ import numpy as np
 
 from femend.bench.counted_runs import CountedRun
 from femend.bench.run_compared import ComparedRun
-from femend.bench.run_result import in_order
+from femend.bench.runs import in_order
 from femend.estimate.updating import OrderDifferences, State, UpdateResult
 
 __all__ = ["run_name", "runs_result"]

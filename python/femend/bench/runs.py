@@ -10,17 +10,19 @@ from numpy.typing import NDArray
 
 from femend.bench.held import HeldShapes, held_shapes, known_unbalance
 from femend.data import ODS, Channel, Geometry, Recording
+from femend.data.bands import within_band
 from femend.diagnose.staged.prepare import RunData, run_data, tacho_warnings
 from femend.diagnose.staged.run_modes import mode_lines, too_short_for_modes
 from femend.dof import Dof
 from femend.errors import FemendError
 from femend.estimate.joint import Run, ods_frf
 from femend.io.recordings import read_modes
+from femend.numerals import plain
 from femend.signal import modal_peaks, peak_frequencies
 from femend.study.sound import with_warnings
 from femend.study.study import Study, StudyRecording
 
-__all__ = ["UPDATE", "MeasuredRun", "measured_runs", "without_runs"]
+__all__ = ["UPDATE", "MeasuredRun", "in_order", "measured_runs", "without_runs"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -112,7 +114,8 @@ def measured_runs(study: Study) -> tuple[tuple[MeasuredRun, ...], tuple[str, ...
     return (*found, *_together(held)), tuple(dict.fromkeys(passed))
 
 
-def _in(order: float) -> str:
+def in_order(order: float) -> str:
+    """What tells another `order` than 1."""
     return "" if order == 1.0 else f" in order {order:g}"
 
 
@@ -163,20 +166,22 @@ def _run_of(
     lines, step = mode_lines(data)
     low, high = band or (0.0, np.inf)
     sampled = USABLE * recording.time.rate
-    freq = lines[(lines >= low) & (lines <= min(high, sampled))]
+    freq = lines[within_band(lines, (low, min(high, sampled)))]
     if freq.size < FEWEST_LINES:
-        limits = f"the band {low:g} to {high:g} Hz of [correlation]" if band else f"the sampling up to {sampled:.4g} Hz"
+        limits = f"the sampling up to {plain(sampled)} Hz"
+        if band:
+            limits = f"the band {low:g} to {high:g} Hz of [correlation]"
         return (
-            f"{who} is not compared{_in(data.order)}: its {'speeds go' if data.order == 1.0 else 'order goes'} through "
-            f"{lines[0]:.4g} to {lines[-1]:.4g} Hz, of which {limits} holds {freq.size} lines, fewer than "
-            f"{FEWEST_LINES}"
+            f"{who} is not compared{in_order(data.order)}: its {'speeds go' if data.order == 1.0 else 'order goes'} "
+            f"through {plain(lines[0])} to {plain(lines[-1])} Hz, of which {limits} holds {freq.size} lines, fewer "
+            f"than {FEWEST_LINES}"
         )
     width = max(2.5 * step, WIDTH * float(data.rev_per_s.max()))
     shapes = ods_frf(data.run, data.y, freq, width, beside=beside)
     peaks, at, remarks = _peaks(data, freq, shapes.Y, shapes.sd)
     if lines[-1] > sampled:
         remarks.append(
-            f"order {data.order:g} is compared up to {freq[-1]:.4g} Hz, beyond which it is sampled too coarsely"
+            f"order {data.order:g} is compared up to {plain(freq[-1])} Hz, beyond which it is sampled too coarsely"
         )
     warnings = (*warnings, *(f"{who}: {r}" for r in remarks))
     return MeasuredRun(
@@ -221,12 +226,13 @@ def _peaks(
     noise = _noise(Y, sd)[lines]
     lost = noise > NOISY
     told = [
-        f"the peak at {f:.4g} Hz is not compared, {100 * share:.0f} % of its shape is noise"
+        f"the peak at {plain(f)} Hz is not compared, {100 * share:.0f} % of its shape is noise"
         for f, share in zip(at[lost], noise[lost], strict=True)
     ]
     if lost.all():
         told.append(
-            f"its operating shapes have no peak from {freq[0]:.4g} to {freq[-1]:.4g} Hz that stands out of the noise"
+            f"its operating shapes have no peak from {plain(freq[0])} to {plain(freq[-1])} Hz that stands out of the "
+            "noise"
         )
     return lines[~lost], at[~lost], told
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from femend.estimate.updating import MultiStart, Problem, Reduction, UpdateResult, design, multi_start, spans
 from femend.estimate.updating.multistart import SAME
+from femend.numerals import plain
 from femend.study.bench_settings import UpdatingSettings
 
 __all__ = ["Starts", "search_from_starts"]
@@ -85,10 +86,10 @@ class Starts:
             if i != self.at and len(m.result.unpaired()) <= lost and m.result.after.cost < cost + CLOSE
         ]
         for i, m in rivals[:3]:
-            values = ", ".join(f"{n} {v:.4g}" for n, v in list(m.result.values.items())[:6])
+            values = ", ".join(f"{n} {plain(v)}" for n, v in list(m.result.values.items())[:6])
             said.append(
-                f"minimum {i + 1} explains the data nearly as well (cost {m.result.after.cost:.4g}, that taken "
-                f"{cost:.4g}) with {values}: measure what tells them apart"
+                f"minimum {i + 1} explains the data nearly as well (cost {plain(m.result.after.cost)}, that taken "
+                f"{plain(cost)}) with {values}: measure what tells them apart"
             )
         n = len(self.many.starts)
         if self.together <= 1 and n > 1:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.errors import FemendError
 from femend.estimate.updating import Problem, ResponseSurface, response_surface
+from femend.numerals import plain
 from femend.study.bench_settings import UpdatingSettings
 
 __all__ = ["SurfaceStart", "start_on_surface"]
@@ -69,9 +70,9 @@ class SurfaceStart:
         """What a surface that is not to be believed asks for."""
         said = []
         if not self.taken:
-            what = f"costs {self.there:.4g}" if np.isfinite(self.there) else "has no solution"
+            what = f"costs {plain(self.there)}" if np.isfinite(self.there) else "has no solution"
             said.append(
-                f"the response surface's least point {what} in the models themselves, the deck {self.deck:.4g}: the "
+                f"the response surface's least point {what} in the models themselves, the deck {plain(self.deck)}: the "
                 "search began at the deck; narrow the bounds, or allow more starts"
             )
         elif self.left > POOR:

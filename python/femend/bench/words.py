@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from femend.bench.page import deviation, fixed, number, percent
-from femend.bench.run_result import in_order
 from femend.bench.run_update_content import run_lines
+from femend.bench.runs import in_order
 from femend.cli.table import table
+from femend.numerals import plain
 
 __all__ = ["correlation_text", "pretest_text", "update_text"]
 
@@ -108,8 +109,8 @@ def _estimates(result: dict[str, Any]) -> list[str]:
         cost = surface["cost"]
         parts += [
             "",
-            f"surface   {surface['points']} points, {100 * surface['left_of_variance']:.2g} % of the variance left; "
-            f"least point foretold {number(cost['foretold'])}, in the models {number(cost['there'])}, deck "
+            f"surface   {surface['points']} points, {plain(100 * surface['left_of_variance'], 2)} % of the variance "
+            f"left; least point foretold {number(cost['foretold'])}, in the models {number(cost['there'])}, deck "
             f"{number(cost['deck'])}; begun {'there' if surface['begun_there'] else 'at the deck'}",
         ]
     starts, posterior = result["starts"], result["posterior"]

@@ -10,6 +10,7 @@ import numpy as np
 from femend.cli.table import table
 from femend.data import FRF, Geometry, IdentifiedModes, Recording, Spectra, TimeData
 from femend.errors import DeckError, FormatError
+from femend.numerals import plain
 from femend.report.numbers import significant
 
 __all__ = ["inspect"]
@@ -100,7 +101,7 @@ def _modes_text(file: Path, modes: IdentifiedModes, geometry: Geometry | None, n
     nodes = len({d.node for d in modes.dofs})
     places = "" if geometry is None else f", coordinates of {len(geometry.ids)} nodes"
     head = f"{file}: {modes.n_modes} mode shapes (data sets 55) at {len(modes.dofs)} DOFs of {nodes} nodes{places}"
-    rows = [[str(i), f"{f:.5g}", f"{100 * z:.3g}"] for i, (f, z) in enumerate(zip(modes.freq, modes.zeta), start=1)]
+    rows = [[str(i), f"{f:.5g}", plain(100 * z, 3)] for i, (f, z) in enumerate(zip(modes.freq, modes.zeta), start=1)]
     told = "".join(f"\nnote: {note}" for note in notes)
     return f"{head}\n\n{table(['mode', 'Hz', 'damping %'], rows, 'rrr')}{told}"
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from femend.cli.table import table
 from femend.report import words
+from femend.report.headline import headline
 from femend.report.numbers import factor_as_percent, ratio
 
 __all__ = ["read_result", "summary"]
@@ -22,7 +23,7 @@ def read_result(out: Path) -> dict[str, Any]:
 
 def summary(result: Mapping[str, Any]) -> str:
     """Headline, verdict, findings with their certainty, parameters, fit figures, advice."""
-    parts = [words.headline(result), "", f"verdict   {words.verdict_name(str(result.get('verdict', '')))}"]
+    parts = [headline(result), "", f"verdict   {words.verdict_name(str(result.get('verdict', '')))}"]
     findings = words.rows(result.get("findings"))
     for finding in findings:
         if len(findings) > 1:  # else the headline says it

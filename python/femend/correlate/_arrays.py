@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.errors import CorrelationError
+from femend.numerals import plain
 
 __all__: list[str] = []
 
@@ -136,8 +137,8 @@ def weighted_fraction(numerator: NDArray[Any], denominator: NDArray[Any]) -> NDA
     value = ratio(numerator, denominator)
     if (value > 1.0 + _OVER).any():
         raise CorrelationError(
-            f"over this weight two shapes have the quotient {np.nanmax(value):.4g}, where 1 is the most: the weight is "
-            "not positive; take a mass matrix (reduced, not cut out), or none"
+            f"over this weight two shapes have the quotient {plain(np.nanmax(value))}, where 1 is the most: the weight "
+            "is not positive; take a mass matrix (reduced, not cut out), or none"
         )
     return np.clip(value, 0.0, 1.0)
 
@@ -163,8 +164,8 @@ def mass_matrix(M: Any, n_dof: int) -> Any:
         off, peak = np.abs(mass - mass.conj().T).max(), np.abs(mass).max()
     if off > _ASYMMETRY * peak:
         raise CorrelationError(
-            f"the mass matrix differs from its transpose by {off:.4g}, with {peak:.4g} its largest entry; give both "
-            "triangles of it"
+            f"the mass matrix differs from its transpose by {plain(off)}, with {plain(peak)} its largest entry; give "
+            "both triangles of it"
         )
     return sparse
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend.correlate._arrays import finite
 from femend.errors import CorrelationError
+from femend.numerals import plain
 
 __all__ = ["Alignment", "align_points"]
 
@@ -59,7 +60,7 @@ class Alignment:
 
     def __repr__(self) -> str:
         rms = float(np.sqrt(np.mean(self.distance**2)))
-        return "\n".join([f"Alignment({len(self.mate)} points, scale {self.scale:.6g}, rms {rms:.4g})", *self.notes])
+        return "\n".join([f"Alignment({len(self.mate)} points, scale {self.scale:.6g}, rms {plain(rms)})", *self.notes])
 
 
 def align_points(
@@ -226,5 +227,6 @@ def _point_notes(
             told |= {i, j}
     for i in off:
         if i not in told:
-            notes.append(f"test point {i} is {np.linalg.norm(xyz[i] - b[pairs[i]]):.4g} from its mate {int(pairs[i])}")
+            apart = float(np.linalg.norm(xyz[i] - b[pairs[i]]))
+            notes.append(f"test point {i} is {plain(apart)} from its mate {int(pairs[i])}")
     return notes

@@ -22,6 +22,7 @@ from femend.correlate._arrays import (
     with_square,
 )
 from femend.errors import CorrelationError
+from femend.numerals import plain
 
 __all__ = ["automac", "dac", "mac", "macx", "msf", "principal_cosines", "subspace_mac"]
 
@@ -163,6 +164,6 @@ def _weighted_square(x: NDArray[Any], heavy: NDArray[Any]) -> NDArray[np.float64
     value = np.real(np.sum(x.conj() * heavy, axis=-2))
     if (value < 0).any():
         raise CorrelationError(
-            f"the weight gives a shape the square {np.min(value):.4g}; a weight has to be symmetric and not negative"
+            f"the weight gives a shape the square {plain(np.min(value))}; a weight has to be symmetric and not negative"
         )
     return value

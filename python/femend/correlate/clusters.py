@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend.correlate._arrays import finite, shape_pair
 from femend.errors import CorrelationError
+from femend.numerals import plain
 
 __all__ = ["align_cluster", "close_groups"]
 
@@ -25,7 +26,9 @@ def close_groups(freq: ArrayLike, closeness: float) -> tuple[tuple[int, ...], ..
     """
     f = finite(freq, "the frequencies")
     if f.ndim != 1 or (f < 0).any():
-        raise CorrelationError(f"frequencies of shape {f.shape}, least {np.min(f):.4g} Hz; one per mode, from 0 Hz on")
+        raise CorrelationError(
+            f"frequencies of shape {f.shape}, least {plain(np.min(f))} Hz; one per mode, from 0 Hz on"
+        )
     order = np.argsort(f, kind="stable")
     values = f[order]
     rigid = _n_rigid(values)

@@ -18,6 +18,7 @@ from femend.correlate.misread import Misread
 from femend.correlate.mistaken_units import mistaken_as
 from femend.correlate.time_axis import KNOWN_RATES
 from femend.dof import Dof
+from femend.numerals import plain
 
 __all__ = [
     "Doubt",
@@ -51,8 +52,8 @@ _NEAR = 1.35
 
 @dataclass(frozen=True, slots=True)
 class Doubt:
-    """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign", "time axis", "twice" or
-    "exchanged"), the `channel` by name ("" for all), and the sentence.
+    """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign", "time axis", "twice",
+    "held", "unrelated" or "exchanged"), the `channel` by name ("" for all), and the sentence.
 
     `factor` is what is shown times what should be (-1 upside down), None where no factor is the mistake; `order` are
     the names of exchanged sensors, each of which shows what the next one should, the last what the first one should.
@@ -89,7 +90,8 @@ def level_doubts(
     for i in map(int, np.flatnonzero(enough) if enough.sum() > 2 else ()):
         own = float(of_sensor[i] / whole)
         if not 1 / ONE < own < ONE:
-            text = f"{outputs[i]} shows {own:.3g} times what the other sensors do, each against the model: {_hint(own)}"
+            text = f"{outputs[i]} shows {plain(own, 3)} times what the other sensors do, each against the model"
+            text += f": {_hint(own)}"
             told.append(Doubt("sensor level", outputs[i], text, suggested(own)))
     return told
 
@@ -97,8 +99,8 @@ def level_doubts(
 def _level(whole: float, n: int) -> Doubt:
     """The doubt about all responses per force, `whole` times those of the model at `n` sensors."""
     text = (
-        f"the responses per force are {whole:.3g} times those of the model as it stands (median over all lines of "
-        f"{n} sensor{'s' * (n > 1)}): {_hint(whole)}"
+        f"the responses per force are {plain(whole, 3)} times those of the model as it stands (median over all lines "
+        f"of {n} sensor{'s' * (n > 1)}): {_hint(whole)}"
     )
     return Doubt("level", "", text, suggested(whole))
 
@@ -115,8 +117,8 @@ def _of_two(ratio: FloatArray, outputs: Sequence[str]) -> list[Doubt]:
         own, its = float(ratio[i]), float(ratio[other])
         if not 1 / ONE < own < ONE and 1 / ALL < its < ALL:
             text = (
-                f"{outputs[i]} shows {own:.3g} times what the model as it stands does, {outputs[other]} {its:.3g} "
-                f"times: {_hint(own)}"
+                f"{outputs[i]} shows {plain(own, 3)} times what the model as it stands does, {outputs[other]} "
+                f"{plain(its, 3)} times: {_hint(own)}"
             )
             told.append(Doubt("sensor level", outputs[i], text, suggested(own)))
     return told
@@ -183,7 +185,7 @@ def exchange_doubts(found: Sequence[Exchange], outputs: Sequence[str]) -> list[D
             changed = "put in their places"
         text = (
             f"{who}: with their recordings {changed}, what contradicts the shapes of the model's modes falls to "
-            f"{100 * one.left:.2g} % of what it is: look at their cables and at the table of channels"
+            f"{plain(100 * one.left, 2)} % of what it is: look at their cables and at the table of channels"
         )
         told.append(Doubt("exchanged", names[0], text, order=names))
     return told
@@ -193,11 +195,13 @@ def misread_doubts(found: Sequence[Misread], outputs: Sequence[str]) -> list[Dou
     """Doubts about sensors of `outputs` (names) that look upside down or in other units where no force was measured."""
     told = []
     for one in found:
-        name, left = outputs[one.sensor], f"{100 * one.left:.2g} %"
+        name, left = outputs[one.sensor], f"{plain(100 * one.left, 2)} %"
         falls = f"what contradicts the shapes of the model's modes falls to {left} of what it is"
         size = abs(one.factor)
         if one.factor < 0:
-            also = "" if 1 / ONE < size < ONE else f", and it shows {size:.2g} times what the others do: {_hint(size)}"
+            also = ""
+            if not 1 / ONE < size < ONE:
+                also = f", and it shows {plain(size, 2)} times what the others do: {_hint(size)}"
             text = (
                 f"the sensor {name} looks reversed: with its sign changed, {falls}{also}: look at how it was mounted, "
                 "and turn its direction"
@@ -205,8 +209,8 @@ def misread_doubts(found: Sequence[Misread], outputs: Sequence[str]) -> list[Dou
             told.append(Doubt("sensor sign", name, text, -1.0 if 1 / ONE < size < ONE else -(suggested(size) or 1.0)))
         else:
             text = (
-                f"{name} shows about {size:.2g} times what the other sensors do, each against the shapes of the model: "
-                f"with that taken out, {falls}: {_hint(size)}"
+                f"{name} shows about {plain(size, 2)} times what the other sensors do, each against the shapes of the "
+                f"model: with that taken out, {falls}: {_hint(size)}"
             )
             told.append(Doubt("sensor level", name, text, suggested(size)))
     return told
@@ -233,11 +237,12 @@ def time_doubts(factor: float | None, dt: float) -> list[Doubt]:
     if factor is None:
         return []
     size = max(factor, 1 / factor)
-    of = next((f"{of} mistaken for each other give {known:.4g}; " for known, of in KNOWN_RATES if known == size), "")
+    of = next((f"{of} mistaken for each other give {plain(known)}; " for known, of in KNOWN_RATES if known == size), "")
     text = (
-        f"its responses have the shapes of the model at about {factor:.3g} times their frequencies, all of them: the "
-        f"time step of {dt:.4g} s looks {factor:.3g} times what it should be: {of}check the time axis and the rate of "
-        f"the recording, and if they are right the moduli and densities of the deck, which are off by {factor**2:.2g}"
+        f"its responses have the shapes of the model at about {plain(factor, 3)} times their frequencies, all of them: "
+        f"the time step of {plain(dt)} s looks {plain(factor, 3)} times what it should be: {of}check the time axis and "
+        f"the rate of the recording, and if they are right the moduli and densities of the deck, which are off by "
+        f"{plain(factor**2, 2)}"
     )
     return [Doubt("time axis", "", text, factor)]
 
@@ -279,9 +284,9 @@ def _hint(factor: float) -> str:
             "no unit does that, but a model that hardly moves there: check node and direction of force and sensors, "
             "and what the deck holds"
         )
-    where = "the unit and scale of the channels, [model] units, masses of the deck"
+    where = "the unit, quantity and scale of the channels, [model] units, masses of the deck"
     found = mistaken_as(factor, _NEAR)
     if found is None:
         return f"check {where}"
     known, of = found
-    return f"{of} mistaken for each other give {known if factor > 1 else 1 / known:.3g}; check {where}"
+    return f"{of} mistaken for each other give {plain(known if factor > 1 else 1 / known, 3)}; check {where}"

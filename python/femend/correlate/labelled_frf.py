@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femend.correlate.labelled import DofMatch, match_dofs
 from femend.correlate.responses import csac, csf, faac, frac
+from femend.data.bands import within_band
 from femend.data.frf import FRF
 from femend.dof import Dof
 from femend.errors import CorrelationError, PairingError, UnitError
@@ -50,7 +51,7 @@ class FrfComparison:
 
         Raises CorrelationError where no line lies there.
         """
-        inside = (self.matched.freq >= low) & (self.matched.freq <= high)
+        inside = within_band(self.matched.freq, (low, high))
         if not inside.any():
             raise CorrelationError(
                 f"no line lies from {low:g} to {high:g} Hz; the FRFs go from {self.matched.freq[0]:.6g} to "

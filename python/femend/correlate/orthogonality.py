@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend.correlate._arrays import gram, mass_matrix, mass_times, scaled, shape_pair, shapes
 from femend.errors import CorrelationError
+from femend.numerals import plain
 
 __all__ = ["cross_orthogonality", "orthogonality"]
 
@@ -52,7 +53,7 @@ def _modal_mass(x: NDArray[Any], heavy: NDArray[Any], which: str) -> NDArray[np.
     if not (mass > 0).all():
         mode = int(np.nonzero(~(mass > 0))[-1][0])
         raise CorrelationError(
-            f"mode {mode + 1} of the {which} set has the modal mass {np.min(mass):.4g}; M has to be positive on the "
+            f"mode {mode + 1} of the {which} set has the modal mass {plain(np.min(mass))}; M has to be positive on the "
             "shapes: take the mass of the DOFs that are compared, and leave out shapes that do not move there"
         )
     return mass

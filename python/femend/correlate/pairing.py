@@ -21,6 +21,8 @@ __all__ = ["ModePair", "ModePairing", "pair_modes"]
 _UNSEEN = 1e-14
 # Share of a mode's own MAC in what is assigned, so that the likeliest modes meet where agreement says nothing.
 _OWN_SHARE = 1e-3
+# A rival that agrees by less than this less is not told apart; shapes of a MAC above the other one are one shape.
+_NEAR, _ALIKE = 0.1, 0.9
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,7 +251,7 @@ def _notes(
         for i in unseen
     ]
     for p in pairs:
-        if p.rival > p.agreement - 0.1:
+        if p.rival > p.agreement - _NEAR:
             notes.append(
                 f"mode {p.a + 1} agrees with its mate {p.b + 1} by {p.agreement:.2f} and with another mode by "
                 f"{p.rival:.2f}: the DOFs compared hardly tell them apart"
@@ -257,7 +259,7 @@ def _notes(
     for k in sorted({p.cluster for p in pairs if p.cluster is not None}):
         mates = [p.a for p in pairs if p.cluster == k]
         alike = mac(a[:, mates], a[:, mates]) - np.eye(len(mates))
-        if alike.max(initial=0.0) > 0.9:
+        if alike.max(initial=0.0) > _ALIKE:
             listed = ", ".join(str(i + 1) for i in mates)
             notes.append(f"modes {listed} are alike at the DOFs compared (MAC {alike.max():.2f}): one mode seen twice?")
     return tuple(notes)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.data._arrays import frozen
 from femend.data.mode_set import ModeSet
+from femend.numerals import plain
 
 __all__ = ["ComplexModes", "PoleSet"]
 
@@ -104,13 +105,14 @@ class ComplexModes:
         if np.any(apart > 1e-4):
             mode = int(np.argmax(apart))
             raise ValueError(
-                f"left and right vector of mode {mode + 1} differ by {apart[mode]:.2g}: the matrices are not "
+                f"left and right vector of mode {mode + 1} differ by {plain(apart[mode], 2)}: the matrices are not "
                 "symmetric, or poles coincide; use left and modal_a"
             )
         return np.asarray(psi / np.sqrt(a / ratio))
 
     def __repr__(self) -> str:
         pairs = zip(self.modes.freq[:6], self.modes.zeta[:6], strict=True)
-        listed = ", ".join(f"{f:.4g} Hz ({100 * z:.3g} %)" for f, z in pairs) + (", …" if self.n_modes > 6 else "")
+        listed = ", ".join(f"{plain(f)} Hz ({plain(100 * z, 3)} %)" for f, z in pairs)
+        listed += ", …" if self.n_modes > 6 else ""
         real = f", {self.overdamped.n_poles} overdamped poles" if self.overdamped.n_poles else ""
-        return f"ComplexModes({self.n_modes} at {self.speed:.4g} rad/s: {listed}{real})"
+        return f"ComplexModes({self.n_modes} at {plain(self.speed)} rad/s: {listed}{real})"

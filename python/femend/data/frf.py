@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data._arrays import frozen
+from femend.data.bands import within_band
 from femend.data.channel import Channel
 from femend.dof import Dof
 from femend.errors import RecordingError
@@ -105,7 +106,7 @@ class FRF:
 
     def band(self, low: float, high: float) -> FRF:
         """The lines with low <= f <= high in Hz; raises RecordingError where none lies there."""
-        keep = (self.freq >= low) & (self.freq <= high)
+        keep = within_band(self.freq, (low, high))
         coherence = None if self.coherence is None else self.coherence[keep]
         return FRF(self.name, self.freq[keep], self.H[keep], self.outputs, self.inputs, self.kind, self.unit, coherence)
 

@@ -12,6 +12,7 @@ from femend.data._arrays import frozen
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
 from femend.errors import RecordingError
+from femend.numerals import plain
 
 __all__ = ["IDENTIFIED_SCALINGS", "IdentifiedModes", "real_shapes"]
 
@@ -178,5 +179,5 @@ class IdentifiedModes:
         }
 
     def __repr__(self) -> str:
-        listed = ", ".join(f"{f:.4g}" for f in self.freq[:6]) + (", …" if self.n_modes > 6 else "")
+        listed = ", ".join(plain(f) for f in self.freq[:6]) + (", …" if self.n_modes > 6 else "")
         return f"IdentifiedModes({self.n_modes} modes at {len(self.dofs)} DOFs: {listed} Hz; {self.scaling})"

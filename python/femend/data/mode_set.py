@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from femend.data._arrays import frozen
 from femend.dof import Dof
 from femend.errors import RecordingError
+from femend.numerals import plain
 
 __all__ = ["SCALINGS", "ModeSet"]
 
@@ -66,5 +67,5 @@ class ModeSet:
         }
 
     def __repr__(self) -> str:
-        listed = ", ".join(f"{f:.4g}" for f in self.freq[:6]) + (", …" if self.n_modes > 6 else "")
+        listed = ", ".join(plain(f) for f in self.freq[:6]) + (", …" if self.n_modes > 6 else "")
         return f"ModeSet({self.n_modes} modes at {len(self.dofs)} DOFs: {listed} Hz; {self.scaling} scaling)"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data._arrays import frozen
+from femend.data.bands import within_band
 from femend.data.channel import Channel
 from femend.data.frf import check_frequency_axis
 from femend.dof import Dof
@@ -109,7 +110,7 @@ class ODS:
 
     def band(self, low: float, high: float) -> ODS:
         """The lines with low <= f <= high in Hz; raises RecordingError where none lies between `low` and `high`."""
-        return self.lines((self.freq >= low) & (self.freq <= high))
+        return self.lines(within_band(self.freq, (low, high)))
 
     def select(self, rows: Sequence[int]) -> ODS:
         """The shapes of some channels, by position `rows`."""

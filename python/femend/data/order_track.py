@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from femend.data._arrays import frozen
 from femend.data.channel import Channel
 from femend.errors import RecordingError
+from femend.numerals import plain
 
 __all__ = ["OrderTrack"]
 
@@ -86,7 +87,7 @@ class OrderTrack:
         if bad.any():
             order, row, at = (int(i[0]) for i in np.nonzero(bad))
             raise RecordingError(
-                f"order track {self.name!r}: order {self.orders[order]:.4g} of {self.channels[row].text} is not a "
+                f"order track {self.name!r}: order {plain(self.orders[order])} of {self.channels[row].text} is not a "
                 f"number at {self.t[at]:.6g} s; leave the channel or the time out",
                 recording=self.name,
                 channel=self.channels[row].text,
@@ -105,7 +106,7 @@ class OrderTrack:
             best = int(own[np.argmin(np.abs(self.orders[own] - order))])
             if abs(float(self.orders[best]) - order) <= 1e-6 * max(1.0, abs(order)):
                 return best
-        there = ", ".join(f"{o:.4g}" for o in self.orders[own])
+        there = ", ".join(plain(o) for o in self.orders[own])
         raise KeyError(f"order {order:.6g} of shaft {shaft} was not tracked in {self.name!r}; there are {there}")
 
     def order(self, order: float, shaft: int = 0) -> NDArray[np.complex128]:
@@ -157,5 +158,5 @@ class OrderTrack:
     def __repr__(self) -> str:
         return (
             f"OrderTrack({self.name!r}: {self.n_orders} orders, {len(self.channels)} channels, {self.t.size} times, "
-            f"{self.speed.min():.4g} to {self.speed.max():.4g} rev/s, {self.method})"
+            f"{plain(self.speed.min())} to {plain(self.speed.max())} rev/s, {self.method})"
         )

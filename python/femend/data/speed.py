@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.data._arrays import frozen
 from femend.errors import SignalError
+from femend.numerals import plain
 
 __all__ = ["Speed"]
 
@@ -125,6 +126,6 @@ class Speed:
     def __repr__(self) -> str:
         low, high = self.band()
         return (
-            f"Speed({self.source!r}: {low:.4g} to {high:.4g} rev/s, {self.start:.4g} to {self.stop:.4g} s, "
+            f"Speed({self.source!r}: {plain(low)} to {plain(high)} rev/s, {plain(self.start)} to {plain(self.stop)} s, "
             f"{self.n_pulses} pulses, {self.missed} missed, {self.doubled} double)"
         )

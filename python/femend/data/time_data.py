@@ -77,10 +77,11 @@ class TimeData:
         row = int(np.flatnonzero(bad.any(axis=1))[0])
         sample = int(np.flatnonzero(bad[row])[0])
         count = int(bad[row].sum())
+        many = f"; {count} such samples" if count > 1 else ""
         channel = self.channels[row].text
         raise RecordingError(
             f"recording {self.name!r}: channel {channel} is {self.values[row, sample]} at "
-            f"{self.t0 + sample * self.dt:.6g} s (sample {sample}; {count} such samples); "
+            f"{self.t0 + sample * self.dt:.6g} s (sample {sample}{many}); "
             "cut the gap out of the recording or leave the channel out",
             recording=self.name,
             channel=channel,

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.stages import STAGES
 from femend.io import read_recording
 from femend.report import words
 
@@ -51,7 +52,7 @@ def held_out_errors(out: Path, folder: Path = _HERE / "held_out") -> list[HeldOu
     for path in sorted(folder.glob("*.uff")):
         recorded = responses(path)
         errors: dict[str, float | None] = {}
-        for stage in ("nominal", "parameters", "final"):
+        for stage in STAGES:
             predicted = out / "predictions" / stage / path.name
             errors[stage] = nrmse(responses(predicted), recorded) if predicted.is_file() else None
         found.append(HeldOut(path.stem, **errors))

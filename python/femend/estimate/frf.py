@@ -60,7 +60,8 @@ def frf_lines_of(data: FRF, column: int) -> FrfLines:
     freq = data.freq[keep]
     if len(freq) < STRETCH:
         raise RecordingError(
-            f"recording {data.name!r} has {len(freq)} frequency lines above 0 Hz; the fit needs at least {STRETCH}",
+            f"recording {data.name!r} has {len(freq)} frequency lines above 0 Hz; the fit needs at least "
+            f"{STRETCH}: take finer lines, or more of them",
             recording=data.name,
         )
     H = data.H[keep, :, column] * ((2j * np.pi * freq) ** ORDER[data.kind])[:, None]

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
+from femend.data.bands import within_band
+from femend.errors import RecordingError
 from femend.estimate.cut_off import cut_off, static_part
 from femend.estimate.frf import FrfLines, useful_band
 from femend.model import ReducedModel
@@ -158,7 +160,7 @@ def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
     """NRMSE that noise alone leaves: on all samples of a time record, on an FRF's lines in the band (Hz)."""
     if record.frf is None:
         return float(np.sqrt((record.noise**2).sum() * record.n / (record.y**2).sum()))
-    inside = (record.frf.freq >= band[0]) & (record.frf.freq <= band[1])
+    inside = within_band(record.frf.freq, band)
     return float(np.sqrt((record.frf.noise[inside] ** 2).sum() / (np.abs(record.frf.H[inside]) ** 2).sum()))
 
 
@@ -169,7 +171,7 @@ def band_power(record: FitRecord, band: tuple[float, float]) -> float:
     else:
         freq = np.asarray(np.fft.rfftfreq(record.n, record.dt), dtype=np.float64)
         amplitude = np.abs(np.fft.rfft(record.y, axis=1))
-    inside = (freq >= band[0]) & (freq <= band[1])
+    inside = within_band(freq, band)
     return float((amplitude[:, inside] ** 2).sum())
 
 
@@ -178,7 +180,7 @@ def used_band(records: list[FitRecord]) -> tuple[float, float]:
 
     A blow has power down to 0 Hz, where a structure that is held hardly accelerates: the band begins no lower than an
     octave below the first response that stands clear of the noise. Of FRFs, and where no force was recorded, it is the
-    band whose responses do.
+    band whose responses do. Raises RecordingError for a force that is hardly more than its mean.
     """
     low, high = [], []
     for r in records:
@@ -196,6 +198,12 @@ def used_band(records: list[FitRecord]) -> tuple[float, float]:
         share = np.cumsum((np.abs(np.fft.rfft(r.u, axis=1)) ** 2).sum(axis=0))
         share /= share[-1]
         begin, end = (float(freq[np.searchsorted(share, part)]) for part in (0.005, 0.99))
+        if end == 0:
+            raise RecordingError(
+                f"recording {r.name!r}: all but 1 % of the force's power is its mean, which excites nothing: take it "
+                "off before",
+                recording=r.name,
+            )
         if begin < REACHES_DOWN * end:
             begin = max(begin, BELOW_CLEAR * float(freq[_standing_clear(r, 0.0)[0]]))
         low.append(begin)
@@ -254,7 +262,7 @@ def spectral_lines(
     window = np.exp(-sigma * record.dt * np.arange(n))
     freq = np.asarray(np.fft.rfftfreq(n, record.dt), dtype=np.float64)
     step = max(1, int(round(sigma / (2 * np.pi) / freq[1] / 2)))
-    index = np.flatnonzero((freq >= band[0]) & (freq <= band[1]))
+    index = np.flatnonzero(within_band(freq, band))
     Ufull, Yfull = np.fft.rfft(u * window, axis=1), np.fft.rfft(y * window, axis=1)
     if limit is not None:
         step = max(step, -(-len(index) // limit))
@@ -286,7 +294,7 @@ def _of_frf(
     if frf.step == 0:
         sigma = 0.0
     H, passed = frf.damped(sigma) if sigma > 0 else (frf.H, 1.0)
-    index = np.asarray(np.flatnonzero((frf.freq >= band[0]) & (frf.freq <= band[1])), dtype=np.int64)
+    index = np.asarray(np.flatnonzero(within_band(frf.freq, band)), dtype=np.int64)
     step = max(1, int(round(sigma / (2 * np.pi) / frf.step / 2))) if sigma > 0 else 1
     if limit is not None:
         step = max(step, -(-len(index) // limit))

@@ -14,6 +14,7 @@ from femend.estimate.lines import FitRecord
 from femend.estimate.noise import fewest_samples, noise_of
 from femend.model import Model, Pairing, pair_sensors
 from femend.model.free_body import RIGID
+from femend.numerals import plain
 from femend.signal.hammer import blow_force
 
 __all__ = ["check_sampling", "fit_records", "frf_records", "pair_test", "period_of"]
@@ -78,18 +79,18 @@ def check_sampling(records: Sequence[FitRecord], band: tuple[float, float], freq
         if r.frf is not None:
             continue  # lines as they were measured: nothing was sampled here
         rate = 1 / r.dt
-        said = f"recording {r.name!r} is sampled at {rate:.4g} Hz"
+        said = f"recording {r.name!r} is sampled at {plain(rate)} Hz"
         if rate < SAMPLES_PER_CYCLE * band[1]:
             raise RecordingError(
-                f"{said}, the band of the fit recordings is {band[0]:.4g} to {band[1]:.4g} Hz: too slow for its end; "
-                f"record at {2.5 * band[1]:.4g} Hz or more, or leave the recording out{NOT_ITS_RATE}",
+                f"{said}, the band of the fit recordings is {plain(band[0])} to {plain(band[1])} Hz: too slow for its "
+                f"end; record at {plain(2.5 * band[1])} Hz or more, or leave the recording out{NOT_ITS_RATE}",
                 recording=r.name,
             )
         if elastic.size and elastic.min() > rate / 2:
             raise RecordingError(
-                f"{said} and its band is {band[0]:.4g} to {band[1]:.4g} Hz: too slow for the model, whose lowest mode "
-                f"is at {elastic.min():.4g} Hz; record at {2.5 * elastic.min():.4g} Hz or more, or correct the "
-                f"model{NOT_ITS_RATE}",
+                f"{said} and its band is {plain(band[0])} to {plain(band[1])} Hz: too slow for the model, whose lowest "
+                f"mode is at {plain(elastic.min())} Hz; record at {plain(2.5 * elastic.min())} Hz or more, or correct "
+                f"the model{NOT_ITS_RATE}",
                 recording=r.name,
             )
 
@@ -112,18 +113,22 @@ def _time_record(recording: Recording, model: Model, pairing: Pairing) -> FitRec
     n, least = y.shape[1], fewest_samples(len(u))
     if n < least:
         raise RecordingError(
-            f"recording {recording.name!r}: {n} samples, {n * dt:.3g} s, are too few to be fitted, which takes {least} "
-            "at least and should show several periods of the lowest mode: record longer, or leave the recording out",
+            f"recording {recording.name!r}: {n} samples, {plain(n * dt, 3)} s, are too few to be fitted, which takes "
+            f"{least} at least and should show several periods of the lowest mode: record longer, or leave the "
+            "recording out",
             recording=recording.name,
         )
     period = period_of(u if len(u) else y)
-    return FitRecord(recording.name, u, y, dt, *_rows(recording, model, pairing), noise_of(u, y, period), period)
+    rows = _rows(recording, model, pairing)
+    _refuse_unmoved(recording, recording.inputs if len(u) else (), rows[0], model)
+    return FitRecord(recording.name, u, y, dt, *rows, noise_of(u, y, period), period)
 
 
 def frf_records(recording: Recording, model: Model, pairing: Pairing) -> list[FitRecord]:
     """One record for every input of a recording of FRFs, called after it and, with several, the input's DOF."""
     data = recording.frf
     (into, in_signs), (out, out_signs) = (_at(channels, model, pairing) for channels in (data.inputs, data.outputs))
+    _refuse_unmoved(recording, data.inputs, into, model)
     done = []
     for j, channel in enumerate(data.inputs):
         lines = frf_lines_of(data, j)
@@ -134,6 +139,20 @@ def frf_records(recording: Recording, model: Model, pairing: Pairing) -> list[Fi
         rows = (into[[j]], out, in_signs[[j]], out_signs)
         done.append(FitRecord(name, u, size, 0.0, *rows, noise, frf=lines, recording=recording.name))
     return done
+
+
+def _refuse_unmoved(recording: Recording, inputs: Sequence[Channel], into: NDArray[np.int64], model: Model) -> None:
+    """Raises RecordingError where all the forces of a recording act on rows `into` that the model holds: nothing would
+    follow from them."""
+    if not len(into) or abs(model.transformation().tocsr()[into]).sum() > 0:
+        return
+    named = " and ".join(str(c.dof) for c in inputs)
+    raise RecordingError(
+        f"recording {recording.name!r}: the force {named} acts where the model cannot move, since the deck holds it "
+        "there: nothing follows from it; correct its node or direction, or the supports of the deck",
+        recording=recording.name,
+        channel=inputs[0].text,
+    )
 
 
 def _arrays(recording: Recording) -> tuple[FloatArray, FloatArray, float]:

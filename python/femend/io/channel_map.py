@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from femend.data import Channel
 from femend.dof import Dof, parse_direction
-from femend.errors import RecordingError
+from femend.errors import RecordingError, UnitError
 from femend.units import ROTATIONAL, parse_unit, quantity_factor, unit_system
 
 __all__ = ["CHANNEL_QUANTITIES", "ChannelMap", "converted"]
@@ -82,10 +82,13 @@ def converted(
     rotational = dof is not None and dof.is_rotation
     if channel.quantity == "tacho":
         return Channel(dof, "tacho", channel.unit, name), values * channel.scale
-    if channel.quantity == "strain":
-        factor = parse_unit(channel.unit).factor
-    else:
-        factor = quantity_factor(channel.quantity, channel.unit, rotational=rotational)
+    try:
+        if channel.quantity == "strain":
+            factor = parse_unit(channel.unit).factor
+        else:
+            factor = quantity_factor(channel.quantity, channel.unit, rotational=rotational)
+    except UnitError as error:
+        raise UnitError(f"channel {name!r}: {error}") from None
     own = system.factor(ROTATIONAL.get(channel.quantity, channel.quantity) if rotational else channel.quantity)
     text = system.text(channel.quantity, rotational=rotational)
     return Channel(dof, channel.quantity, text, name), values * (channel.scale * factor / own)

@@ -93,7 +93,7 @@ def read_modes(
     """
     path = Path(path)
     if not path.is_file():
-        raise FileNotFoundError(f"there is no file {path}")
+        raise FileNotFoundError(_no_file(path))
     if path.suffix.lower() not in _UNIVERSAL:
         return None
     if not any(raw.number == 55 for raw in scan(path.read_bytes(), str(path))):
@@ -103,6 +103,10 @@ def read_modes(
         return None
     modes, notes = identified_modes(file.modes, file.file)
     return modes, _geometry(file, units), (*file.notes, *notes)
+
+
+def _no_file(path: Path) -> str:
+    return f"{path} is a folder; name a file in it" if path.is_dir() else f"there is no file {path}"
 
 
 def _split_names(found: list[Recording]) -> list[Recording]:
@@ -124,7 +128,7 @@ def _read(
     unit_system(units)
     name = path.stem if name is None else name
     if not path.is_file():
-        raise FileNotFoundError(f"recording {name!r}: there is no file {path}")
+        raise FileNotFoundError(f"recording {name!r}: {_no_file(path)}")
     geometry = None
     if path.suffix.lower() in _UNIVERSAL:
         file = read_uff(path)

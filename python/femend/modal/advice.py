@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from femend.modal.indicators import lines_near
 from femend.modal.result import ModalTest
+from femend.numerals import plain
 
 __all__ = ["advice_on"]
 
@@ -15,7 +16,7 @@ def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str
     """Status ("ok", "doubtful", "no modes") and advice on `test`, whose fit `converged` and left residuals that go
     together over `correlation` lines. Raises nothing."""
     said = [check.message for check in test.checks if check.message]
-    band = f"{test.measured.freq[0]:.4g} to {test.measured.freq[-1]:.4g} Hz"
+    band = f"{plain(test.measured.freq[0])} to {plain(test.measured.freq[-1])} Hz"
     if not test.modes.n_modes:
         said.append(
             f"no mode was found from {band} in {test.measured.H.shape[1] * test.measured.H.shape[2]} FRFs; look at the "
@@ -100,7 +101,7 @@ def _driving_point_angle(test: ModalTest) -> NDArray[np.float64]:
 def _poor_modes(test: ModalTest) -> list[str]:
     said = []
     for r in range(test.modes.n_modes):
-        name = f"mode {r + 1} at {test.modes.freq[r]:.4g} Hz"
+        name = f"mode {r + 1} at {plain(test.modes.freq[r])} Hz"
         if test.mpc[r] < 0.8:
             said.append(
                 f"{name}: shape is complex (MPC {test.mpc[r]:.2f}, mean phase deviation {test.mpd[r]:.0f} degrees); "

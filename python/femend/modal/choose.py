@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from femend.modal.indicators import lines_near
 from femend.modal.lsfd import columns, stacked
 from femend.modal.refine import RefinedModes, refine_modes
+from femend.numerals import plain
 
 __all__ = ["DroppedMode", "choose_modes", "pole_deviations"]
 
@@ -204,8 +205,8 @@ def _worst(
         if abs(poles[r] - at[r]) > RIM * _reach(at)[r]:
             f, zeta = abs(at[r]) / (2 * np.pi), -at[r].real / abs(at[r])
             return int(r), (
-                f"not found twice: pLSCF has it at {f:.4g} Hz with damping {zeta:.2g}, the fit moves it away to "
-                f"{abs(poles[r]) / (2 * np.pi):.4g} Hz and {-poles[r].real / abs(poles[r]):.2g}, or further"
+                f"not found twice: pLSCF has it at {plain(f)} Hz with damping {plain(zeta, 2)}, the fit moves it away "
+                f"to {plain(abs(poles[r]) / (2 * np.pi))} Hz and {plain(-poles[r].real / abs(poles[r]), 2)}, or further"
             )
     return None
 
@@ -215,12 +216,12 @@ def _reason(r: int, freq: Real, fitted: RefinedModes, max_zeta: float) -> str:
     poles = fitted.fit.poles
     f, zeta = float(abs(poles[r]) / (2 * np.pi)), float(-poles[r].real / abs(poles[r]))
     if zeta > max_zeta or not freq[0] <= f <= freq[-1]:
-        return f"the fit moves it to {f:.4g} Hz with damping {zeta:.3g}"
+        return f"the fit moves it to {plain(f)} Hz with damping {plain(zeta, 3)}"
     f_sd, z_sd = (float(v[0]) for v in pole_deviations(poles[[r]], fitted.pole_cov[[r]]))
     if f_sd > 2 * zeta * f or z_sd > zeta:
-        return f"not certain: {f:.4g} ± {f_sd:.2g} Hz, damping {zeta:.2g} ± {z_sd:.2g}"
+        return f"not certain: {plain(f)} ± {plain(f_sd, 2)} Hz, damping {plain(zeta, 2)} ± {plain(z_sd, 2)}"
     other = _twin(r, fitted)
-    return f"not told apart from its neighbour at {other:.4g} Hz" if other else ""
+    return f"not told apart from its neighbour at {plain(other)} Hz" if other else ""
 
 
 def _twin(r: int, fitted: RefinedModes) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data import FRF, Geometry, IdentifiedModes, Recording
+from femend.data.bands import within_band
 from femend.dof import Dof
 from femend.errors import RecordingError
 from femend.modal.advice import advice_on
@@ -23,6 +24,9 @@ from femend.modal.stabilisation import Stabilisation, stabilise
 from femend.threads import one_blas_thread
 
 __all__ = ["identify_modes", "line_noise"]
+
+# lines of a band that modes are looked for in at least: fewer are explained by residual terms and a mode of noise
+FEWEST_LINES = 12
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -114,11 +118,12 @@ def line_noise(H: Complex) -> Real:
 def _used_lines(frf: FRF, band: tuple[float, float] | None) -> FRF:
     """The lines of the band without 0 Hz, where a residual term of the receptance has no value."""
     low, high = (float(frf.freq[0]), float(frf.freq[-1])) if band is None else band
-    keep = (frf.freq >= low) & (frf.freq <= high) & (frf.freq > 0)
-    if int(keep.sum()) < 12:
+    keep = within_band(frf.freq, (low, high)) & (frf.freq > 0)
+    if int(keep.sum()) < FEWEST_LINES:
         raise RecordingError(
             f"recording {frf.name!r}: {int(keep.sum())} lines lie in the band {low:.6g} to {high:.6g} Hz (the FRFs "
-            f"have {frf.n_freq} from {frf.freq[0]:.6g} to {frf.freq[-1]:.6g} Hz); a modal test needs at least 12",
+            f"have {frf.n_freq} from {frf.freq[0]:.6g} to {frf.freq[-1]:.6g} Hz); a modal test needs at least "
+            f"{FEWEST_LINES}; widen the band or take finer lines",
             recording=frf.name,
         )
     return frf.band(float(frf.freq[keep][0]), high)

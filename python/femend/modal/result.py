@@ -15,6 +15,7 @@ from femend.modal.choose import DroppedMode
 from femend.modal.lsfd import ModalFit, derivative_power, synthesise
 from femend.modal.scaling import DrivingPoint
 from femend.modal.stabilisation import Stabilisation
+from femend.numerals import plain
 
 __all__ = ["ModalTest"]
 
@@ -109,10 +110,10 @@ class ModalTest:
 
     def __repr__(self) -> str:
         return (
-            f"ModalTest({self.measured.name!r}: {self.modes.n_modes} modes {self.measured.freq[0]:.4g} to "
-            f"{self.measured.freq[-1]:.4g} Hz, resynthesis error {100 * self.error:.2g} %, {self.status})"
+            f"ModalTest({self.measured.name!r}: {self.modes.n_modes} modes {plain(self.measured.freq[0])} to "
+            f"{plain(self.measured.freq[-1])} Hz, resynthesis error {plain(100 * self.error, 2)} %, {self.status})"
         )
 
 
 def _text(values: Real | None, r: int, factor: float = 1.0) -> str:
-    return "-" if values is None or not np.isfinite(values[r]) else f"{factor * values[r]:.2g}"
+    return "-" if values is None or not np.isfinite(values[r]) else plain(factor * values[r], 2)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from femend.modal.plscf import PoleTable
+from femend.numerals import plain
 
 __all__ = ["LEVELS", "PoleCluster", "Stabilisation", "stabilise"]
 
@@ -174,6 +175,6 @@ def _cluster(table: PoleTable, rows: NDArray, orders: NDArray, settings: dict[st
     elif np.median(zeta) > settings["max_zeta"]:
         reason = f"damping {np.median(zeta):.2f} above {settings['max_zeta']:.2f}"
     elif freq_sd > settings["freq_tol"] * np.median(freq):
-        reason = f"scatters by {freq_sd:.3g} Hz over the orders"
+        reason = f"scatters by {plain(freq_sd, 3)} Hz over the orders"
     assert poles.size
     return PoleCluster(rows, pole, direction, presence, freq_sd, zeta_sd, not reason, reason)

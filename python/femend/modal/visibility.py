@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from femend.data import ModeSet
+from femend.data.bands import within_band
 from femend.dof import Dof
 from femend.errors import RecordingError
+from femend.numerals import plain
 
 __all__ = ["UnseenMode", "unseen_modes"]
 
@@ -51,12 +53,11 @@ def unseen_modes(
         largest = np.max(np.abs(modes.phi[rotation == rotation[row]]), axis=0)
         share = np.maximum(share, np.abs(modes.phi[row]) / np.where(largest > 0, largest, 1.0))
         named.append(str(dof))
-    low, high = (0.0, np.inf) if band is None else band
     found = []
-    for r in np.nonzero((share < least) & (modes.freq >= low) & (modes.freq <= high))[0]:
+    for r in np.nonzero((share < least) & within_band(modes.freq, (0.0, np.inf) if band is None else band))[0]:
         message = (
-            f"mode {r + 1} of the model at {modes.freq[r]:.4g} Hz cannot be seen from {', '.join(named)}: there it "
-            f"moves by {100 * share[r]:.2g} % of its largest component; add a reference where it moves"
+            f"mode {r + 1} of the model at {plain(modes.freq[r])} Hz cannot be seen from {', '.join(named)}: there it "
+            f"moves by {plain(100 * share[r], 2)} % of its largest component; add a reference where it moves"
         )
         found.append(UnseenMode(int(r) + 1, float(modes.freq[r]), float(share[r]), message))
     return tuple(found)

@@ -31,18 +31,12 @@ SPRING_SD = 3.0
 NOTHING_NEW = 1e-9
 
 
-def _g_rows(model: Model) -> NDArray[np.int64]:
-    """Rows of the g-set (n_a,) of a model's independent DOFs; a scalar point has its only one first."""
-    at = np.array([model.index(int(n)) for n in model.fe.dof_nodes], dtype=np.int64)
-    return np.asarray(6 * at + np.maximum(np.asarray(model.fe.dof_components, dtype=np.int64) - 1, 0))
-
-
 def _positions(free: Model, rows: Sequence[int]) -> NDArray[np.int64]:
     """Positions of DOFs `rows` of the g-set among the independent ones of the model without supports.
 
     Raises ModelError for one that nothing but the supports holds: a dependent DOF, or one held at its GRID.
     """
-    at = {int(g): i for i, g in enumerate(_g_rows(free))}
+    at = {int(g): i for i, g in enumerate(free.g_rows())}
     for row in rows:
         if int(row) not in at:
             dof = f"{int(free.node_ids[row // 6])} {AXES[row % 6]}"
@@ -54,7 +48,7 @@ def reactions(reduced: ReducedModel, rows: Sequence[int]) -> tuple[FloatArray, F
     """What held DOFs `rows` of the g-set take from the structure: their rows (n, r) of stiffness and mass in the basis,
     at the deck's values. Raises ModelError as `freed`."""
     free = reduced.model.unsupported
-    V = reduced.V[_g_rows(free)]
+    V = reduced.V[free.g_rows()]
     at = _positions(free, rows)
     K, M = (np.asarray(A.tocsr()[at] @ V) for A in free.matrices())
     return K, M
@@ -64,7 +58,7 @@ def own_stiffness(model: Model, rows: Sequence[int]) -> FloatArray:
     """Stiffness (n,) against the motion of each of the held DOFs `rows` by itself, all others held; 0 for those that
     more than an SPC set holds (their GRID, the rigid element they belong to)."""
     free = model.unsupported
-    at = {int(g): i for i, g in enumerate(_g_rows(free))}
+    at = {int(g): i for i, g in enumerate(free.g_rows())}
     diagonal = free.matrices()[0].diagonal()
     return np.array([diagonal[at[row]] if row in at else 0.0 for row in rows])
 
@@ -75,9 +69,9 @@ def freed(reduced: ReducedModel, rows: Sequence[int]) -> ReducedModel:
     Rows that move in the basis already stay as they are. Raises ModelError for a DOF that no SPC set holds.
     """
     free = reduced.model.unsupported
-    g = _g_rows(free)
+    g = free.g_rows()
     V_a = reduced.V[g]
-    own = _g_rows(reduced.model)
+    own = reduced.model.g_rows()
     new = [row for row in rows if not reduced.V[row].any()]
     if new:
         inside = np.flatnonzero(np.isin(g, own))

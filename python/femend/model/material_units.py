@@ -8,6 +8,7 @@ from pathlib import Path
 from femend import _core
 from femend.errors import DeckError
 from femend.model.deck_changes import real
+from femend.numerals import plain
 from femend.units import SYSTEMS, UnitSystem, unit_system
 
 __all__ = ["material_doubts"]
@@ -36,7 +37,7 @@ def material_doubts(deck: _core.Deck, units: str) -> list[str]:
     ):
         if values and not any(_plausible(v, quantity, limits, own) for v in values.values()):
             value = next(iter(values.values()))
-            wrong.append(f"a {what} of {value:.6g}, which is {_si(value, quantity, own):.3g} {unit}")
+            wrong.append(f"a {what} of {value:.6g}, which is {plain(_si(value, quantity, own), 3)} {unit}")
     if not wrong:
         return []
     others = [

@@ -103,7 +103,8 @@ def _compared(finer: Model, model: Model, f_max: float) -> MeshError:
     K, M = model.matrices()
     freq, phi = core_modes(K, M, f_max)
     finer_freq, finer_phi = core_modes(*finer.matrices(), FURTHER * f_max)
-    seen = np.asarray(finer.transformation().tocsr()[_common_rows(model)] @ finer_phi)
+    # the deck's nodes come first in the refined model, with the same rows
+    seen = np.asarray(finer.transformation().tocsr()[model.g_rows()] @ finer_phi)
     heavy = np.asarray(M @ seen)
     likeness = (phi.T @ heavy) ** 2 / np.maximum(np.einsum("ij,ij->j", seen, heavy), 1e-300)
     rows, columns = _paired(likeness)
@@ -115,12 +116,6 @@ def _compared(finer: Model, model: Model, f_max: float) -> MeshError:
     mac = likeness.max(axis=1, initial=0.0)
     mac[rows] = likeness[rows, columns]
     return MeshError(freq, refined, converged, mac)
-
-
-def _common_rows(model: Model) -> NDArray[np.int64]:
-    """Rows of the g-set (n_a,), of the deck's model and of the refined one alike, of the independent DOFs."""
-    at = np.array([model.index(int(n)) for n in model.fe.dof_nodes], dtype=np.int64)
-    return np.asarray(6 * at + np.maximum(np.asarray(model.fe.dof_components, dtype=np.int64) - 1, 0))
 
 
 def _paired(likeness: FloatArray) -> tuple[Sequence[int], Sequence[int]]:

@@ -174,6 +174,11 @@ class Model:
             out[[self.index(n) for n in self.fields.nodes.tolist()]] = self.fields.positions(values)
         return out
 
+    def g_rows(self) -> NDArray[np.int64]:
+        """Rows of the g-set (n_a,) of the independent DOFs; a scalar point has its only one first."""
+        at = np.array([self.index(int(n)) for n in self.fe.dof_nodes], dtype=np.int64)
+        return np.asarray(6 * at + np.maximum(np.asarray(self.fe.dof_components, dtype=np.int64) - 1, 0))
+
     def transformation(self) -> csc_array:
         """T (n_g, n_a) of u_g = T u_a."""
         from scipy.sparse import csc_array

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.errors import GeometryError, ModelError
+from femend.numerals import plain
 
 if TYPE_CHECKING:
     from femend.model.model import Model
@@ -56,8 +57,8 @@ def moved_nodes(model: Model, amplitudes: FloatArray) -> _core.MovedNodes:
     except GeometryError as error:
         share, last = _last_good(at, error)
     limits = {m.name: share * float(a) for m, a in zip(model.morphs, amplitudes, strict=True) if a}
-    told = ", ".join(f"{n!r} = {a:.4g}" for n, a in limits.items())
-    asked = ", ".join(f"{m.name!r} = {a:.4g}" for m, a in zip(model.morphs, amplitudes, strict=True) if a)
+    told = ", ".join(f"{n!r} = {plain(a)}" for n, a in limits.items())
+    asked = ", ".join(f"{m.name!r} = {plain(a)}" for m, a in zip(model.morphs, amplitudes, strict=True) if a)
     raise GeometryError(
         f"{last} (at {asked}; on this way all elements have a shape up to {told}: keep bounds inside, or let the field "
         "fade over more elements)",

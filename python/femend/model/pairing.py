@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from femend.data import Channel
 from femend.dof import Dof
 from femend.errors import PairingError
+from femend.numerals import plain
 
 __all__ = ["PAIRING_TOLERANCE", "Pair", "Pairing", "pair_sensors"]
 
@@ -37,7 +38,7 @@ class Pair:
         """How a report names the pair."""
         if self.by == "id":
             return f"{self.sensor}"
-        return f"{self.sensor} -> {self.dof} (nearest node, {self.distance:.4g} away)"
+        return f"{self.sensor} -> {self.dof} (nearest node, {plain(self.distance)} away)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +110,7 @@ def pair_sensors(
         pair = _pair(dof, ids, points, known, places, reach, tolerance)
         pairs[dof] = pair
         if pair.by == "nearest":
-            notes.append(f"sensor {dof} is paired with node {pair.dof.node}, {pair.distance:.4g} away")
+            notes.append(f"sensor {dof} is paired with node {pair.dof.node}, {plain(pair.distance)} away")
     return Pairing(tuple(pairs.values()), tuple(notes))
 
 
@@ -128,8 +129,8 @@ def _pair(
             return Pair(dof, dof, 0.0, "id")
         raise PairingError(
             f"sensor {dof}: node {dof.node} is not among the {ids.size} nodes of the model (ids {ids.min()} to "
-            f"{ids.max()}) and the recording has no coordinates for it; add data set 15 or 2411 to the universal file "
-            "or correct the node number"
+            f"{ids.max()}) and the recording has no coordinates for it; correct the node number, or add the sensor's "
+            "coordinates (data set 15 or 2411 of a universal file)"
         )
     distance = np.linalg.norm(points - np.asarray(at, dtype=np.float64), axis=1)
     nearest = int(np.argmin(distance))
@@ -137,8 +138,8 @@ def _pair(
         return Pair(dof, dof, float(distance[known[dof.node]]), "id")
     if distance[nearest] > reach:
         raise PairingError(
-            f"sensor {dof} at {tuple(float(f'{v:.4g}') for v in at)} is {distance[nearest]:.4g} from the nearest node "
-            f"{ids[nearest]}; the tolerance is {reach:.4g} ({100 * tolerance:g} % of the model's diagonal). Check the "
-            "units and the frame of the test geometry, or add a node to the model"
+            f"sensor {dof} at {tuple(float(f'{v:.4g}') for v in at)} is {plain(distance[nearest])} from the nearest "
+            f"node {ids[nearest]}; the tolerance is {plain(reach)} ({100 * tolerance:g} % of the model's diagonal). "
+            "Check the units and the frame of the test geometry, or add a node to the model"
         )
     return Pair(dof, Dof(int(ids[nearest]), dof.component, dof.sign), float(distance[nearest]), "nearest")

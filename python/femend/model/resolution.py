@@ -24,6 +24,7 @@ from femend.model.form_errors import MESH_SD, MODE_SD, basis_modes
 from femend.model.model import Model
 from femend.model.reduction import ReducedModel
 from femend.model.refined import QUADRATIC, SHELLS, is_linear
+from femend.numerals import plain
 
 __all__ = ["Resolution", "Unresolved", "mode_resolution", "unresolved"]
 
@@ -70,8 +71,8 @@ class Unresolved:
     def text(self) -> str:
         """The warning."""
         seen = (
-            f"the mesh has {self.points:.2g} points a wavelength at {self.freq:.3g} Hz, which puts a mode there "
-            f"{100 * self.error:+.2g} % off"
+            f"the mesh has {plain(self.points, 2)} points a wavelength at {plain(self.freq, 3)} Hz, which puts a mode "
+            f"there {plain(100 * self.error, 2, signed=True)} % off"
         )
         where = f"refine property {self.pid}" if self.pid else "refine the mesh"
         where += ", or let its masses be consistent (PARAM,COUPMASS,1)" if self.error < 0 else ""
@@ -80,8 +81,8 @@ class Unresolved:
         # of bending waves, whose length goes with the square root of the frequency
         there = self.points * np.sqrt(self.freq / self.limit)
         return (
-            f"{seen}; up to {self.limit:.3g} Hz it has {there:.2g} or more: lines above are left out, "
-            f"{100 * self.share:.2g} % of the recorded power; {where}"
+            f"{seen}; up to {plain(self.limit, 3)} Hz it has {plain(there, 2)} or more: lines above are left out, "
+            f"{plain(100 * self.share, 2)} % of the recorded power; {where}"
         )
 
 

@@ -8,6 +8,7 @@ from femend.dof import Dof
 from femend.errors import ModelError, SingularModelError
 from femend.model.model import Model
 from femend.model.negative import negative_values
+from femend.numerals import plain
 from femend.units import unit_system
 
 __all__ = ["no_solution", "told_of"]
@@ -36,7 +37,7 @@ def no_solution(model: Model) -> ModelError:
     """What is told where the mass of `model` is not positive: no modes follow from it."""
     return ModelError(
         f"the model has no modes, since its mass is not above 0 in every way it can move (its total is "
-        f"{model.fe.total_mass():.4g} {unit_system(model.units).text('mass')}): "
+        f"{plain(model.fe.total_mass())} {unit_system(model.units).text('mass')}): "
         + _values(model, "give the materials a density (RHO of MAT1), and look for negative masses (CONM2, CMASS2)")
     )
 

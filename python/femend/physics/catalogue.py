@@ -15,13 +15,8 @@ __all__ = ["CATALOGUE", "FAMILIES", "Domain", "Kind", "Parameter", "Physics", "a
 
 K, C, M = (1, -1, 0), (1, -1, 1), (1, -1, 2)
 _ONE = (0, 0, 0)
-
-
-def _p(
-    name: str, dims: tuple[float, float, float], domain: Domain = "positive", *, shape: bool = False, exponent: str = ""
-) -> Parameter:
-    return Parameter(name, dims, domain, shape, exponent)
-
+# the table below has many
+_p = Parameter
 
 _ALL = (
     Physics("support_stiffness", "stiffness", "an elastic support or spring where the model has none",

@@ -98,11 +98,3 @@ class Physics:
     def parameter_names(self) -> tuple[str, ...]:
         """Names in the order in which the core takes them."""
         return tuple(p.name for p in self.parameters)
-
-
-K, C, M = (1, -1, 0), (1, -1, 1), (1, -1, 2)
-_ONE = (0, 0, 0)
-
-
-def _p(name: str, dims: tuple[int, int, int], domain: Domain = "positive", *, shape: bool = False) -> Parameter:
-    return Parameter(name, dims, domain, shape)

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from femend.physics.entry import Domain, Kind, Parameter, Physics
+from femend.physics.entry import Kind, Parameter, Physics
 
 __all__ = ["EXTENDED"]
 
 _K, _ONE, _LENGTH, _FORCE = (1, -1, 0), (0, 0, 0), (0, 1, 0), (1, 0, 0)
 _TIME = (0, 0, 1)
-
-
-def _p(
-    name: str, dims: tuple[float, float, float], domain: Domain = "positive", *, shape: bool = False, exponent: str = ""
-) -> Parameter:
-    return Parameter(name, dims, domain, shape, exponent)
+# the tables below have many
+_p = Parameter
 
 
 def _law(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.errors import LawParameterError
+from femend.numerals import plain
 
 __all__ = ["check", "scaling", "states_along"]
 
@@ -68,7 +69,7 @@ def check(
     exact = np.array([[float(x) for x in outputs(*point)] for point in points])
     if not np.isfinite(exact).all():
         point = points[~np.isfinite(exact).all(axis=1)][0]
-        where = ", ".join(f"{label} = {x:.3g}" for label, x in zip(labels, point, strict=True))
+        where = ", ".join(f"{label} = {plain(x, 3)}" for label, x in zip(labels, point, strict=True))
         raise LawParameterError(f"law {name} is not finite at {where}", law=name)
     size = np.abs(exact).max(axis=0)
     if size[0] == 0:
@@ -115,7 +116,7 @@ def _compare(
     if not wrong.any():
         return
     i, k, j = np.argwhere(wrong)[0]
-    where = ", ".join(f"{label} = {x:.3g}" for label, x in zip(labels, points[i], strict=True))
+    where = ", ".join(f"{label} = {plain(x, 3)}" for label, x in zip(labels, points[i], strict=True))
     what = "force" if k == 0 else f"rate {k}"
     raise LawParameterError(
         f"law {name}: the derivative of its {what} over {labels[j]} is {found[i, k, j]:.6g} at {where}, "

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend.dof import Dof
 from femend.errors import PretestError
+from femend.numerals import plain
 
 __all__ = ["Placement", "effective_independence", "qr_placement"]
 
@@ -39,7 +40,8 @@ class Placement:
 
     def __repr__(self) -> str:
         return (
-            f"Placement({self.method}: {len(self.rows)} rows {self.rows.tolist()}; {self.measure} {self.score[-1]:.4g})"
+            f"Placement({self.method}: {len(self.rows)} rows {self.rows.tolist()}; {self.measure} "
+            f"{plain(self.score[-1])})"
         )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.errors import PretestError
+from femend.numerals import plain
 
 __all__ = ["TargetModes", "TargetRow", "energy_fractions", "target_modes"]
 
@@ -91,7 +92,7 @@ def target_modes(
         raise PretestError(f"{f.shape} frequencies and effective masses {m.shape}; one row per mode")
     whole = np.broadcast_to(np.asarray(total_mass, dtype=np.float64), (m.shape[1],))
     if not (whole > 0).all():
-        said = ", ".join(f"{v:.4g}" for v in sorted(set(whole.tolist())))
+        said = ", ".join(plain(v) for v in sorted(set(whole.tolist())))
         raise PretestError(
             f"the total mass of the model is {said}, and it has to be above 0: look for negative masses (CONM2, "
             "CMASS2) and for materials without a density (RHO of MAT1)"

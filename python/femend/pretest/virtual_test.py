@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from femend.analysis.frf import modal_frf
 from femend.correlate import ModePairing, pair_modes
 from femend.data import FRF, Channel, IdentifiedModes, ModeSet
+from femend.data.bands import within_band
 from femend.dof import Dof
 from femend.errors import PretestError, UpdatingError
 from femend.estimate.updating import (
@@ -26,6 +27,7 @@ from femend.estimate.updating import (
     update,
 )
 from femend.modal import ModalTest, identify_modes
+from femend.numerals import plain
 
 __all__ = ["VirtualTest", "virtual_frf", "virtual_test"]
 
@@ -70,11 +72,11 @@ class VirtualTest:
 
     def __repr__(self) -> str:
         lines = [f"virtual test: {len(self.found)} of {self.modes.n_modes} modes found"]
-        lines += [f"missed: mode {i + 1} at {self.modes.freq[i]:.4g} Hz" for i in self.missed]
+        lines += [f"missed: mode {i + 1} at {plain(self.modes.freq[i])} Hz" for i in self.missed]
         for r, truth, inside in self.parameters():
             lines.append(
-                f"{r.name:20} true {truth:.4g}, found {r.value:.4g} ± {r.sd:.2g}, learned {100 * r.learned:.0f} %"
-                + ("" if inside else "  beyond three deviations")
+                f"{r.name:20} true {plain(truth)}, found {plain(r.value)} ± {plain(r.sd, 2)}, learned "
+                f"{100 * r.learned:.0f} %" + ("" if inside else "  beyond three deviations")
             )
         return "\n".join([*lines, self.note] if self.note else lines)
 
@@ -133,9 +135,9 @@ def virtual_test(
     lines = np.asarray(freq, dtype=np.float64)
     whole = _modes_at(system, unknowns, values, zeta, sensors)
     f = whole.freq
-    band = (f >= lines[0]) & (f <= lines[-1])
+    band = within_band(f, (lines[0], lines[-1]))
     if not band.any():
-        raise PretestError(f"no mode lies between {lines[0]:g} and {lines[-1]:g} Hz; the first is at {f[0]:.4g} Hz")
+        raise PretestError(f"no mode lies between {lines[0]:g} and {lines[-1]:g} Hz; the first is at {plain(f[0])} Hz")
     modes = ModeSet(f[band], whole.zeta[band], whole.phi[:, band], whole.dofs)
     at = [whole.dofs[i] for i in exciters]
     test = identify_modes(virtual_frf(whole, whole.dofs, at, lines, noise=noise, seed=seed))

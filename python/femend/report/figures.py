@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.stages import STAGES
 from femend.report.content import FrfOverlay, Place, RestoringForce, TimeOverlay
 from femend.report.numbers import pretty_unit, ratio, significant
 from femend.report.svg import Axes, log_ticks, svg
@@ -16,7 +17,6 @@ __all__ = ["error_bars", "frf_figure", "interval", "places_figure", "restoring_f
 
 FloatArray = NDArray[np.float64]
 
-STAGES = ("nominal", "parameters", "final")
 _WIDTH = 520.0
 # degrees from a cut of the phase within which a value may come out on its other side
 NEAR_CUT = 45.0

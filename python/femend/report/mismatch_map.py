@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.numerals import plain
 from femend.report.content import MismatchMap
 from femend.report.mesh_view import drawn_mesh
 from femend.report.svg import svg
@@ -60,6 +61,6 @@ def _key(low: float) -> str:
             f'<rect class="key m{level}" x="{left + width * level:g}" y="{_HEIGHT:g}" width="{width:g}" height="12"/>'
         )
     for border in range(0, N_LEVELS + 1, 2):
-        text = f"{float(f'{100 * low ** (border / N_LEVELS):.2g}'):g} %"
+        text = f"{plain(100 * low ** (border / N_LEVELS), 2)} %"
         parts.append(f'<text x="{left + width * border:g}" y="{_HEIGHT + 28:g}" text-anchor="middle">{text}</text>')
     return "".join(parts)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
+from femend.numerals import plain
 from femend.report.entries import number, rows
 
 __all__ = ["FrequencyErrors", "frequency_errors"]
@@ -43,11 +44,11 @@ class FrequencyErrors:
         if not self.paired:
             return f"none of the {self.identified} identified modes has a counterpart (MAC above {PAIRED:g}) in it"
         without = f" ({unpaired} more without a counterpart)" if unpaired else ""
-        own = f", their own scatter is {100 * self.scatter:.2g} %" if math.isfinite(self.scatter) else ""
-        largest = f"{100 * self.largest:+.2g}".replace("-", "−")
+        own = f", their own scatter is {plain(100 * self.scatter, 2)} %" if math.isfinite(self.scatter) else ""
+        largest = plain(100 * self.largest, 2, signed=True).replace("-", "−")
         return (
-            f"its frequencies are {100 * self.typical:.2g} % off (median of {self.paired} identified "
-            f"mode{'s' * (self.paired != 1)}{without}; most {largest} % at {self.at:.4g} Hz){own}"
+            f"its frequencies are {plain(100 * self.typical, 2)} % off (median of {self.paired} identified "
+            f"mode{'s' * (self.paired != 1)}{without}; most {largest} % at {plain(self.at)} Hz){own}"
         )
 
     @property

@@ -9,9 +9,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import resources
 from typing import Any, TypeVar
 
+from femend.diagnose.stages import STAGES
+from femend.numerals import plain
 from femend.report import words
 from femend.report.content import LawRow, ParameterRow, ReportContent
 from femend.report.figures import error_bars, frf_figure, interval, places_figure, restoring_figures, trace_figure
+from femend.report.headline import final_error, headline
 from femend.report.mesh_view import static_picture, viewer_data
 from femend.report.mismatch_map import mismatch_figure
 from femend.report.numbers import factor_as_percent, ratio, significant
@@ -43,9 +46,9 @@ def render(content: ReportContent) -> str:
         staged=bool(content.result.get("stages")),
         verdict=str(content.result.get("verdict", "")),
         verdict_name=words.verdict_name(str(content.result.get("verdict", ""))),
-        headline=_unbroken(words.headline(content.result)),
+        headline=_unbroken(headline(content.result)),
         findings=_findings(content.result),
-        error=words.final_error(content.result),
+        error=final_error(content.result),
         fit=_fit_rows(content.result),
         mesh=mesh,
         mesh_json=Markup(_script_json(mesh)),
@@ -115,12 +118,11 @@ def _findings(result: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def _fit_rows(result: Mapping[str, Any]) -> list[dict[str, Any]]:
     table = words.rows(result.get("fit"))
-    stages = ("nominal", "parameters", "final")
-    values = [v for row in table for s in stages if (v := words.number(row.get(s))) is not None]
+    values = [v for row in table for s in STAGES if (v := words.number(row.get(s))) is not None]
     largest = max(values, default=1.0)
     shown = []
     for row in table:
-        per_stage = [(s, words.number(row.get(s))) for s in stages]
+        per_stage = [(s, words.number(row.get(s))) for s in STAGES]
         noise = words.number(row.get("noise_floor"))
         figure = {"noise": noise, "bars": error_bars(per_stage, noise, largest), **dict(per_stage)}
         shown.append({"recording": str(row.get("recording", "")), "role": str(row.get("role", "")), **figure})
@@ -157,8 +159,8 @@ def _parameter_rows(content: ReportContent) -> list[dict[str, Any]]:
             "name": row.name,
             "factor": f"{row.factor:.3f}",
             "change": factor_as_percent(row.factor),
-            "sd": "–" if not math.isfinite(row.sd) else f"{row.sd * 100:.2g} %",
-            "prior": "–" if row.prior_sd is None else f"{row.prior_sd * 100:.2g} %",
+            "sd": "–" if not math.isfinite(row.sd) else f"{plain(row.sd * 100, 2)} %",
+            "prior": "–" if row.prior_sd is None else f"{plain(row.prior_sd * 100, 2)} %",
             "z": "–" if row.z is None or not math.isfinite(row.z) else f"{row.z:+.1f}".replace("-", "−"),
             "far": row.z is not None and abs(row.z) > 3,
             "figure": interval(row.factor, row.sd, row.prior_sd),

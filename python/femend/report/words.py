@@ -1,4 +1,4 @@
-"""The diagnosis in plain words: names of physics, places, and the sentence at the top of the report.
+"""Names, places and values of a result in plain words.
 
 Works on the content of result.json alone, so that the command line and the page say the same.
 """
@@ -7,23 +7,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
-from femend.report.entries import Result, mapping, number, rows
-from femend.report.mode_words import FrequencyErrors, frequency_errors
-from femend.report.numbers import factor_as_percent, pretty_unit, quantity, ratio
+from femend.report.entries import mapping, number, rows
+from femend.report.numbers import pretty_unit, quantity
 from femend.report.vocabulary import DIRECTIONS, PARAMETERS, PHYSICS, VERDICTS
 
 __all__ = [
-    "BEYOND_NOISE",
-    "INTERRUPTED",
-    "ErrorGain",
     "by_importance",
     "certainty",
-    "final_error",
-    "headline",
     "mapping",
     "nodes_text",
     "number",
@@ -35,8 +28,6 @@ __all__ = [
     "span_text",
     "verdict_name",
 ]
-
-_CHANGED = {"parameters": "without and with the missing term", "nominal": "model as given and final model"}
 
 
 def verdict_name(verdict: str) -> str:
@@ -160,173 +151,6 @@ def certainty(probability: float | None) -> str:
         return "more than 99 % among the hypotheses tried"
     word = "" if probability >= 0.8 else ", tentative" if probability < 0.5 else ", not certain"
     return f"{probability * 100:.0f} % among the hypotheses tried{word}"
-
-
-# status of a run that was stopped before it could decide
-INTERRUPTED = "interrupted"
-# error of an updated model, in units of the noise, beyond which it cannot be said to explain the recordings
-BEYOND_NOISE = 1.5
-
-
-@dataclass(frozen=True)
-class ErrorGain:
-    """Mean NRMSE over the recordings that speak (`which`) before and after, what changed between, and their noise."""
-
-    which: str
-    stage: str
-    before: float
-    after: float
-    noise: float | None
-
-
-def error_gain(result: Result, before: str, after: str) -> ErrorGain | None:
-    """NRMSE at two stages (nominal, parameters, final), averaged over the held-out recordings.
-
-    Those used for the fit speak where nothing was held out; None where no figures are given.
-    """
-    for role, which in (("validate", "unseen recordings"), ("fit", "the fitted recordings")):
-        table = [r for r in rows(result.get("fit")) if r.get("role") == role]
-        pairs = [(number(r.get(before)), number(r.get(after))) for r in table]
-        known = [(b, a) for b, a in pairs if b is not None and a is not None]
-        if known:
-            noise = [v for v in (number(r.get("noise_floor")) for r in table) if v is not None]
-            changed = "after updating the parameters" if after == "parameters" else _CHANGED[before]
-            return ErrorGain(
-                which,
-                changed,
-                sum(b for b, _ in known) / len(known),
-                sum(a for _, a in known) / len(known),
-                sum(noise) / len(noise) if noise else None,
-            )
-    return None
-
-
-def final_error(result: Result) -> ErrorGain | None:
-    """The gain that belongs to the verdict: of the added physics where there is a finding, else of the update."""
-    if rows(result.get("findings")):
-        gain = error_gain(result, "parameters", "final")
-        return gain or error_gain(result, "nominal", "parameters")
-    return error_gain(result, "nominal", "parameters") or error_gain(result, "nominal", "final")
-
-
-def headline(result: Result) -> str:
-    """The one sentence an engineer takes away."""
-    verdict = str(result.get("verdict", ""))
-    findings = rows(result.get("findings"))
-    if verdict == "missing-physics" and findings:
-        return _missing(findings, result)
-    if verdict == "located-not-named" and findings:
-        return _located(findings[0], result)
-    if verdict in ("consistent", "parameters-only") and (by_modes := _by_modes(result)):
-        return by_modes
-    if verdict == "consistent":
-        return "Nothing is missing: the model as given explains the recordings" + _level(result) + "."
-    if verdict == "parameters-only":
-        updated = _updated(result)
-        gain = error_gain(result, "nominal", "parameters")
-        if gain is not None and gain.noise is not None and gain.after > BEYOND_NOISE * gain.noise:
-            return (
-                f"Nothing at one place is missing as far as these recordings tell, but the model{updated} leaves an "
-                f"error of {ratio(gain.after)} on {gain.which} where noise is {ratio(gain.noise)}: its mesh or "
-                "idealisation is off, or more than one thing is missing."
-            )
-        return (
-            f"Nothing is missing: the model explains the recordings{updated}{_gain(result, 'nominal', 'parameters')}."
-        )
-    if verdict == "undetermined" and result.get("status") == INTERRUPTED:
-        fit = _gain(result, "nominal", "parameters")
-        return f"Interrupted before it was decided whether something is missing; the parameters are updated{fit}."
-    if verdict == "undetermined" and any(not row.get("left_out") for row in rows(result.get("corrections"))):
-        return "The recordings have to be corrected before they can tell whether something is missing in the model."
-    if verdict == "undetermined" and (errors := _modes_alone(result)) is not None and errors.unlike:
-        return f"The modes cannot tell whether something is missing, since the model is not theirs: {errors.text}."
-    if verdict == "undetermined":
-        return "The recordings cannot tell whether something is missing in the model."
-    return f"{verdict_name(verdict)}." if verdict else "No verdict was reached."
-
-
-def _updated(result: Result) -> str:
-    moved = _moved(result)
-    return f" once updated ({moved})" if moved else " once its parameters are updated"
-
-
-def _modes_alone(result: Result) -> FrequencyErrors | None:
-    """The errors of frequencies of a study of which nothing but modes was compared; None of another one."""
-    return None if error_gain(result, "nominal", "nominal") else frequency_errors(result)
-
-
-def _by_modes(result: Result) -> str:
-    """The sentence for a model without findings of which nothing but modes was compared; empty for another one."""
-    errors = _modes_alone(result)
-    if errors is None:
-        return ""
-    how = " as given" if result.get("verdict") == "consistent" else _updated(result)
-    if errors.beyond:
-        return (
-            f"Nothing at one place is missing as far as these modes tell, but the model{how} does not explain them: "
-            f"{errors.text}; its mesh or idealisation is off, or more than one thing is missing."
-        )
-    return f"Nothing is missing as far as these modes tell: the model{how} explains them; {errors.text}."
-
-
-def _missing(findings: Sequence[Result], result: Result) -> str:
-    parts = []
-    for finding in findings:
-        parameters, physics = mapping(finding.get("parameters")), str(finding.get("physics", ""))
-        values = [
-            " ".join(parameter_text(name, entry, physics, with_sd=False))
-            for name, entry in _told(parameters, len(findings))
-        ]
-        what = physics_name(physics, parameters)
-        parts.append(", ".join([f"{what} {place_text(mapping(finding.get('location')))}", *values]))
-    return f"Missing: {'; and '.join(parts)}{_gain(result, 'parameters', 'final')}."
-
-
-def _told(parameters: Mapping[str, Any], n_findings: int) -> list[tuple[str, Any]]:
-    """What the headline says of a law: everything of a short one, the stiffnesses by axis of a long one, and nothing of
-    a long one that is not alone."""
-    every = [row for row in by_importance(parameters) if row[0] != "sides"]
-    by_axis = [row for row in every if re.fullmatch(r"k(_rot)?_[xyz]", row[0])]
-    if by_axis and n_findings > 1:
-        return []
-    return by_axis if by_axis and len(every) > len(by_axis) else every
-
-
-def _located(finding: Result, result: Result) -> str:
-    physics = str(finding.get("physics") or "")
-    what = physics_name(physics) if physics in PHYSICS else "something"
-    place = place_text(mapping(finding.get("location")))
-    gain = _gain(result, "parameters", "final")
-    if finding.get("class"):
-        what = f"a force ({finding['class']})"
-    elif physics in PHYSICS and finding.get("parameters"):
-        return f"Likeliest missing: {what} {place}, though it does not explain all that is left{gain}."
-    return f"The model lacks {what} {place}, but no law tried explains it well enough to be named{gain}."
-
-
-def _gain(result: Result, before: str, after: str) -> str:
-    gain = error_gain(result, before, after)
-    if gain is None:
-        return ""
-    kind = "prediction error" if gain.which == "unseen recordings" else "error"
-    decimals = 2 if min(gain.before, gain.after) >= 0.0095 else 3
-    return f"; {kind} on {gain.which} {gain.before:.{decimals}f} → {gain.after:.{decimals}f}"
-
-
-def _level(result: Result) -> str:
-    gain = error_gain(result, "nominal", "nominal")
-    if gain is None:
-        return ""
-    floor = f", noise {ratio(gain.noise)}" if gain.noise is not None else ""
-    return f" (error on {gain.which} {ratio(gain.before)}{floor})"
-
-
-def _moved(result: Result) -> str:
-    """The three parameters that moved most, with their change."""
-    rows = [(str(name), number(mapping(p).get("factor"))) for name, p in mapping(result.get("parameters")).items()]
-    known = [(name, f) for name, f in rows if f is not None and f > 0 and abs(f - 1.0) >= 0.005]
-    known.sort(key=lambda row: -abs(math.log(row[1])))
-    return ", ".join(f"{name} {factor_as_percent(factor)}" for name, factor in known[:3])
 
 
 def by_importance(parameters: Mapping[str, Any]) -> list[tuple[str, Any]]:

@@ -152,7 +152,7 @@ def _visible(
     x, seen = _strength(effect, goal, lambda x: _seen(at(x, loud) - base, loud))
     met = seen > 1.5 and seen * noise < 2 * LOUDEST if effect.fixed else 0.4 * goal < seen < 2.5 * goal
     if not met:
-        raise Unsuitable(f"seen at {seen:.2g} times the noise")
+        raise Unsuitable(f"seen at {seen:.1f} times the noise")
     responses = {r.name: at(x, r) for r in plan.replays}
     update = Update(plan, drawn, plain, loud, _over(plan, loud, rough=False))
     return effect, x, responses, seen, update.left(responses[loud.name] - base)

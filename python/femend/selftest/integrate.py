@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.errors import ConvergenceError
+from femend.numerals import plain
 from femend.selftest.laws import Friction, Law
 
 __all__ = ["ModalTruth", "integrate"]
@@ -152,7 +153,7 @@ def _march(
             f0, f1, z, d = stepper.step(known, z, d)
             x = R * x + Q[0] * f0 + Q[1] * f1
     if stepper.worst > _FAILED:
-        raise ConvergenceError(f"the truth's law left {stepper.worst:.2g} of its force unsolved; draw it again")
+        raise ConvergenceError(f"the truth's law left {plain(stepper.worst, 2)} of its force unsolved; draw it again")
     return states, force
 
 

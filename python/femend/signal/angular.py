@@ -12,6 +12,7 @@ from scipy.signal import firwin, get_window, resample_poly
 
 from femend.data import Channel, OrderTrack, Speed, TimeData
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.signal.check import notes_of
 from femend.signal.resample import sample_at
 
@@ -101,11 +102,12 @@ def _refuse_angles(data: TimeData, count: int, turn: int, slowest: float, at: fl
     """Refuses `count` samples over the angle, `turn` to a revolution, where they are too few or too many."""
     if count < turn:
         raise SignalError(
-            f"recording {data.name!r} holds {count / turn:.3g} revolutions; at least 1 is needed", recording=data.name
+            f"recording {data.name!r} holds {plain(count / turn, 3)} revolutions; at least 1 is needed",
+            recording=data.name,
         )
     if count > MOST:
         raise SignalError(
-            f"recording {data.name!r}: the slowest speed of {slowest:.4g} rev/s asks for {count} samples over the "
+            f"recording {data.name!r}: the slowest speed of {plain(slowest)} rev/s asks for {count} samples over the "
             f"angle, "
             f"more than {MOST}; cut the slow part away",
             recording=data.name,
@@ -149,15 +151,15 @@ def angular_orders(
     root = np.sqrt(window)[:, None]
     if np.linalg.cond(basis * root) > ONE_ORDER:
         raise SignalError(
-            f"recording {data.name!r}: orders {chosen.tolist()} cannot be told apart in {revolutions:.4g} revolutions; "
-            "take longer frames or the Vold-Kalman filter",
+            f"recording {data.name!r}: orders {chosen.tolist()} cannot be told apart in {plain(revolutions)} "
+            "revolutions; take longer frames or the Vold-Kalman filter",
             recording=data.name,
         )
     kernel = np.linalg.pinv(basis * root) * root.T
     fitted = _apply(over.values, kernel, n, starts)  # (n_ch, n_frames, 2 n_order + 1)
     values = fitted[..., : chosen.size] + 1j * fitted[..., chosen.size : 2 * chosen.size]
     values = values * np.exp(-1j * np.outer(over.angle[starts], chosen))
-    return _track(over, chosen, np.moveaxis(values, 2, 0), n, starts, f"angular, {revolutions:.4g} revolutions")
+    return _track(over, chosen, np.moveaxis(values, 2, 0), n, starts, f"angular, {plain(revolutions)} revolutions")
 
 
 def order_spectra(
@@ -194,8 +196,8 @@ def _frames(over: AngleData, revolutions: float, overlap: float) -> tuple[int, N
     n = int(round(revolutions * over.per_rev))
     if not 0 <= overlap < 1 or n < 2 or n > over.angle.size:
         raise SignalError(
-            f"recording {over.name!r} holds {over.angle.size / over.per_rev:.4g} revolutions; frames of "
-            f"{revolutions:.4g} "
+            f"recording {over.name!r} holds {plain(over.angle.size / over.per_rev)} revolutions; frames of "
+            f"{plain(revolutions)} "
             f"with an overlap of {overlap} do not fit, shorten them",
             recording=over.name,
         )

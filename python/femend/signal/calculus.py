@@ -11,6 +11,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from femend.data import Channel, TimeData
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.units import parse_unit
 
 __all__ = ["to_quantity"]
@@ -87,15 +88,15 @@ def _integrate(data: TimeData, x: FloatArray, times: int, high_pass: float | Non
     fc = 4 / data.duration if high_pass is None else float(high_pass)
     if not fc * data.duration >= 2:
         raise SignalError(
-            f"recording {data.name!r} of {data.duration:.6g} s has {max(fc, 0) * data.duration:.3g} periods of the "
-            f"high pass at {fc:.6g} Hz; integrate with at least {2 / data.duration:.4g} Hz",
+            f"recording {data.name!r} of {data.duration:.6g} s has {plain(max(fc, 0) * data.duration, 3)} periods of "
+            f"the high pass at {fc:.6g} Hz; integrate with at least {plain(2 / data.duration)} Hz",
             recording=data.name,
             time=data.t0,
         )
     if fc * data.dt < SLOWEST:
         raise SignalError(
             f"recording {data.name!r}: a high pass at {fc:.6g} Hz is too low to integrate {data.rate:.6g} Hz in "
-            f"double precision; resample to {fc / SLOWEST:.4g} Hz at most, or take {SLOWEST * data.rate:.4g} Hz",
+            f"double precision; resample to {plain(fc / SLOWEST)} Hz at most, or take {plain(SLOWEST * data.rate)} Hz",
             recording=data.name,
         )
     n = x.shape[1]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.data import Channel, TimeData
 from femend.errors import SignalError
+from femend.numerals import plain
 
 __all__ = ["FAULTS", "Fault", "check_signals", "find_gaps", "notes_of", "require_duration", "require_sound"]
 
@@ -65,7 +66,7 @@ def check_signals(data: TimeData) -> tuple[Fault, ...]:
         peers = [i for i, c in enumerate(data.channels) if c.quantity == channel.quantity and rms[i] > 0]
         typical = float(np.median(rms[peers]))
         if len(peers) >= 3 and rms[row] < WEAK * typical and channel.quantity not in QUIET:
-            text = f"has an rms of {rms[row]:.3g}, the median of its quantity is {typical:.3g}"
+            text = f"has an rms of {plain(rms[row], 3)}, the median of its quantity is {plain(typical, 3)}"
             faults.append(_fault(data, row, "weak", 0, data.n_samples, text))
         faults += _runs(data, row, channel)
     return tuple(faults)
@@ -112,8 +113,9 @@ def require_duration(data: TimeData, lowest: float, periods: float = 5.0) -> Tim
         raise SignalError(f"a lowest frequency of {lowest} Hz is none; it must be positive", recording=data.name)
     if data.duration * lowest < periods:
         raise SignalError(
-            f"recording {data.name!r} of {data.duration:.6g} s holds {data.duration * lowest:.3g} periods of the "
-            f"lowest wanted frequency {lowest:.6g} Hz; it takes {periods:.3g}, so record {periods / lowest:.4g} s",
+            f"recording {data.name!r} of {data.duration:.6g} s holds {plain(data.duration * lowest, 3)} periods of the "
+            f"lowest wanted frequency {lowest:.6g} Hz; it takes {plain(periods, 3)}, so record "
+            f"{plain(periods / lowest)} s",
             recording=data.name,
             time=data.t0,
         )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.data import FRF, Channel, TimeData
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.signal.blocks import Blocks, cut_blocks
 from femend.signal.check import notes_of
 from femend.signal.windows import Window
@@ -142,7 +143,10 @@ def frf_kind(name: str, channels: Sequence[Channel], ins: list[int], outs: list[
     if not ins or not outs:
         there = ", ".join(c.text for c in channels[:12])
         what = "force channel" if not ins else "response with a DOF"
-        raise SignalError(f"recording {name!r} has no {what}; its channels are {there}", recording=name)
+        raise SignalError(
+            f"recording {name!r} has no {what}; its channels are {there}: add one with node and direction",
+            recording=name,
+        )
     labels = {(channels[i].quantity, channels[i].unit) for i in outs}
     if len(labels) > 1 or next(iter(labels))[0] not in KINDS:
         raise SignalError(
@@ -192,7 +196,8 @@ def _refuse_one_input(
         at = float(freq[int(np.flatnonzero(bad)[0])])
         raise SignalError(
             f"recording {name!r}: the inputs {names} move as one on {int(bad.sum())} of {bad.size} lines (first "
-            f"{at:.6g} Hz, condition {condition.max():.3g}); drive them with independent signals or leave one out",
+            f"{at:.6g} Hz, condition {plain(condition.max(), 3)}); drive them with independent signals or leave one "
+            "out",
             recording=name,
             channel=channels[ins[1]].text,
         )

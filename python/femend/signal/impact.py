@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.data import FRF, Channel, TimeData
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.signal.blocks import Blocks, density_scale
 from femend.signal.frf import FrfEstimate, frf_of_blocks
 from femend.signal.windows import exponential_window, force_window
@@ -41,7 +42,7 @@ class Hit:
 
     def __str__(self) -> str:
         verdict = "kept" if self.kept else "rejected: " + "; ".join(self.reasons)
-        return f"hit at {self.time:.4f} s in {self.record!r}, {self.peak:.4g} peak, {verdict}"
+        return f"hit at {self.time:.4f} s in {self.record!r}, {plain(self.peak)} peak, {verdict}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,8 +96,8 @@ def find_hits(
     level = max(RISE * x.max(), OVER_NOISE * noise)
     if not x.max() > max(level, 0.0):
         raise SignalError(
-            f"recording {data.name!r}: the force {channel} peaks at {x.max():.4g}, {x.max() / max(noise, 1e-300):.3g} "
-            "times its noise; there is no hit in it",
+            f"recording {data.name!r}: the force {channel} peaks at {plain(x.max())}, "
+            f"{plain(x.max() / max(noise, 1e-300), 3)} times its noise; there is no hit in it",
             recording=data.name,
             channel=channel,
         )
@@ -107,7 +108,7 @@ def find_hits(
         first = int(at) - int(round(before * n))
         reasons = _reasons(data, row, x, int(at), first, n, double, full_scale)
         if x[at] < FEEBLE * median:
-            reasons.append(f"peak of {x[at]:.4g} against a median of {median:.4g}")
+            reasons.append(f"peak of {plain(x[at])} against a median of {plain(median)}")
         start = data.t0 + first * data.dt
         time = data.t0 + int(at) * data.dt
         hits.append(Hit(data.name, time, float(x[at]), start, not reasons, tuple(reasons)))

@@ -8,6 +8,7 @@ from scipy.signal import find_peaks
 
 from femend.data import FRF, ODS, OrderTrack, TimeData
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.signal.blocks import block_length, cut_blocks
 from femend.signal.check import notes_of
 from femend.signal.windows import Window, make_window
@@ -75,7 +76,7 @@ def ods_of_order(track: OrderTrack, order: float, step: float | None = None, *, 
     assert track.usable is not None
     keep = track.usable[k]
     if not keep.any():
-        raise SignalError(f"order {order:.4g} of {track.name!r} is usable at no time", recording=track.name)
+        raise SignalError(f"order {plain(order)} of {track.name!r} is usable at no time", recording=track.name)
     freq, values, speed = track.freq[k, keep], track.values[k][:, keep], track.speed[keep]
     width = max(float(np.ptp(freq)) * 8 / max(freq.size, 8), 1e-9) if step is None else float(step)
     if not width > 0:

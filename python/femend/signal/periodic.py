@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data import FRF, TimeData
+from femend.data.bands import within_band
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.signal.frf import KINDS, frf_kind
 
 __all__ = ["PeriodicEstimate", "find_period", "periodic_frf"]
@@ -194,7 +196,7 @@ def _excited(
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     power = (np.abs(U.mean(axis=1)) ** 2).sum(axis=(0, 1))
     low, high = (freq[1], freq[-2]) if band is None else band
-    inside = (freq >= low) & (freq <= high)
+    inside = within_band(freq, (low, high))
     excited = inside & (power > EXCITED * power[1:].max())
     if not excited.any():
         raise SignalError(
@@ -221,7 +223,7 @@ def _solved(
         if condition.max() > 1e6:
             raise SignalError(
                 f"recording {data.name!r}: the {n_in} forces of a realisation are not independent (condition "
-                f"{condition.max():.3g}); change their signs or phases from record to record",
+                f"{plain(condition.max(), 3)}); change their signs or phases from record to record",
                 recording=data.name,
             )
     inverse = np.linalg.inv(U)

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 
 from femend.data import ODS, Speed, TimeData
+from femend.data.bands import within_band
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.signal.check import notes_of
 
 __all__ = ["run_up_shapes"]
@@ -66,8 +68,9 @@ def run_up_shapes(
     force = (2 * np.pi * rev) ** power * np.exp(1j * order * angle)
     freq, G = _deconvolved(data.values[rows][:, inside], force, (low, high), keep, data.dt)
     step = max(1, int(round(1 / (4 * keep * freq[1]))))
-    lines = np.flatnonzero((freq >= low) & (freq <= high))[::step]
+    lines = np.flatnonzero(within_band(freq, (low, high)))[::step]
     at = freq[lines] / order
+    said = f"steady state deconvolved from a run of {plain(span)} s, memory {plain(keep)} s"
     return ODS(
         data.name,
         freq[lines],
@@ -77,7 +80,7 @@ def run_up_shapes(
         None,
         float(order),
         at,
-        notes=(*speed.notes, *faults, f"steady state deconvolved from a run of {span:.4g} s, memory {keep:.4g} s"),
+        notes=(*speed.notes, *faults, said),
     )
 
 
@@ -85,9 +88,9 @@ def _memory(data: TimeData, span: float, memory: float | None) -> float:
     keep = span / 8 if memory is None else float(memory)
     if not 0 < keep <= LONGEST * span:
         raise SignalError(
-            f"recording {data.name!r}: responses of {keep:.4g} s cannot be told apart in a run of {span:.4g} s; "
+            f"recording {data.name!r}: responses of {plain(keep)} s cannot be told apart in a run of {plain(span)} s; "
             f"at most "
-            f"{LONGEST * span:.4g} s",
+            f"{plain(LONGEST * span)} s",
             recording=data.name,
         )
     return keep
@@ -116,7 +119,7 @@ def _band(data: TimeData, rev: FloatArray, order: float, band: tuple[float, floa
     low, high = max(low, lowest), min(high, highest, 0.48 * data.rate)
     if not high > low:
         raise SignalError(
-            f"recording {data.name!r}: order {order:.4g} passes {lowest:.6g} to {highest:.6g} Hz; nothing of it "
+            f"recording {data.name!r}: order {plain(order)} passes {lowest:.6g} to {highest:.6g} Hz; nothing of it "
             f"lies in "
             f"the band wanted and below {0.48 * data.rate:.6g} Hz",
             recording=data.name,
@@ -138,7 +141,7 @@ def _gated(
     The band's own edges ring on both sides of every lag; a gate between two lags is a convolution over the lines, done
     on Y conj(U) and |U|^2 alike, so that no division meets a line without force.
     """
-    inside = (freq >= band[0] * 0.5) & (freq <= band[1] * 1.5)
+    inside = within_band(freq, (0.5 * band[0], 1.5 * band[1]))
     lag = np.arange(size) * dt
     fall = 0.5 * keep
     gate = np.where(lag <= keep, 1.0, np.where(lag < keep + fall, 0.5 + 0.5 * np.cos(np.pi * (lag - keep) / fall), 0.0))

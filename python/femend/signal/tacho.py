@@ -10,6 +10,7 @@ from scipy.interpolate import BSpline, CubicSpline
 
 from femend.data import Speed, TimeData
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.signal.curve import smooth_curve
 from femend.signal.pulses import PulseTrain, find_edges, repair_pulses
 from femend.signal.waveform import align_waveform, samples_per_pulse
@@ -117,7 +118,7 @@ class _Fit:
         rev = self.curve.derivative()(t / self.interval) / (self.ppr * self.interval)
         if rev.min() <= 0:
             at = float(t[np.argmin(rev)])
-            message = f"{source}: the smoothed speed is {rev.min():.4g} rev/s at {at:.6g} s; smooth more"
+            message = f"{source}: the smoothed speed is {plain(rev.min())} rev/s at {at:.6g} s; smooth more"
             raise SignalError(message, time=at)
         events = self.train.events
         notes = tuple(f"{text} at {time:.4f} s" for time, text in events[:20])

@@ -14,6 +14,7 @@ from scipy.signal import get_window
 
 from femend.data import Speed, TimeData
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.signal.angular import AngleData, resample_angle
 from femend.signal.tacho import speed_from_profile
 
@@ -74,7 +75,7 @@ def refine_speed(
         if good.sum() < max(3, FRAMES * good.size):
             raise SignalError(
                 f"recording {data.name!r}: orders {chosen.tolist()} of the speed {rough.source!r} stand out by "
-                f"{gain.max():.2g} nepers at most and above {seen_from:.2g} in {good.sum()} of {good.size} "
+                f"{plain(gain.max(), 2)} nepers at most and above {plain(seen_from, 2)} in {good.sum()} of {good.size} "
                 f"frames; check the rough speed, span and orders",
                 recording=data.name,
             )
@@ -87,7 +88,8 @@ def refine_speed(
         current = speed_from_profile(times, rev, source=f"orders near {rough.source}")
         reach = max(SHRINK * reach, 2 * fine)
     half = 0.5 * revolutions / float(current.at(np.array([0.5 * (seen[0] + seen[1])]))[0][0])
-    note = f"orders are seen from {max(seen[0] - half, rough.start):.4g} to {min(seen[1] + half, rough.stop):.4g} s"
+    first, last = max(seen[0] - half, rough.start), min(seen[1] + half, rough.stop)
+    note = f"orders are seen from {plain(first)} to {plain(last)} s"
     return replace(current, notes=(*current.notes, note, "no tacho: phases against the shaft are unknown"))
 
 
@@ -99,9 +101,9 @@ def _scores(
     hop = max(1, n // 4)
     if over.angle.size < n + 2 * hop:
         raise SignalError(
-            f"recording {over.name!r} holds {over.angle.size / over.per_rev:.4g} revolutions, fewer than three "
+            f"recording {over.name!r} holds {plain(over.angle.size / over.per_rev)} revolutions, fewer than three "
             f"frames of "
-            f"{revolutions:.4g}; shorten them",
+            f"{plain(revolutions)}; shorten them",
             recording=over.name,
         )
     starts = np.arange(0, over.angle.size - n + 1, hop)

@@ -12,6 +12,7 @@ from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 
 from femend.data import OrderTrack, Speed, TimeData
 from femend.errors import SignalError
+from femend.numerals import plain
 from femend.signal.check import notes_of
 
 __all__ = ["vold_kalman"]
@@ -81,7 +82,7 @@ def vold_kalman(
         out_freq < USABLE * data.rate,
         shafts,
         left,
-        f"Vold-Kalman, {poles} poles, bandwidth {width.min():.4g} to {width.max():.4g} Hz",
+        f"Vold-Kalman, {poles} poles, bandwidth {plain(width.min())} to {plain(width.max())} Hz",
         (*dict.fromkeys(note for s in speeds for note in s.notes), *faults),
     )
 
@@ -93,7 +94,7 @@ def _usable(data: TimeData, orders: FloatArray, freq: FloatArray) -> NDArray[np.
     if nowhere.size:
         worst = int(nowhere[0])
         raise SignalError(
-            f"recording {data.name!r}: order {orders[worst]:.4g} lies from {freq[worst].min():.6g} Hz on, above "
+            f"recording {data.name!r}: order {plain(orders[worst])} lies from {freq[worst].min():.6g} Hz on, above "
             f"{USABLE} of the sampling rate {data.rate:.6g} Hz; leave the order out or sample faster",
             recording=data.name,
         )
@@ -159,8 +160,8 @@ def _refuse_short(data: TimeData, times: FloatArray, width: FloatArray) -> None:
     turns = float(width.mean() * (times[-1] - times[0]))
     if turns < 2:
         raise SignalError(
-            f"recording {data.name!r}: {times[-1] - times[0]:.4g} s with a speed are too short for a bandwidth of "
-            f"{width.mean():.4g} Hz, which needs {2 / width.mean():.4g} s; widen the bandwidth or record longer",
+            f"recording {data.name!r}: {plain(times[-1] - times[0])} s with a speed are too short for a bandwidth of "
+            f"{plain(width.mean())} Hz, which needs {plain(2 / width.mean())} s; widen the bandwidth or record longer",
             recording=data.name,
             time=float(times[0]),
         )
@@ -243,8 +244,8 @@ def _solve(
         found = cho_solve_banded((cholesky_banded(band, lower=True), True), right)
     except LinAlgError:
         raise SignalError(
-            f"recording {name!r}: the {n_order} orders cannot be told apart anywhere in {times[-1] - times[0]:.4g} s; "
-            "track fewer, or with a smaller bandwidth",
+            f"recording {name!r}: the {n_order} orders cannot be told apart anywhere in {plain(times[-1] - times[0])} "
+            "s; track fewer, or with a smaller bandwidth",
             recording=name,
         ) from None
     left = x.copy()

@@ -11,6 +11,7 @@ from femend.study import tables
 from femend.study.curves import frf_overlays, restoring_force, time_overlays
 from femend.study.frf_curves import measured_frf_overlays
 from femend.study.picture import markers, mesh_picture
+from femend.study.references import references
 
 if TYPE_CHECKING:
     from femend.study.run import StudyRun
@@ -43,7 +44,7 @@ def report_content(run: StudyRun, info: dict[str, Any]) -> ReportContent:
         parameters=tables.parameters(run),
         checks=tables.checks(run),
         run=info,
-        references=tables.references(run),
+        references=references(run),
         notes=tables.notes(run),
     )
 

@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 from femend.correlate.doubts import suggested
 from femend.correlate.mistaken_units import mistaken_as
 from femend.data import Recording, Test
+from femend.data.bands import within_band
 from femend.diagnose.predict import predict_frf, predict_model
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.errors import FemendError
 from femend.estimate import FitRecord, fit_records
 from femend.model import Model, Pairing
+from femend.numerals import plain
 from femend.study.mended import mended, sensors_of, without
 from femend.study.plausible import Doubted
 
@@ -63,22 +65,23 @@ class Correction:
     def text(self) -> str:
         """What to correct, and what that does."""
         doubt = self.doubted.doubt
+        factor = doubt.factor or 1.0
         if doubt.kind == "time axis":
-            factor = doubt.factor or 1.0
-            off = f"{max(factor, 1 / factor):.3g} times too {'long' if factor >= 1 else 'short'}"
+            off = f"{plain(max(factor, 1 / factor), 3)} times too {'long' if factor >= 1 else 'short'}"
             what = f"the time step of {' and '.join(self.doubted.recordings)} is about {off}"
         elif doubt.kind == "level":
-            what = f"the responses, or the force, are off by a factor {doubt.factor:.4g}"
+            what = f"the responses, or the force, are off by a factor {plain(factor)}"
         elif doubt.order:
             circle = " in a circle, each with the next" if len(doubt.order) > 2 else ""
             what = f"the sensors {', '.join(doubt.order[:-1])} and {doubt.order[-1]} are exchanged{circle}"
         elif doubt.kind == "sensor level":
-            what = f"the sensor {doubt.channel} shows {doubt.factor:.4g} times what it should"
+            what = f"the sensor {doubt.channel} shows {plain(factor)} times what it should"
         else:
             what = f"the {doubt.kind.removesuffix(' sign')} {doubt.channel} is reversed"
         if self.before is None or self.after is None:
             return what
-        return f"{what} (error against the updated model {self.before:.2g} as recorded, {self.after:.2g} corrected)"
+        before, after = plain(self.before, 2), plain(self.after, 2)
+        return f"{what} (error against the updated model {before} as recorded, {after} corrected)"
 
     def as_dict(self, left_out: bool) -> dict[str, Any]:
         """The entry of result.json."""
@@ -294,8 +297,7 @@ def _squares(start: UpdatedModel, record: FitRecord) -> FloatArray:
     at = (start.problem, start.null.hypothesis, start.null.p, np.zeros(0), record)
     if record.frf is None:
         return _sums(predict_model(*at), record.y)
-    low, high = start.problem.band
-    inside = (record.frf.freq >= low) & (record.frf.freq <= high)
+    inside = within_band(record.frf.freq, start.problem.band)
     return _sums(predict_frf(*at)[inside].T, record.frf.H[inside].T)
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.data import Channel
+from femend.data.bands import within_band
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.recovered import Recovered, recover
@@ -76,8 +77,7 @@ def frf_overlays(run: StudyRun) -> tuple[FrfOverlay, ...]:
         return ()
     u = record.u[int(np.argmax(record.u.std(axis=1)))]
     freq, measured = frf_estimate(u, record.y, record.dt, record.period)
-    low, high = run.diagnosis.problem.band
-    inside = np.flatnonzero((freq >= low) & (freq <= high))
+    inside = np.flatnonzero(within_band(freq, run.diagnosis.problem.band))
     inside = inside[:: max(1, -(-len(inside) // DRAWN))]
     if len(inside) < 2:
         return ()

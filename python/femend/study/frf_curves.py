@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from femend.data.bands import within_band
 from femend.report.content import FrfOverlay
 from femend.study.predictions import STAGES, Prediction
 
@@ -30,8 +31,7 @@ def _overlays(prediction: Prediction, drawn: tuple[str, ...]) -> list[FrfOverlay
     frf = prediction.frf
     if frf is None:
         return []
-    low, high = prediction.band
-    inside = np.flatnonzero((frf.freq >= low) & (frf.freq <= high))
+    inside = np.flatnonzero(within_band(frf.freq, prediction.band))
     inside = inside[:: max(1, -(-len(inside) // DRAWN))]
     return [
         FrfOverlay(

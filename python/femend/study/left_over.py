@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from femend.report.words import BEYOND_NOISE
+from femend.numerals import plain
+from femend.report.headline import BEYOND_NOISE
 
 __all__ = ["left_beside", "left_over"]
 
@@ -21,9 +22,9 @@ def left_over(verdict: str, fit: Sequence[Mapping[str, Any]]) -> str:
     if worst is None or times < BEYOND_NOISE:
         return ""
     return (
-        f"the updated model leaves {times:.2g} times the noise of {worst['recording']}, which no law at one place "
-        "explains clearly enough to be told; the mesh or the idealisation may leave that much: refine the mesh and see "
-        "whether it shrinks, or record more sensors"
+        f"the updated model leaves {plain(times, 2)} times the noise of {worst['recording']}, which no law at one "
+        "place explains clearly enough to be told; the mesh or the idealisation may leave that much: refine the mesh "
+        "and see whether it shrinks, or record more sensors"
     )
 
 
@@ -34,9 +35,9 @@ def left_beside(verdict: str, fit: Sequence[Mapping[str, Any]]) -> str:
     if verdict != "missing-physics" or worst is None or times < BESIDE_LAWS:
         return ""
     return (
-        f"with what is told the model still leaves {100 * worst['final']:.2g} % of {worst['recording']}, {times:.2g} "
-        "times its noise: something else that was not found shows there, or motion that depends on its past too much "
-        "to be followed; predictions of such recordings are that far off"
+        f"with what is told the model still leaves {plain(100 * worst['final'], 2)} % of {worst['recording']}, "
+        f"{plain(times, 2)} times its noise: something else that was not found shows there, or motion that depends on "
+        "its past too much to be followed; predictions of such recordings are that far off"
     )
 
 

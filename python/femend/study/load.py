@@ -26,7 +26,7 @@ from femend.study.schema import ChannelTable, ParameterTable, RecordingTable, St
 from femend.study.study import AS_MODELLED, Configuration, Study, StudyRecording
 from femend.study.toml_hint import toml_hint
 from femend.study.wrong_type import wrong_type
-from femend.units import SYSTEMS, parse_unit, quantity_factor
+from femend.units import QUANTITIES, ROTATIONAL, SYSTEMS, parse_unit, quantity_factor
 
 __all__ = ["FORMAT", "load_study"]
 
@@ -69,7 +69,7 @@ class _Checker:
         path = (path if path.is_absolute() else self.file.parent / path).resolve()
         if not path.is_file():
             what = "is a folder, not a file" if path.is_dir() else "does not exist"
-            there = sorted(p.name for p in path.parent.iterdir()) if path.parent.is_dir() else []
+            there = sorted(p.name for p in path.parent.iterdir() if p != path) if path.parent.is_dir() else []
             raise self.fail(
                 key,
                 f"{path} {what}{_nearest(path.name, there)}; correct the name, paths are relative to "
@@ -79,8 +79,9 @@ class _Checker:
 
 
 def _nearest(value: str, known: typing.Iterable[str]) -> str:
-    close = difflib.get_close_matches(value, list(known), n=1, cutoff=0.5)
-    return f"; did you mean {close[0]!r}?" if close else ""
+    by_small = {name.lower(): name for name in known}
+    close = difflib.get_close_matches(value.lower(), list(by_small), n=1, cutoff=0.5)
+    return f"; did you mean {by_small[close[0]]!r}?" if close else ""
 
 
 def _table_of(kind: Any) -> type[msgspec.Struct] | None:
@@ -146,7 +147,8 @@ def load_study(path: str | os.PathLike[str], *, recordings: bool = True, use: st
     try:
         data = tomllib.loads(file.read_bytes().decode("utf-8-sig"))
     except tomllib.TOMLDecodeError as error:
-        raise check.fail("", f"is not valid TOML: {error}{toml_hint(str(error), file)}") from None
+        other = "" if file.suffix == ".toml" else "; a study is a .toml file, which names its deck and its recordings"
+        raise check.fail("", f"is not valid TOML: {error}{toml_hint(str(error), file)}{other}") from None
     except UnicodeDecodeError as error:
         raise check.fail("", f"is not UTF-8 text (byte {error.start}); save it as UTF-8") from None
     if "format" in data and data["format"] != FORMAT:
@@ -260,6 +262,8 @@ def _channel(check: _Checker, table: ChannelTable, key: str) -> ChannelMap:
     if table.quantity != "tacho" and (table.node is None or table.direction is None):
         missing = "node" if table.node is None else "direction"
         raise check.fail(f"{key}.{missing}", f"is missing; a channel of {table.quantity} needs node and direction")
+    if table.node is not None and table.node < 1:
+        raise check.fail(f"{key}.node", f"{table.node} is no number of a node; they begin with 1")
     rotational = False
     if table.direction is not None:
         try:
@@ -269,12 +273,17 @@ def _channel(check: _Checker, table: ChannelTable, key: str) -> ChannelMap:
     if not (math.isfinite(table.scale) and table.scale != 0):
         raise check.fail(f"{key}.scale", f"{table.scale:g} is not a finite factor other than 0")
     try:
-        if table.quantity == "tacho":
-            pass
-        elif "/" in table.unit and table.quantity != "force":
-            parse_unit(table.unit)  # may be the unit of an FRF column, such as m/s^2/N
-        else:
+        if not _per_force(table.quantity, table.unit, rotational):
             quantity_factor(table.quantity, table.unit, rotational=rotational)
     except UnitError as error:
         raise check.fail(f"{key}.unit", str(error)) from None
     return ChannelMap(table.source, table.node, table.direction, table.quantity, table.unit, table.scale)
+
+
+def _per_force(quantity: str, unit: str, rotational: bool) -> bool:
+    """Whether `unit` is that of an FRF's column, a response over a force or a moment such as m/s^2/N."""
+    if quantity in ("tacho", "force"):
+        return False
+    dims = QUANTITIES[ROTATIONAL.get(quantity, quantity) if rotational else quantity]
+    over = (QUANTITIES["force"], QUANTITIES["moment"])
+    return parse_unit(unit).dims in [tuple(a - b for a, b in zip(dims, o, strict=True)) for o in over]

@@ -10,6 +10,7 @@ import numpy as np
 from femend.data import Channel, Test
 from femend.model import Model, Pairing
 from femend.model.places import held_rows
+from femend.numerals import plain
 from femend.report.content import Marker, MeshPicture
 from femend.units import unit_system
 
@@ -85,7 +86,7 @@ def _markers(channels: Iterable[Channel], model: Model, pairing: Pairing) -> tup
 
 def _label(channel: Channel, distance: float) -> str:
     name = channel.name or str(channel.dof)
-    return f"{name}, {distance:.3g} away" if distance > 0 else name
+    return f"{name}, {plain(distance, 3)} away" if distance > 0 else name
 
 
 def _vector(axis: Sequence[float] | np.ndarray) -> tuple[float, float, float]:

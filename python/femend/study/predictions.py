@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data import FRF, Channel, Recording, Test, TimeData
+from femend.data.bands import within_band
 from femend.diagnose import Diagnosis
 from femend.diagnose.stages import STAGES, stages
 from femend.estimate import FitRecord
@@ -58,7 +59,7 @@ class Prediction:
             raise ValueError(f"recording {self.name!r} holds no responses to compare with")
         if self.frf is None:
             return nrmse(self.stages[stage], self.recorded)
-        inside = (self.frf.freq >= self.band[0]) & (self.frf.freq <= self.band[1])
+        inside = within_band(self.frf.freq, self.band)
         return nrmse(self.stages[stage][inside], self.recorded[inside])
 
 

@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from femend.numerals import plain
+
 if TYPE_CHECKING:
     from femend.study.study import Parameter
 
@@ -34,15 +36,16 @@ def _doubt(parameter: Parameter) -> str:
         else "usual are 0.02 to 0.3 (0.1, which is 10 %, without it)"
     )
     if sd >= (WIDE_JOINT if joint else WIDE):
-        within = f"within a factor of {math.exp(sd):.2g}" if sd < 20 else "not at all"
+        within = f"within a factor of {plain(math.exp(sd), 2)}" if sd < 20 else "not at all"
         meant = f"; {sd:g} % is {sd / 100:g}" if PER_CENT[0] <= sd <= PER_CENT[1] else ""
         return (
-            f"{who} is a share of the deck's value, {100 * sd:.4g} %, which says that {parameter.property} is known "
+            f"{who} is a share of the deck's value, {plain(100 * sd)} %, which says that {parameter.property} is known "
             f"{within}, and leaves it to the recordings alone{meant}; {usual}"
         )
     if sd < NARROW:
         return (
-            f"{who} is a share of the deck's value, {100 * sd:.2g} %, not a value in its unit: {parameter.property} "
-            f"can hardly move, and what is off in it is looked for elsewhere; {usual}, or leave the parameter out"
+            f"{who} is a share of the deck's value, {plain(100 * sd, 2)} %, not a value in its unit: "
+            f"{parameter.property} can hardly move, and what is off in it is looked for elsewhere; {usual}, or leave "
+            "the parameter out"
         )
     return ""

@@ -6,50 +6,38 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
-from femend.diagnose.calibration import CALIBRATION
-from femend.diagnose.candidates import Candidate, standard_deviations
-from femend.diagnose.locate import Located
-from femend.diagnose.next_sensor import next_sensor
+from femend.diagnose.candidates import standard_deviations
 from femend.diagnose.power import untold
-from femend.diagnose.ranked import Ranked, tempered
 from femend.estimate import FitRecord, noise_floor
-from femend.model import Place
-from femend.model.places import Topology, stretches, topology
-from femend.physics import FitCoordinates, physics
-from femend.report.vocabulary import DIRECTIONS
-from femend.report.words import INTERRUPTED
+from femend.report.headline import INTERRUPTED
+from femend.study.findings import ALSO, findings, rounded
 from femend.study.left_over import left_beside, left_over
 from femend.study.predictions import STAGES, Prediction
-from femend.study.told import told
-from femend.units import UnitSystem, unit_system
 
 __all__ = ["result_of"]
 
 FORMAT = "femend-diagnosis/1"
-# places that are said to be possible too
-ALSO = 5
 SIMULATED = (
     "the recordings follow the deck's own mesh, its errors included, to the noise and better than a refined one: no "
     "structure does, so they look simulated with this deck, which was taken as it is; for recordings of a structure "
     "linear shells and solids are refined first"
 )
-# laws that are listed beside the named one
-ALTERNATIVES = 5
-# what estimates are off by beside what noise explains, relative: factors of the model, parameters of a law, and those
-# of one whose place is not told from others; set on generated cases (seed 1) for 90 % intervals that hold nine of ten
-OFF_MODEL, OFF_LAW, OPEN_PLACE = 0.03, 0.15, 0.5
+# what estimates of the model's factors are off by beside what noise explains, relative; set on generated cases (seed 1)
+# for 90 % intervals that hold nine of ten
+OFF_MODEL = 0.03
 
 
 def result_of(
     diagnosis: Diagnosis, predictions: list[Prediction], records: list[FitRecord], warnings: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """The content of result.json; `warnings` are those of the recordings' channels, to which
-    it is added where the force acts that nobody recorded, which lines the mesh cannot represent, on what laws were
-    chosen if there was but one recording, what the recorder did not filter, and what the excitation cannot tell."""
-    findings = _findings(diagnosis)
+    """The content of result.json.
+
+    To `warnings`, those of the recordings' channels, it adds where the force acts that nobody recorded, which lines the
+    mesh cannot represent, on what laws were chosen if there was but one recording, what the recorder did not filter,
+    and what the excitation cannot tell.
+    """
     warnings = [
         *warnings,
         *_drive(diagnosis),
@@ -62,7 +50,7 @@ def result_of(
     return {
         "format": FORMAT,
         "verdict": diagnosis.verdict,
-        "findings": findings,
+        "findings": findings(diagnosis),
         "parameters": _parameters(diagnosis),
         "fit": fit,
         "status": _status(diagnosis),
@@ -114,13 +102,9 @@ def _fit(prediction: Prediction, records: list[FitRecord], band: tuple[float, fl
     own = [r for r in records if r.source == prediction.name]
     floors = [noise_floor(r, band) for r in own]
     noise = float(np.sqrt(np.mean(np.square(floors)))) if floors else None
-    row: dict[str, Any] = {"recording": prediction.name, "role": prediction.role, "noise_floor": _round(noise)}
-    row.update({stage: _round(prediction.error(stage)) for stage in STAGES})
+    row: dict[str, Any] = {"recording": prediction.name, "role": prediction.role, "noise_floor": rounded(noise)}
+    row.update({stage: rounded(prediction.error(stage)) for stage in STAGES})
     return row
-
-
-def _round(value: float | None) -> float | None:
-    return None if value is None or not np.isfinite(value) else float(f"{value:.4g}")
 
 
 def _parameters(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -130,7 +114,7 @@ def _parameters(diagnosis: Diagnosis) -> dict[str, Any]:
         p = diagnosis.load.fit.p
     sd = _model_sd(diagnosis)
     return {
-        name: {"factor": _round(float(np.exp(p[i]))), "sd": _round(float(np.exp(p[i]) * sd[i]))}
+        name: {"factor": rounded(float(np.exp(p[i]))), "sd": rounded(float(np.exp(p[i]) * sd[i]))}
         for i, name in enumerate(names)
     }
 
@@ -144,181 +128,3 @@ def _model_sd(diagnosis: Diagnosis) -> np.ndarray:
     null = diagnosis.null
     own = standard_deviations(np.linalg.pinv(null.hessian))
     return np.asarray(np.hypot(own * np.sqrt(max(1.0, null.score)), OFF_MODEL))
-
-
-def _findings(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    load = diagnosis.load
-    if load is not None and diagnosis.by_load:
-        alike = [] if diagnosis.place is None else _location(diagnosis, diagnosis.place)["also_possible"]
-        location = {
-            "nodes": list(load.nodes),
-            "to": "ground" if load.physics == "base_motion" else "",
-            "direction": load.direction.lstrip("+-"),
-            "also_possible": alike if load.physics == "unmeasured_force" else [],
-        }
-        values = {
-            name: {"value": _rounded(v), "sd": None, "unit": _load_unit(diagnosis, unit)}
-            for name, (v, unit) in load.values.items()
-        }
-        return [
-            {
-                "physics": load.physics,
-                "probability": CALIBRATION.surest,
-                "location": location,
-                "parameters": values,
-                "alternatives": [],
-                "configurations": ["as modelled"],
-            }
-        ]
-    if diagnosis.place is None or diagnosis.verdict not in ("missing-physics", "located-not-named"):
-        return []
-    if diagnosis.further is not None:
-        return [
-            _finding(diagnosis, term.located, term.candidate, _by_name(ranked, tempered(ranked)))
-            for term, ranked in zip(diagnosis.further.terms.terms, diagnosis.further.laws, strict=True)
-        ]
-    probabilities = _by_name(diagnosis.ranked, diagnosis.probabilities)
-    return [_finding(diagnosis, diagnosis.place, diagnosis.best, probabilities)]
-
-
-def _finding(
-    diagnosis: Diagnosis, place: Located, best: Candidate | None, probabilities: dict[str, float]
-) -> dict[str, Any]:
-    """One name (or none) at one place, with the laws that are as likely."""
-    name = best.name if best is not None else ""
-    named = probabilities.pop(name, 0.0)
-    others = sorted(probabilities.items(), key=lambda item: -item[1])[:ALTERNATIVES]
-    where = _location(diagnosis, place)
-    open_place = bool(where["also_possible"])
-    found = {
-        "physics": name,
-        "probability": round(named, 3),
-        "location": where,
-        "parameters": {} if best is None or diagnosis.rival else _law_parameters(diagnosis, best, open_place),
-        "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in others if p >= 0.001],
-        "configurations": ["as modelled"],
-    }
-    return found if diagnosis.rival is None else {**found, "class": ", ".join(diagnosis.rival.labels)}
-
-
-def _rounded(value: float | str | None) -> float | str | None:
-    return _round(value) if isinstance(value, float) else value
-
-
-def _load_unit(diagnosis: Diagnosis, quantity: str) -> str:
-    """Unit of a load's parameter in the deck's system; frequencies are Hz in all of them."""
-    system = unit_system(diagnosis.reduced.model.units)
-    written = {"force": system.force_text, "acceleration": f"{system.length_text}/s^2"}
-    return written.get(quantity, quantity)
-
-
-def _by_name(laws: Sequence[Ranked], probabilities: Sequence[float]) -> dict[str, float]:
-    total: dict[str, float] = {}
-    for ranked, p in zip(laws, probabilities, strict=True):
-        name = ranked.name or ranked.candidate.name
-        total[name] = total.get(name, 0.0) + p
-    return total
-
-
-def _along(nodes: tuple[int, ...], single: list[int], top: Topology) -> list[int]:
-    """Those of the nodes `single` that a stretch stands for."""
-    return [node for node in single if stretches(top, [*nodes, node]) == [nodes]]
-
-
-def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
-    """The place and those that the recordings cannot tell from it: look-alikes, first where the model suggests that
-    something is attached, then places that fit as well."""
-    top = topology(diagnosis.reduced.model)
-    like = [p for p in place.alike if p.direction == place.place.direction and p.kind == place.place.kind]
-    single = [p.nodes[0] for p in like if len(p.nodes) == 1]
-    group = {node: nodes for nodes in stretches(top, single) for node in _along(nodes, single, top)}
-    others: list[list[int]] = []
-    rivals: list[Place] = []
-    # with several effects the places of one alone are no measure
-    close = [
-        found.place
-        for found in (diagnosis.located if diagnosis.further is None else ())
-        if found.cost - place.cost < diagnosis.settings.margin and found.place.kind != "base"
-    ]
-    covered = set(place.place.nodes)
-    for other in (*sorted(place.alike, key=lambda p: p.unlikely), *close):
-        nodes = group.get(other.nodes[0], other.nodes) if other in like else other.nodes
-        pair = other.kind == "pair" and set(nodes) != set(place.place.nodes)
-        if list(nodes) not in others and (pair or not covered.issuperset(other.nodes)):
-            others.append(list(nodes))
-            rivals.append(other)
-            covered.update(other.nodes)
-    said = {
-        "nodes": list(place.place.nodes),
-        "to": place.place.to,
-        "direction": place.place.direction,
-        "also_possible": others[:ALSO],
-    }
-    if place.place.kind == "region":
-        # of what the factor is; the nodes are its corners
-        said["elements"] = list(diagnosis.reduced.model.drawn_elements(place.place.elements))
-    # with several effects the force at one place is not what its fit says
-    sensor = None if diagnosis.further is not None else _next_sensor(diagnosis, place, rivals[:ALSO])
-    return said if sensor is None else {**said, "next_sensor": sensor}
-
-
-def _next_sensor(diagnosis: Diagnosis, place: Located, rivals: Sequence[Place]) -> dict[str, Any] | None:
-    """The sensor that would split the set of places."""
-    found = next_sensor(diagnosis.problem, diagnosis.reduced, place, rivals, diagnosis.settings.margin)
-    if found is None:
-        return None
-    return {"node": found.node, "direction": found.axis, "tells_apart": found.apart, "of": found.rivals}
-
-
-def _law_parameters(diagnosis: Diagnosis, best: Candidate, open_place: bool) -> dict[str, Any]:
-    system = unit_system(diagnosis.reduced.model.units)
-    if best.physics is None:
-        return _part_parameters(best, system, OPEN_PLACE if open_place else OFF_LAW)
-    turning = best.joint is not None and best.joint.place.direction.startswith("R")
-    parameters, values, J = told(diagnosis, best)
-    least = OPEN_PLACE if open_place else OFF_LAW
-    own = _law_sd(best, [p.name for p in parameters], J)
-    # what is chosen, as the sides of a contact, has none
-    sd = {name: float(np.hypot(s, least * values[name])) if s > 0 else s for name, s in own.items()}
-    return {
-        p.name: {
-            "value": _round(values[p.name]),
-            "sd": _round(sd.get(p.name)),
-            "unit": p.unit(system, rotational=turning),
-        }
-        for p in parameters
-    }
-
-
-def _part_parameters(best: Candidate, system: UnitSystem, least: float) -> dict[str, Any]:
-    """A member's factor, which has no unit, or the stiffnesses k1 to k6 of a soft clamp; `least` as of `OFF_LAW`."""
-    told = {}
-    ln_sd = None if best.covariance is None else standard_deviations(best.covariance) * np.sqrt(max(1.0, best.fitted))
-    for i, (name, value) in enumerate(best.values.items()):
-        spring = name in DIRECTIONS
-        unit = (
-            physics("compliant_support").parameters[0].unit(system, rotational="R" in DIRECTIONS[name])
-            if spring
-            else ""
-        )
-        sd = None if ln_sd is None else _round(float(value * np.hypot(ln_sd[i], least)))
-        told[name] = {"value": _round(value), "sd": sd, "unit": unit}
-    return told
-
-
-def _law_sd(best: Candidate, names: Sequence[str], J: NDArray[np.float64] | None) -> dict[str, float]:
-    """Standard deviations of what a law is told by, from the Gauss-Newton matrix, inflated by what is left above the
-    noise; `J` as of `told`."""
-    if best.covariance is None or best.physics is None:
-        return {}
-    if best.nonlinear and isinstance(best.coordinates, FitCoordinates):
-        n = len(best.coordinates.free)
-        J = best.coordinates.jacobian(best.x[:n])
-        covariance = J @ best.covariance[:n, :n] @ J.T
-    elif J is not None:
-        covariance = J @ best.covariance @ J.T
-    else:
-        scale = np.array([best.values[name] for name in best.physics.parameter_names])
-        covariance = best.covariance * np.outer(scale, scale)
-    sd = standard_deviations(covariance) * np.sqrt(max(1.0, best.fitted))
-    return dict(zip(names, sd.tolist(), strict=True))

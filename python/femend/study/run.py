@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -33,6 +32,7 @@ from femend.study.predictions import Prediction, predict_all, write_predictions
 from femend.study.result import result_of
 from femend.study.sound import warnings_of
 from femend.study.staged_run import StagedRun, diagnose_staged, is_staged
+from femend.study.steps import Steps
 from femend.study.study import Study
 
 __all__ = ["StudyRun", "diagnose"]
@@ -84,7 +84,7 @@ def diagnose(
 
 def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info: RunInfo) -> StudyRun | StagedRun:
     """Reads the study and runs it, in stages where it needs them."""
-    steps = _Steps(info, progress)
+    steps = Steps(info, progress)
     folder = None if out is None else Path(out)
     if folder is not None:
         refuse_unwritable(folder)
@@ -150,7 +150,7 @@ class _Task:
     pairing: Pairing
     records: list[FitRecord]
     info: RunInfo
-    steps: _Steps
+    steps: Steps
     out: Path | None
     right: Corrections
     warnings: list[str] = field(default_factory=list)
@@ -249,53 +249,3 @@ def _write_deck(run: StudyRun, folder: Path) -> None:
     (folder / "model.updated.bdf").write_bytes(text)
     for path, content in patched.items():
         (folder / f"model.updated.{path.name}").write_bytes(content)
-
-
-class _Steps:
-    """Times the steps and tells the progress; `now` is the step, or its part, that was begun last."""
-
-    def __init__(self, info: RunInfo, progress: Progress) -> None:
-        self._info, self._progress = info, progress
-        self.now = ""
-
-    @contextmanager
-    def step(self, name: str) -> Iterator[None]:
-        self.now = name
-        if name != "diagnose":
-            self._progress.start(name)
-        with self._info.step(name):
-            yield
-
-    @contextmanager
-    def parts(self, name: str) -> Iterator[Progress]:
-        """Progress that also times what it is told to start, as parts of the step `name`."""
-        told = _Parts(self, self._info, self._progress, name)
-        try:
-            yield told
-        finally:
-            told.end()
-
-
-class _Parts:
-    """Progress that passes on what it is told, and times each part until the next one starts."""
-
-    def __init__(self, steps: _Steps, info: RunInfo, progress: Progress, whole: str) -> None:
-        self._steps, self._info, self._progress, self._whole = steps, info, progress, whole
-        self._open = ExitStack()
-
-    def start(self, step: str, total: int | None = None) -> None:
-        self.end()
-        self._steps.now = step
-        self._open.enter_context(self._info.step(f"{self._whole}: {step}"))
-        self._progress.start(step, total)
-
-    def advance(self, n: int = 1) -> None:
-        self._progress.advance(n)
-
-    def done(self) -> None:
-        self.end()
-        self._progress.done()
-
-    def end(self) -> None:
-        """Ends the part that runs."""
-        self._open.close()

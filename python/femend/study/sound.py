@@ -15,6 +15,7 @@ from femend.errors import RecordingError, SignalError
 from femend.model.material_units import material_doubts
 from femend.model.negative import negative_values
 from femend.model.unselected import unselected_supports
+from femend.numerals import plain
 from femend.signal import check_signals
 from femend.study.priors import prior_doubts
 
@@ -23,8 +24,10 @@ if TYPE_CHECKING:
 
 __all__ = ["deck_warnings", "warnings_of", "with_warnings"]
 
-# mean of an acceleration from which it is told, in its rms about that mean
+# mean of an acceleration or a force from which it is told, in its rms about that mean
 OFFSET = 0.3
+# per cent of a record that are its beginning
+BEGINNING = 1
 
 
 def warnings_of(study: Study, deck: _core.Deck, test: Test) -> list[str]:
@@ -63,7 +66,7 @@ def with_warnings(recording: Recording) -> Recording:
                 time=fault.start,
             )
         told.append(fault.text)
-    told += _offsets(recording)
+    told += [*_offsets(recording), *_preloads(recording)]
     return replace(recording, warnings=(*recording.warnings, *told))
 
 
@@ -77,9 +80,26 @@ def _offsets(recording: Recording) -> list[str]:
             continue
         share = abs(mean) / float(np.hypot(mean, swing))
         told.append(
-            f"recording {recording.name!r}: channel {channel.text} has a mean of {mean:.4g} {channel.unit} and swings "
-            f"about it by {swing:.4g} {channel.unit} rms: no model predicts an offset, so it alone is an error of "
-            f"{share:.2g} in this channel; take it off before (a sensor that shows gravity is off by 1 g)"
+            f"recording {recording.name!r}: channel {channel.text} has a mean of {plain(mean)} {channel.unit} and "
+            f"swings about it by {plain(swing)} {channel.unit} rms: no model predicts an offset, so it alone is an "
+            f"error of {plain(share, 2)} in this channel; take it off before (a sensor that shows gravity is off by 1 "
+            "g)"
+        )
+    return told
+
+
+def _preloads(recording: Recording) -> list[str]:
+    """Forces with a mean from their beginning on, as a preload or a sensor's offset is; one that sets in is none."""
+    data, told = recording.time, []
+    for row in data.rows("force"):
+        channel, x = data.channels[row], data.values[row]
+        mean, swing = float(x.mean()), float(x.std())
+        if abs(mean) <= OFFSET * swing or abs(float(x[: BEGINNING * x.size // 100 + 1].mean())) < 0.5 * abs(mean):
+            continue
+        told.append(
+            f"recording {recording.name!r}: channel {channel.text} has a mean of {plain(mean)} {channel.unit} from its "
+            f"beginning on and swings about it by {plain(swing)} {channel.unit} rms: it would set the model in motion, "
+            "and a structure that rests under it does not move; take it off before"
         )
     return told
 

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from femend.data.bands import within_band
 from femend.diagnose.staged.loads import predicted_ods
 from femend.model.model import model_of
+from femend.numerals import plain
 from femend.report import words
 from femend.report.content import Check, FrfOverlay, LawRow, ParameterRow, Picture, ReportContent, TimeOverlay
 from femend.study.picture import markers, mesh_picture
@@ -91,7 +93,7 @@ def _frfs(run: StagedRun) -> list[FrfOverlay]:
     for p in run.predictions:
         if p.frf is None:
             continue
-        inside = (p.frf.freq >= p.band[0]) & (p.frf.freq <= p.band[1])
+        inside = within_band(p.frf.freq, p.band)
         pairs = [(i, j) for i in range(len(p.frf.outputs)) for j in range(len(p.frf.inputs))]
         power = (np.abs(p.frf.H[inside]) ** 2).sum(axis=0)
         strongest = sorted(pairs, key=lambda ij, power=power: -float(power[ij]))  # type: ignore[misc]
@@ -114,11 +116,11 @@ def _shapes(run: StagedRun) -> list[FrfOverlay]:
     found = []
     for configuration, result in run.final.runs:
         computed = ods_correlation(run, result)["shapes"]
-        plain = next((r for c, r in run.plain.runs if c == configuration), None)
+        updated = next((r for c, r in run.plain.runs if c == configuration), None)
         before = None
-        if plain is not None:
+        if updated is not None:
             before = predicted_ods(
-                run.setup, plain.data, plain.model, plain.posterior.p, plain.unbalance, result.shapes.freq
+                run.setup, updated.data, updated.model, updated.posterior.p, updated.unbalance, result.shapes.freq
             )
         order = np.argsort(-(np.abs(result.shapes.Y) ** 2).sum(axis=0))
         for i in order[:SHAPES]:
@@ -168,7 +170,7 @@ def _rivals(run: StagedRun) -> tuple[LawRow, ...]:
             for rival in decision.rivals:
                 n = 0 if rival.term is None else len(rival.term.unknowns)
                 left = sum(rival.posterior.squares.values()) / max(rival.posterior.n_values, 1.0)
-                remark = f"{stage.name}, {stage.configuration}; ln evidence {rival.score:.4g}"
+                remark = f"{stage.name}, {stage.configuration}; ln evidence {plain(rival.score)}"
                 name = rival.physics or "none"
                 rows.append(
                     LawRow(name, rival.label, n, left, left, rival.probability, remark, rival is decision.taken)
@@ -190,7 +192,7 @@ def _checks(run: StagedRun) -> tuple[Check, ...]:
     found = []
     for stage in run.final.stages:
         what = "frequencies off by" if stage.table and stage.run is None else "unexplained"
-        figure = f"{what} {100 * stage.unexplained:.3g} %; noise {100 * stage.noise:.2g} %"
+        figure = f"{what} {plain(100 * stage.unexplained, 3)} %; noise {plain(100 * stage.noise, 2)} %"
         found.append(Check(f"{stage.name} ({stage.configuration})", "; ".join(stage.remarks), figure))
     for _, result in run.final.runs:
         c = ods_correlation(run, result)
@@ -208,9 +210,10 @@ def _notes(run: StagedRun) -> tuple[str, ...]:
         slipped = result.data.dt * float(((result.data.slips > 1) & (result.data.slips < 1e3)).sum())
         if slipped > 0:
             found.append(
-                f"recording {result.data.name}: {slipped:.2g} s count little, since the angle of the tacho slips there"
+                f"recording {result.data.name}: {plain(slipped, 2)} s count little, since the angle of the tacho slips "
+                "there"
             )
     idealised = [n for n in run.final.posterior.unknowns.names if n.startswith(("inertia", "own mass"))]
     values = dict(zip(run.final.posterior.unknowns.names, run.final.posterior.values, strict=True))
-    found += [f"idealisation of the deck: {n} = {values[n]:.4g}" for n in idealised]
+    found += [f"idealisation of the deck: {n} = {plain(values[n])}" for n in idealised]
     return tuple(found)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.correlate import csac, csf, mac
+from femend.data.bands import within_band
 from femend.diagnose.staged.loads import predicted_ods
 from femend.modal import identify_modes
 from femend.modal.output_only import identify_output_only
@@ -98,7 +99,7 @@ def frf_overlay(run: StagedRun) -> Figure | None:
     if p is None or p.frf is None:
         return None
     made = plots.figure("page", 85, 2, 2, sharex="col", height_ratios=(3, 1))
-    inside = (p.frf.freq >= p.band[0]) & (p.frf.freq <= p.band[1])
+    inside = within_band(p.frf.freq, p.band)
     size = (np.abs(p.frf.H[inside]) ** 2).sum(axis=0)
     order = np.argsort(-size, axis=None)
     for k, at in enumerate((order[0], order[min(5, len(order) - 1)])):

@@ -11,19 +11,22 @@ from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.staged import Flow, Setup, StagedData, sensor_warnings
 from femend.diagnose.staged.select import Round
 from femend.model.linear_terms import LinearTerm
+from femend.numerals import plain
 from femend.report.mode_words import frequency_errors
+from femend.study.findings import alternatives
 from femend.study.predictions import STAGES, Prediction
+from femend.study.result import FORMAT
 from femend.units import UnitSystem, unit_system
 
 __all__ = ["staged_result"]
 
-FORMAT = "femend-diagnosis/1"
-ALTERNATIVES = 5
 # directions in which the nodes that span an area lie farthest out
 _DIAGONALS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 # a parameter this many prior deviations away is no update any more, nor does a stage that leaves this many times the
 # noise and more than this share of its recording explain it
 FAR, POOR = 5.0, 0.15
+# and one that moved by less is where the deck has it
+MOVED = 0.3
 # places of one physics nearer than this in ln evidence are not told apart
 NOT_TOLD = 3.0
 # a stiffness over speed is told at rest and at these shares of the highest speed
@@ -76,7 +79,7 @@ def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[
     advice = "; ".join(flow.unseen)
     poor = [s for s in flow.stages if s.run is not None and s.unexplained > max(POOR, FAR * s.noise)]
     if poor:
-        said = f"{100 * poor[0].unexplained:.2g} % of {poor[0].recordings[0]} stays unexplained"
+        said = f"{plain(100 * poor[0].unexplained, 2)} % of {poor[0].recordings[0]} stays unexplained"
         verdict = "located-not-named" if findings else "undetermined"
         return verdict, "; ".join(
             filter(None, [f"{said}; record some minutes of ambient vibration in the same configuration", advice])
@@ -84,7 +87,7 @@ def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[
     if findings:
         worst = max((d.inflation for s in flow.stages for d in s.rounds), default=1.0)
         if worst > setup.settings.adequate:
-            left = f"the best terms leave {worst:.2g} times what noise and the form of the model explain"
+            left = f"the best terms leave {plain(worst, 2)} times what noise and the form of the model explain"
             return "located-not-named", f"{left}; {advice}" if advice else left
         return "missing-physics", advice
     if not any(s.name == "FRFs" or s.run is not None for s in flow.stages):
@@ -103,7 +106,7 @@ def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[
         moved.append(abs(posterior.p[i]) / parameter.prior_sd)
     if max(moved, default=0.0) > FAR:
         return "located-not-named", advice
-    return ("parameters-only" if max(moved, default=0.0) > 0.3 else "consistent"), advice
+    return ("parameters-only" if max(moved, default=0.0) > MOVED else "consistent"), advice
 
 
 def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dict[str, Any]:
@@ -114,7 +117,6 @@ def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dic
         said[name] = said.get(name, 0.0) + rival.probability
     # the probability of a name is that of all its places, also of those not told apart
     probability = said.pop(term.physics, 0.0)
-    others = {name: p for name, p in said.items() if p >= 0.001}
     location = _location(setup, term)
     location["also_possible"] += _elsewhere(decision, term)
     return {
@@ -122,7 +124,7 @@ def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dic
         "probability": round(min(probability, CALIBRATION.surest), 3),
         "location": location,
         "parameters": _over_speed(setup, flow, term, system) or _values(setup, flow, term, system),
-        "alternatives": [{"physics": n, "probability": round(p, 3)} for n, p in sorted(others.items())][:ALTERNATIVES],
+        "alternatives": alternatives(said),
         "configurations": list(term.configurations) or list(setup.configurations),
     }
 
@@ -145,7 +147,7 @@ def _force_law(configuration: str, result: Any) -> dict[str, Any]:
         "probability": round(min(1.0 / (1.0 + odds), CALIBRATION.surest), 3),
         "location": {"nodes": list(result.unbalance.nodes), "to": "", "direction": "", "also_possible": []},
         "parameters": {"exponent": {"value": _round(law.exponent), "sd": _round(law.sd), "unit": ""}},
-        "alternatives": [{"physics": "nothing", "probability": round(odds / (1.0 + odds), 3)}] if odds > 1e-3 else [],
+        "alternatives": alternatives({"nothing": odds / (1.0 + odds)}),
         "configurations": [configuration],
     }
 
@@ -211,7 +213,7 @@ def _over_speed(setup: Setup, flow: Flow, term: LinearTerm, system: UnitSystem) 
             slopes[u.index(base)] = posterior.values[u.index(base)]
         sd = float(np.hypot(np.sqrt(slopes @ C @ slopes), form * factor))
         size, unit = (1.0, "") if term.size is None else (term.size, unit_text("k", system))
-        name = f"{'factor' if term.size is None else 'k'} at {share * term.reference / (2 * np.pi):.3g} rev/s"
+        name = f"{'factor' if term.size is None else 'k'} at {plain(share * term.reference / (2 * np.pi), 3)} rev/s"
         found[name] = {"value": _round(size * factor), "sd": _round(size * sd), "unit": unit}
     return found
 

@@ -34,6 +34,7 @@ from femend.study.staged_content import staged_content
 from femend.study.staged_patch import staged_cards, staged_changes
 from femend.study.staged_predictions import predict_staged
 from femend.study.staged_result import staged_result
+from femend.study.steps import Steps
 from femend.study.study import Study
 from femend.threads import one_blas_thread
 
@@ -68,7 +69,7 @@ def is_staged(study: Study) -> bool:
 
 @one_blas_thread
 def diagnose_staged(
-    study: Study, steps: Any, info: RunInfo, progress: Progress, out: Path | None, told: Sequence[str] = ()
+    study: Study, steps: Steps, info: RunInfo, progress: Progress, out: Path | None, told: Sequence[str] = ()
 ) -> StagedRun:
     """Runs a study stage by stage and writes what the contract asks for, `told` among the warnings; raises what the
     readers raise."""

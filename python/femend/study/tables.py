@@ -1,4 +1,4 @@
-"""The tables of the report: places, laws, parameters, what was asked of the data, methods, remarks on the input."""
+"""The tables of the report: places, laws, parameters, what was asked of the data, remarks on the input."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.ranked import Ranked
 from femend.estimate import noise_floor
+from femend.numerals import plain
 from femend.report import words
 from femend.report.content import Check, LawRow, ParameterRow, Place
 from femend.report.numbers import significant
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from femend.diagnose.split import Split
     from femend.study.run import StudyRun
 
-__all__ = ["checks", "laws", "notes", "parameters", "places", "references"]
+__all__ = ["checks", "laws", "notes", "parameters", "places"]
 
 # rows of the table of laws
 LAW_ROWS = 16
@@ -27,6 +28,9 @@ LAW_ROWS = 16
 NAMED = 8
 # what the rows of laws that come out as the one named add at least before it is said
 LIKE = 0.01
+# misfit on the unseen record, in that of the best law, up to which another one explains about as much; and in that
+# without any law, from which it gains too little (nothing but words hangs on these)
+AS_MUCH, LITTLE = 1.05, 0.5
 NOT_ADEQUATE = "the best of them, but not adequate"
 
 
@@ -96,10 +100,10 @@ def _remark(diagnosis: Diagnosis, ranked: Ranked) -> str:
     if not own < without:
         return "explains the unseen record no better than no addition"
     if diagnosis.best is None:
-        return "gains too little on the unseen record" if own > 0.5 * without else "not adequate"
-    if ranked.candidate.name == diagnosis.best.name and own <= 1.05 * best:
+        return "gains too little on the unseen record" if own > LITTLE * without else "not adequate"
+    if ranked.candidate.name == diagnosis.best.name and own <= AS_MUCH * best:
         return "the same law at a place that explains about as much"
-    if own > 1.05 * best:
+    if own > AS_MUCH * best:
         return f"leaves {significant(own / best, 2)} times what the best one leaves"
     if ranked.name == diagnosis.best.name:
         return f"with these values the same as {words.physics_name(ranked.name)}, for which it counts"
@@ -172,7 +176,7 @@ def _load_check(diagnosis: Diagnosis) -> Check:
 def _chosen_on(split: Split) -> str:
     """The recordings that choose between laws, in words."""
     if split.held is not None and split.held.cut > 0:
-        return f"the last {split.held.seconds:.3g} s of {split.held.name}, held back for choosing"
+        return f"the last {plain(split.held.seconds, 3)} s of {split.held.name}, held back for choosing"
     kept = [r.name for r in split.unseen]
     if not kept:
         return "on the only recording there is to fit"
@@ -208,45 +212,6 @@ def _gain_checks(diagnosis: Diagnosis) -> list[Check]:
     return rows
 
 
-_ALWAYS = (
-    "G. H. Golub and V. Pereyra, The differentiation of pseudo-inverses and nonlinear least squares problems whose "
-    "variables separate, SIAM J. Numer. Anal. 10 (1973) 413-432: free forces and free decays are projected out.",
-    "D. W. Marquardt, An algorithm for least-squares estimation of nonlinear parameters, J. SIAM 11 (1963) 431-441.",
-    "R. Pintelon and J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., Wiley, 2012, ch. 7: "
-    "noise from local polynomial models of the spectrum.",
-    "E. Kausel and J. M. Roësset, Frequency domain analysis of undamped systems, J. Eng. Mech. 118 (1992) 721-734: "
-    "responses from rest by an exponential window.",
-    "R. R. Craig and A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley, 2006, ch. 17: modes and "
-    "static responses as a basis.",
-    "J. S. Bendat and A. G. Piersol, Random Data, 4th ed., Wiley, 2010, ch. 6: frequency responses H1 in the figures.",
-)
-_RECOVERED = (
-    "S. F. Masri and T. K. Caughey, A nonparametric identification technique for nonlinear dynamic problems, J. Appl. "
-    "Mech. 46 (1979) 433-447: force over displacement and velocity."
-)
-_OF_LAW = {
-    "bouc_wen": "Y.-K. Wen, Method for random vibration of hysteretic systems, J. Eng. Mech. Div. 102 (1976) 249-263.",
-    "coulomb_friction": "G. M. Jenkins, Analysis of the stress-strain relationships in reactor grade graphite, "
-    "Brit. J. Appl. Phys. 13 (1962) 30-32.",
-    "sliding_friction": "S. Andersson, A. Söderberg and S. Björklund, Friction models for sliding dry, boundary and "
-    "mixed lubricated contacts, Tribol. Int. 40 (2007) 580-587: friction by a hyperbolic tangent of the speed.",
-    "tuned_absorber": "J. Ormondroyd and J. P. Den Hartog, The theory of the dynamic vibration absorber, "
-    "Trans. ASME 50 (1928) 9-22.",
-}
-
-
-def references(run: StudyRun) -> tuple[str, ...]:
-    """Citations of the methods this run used."""
-    found = list(_ALWAYS)
-    if any(r.recovered is not None for r in run.diagnosis.ranked):
-        found.append(_RECOVERED)
-    best = run.diagnosis.best
-    if best is not None:
-        law = None if best.physics is None else best.physics.law
-        found += [_OF_LAW[name] for name in (law, best.name) if name in _OF_LAW][:1]
-    return tuple(found)
-
-
 def notes(run: StudyRun) -> tuple[str, ...]:
     """What was read without influence, paired by distance, held of itself or repaired on reading."""
     found = [
@@ -262,9 +227,9 @@ def notes(run: StudyRun) -> tuple[str, ...]:
         found += [f"recording {recording.name}: {note}" for note in recording.notes]
     for record in run.records:
         level = noise_floor(record, run.diagnosis.problem.band)
-        repeats = f"repeats every {record.period * record.dt:.4g} s" if record.period else "does not repeat itself"
+        repeats = f"repeats every {plain(record.period * record.dt)} s" if record.period else "does not repeat itself"
         if record.frf is not None:
             low, high = run.diagnosis.problem.band
-            repeats = f"frequency responses, used from {low:.4g} to {high:.4g} Hz"
+            repeats = f"frequency responses, used from {plain(low)} to {plain(high)} Hz"
         found.append(f"recording {record.name}: {repeats}; noise {significant(level, 2)} of the response")
     return tuple(found)

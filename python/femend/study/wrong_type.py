@@ -30,7 +30,7 @@ def wrong_type(text: str, data: Any, path: str) -> str:
     they say something else.
 
     >>> wrong_type("Expected `float | null`, got `str`", {"ratio": "2 %"}, "ratio")
-    "'2 %' is not a number; write it as 0.1, without quotes"
+    "'2 %' is not a number; write it as 0.02, without quotes"
     >>> wrong_type("Object missing required field `file`", {}, "")
     "the key 'file' is missing; add it"
     """
@@ -45,4 +45,16 @@ def wrong_type(text: str, data: Any, path: str) -> str:
     names, ways = zip(*(_WRITTEN[k] for k in kinds), strict=True)
     value = _found_at(data, path)
     shown = {True: "true", False: "false"}[value] if isinstance(value, bool) else repr(value)
-    return f"{shown} is not {' or '.join(names)}; write it as {' or '.join(ways)}"
+    meant = _number_in(value, kinds[0])
+    return f"{shown} is not {' or '.join(names)}; write it as {meant or ' or '.join(ways)}"
+
+
+def _number_in(value: Any, kind: str) -> str | None:
+    """How the number of a `kind` is written that a text `value` holds, one in per cent as a share, a decimal comma as a
+    point; None where it holds none."""
+    pattern = {"int": r"\s*([+-]?\d+)()\s*", "float": r"\s*([+-]?\d+(?:[.,]\d+)?)\s*(%?)\s*"}.get(kind)
+    match = re.fullmatch(pattern, value) if pattern is not None and isinstance(value, str) else None
+    if match is None:
+        return None
+    number = match[1].replace(",", ".")
+    return f"{float(number) / 100:g}, without quotes" if match[2] else f"{number}, without quotes"

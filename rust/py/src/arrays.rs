@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use femend_dynamics::DynamicsError;
+use femend_dynamics::{DynamicsError, ModalModel};
 use femend_linalg::{Dense, LinalgError, Ordering, Pattern, Symbolic, SymmetricCsc};
-use ndarray::{Array2, ArrayView1, ShapeBuilder};
-use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use ndarray::{Array, ArrayView1, Dimension, ShapeBuilder, StrideShape};
+use numpy::{Element, PyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
@@ -109,12 +109,34 @@ pub(crate) fn dense(array: &PyReadonlyArray2<f64>) -> Dense {
     Dense::from_vec(n, k, a.t().iter().copied().collect())
 }
 
+/// Values as an array of a shape, without copying.
+pub(crate) fn shaped<T: Element, D: Dimension>(
+    py: Python<'_>,
+    shape: impl Into<StrideShape<D>>,
+    values: Vec<T>,
+) -> PyResult<Bound<'_, PyArray<T, D>>> {
+    let array = Array::from_shape_vec(shape, values).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    Ok(PyArray::from_owned_array(py, array))
+}
+
 /// A block as a Fortran-ordered array, without copying.
 pub(crate) fn to_numpy<'py>(py: Python<'py>, block: Dense) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let shape = (block.nrows(), block.ncols());
-    let array = Array2::from_shape_vec(shape.f(), block.into_vec())
-        .map_err(|e| PyValueError::new_err(e.to_string()))?;
-    Ok(PyArray2::from_owned_array(py, array))
+    shaped(py, (block.nrows(), block.ncols()).f(), block.into_vec())
+}
+
+/// A modal model from its frequencies (r,), damping ratios (r,), and modes (n_out, r) and (n_in, r).
+pub(crate) fn modal_model(
+    omega: &PyReadonlyArray1<f64>,
+    zeta: &PyReadonlyArray1<f64>,
+    phi_out: &PyReadonlyArray2<f64>,
+    phi_in: &PyReadonlyArray2<f64>,
+) -> ModalModel {
+    ModalModel {
+        omega: omega.as_array().to_vec(),
+        zeta: zeta.as_array().to_vec(),
+        phi_out: dense(phi_out),
+        phi_in: dense(phi_in),
+    }
 }
 
 /// `SingularModelError` with its DOFs as text.

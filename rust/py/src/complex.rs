@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 
 use femend_dynamics::{ComplexOptions, ComplexProblem, PoleKind, Power, Term};
-use ndarray::{Array2, Array3, ShapeBuilder};
+use ndarray::ShapeBuilder;
 use num_complex::Complex64;
 use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -42,10 +42,7 @@ fn name(kind: PoleKind) -> &'static str {
 type Block<'py> = Bound<'py, PyArray2<Complex64>>;
 
 pub(crate) fn block(py: Python<'_>, n: usize, values: Vec<Complex64>) -> PyResult<Block<'_>> {
-    let columns = values.len() / n.max(1);
-    let array =
-        Array2::from_shape_vec((n, columns).f(), values).map_err(|e| PyValueError::new_err(e.to_string()))?;
-    Ok(PyArray2::from_owned_array(py, array))
+    arrays::shaped(py, (n, values.len() / n.max(1)).f(), values)
 }
 
 #[pymethods]
@@ -128,9 +125,7 @@ impl PyComplexProblem {
         let found = py
             .detach(|| inner.receptance(speed, &b_out, &b_in, &s, tolerance))
             .map_err(arrays::dynamics_error)?;
-        let shape = (s.len(), b_out.ncols(), b_in.ncols());
-        let array = Array3::from_shape_vec(shape, found).map_err(|e| PyValueError::new_err(e.to_string()))?;
-        Ok(PyArray3::from_owned_array(py, array))
+        arrays::shaped(py, (s.len(), b_out.ncols(), b_in.ncols()), found)
     }
 }
 

@@ -13,19 +13,12 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2}
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::arrays::dense;
+
 pyo3::import_exception!(femend.errors, ModelError);
 
 fn refused(error: IdentifyError) -> PyErr {
     ModelError::new_err(error.to_string())
-}
-
-fn dense(a: &PyReadonlyArray2<'_, f64>) -> Dense {
-    let a = a.as_array();
-    let mut d = Dense::zeros(a.nrows(), a.ncols());
-    for ((i, j), v) in a.indexed_iter() {
-        d[(i, j)] = *v;
-    }
-    d
 }
 
 fn rows(a: &Dense) -> ndarray::Array2<f64> {

@@ -1,6 +1,6 @@
 //! `frf_modal`, `frf_modal_scores`, `frf_direct`, `frf_reduced` and `residual_vectors`.
 
-use femend_dynamics::{DirectModel, FrfKind, LineModel, ModalModel, ReducedOptions};
+use femend_dynamics::{DirectModel, FrfKind, LineModel, ReducedOptions};
 use femend_linalg::SymmetricCsc;
 use num_complex::Complex64;
 use numpy::{
@@ -53,12 +53,7 @@ fn frf_modal<'py>(
     out: Option<Bound<'py, PyArray3<Complex64>>>,
 ) -> PyResult<Bound<'py, PyArray3<Complex64>>> {
     let kind: FrfKind = kind.parse().map_err(arrays::dynamics_error)?;
-    let model = ModalModel {
-        omega: omega.as_array().to_vec(),
-        zeta: zeta.as_array().to_vec(),
-        phi_out: arrays::dense(&phi_out),
-        phi_in: arrays::dense(&phi_in),
-    };
+    let model = arrays::modal_model(&omega, &zeta, &phi_out, &phi_in);
     let s = s.as_array().to_vec();
     let (n_out, n_in) = (model.phi_out.nrows(), model.phi_in.nrows());
     let residual = residual.map(|r| r.values((n_out, n_in))).transpose()?;
@@ -97,12 +92,7 @@ fn frf_modal_scores<'py>(
     residual: Option<Residual>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let kind: FrfKind = kind.parse().map_err(arrays::dynamics_error)?;
-    let model = ModalModel {
-        omega: omega.as_array().to_vec(),
-        zeta: zeta.as_array().to_vec(),
-        phi_out: arrays::dense(&phi_out),
-        phi_in: arrays::dense(&phi_in),
-    };
+    let model = arrays::modal_model(&omega, &zeta, &phi_out, &phi_in);
     let s = s.as_array().to_vec();
     let places = (model.phi_out.nrows(), model.phi_in.nrows());
     let residual = residual.map(|r| r.values(places)).transpose()?;
@@ -119,9 +109,7 @@ fn frf_modal_scores<'py>(
         py.detach(|| model.scores(&s, kind, residual.as_deref(), values)).map_err(arrays::dynamics_error)?;
     let out = PyDict::new(py);
     for (name, values) in [("frac", found.frac), ("faac", found.faac)] {
-        let table = ndarray::Array2::from_shape_vec(places, values);
-        let table = table.map_err(|e| PyValueError::new_err(e.to_string()))?;
-        out.set_item(name, PyArray2::from_owned_array(py, table))?;
+        out.set_item(name, arrays::shaped(py, places, values)?)?;
     }
     out.set_item("csac", PyArray1::from_vec(py, found.csac))?;
     out.set_item("csf", PyArray1::from_vec(py, found.csf))?;
@@ -162,10 +150,7 @@ fn frf_reduced<'py>(
     info.set_item("residual", found.residual)?;
     info.set_item("solved", found.solved)?;
     info.set_item("basis", found.basis)?;
-    let shape = (s.len(), b_out.ncols(), b_in.ncols());
-    let array = ndarray::Array3::from_shape_vec(shape, found.values)
-        .map_err(|e| PyValueError::new_err(e.to_string()))?;
-    Ok((PyArray3::from_owned_array(py, array), info))
+    Ok((arrays::shaped(py, (s.len(), b_out.ncols(), b_in.ncols()), found.values)?, info))
 }
 
 /// FRFs by direct solution of the dynamic stiffness on each line.
@@ -199,10 +184,7 @@ fn frf_direct<'py>(
     }
     let model = DirectModel { k: &k, m: &m, c: c.as_ref(), h: h.as_ref() };
     let values = py.detach(|| model.frf(&b_out, &b_in, &s, kind)).map_err(arrays::dynamics_error)?;
-    let shape = (s.len(), b_out.ncols(), b_in.ncols());
-    let array =
-        ndarray::Array3::from_shape_vec(shape, values).map_err(|e| PyValueError::new_err(e.to_string()))?;
-    Ok(PyArray3::from_owned_array(py, array))
+    arrays::shaped(py, (s.len(), b_out.ncols(), b_in.ncols()), values)
 }
 
 /// Static response to the loads B of all modes that are not in phi.

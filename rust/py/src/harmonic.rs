@@ -3,12 +3,12 @@
 use femend_dynamics::harmonic::{Branch, Ended, HarmonicError, Options, Steady, branches};
 use femend_dynamics::laws::Law;
 use femend_dynamics::simulate::ModalModel;
-use ndarray::{ArrayD, IxDyn};
 use num_complex::Complex64;
-use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::arrays::shaped;
 use crate::laws::{law, law_error};
 use crate::own_law::raised;
 use crate::simulate::simulation_error;
@@ -24,20 +24,11 @@ fn harmonic_error(py: Python<'_>, error: &HarmonicError) -> PyErr {
     }
 }
 
-fn array<'py>(
-    py: Python<'py>,
-    values: Vec<Complex64>,
-    shape: &[usize],
-) -> PyResult<Bound<'py, PyArrayDyn<Complex64>>> {
-    let array = ArrayD::from_shape_vec(IxDyn(shape), values);
-    Ok(array.map_err(|error| PyValueError::new_err(error.to_string()))?.into_pyarray(py))
-}
-
 type Told<'py> = (
     Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArrayDyn<Complex64>>,
-    Bound<'py, PyArrayDyn<Complex64>>,
-    Bound<'py, PyArrayDyn<Complex64>>,
+    Bound<'py, PyArray2<Complex64>>,
+    Bound<'py, PyArray2<Complex64>>,
+    Bound<'py, PyArray3<Complex64>>,
     Vec<(usize, bool)>,
     &'static str,
     usize,
@@ -54,9 +45,9 @@ fn told(py: Python<'_>, branch: Branch, n_out: usize, n_h: usize) -> PyResult<To
     };
     Ok((
         branch.omega.into_pyarray(py),
-        array(py, branch.d, &[n, n_h])?,
-        array(py, branch.f, &[n, n_h])?,
-        array(py, branch.y, &[n, n_out, n_h])?,
+        shaped(py, (n, n_h), branch.d)?,
+        shaped(py, (n, n_h), branch.f)?,
+        shaped(py, (n, n_out, n_h), branch.y)?,
         branch.folds.iter().map(|fold| (fold.point, fold.upper)).collect(),
         ended,
         branch.n_iterations,

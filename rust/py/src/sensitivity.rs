@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use femend_dynamics::{
-    DirectDerivative, DirectModel, FrfKind, ModalDerivatives, ModalModel, ParameterDerivatives, RitzOptions,
+    DirectDerivative, DirectModel, FrfKind, ModalDerivatives, ParameterDerivatives, RitzOptions,
 };
 use femend_linalg::Dense;
 use num_complex::Complex64;
@@ -14,23 +14,13 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::arrays::{self, Indices, compact_family, family};
+use crate::arrays::{self, Indices, compact_family, family, shaped};
 use crate::modes::{PySymbolic, prepare};
 
 /// One square block per parameter, from (n_p, r, r).
 fn blocks(values: &PyReadonlyArray3<f64>) -> Vec<Dense> {
     let all = values.as_array();
     all.outer_iter().map(|a| Dense::from_vec(a.nrows(), a.ncols(), a.t().iter().copied().collect())).collect()
-}
-
-fn shaped<T: numpy::Element, D: ndarray::Dimension>(
-    py: Python<'_>,
-    shape: impl Into<ndarray::StrideShape<D>>,
-    values: Vec<T>,
-) -> PyResult<Bound<'_, numpy::PyArray<T, D>>> {
-    let array =
-        ndarray::Array::from_shape_vec(shape, values).map_err(|e| PyValueError::new_err(e.to_string()))?;
-    Ok(numpy::PyArray::from_owned_array(py, array))
 }
 
 /// Blocks of equal shape as (n_p, rows, columns).
@@ -154,12 +144,7 @@ fn frf_modal_sensitivities<'py>(
     kind: &str,
 ) -> PyResult<Bound<'py, PyArray4<Complex64>>> {
     let kind: FrfKind = kind.parse().map_err(arrays::dynamics_error)?;
-    let model = ModalModel {
-        omega: omega.as_array().to_vec(),
-        zeta: zeta.as_array().to_vec(),
-        phi_out: arrays::dense(&phi_out),
-        phi_in: arrays::dense(&phi_in),
-    };
+    let model = arrays::modal_model(&omega, &zeta, &phi_out, &phi_in);
     let derivatives = ModalDerivatives { a: blocks(&a), b: b.as_ref().map(blocks) };
     let s = s.as_array().to_vec();
     let shape = [derivatives.a.len(), s.len(), model.phi_out.nrows(), model.phi_in.nrows()];

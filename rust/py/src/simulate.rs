@@ -4,13 +4,14 @@ use femend_dynamics::laws::Law;
 use femend_dynamics::simulate::{
     ModalModel, Output, Response, Run, SimulationError, simulate, simulate_tangents,
 };
-use ndarray::{ArrayD, ArrayViewD, IxDyn};
-use numpy::{IntoPyArray, PyArrayDyn, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn};
+use ndarray::ArrayViewD;
+use numpy::{PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 
+use crate::arrays::shaped;
 use crate::laws::{law, law_error};
 use crate::own_law::raised;
 
@@ -143,11 +144,6 @@ impl Modal {
     }
 }
 
-fn array<'py>(py: Python<'py>, values: Vec<f64>, shape: &[usize]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    let array = ArrayD::from_shape_vec(IxDyn(shape), values);
-    Ok(array.map_err(|error| PyValueError::new_err(error.to_string()))?.into_pyarray(py))
-}
-
 fn status<'py>(py: Python<'py>, response: &Response) -> PyResult<Bound<'py, PyDict>> {
     let (out, status) = (PyDict::new(py), &response.status);
     out.set_item("converged", status.failed_at.is_none())?;
@@ -160,20 +156,20 @@ fn status<'py>(py: Python<'py>, response: &Response) -> PyResult<Bound<'py, PyDi
 }
 
 type Histories<'py> = (
-    Bound<'py, PyArrayDyn<f64>>,
-    Bound<'py, PyArrayDyn<f64>>,
-    Bound<'py, PyArrayDyn<f64>>,
-    Bound<'py, PyArrayDyn<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f64>>,
     Bound<'py, PyDict>,
 );
 
 fn histories<'py>(py: Python<'py>, out: Response, n_out: usize, n_w: usize) -> PyResult<Histories<'py>> {
     let (status, n) = (status(py, &out)?, out.n);
     Ok((
-        array(py, out.y, &[n_out, n])?,
-        array(py, out.d, &[n_w, n])?,
-        array(py, out.v, &[n_w, n])?,
-        array(py, out.f, &[n_w, n])?,
+        shaped(py, (n_out, n), out.y)?,
+        shaped(py, (n_w, n), out.d)?,
+        shaped(py, (n_w, n), out.v)?,
+        shaped(py, (n_w, n), out.f)?,
         status,
     ))
 }
@@ -219,10 +215,10 @@ fn py_simulate<'py>(
 
 type Tangents<'py> = (
     Histories<'py>,
-    Bound<'py, PyArrayDyn<f64>>,
-    Bound<'py, PyArrayDyn<f64>>,
-    Bound<'py, PyArrayDyn<f64>>,
-    Bound<'py, PyArrayDyn<f64>>,
+    Bound<'py, PyArray3<f64>>,
+    Bound<'py, PyArray3<f64>>,
+    Bound<'py, PyArray3<f64>>,
+    Bound<'py, PyArray3<f64>>,
 );
 
 /// Records with derivatives over law parameters, and models moved a little beside them; see the stub of `femend._core`.
@@ -279,10 +275,10 @@ fn py_simulate_tangents<'py>(
             let n = out.n;
             Ok((
                 histories(py, out, n_out, n_w)?,
-                array(py, dy, &[n_p, n_out, n])?,
-                array(py, df, &[n_p, n_w, n])?,
-                array(py, y, &[moved.len(), n_out, n])?,
-                array(py, f, &[moved.len(), n_w, n])?,
+                shaped(py, (n_p, n_out, n), dy)?,
+                shaped(py, (n_p, n_w, n), df)?,
+                shaped(py, (moved.len(), n_out, n), y)?,
+                shaped(py, (moved.len(), n_w, n), f)?,
             ))
         })
         .collect()

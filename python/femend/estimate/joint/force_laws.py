@@ -14,6 +14,7 @@ from femend.estimate.joint.rotor import Unbalance
 from femend.estimate.loads.compare import line_evidence
 from femend.estimate.loads.regularise import regularised_lines
 from femend.model.configured import ConfiguredModel
+from femend.numerals import plain
 
 __all__ = ["ForceLaw", "ForceLaws", "compare_force_laws"]
 
@@ -261,7 +262,7 @@ def _decided(laws: dict[str, ForceLaw]) -> tuple[str | None, str]:
     unbalance, power, free = (laws[n] for n in ("unbalance", "power", "free"))
     stands, reason = (
         unbalance,
-        f"it leaves {100 * unbalance.unseen:.2g} % of unseen sensors, and no freer law is needed",
+        f"it leaves {plain(100 * unbalance.unseen, 2)} % of unseen sensors, and no freer law is needed",
     )
     for rival, better in (
         (power, min(power.unseen / unbalance.unseen, power.unseen_lines / unbalance.unseen_lines)),
@@ -271,7 +272,7 @@ def _decided(laws: dict[str, ForceLaw]) -> tuple[str | None, str]:
             continue
         if rival.log_evidence - stands.log_evidence < ODDS:
             return None, f"{rival.name} predicts unseen data better, the evidence is not for it against {stands.name}"
-        stands, reason = rival, f"{rival.name} leaves {better:.2g} of the simpler law's error on unseen data"
+        stands, reason = rival, f"{rival.name} leaves {plain(better, 2)} of the simpler law's error on unseen data"
     if stands is free:
         reason += "; either the forces follow no law, or the structure is another: a few free forces make up for it"
     if stands.unseen > UNEXPLAINED:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.data.bands import within_band
 from femend.estimate.joint.receptance import receptance
 from femend.estimate.joint.rotor import Run, Unbalance
 from femend.estimate.loads.regularise import regularised_lines
@@ -104,7 +105,7 @@ class LineForces:
         A straight line through ln|F| over ln(Omega) with a level of its own for every bearing; nan with fewer than
         three lines.
         """
-        use = self.reliable & (self.freq >= band[0]) & (self.freq <= band[1])
+        use = self.reliable & within_band(self.freq, band)
         if use.sum() < 3:
             return float("nan"), float("nan")
         x = np.log(self.freq[use])
@@ -148,9 +149,7 @@ def line_forces(
     unexplained = np.linalg.norm(left, axis=1) / np.maximum(np.linalg.norm(shapes.Y, axis=1), 1e-300)
     course = (2 * np.pi * shapes.freq[:, None]) ** 2
     force, deviation = np.asarray(solved.x * course), spread * course
-    inside = (
-        (shapes.freq >= credible[0]) & (shapes.freq <= credible[1]) if isinstance(credible, tuple) else credible.copy()
-    )
+    inside = within_band(shapes.freq, credible) if isinstance(credible, tuple) else credible.copy()
     size = np.sqrt((np.abs(force) ** 2).sum(axis=1))
     reliable = inside & (unexplained < UNEXPLAINED) & (np.sqrt((deviation**2).sum(axis=1)) < UNCERTAIN * size)
     shape = (len(shapes.freq), len(bearings), 2)

@@ -12,6 +12,7 @@ from femend.data import ODS
 from femend.errors import LoadError
 from femend.estimate.loads.identify import solve_weighted
 from femend.estimate.loads.unit_responses import UnitResponses, matched
+from femend.numerals import plain
 
 __all__ = ["LoadRival", "LoadsCompared", "compare_loads", "line_evidence"]
 
@@ -150,7 +151,7 @@ def _ranked(sizes: dict[str, int], errors: dict[str, FloatArray], evidence: dict
     elif likeliest != lead.name:
         reason = f"{lead.name} predicts unseen sensors best, the evidence is for {likeliest}"
     else:
-        reason = f"unseen sensors: {lead.unseen:.3g} against {rest[0].unseen:.3g} of {rest[0].name}"
+        reason = f"unseen sensors: {plain(lead.unseen, 3)} against {plain(rest[0].unseen, 3)} of {rest[0].name}"
         return LoadsCompared(tuple(rows), lead.name, reason)
     return LoadsCompared(tuple(rows), None, reason)
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data import Channel
+from femend.data.bands import within_band
 from femend.errors import LoadError
 from femend.estimate.loads.identify import Loads
 from femend.estimate.loads.unit_responses import UnitResponses, lines_of
@@ -42,9 +43,7 @@ class Contributions:
     def ranked(self, target: int = 0, band: tuple[float, float] | None = None) -> list[tuple[str, float]]:
         """Loads by falling root-mean-square part at one `target` (position) over a `band` in Hz, as shares of the
         total's root mean square."""
-        inside = np.ones(len(self.freq), dtype=bool)
-        if band is not None:
-            inside = (self.freq >= band[0]) & (self.freq <= band[1])
+        inside = np.ones(len(self.freq), dtype=bool) if band is None else within_band(self.freq, band)
         whole = float(np.sqrt((np.abs(self.total[inside, target]) ** 2).sum()))
         size = np.sqrt((np.abs(self.parts[inside, target]) ** 2).sum(axis=0)) / max(whole, 1e-300)
         return [(self.names[i], float(size[i])) for i in np.argsort(-size)]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data import ODS, TimeData
+from femend.data.bands import within_band
 from femend.data.channel import Channel
 from femend.errors import LoadError
 from femend.estimate.loads.identify import Loads, identify_loads
@@ -64,7 +65,7 @@ def load_history(
         raise LoadError(
             f"the band ends at {band[1]:.6g} Hz, the record of {response.name!r} at {0.5 / dt:.6g} Hz; lower the band"
         )
-    inside = np.flatnonzero((freq >= max(band[0], FIRST * freq[1])) & (freq <= band[1]))
+    inside = np.flatnonzero(within_band(freq, (max(band[0], FIRST * freq[1]), band[1])))
     if not inside.size:
         raise LoadError(f"no line of {response.name!r} lies between {band[0]:.6g} and {band[1]:.6g} Hz; widen the band")
     faded = max(1, int(FADE * n))

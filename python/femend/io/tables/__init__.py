@@ -35,7 +35,7 @@ def read_table(path: Path) -> Table:
     if reader is None:
         raise FormatError(
             f"{path}: the extension {path.suffix!r} is unknown; recordings are read from .uff .unv "
-            f"{' '.join(_READERS)}",
+            f"{' '.join(_READERS)}; export it as one of these",
             file=str(path),
         )
     return reader(path)

@@ -37,9 +37,14 @@ def time_axis(table: Table, used: set[int], n: int, name: str, notes: list[str])
     """Start and step in s of `n` samples: of a column called time, else the step the table states, else of a column
     that increases evenly, which the `notes` then say.
 
-    Raises RecordingError where there is none, where it is not even or of another length, and where two columns called
-    time have different steps.
+    Raises RecordingError for less than two rows, where there is no axis, where it is not even or of another length, and
+    where two columns called time have different steps.
     """
+    if n < 2:
+        raise RecordingError(
+            f"recording {name!r}: {table.file} has {n} row of numbers, a recording at least 2; export it again",
+            recording=name,
+        )
     columns = named(table, used, TIME)
     if columns:
         return _of_named(table, columns, n, name)

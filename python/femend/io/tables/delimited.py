@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import io
 import re
 from collections.abc import Callable
@@ -92,13 +93,10 @@ def read_delimited(path: Path) -> Table:
     ``1+2j``. Missing fields become NaN. Raises FormatError with the line for text among the numbers or a line of
     another width.
     """
-    data = path.read_bytes()
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
-    lines = _without_end_notes(text.splitlines())
+    lines = _without_end_notes(_text(path).splitlines())
     filled = [line for line in lines if line.strip()]
+    if not filled:
+        raise FormatError(f"{path} is empty; export it again", file=str(path))
     style, width = _style(_probe(filled))
     if width == 0:
         raise FormatError(
@@ -107,6 +105,7 @@ def read_delimited(path: Path) -> Table:
             file=str(path),
         )
     first = next(i for i, x in enumerate(lines) if x.strip() and _is_row(style.fields(x), style, width))
+    _refuse_both_commas(path, lines, first, style, width)
     dt = None
     for line in lines[:first]:
         parts = re.split(r"[:=;\t,]", line, maxsplit=1)
@@ -121,6 +120,23 @@ def read_delimited(path: Path) -> Table:
     return Table(str(path), names, tuple(np.ascontiguousarray(c) for c in table.T), dt)
 
 
+def _text(path: Path) -> str:
+    """What stands in the file, in UTF-8, in UTF-16 with its mark (a spreadsheet's "Unicode text") or in Latin-1."""
+    data = path.read_bytes()
+    encoding = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    if "\0" in text:
+        raise FormatError(
+            f"{path}: holds binary data, and a name that ends in {path.suffix!r} is read as a text table; export it as "
+            "text, or correct the ending of its name",
+            file=str(path),
+        )
+    return text
+
+
 def _without_end_notes(lines: list[str]) -> list[str]:
     """The lines without what a program noted after the last row."""
     n = len(lines)
@@ -131,8 +147,6 @@ def _without_end_notes(lines: list[str]) -> list[str]:
 
 def _no_numbers(filled: list[str]) -> str:
     """What stands in the way of numbers in the `filled` lines, and what to do about it."""
-    if not filled:
-        return ": it is empty; export it again"
     for line in filled[len(filled) // 2 :]:
         clock = _CLOCK.search(line)
         if clock is not None:
@@ -147,6 +161,23 @@ def _probe(filled: list[str]) -> list[str]:
 
 def _is_row(fields: list[str], style: _Style, width: int) -> bool:
     return len(fields) == width and _numeric(fields, style, gaps=width > 1)
+
+
+def _refuse_both_commas(path: Path, lines: list[str], first: int, style: _Style, width: int) -> None:
+    """Decimal commas between columns that are separated by commas: up to twice as many fields as names, and no point
+    in any of them."""
+    if style.separator != "," or any("." in x for x in lines[first : first + _PROBE_LINES]):
+        return
+    words = (style.fields(x) for x in reversed(lines[:first]) if x.strip())
+    names = next((w for w in words if not any(_numeric([field], style) for field in w)), [])
+    if 1 < len(names) < width <= 2 * len(names):
+        raise FormatError(
+            f"{path}: {len(names)} columns are named, and the rows have {width} fields without a decimal point: commas "
+            "that separate columns and decimal commas cannot be told apart; export it with ';' between columns, or "
+            "with decimal points",
+            file=str(path),
+            record=first + 1,
+        )
 
 
 def _names(header: list[str], style: _Style, width: int) -> tuple[str, ...]:

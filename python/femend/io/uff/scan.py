@@ -132,7 +132,7 @@ class _Scanner:
         if after is None:
             raise self.fail(
                 f"the {length} bytes of binary samples are not followed by a separator '    -1'; the byte count or "
-                "the file is damaged: export it again"
+                "the file is damaged: copy it in binary mode, or export it again"
             )
         return (
             RawSet(58, self.record, body, declared, self.data[at : at + length], notes),

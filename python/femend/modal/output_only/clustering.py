@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from scipy.cluster import hierarchy
 from scipy.spatial.distance import squareform
 
+from femend.data.bands import within_band
 from femend.modal.output_only.stabilisation import Stabilisation, mac
 
 __all__ = ["cluster_poles", "consensus", "representatives"]
@@ -36,7 +37,7 @@ RUN = 5
 
 def cluster_poles(poles: Stabilisation, band: tuple[float, float], max_zeta: float) -> Stabilisation:
     """`poles` with their modes numbered by frequency; `band` in Hz, `max_zeta` the largest damping ratio."""
-    inside = (poles.freq >= band[0]) & (poles.freq <= band[1]) & (poles.zeta > 0) & (poles.zeta < max_zeta)
+    inside = within_band(poles.freq, band) & (poles.zeta > 0) & (poles.zeta < max_zeta)
     taking_part = np.flatnonzero(inside & poles.determined)
     labels = np.full(poles.order.size, -1)
     if taking_part.size < 2:

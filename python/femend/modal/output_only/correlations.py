@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from femend.data.bands import within_band
 from femend.modal.output_only.prepare import Signals
 
 __all__ = ["BlockCorrelations", "block_correlations", "principal_references"]
@@ -82,7 +83,7 @@ def principal_references(signals: Signals, n_ref: int) -> NDArray[np.float64]:
     segments = y[:, : n_seg * length].reshape(signals.n_ch, n_seg, length) * np.hanning(length)
     Y = np.fft.rfft(segments, axis=2)
     freq = np.fft.rfftfreq(length, signals.dt)
-    Y = Y[:, :, (freq >= signals.band[0]) & (freq <= signals.band[1])].transpose(2, 0, 1)
+    Y = Y[:, :, within_band(freq, signals.band)].transpose(2, 0, 1)
     trace = (np.abs(Y) ** 2).sum(axis=(1, 2))
     weighted = np.concatenate(list(Y / np.sqrt(trace)[:, None, None]), axis=1)
     S = (weighted @ weighted.conj().T).real

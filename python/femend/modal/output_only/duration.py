@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.errors import RecordingTooShortError
+from femend.numerals import plain
 
 __all__ = ["MIN_PERIODS", "WORST_ZETA_COV", "best_freq_cov", "best_zeta_cov", "needed_duration", "refuse_short"]
 
@@ -58,8 +59,9 @@ def refuse_short(name: str, duration: float, freq: float, needed: float, what: s
     if duration >= needed:
         return
     raise RecordingTooShortError(
-        f"recording {name!r}: {duration:.4g} s hold {duration * freq:.3g} periods of {what} {freq:.4g} Hz, too few to "
-        f"tell its frequency and damping; record at least {needed:.4g} s, or raise the lower band edge above the mode",
+        f"recording {name!r}: {plain(duration)} s hold {plain(duration * freq, 3)} periods of {what} {plain(freq)} Hz, "
+        f"too few to tell its frequency and damping; record at least {plain(needed)} s, or raise the lower band edge "
+        "above the mode",
         recording=name,
         duration=duration,
         needed=needed,

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from femend.data.bands import within_band
 from femend.modal.output_only.jackknife import N_GROUPS, pole_sd, shape_sd
 from femend.modal.output_only.prepare import Signals
 from femend.modal.output_only.spectra import PEAK_SIGMAS, segment_spectra
@@ -44,7 +45,7 @@ def efdd_modes(signals: Signals, max_zeta: float) -> ModeEstimates:
     the bells held."""
     length = 2 * (signals.y.shape[1] // (N_AVERAGES + 1))
     freq, Y = segment_spectra(signals.y, length, signals.dt)
-    inside = np.flatnonzero((freq >= signals.band[0]) & (freq <= signals.band[1]) & (freq > 0))
+    inside = np.flatnonzero(within_band(freq, signals.band) & (freq > 0))
     Y = Y[:, inside]
     vectors, values = _decomposed(Y)
     peaks = _peaks(vectors, values, Y.shape[0])

@@ -24,7 +24,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from femend.data import TimeData
+from femend.data.bands import within_band
 from femend.errors import RecordingError
+from femend.numerals import plain
 
 __all__ = ["Harmonic", "find_harmonics", "remove_harmonics", "sweeps"]
 
@@ -132,7 +134,7 @@ def _angle_steps(
     if values.shape != (data.n_samples,) or not np.isfinite(values).all() or values.min() <= 0:
         raise RecordingError(
             f"recording {data.name!r}: the rotation speed has shape {values.shape} and a least value of "
-            f"{values.min(initial=np.inf):.4g} Hz; give a positive value (Hz) for each of {data.n_samples} samples",
+            f"{plain(values.min(initial=np.inf))} Hz; give a positive value (Hz) for each of {data.n_samples} samples",
             recording=data.name,
         )
     mean = float(values.mean())
@@ -155,7 +157,7 @@ def _lines(
     n = y.shape[1]
     window = np.hanning(n + 1)[:n] / np.sqrt(0.375 * n)
     inside = np.arange(n // 2 + 1) / duration
-    use = (inside >= band[0]) & (inside <= band[1]) & (np.arange(inside.size) > 2)
+    use = within_band(inside, band) & (np.arange(inside.size) > 2)
     left, found = y.copy(), []
     needed = np.log(max(int(use.sum()), 1) / FALSE_ALARM)
     for _ in range(50):  # more harmonics than this are an excitation, not a disturbance

@@ -11,6 +11,7 @@ from femend.modal.output_only.prepare import Signals
 from femend.modal.output_only.result import OutputOnlyModes
 from femend.modal.output_only.spectra import spectral_peaks
 from femend.modal.output_only.ssi_modes import ModeEstimates
+from femend.numerals import plain
 
 __all__ = ["judged"]
 
@@ -83,11 +84,12 @@ def _flags(signals: Signals, modes: IdentifiedModes, i: int, harmonics: list[Har
     freq, zeta, zeta_sd = float(modes.freq[i]), float(modes.zeta[i]), float(modes.zeta_sd[i])
     near = _cover(modes, i, harmonics)
     if near is not None:
-        order = "" if np.isnan(near.order) else f" (order {near.order:.3g})"
+        order = "" if np.isnan(near.order) else f" (order {plain(near.order, 3)})"
         what = "taken out here" if treatment == "remove" else "here: this is it, or a mode under it"
         said.append(f"a rotating harmonic at {near.freq:.5g} Hz{order} was {what}")
     if zeta_sd > WORST_ZETA_COV * zeta:
-        said.append(f"damping {100 * zeta:.2g} % is known to {100 * zeta_sd:.2g} % only; the mode may be none")
+        share, share_sd = plain(100 * zeta, 2), plain(100 * zeta_sd, 2)
+        said.append(f"damping {share} % is known to {share_sd} % only; the mode may be none")
     edge = min(abs(freq - signals.band[0]), abs(signals.band[1] - freq))
     if edge < max(zeta * freq, 2 * float(modes.freq_sd[i])):
         said.append(f"within its own bandwidth of the band's edge; widen the band {signals.band} Hz")
@@ -105,12 +107,12 @@ def _advice(
     said = []
     if not modes.n_modes:
         said.append(
-            f"no mode stands in {signals.band[0]:.4g} to {signals.band[1]:.4g} Hz: every pole is less certain than its "
-            f"own bandwidth; record longer than {signals.duration:.4g} s, move sensors off the nodes, or look at the "
-            "spectra for a structural peak"
+            f"no mode stands in {plain(signals.band[0])} to {plain(signals.band[1])} Hz: every pole is less certain "
+            f"than its own bandwidth; record longer than {plain(signals.duration)} s, move sensors off the nodes, or "
+            "look at the spectra for a structural peak"
         )
     if missed:
-        listed = ", ".join(f"{f:.4g}" for f in missed)
+        listed = ", ".join(plain(f) for f in missed)
         said.append(
             f"the spectra peak at {listed} Hz, where no mode was found: a mode too weak, too short recorded or beyond "
             "max_order, or a narrow-band excitation"
@@ -124,8 +126,8 @@ def _advice(
     worst = int(np.argmax(longest)) if longest else 0
     if longest and longest[worst] > signals.duration and any("damping" in flag for flag in flags):
         said.append(
-            f"for damping within {100 * GOOD_ZETA_COV:.0f} % of the mode at {modes.freq[worst]:.4g} Hz record at least "
-            f"{longest[worst]:.4g} s (now {signals.duration:.4g} s)"
+            f"for damping within {100 * GOOD_ZETA_COV:.0f} % of the mode at {plain(modes.freq[worst])} Hz record at "
+            f"least {plain(longest[worst])} s (now {plain(signals.duration)} s)"
         )
     return tuple(said)
 
@@ -134,7 +136,7 @@ def _harmonic_notes(harmonics: list[Harmonic], treatment: str) -> tuple[str, ...
     done = "taken out" if treatment == "remove" else "left in"
     return tuple(
         f"rotating harmonic at {h.freq:.5g} Hz"
-        + ("" if np.isnan(h.order) else f" (order {h.order:.3g})")
+        + ("" if np.isnan(h.order) else f" (order {plain(h.order, 3)})")
         + f", kurtosis {h.kurtosis:.2f}: {done}"
         for h in harmonics
     )

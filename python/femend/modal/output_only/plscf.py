@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.data.bands import within_band
 from femend.modal.fraction import denominator, lag_sums, roots
 
 __all__ = ["FractionPoles", "HalfSpectrum", "fraction_poles", "half_spectrum"]
@@ -55,7 +56,7 @@ def half_spectrum(R: NDArray[np.float64], band: tuple[float, float], dt: float) 
     windowed = np.concatenate([np.zeros((1, *R.shape[1:])), R * np.exp(-beta * lags)[:, None, None]])
     S = np.fft.rfft(windowed, 2 * n_lags, axis=0)
     freq = np.arange(S.shape[0]) / (2 * n_lags * dt)
-    inside = (freq >= band[0]) & (freq <= band[1]) & (freq > 0)
+    inside = within_band(freq, band) & (freq > 0)
     return HalfSpectrum(freq[inside], S[inside], dt, beta)
 
 

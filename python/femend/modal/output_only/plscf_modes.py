@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from femend.data.bands import within_band
 from femend.modal.output_only.clustering import cluster_poles
 from femend.modal.output_only.correlations import block_correlations, principal_references
 from femend.modal.output_only.jackknife import leave_out_means, pole_sd, shape_sd
@@ -53,7 +54,7 @@ def _all_poles(
     columns = []
     for at, one in enumerate(found):
         freq, zeta = np.abs(one.mu) / (2 * np.pi), -one.mu.real / np.abs(one.mu)
-        keep = (freq >= signals.band[0]) & (freq <= signals.band[1]) & (zeta > 0) & (zeta < max_zeta)
+        keep = within_band(freq, signals.band) & (zeta > 0) & (zeta < max_zeta)
         mu, shapes = one.mu[keep], unit_shapes(signals.to_shapes(one.shapes[:, keep], one.mu[keep]))
         matched = [_matched(mu, replica[at]) for replica in replicas]
         again = np.array([m for m, _ in matched]).reshape(len(matched), mu.size)

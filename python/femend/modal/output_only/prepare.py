@@ -12,6 +12,7 @@ from femend.data import Channel, TimeData
 from femend.data._arrays import frozen
 from femend.dof import Dof
 from femend.errors import RecordingError
+from femend.numerals import plain
 
 __all__ = ["Signals", "motion_rows", "prepare_signals"]
 
@@ -138,8 +139,9 @@ def _look(data: TimeData, channels: tuple[Channel, ...], y: NDArray[np.float64])
     for i, channel in enumerate(channels):
         if spread[i] <= 1e-9 * spread.max():
             raise RecordingError(
-                f"recording {data.name!r}: channel {channel.text} does not move (standard deviation {spread[i]:.3g} "
-                f"{channel.unit}, the liveliest {spread.max():.3g}); leave the dead channel out",
+                f"recording {data.name!r}: channel {channel.text} does not move (standard deviation "
+                f"{plain(spread[i], 3)} {channel.unit}, the liveliest {plain(spread.max(), 3)}); leave the dead "
+                "channel out",
                 recording=data.name,
                 channel=channel.text,
             )

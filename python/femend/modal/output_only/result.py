@@ -12,6 +12,7 @@ from femend.data import IdentifiedModes
 from femend.data._arrays import frozen
 from femend.modal.output_only.harmonics import Harmonic
 from femend.modal.output_only.stabilisation import Stabilisation, modal_phase_collinearity
+from femend.numerals import plain
 
 __all__ = ["OutputOnlyModes"]
 
@@ -87,7 +88,7 @@ class OutputOnlyModes:
         }
 
     def __repr__(self) -> str:
-        listed = ", ".join(f"{f:.4g}" for f in self.freq[:6]) + (", …" if self.modes.n_modes > 6 else "")
+        listed = ", ".join(plain(f) for f in self.freq[:6]) + (", …" if self.modes.n_modes > 6 else "")
         return (
             f"OutputOnlyModes({self.recording!r}, {self.method}: {self.modes.n_modes} modes {listed} Hz; {self.status})"
         )

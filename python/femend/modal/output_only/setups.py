@@ -23,6 +23,7 @@ from femend.dof import Dof
 from femend.errors import RecordingError
 from femend.modal.output_only.result import OutputOnlyModes
 from femend.modal.output_only.stabilisation import mac, unit_shapes
+from femend.numerals import plain
 
 __all__ = ["MergedModes", "merge_setups"]
 
@@ -163,7 +164,7 @@ def _matched(parts: list[_Setup], shared: list[tuple[int, int]]) -> tuple[list[l
         pairs = {int(r): int(c) for r, c in zip(rows, columns) if allowed[r, c]}
         partners.append(pairs)
         unseen += [
-            f"the mode at {g[c]:.4g} Hz of set-up {part.name!r} has no partner in {lead.name!r}"
+            f"the mode at {plain(g[c])} Hz of set-up {part.name!r} has no partner in {lead.name!r}"
             for c in range(g.size)
             if c not in pairs.values()
         ]
@@ -172,7 +173,7 @@ def _matched(parts: list[_Setup], shared: list[tuple[int, int]]) -> tuple[list[l
         missing = [part.name for part, pairs in zip(parts[1:], partners) if i not in pairs]
         if missing:
             unseen.append(
-                f"the mode at {lead.modes.freq[i]:.4g} Hz of {lead.name!r} has no partner in {', '.join(missing)}"
+                f"the mode at {plain(lead.modes.freq[i])} Hz of {lead.name!r} has no partner in {', '.join(missing)}"
             )
         else:
             chains.append([i, *(pairs[i] for pairs in partners)])
@@ -261,9 +262,9 @@ def _disagreement(
     for label, p, unit, factor in (("freq", freq_p, "Hz", 1.0), ("zeta", zeta_p, "%", 100.0)):
         if p < SIGNIFICANCE:
             each = [factor * float(getattr(part.modes, label)[i]) for part, i in zip(parts, chain)]
-            listed = ", ".join(f"{value:.4g} {unit} in {name!r}" for value, name in zip(each, names))
+            listed = ", ".join(f"{plain(value)} {unit} in {name!r}" for value, name in zip(each, names))
             word = "frequency" if label == "freq" else "damping"
-            said.append(f"the {word} moved more than its uncertainty allows: {listed} (p = {p:.1g})")
+            said.append(f"the {word} moved more than its uncertainty allows: {listed} (p = {plain(p, 1)})")
     if len(shared) > 1:
         for j, (part, i) in enumerate(zip(parts, chain)):
             sd = np.array([part.sd[part.row[place], i] for place in shared])

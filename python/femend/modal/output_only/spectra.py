@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import signal
 
+from femend.data.bands import within_band
+
 __all__ = ["segment_spectra", "spectral_peaks"]
 
 # A peak counts when it stands this many standard deviations of the log spectrum over its saddles: of some hundred
@@ -43,6 +45,6 @@ def spectral_peaks(
         return np.empty(0)
     freq, Y = segment_spectra(y, length, dt)
     level = np.log((np.abs(Y) ** 2).mean(axis=0).sum(axis=1) + np.finfo(float).tiny)
-    inside = (freq >= band[0]) & (freq <= band[1]) & (np.arange(freq.size) >= 2)
+    inside = within_band(freq, band) & (np.arange(freq.size) >= 2)
     found, _ = signal.find_peaks(level[inside], prominence=PEAK_SIGMAS * np.sqrt(2.0 / Y.shape[0]))
     return freq[inside][found]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.data.bands import within_band
 from femend.data.time_data import pick_channel
 from femend.modal.output_only.clustering import cluster_poles, consensus, representatives
 from femend.modal.output_only.correlations import block_correlations, principal_references
@@ -110,7 +111,7 @@ def _all_poles(signals: Signals, settings: SsiSettings, space: Subspace, blocks:
     for order in orders:
         found = order_poles(space, int(order))
         freq, zeta = np.abs(found.mu) / (2 * np.pi), -found.mu.real / np.abs(found.mu)
-        inside = (freq >= signals.band[0]) & (freq <= signals.band[1]) & (zeta < settings.max_zeta)
+        inside = within_band(freq, signals.band) & (zeta < settings.max_zeta)
         which = np.flatnonzero(inside)
         if which.size:
             one = influences(space, effects, found, which)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.numerals import plain
 from femend.report.content import Marker, MeshPicture, MismatchMap
 from femend.report.mesh_view import start_view, view_basis
 from femend.report.mismatch_map import lowest, on_mesh
@@ -73,7 +74,7 @@ def _key(ax: Axes, look: Any) -> None:
     bar = ax.figure.colorbar(look, cax=inside, orientation="horizontal")
     bar.ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
     bar.ax.xaxis.set_minor_locator(NullLocator())
-    bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{float(f'{100 * share:.2g}'):g} %"))
+    bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{plain(100 * share, 2)} %"))
     bar.set_label("share of the misfit that a free force there leaves")
 
 
