@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ from femend.diagnose.moved import moved
 from femend.diagnose.one_linear import _beside, one_linear
 from femend.diagnose.pairs import Searched, alike
 from femend.diagnose.read_beside import read_off_beside
+from femend.diagnose.recovered import ENDS, without_ends
+from femend.estimate import Problem
 from femend.model import Place
 from femend.physics import physics
 from femend.study.run import StudyRun
@@ -64,6 +67,36 @@ def test_what_the_other_place_did_is_read_off_beside_the_law(first: Searched) ->
     for d, f in zip(read.d, read.f, strict=True):
         k3 = float((f * d**3).sum() / (d**6).sum())
         assert k3 == pytest.approx(CUBIC, rel=0.25)
+
+
+def test_a_jump_where_a_record_begins_again_does_not_show(first: Searched, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside a force that is free on every line decays are told badly: one sample far above all others, of which a
+    product with itself would be all that shows."""
+    one = _beside(first, at(first, 13), at(first, 7), fitted_at(first, 7, 13).fit.p)
+    assert one is not None
+    plainly, fitted = read_off_beside(one.problem, one.ranked[0], one.free.place), Problem.fitted_lines
+    height = 5 * max(float(np.abs(d).max()) for d in plainly.d)
+
+    def jumping(*given: Any) -> list[Any]:
+        return [(y, D + height, F) for y, D, F in fitted(*given)]
+
+    monkeypatch.setattr(Problem, "fitted_lines", jumping)
+    read = read_off_beside(one.problem, one.ranked[0], one.free.place)
+    for (d,), (right,), D, index in zip(read.d, plainly.d, read.D, read.index, strict=True):
+        assert np.abs(d - right).max() < 0.5 * np.abs(right).max()
+        np.testing.assert_allclose(D[:, 0], np.fft.rfft(d)[index], atol=1e-9 * np.abs(D).max())
+
+
+def test_without_its_ends_a_force_still_follows_its_motion_sample_by_sample() -> None:
+    n, index = 400, np.arange(10, 60)
+    x = np.random.default_rng(3).standard_normal((1, n))
+    (history, lines), (force, _) = without_ends(x, index), without_ends(x**3, index)
+    inner = slice(ENDS, -ENDS)
+    np.testing.assert_array_equal(force[:, inner], history[:, inner] ** 3)
+    assert history[0, 0] == history[0, -1] == 0.0
+    np.testing.assert_array_equal(lines[:, 0], np.fft.rfft(history[0])[index])
+    short = x[:, : 4 * ENDS - 1]
+    assert without_ends(short, index[:20])[0] is short
 
 
 def test_both_are_fitted_together(first: Searched) -> None:

@@ -19,6 +19,7 @@ from femend.diagnose.known_force import Known
 from femend.diagnose.levels import element_depends_on_level
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import refitted
+from femend.diagnose.more_effects import with_further
 from femend.diagnose.noise import UNDERRATED, louder
 from femend.diagnose.pair_screen import best_pairs
 from femend.diagnose.paired import of_those_found
@@ -253,3 +254,24 @@ def test_two_laws_have_to_show_in_unseen_data() -> None:
     assert shows(settings, 9.6, 0.96)
     assert not shows(settings, 0.85, 0.83)
     assert not shows(settings, 1.0, 1.2)
+
+
+def test_a_second_law_is_not_told_where_both_leave_far_more_than_noise(run: StudyRun) -> None:
+    both = run.diagnosis
+    assert both.further is not None
+    one = replace(both, further=None)
+    assert one.verdict == "missing-physics"
+    start = UpdatedModel(both.problem, both.reduced, both.null, both.g_rows)
+
+    def told(fitted: float, verdict: str = "missing-physics") -> bool:
+        assert both.further is not None
+        terms = replace(both.further.terms, fitted=fitted)
+        found = replace(both.further, terms=terms)
+        at = replace(one, verdict=verdict)
+        return with_further(at, start, both.located, (), None, lambda first: found).further is not None
+
+    limit = both.settings.second
+    assert told(0.9 * limit)
+    assert not told(1.1 * limit)
+    # where no law is told by itself, two that leave as much may still be located
+    assert told(1.1 * limit, "located-not-named")

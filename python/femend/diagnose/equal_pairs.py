@@ -18,7 +18,7 @@ from femend.diagnose.known_force import ReadOff, read_off
 from femend.diagnose.linear_costs import directions, pair_costs
 from femend.diagnose.locate import LINES, Located, cost_of, hypothesis_of
 from femend.diagnose.preference import LIKELIER, preference, with_one_force
-from femend.diagnose.recovered import in_time
+from femend.diagnose.recovered import in_time, without_ends
 from femend.estimate import Fit, Problem
 from femend.model import Place, ReducedModel
 
@@ -96,13 +96,14 @@ def _left(problem: Problem, fit: Fit) -> float:
 def _not_of_own_motion(read: Sequence[ReadOff], i: int) -> float:
     """Weighted squares of force `i` on the lines of all records beside what a linear and a few nonlinear functions of
     its own motion follow."""
-    motions = [_motion(one, i) for one in read]
-    size = [max(float(np.std(np.concatenate(x))), 1e-300) for x in zip(*motions, strict=True)]
+    did = [_did(one, i) for one in read]
+    size = [max(float(np.std(np.concatenate([history[j] for _, history in did]))), 1e-300) for j in (0, 1)]
     columns, forces = [], []
-    for one, (d, v) in zip(read, motions, strict=True):
+    for one, (lines, history) in zip(read, did, strict=True):
         weight = np.sqrt(one.weight[:, i])
-        columns.append(_functions(one, i, d / size[0], v / size[1]) * weight[:, None])
-        forces.append(one.F[:, i] * weight)
+        nonlinear = _functions(history[0] / size[0], history[1] / size[1], one.line.index)
+        columns.append(np.column_stack([lines[:, :3], nonlinear]) * weight[:, None])
+        forces.append(lines[:, 3] * weight)
     A, b = np.concatenate(columns), np.concatenate(forces)
     A, b = np.concatenate([A.real, A.imag]), np.concatenate([b.real, b.imag])
     A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
@@ -110,17 +111,17 @@ def _not_of_own_motion(read: Sequence[ReadOff], i: int) -> float:
     return float(rest @ rest)
 
 
-def _motion(one: ReadOff, i: int) -> tuple[FloatArray, FloatArray]:
-    """Histories (n,) of displacement and velocity of coordinate `i`."""
-    D = one.D[:, i]
-    d, v = in_time(np.column_stack([D, one.line.s * D]), one.line.index, one.line.record.n)
-    return d, v
-
-
-def _functions(one: ReadOff, i: int, x: FloatArray, y: FloatArray) -> ComplexArray:
-    """Spring, dashpot and mass, and even and odd functions of the scaled displacement x (n,) and velocity y (n,), on
-    the lines (K, 9)."""
-    history = np.array([x * np.abs(x), x**3, np.abs(x), y * np.abs(y), np.tanh(5.0 * y), y**3])
-    nonlinear = np.fft.rfft(history, axis=1)[:, one.line.index].T
+def _did(one: ReadOff, i: int) -> tuple[ComplexArray, FloatArray]:
+    """Displacement, velocity, acceleration and force of coordinate `i` without the ends of the record, on its lines
+    (K, 4) and in time (4, n)."""
     s, D = one.line.s, one.D[:, i]
-    return np.asarray(np.column_stack([D, s * D, s**2 * D, nonlinear]))
+    X = np.column_stack([D, s * D, s**2 * D, one.F[:, i]])
+    history, lines = without_ends(in_time(X, one.line.index, one.line.record.n), one.line.index)
+    return lines, history
+
+
+def _functions(x: FloatArray, y: FloatArray, index: NDArray[np.int64]) -> ComplexArray:
+    """Even and odd functions of the scaled displacement x (n,) and velocity y (n,), on the lines of numbers `index`
+    (K, 6)."""
+    history = np.array([x * np.abs(x), x**3, np.abs(x), y * np.abs(y), np.tanh(5.0 * y), y**3])
+    return np.asarray(np.fft.rfft(history, axis=1)[:, index].T)

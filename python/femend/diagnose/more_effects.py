@@ -52,7 +52,7 @@ def with_further(
                         one.n_values, null_score, floor, sigma, searched)  # fmt: skip
 
     further = search(searched(found.sigma))
-    if further is None:
+    if further is None or (found.verdict == "missing-physics" and further.terms.fitted > settings.second):
         return found
     adequate = further.terms.chosen <= settings.adequate
     verdict = "missing-physics" if adequate else "located-not-named"

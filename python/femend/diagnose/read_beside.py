@@ -11,7 +11,7 @@ from femend.diagnose.known_force import shown_forces
 from femend.diagnose.linear import closed_by
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.receptances import on_lines
-from femend.diagnose.recovered import Recovered, to_time
+from femend.diagnose.recovered import Recovered, to_time, without_ends
 from femend.estimate import Problem
 from femend.model import Place
 
@@ -47,6 +47,11 @@ def read_off_beside(problem: Problem, ranked: Ranked, place: Place) -> Recovered
         out.index.append(line.index)
         out.freq.append(line.freq)
         to_time(out, line, s)
+        if line.record.frf is None:
+            (out.d[-1], out.D[-1]), (out.f[-1], out.F[-1]) = (
+                without_ends(history[-1], line.index) for history in (out.d, out.f)
+            )
+            out.v[-1], out.a[-1] = (without_ends(history[-1], line.index)[0] for history in (out.v, out.a))
     return out
 
 

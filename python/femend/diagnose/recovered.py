@@ -14,13 +14,15 @@ from femend.diagnose.receptances import on_lines
 from femend.estimate import Fit, FitRecord, Lines, Problem
 from femend.model import ReducedModel
 
-__all__ = ["Recovered", "in_time", "recover", "to_time"]
+__all__ = ["Recovered", "in_time", "recover", "to_time", "without_ends"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 # times the power expected from its neighbours from which a line stands out
 STANDS_OUT = 9.0
+# samples at each end of a record that ring
+ENDS = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,6 +188,23 @@ def in_time(X: ComplexArray, index: NDArray[np.int64], n: int) -> FloatArray:
     full = np.zeros((n // 2 + 1, X.shape[1]), dtype=complex)
     full[index] = X
     return np.asarray(np.fft.irfft(full, n=n, axis=0).T)
+
+
+def without_ends(history: FloatArray, index: NDArray[np.int64]) -> tuple[FloatArray, ComplexArray]:
+    """A `history` (n_w, n) that is let go to nothing over the ends of its record, and its lines of numbers `index`
+    (K, n_w); a record of a few samples stays as it is.
+
+    Free decays beside a force that is free on every line are told badly, and what is too much of them jumps where a
+    record begins again at its end: a history of few lines rings there, by far beyond all that the place did. What is
+    linear in the histories holds without the ends too, and so does what follows them sample by sample.
+    """
+    n = history.shape[1]
+    if n >= 4 * ENDS:
+        window = np.ones(n)
+        window[:ENDS] = 0.5 - 0.5 * np.cos(np.pi * np.arange(ENDS) / ENDS)
+        window[-ENDS:] = window[ENDS - 1 :: -1]
+        history = history * window
+    return history, np.asarray(np.fft.rfft(history, axis=1)[:, index].T)
 
 
 def _smooth(power: FloatArray, width: int = 31) -> FloatArray:

@@ -36,6 +36,9 @@ class Settings:
         price: score a fitted law parameter costs, in logarithms of the effective number of values (1: BIC).
         worse: error of the final model on the recordings it was fitted to, as a whole, as a multiple of the updated
             one's, beyond which what was added is not told: it won by what it does outside the band.
+        second: misfit of all recordings up to which a second law is told beside a first one that is told by itself:
+            pairs that were right leave 2.0 at most, and what more they leave, motion that depends on its past too much
+            to be followed does, of which any other law takes a part.
         same_law: relative difference of two laws' forces below which the simpler one is named.
         worth_naming: share of the updated model's cost that a free force somewhere has to take away, where the model is
             at the noise already, before laws are tried at all.
@@ -67,6 +70,7 @@ class Settings:
     far: float = 3.6
     consistent: float = 1.2
     worse: float = 1.1
+    second: float = 2.5
     same_law: float = 0.08
     worth_naming: float = 0.02
 
