@@ -6,15 +6,17 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from femend import functions_of, write_uff
 from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.plain_error import further_off, plain_errors
+from femend.diagnose.plain_error import further_off, plain_errors, silenced
 from femend.diagnose.verdict import decide
-from femend.study.run import StudyRun
+from femend.study.run import StudyRun, diagnose
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_study import NOISE, Truth, diagnosed
+from small_study import NOISE, Truth, diagnosed, force, recording, respond, write_study
 
 NODE, K = 9, 3.0e4
 
@@ -64,3 +66,25 @@ def test_a_law_that_wins_but_is_further_off_is_not_told(run: StudyRun) -> None:
     assert found.verdict != "missing-physics"
     assert found.best is None
     assert "is not told" in found.advice
+
+
+def test_responses_that_do_not_follow_from_the_force_tell_nothing(tmp_path: Path) -> None:
+    """The best explanation of mere noise is a model that does not move."""
+    study = write_study(tmp_path, Truth())
+    draw = np.random.default_rng(1)
+    for name, level in (("low", 1.0), ("high", 3.0)):
+        u = force(level, 5, 1024)
+        y = respond(tmp_path, Truth(), u)
+        noise = draw.standard_normal(y.shape) * y.std(axis=1, keepdims=True)
+        write_uff(tmp_path / f"{name}.uff", functions_of(recording(name, u, noise)))
+    run = diagnose(study)
+    assert isinstance(run, StudyRun)
+    assert run.result["verdict"] == "undetermined"
+    assert run.result["findings"] == []
+    assert "silencing the model" in run.diagnosis.advice
+
+
+def test_a_law_that_explains_does_not_silence(run: StudyRun) -> None:
+    assert silenced(run.diagnosis) == ""
+    strict = replace(run.diagnosis, settings=replace(run.diagnosis.settings, silent=0.0))
+    assert "support_stiffness at node" in silenced(strict)

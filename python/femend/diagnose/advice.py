@@ -8,6 +8,7 @@ from math import pi
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.equivalent import middle
 from femend.estimate import Problem
+from femend.numerals import plain
 from femend.physics.causal import CAUSAL, structural
 
 __all__ = ["PART_OF_ALL", "PART_OF_A_FORCE", "PART_OF_TWO", "beside_laws", "only_beginning"]
@@ -37,7 +38,8 @@ def only_beginning(sigma: float, nonlinear: bool = True) -> str:
     with a linear one can be followed to the end, so that what it leaves later on has another reason."""
     if sigma == 0:
         return ""
-    reach = f"the law explains about the first {3 / sigma:.2g} s of the recordings to the noise, and less of the rest: "
+    first = plain(3 / sigma, 2)
+    reach = f"the law explains about the first {first} s of the recordings to the noise, and less of the rest: "
     if not nonlinear:
         return reach + (
             "something beside the law is missing that was not found. Predictions of whole recordings are off: add "
@@ -60,6 +62,8 @@ def _at_frequency(law: Candidate, problem: Problem) -> str:
         return ""
     at = middle(problem) / (2 * pi)
     return (
-        f"stiffness and loss factor of the structural damping are those at {at:.3g} Hz: where the loss is constant the "
-        f"stiffness grows with frequency, here {k_high / k_low:.2g} times from {low:.3g} to {high:.3g} Hz"
+        f"stiffness and loss factor of the structural damping are those at {plain(at, 3)} Hz: where the loss is "
+        "constant the "
+        f"stiffness grows with frequency, here {plain(k_high / k_low, 2)} times from {plain(low, 3)} to "
+        f"{plain(high, 3)} Hz"
     )

@@ -104,6 +104,8 @@ def nearest_size(recovered: Recovered, law: str, values: dict[str, float], simpl
         top += float((seen * np.real(shape.conj() * kappa)).sum())
         bottom += float((seen * np.abs(shape) ** 2).sum())
         power += float((seen * np.abs(kappa) ** 2).sum())
+    if bottom * power == 0.0:
+        return 0.0, 1.0  # nothing moves there
     return top / bottom, 1.0 - top**2 / (bottom * power)
 
 

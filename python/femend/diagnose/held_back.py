@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.estimate import FitRecord, Problem
+from femend.numerals import plain
 
 __all__ = ["HELD_BACK", "HeldBack", "before", "hold_back", "since"]
 
@@ -44,7 +45,8 @@ class HeldBack:
         if self.cut == 0:
             return f"laws were chosen on recording {self.name!r}, which they were fitted to as well: {self.why}"
         return (
-            f"laws were chosen on the last {100 * HELD_BACK:.0f} % ({self.seconds:.3g} s) of recording {self.name!r}, "
+            f"laws were chosen on the last {100 * HELD_BACK:.0f} % ({plain(self.seconds, 3)} s) of recording "
+            f"{self.name!r}, "
             "which none was fitted to"
         )
 
@@ -77,14 +79,16 @@ def _too_short(problem: Problem, seconds: float) -> str:
     """Why a part of so many seconds cannot choose; empty where it can."""
     low, high = problem.band
     modes = max(problem.n_tuned, 1)
-    needed = max(LINES_A_MODE * modes / (high - low), CYCLES / max(low, 1e-12))
+    # a band from 0 Hz has no cycles at its lower end
+    needed = max(LINES_A_MODE * modes / (high - low), CYCLES / low if low > 0 else 0.0)
     if seconds >= needed:
         return ""
     lines = int(seconds * (high - low))
+    cycles = f" and {plain(seconds * low, 2)} cycles of its lower end" if low > 0 else ""
     return (
-        f"its last {100 * HELD_BACK:.0f} % are {seconds:.3g} s, {lines} lines of the band {low:.3g} to {high:.3g} Hz "
-        f"with {modes} mode(s) and {seconds * low:.2g} cycles of its lower end, too few to choose by; record "
-        f"{needed / HELD_BACK:.2g} s or more, or another level"
+        f"its last {100 * HELD_BACK:.0f} % are {plain(seconds, 3)} s, {lines} lines of the band {plain(low, 3)} to "
+        f"{plain(high, 3)} Hz with {modes} mode(s){cycles}, too few to choose by; record "
+        f"{plain(needed / HELD_BACK, 2)} s or more, or another level"
     )
 
 
@@ -100,9 +104,9 @@ def _uneven(problem: Problem, record: FitRecord, cut: int) -> str:
         if share[worst] < EVEN * of:
             part = "last" if of == HELD_BACK else "first"
             return (
-                f"its {part} {100 * of:.0f} % hold {100 * share[worst]:.2g} % of the force's energy between "
-                f"{edges[worst]:.3g} and {edges[worst + 1]:.3g} Hz, too little to choose by; record a second one, or a "
-                "force that goes on through the recording in the whole band"
+                f"its {part} {100 * of:.0f} % hold {plain(100 * share[worst], 2)} % of the force's energy between "
+                f"{plain(edges[worst], 3)} and {plain(edges[worst + 1], 3)} Hz, too little to choose by; record a "
+                "second one, or a force that goes on through the recording in the whole band"
             )
     return ""
 

@@ -10,6 +10,7 @@ from femend.diagnose.ranked import Ranked, tempered
 from femend.diagnose.settings import Settings
 from femend.diagnose.so_far import SoFar
 from femend.diagnose.split import Split, split_records
+from femend.numerals import plain
 
 __all__ = ["undecided"]
 
@@ -56,14 +57,14 @@ def _told(so_far: SoFar, ranked: list[Ranked], split: Split, without: float, ste
     if not so_far.located:
         return f"{begun}, no place was looked at yet; run the study again to its end for a verdict"
     before = so_far.start.null.score
-    named = [f"{one.place.text} ({one.fit.score:.3g})" for one in so_far.located[:TOLD]]
-    said = f"{begun} and leave a misfit of {before:.3g}; with a free force it is least at {', '.join(named)}"
+    named = [f"{one.place.text} ({plain(one.fit.score, 3)})" for one in so_far.located[:TOLD]]
+    said = f"{begun} and leave a misfit of {plain(before, 3)}; with a free force it is least at {', '.join(named)}"
     if ranked:
         best = ranked[0]
         on = "the recordings that choose" if split.unseen else "the recording"
         said += (
             f"; of {len(ranked)} laws judged so far {best.candidate.name} at {best.located.place.text} leaves least, "
-            f"{best.candidate.chosen:.3g} on {on} where updating alone leaves {without:.3g}"
+            f"{plain(best.candidate.chosen, 3)} on {on} where updating alone leaves {plain(without, 3)}"
         )
     else:
         said += "; no law was judged yet"

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from femend.data.bands import within_band
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.stages import Values, final, updated
 from femend.estimate import FitRecord
+from femend.numerals import plain
 
-__all__ = ["further_off", "plain_errors"]
+__all__ = ["further_off", "plain_errors", "silenced"]
 
 
 def plain_errors(found: Diagnosis) -> tuple[float, float] | None:
@@ -40,8 +42,23 @@ def _counted(found: Diagnosis, record: FitRecord, y: Values) -> Values:
     """Samples of a time record in the window exp(-sigma t), lines in the band of an FRF."""
     if record.frf is None:
         return np.asarray(y * np.exp(-found.sigma * record.dt * np.arange(record.n)))
-    low, high = found.problem.band
-    return np.asarray(y[(record.frf.freq >= low) & (record.frf.freq <= high)])
+    return np.asarray(y[within_band(record.frf.freq, found.problem.band)])
+
+
+def silenced(found: Diagnosis) -> str:
+    """What has to be said where what was added makes the model follow hardly any of the recordings; "" elsewhere.
+
+    Responses that have nothing to do with the force are explained best by a model that does not move.
+    """
+    errors = plain_errors(found)
+    if errors is None or errors[1] <= found.settings.silent:
+        return ""
+    return (
+        f"{_laws(found)} would explain the recordings best by silencing the model: {plain(100 * errors[1], 3)} % of "
+        "what was recorded is left, so that nothing is told. The responses hardly follow from the measured force: see "
+        "whether force and responses are of the same test and on one time axis, whether the sensors are connected, and "
+        "their units"
+    )
 
 
 def further_off(found: Diagnosis) -> str:
@@ -49,14 +66,18 @@ def further_off(found: Diagnosis) -> str:
     errors = plain_errors(found)
     if errors is None or errors[1] <= found.settings.worse * errors[0]:
         return ""
-    before, after = (f"{100 * e:.3g} %" for e in errors)
-    low, high = found.problem.band
-    law = "the laws found together explain" if found.further is not None else f"{_named(found)} explains"
+    before, after = (f"{plain(100 * e, 3)} %" for e in errors)
+    low, high = (plain(f, 3) for f in found.problem.band)
     return (
-        f"{law} the recordings from {low:.3g} to {high:.3g} Hz, but as a whole they are {after} off with it and "
-        f"{before} without it, so that it is not told. Refine the mesh, so that more of what was recorded can be "
-        "compared, or free the parameters of the model that are least certain"
+        f"{_laws(found)} explain{'' if found.further is not None else 's'} the recordings from {low} to {high} Hz, but "
+        f"as a whole they are {after} off with it and {before} without it, so that it is not told. Refine the mesh, so "
+        "that more of what was recorded can be compared, or free the parameters of the model that are least certain"
     )
+
+
+def _laws(found: Diagnosis) -> str:
+    """What was added, in words."""
+    return "the laws found together" if found.further is not None else _named(found)
 
 
 def _named(found: Diagnosis) -> str:

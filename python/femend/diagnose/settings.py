@@ -36,6 +36,7 @@ class Settings:
         price: score a fitted law parameter costs, in logarithms of the effective number of values (1: BIC).
         worse: error of the final model on the recordings it was fitted to, as a whole, as a multiple of the updated
             one's, beyond which what was added is not told: it won by what it does outside the band.
+        silent: the same error from which what was added only silences the model.
         second: misfit of all recordings up to which a second law is told beside a first one that is told by itself:
             pairs that were right leave 2.0 at most, and what more they leave, motion that depends on its past too much
             to be followed does, of which any other law takes a part.
@@ -70,6 +71,7 @@ class Settings:
     far: float = 3.6
     consistent: float = 1.2
     worse: float = 1.1
+    silent: float = 0.95
     second: float = 2.5
     same_law: float = 0.08
     worth_naming: float = 0.02

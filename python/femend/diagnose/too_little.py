@@ -5,6 +5,7 @@ from __future__ import annotations
 from femend.estimate import FitRecord, Problem, noise_floor
 from femend.model.free_body import RIGID
 from femend.model.reduction import ReducedModel
+from femend.numerals import plain
 
 __all__ = ["PERIODS", "too_little"]
 
@@ -29,9 +30,11 @@ def too_little(problem: Problem, reduced: ReducedModel) -> str:
         duration = longest.n * longest.dt
         if duration * lowest < PERIODS and not any(map(_dies_away, timed)):
             return (
-                f"the longest recording, {longest.name}, holds {duration:.3g} s in {longest.n} samples, "
-                f"{duration * lowest:.2g} periods of the model's lowest mode in the band at {lowest:.4g} Hz: what is "
-                f"not seen in them may be there all the same; record {ENOUGH / lowest:.2g} s or more, or check the "
+                f"the longest recording, {longest.name}, holds {plain(duration, 3)} s in {longest.n} samples, "
+                f"{plain(duration * lowest, 2)} periods of the model's lowest mode in the band at {plain(lowest)} Hz: "
+                "what is "
+                f"not seen in them may be there all the same; record {plain(ENOUGH / lowest, 2)} s or more, or check "
+                "the "
                 "time axis"
             )
     floors = {r.name: noise_floor(r, problem.band) for r in problem.records}
@@ -39,7 +42,8 @@ def too_little(problem: Problem, reduced: ReducedModel) -> str:
     if floors[name] < NOISY:
         return ""
     return (
-        f"noise is {100 * floors[name]:.2g} % of {name}, the recording with least of it: what is missing hides in it; "
+        f"noise is {plain(100 * floors[name], 2)} % of {name}, the recording with least of it: what is missing hides "
+        "in it; "
         "drive harder, record longer, or put the sensors where more moves"
     )
 

@@ -17,11 +17,12 @@ from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.plain_error import further_off
+from femend.diagnose.plain_error import further_off, silenced
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.too_little import too_little
 from femend.diagnose.unmeasured import find_harmonic, find_unmeasured
 from femend.estimate import Fit
+from femend.numerals import plain
 
 __all__ = ["decide", "nothing_explains"]
 
@@ -44,6 +45,8 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
         told = _one_law(found, best, named)
     else:
         return _no_law(found)
+    if untold := silenced(told):
+        return replace(found, verdict="undetermined", place=None, advice=untold)
     off = further_off(told)
     return told if not off else _no_law(found, off)
 
@@ -147,8 +150,9 @@ def nothing_explains(found: Diagnosis) -> str:
     best, worst = int(np.argmin(error)), int(np.argmax(error))
     names = [r.name for r in found.problem.records]
     return (
-        f"{told}; it depends on the level: beyond the noise the updated model leaves {100 * error[worst]:.2g} % of "
-        f"{names[worst]} and {100 * error[best]:.2g} % of {names[best]}, which no linear model does"
+        f"{told}; it depends on the level: beyond the noise the updated model leaves {plain(100 * error[worst], 2)} % "
+        "of "
+        f"{names[worst]} and {plain(100 * error[best], 2)} % of {names[best]}, which no linear model does"
     )
 
 
@@ -156,7 +160,8 @@ def _more_sensors(found: Diagnosis) -> str:
     """Why no place could be told, and what would."""
     n = min(r.y.shape[0] for r in found.problem.records)
     return (
-        f"the updated model leaves {found.null.score:.3g} times what noise explains, but with {n} response(s) a force "
+        f"the updated model leaves {plain(found.null.score, 3)} times what noise explains, but with {n} response(s) a "
+        "force "
         f"anywhere explains everything; record at least {n + 1} responses, or name the law at a place you suspect with "
         "femend.diagnose.name_at.name_at"
     )

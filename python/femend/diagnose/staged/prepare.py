@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 from femend.data import FRF, Channel, IdentifiedModes, Recording, Speed, TimeData
+from femend.data.bands import within_band
 from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
 from femend.errors import RecordingError
@@ -72,10 +73,10 @@ def frf_data(recording: Recording) -> FrfData:
     lines = [frf_lines_of(frf, j) for j in range(len(frf.inputs))]
     bands = np.array([useful_band(line) for line in lines])
     freq = lines[0].freq
-    inside = (freq >= bands[:, 0].min()) & (freq <= bands[:, 1].max())
+    inside = within_band(freq, (bands[:, 0].min(), bands[:, 1].max()))
     excited = excited_band(frf)
     if excited is not None:
-        both = inside & (freq >= excited[0]) & (freq <= excited[1])
+        both = inside & within_band(freq, excited)
         inside = both if both.sum() >= FEWEST_LINES else inside
     H, noise = (np.stack([getattr(line, key) for line in lines], axis=2)[inside] for key in ("H", "noise"))
     return FrfData(recording.name, freq[inside], H, noise, _dofs(frf.outputs), _dofs(frf.inputs))
@@ -198,8 +199,7 @@ class RunData:
         doubt = np.ones(self.y.shape)
         for part in choice.left_out:
             if part.reason != "adds nothing":
-                there = (self.rev_per_s >= part.band[0]) & (self.rev_per_s <= part.band[1])
-                doubt[part.rows[0], there] = DOUBT
+                doubt[part.rows[0], within_band(self.rev_per_s, part.band)] = DOUBT
         return replace(self, doubt=doubt)
 
     def without_slips(self, predicted: FloatArray) -> RunData:

@@ -10,6 +10,7 @@ from femend.diagnose.staged.prepare import ModesData, RunData
 from femend.dof import Dof
 from femend.estimate.joint import ods_frf
 from femend.modal import identify_modes
+from femend.numerals import plain
 
 __all__ = ["run_modes", "too_short_for_modes"]
 
@@ -34,8 +35,9 @@ def too_short_for_modes(data: RunData) -> str:
         return ""
     low, high = (float(v) / data.order for v in (data.rev_per_s.min(), data.rev_per_s.max()))
     return (
-        f"recording {data.name!r}: {data.y.shape[1] * data.dt:.4g} s from {low:.4g} to {high:.4g} rev/s hold "
-        f"{len(freq)} lines {step:.3g} Hz apart, too few for the modes they go through (at least {FEWEST_LINES}); "
+        f"recording {data.name!r}: {plain(data.y.shape[1] * data.dt)} s from {plain(low)} to {plain(high)} rev/s hold "
+        f"{len(freq)} lines {plain(step, 3)} Hz apart, too few for the modes they go through (at least "
+        f"{FEWEST_LINES}); "
         "record a longer run over more speeds, or an ambient recording of this configuration"
     )
 

@@ -13,6 +13,7 @@ from femend.diagnose.staged.setup import Setup
 from femend.dof import COMPONENTS
 from femend.estimate.joint import Posterior
 from femend.model.linear_terms import LinearTerm
+from femend.numerals import plain
 
 if TYPE_CHECKING:
     from femend.diagnose.staged.loads import RunResult
@@ -29,13 +30,18 @@ def _decisions(rounds: Sequence[Round]) -> tuple[str, ...]:
         best = decision.rivals[0]
         if decision.taken is not None:
             following = next((r for r in decision.rivals[1:]), None)
-            against = f", ln evidence {best.score - following.score:.3g} above {following.label}" if following else ""
+            against = (
+                f", ln evidence {plain(best.score - following.score, 3)} above {following.label}" if following else ""
+            )
             said.append(f"added: {decision.taken.label}{against}")
         elif decision.refused:
             said.append(f"nothing added: {best.label} explains the shapes better, but too little of the run's samples")
         else:
             without = max(r.score for r in decision.rivals if r.term is None) if _has_plain(decision) else np.nan
-            said.append(f"nothing added: the best rival is {best.label} (ln evidence {best.score - without:+.3g})")
+            said.append(
+                f"nothing added: the best rival is {best.label} (ln evidence "
+                f"{plain(best.score - without, 3, signed=True)})"
+            )
     return tuple(said)
 
 
@@ -46,7 +52,10 @@ def _has_plain(decision: Round) -> bool:
 def remark_on_frfs(left: float, noise: float, rounds: Sequence[Round]) -> tuple[str, ...]:
     """Share of the FRFs left, and the decisions."""
     clear = "as far as their noise allows" if left < 1.5 * noise else "and more than their noise"
-    return (*_decisions(rounds), f"{100 * left:.2g} % of the FRFs stay unexplained, {clear} ({100 * noise:.2g} %)")
+    return (
+        *_decisions(rounds),
+        f"{plain(100 * left, 2)} % of the FRFs stay unexplained, {clear} ({plain(100 * noise, 2)} %)",
+    )
 
 
 def remark_on_modes(rows: Sequence[tuple[float, ...]], left: float, rounds: Sequence[Round]) -> tuple[str, ...]:
@@ -54,8 +63,9 @@ def remark_on_modes(rows: Sequence[tuple[float, ...]], left: float, rounds: Sequ
     said = [*_decisions(rounds)]
     worst = max(rows, key=lambda r: abs(r[2] / r[0] - 1))
     said.append(
-        f"{len(rows)} modes: frequencies {100 * left:.2g} % off in the middle, at most "
-        f"{100 * (worst[2] / worst[0] - 1):+.2g} % (at {worst[0]:.4g} Hz), least MAC {min(r[4] for r in rows):.3f}"
+        f"{len(rows)} modes: frequencies {plain(100 * left, 2)} % off in the middle, at most "
+        f"{plain(100 * (worst[2] / worst[0] - 1), 2, signed=True)} % (at {plain(worst[0])} Hz), least MAC "
+        f"{min(r[4] for r in rows):.3f}"
     )
     return tuple(said)
 
@@ -65,16 +75,16 @@ def remark_on_run(result: RunResult, rounds: Sequence[Round] = ()) -> tuple[str,
     n, sd = result.exponent
     U, phase = result.unbalances()
     reliable = result.after.freq[result.after.reliable]
-    where = f"{reliable.min():.3g} to {reliable.max():.3g} Hz" if reliable.size else "nowhere"
+    where = f"{plain(reliable.min(), 3)} to {plain(reliable.max(), 3)} Hz" if reliable.size else "nowhere"
     said = [
         *_decisions(rounds),
         f"bearing forces grow with speed to the power {n:.2f} +- {sd:.2f}; reliable on {reliable.size} of "
         f"{len(result.after.freq)} lines, {where}",
     ]
     n_run, reference = result.data.power
-    there = "" if n_run == 2.0 else f", as at {reference:.4g} rev/s (the force grows with Omega^{n_run:.3g})"
+    there = "" if n_run == 2.0 else f", as at {plain(reference)} rev/s (the force grows with Omega^{plain(n_run, 3)})"
     said += [
-        f"unbalance at {node}: {u:.4g} at {np.degrees(a):.1f} degrees against the tacho{there}"
+        f"unbalance at {node}: {plain(u)} at {np.degrees(a):.1f} degrees against the tacho{there}"
         for node, u, a in zip(result.unbalance.nodes, U, phase, strict=True)
     ]
     if result.choice is not None:
@@ -91,8 +101,8 @@ def remark_on_run(result: RunResult, rounds: Sequence[Round] = ()) -> tuple[str,
         named = "not decided" if result.laws.best is None else what[result.laws.best]
         said.append(
             f"law of the bearing forces: {named} ({result.laws.reason}); a free power takes {free.exponent:.3f} +- "
-            f"{free.sd:.2g}; unseen sensors are predicted to "
-            + ", ".join(f"{100 * law.unseen:.2g} % ({what[law.name]})" for law in result.laws.laws)
+            f"{plain(free.sd, 2)}; unseen sensors are predicted to "
+            + ", ".join(f"{plain(100 * law.unseen, 2)} % ({what[law.name]})" for law in result.laws.laws)
         )
     value, name = result.correlation
     apart = "can be told apart" if value < 0.95 else "can hardly be told apart"
@@ -100,9 +110,9 @@ def remark_on_run(result: RunResult, rounds: Sequence[Round] = ()) -> tuple[str,
     said.append(
         "the record begins with the machine running"
         if result.onset is None
-        else f"the record begins at rest, the force sets in over {result.onset:.2g} s"
+        else f"the record begins at rest, the force sets in over {plain(result.onset, 2)} s"
     )
-    said.append(f"{100 * result.error:.2g} % of the run stays unexplained")
+    said.append(f"{plain(100 * result.error, 2)} % of the run stays unexplained")
     return tuple(said)
 
 
@@ -124,7 +134,8 @@ def unseen_modes(
         largest = int(np.argmax(np.abs(model.V @ phi[:, i])))
         node, component = int(model.model.node_ids[largest // 6]), COMPONENTS[largest % 6]
         said.append(
-            f"the model has a mode at {freq[i]:.4g} Hz (largest in {component} at node {node}) that this test cannot "
+            f"the model has a mode at {plain(freq[i])} Hz (largest in {component} at node {node}) that this test "
+            "cannot "
             "see: no measured pair of DOFs takes part in it; its frequency rests on the model alone"
         )
     return tuple(said)

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.data.bands import within_band
 from femend.errors import UpdatingError
 from femend.estimate.updating.responses import Compared, Mates, deviation, needed
 from femend.estimate.updating.state import State
@@ -49,8 +50,7 @@ class FrfDifferences:
         if self.bands:
             if self.freq is None:
                 raise UpdatingError(f"{self.name} have bands and no `freq` to look them up")
-            f = np.asarray(self.freq)
-            keep = np.any([(f >= low) & (f <= high) for low, high in self.bands], axis=0)
+            keep = np.any([within_band(self.freq, band) for band in self.bands], axis=0)
         return keep
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:

@@ -13,6 +13,7 @@ from femend.correlate import mac
 from femend.estimate.updating.history import Iteration
 from femend.estimate.updating.problem import Evaluation, Problem
 from femend.estimate.updating.unknown import limits
+from femend.numerals import plain
 
 __all__ = ["ModeRow", "ParameterRow", "Status", "UpdateResult"]
 
@@ -185,8 +186,8 @@ class UpdateResult:
 
     def __repr__(self) -> str:
         lines = [
-            f"{self.status} after {len(self.history) - 1} steps, cost {self.before.cost:.4g} -> {self.after.cost:.4g}"
-            + (f" ({self.advice})" if self.advice else ""),
+            f"{self.status} after {len(self.history) - 1} steps, cost {plain(self.before.cost)} -> "
+            f"{plain(self.after.cost)}" + (f" ({self.advice})" if self.advice else ""),
             f"{'parameter':20} {'before':>9} {'after':>9} {'sd':>9} {'prior sds':>9}  told by",
         ]
         told = set(self.determined())

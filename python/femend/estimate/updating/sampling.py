@@ -14,6 +14,7 @@ from femend.estimate.updating.moves import TOO_LITTLE, move
 from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.step import root
 from femend.estimate.updating.unknown import limits
+from femend.numerals import plain
 from femend.threads import one_blas_thread
 
 __all__ = ["Posterior", "sample"]
@@ -118,7 +119,7 @@ def sample(
         if told is not None:
             told()
         if moved.away < TOO_LITTLE:
-            far = f"particles moved {moved.away:.2f} deviations at temperature {beta:.3g}"
+            far = f"particles moved {moved.away:.2f} deviations at temperature {plain(beta, 3)}"
             advice = f"{far}: take more of them, or trust less"
     return Posterior(
         problem, p, s, ln_z, float(np.sqrt(variance)), tuple(temperatures), tuple(acceptance), solved, advice
