@@ -250,6 +250,16 @@ def test_a_body_that_is_free_in_some_ways_and_a_record_too_short_are_told(tmp_pa
     assert told[0].startswith("the model moves freely in 1 way (1 mode of 0 Hz, of the 6 of a free body)")
 
 
+def test_a_deck_without_densities_is_told_and_one_with_a_node_without_mass_not(tmp_path: Path) -> None:
+    small_study.write_study(tmp_path, small_study.Truth())
+    deck = tmp_path / "model.bdf"
+    text = deck.read_text()
+    deck.write_text(text.replace(",2700.", ",0.", 1))
+    assert not any("carry no mass" in said for said in doubts(tmp_path))
+    deck.write_text(text.replace(",2700.", ",0."))
+    assert any(said.startswith("11 of the 12 nodes that move carry no mass") for said in doubts(tmp_path))
+
+
 def test_what_was_doubtful_is_told_beside_an_error_of_the_diagnosis(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -44,6 +44,8 @@ OF_SHAPES = 30
 # share of the values of FRFs that stand clear of their noise where a force has anything to do with the responses: three
 # quarters and more on twelve generated cases, none of noise
 RELATED = 0.02
+# share of the nodes that move without any mass from which a density is thought to be missing
+MASSLESS = 0.5
 # a DOF that moves less than this share of the one that moves most stands still but for rounding
 ROUNDING = 1e-9
 
@@ -103,7 +105,8 @@ def doubts_found(model: Model, test: Test, pairing: Pairing, zeta: float) -> Dou
             against = output_doubts(recording, modes, pairing)
         for doubt in (*_short(recording, modes), *against):
             found.setdefault((doubt.kind, doubt.channel), (doubt, []))[1].append(recording.name)
-    return Doubts(tuple(_free(model, modes)), tuple(Doubted(doubt, tuple(names)) for doubt, names in found.values()))
+    of_model = (*_free(model, modes), *_massless(model))
+    return Doubts(of_model, tuple(Doubted(doubt, tuple(names)) for doubt, names in found.values()))
 
 
 def _measured(recording: Recording) -> bool:
@@ -135,6 +138,22 @@ def _free(model: Model, modes: ModeSet) -> list[str]:
 
 def _elastic(modes: ModeSet) -> FloatArray:
     return np.asarray(modes.freq[modes.freq > RIGID * modes.freq[-1]])
+
+
+def _massless(model: Model) -> list[str]:
+    """A deck whose materials lost their density has masses where point masses are, and modes of those alone."""
+    K, M = model.matrices()
+    to_g = abs(model.transformation())
+    stiff, heavy = (
+        (to_g @ np.abs(a.diagonal()))[: 6 * len(model.node_ids)].reshape(-1, 6)[:, :3].max(axis=1) > 0 for a in (K, M)
+    )
+    without = int((stiff & ~heavy).sum())
+    if without <= MASSLESS * stiff.sum():
+        return []
+    return [
+        f"{without} of the {int(stiff.sum())} nodes that move carry no mass: is the density of a material (RHO of its "
+        "MAT card) missing? Where point masses are meant to be all there is, nothing is wrong"
+    ]
 
 
 def _short(recording: Recording, modes: ModeSet) -> list[Doubt]:
