@@ -169,16 +169,24 @@ def test_the_second_law_is_found_anew_where_both_strain_the_model(
     assert ("anew" in cast(Any, found).names) is (told == "anew")
 
 
-@pytest.mark.parametrize(("chosen", "reached", "told"), [(1.0, 0.0, "both"), (9.0, 0.0, None), (1.0, 5.0, None)])
+@pytest.mark.parametrize(
+    ("chosen", "reached", "explained", "told"),
+    [(1.0, 0.0, False, "both"), (9.0, 0.0, False, None), (1.0, 5.0, False, None), (1.0, 0.0, True, None)],
+)
 def test_a_law_of_the_beginning_may_be_one_of_two_that_explain_more(
-    monkeypatch: pytest.MonkeyPatch, chosen: float, reached: float, told: str | None
+    monkeypatch: pytest.MonkeyPatch, chosen: float, reached: float, explained: bool, told: str | None
 ) -> None:
-    """They count where they explain, and more of the records than the law by itself."""
+    """They count where they explain, and more of the records than the law by itself; where one force explains whole
+    records, `explained`, nothing acts beside the law."""
     law = SimpleNamespace(candidate=SimpleNamespace(nonlinear=True))
     whole = cast(Searched, SimpleNamespace(name="whole"))
     first = cast(
-        Searched, SimpleNamespace(sigma=5.0, ranked=[law], at=lambda sigma: whole, settings=Settings(), name="window")
-    )
+        Searched,
+        SimpleNamespace(
+            sigma=5.0, ranked=[law], at=lambda sigma: whole, settings=Settings(), name="window",
+            one_force_explains=explained,
+        ),
+    )  # fmt: skip
     both = SimpleNamespace(terms=SimpleNamespace(chosen=chosen, sigma=reached), name="both")
     monkeypatch.setattr(second, "chosen_where_it_shows", lambda searched: None)
     monkeypatch.setattr(second, "_worth_looking", lambda searched: searched is whole)

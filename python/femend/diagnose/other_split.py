@@ -30,9 +30,7 @@ def chosen_where_it_shows(first: Searched) -> Searched | None:
     where it shows in those that chose already, or where a single free force explains them all, so that the law was
     lost on the way and nothing stands beside it."""
     settings, split = first.settings, first.split
-    if split.held is not None or not first.ranked or not first.located:
-        return None
-    if first.located[0].fit.score <= settings.adequate:
+    if split.held is not None or not first.ranked or not first.located or first.one_force_explains:
         return None
     left = _left_in_each(first)
     chose = {r.name for r in split.choosing.records}

@@ -67,6 +67,12 @@ class Searched:
         return self if sigma == self.sigma or self.in_window is None else self.in_window(sigma)
 
     @property
+    def one_force_explains(self) -> bool:
+        """Whether a single free force explains whole recordings: nothing acts elsewhere, and a law at its place that
+        does not explain them was lost on the way."""
+        return bool(self.located) and self.located[0].fit.score <= self.settings.adequate
+
+    @property
     def price(self) -> float:
         """Score that a parameter of a law costs."""
         return price(self.settings, self.n_values)

@@ -61,9 +61,9 @@ def look_further(first: Searched) -> Further | None:
     """Two effects where one law at one place leaves much that two laws explain, at two places or, where the sensors
     cannot tell two, beside each other; None otherwise.
 
-    A law that explains the beginning of the records alone may be one of two that explain them all, and one that was
-    chosen where the other effect does not show explains no others: those are looked for first, and count where both
-    explain more of the records than the law does.
+    A law that explains the beginning of the records alone may be one of two that explain them all, but where one free
+    force does: its motion cannot be followed to the end. One that was chosen where the other effect does not show
+    explains no others. Those are looked for first, and count where both explain more of the records than the law does.
     """
     elsewhere = chosen_where_it_shows(first)
     if elsewhere is not None and _worth_looking(elsewhere):
@@ -74,7 +74,7 @@ def look_further(first: Searched) -> Further | None:
         whole = first.at(0.0)
         if not first.ranked[0].candidate.nonlinear:
             first = whole  # what a linear law leaves later on is something else, since it is followed all the way
-        elif _worth_looking(whole):
+        elif not first.one_force_explains and _worth_looking(whole):
             both = _explaining(first, _looked_for(whole))
             if both is not None and both.terms.sigma < first.sigma:
                 return both
