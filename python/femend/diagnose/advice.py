@@ -63,7 +63,6 @@ def _at_frequency(law: Candidate, problem: Problem) -> str:
     at = middle(problem) / (2 * pi)
     return (
         f"stiffness and loss factor of the structural damping are those at {plain(at, 3)} Hz: where the loss is "
-        "constant the "
-        f"stiffness grows with frequency, here {plain(k_high / k_low, 2)} times from {plain(low, 3)} to "
+        f"constant the stiffness grows with frequency, here {plain(k_high / k_low, 2)} times from {plain(low, 3)} to "
         f"{plain(high, 3)} Hz"
     )

@@ -46,8 +46,7 @@ class HeldBack:
             return f"laws were chosen on recording {self.name!r}, which they were fitted to as well: {self.why}"
         return (
             f"laws were chosen on the last {100 * HELD_BACK:.0f} % ({plain(self.seconds, 3)} s) of recording "
-            f"{self.name!r}, "
-            "which none was fitted to"
+            f"{self.name!r}, which none was fitted to"
         )
 
 

@@ -32,10 +32,8 @@ def too_little(problem: Problem, reduced: ReducedModel) -> str:
             return (
                 f"the longest recording, {longest.name}, holds {plain(duration, 3)} s in {longest.n} samples, "
                 f"{plain(duration * lowest, 2)} periods of the model's lowest mode in the band at {plain(lowest)} Hz: "
-                "what is "
-                f"not seen in them may be there all the same; record {plain(ENOUGH / lowest, 2)} s or more, or check "
-                "the "
-                "time axis"
+                f"what is not seen in them may be there all the same; record {plain(ENOUGH / lowest, 2)} s or more, or "
+                "check the time axis"
             )
     floors = {r.name: noise_floor(r, problem.band) for r in problem.records}
     name = min(floors, key=lambda n: floors[n])
@@ -43,8 +41,7 @@ def too_little(problem: Problem, reduced: ReducedModel) -> str:
         return ""
     return (
         f"noise is {plain(100 * floors[name], 2)} % of {name}, the recording with least of it: what is missing hides "
-        "in it; "
-        "drive harder, record longer, or put the sensors where more moves"
+        "in it; drive harder, record longer, or put the sensors where more moves"
     )
 
 

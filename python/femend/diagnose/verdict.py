@@ -151,8 +151,7 @@ def nothing_explains(found: Diagnosis) -> str:
     names = [r.name for r in found.problem.records]
     return (
         f"{told}; it depends on the level: beyond the noise the updated model leaves {plain(100 * error[worst], 2)} % "
-        "of "
-        f"{names[worst]} and {plain(100 * error[best], 2)} % of {names[best]}, which no linear model does"
+        f"of {names[worst]} and {plain(100 * error[best], 2)} % of {names[best]}, which no linear model does"
     )
 
 
@@ -161,7 +160,6 @@ def _more_sensors(found: Diagnosis) -> str:
     n = min(r.y.shape[0] for r in found.problem.records)
     return (
         f"the updated model leaves {plain(found.null.score, 3)} times what noise explains, but with {n} response(s) a "
-        "force "
-        f"anywhere explains everything; record at least {n + 1} responses, or name the law at a place you suspect with "
-        "femend.diagnose.name_at.name_at"
+        f"force anywhere explains everything; record at least {n + 1} responses, or name the law at a place you "
+        "suspect with femend.diagnose.name_at.name_at"
     )

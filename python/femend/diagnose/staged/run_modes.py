@@ -37,8 +37,7 @@ def too_short_for_modes(data: RunData) -> str:
     return (
         f"recording {data.name!r}: {plain(data.y.shape[1] * data.dt)} s from {plain(low)} to {plain(high)} rev/s hold "
         f"{len(freq)} lines {plain(step, 3)} Hz apart, too few for the modes they go through (at least "
-        f"{FEWEST_LINES}); "
-        "record a longer run over more speeds, or an ambient recording of this configuration"
+        f"{FEWEST_LINES}); record a longer run over more speeds, or an ambient recording of this configuration"
     )
 
 

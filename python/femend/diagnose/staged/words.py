@@ -135,7 +135,6 @@ def unseen_modes(
         node, component = int(model.model.node_ids[largest // 6]), COMPONENTS[largest % 6]
         said.append(
             f"the model has a mode at {plain(freq[i])} Hz (largest in {component} at node {node}) that this test "
-            "cannot "
-            "see: no measured pair of DOFs takes part in it; its frequency rests on the model alone"
+            "cannot see: no measured pair of DOFs takes part in it; its frequency rests on the model alone"
         )
     return tuple(said)
