@@ -10,16 +10,13 @@ import numpy as np
 import pytest
 
 import femend
-from femend.diagnose.beside import _as_one, _law, companions
+from femend.diagnose.beside import companions
 from femend.diagnose.dressed import own_values, with_own
-from femend.diagnose.equivalent import middle
-from femend.diagnose.terms import Term, relaxing
-from femend.diagnose.together import fitted_together
 from femend.model import Place, read_model
 from femend.study.run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_study import BAND, Truth, deck, diagnosed, searched
+from small_study import Truth, deck, diagnosed, searched
 
 K3, K = 5.0e7, 2.0e3
 NODE = 13
@@ -57,34 +54,6 @@ def test_the_final_model_and_deck_hold_both(both: StudyRun) -> None:
     assert law.candidate.k == 0.0
     assert len(further.terms.joint.w) == 1
     assert spring.values(spring.x)[0]["k"] == pytest.approx(K, rel=0.1)
-
-
-def test_a_lossy_spring_beside_the_law_is_one_law(tmp_path: Path) -> None:
-    chain = relaxing({"k": K, "eta": 0.4}, (2 * np.pi * BAND[0], 2 * np.pi * BAND[1]))
-    laws = [(NODE, "cubic_stiffness", {"k3": K3}), (NODE, "generalised_maxwell_3", chain)]
-    run = diagnosed(tmp_path, Truth(MODULI, laws=laws))
-    findings = {f["physics"]: f for f in run.result["findings"]}
-    assert set(findings) == {"cubic_stiffness", "structural_damping"}
-    assert findings["structural_damping"]["parameters"]["k"]["value"] == pytest.approx(K, rel=0.25)
-    assert findings["structural_damping"]["parameters"]["eta"]["value"] == pytest.approx(0.4, rel=0.5)
-    # taken apart into a spring and a dashpot it is put together again
-    first, further = searched(run.diagnosis), run.diagnosis.further
-    assert further is not None
-    law = next(t for t in further.terms.terms if t.candidate.name == "cubic_stiffness")
-    sizes = {"support_stiffness": K, "viscous_damper": 0.4 * K / middle(first.problem)}
-    parts = [Term(_law(law.candidate, name, size), law.located) for name, size in sizes.items()]
-    apart = fitted_together(first, [law, *parts], further.terms.p)
-    assert apart is not None
-    whole = _as_one(first, apart)
-    assert [t.candidate.name for t in whole[1].terms] == ["cubic_stiffness", "structural_damping"]
-    assert whole[0] < apart[0]
-
-
-def test_a_spring_alone_beside_the_law_stays_as_it_is(both: StudyRun) -> None:
-    further = both.diagnosis.further
-    assert further is not None
-    found = (0.0, further.terms)
-    assert _as_one(searched(both.diagnosis), found) is found
 
 
 def test_a_law_alone_has_nothing_beside_it(law_alone: StudyRun) -> None:

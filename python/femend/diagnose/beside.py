@@ -8,14 +8,12 @@ own: a support that nobody drew beside a stop, at the same node or at one that m
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import KINDS, Candidate
 from femend.diagnose.collapse import collapsed
-from femend.diagnose.equivalent import middle
 from femend.diagnose.moved import moved
 from femend.diagnose.pairs import Searched, alike
 from femend.diagnose.ranked import Ranked
@@ -57,7 +55,6 @@ def companions(first: Searched, one: Ranked) -> Scored | None:
     plain = _without(first, best)
     if plain is not None:
         return plain
-    best = _as_one(first, best)
     return best if best[1].chosen <= first.settings.adequate else _elsewhere(first, best)
 
 
@@ -77,24 +74,6 @@ def _without(first: Searched, found: Scored) -> Scored | None:
     if alone is None or brings(first, alone, found):
         return None
     return fitted_together(first, terms, alone[1].p)
-
-
-def _as_one(first: Searched, found: Scored) -> Scored:
-    """A spring and a dashpot beside the law as structural damping where that explains more: one law of as many
-    parameters, whose loss grows with the frequency only as fast as its force does."""
-    law, *linear = found[1].terms
-    sizes = {t.candidate.name: t.values(t.x)[0] for t in linear}
-    if set(sizes) != {"support_stiffness", "viscous_damper"}:
-        return found
-    k, c = sizes["support_stiffness"]["k"], sizes["viscous_damper"]["c"]
-    entry = physics("structural_damping")
-    values = {"k": k, "eta": min(c * middle(first.problem) / k, 1.0)}
-    x = np.log([values[name] for name in entry.parameter_names])
-    both = replace(
-        linear[0].candidate, physics=entry, name=entry.name, values=values, x=x, n_law=len(x), covariance=None
-    )
-    tried = fitted_together(first, [law, replace(linear[0], candidate=both)], found[1].p)
-    return tried if tried is not None and tried[0] < found[0] else found
 
 
 def _choices(linear: Sequence[Term]) -> list[list[Term]]:
