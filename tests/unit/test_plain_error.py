@@ -45,7 +45,7 @@ def test_the_errors_are_those_of_the_result(run: StudyRun) -> None:
 
 def test_nothing_is_said_of_what_comes_nearer_or_of_nothing(run: StudyRun) -> None:
     assert run.result["verdict"] == "missing-physics"
-    assert further_off(run.diagnosis) == ""
+    assert further_off(run.diagnosis, plain_errors(run.diagnosis)) == ""
     assert plain_errors(replace(run.diagnosis, best=None)) is None
 
 
@@ -53,7 +53,7 @@ def test_what_is_further_off_is_named_with_both_errors(run: StudyRun) -> None:
     far = stiffer(run.diagnosis, 3.0)
     before, after = plain_errors(far) or (0.0, 0.0)
     assert after > far.settings.worse * before
-    text = further_off(far)
+    text = further_off(far, (before, after))
     assert text.startswith(f"support_stiffness at node {NODE} to ground, Z explains")
     assert f"{100 * after:.3g} % off with it and {100 * before:.3g} % without it" in text
 
@@ -85,6 +85,7 @@ def test_responses_that_do_not_follow_from_the_force_tell_nothing(tmp_path: Path
 
 
 def test_a_law_that_explains_does_not_silence(run: StudyRun) -> None:
-    assert silenced(run.diagnosis) == ""
+    errors = plain_errors(run.diagnosis)
+    assert silenced(run.diagnosis, errors) == ""
     strict = replace(run.diagnosis, settings=replace(run.diagnosis.settings, silent=0.0))
-    assert "support_stiffness at node" in silenced(strict)
+    assert "support_stiffness at node" in silenced(strict, errors)

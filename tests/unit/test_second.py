@@ -204,7 +204,8 @@ def test_two_effects_hidden_by_each_other_explain_all_where_no_force_at_one_plac
 ) -> None:
     """Free forces at one place leave `one`, at two places `two`, and the laws there `laws`."""
     located = SimpleNamespace(fit=SimpleNamespace(score=one))
-    first = cast(Searched, SimpleNamespace(settings=Settings(), located=[located]))
+    explained = one <= Settings().adequate
+    first = cast(Searched, SimpleNamespace(settings=Settings(), located=[located], one_force_explains=explained))
     second_place = SimpleNamespace(fit=SimpleNamespace(score=two))
     both = SimpleNamespace(terms=SimpleNamespace(chosen=laws))
     monkeypatch.setattr(second, "_worth_looking", lambda searched: True)

@@ -13,7 +13,7 @@ from femend.diagnose.locate import Located
 from femend.diagnose.noise import Louder
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.pairs import Searched
-from femend.diagnose.plain_error import further_off
+from femend.diagnose.plain_error import further_off, plain_errors
 from femend.diagnose.ranked import Ranked, told_simply
 from femend.diagnose.second import Further
 from femend.diagnose.shares import score_of_noise
@@ -63,7 +63,7 @@ def with_further(
         found, verdict=verdict, problem=start.problem, best=lead.candidate, place=lead.located, advice=advice,
         rival=None, further=further, sigma=further.terms.sigma,
     )  # fmt: skip
-    return found if further_off(told) else told
+    return found if further_off(told, plain_errors(told)) else told
 
 
 def _compared_in(found: Diagnosis, sigma: float) -> Diagnosis:

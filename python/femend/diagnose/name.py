@@ -41,7 +41,8 @@ def name_physics(
     opened: list[Opened] = []
     first_look = judge_in(given, 0.0)
     for one, is_kin, masses_alone in each_once(located):
-        tell(0 if is_kin else 1)
+        if not is_kin:
+            tell(1)
         new, at = linear_at(given, one, masses_alone)
         tried += new
         note(first_look.at_once(new))

@@ -45,12 +45,12 @@ def _counted(found: Diagnosis, record: FitRecord, y: Values) -> Values:
     return np.asarray(y[within_band(record.frf.freq, found.problem.band)])
 
 
-def silenced(found: Diagnosis) -> str:
-    """What has to be said where what was added makes the model follow hardly any of the recordings; "" elsewhere.
+def silenced(found: Diagnosis, errors: tuple[float, float] | None) -> str:
+    """What has to be said where what was added makes the model follow hardly any of the recordings, by its
+    `plain_errors`; "" elsewhere.
 
     Responses that have nothing to do with the force are explained best by a model that does not move.
     """
-    errors = plain_errors(found)
     if errors is None or errors[1] <= found.settings.silent:
         return ""
     return (
@@ -61,9 +61,9 @@ def silenced(found: Diagnosis) -> str:
     )
 
 
-def further_off(found: Diagnosis) -> str:
-    """What has to be said where the final model is further from the recordings than the updated one; "" where not."""
-    errors = plain_errors(found)
+def further_off(found: Diagnosis, errors: tuple[float, float] | None) -> str:
+    """What has to be said where the final model is further from the recordings than the updated one, by its
+    `plain_errors`; "" where not."""
     if errors is None or errors[1] <= found.settings.worse * errors[0]:
         return ""
     before, after = (f"{plain(100 * e, 3)} %" for e in errors)

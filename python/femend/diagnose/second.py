@@ -89,11 +89,10 @@ def _explaining(first: Searched, found: Further | None) -> Further | None:
 def hidden_by_each_other(first: Searched) -> Further | None:
     """Two effects, one of them linear, that explain the recordings where no law at one place explains anything: free
     forces at two places have to, and not at one. What is wrong with a mesh everywhere, no two explain."""
-    enough = first.settings.adequate
-    if not first.located or first.located[0].fit.score <= enough or not _worth_looking(first):
+    if not first.located or first.one_force_explains or not _worth_looking(first):
         return None
     places = pair(first, thorough=False)
-    if places is None or places[0].fit.score > enough:
+    if places is None or places[0].fit.score > first.settings.adequate:
         return None
     return _explaining(first, _one_of_them_linear(first, *places))
 

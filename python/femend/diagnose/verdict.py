@@ -17,7 +17,7 @@ from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.plain_error import further_off, silenced
+from femend.diagnose.plain_error import further_off, plain_errors, silenced
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.too_little import too_little
 from femend.diagnose.unmeasured import find_harmonic, find_unmeasured
@@ -45,9 +45,10 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
         told = _one_law(found, best, named)
     else:
         return _no_law(found)
-    if untold := silenced(told):
+    errors = plain_errors(told)
+    if untold := silenced(told, errors):
         return replace(found, verdict="undetermined", place=None, advice=untold)
-    off = further_off(told)
+    off = further_off(told, errors)
     return told if not off else _no_law(found, off)
 
 
