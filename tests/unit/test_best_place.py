@@ -18,7 +18,7 @@ from femend.study.run import StudyRun
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import Truth, diagnosed, searched
 
-CUBIC = 2.0e9
+CUBIC = 1.6e9
 
 
 @pytest.fixture(scope="module")
@@ -44,5 +44,5 @@ def test_a_law_beside_its_place_is_moved_to_it(run: StudyRun) -> None:
     assert fitted.fitted > 1.3 * d.best.fitted
     law, back = at_the_best_place(first, fitted, wrong.located)
     assert back.place.nodes == (13,)
-    assert law.fitted < 0.05 * fitted.fitted
+    assert law.fitted < 0.1 * fitted.fitted
     assert law.values["k3"] == pytest.approx(d.best.values["k3"], rel=0.1)

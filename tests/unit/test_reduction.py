@@ -53,10 +53,9 @@ def test_frfs_of_the_full_model_come_back(model: Model, factors: tuple[float, fl
     full = receptance(K, M, model.transformation()[rows].T.toarray(), freq)
     small = receptance(*system_at(reduced, np.array(factors)), reduced.rows(rows).T, freq)
     worst = np.abs(small - full).max() / np.abs(full).max()
-    # At the deck's values the basis holds the modes of three times the band and the static rest. Opposite changes of
-    # the halves bend the modes out of it: a frequency off by 0.1 % moves a peak of this damping by a tenth of its
-    # height.
-    assert worst < (1e-5 if factors == (1.0, 1.0) else 0.1)
+    # The basis holds the modes of three times the band, the static rest, and what opposite changes of the halves do to
+    # the shapes: a frequency off by 0.1 % would move a peak of this damping by a tenth of its height.
+    assert worst < (1e-5 if factors == (1.0, 1.0) else 1e-3)
 
 
 def test_frequencies_are_those_of_the_model(model: Model) -> None:
@@ -143,8 +142,27 @@ def test_an_extended_basis_is_that_of_a_reduction_with_the_loads(model: Model) -
     whole, bare = reduce_model(model, F_MAX, g_rows, loads), reduce_model(model, F_MAX, g_rows)
     made = extend_model(bare, loads)
     assert made.r == whole.r > bare.r
-    np.testing.assert_allclose(made.freq, whole.freq, rtol=1e-8)
+    # the vectors come in another order, so that what the models answer is compared
+    freq = np.linspace(5.0, F_MAX, 40)
     for factors in ((1.0, 1.0), (1.2, 0.8)):
-        for own, other in zip(system_at(made, np.array(factors)), system_at(whole, np.array(factors)), strict=True):
-            np.testing.assert_allclose(np.abs(own), np.abs(other), rtol=1e-6, atol=1e-7 * np.abs(other).max())
+        own, other = (
+            receptance(
+                *system_at(reduced, np.array(factors)), np.vstack([reduced.V[g_rows], loads.T @ reduced.V_a]).T, freq
+            )
+            for reduced in (made, whole)
+        )
+        np.testing.assert_allclose(own, other, atol=1e-5 * np.abs(other).max())
     np.testing.assert_allclose(made.V, model.transformation() @ made.V_a, atol=1e-12)
+
+
+def test_many_parameters_are_held_by_combinations_of_what_they_do(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = [6 * model.index(node) + 2 for node in (4, 7, 13)]
+    monkeypatch.setattr("femend.model.parameter_moves.MOST", 5)
+    reduced = reduce_model(model, F_MAX, rows)
+    K, M = (a.toarray() for a in model.matrices({"E_root": 1.1, "E_tip": 0.9}))
+    freq = np.linspace(5.0, F_MAX, 60)
+    full = receptance(K, M, model.transformation()[rows].T.toarray(), freq)
+    small = receptance(*system_at(reduced, np.array([1.1, 0.9])), reduced.rows(rows).T, freq)
+    assert np.abs(small - full).max() < 1e-2 * np.abs(full).max()

@@ -72,12 +72,14 @@ class Hypothesis:
         law_sd: Sequence[float] | None = None,
         at: Sequence[Sequence[int]] | None = None,
         free: int = 0,
+        held: Sequence[float] | None = None,
     ) -> Hypothesis:
         """`w` (n_w, r) direction vectors in the basis, None for nothing; `laws` names whose forces add up, None for a
         free force; `compliance` (n_w,) m/N in series with the laws; `law_mean`, `law_sd`: priors of the logarithms of
         the laws' parameters, one after the other; `at` numbers of the coordinates of each law, all without it; at the
-        last `free` coordinates a force free on every line acts too. Raises ModelError where sizes do not fit or a law
-        is not known, ValueError for coordinates of more or fewer laws."""
+        last `free` coordinates a force free on every line acts too; `held` (n_w,) stiffnesses (N/m) of the coordinates
+        that the system holds already, beyond which laws act. Raises ModelError where sizes do not fit or a law is not
+        known, ValueError for coordinates of more or fewer laws."""
 
 _Solved: TypeAlias = tuple[
     NDArray[np.float64], NDArray[np.float64], float, float, NDArray[np.float64], NDArray[np.float64], int, bool

@@ -106,6 +106,14 @@ class Loop(ABC):
         (n_x,), NaN for the others."""
         return np.full((len(s), len(self.joint.w)), np.nan, dtype=np.complex128)
 
+    def closing(self, x: FloatArray) -> list[list[LawSpec]]:
+        """What is simulated at every coordinate: its laws at fit coordinates `x` (n_x,), without the spring by which
+        the model holds it."""
+        laws, held = self.laws(x), self.joint.held
+        if held is None:
+            return laws
+        return [[*own, ("linear", {"k": -float(k), "c": 0.0, "m": 0.0})] for own, k in zip(laws, held, strict=True)]
+
     def histories(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[list[History]]:
         """What the simulation gives at each of `points` (p, x) and record."""
         system = self.problem.system(self.joint.reduced)
@@ -114,14 +122,14 @@ class Loop(ABC):
 
     def _simulated(self, sets: Sequence[Modal], laws_at: Sequence[FloatArray]) -> list[list[History]]:
         """Histories of models with the modes `sets`, each with the law at its fit coordinates."""
-        made = self.condensed(sets)
+        made, held = self.condensed(sets), self.joint.held
         done = _core.simulate_batch(
-            *made.modal, [self.laws(x) for x in laws_at], made.u, made.dt,
+            *made.modal, [self.closing(x) for x in laws_at], made.u, made.dt,
             stride=self.kept[0], decimate=self.kept[1], residual_compliance=made.residual,
         )  # fmt: skip
         return [
             [
-                History(y + made.static(i, f, j), d, v, f, status)
+                History(y + made.static(i, f, j), d, v, f if held is None else f + held[:, None] * d, status)
                 for j, (*histories, status) in enumerate(records)
                 for y, d, v, f in [[made.inside(j, x) for x in histories]]
             ]

@@ -159,7 +159,7 @@ class Descent(Generic[L]):
         bent too."""
         for factors in TRIED:
             damped = [H + damping * factor * np.diag(np.diag(H)) for factor, _ in factors]
-            steps = [np.clip(np.linalg.solve(A, -g), -LARGEST_STEP, LARGEST_STEP) for A in damped]
+            steps = [np.clip(_solved(A, -g), -LARGEST_STEP, LARGEST_STEP) for A in damped]
             reached = self._beyond(now, steps)
             bends = [self._bent(now, *tried, J, H, g) for tried in zip(reached, damped, steps, strict=True)]
             bent = [(i, step) for i, step in enumerate(bends) if step is not None]
@@ -186,7 +186,7 @@ class Descent(Generic[L]):
         foreseen = -float(2 * g @ step + step @ H @ step)
         if now.cost - there.cost >= FORESEEN * foreseen or not np.isfinite(there.cost):
             return None
-        bend = np.asarray(-TEMPERING * np.linalg.solve(A, J.T @ (there.e - now.e - J @ step)), dtype=np.float64)
+        bend = -TEMPERING * _solved(A, J.T @ (there.e - now.e - J @ step))
         return np.asarray(step + bend) if self._length(bend) < BENT * self._length(step) else None
 
     def _length(self, step: FloatArray) -> float:
@@ -204,6 +204,18 @@ class Descent(Generic[L]):
         if self.everything and not exactly:
             J = np.hstack([linearised_columns(self.loop, p, x, now.histories), J])
         return np.where(np.isfinite(J), J, 0.0)
+
+
+def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
+    """x of A x = b for a positive definite A (n, n), in units in which its diagonal is one: a motion that hangs on one
+    unknown without measure leaves nothing of the others' priors otherwise. The shortest where rounding leaves many."""
+    size = np.sqrt(np.diag(A))
+    scaled, right = A / np.outer(size, size), b / size
+    try:
+        x = np.linalg.solve(scaled, right)
+    except np.linalg.LinAlgError:
+        x = np.linalg.lstsq(scaled, right, rcond=None)[0]
+    return np.asarray(x / size, dtype=np.float64)
 
 
 def _beside(loop: Loop, p: FloatArray, i: int) -> tuple[Modal, float]:

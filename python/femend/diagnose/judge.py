@@ -125,11 +125,16 @@ class Judge:
         return Ranked(candidate, tried.found, value, tried.recovered)
 
     def refined(self, ranked: list[Ranked]) -> list[Ranked]:
-        """In rising order of score, the best nonlinear candidates fitted once more in fine steps, all unknowns free."""
+        """In rising order of score, the best nonlinear candidates fitted once more in fine steps, all unknowns free,
+        and of those whose motion was followed in a beginning alone the one that explains that best: what it leaves of
+        the rest says nothing of it."""
         best: list[Ranked] = []
         for r in sorted((r for r in ranked if r.candidate.nonlinear), key=lambda r: r.candidate.chosen):
             again = sum(r.candidate.name == b.candidate.name for b in best)
             best += [r] if again < OF_ONE_NAME and len(best) < self.settings.refined else []
+        begun = [r for r in ranked if r.candidate.nonlinear and r.candidate.sigma > self.sigma]
+        begun = [r for r in sorted(begun, key=lambda r: r.candidate.fitted)[:1] if not any(r is b for b in best)]
+        best += begun
         rest = [r for r in ranked if not any(r is b for b in best)]
         recorder, settings = self.split.fitting.recorder, self.settings
         filters, done = recorder.filters, []

@@ -15,6 +15,7 @@ from femend.diagnose.judge import Given, Tried, null_candidate
 from femend.diagnose.linear import companions_alone, fit_linear, fit_mass, simple_alone
 from femend.diagnose.locate import Located
 from femend.diagnose.nonlinear import fit_nonlinear
+from femend.diagnose.own_basis import in_own_basis
 from femend.diagnose.ranked import score
 from femend.diagnose.recovered import Recovered, recover
 from femend.diagnose.soft_clamp import soft_clamps
@@ -78,6 +79,7 @@ def linear_at(given: Given, found: Located, masses_alone: bool) -> tuple[list[Tr
     alone."""
     split, reduced, g_rows, updated = given.split, given.reduced, given.g_rows, given.updated
     if found.place.scaled:
+        found = in_own_basis(split.whole, reduced, g_rows, found)
         member = null_candidate(split, found.fit, "joint_stiffness")
         # a member may be weaker than it is drawn; one that would have to be stiffer stands in for something else
         return [Tried(member, found, None)] if member.values["factor"] < 1.0 else [], None
@@ -88,6 +90,8 @@ def linear_at(given: Given, found: Located, masses_alone: bool) -> tuple[list[Tr
         recovered = recover(split.reading, joint, updated)
     if recovered is None:
         return [], None
+    if joint.place.release is not None:
+        joint, recovered = _held(split, joint, recovered)
     laws = [
         (name, entry)
         for name, entry in laws_for(joint.place.kind)
@@ -102,6 +106,15 @@ def linear_at(given: Given, found: Located, masses_alone: bool) -> tuple[list[Tr
         mass = fit_mass(split.fitting, split.choosing, whole, found.fit.p, updated)
         tried += [] if mass is None else [Tried(mass, found, None)]
     return tried, Opened(found, joint, recovered)
+
+
+def _held(split: Split, joint: Joint, recovered: Recovered) -> tuple[Joint, Recovered]:
+    """A cut held by the spring that does most like what it did, with what it did there; as it is where that is
+    none."""
+    k = float(np.exp(recovered.equivalent.x[0]))
+    closed = joint.held_by(np.full(len(joint.w), k))
+    again = recover(split.reading, closed, recovered.fit.p)
+    return (joint, recovered) if again is None else (closed, again)
 
 
 def _better(candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -149,6 +162,18 @@ def nonlinear_at(split: Split, at: Opened) -> list[Tried]:
     return [Tried(c, at.found, at.recovered) for c in (*laws, *_companions_alone(split, at, laws))]
 
 
+def _different_first(begun: Sequence[tuple[str, Start]]) -> list[tuple[str, Start]]:
+    """Starts in order, the best of each law and number of sides before the second best of any: what follows a force as
+    well as another may do so by being its near copy."""
+    seen: dict[tuple[str, float], int] = {}
+    turns = []
+    for _, start in begun:
+        key = start.physics.name, start.values.get("sides", 0.0)
+        turns.append(seen.get(key, 0))
+        seen[key] = turns[-1] + 1
+    return [begun[i] for i in sorted(range(len(begun)), key=lambda i: turns[i])]
+
+
 def _companions_alone(split: Split, at: Opened, laws: Sequence[Candidate]) -> list[Candidate]:
     """What stands beside the best of nonlinear `laws` at a place, without it; none at a cut, of which it is part."""
     whole = [c for c in laws if c.sigma == 0 and np.isfinite(c.chosen)]
@@ -177,5 +202,6 @@ def _nonlinear(split: Split, at: Opened) -> list[Candidate]:
         ]
         untold = [b for b in begun if np.isnan(b[1].left) and recovered is at.recovered]
         told = sorted((b for b in begun if not np.isnan(b[1].left)), key=lambda item: item[1].left)
-        worth += [*untold, *(b for b in told if b[1].left < START_REACH * told[0][1].left)][: most + len(untold)]
+        within = [b for b in told if b[1].left < START_REACH * told[0][1].left]
+        worth += [*untold, *_different_first(within)[:most]]
     return fit_nonlinear(split.fitting, split.choosing, at.joint, at.recovered, worth)

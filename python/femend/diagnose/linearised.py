@@ -28,6 +28,7 @@ def linearised_columns(loop: Loop, p: FloatArray, x: FloatArray, histories: list
     for i, line in enumerate(problem.lines(reduced, loop.sigma)):
         s = line.s
         kappa, rest = _equivalent(loop, i, s, histories[i], loop.stiffness(x, s))
+        kappa = kappa if loop.joint.held is None else kappa - loop.joint.held
         # compliance in series with a law is part of it: F = kappa (w q - compliance F) + rest
         within = 1 + kappa * loop.joint.compliance
         driven = _driven(loop, line, s, rest / within)

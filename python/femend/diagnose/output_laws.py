@@ -36,7 +36,8 @@ def modes_of(problem: Problem, candidate: Candidate) -> Modes:
     record, reduced = problem.records[0], candidate.joint.reduced
     omega, zeta, Q = problem.system(reduced).modal(candidate.p)
     w = candidate.joint.w @ Q
-    values, turn = eigh(np.diag(omega**2) + candidate.k * w.T @ w)
+    beyond = candidate.k if candidate.joint.held is None else (candidate.k - candidate.joint.held)[:, None]
+    values, turn = eigh(np.diag(omega**2) + w.T @ (beyond * w))
     new = np.sqrt(np.maximum(values, 0.0))
     damping = np.diag(turn.T @ (np.diag(2 * zeta * omega) + candidate.c * w.T @ w) @ turn)
     rows = (

@@ -41,13 +41,14 @@ def transfer(
     H = np.einsum("or,kr,ir->koi", phi_out, g, phi_in, optimize=True)
     if hypothesis.laws and len(hypothesis.w):
         w = hypothesis.w @ Q
-        kappa = _kappa(hypothesis.laws, x, s)
+        held = np.zeros(len(w)) if hypothesis.held is None else hypothesis.held
+        kappa = (_kappa(hypothesis.laws, x, s)[:, None] - held)[:, :, None]
         c = np.einsum("vr,kr,wr->kvw", w, g, w, optimize=True)
         c = c + np.diag(hypothesis.compliance if hypothesis.compliance is not None else np.zeros(len(w)))
-        B = np.linalg.inv(np.eye(len(w)) + kappa[:, None, None] * c)
+        B = np.linalg.inv(np.eye(len(w)) + kappa * c)
         from_w = np.einsum("or,kr,wr->kow", phi_out, g, w, optimize=True)
         to_w = np.einsum("wr,kr,ir->kwi", w, g, phi_in, optimize=True)
-        H = H - kappa[:, None, None] * (from_w @ B @ to_w)
+        H = H - from_w @ B @ (kappa * to_w)
     return np.asarray(s[:, None, None] ** 2 * H)
 
 

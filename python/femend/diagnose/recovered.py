@@ -108,8 +108,12 @@ def _seen(problem: Problem, joint: Joint, fit: Fit) -> list[_Seen]:
         s, g, rows = on_lines(line, joint.reduced, omega, zeta, Q)
         answers = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, w, optimize=True) * line.weight[:, :, None]
         weighted = _beside_load(problem, line, joint.reduced, (s, g, rows), Q, answers)
-        gram = np.einsum("ksv,ksw->kvw", weighted.conj(), weighted)
         C = np.einsum("kr,vr,wr->kvw", g, w, w, optimize=True) + np.diag(joint.compliance)
+        if joint.held is not None:
+            # a force of one moves the springs that hold the joint, whose force acts on the model too
+            passed_on = np.linalg.inv(np.eye(n_w) - joint.held[:, None] * C)
+            weighted, C = weighted @ passed_on, C @ passed_on
+        gram = np.einsum("ksv,ksw->kvw", weighted.conj(), weighted)
         out.append(_Seen(line, weighted, FreeForce(s, D[:, :n_w], F[:, :n_w], C, gram)))
     return out
 

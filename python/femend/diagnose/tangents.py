@@ -32,7 +32,7 @@ def tangent_columns(
     chain = _over_x(loop, x)
     wanted = np.abs(chain).max(axis=1, initial=0.0) > 0
     done = _core.simulate_tangents(
-        *made.modal, loop.laws(x), wanted.tolist(), made.u, made.dt,
+        *made.modal, loop.closing(x), wanted.tolist(), made.u, made.dt,
         stride=loop.kept[0], decimate=loop.kept[1], residual_compliance=made.residual,
     )  # fmt: skip
     over_p: list[list[FloatArray]] = [[] for _ in moved]
@@ -78,7 +78,7 @@ def _library() -> dict[str, list[str]]:
 def _parameters(loop: Loop, x: FloatArray) -> FloatArray:
     """Parameters of all laws at all coordinates, one after the other."""
     values = []
-    for composite in loop.laws(x):
+    for composite in loop.closing(x):
         for law, given in composite:
             values += [given[name] for name in _library().get(law, given)]
     return np.array(values, dtype=np.float64)

@@ -307,7 +307,9 @@ def _opened(
             reduced = with_own(t.located.place, reduced)
             factors.append(t.located.place.logarithms(t.candidate.values))
     start = with_own_unknowns(p, bare, np.concatenate(factors))
-    joint = open_joints(places, reduced, problem.band[1], g_rows)
+    joints = {id(t.place): t.candidate.joint for t in reversed(attached)}
+    held = [None if joint is None else joint.held for joint in (joints[id(place)] for place in places)]
+    joint = open_joints(places, reduced, problem.band[1], g_rows, held)
     ordered = (*attached, *(t for t in terms if t.member))
     x = np.concatenate([np.zeros(0), *(t.x for t in attached)])
     return TermsLoop(problem, joint, ordered, sigma=sigma), np.concatenate([start, x])

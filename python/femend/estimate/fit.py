@@ -44,7 +44,8 @@ class Hypothesis:
 
     `w` (n_w, r) directions, empty for nothing; `laws` names of linear laws or None for a free force; `compliance`
     (n_w,) in series; `mean`, `sd` prior of the logarithms of the laws' parameters; `at` numbers of the coordinates of
-    each law, all without it.
+    each law, all without it; `held` (n_w,) stiffness of the coordinates that the reduced model holds already, beyond
+    which laws act.
     """
 
     reduced: ReducedModel
@@ -54,20 +55,24 @@ class Hypothesis:
     mean: FloatArray | None = None
     sd: FloatArray | None = None
     at: tuple[tuple[int, ...], ...] | None = None
+    held: FloatArray | None = None
 
     def core(self, load: FloatArray | None = None) -> Any:
         """The core's object; along `load` (n, r) unrecorded forces act too, free on every line."""
         free = 0 if load is None else len(load)
         if len(self.w) + free == 0:
             return _core.Hypothesis()
-        w, compliance, at = self.w, self.compliance, self.at
+        w, compliance, at, held = self.w, self.compliance, self.at, self.held
         if load is not None:
             n_w, w = len(w), np.vstack([w, load])
             compliance = np.concatenate([np.zeros(n_w) if compliance is None else compliance, np.zeros(free)])
+            held = None if held is None else np.concatenate([held, np.zeros(free)])
             at = (tuple(range(n_w)),) * len(self.laws) if self.laws is not None and at is None else at
-        series, mean, sd = [None if v is None else [float(x) for x in v] for v in (compliance, self.mean, self.sd)]
+        series, mean, sd, inside = [
+            None if v is None else [float(x) for x in v] for v in (compliance, self.mean, self.sd, held)
+        ]
         laws = None if self.laws is None else list(self.laws)
-        return _core.Hypothesis(np.ascontiguousarray(w), laws, series, mean, sd, at, free)
+        return _core.Hypothesis(np.ascontiguousarray(w), laws, series, mean, sd, at, free, inside)
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,11 +176,16 @@ class Problem:
         all records' where none are given.
 
         Accelerations (K, n_out) with fitted free decays, displacements of the coordinates (K, n_w + n_free) and forces
-        on the structure there, those that nobody recorded last. Raises ModelError where the model cannot be solved.
+        on the structure there, those that nobody recorded last. The force of a stiffness that the reduced model holds
+        is among them, as it is where the model does not hold it. Raises ModelError where the model cannot be solved.
         """
         reduced = hypothesis.reduced
         cores = [line.core for line in (self.lines(reduced) if lines is None else lines)]
-        return list(_core.fitted_lines(self.system(reduced), self.core(hypothesis), cores, p, x))
+        fitted = list(_core.fitted_lines(self.system(reduced), self.core(hypothesis), cores, p, x))
+        if hypothesis.held is None:
+            return fitted
+        held = np.concatenate([hypothesis.held, np.zeros(self.n_free)])
+        return [(y, D, F - held * D) for y, D, F in fitted]
 
     def sparing(self, limit: int) -> Problem:
         """The same problem on at most about `limit` lines a record, on fewer where many sensors give as many values on

@@ -23,6 +23,7 @@ from femend import _core
 from femend.errors import ModelError
 from femend.model.linear_terms import LinearTerm, SpeedPower
 from femend.model.model import Model, Parameter, model_of
+from femend.model.parameter_moves import forces_of_moves, missed
 from femend.model.reduction import MODES_ABOVE, _core_modes, _polynomial
 from femend.model.supports import held_rows
 from femend.model.unknowns import Unknowns
@@ -218,21 +219,33 @@ def configure(
 def _basis(
     model: Model, T: Any, loose: NDArray[np.int64], terms: Sequence[LinearTerm], f_max: float, g_rows: Sequence[int]
 ) -> FloatArray:
-    """Modes with the freed supports soft, as guessed and stiff, and static responses to forces at `g_rows`."""
+    """Modes with the freed supports soft, as guessed and stiff, what parameters do to them, and static responses to
+    forces at `g_rows`."""
     from scipy.sparse.linalg import splu
 
     K, M = (csc_array(A)[loose][:, loose] for A in model.matrices())
     n = len(loose)
     extra = _stiffness(T, terms, supports=False)[loose][:, loose]
     support = _stiffness(T, terms, supports=True)[loose][:, loose]
-    shapes = []
+    shapes, held, moves = list[FloatArray](), K, np.zeros((n, 0))
     for level in LEVELS if support.nnz else (1.0,):
         system = csc_array(K + extra + level * support)
-        shapes.append(_modes(model, system, M, f_max, n))
+        omega, phi = _modes(model, system, M, f_max, n)
+        shapes.append(phi)
         if level == 1.0:
             patterns = T[sorted(set(g_rows))].T.toarray()[loose]
-            shapes.append(splu(csc_array(system + 1e-9 * _mean(system) * M)).solve(np.ascontiguousarray(patterns)))
+            moving = forces_of_moves(model, omega, _on_all(model, loose, phi), f_max)[loose]
+            held, k = csc_array(system + 1e-9 * _mean(system) * M), patterns.shape[1]
+            answers = splu(held).solve(np.ascontiguousarray(np.hstack([patterns, moving])))
+            shapes.append(answers[:, :k])
+            moves = answers[:, k:]
     vectors = _independent(np.hstack(shapes), M)
+    vectors = _independent(np.hstack([vectors, missed(held, vectors, moves)]), M)
+    return _on_all(model, loose, vectors)
+
+
+def _on_all(model: Model, loose: NDArray[np.int64], vectors: FloatArray) -> FloatArray:
+    """Vectors (n_a, m) on all independent DOFs of the `model`, nothing on those that are not `loose`."""
     full = np.zeros((model.fe.n_a, vectors.shape[1]))
     full[loose] = vectors
     return full
@@ -255,8 +268,9 @@ def _stiffness(T: Any, terms: Sequence[LinearTerm], *, supports: bool) -> csc_ar
     return csc_array(total)
 
 
-def _modes(model: Model, K: Any, M: Any, f_max: float, n: int) -> FloatArray:
-    """Modes (n, m) up to three times `f_max` (Hz), at least a dozen, of a `model` with stiffness `K` and mass `M`."""
+def _modes(model: Model, K: Any, M: Any, f_max: float, n: int) -> tuple[FloatArray, FloatArray]:
+    """Circular frequencies (m,) and modes (n, m) up to three times `f_max` (Hz), at least a dozen, of a `model` with
+    stiffness `K` and mass `M`."""
     from scipy.linalg import LinAlgError, eigh
 
     if n <= 400:
@@ -265,14 +279,14 @@ def _modes(model: Model, K: Any, M: Any, f_max: float, n: int) -> FloatArray:
         except LinAlgError:
             raise no_solution(model) from None
         m = max(int((lam < (2 * np.pi * MODES_ABOVE * f_max) ** 2).sum()), min(FEWEST_MODES, n))
-        return np.asarray(phi[:, :m])
+        return np.sqrt(np.maximum(lam[:m], 0.0)), np.asarray(phi[:, :m])
     try:
         freq, phi, _, _ = _core_modes(K, M, MODES_ABOVE * f_max)
     except ModelError as error:
         raise told_of(error, model) from error
     if len(freq) < FEWEST_MODES:
-        phi = _core_modes(K, M, None, FEWEST_MODES)[1]
-    return np.asarray(phi)
+        freq, phi, _, _ = _core_modes(K, M, None, FEWEST_MODES)
+    return 2 * np.pi * np.asarray(freq), np.asarray(phi)
 
 
 def _independent(vectors: FloatArray, M: Any) -> FloatArray:

@@ -21,7 +21,7 @@ from scipy.sparse import coo_array, csr_array
 
 from femend.model.model import Model
 from femend.model.places import topology
-from femend.model.reduction import ReducedModel, Term
+from femend.model.reduction import MODES_ABOVE, ReducedModel, Term
 from femend.model.refined import QUADRATIC, is_linear
 from femend.model.supports import connected
 
@@ -83,7 +83,9 @@ class FormErrors:
     """Combinations of the units' errors: `weights` (n_combinations, n_units) of one standard deviation each; `mesh` is
     the frequency (Hz) at which the mesh's own error has its standard deviation, 0 where it has none to speak of;
     `mode_sd` is by how much (relative) each mode's frequency may be off by itself, `first_sds` the same of the first
-    modes where it is known better; `mesh_sd` is the mesh's standard deviation."""
+    modes where it is known better; `mesh_sd` is the mesh's standard deviation. Units act on the modes up to `top` (Hz)
+    alone: what else a basis holds are no shapes of their own, but may have so little mass that a few standard
+    deviations of an error would take away all of it."""
 
     units: tuple[_Unit, ...]
     weights: FloatArray
@@ -91,6 +93,7 @@ class FormErrors:
     mode_sd: float = MODE_SD
     first_sds: tuple[float, ...] = ()
     mesh_sd: float = MESH_SD
+    top: float = np.inf
 
     def mode_sds(self, n: int) -> FloatArray:
         """Relative standard deviation by which each of the first n modes' frequencies may be off by itself (n,)."""
@@ -137,7 +140,7 @@ class FormErrors:
         """Changes of K and M (r, r) by one standard deviation of every unknown."""
         parts: list[tuple[FloatArray, FloatArray]] = []
         if len(self.weights):
-            parts += _combined(reduced, self.units, self.weights)
+            parts += _among_modes(reduced, self.top, _combined(reduced, self.units, self.weights))
         if self.mesh > 0:
             dK = _mesh_stiffness(reduced, self.mesh, self.mesh_sd)
             parts.append((dK, np.zeros_like(dK)))
@@ -168,7 +171,7 @@ def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
     usual = np.array([unit.sd != SUPPORT_SD for unit in units])
     strongest = _largest(effects[usual] if usual.any() else effects)
     kept = int(min(MOST, (s > WORTH * strongest).sum())) if strongest > 0 else 0
-    return FormErrors(units, U[:, :kept].T.copy(), mesh, mode_sd, first_sds, mesh_sd)
+    return FormErrors(units, U[:, :kept].T.copy(), mesh, mode_sd, first_sds, mesh_sd, MODES_ABOVE * f_max)
 
 
 def _strongest(effects: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -305,6 +308,17 @@ def _patches(elements: Sequence[int], where: dict[int, FloatArray]) -> list[tupl
         cell = np.minimum((x - low) / max(size, 1e-300) * PATCHES, PATCHES - 1e-9).astype(int)
         cells.setdefault(tuple(cell.tolist()), []).append(e)
     return [tuple(c) for c in cells.values()]
+
+
+def _among_modes(
+    reduced: ReducedModel, top: float, parts: Sequence[tuple[FloatArray, FloatArray]]
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Changes of K and M (r, r) as they act between the modes up to `top` (Hz), and on nothing else in the basis."""
+    omega, Q = basis_modes(reduced)
+    own = Q[:, omega <= 2 * np.pi * top]
+    M = reduced.M_fixed + sum((t.M for t in reduced.terms if t.M is not None), np.zeros_like(reduced.M_fixed))
+    onto = own @ (own.T @ M)
+    return [(onto.T @ dK @ onto, onto.T @ dM @ onto) for dK, dM in parts]
 
 
 def _combined(

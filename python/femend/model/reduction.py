@@ -15,6 +15,7 @@ from femend.model.finite_modes import finite_modes
 from femend.model.free_body import RIGID
 from femend.model.model import Model
 from femend.model.one_pattern import on_one_pattern
+from femend.model.parameter_moves import forces_of_moves, missed
 from femend.model.unsolvable import no_solution, told_of
 
 __all__ = [
@@ -147,7 +148,7 @@ def reduce_model(model: Model, f_max: float, g_rows: Sequence[int], loads: Float
     patterns = T[sorted(set(g_rows))].T.toarray()
     if loads is not None and loads.size:
         patterns = np.hstack([patterns, loads])
-    V_a = _basis(K, M, omega, phi, patterns)
+    V_a = _basis(K, M, omega, phi, patterns, forces_of_moves(model, omega, phi, f_max))
     return _suspended(project_model(model, V_a, np.asarray(T @ V_a)))
 
 
@@ -180,8 +181,13 @@ def _core_modes(K: Any, M: Any, f_max: float | None, n: int | None = None) -> tu
         return _core.modes(*pattern, k, m, n_modes=all_of_them, f_max=f_max)
 
 
-def _basis(K: Any, M: Any, omega: FloatArray, phi: FloatArray, patterns: FloatArray) -> FloatArray:
-    return joined(phi, static_responses(K + static_shift(omega) * M, patterns), M)
+def _basis(K: Any, M: Any, omega: FloatArray, phi: FloatArray, patterns: FloatArray, moving: FloatArray) -> FloatArray:
+    """Modes, what the static responses to `patterns` (n_a, m) add to them, and what the answers to the forces `moving`
+    (n_a, k) of parameters still do."""
+    held, n = K + static_shift(omega) * M, patterns.shape[1]
+    answers = static_responses(held, np.hstack([patterns, moving]))
+    V = joined(phi, answers[:, :n], M)
+    return joined(V, missed(held, V, answers[:, n:]), M)
 
 
 def static_shift(omega: FloatArray) -> float:

@@ -38,6 +38,8 @@ CURED, CURED_SENSOR = 0.7, 0.8
 # error of corrected recordings, or of a corrected sensor, up to which the model explains them; of a sensor also so many
 # times the others' median one, but no more than what one shows that has little to do with the model
 EXPLAINED, LIKE_OTHERS, NOTHING = 0.5, 1.25, 0.85
+# prior cost of the corrected recordings' update from which it may not be more than that of those recorded
+STRAINED = 1000.0
 # a factor on all responses, or its inverse, that nothing missing in a model has
 BEYOND = 100.0
 # how near a factor has to come to that of units
@@ -226,6 +228,7 @@ def _whole(trial: _Trial, doubted: Sequence[Doubted]) -> tuple[Correction, ...]:
         return ()
     before = trial.left(trial.test)
     as_recorded = trial.start
+    assert as_recorded is not None
     right = mended(trial.test, doubted)
     after = trial.left(right)
     # the updated model knows better which factor it is
@@ -235,9 +238,13 @@ def _whole(trial: _Trial, doubted: Sequence[Doubted]) -> tuple[Correction, ...]:
         after, doubted = trial.left(mended(trial.test, better)), better
     beyond = any(max(f, 1 / f) > BEYOND for f in (abs(one.doubt.factor or 1.0) for one in doubted))
     cured = (after < before).all() if beyond else (after < CURED * before).any()
+    # a right correction lets the model's unknowns be what they are thought to be
+    assert trial.start is not None
+    strain = trial.start.null.prior
+    relieved = strain < as_recorded.null.prior or strain < STRAINED
     # a stiff spring or a heavy mass at the shaker scales all responses too, but leaves other resonances
     units = all(_of_units(one) for one in doubted)
-    if not (cured and units) or after[0] > (NOTHING if beyond else EXPLAINED):
+    if not (cured and relieved and units) or after[0] > (NOTHING if beyond else EXPLAINED):
         trial.start = as_recorded
         return ()
     return tuple(Correction(one, float(before[0]), float(after[0])) for one in doubted)
@@ -250,6 +257,8 @@ def _single(trial: _Trial, test: Test, doubted: Sequence[Doubted]) -> tuple[Corr
     before, concerned = trial.squares(test), set(_names(doubted))
     typical = float(np.median([_relative([s]) for name, s in before.items() if name not in concerned]))
     limit = min(NOTHING, max(EXPLAINED, LIKE_OTHERS * typical))
+    # a model that hardly explains the other sensors has less to say about one
+    enough = CURED if typical > EXPLAINED else CURED_SENSOR
     told = []
     for one in doubted:
         names = _names([one])
@@ -258,7 +267,7 @@ def _single(trial: _Trial, test: Test, doubted: Sequence[Doubted]) -> tuple[Corr
             one = _times(one, _factor([after[name] for name in names]))
             after = trial.squares(mended(test, [one]))
         errors = _relative([before[name] for name in names]), _relative([after[name] for name in names])
-        if _of_units(one) and errors[1] <= min(limit, CURED_SENSOR * errors[0]):
+        if _of_units(one) and errors[1] <= min(limit, enough * errors[0]):
             told.append(Correction(one, *errors))
     return tuple(told)
 

@@ -93,6 +93,7 @@ fn hypothesis(what: What, law_mean: Vec<f64>) -> Hypothesis {
         what,
         free: 0,
         compliance: vec![0.0; n_w],
+        held: Vec::new(),
         law_sd: vec![3.0; law_mean.len()],
         law_mean,
     }

@@ -162,7 +162,7 @@ pub(crate) struct Hypothesis {
 #[pymethods]
 impl Hypothesis {
     #[new]
-    #[pyo3(signature = (w=None, laws=None, compliance=None, law_mean=None, law_sd=None, at=None, free=0))]
+    #[pyo3(signature = (w=None, laws=None, compliance=None, law_mean=None, law_sd=None, at=None, free=0, held=None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         w: Option<PyReadonlyArray2<'_, f64>>,
@@ -172,6 +172,7 @@ impl Hypothesis {
         law_sd: Option<Vec<f64>>,
         at: Option<Vec<Vec<usize>>>,
         free: usize,
+        held: Option<Vec<f64>>,
     ) -> PyResult<Self> {
         let w = w.as_ref().map_or_else(|| Dense::zeros(0, 0), dense);
         let what = match laws {
@@ -184,6 +185,7 @@ impl Hypothesis {
             what,
             free,
             compliance,
+            held: held.unwrap_or_default(),
             law_mean: law_mean.unwrap_or_default(),
             law_sd: law_sd.unwrap_or_default(),
             w,

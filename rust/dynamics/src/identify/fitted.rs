@@ -90,7 +90,15 @@ pub fn model_columns(
     }
     let compliance = vec![0.0; w.nrows()];
     let what = if w.nrows() == 0 { What::Nothing } else { What::Given(kappa) };
-    let hypothesis = Hypothesis { w, what, free: 0, compliance, law_mean: Vec::new(), law_sd: Vec::new() };
+    let hypothesis = Hypothesis {
+        w,
+        what,
+        free: 0,
+        compliance,
+        held: Vec::new(),
+        law_mean: Vec::new(),
+        law_sd: Vec::new(),
+    };
     check(system, std::slice::from_ref(record), &hypothesis, p, &[])?;
     let modal = system.modal(p)?;
     let slopes = system.slopes(p, &modal, system.r);

@@ -48,7 +48,15 @@ pub fn force_products(
 /// The model alone.
 fn nothing(r: usize) -> Hypothesis {
     let (compliance, law_mean, law_sd) = (Vec::new(), Vec::new(), Vec::new());
-    Hypothesis { what: What::Nothing, free: 0, compliance, law_mean, law_sd, w: Dense::zeros(0, r) }
+    Hypothesis {
+        what: What::Nothing,
+        free: 0,
+        compliance,
+        held: Vec::new(),
+        law_mean,
+        law_sd,
+        w: Dense::zeros(0, r),
+    }
 }
 
 /// Weighted accelerations under each of `n` forces with the mode shapes `psi` (r, 1) at their place, a column each.

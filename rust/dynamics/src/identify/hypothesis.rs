@@ -89,6 +89,9 @@ pub struct Hypothesis {
     pub free: usize,
     /// Residual compliance of the coordinates that the basis does not hold, m/N (n_w).
     pub compliance: Vec<f64>,
+    /// Stiffness of the coordinates that the reduced model holds already, so that its modes, and with them their damping,
+    /// are of the structure with it: laws add what they are beyond it (n_w, or none).
+    pub held: Vec<f64>,
     /// Prior means of the logarithms of the law parameters.
     pub law_mean: Vec<f64>,
     /// Their prior standard deviations.
@@ -119,6 +122,9 @@ impl Hypothesis {
             expect("direction vectors", self.w.ncols(), r)?;
         }
         expect("residual compliances", self.compliance.len(), self.w.nrows())?;
+        if !self.held.is_empty() {
+            expect("stiffnesses that the model holds", self.held.len(), self.w.nrows())?;
+        }
         if let What::Laws(all) = &self.what {
             let needed = all.iter().flat_map(|a| &a.at).max().map_or(0, |i| i + 1);
             expect("coordinates of the laws", self.w.nrows().max(needed), self.w.nrows())?;
@@ -175,20 +181,28 @@ impl Hypothesis {
                 }
             }
         }
+        for (kappa, i) in out.kappa.iter_mut().zip(&first) {
+            let held = self.held.get(*i).copied().unwrap_or(0.0);
+            kappa.iter_mut().for_each(|kappa| *kappa -= held);
+        }
         Ok(out)
     }
 
-    /// Group of every coordinate, and the first coordinate of every group: those with the same laws are one.
+    /// Group of every coordinate, and the first coordinate of every group: those with the same laws, beyond the same
+    /// stiffness that the model holds, are one.
     fn groups(&self) -> (Vec<usize>, Vec<usize>) {
         let What::Laws(all) = &self.what else { return (vec![0; self.w.nrows()], Vec::new()) };
         let laws_at = |i: usize| all.iter().map(move |a| a.at.contains(&i));
         let mut first: Vec<usize> = Vec::new();
         let group = (0..self.w.nrows())
             .map(|i| {
-                first.iter().position(|j| laws_at(*j).eq(laws_at(i))).unwrap_or_else(|| {
-                    first.push(i);
-                    first.len() - 1
-                })
+                first
+                    .iter()
+                    .position(|j| self.held.get(*j) == self.held.get(i) && laws_at(*j).eq(laws_at(i)))
+                    .unwrap_or_else(|| {
+                        first.push(i);
+                        first.len() - 1
+                    })
             })
             .collect();
         (group, first)

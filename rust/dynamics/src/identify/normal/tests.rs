@@ -90,7 +90,15 @@ fn record(numbers: &mut Numbers, n_out: usize, n_in: usize, sigma: f64) -> Recor
 
 fn nothing() -> Hypothesis {
     let none = Dense::zeros(0, 0);
-    Hypothesis { w: none, what: What::Nothing, free: 0, compliance: vec![], law_mean: vec![], law_sd: vec![] }
+    Hypothesis {
+        w: none,
+        what: What::Nothing,
+        free: 0,
+        compliance: vec![],
+        held: vec![],
+        law_mean: vec![],
+        law_sd: vec![],
+    }
 }
 
 fn free(numbers: &mut Numbers, n_w: usize) -> Hypothesis {
@@ -103,6 +111,7 @@ fn closed(numbers: &mut Numbers, n_w: usize, kinds: &[Kind], x: &[f64]) -> Hypot
         what: What::everywhere(kinds, n_w),
         free: 0,
         compliance: (0..n_w).map(|i| 2e-5 * (1 + i) as f64).collect(),
+        held: vec![],
         law_mean: x.to_vec(),
         law_sd: vec![2.0; x.len()],
     }

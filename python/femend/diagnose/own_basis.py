@@ -1,0 +1,55 @@
+"""A member or region whose stiffness has a factor of its own, in a basis that holds what the factor does to the modes.
+
+Places are told apart in one basis for all of them. There a member that is half as stiff keeps the shapes it has when it
+is whole, but for what static answers to forces elsewhere happen to hold: frequencies come out too high by the square of
+what is missing, and the factor, the unknowns beside it and what is left make up for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.joint import with_loads
+from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.estimate import Problem
+from femend.estimate.fit import TUNED_ABOVE
+from femend.model import Model, Place, ReducedModel
+from femend.model.form_errors import basis_modes
+
+__all__ = ["in_own_basis"]
+
+FloatArray = NDArray[np.float64]
+
+
+def in_own_basis(problem: Problem, reduced: ReducedModel, g_rows: list[int], found: Located) -> Located:
+    """The place `found` (a member or a region), fitted again in a basis with the answers to the forces by which its
+    elements hold the modes of the band; as it was where the model breaks down there. `reduced` is the model without its
+    factor."""
+    own = with_loads(reduced, _forces(found.place, reduced, problem.band[1]), problem.band[1], g_rows)
+    (fit,) = problem.fit([hypothesis_of(found.place, own)], [(found.fit.p, np.zeros(0))])
+    if fit is None:
+        return found
+    return replace(found, fit=fit, squares=squares_of(problem, fit, 0.0))
+
+
+def _forces(place: Place, reduced: ReducedModel, f_max: float) -> FloatArray:
+    """Forces (n_a, n) of the place's elements in the modes up to a little beyond `f_max` (Hz), of about one size."""
+    model = reduced.model
+    omega, Q = basis_modes(reduced)
+    shapes = reduced.V @ Q[:, (omega > 0) & (omega <= TUNED_ABOVE * 2 * np.pi * f_max)]
+    forces = np.zeros_like(shapes)
+    for rows, K in _matrices(place, model):
+        forces[rows] += K @ shapes[rows]
+    loads = np.asarray(model.transformation().T @ forces)
+    size = np.linalg.norm(loads, axis=0)
+    return loads[:, size > 0] / size[size > 0]
+
+
+def _matrices(place: Place, model: Model) -> Sequence[tuple[NDArray[np.int64], FloatArray]]:
+    """Rows of the g-set and stiffness (m, m) at the deck's values of each element."""
+    ones = np.ones(len(model.parameters))
+    return [(rows, np.asarray(K)) for rows, K, _ in (model.fe.element_matrices(e, ones) for e in place.elements)]
