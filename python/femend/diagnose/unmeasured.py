@@ -7,7 +7,6 @@ a weak recording as in a strong one, and feeds the motion.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +19,11 @@ from femend.diagnose.judge import Given
 from femend.diagnose.levels import levels_differ
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import Located
+from femend.diagnose.outside_as_noise import as_noise, forces_beside
 from femend.diagnose.ranked import score
 from femend.diagnose.recovered import Recovered, recover
 from femend.diagnose.split import Split
-from femend.estimate import Fit, Hypothesis, Problem
+from femend.estimate import Fit, Problem
 from femend.model import Place
 
 __all__ = ["find_harmonic", "find_unmeasured", "plainly_unmeasured"]
@@ -69,7 +69,7 @@ def find_unmeasured(given: Given, located: Sequence[Located]) -> LoadFinding | N
     values = _values(problem, force if repeats else recovered.f[weakest][0], best.place)
     direction = best.place.direction
     row = None if base else int(best.place.g_rows[0][0])
-    each = zip(recovered.records, recovered.f, strict=True)
+    fit = best.fit if repeats else as_noise(given, best.fit)
     candidate = _candidate(split, best)
     return LoadFinding(
         "base_motion" if base else "unmeasured_force",
@@ -77,27 +77,19 @@ def find_unmeasured(given: Given, located: Sequence[Located]) -> LoadFinding | N
         direction,
         values,
         candidate,
-        _motion_as_noise(given, best.fit) if base else best.fit,
+        fit,
         problem,
         score(candidate, given.settings, given.n_values()),
         None if row is None or not repeats else (row, force),
-        {} if row is None or repeats else {r.name: (row, -f[0]) for r, f in each},
+        {} if row is None or repeats else _each(given, best, fit, row),
     )
 
 
-def _motion_as_noise(given: Given, free: Fit) -> Fit:
-    """The model beside a base motion that differs in every recording, for predictions without it: fitted with what it
-    does counted as noise, so that recordings that the measured force dominates tell most. A motion that is `free` on
-    every line takes up what the model's unknowns are off."""
-    problem, bare = given.split.whole, Hypothesis(given.reduced, np.zeros((0, given.reduced.r)))
-    start = (given.updated, np.zeros(0))
-    (alone,) = problem.fit([bare], [start], iterations=0)
-    if alone is None:
-        return free
-    raised = np.sqrt(np.maximum(alone.misfit, 1.0))
-    louder = problem.on([replace(r, noise=r.noise * by) for r, by in zip(problem.records, raised, strict=True)])
-    (fit,) = louder.fit([bare], [start])
-    return free if fit is None else fit
+def _each(given: Given, best: Located, fit: Fit, row: int) -> dict[str, tuple[int, FloatArray]]:
+    """The force at `row` of the g-set in every recording by its name, as the model of `fit` reads it off."""
+    problem = given.split.whole
+    forces = forces_beside(problem, best.place, given.reduced, fit.p)
+    return {r.name: (row, f) for r, f in zip(problem.records, forces, strict=True)}
 
 
 def find_harmonic(

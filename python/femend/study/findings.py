@@ -61,14 +61,31 @@ def _load_finding(diagnosis: Diagnosis, load: LoadFinding) -> dict[str, Any]:
         name: {"value": rounded(v) if isinstance(v, float) else v, "sd": None, "unit": _load_unit(diagnosis, unit)}
         for name, (v, unit) in load.values.items()
     }
+    others = _load_alternatives(diagnosis, load)
     return {
         "physics": load.physics,
-        "probability": CALIBRATION.surest,
+        "probability": round(CALIBRATION.surest - sum(others.values()), 3),
         "location": location,
         "parameters": values,
-        "alternatives": [],
+        "alternatives": alternatives(others),
         "configurations": ["as modelled"],
     }
+
+
+def _load_alternatives(diagnosis: Diagnosis, load: LoadFinding) -> dict[str, float]:
+    """A motion of the base in place of a force that nobody recorded, or the other way round, with its probability,
+    where sensors hardly tell them apart: by what either leaves, free on every line."""
+    kinds = {"unmeasured_force": ("ground", "base"), "base_motion": ("base", "ground")}
+    if load.physics not in kinds or load.force is not None:
+        return {}
+    costs = [
+        min((f.cost for f in diagnosis.located if f.place.kind == kind), default=np.inf) for kind in kinds[load.physics]
+    ]
+    behind = costs[1] - costs[0]
+    if not behind <= diagnosis.settings.margin:
+        return {}
+    other = next(name for name in kinds if name != load.physics)
+    return {other: CALIBRATION.surest / (1 + float(np.exp(0.5 * behind)))}
 
 
 def _finding(
