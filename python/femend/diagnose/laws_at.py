@@ -109,12 +109,14 @@ def linear_at(given: Given, found: Located, masses_alone: bool) -> tuple[list[Tr
 
 
 def _held(split: Split, joint: Joint, recovered: Recovered) -> tuple[Joint, Recovered]:
-    """A cut held by the spring that does most like what it did, with what it did there; as it is where that is
-    none."""
+    """A cut held by the spring that does most like what it did, with what it did there; as it is where a spring and
+    dashpot explain no less so: which of the two structures the damping ratios are of is for the recordings to tell."""
     k = float(np.exp(recovered.equivalent.x[0]))
     closed = joint.held_by(np.full(len(joint.w), k))
     again = recover(split.reading, closed, recovered.fit.p)
-    return (joint, recovered) if again is None else (closed, again)
+    if again is None or again.equivalent.cost >= recovered.equivalent.cost:
+        return joint, recovered
+    return closed, again
 
 
 def _better(candidates: Sequence[Candidate]) -> list[Candidate]:
