@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.evidence import deviance
+from femend.diagnose.hinges import inside
 from femend.diagnose.judge import Given, Tried, again, compared_in, free_reference, judge_in
 from femend.diagnose.laws_at import Opened, each_once, linear_at, nonlinear_at, on_springs
 from femend.diagnose.locate import Located, order
@@ -39,11 +40,14 @@ def name_physics(
     """
     tried: list[Tried] = []
     opened: list[Opened] = []
+    hinged: set[tuple[tuple[int, ...], str]] = set()
     first_look = judge_in(given, 0.0)
     for one, is_kin, masses_alone in each_once(located):
         if not is_kin:
             tell(1)
         new, at = linear_at(given, one, masses_alone)
+        for joint in inside(given, new, hinged):
+            new += linear_at(given, joint, masses_alone=False)[0]
         tried += new
         note(first_look.at_once(new))
         opened += [at] if at is not None and not is_kin else []

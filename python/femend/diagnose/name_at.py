@@ -66,8 +66,8 @@ def name_at(found: UpdatedModel, place: Place, settings: Settings | None = None)
     """
     settings = settings or Settings()
     problem, reduced, null = found.problem, found.reduced, found.null
-    prior = problem.prior(reduced)[0]
-    (free,) = problem.fit([hypothesis_of(place, reduced)], [(prior, np.zeros(0))])
+    hypothesis = hypothesis_of(place, reduced)
+    (free,) = problem.fit([hypothesis], [(problem.prior(hypothesis.reduced)[0], np.zeros(0))])
     if free is None:
         raise RecordingError(f"a force at {place.text} cannot be fitted; the place does not move in the model")
     located = Located(place, free, squares_of(problem, free, 0.0))

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from femend.model.place import AXES, Place
 from femend.model.region_places import region_places
 from femend.model.support_places import support_places
 
-__all__ = ["Place", "Topology", "find_places", "stretches", "topology"]
+__all__ = ["Place", "Topology", "find_places", "inner_joints", "stretches", "topology"]
 
 FloatArray = NDArray[np.float64]
 # element cards that connect two nodes and carry bending
@@ -137,6 +138,17 @@ def find_places(model: Model, top: Topology | None = None) -> list[Place]:
     places += gap_places(model, top.held, pairs)
     places += _bases(model, top)
     return places
+
+
+def inner_joints(model: Model, member: Place) -> list[Place]:
+    """Cuts at the nodes inside a member or a stretch of one, where the deck has no joint."""
+    top = topology(model)
+    found: list[Place] = []
+    for eid, follow in pairwise(member.elements):
+        shared = set(top.beams[eid]) & set(top.beams[follow])
+        for node in shared - set(top.joints):
+            found += _end_places(model, top, node, follow, top.beams[follow].index(node))
+    return found
 
 
 def _parts(top: Topology, first: int, chain: tuple[int, ...]) -> list[tuple[int, int, tuple[int, ...]]]:
