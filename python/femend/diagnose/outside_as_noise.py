@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from femend.diagnose.judge import Given
 from femend.diagnose.known_force import last_force
-from femend.diagnose.locate import hypothesis_of
+from femend.diagnose.locate import Located
 from femend.estimate import Fit, Hypothesis, Problem
-from femend.model import Place, ReducedModel
 
 __all__ = ["as_noise", "forces_beside"]
 
@@ -37,8 +36,11 @@ def as_noise(given: Given, free: Fit) -> Fit:
     return free if fit is None else fit
 
 
-def forces_beside(problem: Problem, place: Place, reduced: ReducedModel, p: FloatArray) -> list[FloatArray]:
-    """The force (n,) on the structure at a place in every recording, as the model at unknowns `p` (n_p,) reads it
-    off; none where it breaks down there."""
-    (read,) = problem.fit([hypothesis_of(place, reduced)], [(p, np.zeros(0))], iterations=0)
-    return [np.zeros(r.n) for r in problem.records] if read is None else last_force(problem, read)
+def forces_beside(problem: Problem, at: Located, p: FloatArray) -> dict[str, tuple[int, FloatArray]]:
+    """The row of the g-set and the force (n,) there in every recording by its name, as the model at unknowns `p` (n_p,)
+    reads it off at a place with one force; none where it breaks down there."""
+    (read,) = problem.fit([at.fit.hypothesis], [(p, np.zeros(0))], iterations=0)
+    if read is None:
+        return {}
+    row = int(at.place.g_rows[0][0])
+    return {r.name: (row, f) for r, f in zip(problem.records, last_force(problem, read), strict=True)}

@@ -7,7 +7,6 @@ what is missing, and the factor, the unknowns beside it and what is left make up
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,9 +14,10 @@ from numpy.typing import NDArray
 
 from femend.diagnose.joint import with_loads
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.diagnose.region_stiffness import elements_stiffness
 from femend.estimate import Problem
 from femend.estimate.fit import TUNED_ABOVE
-from femend.model import Model, Place, ReducedModel
+from femend.model import Place, ReducedModel
 from femend.model.form_errors import basis_modes
 
 __all__ = ["in_own_basis"]
@@ -38,18 +38,9 @@ def in_own_basis(problem: Problem, reduced: ReducedModel, g_rows: list[int], fou
 
 def _forces(place: Place, reduced: ReducedModel, f_max: float) -> FloatArray:
     """Forces (n_a, n) of the place's elements in the modes up to a little beyond `f_max` (Hz), of about one size."""
-    model = reduced.model
     omega, Q = basis_modes(reduced)
     shapes = reduced.V @ Q[:, (omega > 0) & (omega <= TUNED_ABOVE * 2 * np.pi * f_max)]
-    forces = np.zeros_like(shapes)
-    for rows, K in _matrices(place, model):
-        forces[rows] += K @ shapes[rows]
-    loads = np.asarray(model.transformation().T @ forces)
+    forces = elements_stiffness(place, reduced.model) @ shapes
+    loads = np.asarray(reduced.model.transformation().T @ forces)
     size = np.linalg.norm(loads, axis=0)
     return loads[:, size > 0] / size[size > 0]
-
-
-def _matrices(place: Place, model: Model) -> Sequence[tuple[NDArray[np.int64], FloatArray]]:
-    """Rows of the g-set and stiffness (m, m) at the deck's values of each element."""
-    ones = np.ones(len(model.parameters))
-    return [(rows, np.asarray(K)) for rows, K, _ in (model.fe.element_matrices(e, ones) for e in place.elements)]

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
-from femend.model import Place, ReducedModel
+from femend.model import Model, Place, ReducedModel
 
-__all__ = ["region_stiffness"]
+__all__ = ["elements_stiffness", "region_stiffness"]
 
 FloatArray = NDArray[np.float64]
 
@@ -25,17 +25,22 @@ def region_stiffness(place: Place, reduced: ReducedModel) -> FloatArray:
     known = _made.get(place)
     if known is not None and known[0]() is reduced.V:
         return known[1]
-    fe = reduced.model.fe
-    ones = np.ones(len(reduced.model.parameters))
+    whole = elements_stiffness(place, reduced.model)
+    touched = np.flatnonzero(np.diff(whole.indptr))
+    K = np.asarray(reduced.V[touched].T @ (whole[touched] @ reduced.V))
+    _made[place] = (weakref.ref(reduced.V), K)
+    return K
+
+
+def elements_stiffness(place: Place, model: Model) -> csr_array:
+    """Stiffness (n_g, n_g) of the place's elements at the deck's values."""
+    fe = model.fe
+    ones = np.ones(len(model.parameters))
     at: list[NDArray[np.int64]] = []
     values: list[FloatArray] = []
     for eid in place.elements:
         rows, K, _ = fe.element_matrices(eid, ones)
         at.append(np.array([np.repeat(rows, len(rows)), np.tile(rows, len(rows))]))
         values.append(np.asarray(K).ravel())
-    n = len(reduced.V)
-    whole = csr_array(coo_array((np.concatenate(values), np.hstack(at)), shape=(n, n)))
-    touched = np.flatnonzero(np.diff(whole.indptr))
-    K = np.asarray(reduced.V[touched].T @ (whole[touched] @ reduced.V))
-    _made[place] = (weakref.ref(reduced.V), K)
-    return K
+    shape = (fe.n_g, fe.n_g)
+    return csr_array(coo_array((np.concatenate(values), np.hstack(at)), shape=shape))

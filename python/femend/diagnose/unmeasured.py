@@ -69,7 +69,8 @@ def find_unmeasured(given: Given, located: Sequence[Located]) -> LoadFinding | N
     values = _values(problem, force if repeats else recovered.f[weakest][0], best.place)
     direction = best.place.direction
     row = None if base else int(best.place.g_rows[0][0])
-    fit = best.fit if repeats else as_noise(given, best.fit)
+    # only a force that repeats goes into predictions
+    fit = best.fit if repeats and not base else as_noise(given, best.fit)
     candidate = _candidate(split, best)
     return LoadFinding(
         "base_motion" if base else "unmeasured_force",
@@ -81,15 +82,8 @@ def find_unmeasured(given: Given, located: Sequence[Located]) -> LoadFinding | N
         problem,
         score(candidate, given.settings, given.n_values()),
         None if row is None or not repeats else (row, force),
-        {} if row is None or repeats else _each(given, best, fit, row),
+        {} if row is None or repeats else forces_beside(problem, best, fit.p),
     )
-
-
-def _each(given: Given, best: Located, fit: Fit, row: int) -> dict[str, tuple[int, FloatArray]]:
-    """The force at `row` of the g-set in every recording by its name, as the model of `fit` reads it off."""
-    problem = given.split.whole
-    forces = forces_beside(problem, best.place, given.reduced, fit.p)
-    return {r.name: (row, f) for r, f in zip(problem.records, forces, strict=True)}
 
 
 def find_harmonic(

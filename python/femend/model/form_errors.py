@@ -217,9 +217,8 @@ def _refined_sds(reduced: ReducedModel, mode_sd: float) -> tuple[float, ...]:
 def _mesh_stiffness(reduced: ReducedModel, f_top: float, sd: float) -> FloatArray:
     """Change of K (r, r) that raises each frequency in proportion to itself, by `sd` at `f_top` (Hz) and above."""
     omega, Q = basis_modes(reduced)
-    M = reduced.M_fixed + sum((t.M for t in reduced.terms if t.M is not None), np.zeros_like(reduced.M_fixed))
     growth = 2 * sd * np.minimum(omega / (2 * np.pi * f_top), 1.0)
-    shapes = M @ Q
+    shapes = reduced.as_drawn()[1] @ Q
     return np.asarray((shapes * (growth * omega**2)) @ shapes.T)
 
 
@@ -227,11 +226,7 @@ def basis_modes(reduced: ReducedModel) -> tuple[FloatArray, FloatArray]:
     """Circular frequencies (r,) and mass-normalised shapes (r, r) in the basis at the deck's values."""
     from scipy.linalg import eigh
 
-    K, M = reduced.K_fixed.copy(), reduced.M_fixed.copy()
-    for term in reduced.terms:
-        K += 0.0 if term.K is None else term.K
-        M += 0.0 if term.M is None else term.M
-    values, Q = eigh(K, M)
+    values, Q = eigh(*reduced.as_drawn())
     return np.sqrt(np.maximum(values, 0.0)), Q
 
 
@@ -316,8 +311,7 @@ def _among_modes(
     """Changes of K and M (r, r) as they act between the modes up to `top` (Hz), and on nothing else in the basis."""
     omega, Q = basis_modes(reduced)
     own = Q[:, omega <= 2 * np.pi * top]
-    M = reduced.M_fixed + sum((t.M for t in reduced.terms if t.M is not None), np.zeros_like(reduced.M_fixed))
-    onto = own @ (own.T @ M)
+    onto = own @ (own.T @ reduced.as_drawn()[1])
     return [(onto.T @ dK @ onto, onto.T @ dM @ onto) for dK, dM in parts]
 
 

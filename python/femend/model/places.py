@@ -145,8 +145,7 @@ def inner_joints(model: Model, member: Place) -> list[Place]:
     top = topology(model)
     found: list[Place] = []
     for eid, follow in pairwise(member.elements):
-        shared = set(top.beams[eid]) & set(top.beams[follow])
-        for node in shared - set(top.joints):
+        for node in set(top.beams[eid]) & set(top.beams[follow]):
             found += _end_places(model, top, node, follow, top.beams[follow].index(node))
     return found
 

@@ -85,6 +85,14 @@ class ReducedModel:
         """Number of basis vectors."""
         return int(self.V.shape[1])
 
+    def as_drawn(self) -> tuple[FloatArray, FloatArray]:
+        """K and M (r, r) at the deck's values."""
+        K, M = self.K_fixed.copy(), self.M_fixed.copy()
+        for term in self.terms:
+            K += 0.0 if term.K is None else term.K
+            M += 0.0 if term.M is None else term.M
+        return K, M
+
     def rows(self, g_rows: Sequence[int] | NDArray[np.int64], signs: FloatArray | None = None) -> FloatArray:
         """Rows (n, r) of the basis for DOFs `g_rows` of the g-set, times the sensors' signs."""
         V = self.V[np.asarray(g_rows, dtype=np.int64)]
@@ -284,10 +292,7 @@ def _frequencies(reduced: ReducedModel) -> FloatArray:
     """Ritz frequencies (r,) at the deck's values, Hz."""
     from scipy.linalg import eigh
 
-    K, M = reduced.K_fixed.copy(), reduced.M_fixed.copy()
-    for term in reduced.terms:
-        K += 0.0 if term.K is None else term.K
-        M += 0.0 if term.M is None else term.M
+    K, M = reduced.as_drawn()
     return np.asarray(np.sqrt(np.maximum(eigh(K, M, eigvals_only=True), 0.0)) / (2 * np.pi))
 
 
@@ -329,10 +334,7 @@ def _suspended(reduced: ReducedModel) -> ReducedModel:
     free = reduced.freq < RIGID * reduced.freq[-1]
     if not free.any():
         return reduced
-    K, M = reduced.K_fixed.copy(), reduced.M_fixed.copy()
-    for term in reduced.terms:
-        K += 0.0 if term.K is None else term.K
-        M += 0.0 if term.M is None else term.M
+    K, M = reduced.as_drawn()
     carried = M @ eigh(K, M)[1][:, : int(free.sum())]
     soft = (2 * np.pi * SUSPENDED * reduced.freq[~free][0]) ** 2
     return replace(reduced, K_fixed=reduced.K_fixed + soft * carried @ carried.T)
