@@ -11,7 +11,16 @@ import pytest
 
 from femend.errors import FemendError
 from femend.model import Model, affordable_refinement, form_errors, mesh_error, read_model, reduce_model
-from femend.model.form_errors import HALVED, MESH_SD, REFINED_MODE_SD, REFINED_SHARE, SOLID_MODE_SD, SUPPORT_SD
+from femend.model.form_errors import (
+    HALVED,
+    MESH_SD,
+    QUADRATIC_MODE_SD,
+    REFINED_MODE_SD,
+    REFINED_SHARE,
+    SOLID_MODE_SD,
+    SUPPORT_SD,
+)
+from femend.model.refined import refined_size
 
 sys.path.insert(0, str(Path(__file__).parent))
 from test_refined import bricks, frequencies, shells
@@ -74,6 +83,18 @@ def test_priors_of_modes_follow_from_their_error(model: Model) -> None:
     np.testing.assert_allclose(np.delete(other, at), np.delete(sds, at))
     plain = reduce_model(model, F_MAX, [6 * model.index(7) + 2])
     assert np.all(form_errors(plain, F_MAX).mode_sds(n) == SOLID_MODE_SD)
+
+
+def test_solids_too_many_to_be_halved_are_believed_less(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    sds = []
+    for most in (3000, refined_size(model)):
+        monkeypatch.setattr(MODULE, "MOST_NODES", most)
+        finer = affordable_refinement(model, F_MAX)
+        assert finer is not None
+        assert finer.mesh_error is not None
+        assert finer.mesh_error.halved == (most == 3000)
+        sds.append(form_errors(reduce_model(finer, F_MAX, [6 * model.index(7) + 2]), F_MAX).mode_sds(1)[0])
+    assert REFINED_MODE_SD <= sds[0] < QUADRATIC_MODE_SD <= sds[1]
 
 
 def test_little_of_the_growing_error_is_left_in_refined_shells(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from femend.errors import ModelError
 from femend.model import Model, Parameter, find_places, read_model
-from femend.model.refined import refined_model, refined_size
+from femend.model.refined import refined_model, refined_size, twice_refined
 
 NX, NY, NZ = 6, 2, 1
 SIDES = (0.6, 0.06, 0.03)
@@ -147,6 +147,71 @@ def test_other_solids_keep_their_shape(tmp_path: Path, card: str) -> None:
     assert finer.fe.total_mass() == pytest.approx(model.fe.total_mass(), rel=1e-9)
     (element,) = finer.fe.elements()
     assert len(element[2]) == {"CTETRA": 10, "CPYRAM": 13, "CPENTA": 15}[card]
+
+
+@pytest.mark.parametrize("card", ["CHEXA", *POINTS])
+def test_halved_solids_fill_the_same_body(tmp_path: Path, card: str) -> None:
+    """The pieces have the mass of the whole, and its energy of a uniform strain: none overlap or are missing."""
+    brick = ((0, 0, 0), (1, 0, 0), (1.2, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1.2, 1, 1), (0, 1, 1))
+    points = brick if card == "CHEXA" else POINTS[card]
+    lines = [*HEAD, "PSOLID,1,1", *(f"GRID,{i},,{x},{y},{z}" for i, (x, y, z) in enumerate(points, 1))]
+    nodes = list(map(str, range(1, len(points) + 1)))
+    lines += [f"{card},7,1," + ",".join(nodes[:6]), *([",".join(["", *nodes[6:]])] if nodes[6:] else [])]
+    path = tmp_path / "m.bdf"
+    path.write_text("\n".join([*lines, "SPC1,1,123,1", "ENDDATA", ""]))
+    model = read_model(path, parameters=(Parameter("E", "E", "elements", (7,)),))
+    finer = twice_refined(model, 1000)
+    assert finer is not None
+    assert finer.as_drawn is model
+    pieces = [eid for eid, _, _ in finer.fe.elements()]
+    assert len(pieces) == (10 if card == "CPYRAM" else 8)
+    assert finer.parts == {7: tuple(sorted(pieces))}
+    assert finer.drawn_elements(pieces) == (7,)
+    assert {len(nodes) for _, _, nodes in finer.fe.elements()} <= {10, 13, 15, 20}
+    assert finer.fe.total_mass() == pytest.approx(model.fe.total_mass(), rel=1e-9)
+    strain = np.array([[1.0, 0.2, 0.0], [0.3, -0.5, 0.1], [0.0, 0.4, 0.7]])
+    # the parameter's factor acts on all pieces
+    assert _strained(finer, strain, 2.0) == pytest.approx(2 * _strained(model, strain, 1.0), rel=1e-9)
+
+
+def _strained(model: Model, strain: np.ndarray, factor: float) -> float:
+    u = np.zeros((model.fe.n_g // 6, 6))
+    u[:, :3] = model.xyz @ strain
+    energy = 0.0
+    for eid, _, _ in model.fe.elements():
+        rows, K, _ = model.fe.element_matrices(eid, np.array([factor]))
+        energy += float(u.ravel()[rows] @ K @ u.ravel()[rows])
+    return energy
+
+
+def test_halved_bricks_come_nearer_still(tmp_path: Path) -> None:
+    coarse = read_model(bricks(tmp_path / "coarse.bdf"))
+    truth = frequencies(refined_model(read_model(bricks(tmp_path / "fine.bdf", (24, 8, 4)))), 6)
+    once = frequencies(refined_model(coarse), 6) / truth - 1
+    finer = twice_refined(coarse, 3000)
+    assert finer is not None
+    twice = frequencies(finer, 6) / truth - 1
+    assert np.abs(once).max() > 0.01
+    assert np.abs(twice).max() < 0.35 * np.abs(once).max()
+    n = len(coarse.node_ids)
+    np.testing.assert_array_equal(finer.node_ids[:n], coarse.node_ids)
+    # 13 x 5 x 3 corners, and the middles of their edges
+    assert len(finer.node_ids) == 13 * 5 * 3 + 12 * 5 * 3 + 13 * 4 * 3 + 13 * 5 * 2
+    assert twice_refined(coarse, len(finer.node_ids) - 1) is None
+    assert twice_refined(coarse, 10) is None
+
+
+def test_halved_bricks_stay_clamped_and_rigid_where_they_were(tmp_path: Path) -> None:
+    """Middles of faces, too, are held where all their corners are, and hang where all of them hang."""
+    tip = [node(NX, j, k) for j in range(NY + 1) for k in range(NZ + 1)]
+    rigid = ("GRID,900,,0.65,0.03,0.015", f"RBE2,901,900,123456,{','.join(map(str, tip[:5]))},", f",{tip[5]}")
+    finer = twice_refined(read_model(bricks(tmp_path / "m.bdf", more=rigid)), 3000)
+    assert finer is not None
+    moving = set(finer.fe.dof_nodes.tolist())
+    x = finer.xyz[:, 0]
+    for at in (0.0, SIDES[0]):
+        assert not moving & set(finer.node_ids[np.abs(x - at) < 1e-9].tolist())
+    assert 900 in moving
 
 
 def test_an_included_file_is_refined_where_it_stands(tmp_path: Path) -> None:

@@ -11,7 +11,17 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from femend.errors import RecordingError
-from femend.estimate import Fit, FitRecord, Hypothesis, Problem, at_work, check_sampling, modelled_band, used_band
+from femend.estimate import (
+    Fit,
+    FitRecord,
+    Hypothesis,
+    Problem,
+    at_work,
+    check_sampling,
+    modelled_band,
+    used_band,
+    without_crossed,
+)
 from femend.estimate.fit import TUNED_ABOVE
 from femend.estimate.lines import band_power
 from femend.model import Model, ReducedModel, affordable_refinement, form_errors, reduce_model
@@ -109,6 +119,7 @@ def modelled(
     if missed is not None:
         model, band = _left_out(model, records, band, missed)
         reduced = reduce_model(model, band[1], g_rows)
+    records = without_crossed(records, reduced, band, zeta)
     reduced = form_errors(reduced, band[1]).on(reduced)
     n_tuned = max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum()))
     return model, reduced, Problem(records, band, zeta, n_tuned)

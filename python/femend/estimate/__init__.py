@@ -1,5 +1,6 @@
 """Responses, residuals, sensitivities and least squares."""
 
+from femend.estimate.cross_axis import without_crossed
 from femend.estimate.fit import Fit, Hypothesis, Problem
 from femend.estimate.lines import FitRecord, Lines, modelled_band, noise_floor, spectral_lines, used_band
 from femend.estimate.noise import noise_of
@@ -25,4 +26,5 @@ __all__ = [
     "pressed",
     "spectral_lines",
     "used_band",
+    "without_crossed",
 ]

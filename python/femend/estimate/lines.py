@@ -68,6 +68,8 @@ class FitRecord:
         start: sample from which on responses are compared, where what went before was used for something else: the
             structure is driven by all of the record. Windowed lines (`sigma` > 0), which show the beginning, are of
             the whole record all the same.
+        crossed: rows of the g-set of sensors that were left out, each with how many times as much the structure moves
+            across it as along it.
     """
 
     name: str
@@ -83,6 +85,7 @@ class FitRecord:
     frf: FrfLines | None = None
     recording: str = ""
     start: int = 0
+    crossed: tuple[tuple[int, float], ...] = ()
 
     @property
     def source(self) -> str:

@@ -22,7 +22,7 @@ from scipy.sparse import coo_array, csr_array
 from femend.model.model import Model
 from femend.model.places import topology
 from femend.model.reduction import MODES_ABOVE, ReducedModel, Term
-from femend.model.refined import QUADRATIC, is_linear
+from femend.model.refined import QUADRATIC, is_linear, only_shells
 from femend.model.supports import connected
 
 __all__ = ["MESH_SD", "MODE_SD", "FormErrors", "basis_modes", "form_errors"]
@@ -58,6 +58,9 @@ MODE_SD, SOLID_MODE_SD = 0.005, 0.012
 # the same of a mode of a refined mesh, as a share of what refining changed, and beside that: what formulations differ
 # in, and the singular stresses at clamps and points that no mesh reaches
 REFINED_SHARE, REFINED_MODE_SD = 0.25, 0.003
+# the same beside that of solids that were not halved: by so much quadratic bricks of the deck's size are too stiff
+# where they are long and clamped, on generated cases
+QUADRATIC_MODE_SD = 0.008
 # what is left of an error of second order in the size of elements once they are halved
 HALVED = 0.25
 # frequencies that agree to this are of the same mode of the same model
@@ -206,11 +209,12 @@ def _refined_sds(reduced: ReducedModel, mode_sd: float) -> tuple[float, ...]:
     error = reduced.model.mesh_error
     if error is None:
         return ()
+    beside = REFINED_MODE_SD if error.halved or only_shells(reduced.model.as_drawn) else QUADRATIC_MODE_SD
     sds = []
     for f in reduced.freq[reduced.freq <= np.nanmax(error.refined) * (1 + SAME)]:
         own = error.error[np.abs(error.refined / max(f, 1e-300) - 1) < SAME]
         own = own[np.isfinite(own)]
-        sds.append(float(np.hypot(REFINED_SHARE * own[0], REFINED_MODE_SD)) if own.size else mode_sd)
+        sds.append(float(np.hypot(REFINED_SHARE * own[0], beside)) if own.size else mode_sd)
     return tuple(sds)
 
 

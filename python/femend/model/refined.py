@@ -3,7 +3,7 @@
 Solids of straight edges get nodes in the middle of their edges (CHEXA 20, CPENTA 15, CTETRA 10, CPYRAM 13), shells are
 cut in two along every edge. Nodes of the deck keep their ids, so that both models can be compared there. An edge whose
 ends are both held is held in its middle, one whose ends hang on the same RBE2 hangs on it. Beams, springs, masses, RBE3
-and MPCs stand as they are.
+and MPCs stand as they are. Once more refined, the solids too are cut in two along every edge before that.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ from femend.errors import ModelError
 from femend.io.deck import next_id, read_deck
 from femend.model.model import Model, model_of
 from femend.model.places import held_rows
+from femend.model.solid_parts import PARTS
 
-__all__ = ["QUADRATIC", "SHELLS", "is_linear", "only_shells", "refined_model", "refined_size"]
+__all__ = ["QUADRATIC", "SHELLS", "is_linear", "only_shells", "refined_model", "refined_size", "twice_refined"]
 
 FloatArray = NDArray[np.float64]
 Nodes = tuple[int, ...]
@@ -67,14 +68,34 @@ def refined_model(model: Model) -> Model:
     Raises ModelError for a model that has nothing to refine, DeckError or ModelError for a deck whose cards cannot be
     put in place of others, and OSError for files that cannot be read again.
     """
-    refined = _Refined(model)
+    # the files are read when the deck is made and not again
+    with tempfile.TemporaryDirectory(prefix="femend-refined-") as folder:
+        return _refined(model, Path(folder))
+
+
+def twice_refined(model: Model, most_nodes: int) -> Model | None:
+    """The model with its linear solids first cut in two along every edge, then refined as by `refined_model`, with
+    shells cut in two each time; None where it would have more than `most_nodes` nodes. Raises what `refined_model`
+    does."""
+    if refined_size(model) > most_nodes:  # so many has the one in between alone
+        return None
+    with tempfile.TemporaryDirectory(prefix="femend-refined-") as folder:
+        halved = _refined(model, Path(folder) / "halved", halve=True)
+        if refined_size(halved) > most_nodes:
+            return None
+        finer = _refined(halved, Path(folder) / "finer")
+    again = finer.parts
+    parts = {eid: tuple(p for own in pieces for p in again.get(own, (own,))) for eid, pieces in halved.parts.items()}
+    return replace(finer, refines=model, parts=parts)
+
+
+def _refined(model: Model, folder: Path, *, halve: bool = False) -> Model:
+    """The refined model from files in `folder`; with `halve` its solids are cut and stay linear."""
+    refined = _Refined(model, halve)
     refined.cut()
     if not refined.replaced:
         raise ModelError("the model has no shells or solids with nodes at their corners alone; nothing can be refined")
-    with tempfile.TemporaryDirectory(prefix="femend-refined-") as folder:
-        path = _written(model, refined, Path(folder))
-        # the files are read when the deck is made and not again
-        deck = read_deck(path)
+    deck = read_deck(_written(model, refined, folder))
     parameters = [
         replace(p, ids=tuple(part for eid in p.ids for part in refined.parts.get(eid, (eid,))))
         if p.target == "elements"
@@ -89,9 +110,11 @@ def refined_model(model: Model) -> Model:
 
 @dataclass
 class _Refined:
-    """New cards, the ones they replace as (card, id), and the shells that each shell became (`parts`)."""
+    """New cards, the ones they replace as (card, id), and the elements that each one became where they are several
+    (`parts`); new nodes in the `middles` of others. With `halve` solids are cut like shells."""
 
     model: Model
+    halve: bool = False
     replaced: list[tuple[str, int]] = field(default_factory=list)
     cards: list[str] = field(default_factory=list)
     middles: dict[Nodes, int] = field(default_factory=dict)
@@ -106,7 +129,7 @@ class _Refined:
 
     def cut(self) -> None:
         """Makes the cards of all elements, and of rigid ones that take new nodes with them."""
-        rigid: list[tuple[int, Nodes]] = []
+        rigid: dict[tuple[int, str], set[int]] = {}
         shells, solids = [], []
         for eid, card, _, nodes in self.model.deck.elements():
             if card in QUADRATIC and len(nodes) > QUADRATIC[card][0]:
@@ -118,20 +141,34 @@ class _Refined:
             elif card in QUADRATIC:
                 solids.append((eid, card, nodes))
             elif card == "RBE2":
-                rigid.append((eid, nodes))
+                # an edge may hang on one point by two of them
+                components = self.model.deck.field_text("RBE2", eid, 4)
+                rigid.setdefault((nodes[0], components), set()).update(nodes[1:])
         known = set(self.middles.values())
         for eid, card, nodes in solids:
-            self._solid(eid, card, nodes)
+            if self.halve:
+                self._pieces(eid, card, nodes)
+            else:
+                self._solid(eid, card, nodes)
         for eid, card, nodes in shells:
             self._shell(eid, card, nodes)
-        for eid, nodes in rigid:
-            self._rigid(eid, nodes, known)
+        for (first, components), hung in rigid.items():
+            self._rigid(first, components, hung, known)
 
     def _solid(self, eid: int, card: str, nodes: Nodes) -> None:
         pid = self.model.deck.field_text(card, eid, 3)
-        middles = [self._middle(nodes[i], nodes[j]) for i, j in QUADRATIC[card][1]]
+        middles = [self._at(nodes[i], nodes[j]) for i, j in QUADRATIC[card][1]]
         self.replaced.append((card, eid))
         self._card([card, str(eid), pid, *map(str, nodes), *map(str, middles)])
+
+    def _pieces(self, eid: int, card: str, nodes: Nodes) -> None:
+        """Solids of half the size in place of one, the first with its id."""
+        pid = self.model.deck.field_text(card, eid, 3)
+        pieces = [(own, [self._at(*(nodes[c] for c in corners)) for corners in part]) for own, part in PARTS[card]]
+        self.replaced.append((card, eid))
+        self.parts[eid] = (eid, *(self._next_element() for _ in pieces[1:]))
+        for new, (own, at) in zip(self.parts[eid], pieces, strict=True):
+            self._card([own, str(new), pid, *map(str, at)])
 
     def _shell(self, eid: int, card: str, nodes: Nodes) -> None:
         """Four shells in place of one, first sides along its first side, so that THETA stays what it is; the first has
@@ -139,12 +176,12 @@ class _Refined:
         n, text = len(nodes), self.model.deck.field_text
         pid = text(card, eid, 3)
         after = [text(card, eid, k) for k in range(4 + n, 10)] + [text(card, eid, k) for k in range(12, 14 + n)]
-        middles = [self._middle(a, b) for a, b in _edges(card, nodes)]
+        middles = [self._at(a, b) for a, b in _edges(card, nodes)]
         self.replaced.append((card, eid))
         if n == 4:
             a, b, c, d = nodes
             ab, bc, cd, da = middles
-            m = self._new(nodes)
+            m = self._at(*nodes)
             parts: list[Nodes] = [(a, ab, m, da), (ab, b, bc, m), (m, bc, c, cd), (da, m, cd, d)]
         else:
             a, b, c = nodes
@@ -154,19 +191,18 @@ class _Refined:
         for own, part in zip(self.parts[eid], parts, strict=True):
             self._card([card, str(own), pid, *map(str, part), *after])
 
-    def _rigid(self, eid: int, nodes: Nodes, known: set[int]) -> None:
-        """A further RBE2 with the middles of edges whose ends both hang on this one."""
-        first, hung = nodes[0], set(nodes[1:])
-        new = sorted(n for (a, b), n in self.middles.items() if n not in known and a in hung and b in hung)
+    def _rigid(self, first: int, components: str, hung: set[int], known: set[int]) -> None:
+        """A further RBE2 with the middles of edges and faces whose corners all hang on the same point."""
+        new = sorted(n for corners, n in self.middles.items() if n not in known and hung.issuperset(corners))
         if new:
-            components = self.model.deck.field_text("RBE2", eid, 4)
             self._card(["RBE2", str(self._next_element()), str(first), components, *map(str, new)])
 
-    def _middle(self, a: int, b: int) -> int:
-        key = _key(a, b)
-        if key not in self.middles:
+    def _at(self, *corners: int) -> int:
+        """The node in the middle of `corners`; of one the node itself."""
+        key = _key(*corners)
+        if len(key) > 1 and key not in self.middles:
             self.middles[key] = self._new(key)
-        return self.middles[key]
+        return self.middles[key] if len(key) > 1 else key[0]
 
     def _new(self, corners: Nodes) -> int:
         """A node in the middle of others, held where all of them are."""
@@ -201,8 +237,8 @@ class _Refined:
         self.cards += [",".join([name if i == 0 else "", *line]) for i, line in enumerate(lines)]
 
 
-def _key(a: int, b: int) -> Nodes:
-    return (a, b) if a < b else (b, a)
+def _key(*corners: int) -> Nodes:
+    return tuple(sorted(corners))
 
 
 def _edges(card: str, nodes: Sequence[int]) -> Iterator[tuple[int, int]]:

@@ -11,6 +11,8 @@ from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import standard_deviations
 from femend.diagnose.power import untold
 from femend.estimate import FitRecord, noise_floor
+from femend.model.place import AXES
+from femend.numerals import plain
 from femend.report.headline import INTERRUPTED
 from femend.study.findings import ALSO, findings, rounded
 from femend.study.left_over import left_beside, left_over
@@ -35,13 +37,14 @@ def result_of(
     """The content of result.json.
 
     To `warnings`, those of the recordings' channels, it adds where the force acts that nobody recorded, which lines the
-    mesh cannot represent, on what laws were chosen if there was but one recording, what the recorder did not filter,
-    and what the excitation cannot tell.
+    mesh cannot represent, which sensors were left out, on what laws were chosen if there was but one recording, what
+    the recorder did not filter, and what the excitation cannot tell.
     """
     warnings = [
         *warnings,
         *_drive(diagnosis),
         *_mesh(diagnosis),
+        *_crossed(diagnosis),
         *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
         *diagnosis.problem.recorder.warnings,
     ]
@@ -66,6 +69,20 @@ def _mesh(diagnosis: Diagnosis) -> list[str]:
     model = diagnosis.reduced.model
     missed = [] if model.unresolved is None else [model.unresolved.text]
     return [*missed, SIMULATED] if model.simulated else missed
+
+
+def _crossed(diagnosis: Diagnosis) -> list[str]:
+    """Which sensors were left out since they may have recorded what moves across them."""
+    model = diagnosis.reduced.model
+    crossed = {row: ratio for r in diagnosis.problem.records for row, ratio in r.crossed}
+    if not crossed:
+        return []
+    named = ", ".join(f"node {int(model.node_ids[row // 6])} {AXES[row % 6]}" for row in sorted(crossed))
+    most = plain(max(crossed.values()), 2)
+    return [
+        f"the structure moves up to {most} times as much across the sensors at {named} as along them, so that one that "
+        "is mounted a degree off, or picks up 1 % of what moves across it, records that: they were left out of the fit"
+    ]
 
 
 def _drive(diagnosis: Diagnosis) -> list[str]:
