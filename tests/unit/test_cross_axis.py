@@ -1,16 +1,20 @@
-"""Sensors across which a structure moves far more than along them."""
+"""Sensors across which a structure moves far more than along them, and what is said of them and of a mesh."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from femend.diagnose.update import modelled
 from femend.estimate import FitRecord, without_crossed
 from femend.estimate.frf import FrfLines
-from femend.model import ReducedModel, read_model, reduce_model
+from femend.model import MeshError, ReducedModel, read_model, reduce_model
+from femend.numerals import plain
+from femend.study.result import _crossed, _mesh_off
 
 BAND, RATE, N = (5.0, 200.0), 1024.0, 2048
 Y, Z = 1, 2
@@ -90,3 +94,27 @@ def test_columns_of_an_frf_are_left_out_too(reduced: ReducedModel) -> None:
     assert left.frf.H.shape == left.frf.noise.shape == (len(H), 3)
     np.testing.assert_array_equal(left.frf.H, H[:, [0, 1, 3]])
     assert left.y.shape == (3, len(H))
+
+
+def test_a_diagnosis_fits_the_others_and_says_so(reduced: ReducedModel) -> None:
+    model = reduced.model
+    _, own, problem = modelled(model, [recorded(reduced, SENSORS, (7, Y))], 0.01)
+    (record,) = problem.records
+    assert record.out_rows.tolist() == [37, 25, 13]
+    (said,) = _crossed(SimpleNamespace(reduced=own, problem=problem))  # type: ignore[arg-type]
+    times = plain(max(ratio for _, ratio in record.crossed), 2)
+    assert said.startswith(
+        f"the structure moves up to {times} times as much across the sensors at node 4 Z, node 7 Z as"
+    )
+    assert "left out of the fit" in said
+    nothing = problem.on([replace(record, crossed=())])
+    assert _crossed(SimpleNamespace(reduced=own, problem=nothing)) == []  # type: ignore[arg-type]
+
+
+def test_a_mesh_that_is_far_off_is_told() -> None:
+    freq = np.array([30.0, 86.405, 90.0])
+    far = MeshError(freq, freq, np.array([29.9, 26.201, np.nan]), np.ones(3))
+    (said,) = _mesh_off(far)
+    assert said.startswith("the deck's mesh puts frequencies up to +230 % off (mode 2: 86.41 Hz, 26.2 Hz refined)")
+    assert _mesh_off(None) == []
+    assert _mesh_off(replace(far, converged=0.97 * freq)) == []

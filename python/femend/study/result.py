@@ -11,6 +11,7 @@ from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import standard_deviations
 from femend.diagnose.power import untold
 from femend.estimate import FitRecord, noise_floor
+from femend.model import MeshError
 from femend.model.place import AXES
 from femend.numerals import plain
 from femend.report.headline import INTERRUPTED
@@ -26,6 +27,8 @@ SIMULATED = (
     "structure does, so they look simulated with this deck, which was taken as it is; for recordings of a structure "
     "linear shells and solids are refined first"
 )
+# error of a frequency by the deck's mesh, relative, from which it is told
+MESH_OFF = 0.05
 # what estimates of the model's factors are off by beside what noise explains, relative; set on generated cases (seed 1)
 # for 90 % intervals that hold nine of ten
 OFF_MODEL = 0.03
@@ -65,10 +68,25 @@ def result_of(
 
 
 def _mesh(diagnosis: Diagnosis) -> list[str]:
-    """What is said of the deck's mesh: lines whose waves it does not follow, recordings that follow its errors."""
+    """What is said of the deck's mesh: how far it is off, lines whose waves it does not follow, and that recordings
+    follow its errors."""
     model = diagnosis.reduced.model
+    off = _mesh_off(model.mesh_error)
     missed = [] if model.unresolved is None else [model.unresolved.text]
-    return [*missed, SIMULATED] if model.simulated else missed
+    return [*off, *missed, SIMULATED] if model.simulated else [*off, *missed]
+
+
+def _mesh_off(error: MeshError | None) -> list[str]:
+    """That a mesh that stood aside for a refined one is off by more than a few per cent."""
+    if error is None or not np.nanmax(np.abs(error.error)) > MESH_OFF:
+        return []
+    worst = int(np.nanargmax(np.abs(error.error)))
+    size = f"{plain(100 * error.error[worst], 2, signed=True)} %"
+    return [
+        f"the deck's mesh puts frequencies up to {size} off (mode {worst + 1}: {plain(error.freq[worst])} Hz, "
+        f"{plain(error.converged[worst])} Hz refined), which no parameter should make up for; a refined mesh was used "
+        "for all but the errors as given: refine the deck's shells and solids before it is used elsewhere"
+    ]
 
 
 def _crossed(diagnosis: Diagnosis) -> list[str]:
