@@ -26,7 +26,7 @@ def reduced(tmp_path: Path) -> ReducedModel:
     lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "MAT1,1,7.+10,,0.33,2700.", "PBAR,1,1,4.-4,3.-9,1.2-8,8.-9"]
     lines += [f"GRID,{i + 1},,{0.1 * i},0.,0." for i in range(7)]
     lines += [f"CBAR,{i},1,{i},{i + 1},0.,1.,0." for i in range(1, 7)]
-    lines += ["SPC1,1,123456,1", "CONM2,90,7,,0.2,0.,0.002,0.002", "ENDDATA", ""]
+    lines += ["SPC1,1,123456,1", "CONM2,90,7,,0.2,0.,0.0002,0.0002", "ENDDATA", ""]
     path = tmp_path / "m.bdf"
     path.write_text("\n".join(lines))
     model = read_model(path)
@@ -62,7 +62,7 @@ def test_sensors_across_the_motion_are_left_out(reduced: ReducedModel) -> None:
     # that many times as much as the Y of the same node moves
     along = record.y[4].std()
     assert dict(left.crossed)[38] == pytest.approx(record.y[0].std() / along, rel=0.2)
-    assert min(ratio for _, ratio in left.crossed) > 10
+    assert min(ratio for _, ratio in left.crossed) > 50
 
 
 def test_sensors_are_kept_that_some_record_moves(reduced: ReducedModel) -> None:
