@@ -27,8 +27,7 @@ ComplexArray = NDArray[np.complex128]
 
 # motion across a sensor, in multiples of that along it, from which it is left out: 0.6 degrees, or 1 % of transverse
 # sensitivity, then give half as much signal as its own motion. From ten on, where that is a tenth, two of four effects
-# in solids were lost with what such sensors told beside it (generated cases, seed 148); from a hundred on, a stop had no
-# name in its first minutes (seed 80)
+# in solids were lost with what such sensors told beside it (generated cases, seed 148)
 CROSSED = 50.0
 # sensors that stay whatever they are
 FEWEST = 3
