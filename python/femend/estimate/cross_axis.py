@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data.bands import within_band
-from femend.estimate.lines import FitRecord
+from femend.estimate.lines import FitRecord, amplitudes
 from femend.model import ReducedModel
 from femend.model.form_errors import basis_modes
 
@@ -71,14 +71,10 @@ def _without(record: FitRecord, crossed: dict[int, float]) -> FitRecord:
 
 def _crossing(record: FitRecord, reduced: ReducedModel, band: tuple[float, float], zeta: float) -> FloatArray:
     """Motion across every sensor over the recorded one along it (n_out,)."""
-    if record.frf is None:
-        freq = np.asarray(np.fft.rfftfreq(record.n, record.dt), dtype=np.float64)
-        force, own = np.fft.rfft(record.u, axis=1).T, np.abs(np.fft.rfft(record.y, axis=1)).T
-    else:
-        freq, own = record.frf.freq, np.abs(record.frf.H)
-        force = np.ones((len(freq), 1), dtype=complex)
+    freq, own = amplitudes(record)
+    force = (np.fft.rfft(record.u, axis=1) if record.frf is None else record.u).T
     inside = within_band(freq, band) & (freq > 0)
-    along = np.sqrt((own[inside] ** 2).sum(axis=0))
+    along = np.sqrt((own[:, inside] ** 2).sum(axis=1))
     across = _across(record, reduced, np.asarray(2j * np.pi * freq[inside]), np.asarray(force[inside]), zeta)
     return np.asarray(across / np.maximum(along, 1e-300))
 

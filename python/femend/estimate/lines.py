@@ -20,6 +20,7 @@ from femend.model import ReducedModel
 __all__ = [
     "FitRecord",
     "Lines",
+    "amplitudes",
     "band_power",
     "modelled_band",
     "noise_floor",
@@ -169,13 +170,17 @@ def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
 
 def band_power(record: FitRecord, band: tuple[float, float]) -> float:
     """Power of a record's responses in a band (Hz), summed over sensors and lines."""
+    freq, amplitude = amplitudes(record)
+    return float((amplitude[:, within_band(freq, band)] ** 2).sum())
+
+
+def amplitudes(record: FitRecord) -> tuple[FloatArray, FloatArray]:
+    """Frequencies (K,) in Hz and amplitudes (n_out, K) of a record's responses: of the transform of a time record, of
+    an FRF."""
     if record.frf is not None:
-        freq, amplitude = record.frf.freq, np.abs(record.frf.H).T
-    else:
-        freq = np.asarray(np.fft.rfftfreq(record.n, record.dt), dtype=np.float64)
-        amplitude = np.abs(np.fft.rfft(record.y, axis=1))
-    inside = within_band(freq, band)
-    return float((amplitude[:, inside] ** 2).sum())
+        return record.frf.freq, np.abs(record.frf.H).T
+    freq = np.asarray(np.fft.rfftfreq(record.n, record.dt), dtype=np.float64)
+    return freq, np.abs(np.fft.rfft(record.y, axis=1))
 
 
 def used_band(records: list[FitRecord]) -> tuple[float, float]:

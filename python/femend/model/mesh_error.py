@@ -84,14 +84,14 @@ def mesh_error(model: Model, f_max: float) -> MeshError:
         2     87.834      87.488        87.372    +0.53   1.00
         3     103.69      102.86        102.58    +1.08   1.00
     """
-    finer, halved = _refined(model)
-    return replace(_compared(finer, model, f_max), halved=halved)
+    return _refined(model, f_max)[1]
 
 
-def _refined(model: Model) -> tuple[Model, bool]:
-    """The refined model, and whether its solids are halved too."""
+def _refined(model: Model, f_max: float) -> tuple[Model, MeshError]:
+    """The refined model, its solids halved where that is affordable, and the error of the deck's up to `f_max` (Hz)."""
     twice = None if only_shells(model) else twice_refined(model, MOST_NODES)
-    return (refined_model(model), False) if twice is None else (twice, True)
+    finer = refined_model(model) if twice is None else twice
+    return finer, replace(_compared(finer, model, f_max), halved=twice is not None)
 
 
 def affordable_refinement(model: Model, f_max: float) -> Model | None:
@@ -103,8 +103,7 @@ def affordable_refinement(model: Model, f_max: float) -> Model | None:
     if not 0 < refined_size(model) <= MOST_NODES or model.morphs:
         return None
     try:
-        finer, halved = _refined(model)
-        found = replace(_compared(finer, model, ABOVE * f_max), halved=halved)
+        finer, found = _refined(model, ABOVE * f_max)
     except (FemendError, OSError, ValueError, np.linalg.LinAlgError):
         return None
     return replace(finer, mesh_error=found) if np.isfinite(found.error).any() else None

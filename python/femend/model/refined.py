@@ -145,11 +145,9 @@ class _Refined:
                 components = self.model.deck.field_text("RBE2", eid, 4)
                 rigid.setdefault((nodes[0], components), set()).update(nodes[1:])
         known = set(self.middles.values())
+        cut = self._pieces if self.halve else self._solid
         for eid, card, nodes in solids:
-            if self.halve:
-                self._pieces(eid, card, nodes)
-            else:
-                self._solid(eid, card, nodes)
+            cut(eid, card, nodes)
         for eid, card, nodes in shells:
             self._shell(eid, card, nodes)
         for (first, components), hung in rigid.items():
