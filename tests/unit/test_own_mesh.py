@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.diagnose.update import update_model
+from femend.diagnose import update
+from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import FitRecord
-from femend.model import Model, Parameter, affordable_refinement, read_model
+from femend.model import Model, Parameter, affordable_refinement, read_model, reduce_model
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parent))
@@ -60,3 +64,20 @@ def test_what_was_simulated_with_the_deck_is_met_with_its_own_mesh(tmp_path: Pat
     assert model.simulated == own
     assert (model.refines is None) == own
     assert start.null.score < (1.2 if own else 2.0)
+
+
+@pytest.mark.parametrize(("prior", "taken"), [(3.0, True), (985.0, False)])
+def test_the_decks_own_mesh_is_not_taken_where_it_has_to_leave_its_priors(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prior: float, taken: bool
+) -> None:
+    # a solid whose support the deck lacks: its linear bricks with 1.7 times the stiffness met the recordings
+    deck = read_model(bricks(tmp_path / "m.bdf"), parameters=E)
+    reduced = reduce_model(deck, F_MAX, [])
+    finer = replace(reduced, model=replace(deck, refines=deck))
+    own = UpdatedModel(cast(Any, None), reduced, cast(Any, SimpleNamespace(score=1.1, prior=prior, cost=5000.0)), [])
+    beaten = cast(Any, SimpleNamespace(score=13.6, prior=8577.0, cost=58635.0))
+    monkeypatch.setattr(update, "modelled", lambda *given, refine: given)
+    monkeypatch.setattr(update, "_updated", lambda *given: own)
+    found = update._on_its_own_mesh(UpdatedModel(cast(Any, None), finer, beaten, []), [], 0.01)
+    assert (found is not None) == taken
+    assert found is None or found.reduced.model.simulated

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -35,8 +36,9 @@ def name_physics(
     updated model has by itself, `tell` is told of each place, `note` gets the laws of each as they come.
 
     Linear laws are tried at every place and its nearest look-alikes; nonlinear ones at the first places, and only where
-    no linear law explains the choosing records about as well as a free force does. All are compared on whole
-    records (sigma = 0), but where the best law's motion could only be followed within a window exp(-sigma t) there.
+    no linear law explains the choosing records about as well as a free force does; as long as no law does that, at all
+    places that are located as well as the best. All are compared on whole records (sigma = 0), but where the best law's
+    motion could only be followed within a window exp(-sigma t) there.
     """
     tried: list[Tried] = []
     opened: list[Opened] = []
@@ -53,7 +55,9 @@ def name_physics(
         opened += [at] if at is not None and not is_kin else []
     tried += on_springs(given, located if clamps is None else clamps, tried)
     if not _linear_suffices(given, tried, opened, null_score):
-        for at in _likeliest(opened, tried, given.settings):
+        for at, further in _likeliest(opened, tried, given.settings):
+            if further and _adequate(given, tried, opened):
+                break
             new = nonlinear_at(given.split, at)
             tried += new
             note(first_look.at_once(new))
@@ -87,9 +91,18 @@ def _linear_suffices(given: Given, tried: Sequence[Tried], opened: Sequence[Open
     return bool(linear - min(free, default=np.inf) < settings.gain_cost)
 
 
-def _likeliest(opened: Sequence[Opened], tried: Sequence[Tried], settings: Settings) -> list[Opened]:
+def _adequate(given: Given, tried: Sequence[Tried], opened: Sequence[Opened]) -> bool:
+    """Whether some law explains the choosing records, whole, about as well as a free force anywhere does."""
+    least = min((free_reference(given.split, o.recovered) for o in opened), default=1.0)
+    whole = min((t.candidate.chosen for t in tried if t.candidate.sigma == 0), default=np.inf)
+    return bool(whole <= given.settings.adequate * max(least, 1.0))
+
+
+def _likeliest(opened: Sequence[Opened], tried: Sequence[Tried], settings: Settings) -> list[tuple[Opened, bool]]:
     """The places where nonlinear laws are tried: in turns the one a free force fits best at, and the one where a linear
-    law comes nearest, since what it stands in for acts there."""
+    law comes nearest, since what it stands in for acts there. After the first of them those, told as further ones,
+    that are located as well as the best: a law makes its force of its own motion, which differs between places that a
+    free force does not tell apart; those of another kind or direction first."""
 
     def nearest(at: Opened) -> float:
         return min((t.candidate.chosen for t in tried if t.found.place is at.found.place), default=np.inf)
@@ -98,4 +111,20 @@ def _likeliest(opened: Sequence[Opened], tried: Sequence[Tried], settings: Setti
     chosen: list[Opened] = []
     for at in (at for pair in zip(free, linear, strict=True) for at in pair):
         chosen += [] if any(at is c for c in chosen) else [at]
-    return chosen[: settings.nonlinear_places]
+    first, rest = chosen[: settings.nonlinear_places], chosen[settings.nonlinear_places :]
+    if not first:
+        return []
+    as_well = order(free[0].found) + settings.margin
+    rest = [at for at in rest if order(at.found) <= as_well]
+    return [*((at, False) for at in first), *((at, True) for at in _different_first(first, rest))]
+
+
+def _different_first(known: Sequence[Opened], places: Sequence[Opened]) -> list[Opened]:
+    """Places in order, each kind and direction once before any comes again; those `known` count as come before."""
+    seen: Counter[tuple[str, str | None]] = Counter((at.found.place.kind, at.found.place.direction) for at in known)
+    turns = []
+    for at in places:
+        key = at.found.place.kind, at.found.place.direction
+        turns.append(seen[key])
+        seen[key] += 1
+    return [places[i] for i in sorted(range(len(places)), key=lambda i: turns[i])]

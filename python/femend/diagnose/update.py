@@ -85,17 +85,19 @@ def _updated(model: Model, reduced: ReducedModel, problem: Problem) -> UpdatedMo
 
 
 def _on_its_own_mesh(start: UpdatedModel, records: Sequence[FitRecord], zeta: float) -> UpdatedModel | None:
-    """The deck updated with its own mesh, where that explains the recordings to the noise and clearly better than the
-    refined one of `start` does; None otherwise.
+    """The deck updated with its own mesh, where that explains the recordings to the noise without leaving its priors,
+    and clearly better than the refined one of `start` does; None otherwise.
 
     No structure has the error of a mesh; recordings that were simulated with the deck have, and what the refined model
-    lacks of it (half of the stiffness that a spring sees at a node of shells) would be told as missing.
+    lacks of it (half of the stiffness that a spring sees at a node of shells) would be told as missing. A deck that has
+    to leave its priors for it only makes up for what is missing.
     """
     drawn = start.reduced.model.refines
     if drawn is None or (start.null.score <= AT_NOISE and start.null.prior <= CLEARLY):
         return None
     own = _updated(*modelled(drawn, records, zeta, refine=False))
-    if own.null.score > AT_NOISE or own.null.cost > start.null.cost - CLEARLY:
+    explains = own.null.score <= AT_NOISE and own.null.prior <= CLEARLY
+    if not explains or own.null.cost > start.null.cost - CLEARLY:
         return None
     return replace(own, reduced=replace(own.reduced, model=replace(own.reduced.model, simulated=True)))
 
