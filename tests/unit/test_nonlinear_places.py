@@ -42,6 +42,13 @@ def test_further_places_are_those_located_as_well_each_direction_once_before_any
     assert [at for at, further in told if further] == [REST[1], REST[2], REST[0]]
 
 
+def test_a_support_of_many_nodes_which_has_no_nonlinear_law_takes_no_place() -> None:
+    supports = [place("support", "Y", 90.0), place("support", "RZ", 91.0)]
+    opened = [*supports, *FIRST]
+    told = name._likeliest(opened, [law(at, 5.0) for at in opened], Settings())
+    assert [at for at, _ in told] == FIRST
+
+
 def test_where_no_nonlinear_law_is_asked_for_no_place_comes() -> None:
     settings = Settings(nonlinear_places=0)
     assert name._likeliest([*FIRST, *REST], [law(at, 5.0) for at in [*FIRST, *REST]], settings) == []

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.candidates import laws_for
 from femend.diagnose.evidence import deviance
 from femend.diagnose.hinges import inside
 from femend.diagnose.judge import Given, Tried, again, compared_in, free_reference, judge_in
@@ -16,6 +17,7 @@ from femend.diagnose.locate import Located, order
 from femend.diagnose.ranked import Ranked, score
 from femend.diagnose.settings import Settings
 from femend.diagnose.window import followed_on, widest
+from femend.model import Place
 
 __all__ = ["name_physics"]
 
@@ -99,14 +101,15 @@ def _adequate(given: Given, tried: Sequence[Tried], opened: Sequence[Opened]) ->
 
 
 def _likeliest(opened: Sequence[Opened], tried: Sequence[Tried], settings: Settings) -> list[tuple[Opened, bool]]:
-    """The places where nonlinear laws are tried: in turns the one a free force fits best at, and the one where a linear
-    law comes nearest, since what it stands in for acts there. After the first of them those, told as further ones,
-    that are located as well as the best: a law makes its force of its own motion, which differs between places that a
-    free force does not tell apart; those of another kind or direction first."""
+    """The places where nonlinear laws are tried, of those that may have one: in turns the one a free force fits best
+    at, and the one where a linear law comes nearest, since what it stands in for acts there. After the first of them
+    those, told as further ones, that are located as well as the best: a law makes its force of its own motion, which
+    differs between places that a free force does not tell apart; those of another kind or direction first."""
 
     def nearest(at: Opened) -> float:
         return min((t.candidate.chosen for t in tried if t.found.place is at.found.place), default=np.inf)
 
+    opened = [at for at in opened if _has_nonlinear(at.found.place)]
     free, linear = sorted(opened, key=lambda at: order(at.found)), sorted(opened, key=nearest)
     chosen: list[Opened] = []
     for at in (at for pair in zip(free, linear, strict=True) for at in pair):
@@ -117,6 +120,11 @@ def _likeliest(opened: Sequence[Opened], tried: Sequence[Tried], settings: Setti
     as_well = order(free[0].found) + settings.margin
     rest = [at for at in rest if order(at.found) <= as_well]
     return [*((at, False) for at in first), *((at, True) for at in _different_first(first, rest))]
+
+
+def _has_nonlinear(place: Place) -> bool:
+    """Whether the catalogue has a nonlinear law for a kind of place; for all nodes of a support it has none."""
+    return any(entry.kind == "nonlinear" for _, entry in laws_for(place.kind))
 
 
 def _different_first(known: Sequence[Opened], places: Sequence[Opened]) -> list[Opened]:
