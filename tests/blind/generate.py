@@ -56,6 +56,9 @@ def arguments() -> argparse.Namespace:
     ap.add_argument("--unmeasured", action="store_true", help="the shaker's force is in no recording that is fitted")
     ap.add_argument("--unfiltered", action="store_true", help="samples are picked without a filter against aliasing")
     ap.add_argument(
+        "--across", type=float, default=0.0, help="what sensors pick up of motion across them (standard deviation)"
+    )
+    ap.add_argument(
         "--beyond",
         type=float,
         default=case.BEYOND,
@@ -77,7 +80,7 @@ def main() -> None:
     for i in range(a.start - 1, a.cases):
         family = a.family or plan.family(a.seed, i, list(case.FAMILIES))
         label = plan.suited(a.effect or plan.label(a.seed, i, share, kind), family, a.unmeasured)
-        options = case.Options(a.noise, a.unmeasured, a.beyond, a.excitation, not a.unfiltered)
+        options = case.Options(a.noise, a.unmeasured, a.beyond, a.excitation, not a.unfiltered, a.across)
         tasks.append((a.out, a.seed, i, family, label, options))
     a.out.mkdir(parents=True, exist_ok=True)
     count: collections.Counter[str] = collections.Counter()

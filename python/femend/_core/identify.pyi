@@ -52,12 +52,14 @@ class RecordLines:
         thinning: float,
         tempering: float,
         cut_off: NDArray[np.complex128] | None = None,
+        picked_up: tuple[Sequence[int], NDArray[np.complex128], float] | None = None,
     ) -> RecordLines:
         """`s` (K,) rad/s, spectra `u` (K, n_in) of forces and `y` (K, n_out) of accelerations, `weight` (K, n_out) =
         1/sd, rows of the basis at sensors `out_rows` (n_out, r) and forces `in_rows` (n_in, r), step `dt` s, decay of
         the window `sigma` 1/s, `n_samples` of the record; each line stands for `thinning` lines and counts
         `tempering` * `thinning` in the cost; `cut_off` (K, n_out) are accelerations beside those of the model, whatever
-        its unknowns are. Raises ModelError where sizes do not fit."""
+        its unknowns are; `picked_up` are the sensors (m) that may hold shares, of this standard deviation, of the
+        accelerations (K, m), which are eliminated. Raises ModelError where sizes do not fit."""
 
 @final
 class Hypothesis:

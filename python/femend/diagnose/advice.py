@@ -11,7 +11,7 @@ from femend.estimate import Problem
 from femend.numerals import plain
 from femend.physics.causal import CAUSAL, structural
 
-__all__ = ["PART_OF_ALL", "PART_OF_A_FORCE", "PART_OF_TWO", "beside_laws", "only_beginning"]
+__all__ = ["BENT", "PART_OF_ALL", "PART_OF_A_FORCE", "PART_OF_TWO", "beside_laws", "only_beginning"]
 
 # growth of a stiffness over the band that does not have to be told
 HARDLY = 1.05
@@ -19,6 +19,12 @@ HARDLY = 1.05
 PART_OF_A_FORCE = (
     "the best law explains part of what a free force at the same place does; record two more levels, or the motion of "
     "the place itself"
+)
+# advice beside a law that explains what it does with a model far outside its priors
+BENT = (
+    "beside the best law the model's parameters, frequencies or damping still have to leave what the study says of "
+    "them by far: something else is missing as well, or instead. Check the parameters in the table, widen prior_sd "
+    "where they may be right, or record more sensors"
 )
 PART_OF_TWO = "the laws found explain part of what free forces at their places do"
 PART_OF_ALL = (

@@ -207,7 +207,7 @@ class Loop(ABC):
         for i, (line, history) in enumerate(
             zip(self.problem.lines(self.joint.reduced, self.sigma), histories, strict=True)
         ):
-            e = ((line.Y - self.spectra(history.y, i)) * line.weight).ravel()
+            e = line.left(line.Y - self.spectra(history.y, i)).ravel()
             parts += [e.real, e.imag]
         return np.concatenate(parts)
 

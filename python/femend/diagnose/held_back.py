@@ -66,7 +66,8 @@ def hold_back(problem: Problem) -> HeldBack:
 def before(record: FitRecord, cut: int) -> FitRecord:
     """The record up to sample `cut`."""
     period = record.period if 2 * record.period <= cut else 0
-    return replace(record, u=record.u[:, :cut], y=record.y[:, :cut], period=period)
+    across = None if record.across is None else record.across[:, :, :cut]
+    return replace(record, u=record.u[:, :cut], y=record.y[:, :cut], period=period, across=across)
 
 
 def since(record: FitRecord, cut: int) -> FitRecord:

@@ -39,10 +39,9 @@ def tangent_columns(
     over_x: list[list[FloatArray]] = [[] for _ in x]
     lines = loop.problem.lines(loop.joint.reduced, loop.sigma)
     for i, ((y, _, _, f, _), dy, df, moved_y, moved_f) in enumerate(done):
-        weight = lines[i].weight
 
-        def residual(y: FloatArray, i: int = i, weight: FloatArray = weight) -> list[FloatArray]:
-            e = (-loop.spectra(y, i) * weight).ravel()
+        def residual(y: FloatArray, i: int = i) -> list[FloatArray]:
+            e = lines[i].left(-loop.spectra(y, i)).ravel()
             return [e.real, e.imag]
 
         still = made.inside(i, y) + made.static(0, f, i) if moved else y

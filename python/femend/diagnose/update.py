@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-from femend.errors import RecordingError
+from femend.errors import ModelError, RecordingError
 from femend.estimate import (
     Fit,
     FitRecord,
@@ -20,7 +20,7 @@ from femend.estimate import (
     check_sampling,
     modelled_band,
     used_band,
-    without_crossed,
+    with_across,
 )
 from femend.estimate.fit import TUNED_ABOVE
 from femend.estimate.lines import band_power
@@ -80,6 +80,11 @@ def _updated(model: Model, reduced: ReducedModel, problem: Problem) -> UpdatedMo
     null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))), drawn_starts(problem, reduced))
     if null is None:
         raise no_solution(model)
+    if any(r.across is not None for r in problem.records):
+        # what moves across the sensors was the deck's, whose resonances are elsewhere
+        problem = _with_across(problem, reduced, null.p)
+        (again,) = problem.fit([null.hypothesis], [(null.p, null.x)])
+        null = null if again is None else again
     g_rows = _rows(problem.records)
     return UpdatedModel(problem, reduced, null, g_rows, _drawn(model, problem.band[1], g_rows))
 
@@ -121,10 +126,20 @@ def modelled(
     if missed is not None:
         model, band = _left_out(model, records, band, missed)
         reduced = reduce_model(model, band[1], g_rows)
-    records = without_crossed(records, reduced, band, zeta)
     reduced = form_errors(reduced, band[1]).on(reduced)
     n_tuned = max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum()))
-    return model, reduced, Problem(records, band, zeta, n_tuned)
+    problem = Problem(records, band, zeta, n_tuned)
+    return model, reduced, _with_across(problem, reduced, problem.prior(reduced)[0])
+
+
+def _with_across(problem: Problem, reduced: ReducedModel, p: FloatArray) -> Problem:
+    """The problem with what sensors may pick up of motion across them, as the model at unknowns `p` predicts it; as it
+    is where the model cannot be solved there."""
+    try:
+        modal = problem.system(reduced).modal(p)
+    except ModelError:
+        return problem
+    return problem.on(with_across(problem.records, reduced, problem.band, modal))
 
 
 def updated_by(model: Model, problem: Problem, rows: Sequence[int], p: FloatArray) -> UpdatedModel | None:

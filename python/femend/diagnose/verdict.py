@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from femend.diagnose.accepted import accepted, adequate, clearly_missing, stands_out
-from femend.diagnose.advice import PART_OF_A_FORCE, PART_OF_ALL, beside_laws
+from femend.diagnose.advice import BENT, PART_OF_A_FORCE, PART_OF_ALL, beside_laws
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.dressed import own_span, own_values
@@ -53,7 +53,8 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
 
 
 def _one_law(found: Diagnosis, best: Ranked, named: bool) -> Diagnosis:
-    """The verdict on the best law fitted to all recordings, told by its name where it is `named` and adequate."""
+    """The verdict on the best law fitted to all recordings, told by its name where it is `named` and adequate, and the
+    model's own unknowns stay near their priors beside it: what they make up for, the law does not explain."""
     candidate = collapsed(best.candidate, best.recovered, found.settings)
     refitted = candidate
     if candidate.joint is not None:
@@ -65,9 +66,10 @@ def _one_law(found: Diagnosis, best: Ranked, named: bool) -> Diagnosis:
         (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
         if fit is not None:
             refitted = _refitted_part(candidate, fit)
-    enough = named and adequate(found, best)
+    bent = found.settings.strains(best.candidate.prior)
+    enough = named and adequate(found, best) and not bent
     verdict = "missing-physics" if enough else "located-not-named"
-    advice = PART_OF_A_FORCE if named else PART_OF_ALL
+    advice = BENT if bent else PART_OF_A_FORCE if named else PART_OF_ALL
     if enough:
         advice = beside_laws([refitted], found.problem, found.sigma)
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)

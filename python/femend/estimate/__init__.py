@@ -1,6 +1,6 @@
 """Responses, residuals, sensitivities and least squares."""
 
-from femend.estimate.cross_axis import without_crossed
+from femend.estimate.cross_axis import crossed, with_across
 from femend.estimate.fit import Fit, Hypothesis, Problem
 from femend.estimate.lines import FitRecord, Lines, modelled_band, noise_floor, spectral_lines, used_band
 from femend.estimate.noise import noise_of
@@ -16,6 +16,7 @@ __all__ = [
     "Problem",
     "at_work",
     "check_sampling",
+    "crossed",
     "fit_records",
     "in_turn",
     "modelled_band",
@@ -26,5 +27,5 @@ __all__ = [
     "pressed",
     "spectral_lines",
     "used_band",
-    "without_crossed",
+    "with_across",
 ]

@@ -1,10 +1,12 @@
-"""Sensors whose signal may be of motion across their direction as much as along it, which no model predicts.
+"""What sensors pick up of motion across their direction.
 
 An accelerometer is mounted a degree off, and is specified to pick up a few per cent of what moves across it (transverse
-sensitivity; ISO 16063-31 says how it is measured). Where the structure moves a hundred times as much across a sensor as
-along it, as in the weak direction of a bar that is shaken in its strong one, a fit that believes the sensor to its
-noise bends the model to follow what is not its motion; and the model, whose mesh couples the two directions a little
-more or less than the structure does, is no better there.
+sensitivity; ISO 16063-31 says how it is measured). Where the structure moves twenty times as much across a sensor as
+along it, as in the weak direction of a bar that is shaken in its strong one, one per cent of that is a fifth of the
+signal, and a fit that believes the sensor to its noise bends the model to follow what is not its motion, or tells
+physics where there is none. So a sensor's signal may hold an unknown share of the motion in each of the two other axes,
+as the model predicts it; the shares are eliminated with the free decays, and what the prediction may be wrong by counts
+as noise.
 """
 
 from __future__ import annotations
@@ -17,78 +19,102 @@ from numpy.typing import NDArray
 
 from femend.data.bands import within_band
 from femend.estimate.lines import FitRecord, amplitudes
+from femend.estimate.picked_up import ACROSS_SD
 from femend.model import ReducedModel
-from femend.model.form_errors import basis_modes
 
-__all__ = ["CROSSED", "without_crossed"]
+__all__ = ["CROSSED", "crossed", "with_across"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-# motion across a sensor, in multiples of that along it, from which it is left out: 0.6 degrees, or 1 % of transverse
-# sensitivity, then give half as much signal as its own motion. From ten on, where that is a tenth, two of four effects
-# in solids were lost with what such sensors told beside it (generated cases, seed 148)
+# motion across a sensor, in multiples of that along it, from which its user is told: 0.6 degrees, or 1 % of transverse
+# sensitivity, then give half as much signal as its own motion
 CROSSED = 50.0
-# sensors that stay whatever they are
-FEWEST = 3
+# band, in multiples of the one used, of the motion predicted, and length of the time it is predicted for, in that of
+# the record: what rings on at its end would else come round to its beginning
+WIDER, LONGER = 1.3, 2
+# share of what a sensor is believed to, below which what it may pick up is not looked at
+NEGLIGIBLE = 0.1
 
 
-def without_crossed(
-    records: Sequence[FitRecord], reduced: ReducedModel, band: tuple[float, float], zeta: float
+def with_across(
+    records: Sequence[FitRecord],
+    reduced: ReducedModel,
+    band: tuple[float, float],
+    modal: tuple[FloatArray, FloatArray, FloatArray],
 ) -> list[FitRecord]:
-    """The records without the sensors across which the structure moves `CROSSED` times as much as along them in every
-    record, which `FitRecord.crossed` then names; the same ones where they would keep fewer than three.
+    """The records with what moves across their sensors, under the recorded forces in a `band` (Hz), as the modes
+    `modal` predict it: omega (rad/s) and zeta (r,), shapes (r, r) in the basis of the reduced model.
 
-    How much it moves across is the model's at the deck's values, with damping ratio `zeta` in all modes, under the
-    recorded forces in a `band` (Hz). Without recorded forces nothing is left out.
+    Records without recorded forces have none, nor do those whose sensors could hardly pick anything up.
     """
-    if not all(r.driven for r in records):
-        return list(records)
+    return [_with(r, reduced, band, modal) for r in records]
+
+
+def _with(
+    record: FitRecord,
+    reduced: ReducedModel,
+    band: tuple[float, float],
+    modal: tuple[FloatArray, FloatArray, FloatArray],
+) -> FitRecord:
+    if not record.driven:
+        return record
+    n = LONGER * record.n
+    freq = np.asarray(np.fft.rfftfreq(n, record.dt) if record.frf is None else record.frf.freq)
+    force = (np.fft.rfft(record.u, n, axis=1) if record.frf is None else record.u).T
+    inside = within_band(freq, (band[0] / WIDER, band[1] * WIDER)) & (freq > 0)
+    made = np.zeros((2, len(record.out_rows), len(freq)), dtype=np.complex128)
+    at = 2j * np.pi * freq[inside], np.asarray(force[inside], dtype=np.complex128)
+    made[:, :, inside] = _across(record, reduced, *at, modal)
+    across: FloatArray | ComplexArray = made
+    if record.frf is None:
+        across = np.asarray(np.fft.irfft(made, n, axis=2)[:, :, : record.n])
+    # beside noise, what else the model is not asked to explain is one per cent of a sensor's own motion
+    own = np.sqrt((record.y**2).mean(axis=1))
+    picked = ACROSS_SD * np.sqrt((np.abs(across) ** 2).mean(axis=2)).max(axis=0)
+    believed = np.sqrt(record.noise**2 + (ACROSS_SD * own) ** 2)
+    return replace(record, across=across if (picked > NEGLIGIBLE * believed).any() else None)
+
+
+def crossed(records: Sequence[FitRecord], band: tuple[float, float]) -> dict[int, float]:
+    """Sensors (row of the g-set) across which the structure moves `CROSSED` times as much as along them in every
+    record, in a `band` (Hz), each with how many times."""
     least: dict[int, float] = {}
     for r in records:
-        for row, ratio in zip(r.out_rows.tolist(), _crossing(r, reduced, band, zeta).tolist(), strict=True):
+        if not r.driven:
+            return {}
+        for row, ratio in zip(r.out_rows.tolist(), _crossing(r, band).tolist(), strict=True):
             least[row] = min(ratio, least.get(row, np.inf))
-    crossed = {row: ratio for row, ratio in least.items() if ratio > CROSSED}
-    left = [_without(r, crossed) for r in records]
-    return left if crossed and min(len(r.out_rows) for r in left) >= FEWEST else list(records)
+    return {row: ratio for row, ratio in least.items() if ratio > CROSSED}
 
 
-def _without(record: FitRecord, crossed: dict[int, float]) -> FitRecord:
-    """The record without the sensors at rows `crossed` of the g-set, each with how much it is crossed."""
-    rows = record.out_rows.tolist()
-    keep = np.array([row not in crossed for row in rows])
-    frf = record.frf
-    return replace(
-        record,
-        y=record.y[keep],
-        out_rows=record.out_rows[keep],
-        out_signs=record.out_signs[keep],
-        noise=record.noise[keep],
-        frf=None if frf is None else replace(frf, H=frf.H[:, keep], noise=frf.noise[:, keep]),
-        crossed=tuple((row, crossed[row]) for row in rows if row in crossed),
-    )
-
-
-def _crossing(record: FitRecord, reduced: ReducedModel, band: tuple[float, float], zeta: float) -> FloatArray:
+def _crossing(record: FitRecord, band: tuple[float, float]) -> FloatArray:
     """Motion across every sensor over the recorded one along it (n_out,)."""
+    if record.across is None:
+        return np.zeros(len(record.out_rows))
     freq, own = amplitudes(record)
-    force = (np.fft.rfft(record.u, axis=1) if record.frf is None else record.u).T
-    inside = within_band(freq, band) & (freq > 0)
+    across = np.abs(record.across if record.frf is not None else np.fft.rfft(record.across, axis=2))
+    inside = within_band(freq, band)
     along = np.sqrt((own[:, inside] ** 2).sum(axis=1))
-    across = _across(record, reduced, np.asarray(2j * np.pi * freq[inside]), np.asarray(force[inside]), zeta)
-    return np.asarray(across / np.maximum(along, 1e-300))
+    return np.asarray(np.sqrt((across[:, :, inside] ** 2).sum(axis=(0, 2))) / np.maximum(along, 1e-300))
 
 
-def _across(record: FitRecord, reduced: ReducedModel, s: ComplexArray, force: ComplexArray, zeta: float) -> FloatArray:
-    """Root of the summed squares (n_out,) of the accelerations across every sensor on lines s (K,) under `force`
-    (K, n_in); none across a sensor of rotation."""
-    omega, Q = basis_modes(reduced)
+def _across(
+    record: FitRecord,
+    reduced: ReducedModel,
+    s: ComplexArray,
+    force: ComplexArray,
+    modal: tuple[FloatArray, FloatArray, FloatArray],
+) -> ComplexArray:
+    """Accelerations (2, n_out, K) along the two other axes of every sensor's node on lines s (K,) under `force`
+    (K, n_in); none for a sensor of rotation."""
+    omega, zeta, Q = modal
     into = reduced.rows(record.in_rows, record.in_signs) @ Q
-    modal = (s[:, None] ** 2 / (s[:, None] ** 2 + 2 * zeta * omega * s[:, None] + omega**2)) * (force @ into)
+    moved = (s[:, None] ** 2 / (s[:, None] ** 2 + 2 * zeta * omega * s[:, None] + omega**2)) * (force @ into)
     axis = np.asarray(record.out_rows) % 6
-    square = np.zeros(len(axis))
+    made = []
     for turn in (1, 2):
         other = np.where(axis < 3, record.out_rows - axis + (axis + turn) % 3, record.out_rows)
-        moved = modal @ (reduced.rows(other) @ Q).T
-        square += np.where(axis < 3, (np.abs(moved) ** 2).sum(axis=0), 0.0)
-    return np.asarray(np.sqrt(square))
+        seen = (reduced.rows(other) @ Q) * (axis < 3)[:, None]
+        made.append(seen @ moved.T)
+    return np.asarray(made)

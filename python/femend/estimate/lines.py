@@ -15,6 +15,7 @@ from femend.data.bands import within_band
 from femend.errors import RecordingError
 from femend.estimate.cut_off import cut_off, static_part
 from femend.estimate.frf import FrfLines, useful_band
+from femend.estimate.picked_up import ACROSS_SD, Across, PickedUp
 from femend.model import ReducedModel
 
 __all__ = [
@@ -69,8 +70,8 @@ class FitRecord:
         start: sample from which on responses are compared, where what went before was used for something else: the
             structure is driven by all of the record. Windowed lines (`sigma` > 0), which show the beginning, are of
             the whole record all the same.
-        crossed: rows of the g-set of sensors that were left out, each with how many times as much the structure moves
-            across it as along it.
+        across: (2, n_out, n) accelerations along the two other axes of every sensor's node, as a model predicts them,
+            of which the sensor may pick up an unknown share; complex on an FRF's lines. None where it picks up nothing.
     """
 
     name: str
@@ -86,7 +87,7 @@ class FitRecord:
     frf: FrfLines | None = None
     recording: str = ""
     start: int = 0
-    crossed: tuple[tuple[int, float], ...] = ()
+    across: FloatArray | ComplexArray | None = None
 
     @property
     def source(self) -> str:
@@ -118,7 +119,7 @@ class FitRecord:
 @dataclass(frozen=True, eq=False)
 class Lines:
     """Lines of one record: `freq` (K,) Hz, spectra `U` (K, n_in), `Y` (K, n_out), `weight` (K, n_out) = 1/sd,
-    `share` of a line in the cost, and the core's object."""
+    `share` of a line in the cost, the core's object, and what sensors may pick up."""
 
     record: FitRecord
     sigma: float
@@ -129,6 +130,16 @@ class Lines:
     weight: FloatArray
     share: float
     core: Any
+    picked_up: PickedUp | None = None
+
+    def left(self, e: ComplexArray) -> ComplexArray:
+        """Residuals (K, n_out) of the accelerations with their weights, and without what sensors may have picked up:
+        their squares add to what the best shares leave, with the prior of these."""
+        return self.taken_out(np.asarray(e * self.weight))
+
+    def taken_out(self, weighted: ComplexArray) -> ComplexArray:
+        """Weighted residuals (K, n_out, ...) without what sensors may have picked up."""
+        return weighted if self.picked_up is None else self.picked_up.taken_out(weighted)
 
     @property
     def s(self) -> ComplexArray:
@@ -161,11 +172,16 @@ def _first(record: FitRecord, sigma: float) -> int:
 
 
 def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
-    """NRMSE that noise alone leaves: on all samples of a time record, on an FRF's lines in the band (Hz)."""
+    """NRMSE that noise leaves, and the share of motion across the sensors that they may pick up: on all samples of a
+    time record, on an FRF's lines in the band (Hz)."""
     if record.frf is None:
-        return float(np.sqrt((record.noise**2).sum() * record.n / (record.y**2).sum()))
+        across = 0.0 if record.across is None else float((np.abs(record.across) ** 2).sum())
+        left = float((record.noise**2).sum()) * record.n + ACROSS_SD**2 * across
+        return float(np.sqrt(left / (record.y**2).sum()))
     inside = within_band(record.frf.freq, band)
-    return float(np.sqrt((record.frf.noise[inside] ** 2).sum() / (np.abs(record.frf.H[inside]) ** 2).sum()))
+    across = 0.0 if record.across is None else float((np.abs(record.across[:, :, inside]) ** 2).sum())
+    left = float((record.frf.noise[inside] ** 2).sum()) + ACROSS_SD**2 * across
+    return float(np.sqrt(left / (np.abs(record.frf.H[inside]) ** 2).sum()))
 
 
 def band_power(record: FitRecord, band: tuple[float, float]) -> float:
@@ -279,15 +295,19 @@ def spectral_lines(
     U = Ufull[:, index].T
     power = np.abs(Yfull) ** 2
     variance = record.noise[:, None] ** 2 * float((window**2).sum()) + MODEL_ALLOWANCE**2 * _smoothed(power)
+    across = None
+    if record.across is not None:
+        spectra = np.fft.rfft(record.across[:, :, first:] * window, axis=2)
+        variance, across = Across.of(spectra, variance, index, TEMPERING * step, _smoothed)
     weight = np.ascontiguousarray(1 / np.sqrt(variance[:, index].T))
     chosen = (np.asarray(freq[index]), np.asarray(index, dtype=np.int64), U, Yfull[:, index].T, weight)
     if modal is None or n_tuned == 0 or not record.driven or sigma > _core.closing_sigma(n * record.dt):
-        return _made(record, reduced, sigma, chosen, n, step)
+        return _made(record, reduced, sigma, chosen, n, step, across)
     s = np.asarray(sigma + 2j * np.pi * freq[index], dtype=np.complex128)
     second = np.fft.rfft(record.second[:, first:] * window, axis=1)[:, index].T
     rows = reduced.rows(record.out_rows, record.out_signs), reduced.rows(record.in_rows, record.in_signs)
     beside = cut_off(s, np.asarray(second / s[:, None] ** 2 - U), modal, rows, n_tuned)
-    return _made(record, reduced, sigma, chosen, n, step, np.ascontiguousarray(beside))
+    return _made(record, reduced, sigma, chosen, n, step, across, np.ascontiguousarray(beside))
 
 
 def _of_frf(
@@ -308,9 +328,14 @@ def _of_frf(
         step = max(step, -(-len(index) // limit))
     variance = frf.noise**2 * passed + FRF_ALLOWANCE**2 * _smoothed((np.abs(H) ** 2).T).T
     index = _thinned(index, (np.abs(H) ** 2 / variance).sum(axis=1), step)
+    across = None
+    if record.across is not None and sigma == 0:
+        spectra = np.asarray(record.across, dtype=np.complex128)
+        raised, across = Across.of(spectra, variance.T, index, TEMPERING * step, _smoothed)
+        variance = raised.T
     weight = np.ascontiguousarray(1 / np.sqrt(variance[index]))
     ones = np.ones((len(index), 1), dtype=complex)
-    return _made(record, reduced, sigma, (frf.freq[index], index, ones, H[index], weight), record.n, step)
+    return _made(record, reduced, sigma, (frf.freq[index], index, ones, H[index], weight), record.n, step, across)
 
 
 def _smoothed(power: FloatArray) -> FloatArray:
@@ -327,11 +352,13 @@ def _made(
     chosen: tuple[FloatArray, NDArray[np.int64], ComplexArray, ComplexArray, FloatArray],
     n: int,
     step: int,
+    across: Across | None = None,
     beside: ComplexArray | None = None,
 ) -> Lines:
     """The lines with the core's object from chosen (freq, index, U, Y, weight), each standing for `step` lines;
-    `beside` (K, n_out) is what the record's end cuts off."""
+    `across` is what sensors may pick up, `beside` (K, n_out) what the record's end cuts off."""
     freq, index, U, Y, weight = chosen
+    picked_up = None if across is None else PickedUp.of(across, weight, TEMPERING * step)
     core = _core.RecordLines(
         np.asarray(sigma + 2j * np.pi * freq, dtype=np.complex128),
         np.ascontiguousarray(U),
@@ -345,8 +372,9 @@ def _made(
         float(step),
         TEMPERING,
         beside,
+        None if across is None else (across.sensor.tolist(), across.motion, ACROSS_SD),
     )
-    return Lines(record, sigma, freq, index, U, Y, weight, TEMPERING * step, core)
+    return Lines(record, sigma, freq, index, U, Y, weight, TEMPERING * step, core, picked_up)
 
 
 def _thinned(index: NDArray[np.int64], power: FloatArray, step: int) -> NDArray[np.int64]:

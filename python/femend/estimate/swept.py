@@ -62,4 +62,4 @@ def pressed(record: FitRecord, band: tuple[float, float]) -> FitRecord:
     filtered = U[0].conj() / np.maximum(np.abs(U[0]), 1e-300) * np.exp(-1j * omega * DELAY / band[0])
     u, y = (np.ascontiguousarray(np.fft.irfft(X * filtered, n, axis=1)[:, : record.n]) for X in (U, Y))
     begin = beginning(u)
-    return replace(record, u=u[:, begin:], y=y[:, begin:], period=0, start=0)
+    return replace(record, u=u[:, begin:], y=y[:, begin:], period=0, start=0, across=None)

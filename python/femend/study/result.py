@@ -10,7 +10,7 @@ import numpy as np
 from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import standard_deviations
 from femend.diagnose.power import untold
-from femend.estimate import FitRecord, noise_floor
+from femend.estimate import FitRecord, crossed, noise_floor
 from femend.model import MeshError
 from femend.model.place import AXES
 from femend.numerals import plain
@@ -90,16 +90,17 @@ def _mesh_off(error: MeshError | None) -> list[str]:
 
 
 def _crossed(diagnosis: Diagnosis) -> list[str]:
-    """Which sensors were left out since they may have recorded what moves across them."""
-    model = diagnosis.reduced.model
-    crossed = {row: ratio for r in diagnosis.problem.records for row, ratio in r.crossed}
-    if not crossed:
+    """Which sensors count for little since they may have recorded what moves across them."""
+    model, problem = diagnosis.reduced.model, diagnosis.problem
+    found = crossed(problem.records, problem.band)
+    if not found:
         return []
-    named = ", ".join(f"node {int(model.node_ids[row // 6])} {AXES[row % 6]}" for row in sorted(crossed))
-    most = plain(max(crossed.values()), 2)
+    named = ", ".join(f"node {int(model.node_ids[row // 6])} {AXES[row % 6]}" for row in sorted(found))
+    most = plain(max(found.values()), 2)
     return [
         f"the structure moves up to {most} times as much across the sensors at {named} as along them, so that one that "
-        "is mounted a degree off, or picks up 1 % of what moves across it, records that: they were left out of the fit"
+        "is mounted a degree off, or picks up 1 % of what moves across it, records that: they count for little in the "
+        "fit"
     ]
 
 

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use femend_dynamics::identify::{Hypothesis, RecordLines, Settings, System, Term, What, solve};
+use femend_dynamics::identify::{Hypothesis, PickedUp, RecordLines, Settings, System, Term, What, solve};
 use femend_dynamics::laws::Kind;
 use femend_linalg::Dense;
 use num_complex::Complex64;
@@ -72,6 +72,7 @@ fn record(system: &System, p: &[f64]) -> RecordLines {
     let rms = (y.iter().map(|v| v.norm_sqr()).sum::<f64>() / y.len() as f64).sqrt();
     RecordLines {
         cut_off: Vec::new(),
+        picked_up: PickedUp::default(),
         u: vec![Complex64::ONE; LINES],
         weight: vec![100.0 / rms; LINES * N_OUT],
         s,

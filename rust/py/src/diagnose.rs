@@ -1,8 +1,8 @@
 //! Estimation on spectral lines: systems, records and hypotheses as classes, one call for a batch of hypotheses.
 
 use femend_dynamics::identify::{
-    Attached, Hypothesis as CoreHypothesis, IdentifyError, Job, RecordLines as CoreLines, Settings, Solution,
-    System as CoreSystem, Term, What, closing_sigma as core_closing_sigma, fitted as core_fitted,
+    Attached, Hypothesis as CoreHypothesis, IdentifyError, Job, PickedUp, RecordLines as CoreLines, Settings,
+    Solution, System as CoreSystem, Term, What, closing_sigma as core_closing_sigma, fitted as core_fitted,
     force_products as core_force_products, model_columns as core_model_columns,
     n_decaying as core_n_decaying, solve_batch,
 };
@@ -104,7 +104,7 @@ pub(crate) struct RecordLines {
 #[pymethods]
 impl RecordLines {
     #[new]
-    #[pyo3(signature = (s, u, y, weight, out_rows, in_rows, dt, sigma, n_samples, thinning, tempering, cut_off = None))]
+    #[pyo3(signature = (s, u, y, weight, out_rows, in_rows, dt, sigma, n_samples, thinning, tempering, cut_off = None, picked_up = None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         s: PyReadonlyArray1<'_, Complex64>,
@@ -119,9 +119,15 @@ impl RecordLines {
         thinning: f64,
         tempering: f64,
         cut_off: Option<PyReadonlyArray2<'_, Complex64>>,
+        picked_up: Option<(Vec<usize>, PyReadonlyArray2<'_, Complex64>, f64)>,
     ) -> PyResult<Self> {
         let inner = CoreLines {
             cut_off: cut_off.map_or_else(Vec::new, |a| a.as_array().iter().copied().collect()),
+            picked_up: picked_up.map_or_else(PickedUp::default, |(sensor, motion, sd)| PickedUp {
+                sensor,
+                motion: motion.as_array().iter().copied().collect(),
+                sd,
+            }),
             s: s.as_array().to_vec(),
             u: u.as_array().iter().copied().collect(),
             y: y.as_array().iter().copied().collect(),

@@ -14,7 +14,7 @@ from .acquire import AFTER, FINER, sampled
 from .effects import Unsuitable
 from .plates import Plate
 from .respond import modal_of, record
-from .setting import ALONE, EXCITATIONS, FAMILIES, FRAMES, Test, draw_test
+from .setting import ALONE, EXCITATIONS, FAMILIES, FRAMES, Test, draw_across, draw_test
 from .solids import Solid
 from .strength import BEYOND, Drawn, draw_effects
 
@@ -26,14 +26,15 @@ FORCE_NOISE = 0.004
 @dataclass(frozen=True)
 class Options:
     """What a whole set has in common: range of the sensors' noise, whether the shaker's force stays unrecorded, what an
-    update has to leave of every effect (times the noise), the kind of force ("": multisine or random, drawn), and
-    whether the recorder filters before it samples."""
+    update has to leave of every effect (times the noise), the kind of force ("": multisine or random, drawn), whether
+    the recorder filters before it samples, and what sensors pick up of motion across them (standard deviation)."""
 
     noise: tuple[float, float] = (0.01, 0.05)
     unmeasured: bool = False
     beyond: float = BEYOND
     excitation: str = ""
     filtered: bool = True
+    across: float = 0.0
 
 
 def make(
@@ -62,6 +63,8 @@ def write_case(
     rng = np.random.default_rng([seed, index])
     noise = float(np.exp(rng.uniform(*np.log(options.noise))))
     test, drawn = make(rng, family, label, noise, options.beyond, options.excitation)
+    # drawn apart, so that the case is otherwise the same without it
+    test.across = draw_across(np.random.default_rng([seed, index, 79]), test, options.across)
     parts = tuple((d.effect, d.x) for d in drawn)
     public, sealed = folder / "public", folder / "sealed"
     public.mkdir(parents=True, exist_ok=True)

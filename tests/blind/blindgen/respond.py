@@ -22,6 +22,14 @@ def shapes(built: Built, places: list[tuple[int, int]]) -> np.ndarray:
     return np.column_stack([built.system.vector((n, c, 1.0)) for n, c in places])
 
 
+def sensed(built: Built, test: Test) -> np.ndarray:
+    """What the sensors see (n, sensors): their own axis, and a little of the others."""
+    seen = shapes(built, test.sensors)
+    for (place, c), share in test.across.items():
+        seen[:, test.sensors.index(place)] += share * built.system.vector((place[0], c, 1.0))
+    return seen
+
+
 def direction(built: Built, nodes: list[int], comp: int) -> np.ndarray:
     """Law coordinate: one node against ground, or the second node against the first."""
     if len(nodes) == 1:
@@ -67,7 +75,7 @@ def modal_of(test: Test, parts: Parts) -> Modal:
         test.damping,
         3.0 * test.rate,
         shapes(built, loads),
-        shapes(built, test.sensors),
+        sensed(built, test),
         np.hstack(columns),
         ground,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,7 +23,7 @@ SECONDS = {"low": 6.0, "mid": 6.0, "high": 6.0, "sweep": 6.0, "random": 4.0}
 @dataclass
 class Test:
     """The virtual test: structure, truth without effect, its damping, shaker, sensors, rate, band, forces and noise (of
-    each channel's RMS).
+    each channel's RMS); `across` is what each sensor picks up of motion in another axis, by place and axis.
     """
 
     s: Structure
@@ -38,6 +38,7 @@ class Test:
     excitation: str
     f_modes: np.ndarray
     noise: float
+    across: dict[tuple[tuple[int, int], int], float] = field(default_factory=dict)
 
 
 def draw_real(rng: np.random.Generator, s: Structure, kind: str) -> Real:
@@ -124,6 +125,12 @@ def draw_forces(
     out["sweep"] = Force(sweep=(f0, max(band[1] * rng.uniform(0.45, 0.7), 3 * f0), 6.0))
     out["random"] = excite.noise(rng, (0.9 * band[0], band[1]), rate, 4.0)
     return kind, {k: excite.scaled(f, LEVELS[k], rate, SECONDS[k]) for k, f in out.items()}
+
+
+def draw_across(rng: np.random.Generator, test: Test, sd: float) -> dict[tuple[tuple[int, int], int], float]:
+    """Transverse sensitivities and mounting errors: shares of the motion in the other axes that sensors have."""
+    others = [(place, c) for place in test.sensors for c in test.s.axes if c != place[1]]
+    return {key: float(sd * rng.standard_normal()) for key in others} if sd > 0 else {}
 
 
 def draw_test(rng: np.random.Generator, family: str, kind: str, noise: float, excitation: str = "") -> Test:

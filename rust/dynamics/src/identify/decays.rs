@@ -1,4 +1,5 @@
-//! Free decays that a record's end cuts off: two columns a mode, and those of the laws' inner states.
+//! Free decays that a record's end cuts off: two columns a mode, and those of the laws' inner states. What sensors may
+//! pick up of other motion has columns beside them, whose shares are eliminated in the same way.
 
 use super::IdentifyError;
 use super::arrays::{PairMut, Split, update, update2};
@@ -43,6 +44,8 @@ impl Decays {
             inner.push(force);
             ridge.push(weight);
         }
+        let held = 1.0 / (at.record.share * at.record.picked_up.sd.powi(2)).max(1.0 / MOST_HELD);
+        ridge.extend(at.record.picked_up.sensor.iter().map(|_| held));
         Ok(Self { tails, inner, ridge })
     }
 
@@ -130,9 +133,14 @@ impl Decays {
     /// Accelerations of column `t` at the sensors, without weights, the answer of a closed loop included.
     pub fn column(&self, at: &Prepared<'_>, response: &Response, t: usize, y: &mut Split) {
         if t >= self.n_modal() {
+            let n_own = self.n_modal() + self.inner.len();
             (0..y.n_columns()).for_each(|s| y.col_mut(s).0.fill(0.0));
             (0..y.n_columns()).for_each(|s| y.col_mut(s).1.fill(0.0));
-            return response.push_back(&self.inner[t - self.n_modal()], y);
+            if t < n_own {
+                return response.push_back(&self.inner[t - self.n_modal()], y);
+            }
+            let sensor = at.record.picked_up.sensor[t - n_own];
+            return update(y.col_mut(sensor), at.picked_up.col(t - n_own), |_, v| v);
         }
         let (m, motion) = (t / 2, self.motion(response, t));
         let Some(closed) = &response.closed else {

@@ -4,6 +4,18 @@ use super::{IdentifyError, expect};
 use femend_linalg::Dense;
 use num_complex::Complex64;
 
+/// Motion that sensors may pick up besides their own, in shares nobody knows (their transverse sensitivity): these are
+/// eliminated as the free decays are.
+#[derive(Debug, Clone, Default)]
+pub struct PickedUp {
+    /// Sensor of every column.
+    pub sensor: Vec<usize>,
+    /// Spectra of the motion, K x columns, line after line.
+    pub motion: Vec<Complex64>,
+    /// Standard deviation of the shares.
+    pub sd: f64,
+}
+
 /// Lines of one record. Arrays over (channel, line) are line after line.
 #[derive(Debug, Clone)]
 pub struct RecordLines {
@@ -18,6 +30,8 @@ pub struct RecordLines {
     /// Accelerations that a cut through the forces keeps from the record, of modes without free decays, K x n_out; empty
     /// for none.
     pub cut_off: Vec<Complex64>,
+    /// What sensors may pick up besides.
+    pub picked_up: PickedUp,
     /// Rows of the sensors in the basis (n_out, r).
     pub out_rows: Dense,
     /// Rows of the forces in the basis (n_in, r).
@@ -50,6 +64,9 @@ impl RecordLines {
             self.cut_off.len(),
             if self.cut_off.is_empty() { 0 } else { k * self.n_out() },
         )?;
+        expect("motion that sensors pick up", self.picked_up.motion.len(), k * self.picked_up.sensor.len())?;
+        let last = self.picked_up.sensor.iter().max().map_or(0, |s| s + 1);
+        expect("sensors that pick up motion", last.max(self.n_out()), self.n_out())?;
         expect("weights", self.weight.len(), k * self.n_out())
     }
 

@@ -36,7 +36,7 @@ pub use decaying::{closing_sigma, n_decaying};
 pub use fitted::{Fitted, fitted, model_columns};
 pub use forced::force_products;
 pub use hypothesis::{Attached, Hypothesis, What};
-pub use lines::RecordLines;
+pub use lines::{PickedUp, RecordLines};
 pub use minimise::{Settings, Solution};
 pub use model::Modal;
 pub use normal::Evaluation;

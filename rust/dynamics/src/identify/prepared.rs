@@ -20,6 +20,8 @@ pub(crate) struct Prepared<'a> {
     pub y: Split,
     /// What a cut through the forces keeps from the accelerations, a column each; none for nothing.
     pub cut_off: Split,
+    /// Motion that sensors may pick up besides, a column each.
+    pub picked_up: Split,
     /// Square roots of the weights (K, n_out).
     pub weight: Dense,
     /// Their products with s², a column for each sensor.
@@ -29,6 +31,7 @@ pub(crate) struct Prepared<'a> {
 impl<'a> Prepared<'a> {
     pub fn new(record: &'a RecordLines) -> Self {
         let (n, n_in, n_out) = (record.n_lines(), record.n_in(), record.n_out());
+        let n_picked = record.picked_up.sensor.len();
         let mut weight = Dense::zeros(n, n_out);
         for s in 0..n_out {
             (0..n).for_each(|k| weight[(k, s)] = record.weight[k * n_out + s]);
@@ -41,6 +44,7 @@ impl<'a> Prepared<'a> {
             u: Split::new(n, n_in, |k, i| record.u[k * n_in + i]),
             y: Split::new(n, n_out, |k, s| record.y[k * n_out + s]),
             cut_off: Split::new(n, record.cut_off.len() / n.max(1), |k, s| record.cut_off[k * n_out + s]),
+            picked_up: Split::new(n, n_picked, |k, c| record.picked_up.motion[k * n_picked + c]),
             weighted_s2: Split::new(n, n_out, |k, s| record.s[k] * record.s[k] * weight[(k, s)]),
             weight,
         }

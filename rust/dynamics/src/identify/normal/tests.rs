@@ -8,7 +8,7 @@ mod refused;
 mod solving;
 
 use super::*;
-use crate::identify::{Attached, RecordLines, Settings, Term, What};
+use crate::identify::{Attached, PickedUp, RecordLines, Settings, Term, What};
 use crate::laws::Kind;
 use femend_linalg::gemm;
 use num_complex::Complex64;
@@ -72,8 +72,10 @@ fn record(numbers: &mut Numbers, n_out: usize, n_in: usize, sigma: f64) -> Recor
         (0..N_LINES).map(|k| Complex64::new(sigma, 35.0 + 10.0 * k as f64 + numbers.next())).collect();
     let mut draw = |n: usize| (0..n).map(|_| numbers.complex()).collect::<Vec<_>>();
     let (u, y) = (draw(N_LINES * n_in), draw(N_LINES * n_out));
+    let picked_up = PickedUp { sensor: vec![n_out - 1, 0], motion: draw(N_LINES * 2), sd: 0.1 };
     RecordLines {
         cut_off: Vec::new(),
+        picked_up,
         s,
         u,
         y,
@@ -86,6 +88,11 @@ fn record(numbers: &mut Numbers, n_out: usize, n_in: usize, sigma: f64) -> Recor
         sigma,
         share: 0.2,
     }
+}
+
+/// A record whose sensors pick up nothing but their own motion.
+fn bare(record: RecordLines) -> RecordLines {
+    RecordLines { picked_up: PickedUp::default(), ..record }
 }
 
 fn nothing() -> Hypothesis {

@@ -54,7 +54,7 @@ fn the_adjoint_gives_the_gradient_of_the_columns() {
                 continue;
             }
             let system = system(numbers, 0, 0.02);
-            let record = record(numbers, 4, n_in, sigma);
+            let record = bare(record(numbers, 4, n_in, sigma));
             let z = start(&system, &[]);
             let all: Vec<f64> = z.iter().chain(&x).copied().collect();
             let columns = by_columns(&system, &record, &hypothesis, &all);

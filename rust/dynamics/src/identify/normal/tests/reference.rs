@@ -56,7 +56,7 @@ fn responses_equal_dense_solutions_line_by_line() {
     }
     for (hypothesis, x) in cases {
         let system = system(numbers, 3, 0.02);
-        let record = RecordLines { dt: 0.0, ..record(numbers, 4, 2, 1.5) };
+        let record = RecordLines { dt: 0.0, ..bare(record(numbers, 4, 2, 1.5)) };
         let z = start(&system, &x);
         let (p, x) = z.split_at(system.n_unknowns());
         let found = fitted(&system, std::slice::from_ref(&record), &hypothesis, p, x).expect("lines");
@@ -102,7 +102,7 @@ fn fitted_lines_leave_the_cost() {
 /// Jobs that share a model and its start, jobs that do not, and one whose start has no model.
 #[test]
 fn a_batch_gives_what_its_jobs_give_alone() {
-    let numbers = &mut Numbers(31);
+    let numbers = &mut Numbers(37);
     let systems = [system(numbers, 3, 0.02), system(numbers, 2, 0.01)];
     let records = [record(numbers, 4, 1, 0.3), record(numbers, 5, 2, 0.3)];
     let (kinds, x) = laws();
