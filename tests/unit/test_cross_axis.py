@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend.diagnose.update import modelled
+from femend.diagnose import crossing
+from femend.diagnose.update import _updated, modelled, picking_up, update_model
 from femend.estimate import FitRecord, Hypothesis, Problem, crossed, noise_floor, with_across
 from femend.estimate.frf import FrfLines
 from femend.estimate.picked_up import ACROSS_SD, MOST, Across, PickedUp
@@ -195,20 +196,58 @@ def test_the_core_takes_out_the_same_shares_as_the_lines(reduced: ReducedModel) 
     assert (np.abs(left) ** 2).sum() < 0.5 * (np.abs(e * line.weight) ** 2).sum()
 
 
-def test_a_diagnosis_knows_what_moves_across_and_says_so(reduced: ReducedModel) -> None:
-    model = reduced.model
-    _, own, problem = modelled(model, [recorded(reduced, SENSORS, (7, Y))], 0.01)
-    (record,) = problem.records
+def mounted_off(reduced: ReducedModel, share: float) -> FitRecord:
+    """A record whose sensors hold a share of the motion across them, and noise."""
+    record = recorded(reduced, SENSORS, (7, Y))
+    other = recorded(reduced, [(node, Z if axis == Y else Y) for node, axis in SENSORS], (7, Y))
+    y = record.y + share * other.y
+    noise = 0.02 * y.std(axis=1)
+    y = y + noise[:, None] * np.random.default_rng(2).standard_normal(y.shape)
+    return replace(record, y=y, noise=noise)
+
+
+def test_sensors_mounted_off_are_met_with_their_shares_and_told(reduced: ReducedModel) -> None:
+    model, records = reduced.model, [mounted_off(reduced, 0.005)]
+    plain_one = _updated(*modelled(model, records, 0.01))
+    assert plain_one.null.score > 5
+    start = update_model(model, records, 0.01)
+    assert start.null.score < 1.2
+    (record,) = start.problem.records
     assert record.across is not None
-    assert record.out_rows.tolist() == [37, 25, 20, 13, 38]
-    (said,) = _crossed(SimpleNamespace(reduced=own, problem=problem))  # type: ignore[arg-type]
-    times = plain(max(crossed([record], problem.band).values()), 2)
+    (said,) = _crossed(start)  # type: ignore[arg-type]
+    times = plain(max(crossed([record], start.problem.band).values()), 2)
     assert said.startswith(
         f"the structure moves up to {times} times as much across the sensors at node 4 Z, node 7 Z as"
     )
     assert "count for little" in said
-    nothing = problem.on([replace(record, across=None)])
-    assert _crossed(SimpleNamespace(reduced=own, problem=nothing)) == []  # type: ignore[arg-type]
+    # it is as it is: looked into once more it stays so
+    assert picking_up(start) is None
+
+
+def test_sensors_that_the_model_explains_are_believed(reduced: ReducedModel) -> None:
+    start = update_model(reduced.model, [mounted_off(reduced, 0.0)], 0.01)
+    assert start.null.score < 1.2
+    assert all(r.across is None for r in start.problem.records)
+    assert _crossed(start) == []  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("left", "prior", "with_shares", "taken"),
+    [(1.0, 20.0, 0.9, False), (6.0, 20.0, 1.1, True), (1.0, 500.0, 0.4, True), (6.0, 20.0, 4.0, False)],
+)
+def test_sensors_are_believed_where_a_force_explains_or_shares_make_no_great_difference(
+    monkeypatch: pytest.MonkeyPatch, left: float, prior: float, with_shares: float, taken: bool
+) -> None:
+    def at(score: float) -> Any:
+        return SimpleNamespace(fit=SimpleNamespace(score=score, prior=prior))
+
+    start: Any = SimpleNamespace(null=None)
+    other = SimpleNamespace(problem=None, reduced=None, null=None)
+    monkeypatch.setattr(crossing, "picking_up", lambda start: other)
+    monkeypatch.setattr(crossing, "locate", lambda *given: [at(with_shares)])
+    found, located = crossing.as_sensors_are(start, [at(left)], [])
+    assert (found is other) == taken
+    assert located[0].fit.score == (with_shares if taken else left)
 
 
 def test_a_mesh_that_is_far_off_is_told() -> None:

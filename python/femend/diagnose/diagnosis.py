@@ -11,6 +11,7 @@ import numpy as np
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.best_place import at_the_best_place
 from femend.diagnose.candidates import Candidate
+from femend.diagnose.crossing import as_sensors_are
 from femend.diagnose.directions import in_other_directions
 from femend.diagnose.judge import Given, ToBeat, compared_in, to_beat
 from femend.diagnose.levels import depends_on_level
@@ -64,6 +65,7 @@ def diagnose_records(
     if quieter is not None:
         start = update_model(start.reduced.model, quieter, zeta)
         located = locate(start.problem, start.reduced, places, start.null)
+    start, located = as_sensors_are(start, located, places)
     so_far.places(start, located)
     out = so_far.found = explain(nearer(start, located, settings), located, places, settings, tell, so_far=so_far)
     tell.done()

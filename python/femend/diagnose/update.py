@@ -29,7 +29,17 @@ from femend.model.resolution import Unresolved, unresolved
 from femend.model.unsolvable import no_solution
 from femend.threads import one_blas_thread
 
-__all__ = ["DRAWN", "UpdatedModel", "drawn_starts", "modelled", "update_model", "updated_by"]
+__all__ = [
+    "AT_NOISE",
+    "CLEARLY",
+    "DRAWN",
+    "UpdatedModel",
+    "drawn_starts",
+    "modelled",
+    "picking_up",
+    "update_model",
+    "updated_by",
+]
 
 FloatArray = NDArray[np.float64]
 
@@ -73,18 +83,45 @@ def update_model(
     tell("update the parameters")
     start = _updated(*given)
     own = _on_its_own_mesh(start, records, zeta)
-    return start if own is None else own
+    if own is not None:
+        return own
+    crossing = picking_up(start)
+    return crossing if crossing is not None and _explains(crossing.null, start.null) else start
+
+
+def picking_up(start: UpdatedModel) -> UpdatedModel | None:
+    """The same model updated anew where sensors may hold shares of the motion across them; None where there is none
+    that counts, where the model explains the recordings as it is, and where that was done already."""
+    null, before = start.null, start.problem
+    if (null.score <= AT_NOISE and null.prior <= CLEARLY) or _has_across(before):
+        return None
+    # resonances of what moves across are those of the updated model; of one that is fitted with it once more
+    problem = _with_across(before, start.reduced, null.p)
+    if not _has_across(problem):
+        return None
+    found = problem.continuation(null.hypothesis, drawn_starts(problem, start.reduced))
+    if found is None:
+        return None
+    problem = _with_across(before, start.reduced, found.p)
+    (again,) = problem.fit([null.hypothesis], [(found.p, found.x)])
+    return None if again is None else replace(start, problem=problem, null=again)
+
+
+def _has_across(problem: Problem) -> bool:
+    """Whether sensors may pick up something that counts."""
+    return any(r.across is not None for r in problem.records)
+
+
+def _explains(null: Fit, other: Fit) -> bool:
+    """Whether an updated model explains the recordings to the noise within its priors, and clearly better than
+    another."""
+    return null.score <= AT_NOISE and null.prior <= CLEARLY and null.cost <= other.cost - CLEARLY
 
 
 def _updated(model: Model, reduced: ReducedModel, problem: Problem) -> UpdatedModel:
     null = problem.continuation(Hypothesis(reduced, np.zeros((0, reduced.r))), drawn_starts(problem, reduced))
     if null is None:
         raise no_solution(model)
-    if any(r.across is not None for r in problem.records):
-        # what moves across the sensors was the deck's, whose resonances are elsewhere
-        problem = _with_across(problem, reduced, null.p)
-        (again,) = problem.fit([null.hypothesis], [(null.p, null.x)])
-        null = null if again is None else again
     g_rows = _rows(problem.records)
     return UpdatedModel(problem, reduced, null, g_rows, _drawn(model, problem.band[1], g_rows))
 
@@ -101,8 +138,7 @@ def _on_its_own_mesh(start: UpdatedModel, records: Sequence[FitRecord], zeta: fl
     if drawn is None or (start.null.score <= AT_NOISE and start.null.prior <= CLEARLY):
         return None
     own = _updated(*modelled(drawn, records, zeta, refine=False))
-    explains = own.null.score <= AT_NOISE and own.null.prior <= CLEARLY
-    if not explains or own.null.cost > start.null.cost - CLEARLY:
+    if not _explains(own.null, start.null):
         return None
     return replace(own, reduced=replace(own.reduced, model=replace(own.reduced.model, simulated=True)))
 
@@ -128,8 +164,7 @@ def modelled(
         reduced = reduce_model(model, band[1], g_rows)
     reduced = form_errors(reduced, band[1]).on(reduced)
     n_tuned = max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum()))
-    problem = Problem(records, band, zeta, n_tuned)
-    return model, reduced, _with_across(problem, reduced, problem.prior(reduced)[0])
+    return model, reduced, Problem(records, band, zeta, n_tuned)
 
 
 def _with_across(problem: Problem, reduced: ReducedModel, p: FloatArray) -> Problem:
