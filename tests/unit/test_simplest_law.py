@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from femend.diagnose.accepted import accepted, stands_out
+from femend.diagnose.accepted import accepted, bends, stands_out
 from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.ranked import Ranked, tempered
@@ -95,6 +95,14 @@ def test_what_is_hardly_above_the_noise_has_to_be_explained_nearly_wholly(
     known = replace(floor.candidate, reference=1.0)
     found = diagnosed(without, best, replace(floor, candidate=known))
     assert accepted(found, best) is told
+
+
+@pytest.mark.parametrize(("prior", "no_name"), [(56.0, False), (190.0, False), (1143.0, True)])
+def test_a_law_beside_which_the_model_leaves_its_priors_is_no_name(prior: float, no_name: bool) -> None:
+    best, without = ranked("added_mass", 1.26, prior), ranked("viscous_damper", 2.4, 3735.0)
+    found = diagnosed(without, best)
+    assert accepted(found, best)
+    assert bends(found, best) is no_name
 
 
 @pytest.mark.parametrize(

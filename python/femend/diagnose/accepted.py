@@ -10,7 +10,7 @@ from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.shares import share_explained
 
-__all__ = ["TELLING", "accepted", "adequate", "clearly_missing", "stands_out"]
+__all__ = ["TELLING", "accepted", "adequate", "bends", "clearly_missing", "stands_out"]
 
 # gain, in `gain_cost`, from which a law is told though it explains part of what is wrong
 TELLING = 10.0
@@ -34,6 +34,11 @@ def accepted(found: Diagnosis, best: Ranked) -> bool:
 def adequate(found: Diagnosis, best: Ranked) -> bool:
     """Whether a law explains unseen data about as well as a free force at its place does."""
     return best.candidate.chosen <= found.settings.adequate * max(_reference(best), 1.0)
+
+
+def bends(found: Diagnosis, best: Ranked) -> bool:
+    """Whether the model's own unknowns leave their priors by so much beside a law that something else is missing."""
+    return best.candidate.prior > found.settings.bent * found.settings.gain_cost
 
 
 def _reference(best: Ranked) -> float:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.diagnose.accepted import accepted, adequate, clearly_missing, stands_out
+from femend.diagnose.accepted import accepted, adequate, bends, clearly_missing, stands_out
 from femend.diagnose.advice import BENT, PART_OF_A_FORCE, PART_OF_ALL, beside_laws
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.collapse import collapsed
@@ -66,7 +66,7 @@ def _one_law(found: Diagnosis, best: Ranked, named: bool) -> Diagnosis:
         (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
         if fit is not None:
             refitted = _refitted_part(candidate, fit)
-    bent = found.settings.strains(best.candidate.prior)
+    bent = bends(found, best)
     enough = named and adequate(found, best) and not bent
     verdict = "missing-physics" if enough else "located-not-named"
     advice = BENT if bent else PART_OF_A_FORCE if named else PART_OF_ALL
