@@ -39,7 +39,8 @@ class Across:
         """The variance (n_out, F) of a record's spectrum with what else counts as noise, and the motion on the lines
         `index` (K,), each with its `share` in the cost, whose shares the lines tell; None where that is none.
 
-        `spectra` (2, n_out, F) are accelerations along the two other axes of every sensor's node. What may be picked up
+        `spectra` (2, n_out, F) are accelerations along the two other axes of every sensor's node, `smoothed` is how
+        powers (n_out, F) are smoothed over neighbouring lines. What may be picked up
         of them counts as noise, but for those whose share is told, of which the error of the prediction does.
         """
         power = np.array([smoothed(np.abs(c) ** 2) for c in spectra])
@@ -65,7 +66,7 @@ class PickedUp:
 
     @classmethod
     def of(cls, across: Across, weight: FloatArray, share: float) -> PickedUp:
-        """From the weights (K, n_out) of the lines and their `share` in the cost.
+        """From the lines' weights, `weight` (K, n_out), and their `share` in the cost.
 
         With C the weighted columns of a sensor, the squares that shares of prior deviation sd leave at best, with their
         prior, are those of (1 + share sd² C Cᵀ)^(-1/2) times the residual (matrix inversion lemma).
@@ -78,7 +79,7 @@ class PickedUp:
         return cls(tuple(bases))
 
     def taken_out(self, weighted: ComplexArray) -> ComplexArray:
-        """Weighted residuals (K, n_out, ...) without what the best shares explain."""
+        """Residuals `weighted` (K, n_out, ...) without what the best shares explain."""
         out = weighted.copy()
         for s, U, left in self.bases:
             e = np.concatenate([weighted[:, s].real, weighted[:, s].imag])
