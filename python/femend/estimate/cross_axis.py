@@ -22,14 +22,11 @@ from femend.estimate.lines import FitRecord, amplitudes
 from femend.estimate.picked_up import ACROSS_SD
 from femend.model import ReducedModel
 
-__all__ = ["CROSSED", "crossed", "with_across"]
+__all__ = ["crossed", "with_across"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-# motion across a sensor, in multiples of that along it, from which its user is told: 0.6 degrees, or 1 % of transverse
-# sensitivity, then give half as much signal as its own motion
-CROSSED = 50.0
 # band, in multiples of the one used, of the motion predicted, and length of the time it is predicted for, in that of
 # the record: what rings on at its end would else come round to its beginning
 WIDER, LONGER = 1.3, 2
@@ -77,21 +74,20 @@ def _with(
 
 
 def crossed(records: Sequence[FitRecord], band: tuple[float, float]) -> dict[int, float]:
-    """Sensors (row of the g-set) across which the structure moves `CROSSED` times as much as along them in every
-    record, in a `band` (Hz), each with how many times."""
+    """How many times as much the structure moves across a sensor as along it, in a `band` (Hz), for every sensor by its
+    row of the g-set: the least of all records. Nothing where sensors are believed."""
     least: dict[int, float] = {}
     for r in records:
-        if not r.driven:
+        if r.across is None:
             return {}
         for row, ratio in zip(r.out_rows.tolist(), _crossing(r, band).tolist(), strict=True):
             least[row] = min(ratio, least.get(row, np.inf))
-    return {row: ratio for row, ratio in least.items() if ratio > CROSSED}
+    return least
 
 
 def _crossing(record: FitRecord, band: tuple[float, float]) -> FloatArray:
     """Motion across every sensor over the recorded one along it (n_out,)."""
-    if record.across is None:
-        return np.zeros(len(record.out_rows))
+    assert record.across is not None
     freq, own = amplitudes(record)
     across = np.abs(record.across if record.frf is not None else np.fft.rfft(record.across, axis=2))
     inside = within_band(freq, band)

@@ -11,6 +11,7 @@ from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import standard_deviations
 from femend.diagnose.power import untold
 from femend.estimate import FitRecord, crossed, noise_floor
+from femend.estimate.picked_up import ACROSS_SD
 from femend.model import MeshError
 from femend.model.place import AXES
 from femend.numerals import plain
@@ -27,6 +28,8 @@ SIMULATED = (
     "structure does, so they look simulated with this deck, which was taken as it is; for recordings of a structure "
     "linear shells and solids are refined first"
 )
+# sensors told of that move across most
+MOST_CROSSED = 3
 # error of a frequency by the deck's mesh, relative, from which it is told
 MESH_OFF = 0.05
 # what estimates of the model's factors are off by beside what noise explains, relative; set on generated cases (seed 1)
@@ -40,7 +43,8 @@ def result_of(
     """The content of result.json.
 
     To `warnings`, those of the recordings' channels, it adds where the force acts that nobody recorded, which lines the
-    mesh cannot represent, which sensors were left out, on what laws were chosen if there was but one recording, what
+    mesh cannot represent, what sensors may hold of motion across them, on
+    what laws were chosen if there was but one recording, what
     the recorder did not filter, and what the excitation cannot tell.
     """
     warnings = [
@@ -52,7 +56,10 @@ def result_of(
         *diagnosis.problem.recorder.warnings,
     ]
     warnings += untold(records)
-    fit = [_fit(p, records, diagnosis.problem.band) for p in predictions if p.recorded is not None]
+    # those of the fit know what their sensors may hold of the motion across them
+    known = {r.name: r for r in diagnosis.problem.records if r.across is not None}
+    floors = [known.get(r.name, r) for r in records]
+    fit = [_fit(p, floors, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     return {
         "format": FORMAT,
         "verdict": diagnosis.verdict,
@@ -90,17 +97,19 @@ def _mesh_off(error: MeshError | None) -> list[str]:
 
 
 def _crossed(diagnosis: Diagnosis) -> list[str]:
-    """Which sensors count for little since they may have recorded what moves across them."""
+    """That sensors may hold shares of the motion across them, and which of them most."""
     model, problem = diagnosis.reduced.model, diagnosis.problem
     found = crossed(problem.records, problem.band)
     if not found:
         return []
-    named = ", ".join(f"node {int(model.node_ids[row // 6])} {AXES[row % 6]}" for row in sorted(found))
-    most = plain(max(found.values()), 2)
+    most = sorted(found, key=lambda row: -found[row])[:MOST_CROSSED]
+    named = ", ".join(
+        f"node {int(model.node_ids[row // 6])} {AXES[row % 6]} ({plain(found[row], 2)} times)" for row in most
+    )
     return [
-        f"the structure moves up to {most} times as much across the sensors at {named} as along them, so that one that "
-        "is mounted a degree off, or picks up 1 % of what moves across it, records that: they count for little in the "
-        "fit"
+        f"the recordings are explained where a sensor may hold some {plain(100 * ACROSS_SD)} % of the motion across it "
+        "(transverse sensitivity, a mount a degree off), and not where each measures its own direction alone: shares "
+        f"of that motion were left free, and noise floors hold as much. Sensors that move across most: {named}"
     ]
 
 
