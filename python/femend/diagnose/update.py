@@ -21,6 +21,7 @@ from femend.estimate import (
     modelled_band,
     used_band,
     with_across,
+    without_crossed,
 )
 from femend.estimate.fit import TUNED_ABOVE
 from femend.estimate.lines import band_power
@@ -162,6 +163,7 @@ def modelled(
     if missed is not None:
         model, band = _left_out(model, records, band, missed)
         reduced = reduce_model(model, band[1], g_rows)
+    records = without_crossed(records, reduced, band, zeta)
     reduced = form_errors(reduced, band[1]).on(reduced)
     n_tuned = max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum()))
     return model, reduced, Problem(records, band, zeta, n_tuned)

@@ -2,6 +2,7 @@
 
 from femend.estimate.cross_axis import crossed, with_across
 from femend.estimate.fit import Fit, Hypothesis, Problem
+from femend.estimate.left_out import without_crossed
 from femend.estimate.lines import FitRecord, Lines, modelled_band, noise_floor, spectral_lines, used_band
 from femend.estimate.noise import noise_of
 from femend.estimate.prepare import check_sampling, fit_records, pair_test, period_of
@@ -28,4 +29,5 @@ __all__ = [
     "spectral_lines",
     "used_band",
     "with_across",
+    "without_crossed",
 ]

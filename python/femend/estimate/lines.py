@@ -72,6 +72,8 @@ class FitRecord:
             the whole record all the same.
         across: (2, n_out, n) accelerations along the two other axes of every sensor's node, as a model predicts them,
             of which the sensor may pick up an unknown share; complex on an FRF's lines. None where it picks up nothing.
+        crossed: rows of the g-set of sensors that were left out, each with how many times as much the structure moves
+            across it as along it.
     """
 
     name: str
@@ -88,6 +90,7 @@ class FitRecord:
     recording: str = ""
     start: int = 0
     across: FloatArray | ComplexArray | None = None
+    crossed: tuple[tuple[int, float], ...] = ()
 
     @property
     def source(self) -> str:

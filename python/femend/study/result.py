@@ -43,7 +43,7 @@ def result_of(
     """The content of result.json.
 
     To `warnings`, those of the recordings' channels, it adds where the force acts that nobody recorded, which lines the
-    mesh cannot represent, what sensors may hold of motion across them, on
+    mesh cannot represent, which sensors were left out and what others may hold of motion across them, on
     what laws were chosen if there was but one recording, what
     the recorder did not filter, and what the excitation cannot tell.
     """
@@ -51,6 +51,7 @@ def result_of(
         *warnings,
         *_drive(diagnosis),
         *_mesh(diagnosis),
+        *_left_out(diagnosis),
         *_crossed(diagnosis),
         *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
         *diagnosis.problem.recorder.warnings,
@@ -93,6 +94,20 @@ def _mesh_off(error: MeshError | None) -> list[str]:
         f"the deck's mesh puts frequencies up to {size} off (mode {worst + 1}: {plain(error.freq[worst])} Hz, "
         f"{plain(error.converged[worst])} Hz refined), which no parameter should make up for; a refined mesh was used "
         "for all but the errors as given: refine the deck's shells and solids before it is used elsewhere"
+    ]
+
+
+def _left_out(diagnosis: Diagnosis) -> list[str]:
+    """Which sensors were left out since they may have recorded what moves across them."""
+    model = diagnosis.reduced.model
+    found = {row: ratio for r in diagnosis.problem.records for row, ratio in r.crossed}
+    if not found:
+        return []
+    named = ", ".join(f"node {int(model.node_ids[row // 6])} {AXES[row % 6]}" for row in sorted(found))
+    most = plain(max(found.values()), 2)
+    return [
+        f"the structure moves up to {most} times as much across the sensors at {named} as along them, so that one that "
+        "is mounted a degree off, or picks up 1 % of what moves across it, records that: they were left out of the fit"
     ]
 
 

@@ -1,0 +1,82 @@
+"""Sensors across which a structure moves far more than along them, and what is said of them."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from femend.diagnose.update import modelled
+from femend.estimate import without_crossed
+from femend.estimate.frf import FrfLines
+from femend.model import ReducedModel
+from femend.numerals import plain
+from femend.study.result import _left_out
+
+sys.path.insert(0, str(Path(__file__).parent))
+from test_cross_axis import BAND, RATE, SENSORS, N, Y, Z, recorded, reduced
+
+__all__ = ["reduced"]
+
+
+def test_sensors_across_the_motion_are_left_out(reduced: ReducedModel) -> None:
+    record = recorded(reduced, SENSORS, (7, Y))
+    (left,) = without_crossed([record], reduced, BAND, 0.01)
+    assert left.out_rows.tolist() == [37, 25, 13]
+    np.testing.assert_array_equal(left.y, record.y[[0, 1, 3]])
+    np.testing.assert_array_equal(left.noise, record.noise[[0, 1, 3]])
+    assert [row for row, _ in left.crossed] == [20, 38]
+    # that many times as much as the Y of the same node moves
+    along = record.y[4].std()
+    assert dict(left.crossed)[38] == pytest.approx(record.y[0].std() / along, rel=0.2)
+    assert min(ratio for _, ratio in left.crossed) > 50
+
+
+def test_sensors_are_kept_that_some_record_moves(reduced: ReducedModel) -> None:
+    records = [recorded(reduced, SENSORS, (7, Y)), recorded(reduced, SENSORS, (7, Z))]
+    assert all(a is b for a, b in zip(without_crossed(records, reduced, BAND, 0.01), records, strict=True))
+
+
+def test_three_sensors_stay_whatever_they_are(reduced: ReducedModel) -> None:
+    record = recorded(reduced, [(7, Y), (5, Y), (4, Z), (7, Z)], (7, Y))
+    assert without_crossed([record], reduced, BAND, 0.01)[0] is record
+
+
+def test_without_a_recorded_force_nothing_is_left_out(reduced: ReducedModel) -> None:
+    record = recorded(reduced, SENSORS, (7, Y))
+    unknown = replace(record, u=record.u[:0], in_rows=record.in_rows[:0], in_signs=record.in_signs[:0])
+    assert without_crossed([unknown], reduced, BAND, 0.01)[0] is unknown
+
+
+def test_columns_of_an_frf_are_left_out_too(reduced: ReducedModel) -> None:
+    record = recorded(reduced, SENSORS, (7, Y))
+    freq = np.fft.rfftfreq(N, 1 / RATE)
+    inside = (freq > BAND[0]) & (freq < BAND[1])
+    H = (np.fft.rfft(record.y)[:, inside] / np.fft.rfft(record.u)[0, inside]).T
+    lines = FrfLines(freq[inside], H, 0.01 * np.abs(H), float(freq[1]))
+    size = np.abs(H).T
+    frf = replace(record, u=np.ones((1, len(H))), y=size, dt=0.0, frf=lines, noise=0.01 * size.mean(axis=1))
+    (left,) = without_crossed([frf], reduced, BAND, 0.01)
+    assert left.frf is not None
+    assert left.frf.H.shape == left.frf.noise.shape == (len(H), 3)
+    np.testing.assert_array_equal(left.frf.H, H[:, [0, 1, 3]])
+    assert left.y.shape == (3, len(H))
+
+
+def test_a_diagnosis_fits_the_others_and_says_so(reduced: ReducedModel) -> None:
+    model = reduced.model
+    _, own, problem = modelled(model, [recorded(reduced, SENSORS, (7, Y))], 0.01)
+    (record,) = problem.records
+    assert record.out_rows.tolist() == [37, 25, 13]
+    (said,) = _left_out(SimpleNamespace(reduced=own, problem=problem))  # type: ignore[arg-type]
+    times = plain(max(ratio for _, ratio in record.crossed), 2)
+    assert said.startswith(
+        f"the structure moves up to {times} times as much across the sensors at node 4 Z, node 7 Z as"
+    )
+    assert "left out of the fit" in said
+    nothing = problem.on([replace(record, crossed=())])
+    assert _left_out(SimpleNamespace(reduced=own, problem=nothing)) == []  # type: ignore[arg-type]
