@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from femend.diagnose import crossing, update
-from femend.diagnose.update import _updated, modelled, picking_up, update_model
+from femend.diagnose.update import _updated, modelled, update_model
 from femend.estimate import FitRecord, Hypothesis, Problem, crossed, noise_floor, with_across
 from femend.estimate.frf import FrfLines
 from femend.estimate.picked_up import ACROSS_SD, MOST, Across, PickedUp
@@ -229,7 +229,7 @@ def test_sensors_mounted_off_are_met_with_their_shares_and_told(
     named = [f"node {row // 6 + 1} {'XYZ'[row % 6]} ({plain(found[row], 2)} times)" for row in most]
     assert said.endswith("Sensors that move across most: " + ", ".join(named))
     # it is as it is: looked into once more it stays so
-    assert picking_up(start) is None
+    assert start.crossing is None
 
 
 def test_sensors_that_the_model_explains_are_believed(reduced: ReducedModel, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -250,9 +250,8 @@ def test_sensors_are_believed_where_a_force_explains_or_shares_make_no_great_dif
     def at(score: float) -> Any:
         return SimpleNamespace(fit=SimpleNamespace(score=score, prior=prior))
 
-    start: Any = SimpleNamespace(null=None)
     other = SimpleNamespace(problem=None, reduced=None, null=None)
-    monkeypatch.setattr(crossing, "picking_up", lambda start: other)
+    start: Any = SimpleNamespace(null=None, crossing=other)
     monkeypatch.setattr(crossing, "locate", lambda *given: [at(with_shares)])
     found, located = crossing.as_sensors_are(start, [at(left)], [])
     assert (found is other) == taken

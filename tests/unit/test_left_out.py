@@ -12,13 +12,12 @@ import pytest
 
 from femend.diagnose.update import modelled
 from femend.estimate import without_crossed
-from femend.estimate.frf import FrfLines
 from femend.model import ReducedModel
 from femend.numerals import plain
 from femend.study.result import _left_out
 
 sys.path.insert(0, str(Path(__file__).parent))
-from test_cross_axis import BAND, RATE, SENSORS, N, Y, Z, recorded, reduced
+from test_cross_axis import BAND, SENSORS, Y, Z, of_frf, recorded, reduced
 
 __all__ = ["reduced"]
 
@@ -54,12 +53,9 @@ def test_without_a_recorded_force_nothing_is_left_out(reduced: ReducedModel) -> 
 
 def test_columns_of_an_frf_are_left_out_too(reduced: ReducedModel) -> None:
     record = recorded(reduced, SENSORS, (7, Y))
-    freq = np.fft.rfftfreq(N, 1 / RATE)
-    inside = (freq > BAND[0]) & (freq < BAND[1])
-    H = (np.fft.rfft(record.y)[:, inside] / np.fft.rfft(record.u)[0, inside]).T
-    lines = FrfLines(freq[inside], H, 0.01 * np.abs(H), float(freq[1]))
-    size = np.abs(H).T
-    frf = replace(record, u=np.ones((1, len(H))), y=size, dt=0.0, frf=lines, noise=0.01 * size.mean(axis=1))
+    frf = of_frf(record)
+    assert frf.frf is not None
+    H = frf.frf.H
     (left,) = without_crossed([frf], reduced, BAND, 0.01)
     assert left.frf is not None
     assert left.frf.H.shape == left.frf.noise.shape == (len(H), 3)

@@ -36,22 +36,22 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_further_places_are_those_located_as_well_each_direction_once_before_any_comes_again() -> None:
     tried = [law(at, 5.0 + n) for n, at in enumerate([*FIRST, *REST])]
-    told = name._likeliest([*REST, *FIRST], tried, Settings())
-    assert [at for at, further in told if not further] == FIRST
+    first, further = name._likeliest([*REST, *FIRST], tried, Settings())
+    assert first == FIRST
     # the ground in Z comes last, since it is among the first; what is located worse does not come
-    assert [at for at, further in told if further] == [REST[1], REST[2], REST[0]]
+    assert further == [REST[1], REST[2], REST[0]]
 
 
 def test_a_support_of_many_nodes_which_has_no_nonlinear_law_takes_no_place() -> None:
     supports = [place("support", "Y", 90.0), place("support", "RZ", 91.0)]
     opened = [*supports, *FIRST]
-    told = name._likeliest(opened, [law(at, 5.0) for at in opened], Settings())
-    assert [at for at, _ in told] == FIRST
+    first, further = name._likeliest(opened, [law(at, 5.0) for at in opened], Settings())
+    assert [*first, *further] == FIRST
 
 
 def test_where_no_nonlinear_law_is_asked_for_no_place_comes() -> None:
     settings = Settings(nonlinear_places=0)
-    assert name._likeliest([*FIRST, *REST], [law(at, 5.0) for at in [*FIRST, *REST]], settings) == []
+    assert name._likeliest([*FIRST, *REST], [law(at, 5.0) for at in [*FIRST, *REST]], settings) == ([], [])
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from femend.diagnose.locate import Located, locate
-from femend.diagnose.update import AT_NOISE, CLEARLY, UpdatedModel, picking_up
+from femend.diagnose.update import AT_NOISE, CLEARLY, UpdatedModel
 from femend.model import Place
 
 __all__ = ["as_sensors_are"]
@@ -24,11 +24,8 @@ def as_sensors_are(
     model explains the recordings with a free force somewhere (where it does alone with such shares, `update_model` has
     taken them), and where the shares make no great difference.
     """
-    best = located[0].fit if located else start.null
-    if best.score <= AT_NOISE and best.prior <= WITHIN * CLEARLY:
-        return start, located
-    crossing = picking_up(start)
-    if crossing is None:
+    best, crossing = located[0].fit if located else start.null, start.crossing
+    if crossing is None or (best.score <= AT_NOISE and best.prior <= WITHIN * CLEARLY):
         return start, located
     there = locate(crossing.problem, crossing.reduced, places, crossing.null)
     left = there[0].fit if there else crossing.null

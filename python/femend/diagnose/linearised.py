@@ -36,8 +36,10 @@ def linearised_columns(loop: Loop, p: FloatArray, x: FloatArray, histories: list
         n_out = line.Y.shape[1]
         # from sensor after sensor, real before imaginary, to line after line
         ordered = columns.reshape(n_out, 2, len(s), len(p)).transpose(1, 2, 0, 3)
-        left = line.taken_out(ordered[0] + 1j * ordered[1])
-        parts.append(-np.concatenate([left.real, left.imag]).reshape(2 * len(s) * n_out, len(p)))
+        if line.picked_up is not None:
+            left = line.picked_up.taken_out(ordered[0] + 1j * ordered[1])
+            ordered = np.stack([left.real, left.imag])
+        parts.append(-ordered.reshape(2 * len(s) * n_out, len(p)))
     return np.concatenate(parts)
 
 

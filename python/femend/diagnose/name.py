@@ -57,8 +57,11 @@ def name_physics(
         opened += [at] if at is not None and not is_kin else []
     tried += on_springs(given, located if clamps is None else clamps, tried)
     if not _linear_suffices(given, tried, opened, null_score):
-        for at, further in _likeliest(opened, tried, given.settings):
-            if further and _adequate(given, tried, opened):
+        first, further = _likeliest(opened, tried, given.settings)
+        # what a law has to come near to, from which no further places are tried
+        least = min((free_reference(given.split, o.recovered) for o in opened), default=1.0) if further else np.inf
+        for n, at in enumerate([*first, *further]):
+            if n >= len(first) and _adequate(tried, given.settings, least):
                 break
             new = nonlinear_at(given.split, at)
             tried += new
@@ -93,17 +96,19 @@ def _linear_suffices(given: Given, tried: Sequence[Tried], opened: Sequence[Open
     return bool(linear - min(free, default=np.inf) < settings.gain_cost)
 
 
-def _adequate(given: Given, tried: Sequence[Tried], opened: Sequence[Opened]) -> bool:
-    """Whether some law explains the choosing records, whole, about as well as a free force anywhere does."""
-    least = min((free_reference(given.split, o.recovered) for o in opened), default=1.0)
+def _adequate(tried: Sequence[Tried], settings: Settings, least: float) -> bool:
+    """Whether some law explains the choosing records, whole, about as well as a free force does, which leaves
+    `least`."""
     whole = min((t.candidate.chosen for t in tried if t.candidate.sigma == 0), default=np.inf)
-    return bool(whole <= given.settings.adequate * max(least, 1.0))
+    return bool(whole <= settings.adequate * max(least, 1.0))
 
 
-def _likeliest(opened: Sequence[Opened], tried: Sequence[Tried], settings: Settings) -> list[tuple[Opened, bool]]:
+def _likeliest(
+    opened: Sequence[Opened], tried: Sequence[Tried], settings: Settings
+) -> tuple[list[Opened], list[Opened]]:
     """The places where nonlinear laws are tried, of those that may have one: in turns the one a free force fits best
     at, and the one where a linear law comes nearest, since what it stands in for acts there. After the first of them
-    those, told as further ones, that are located as well as the best: a law makes its force of its own motion, which
+    those, in a list of their own, that are located as well as the best: a law makes its force of its own motion, which
     differs between places that a free force does not tell apart; those of another kind or direction first."""
 
     def nearest(at: Opened) -> float:
@@ -116,10 +121,10 @@ def _likeliest(opened: Sequence[Opened], tried: Sequence[Tried], settings: Setti
         chosen += [] if any(at is c for c in chosen) else [at]
     first, rest = chosen[: settings.nonlinear_places], chosen[settings.nonlinear_places :]
     if not first:
-        return []
+        return [], []
     as_well = order(free[0].found) + settings.margin
     rest = [at for at in rest if order(at.found) <= as_well]
-    return [*((at, False) for at in first), *((at, True) for at in _different_first(first, rest))]
+    return first, _different_first(first, rest)
 
 
 def _has_nonlinear(place: Place) -> bool:

@@ -37,7 +37,6 @@ __all__ = [
     "UpdatedModel",
     "drawn_starts",
     "modelled",
-    "picking_up",
     "update_model",
     "updated_by",
 ]
@@ -54,13 +53,15 @@ AT_NOISE, CLEARLY = 1.2, 40.0
 @dataclass(frozen=True, eq=False)
 class UpdatedModel:
     """The problem of the fit recordings, the reduced model, and its fit without anything added; `drawn` is the deck's
-    model as it stands where the reduced one is that of a finer mesh."""
+    model as it stands where the reduced one is that of a finer mesh, `crossing` the same where sensors may hold shares
+    of the motion across them, which a model that explains the recordings as it is does without."""
 
     problem: Problem
     reduced: ReducedModel
     null: Fit
     g_rows: list[int]
     drawn: Hypothesis | None = None
+    crossing: UpdatedModel | None = None
 
     @property
     def nominal(self) -> tuple[Hypothesis, FloatArray]:
@@ -86,15 +87,17 @@ def update_model(
     own = _on_its_own_mesh(start, records, zeta)
     if own is not None:
         return own
-    crossing = picking_up(start)
-    return crossing if crossing is not None and _explains(crossing.null, start.null) else start
+    crossing = _picking_up(start)
+    if crossing is not None and _explains(crossing.null, start.null):
+        return crossing
+    return replace(start, crossing=crossing)
 
 
-def picking_up(start: UpdatedModel) -> UpdatedModel | None:
+def _picking_up(start: UpdatedModel) -> UpdatedModel | None:
     """The same model updated anew where sensors may hold shares of the motion across them; None where there is none
-    that counts, where the model explains the recordings as it is, and where that was done already."""
+    that counts, and where the model explains the recordings as it is."""
     null, before = start.null, start.problem
-    if (null.score <= AT_NOISE and null.prior <= CLEARLY) or _has_across(before):
+    if null.score <= AT_NOISE and null.prior <= CLEARLY:
         return None
     # resonances of what moves across are those of the updated model; of one that is fitted with it once more
     problem = _with_across(before, start.reduced, null.p)

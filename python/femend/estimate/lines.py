@@ -138,10 +138,7 @@ class Lines:
     def left(self, e: ComplexArray) -> ComplexArray:
         """Residuals `e` (K, n_out) of the accelerations with their weights, and without what sensors may have picked
         up: their squares add to what the best shares leave, with the prior of these."""
-        return self.taken_out(np.asarray(e * self.weight))
-
-    def taken_out(self, weighted: ComplexArray) -> ComplexArray:
-        """Residuals `weighted` (K, n_out, ...) without what sensors may have picked up."""
+        weighted = np.asarray(e * self.weight)
         return weighted if self.picked_up is None else self.picked_up.taken_out(weighted)
 
     @property

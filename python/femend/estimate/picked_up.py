@@ -40,8 +40,8 @@ class Across:
         `index` (K,), each with its `share` in the cost, whose shares the lines tell; None where that is none.
 
         `spectra` (2, n_out, F) are accelerations along the two other axes of every sensor's node, `smoothed` is how
-        powers (n_out, F) are smoothed over neighbouring lines. What may be picked up
-        of them counts as noise, but for those whose share is told, of which the error of the prediction does.
+        powers (n_out, F) are smoothed over neighbouring lines. What may be picked up of them counts as noise, but
+        for those whose share is told, of which the error of the prediction does.
         """
         power = np.array([smoothed(np.abs(c) ** 2) for c in spectra])
         told = share * ACROSS_SD**2 * (np.abs(spectra[:, :, index]) ** 2 / variance[:, index]).sum(axis=2)

@@ -43,9 +43,9 @@ def result_of(
     """The content of result.json.
 
     To `warnings`, those of the recordings' channels, it adds where the force acts that nobody recorded, which lines the
-    mesh cannot represent, which sensors were left out and what others may hold of motion across them, on
-    what laws were chosen if there was but one recording, what
-    the recorder did not filter, and what the excitation cannot tell.
+    mesh cannot represent, which sensors were left out and what others may hold of motion across them, on what
+    laws were chosen if there was but one recording, what the recorder did not filter, and what the excitation cannot
+    tell.
     """
     warnings = [
         *warnings,
