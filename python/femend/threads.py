@@ -1,4 +1,4 @@
-"""How many threads the BLAS of numpy and scipy may take.
+"""How many threads the BLAS of numpy and scipy may take, and work that several threads do at once.
 
 Updating, diagnosis and the identification of modes work on many small matrices, between whose operations the threads of
 a BLAS wait in a loop; the work that does gain from more cores is in the Rust core, which has threads of its own.
@@ -6,17 +6,20 @@ a BLAS wait in a loop; the work that does gain from more cores is in the Rust co
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from functools import wraps
 from threading import current_thread, main_thread
 from typing import Any, ParamSpec, TypeVar
 
 import threadpoolctl
 
-__all__ = ["one_blas_thread"]
+__all__ = ["at_once", "one_blas_thread"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
+T = TypeVar("T")
 
 # the package is without types
 _limits: Any = threadpoolctl.threadpool_limits
@@ -37,3 +40,30 @@ def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
             return function(*args, **kwargs)
 
     return limited
+
+
+def core_threads() -> int:
+    """Threads that the Rust core takes: as many as `RAYON_NUM_THREADS` says, or as there are processors for this
+    process."""
+    asked = os.environ.get("RAYON_NUM_THREADS", "")
+    if asked.isdigit() and int(asked) > 0:
+        return int(asked)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def at_once(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
+    """What `function` gives for every item, in their order, on as many threads as the core takes: worth it where most
+    of the time is the core's, which lets go of Python while it works. One after the other in a thread that is itself
+    one of several.
+
+    Where the first failure, or an interrupt, ends it, what has not begun is not done any more.
+    """
+    items = list(items)
+    workers = min(core_threads(), len(items))
+    if workers <= 1 or current_thread() is not main_thread():
+        return [function(item) for item in items]
+    pool = ThreadPoolExecutor(workers)
+    try:
+        return list(pool.map(function, items))
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)

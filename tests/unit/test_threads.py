@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from concurrent.futures import ThreadPoolExecutor
+from threading import current_thread, main_thread
 
 import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from femend.threads import one_blas_thread
+from femend.threads import at_once, core_threads, one_blas_thread
 
 # a product, so that there is a BLAS to ask
 assert np.ones(2) @ np.ones(2) == 2.0
@@ -53,3 +55,46 @@ def test_threads_of_a_call_have_its_number() -> None:
     with threadpool_limits(2, user_api="blas"):
         assert spreads() == 20 * [{1}]
         assert blas_threads() == {2}
+
+
+def test_what_is_done_at_once_comes_in_order_from_several_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RAYON_NUM_THREADS", "3")
+    assert core_threads() == 3
+
+    def slow(i: int) -> tuple[int, str]:
+        time.sleep(0.02 * (3 - i))  # the first ends last
+        return i, current_thread().name
+
+    found = at_once(slow, range(3))
+    assert [i for i, _ in found] == [0, 1, 2]
+    assert len({name for _, name in found}) == 3
+
+
+def test_one_thread_of_the_core_and_a_thread_of_several_do_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    def in_main(_: int) -> bool:
+        return current_thread() is main_thread()
+
+    monkeypatch.setenv("RAYON_NUM_THREADS", "1")
+    assert at_once(in_main, range(3)) == [True] * 3
+    monkeypatch.setenv("RAYON_NUM_THREADS", "2")
+
+    def inside(_: int) -> bool:
+        own = current_thread()
+        return all(at_once(lambda _: current_thread() is own, range(4)))
+
+    assert at_once(inside, range(2)) == [True] * 2
+
+
+def test_the_first_failure_ends_it_and_what_has_not_begun_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RAYON_NUM_THREADS", "2")
+    done: list[int] = []
+
+    def work(i: int) -> None:
+        if i == 0:
+            raise ValueError("the first")
+        time.sleep(0.05)
+        done.append(i)
+
+    with pytest.raises(ValueError, match="the first"):
+        at_once(work, range(40))
+    assert len(done) < 10

@@ -40,13 +40,15 @@ MANY = 8
 
 @dataclass(frozen=True, eq=False)
 class Reached:
-    """Where a descent is: unknowns z (p, then x), residual, histories, cost, Gauss-Newton matrix over what is free."""
+    """Where a descent is: unknowns z (p, then x), residual, histories, cost, Gauss-Newton matrix over what is free, and
+    the share of the cost that the last step took away."""
 
     z: FloatArray
     e: FloatArray
     histories: list[History]
     cost: float
     H: FloatArray | None = None
+    fell: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,6 +120,7 @@ class Descent(Generic[L]):
                 now, J = replace(there, H=H), None  # derivatives of where it was may be to blame
                 continue
             if reached is None:
+                now = replace(now, fell=0.0)
                 damping *= 1e4
                 made += 1
                 if damping > 1e6:
@@ -127,7 +130,7 @@ class Descent(Generic[L]):
                 elif made >= iterations:
                     break
                 continue
-            before, now = now, replace(there, H=H)
+            before, now = now, replace(there, H=H, fell=gained / now.cost)
             damping = max(damping * taken, 1e-8)
             if little:
                 if exactly or not thorough:

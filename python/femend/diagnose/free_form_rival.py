@@ -19,12 +19,14 @@ from femend.diagnose.closed_loop import COARSE, COMPANION_SD, FINE, ClosedLoop
 from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.joint import Joint
 from femend.diagnose.nonlinear import judge_nonlinear, simulate_candidate
+from femend.diagnose.pace import OUTDONE
 from femend.diagnose.ranked import Ranked, score
 from femend.diagnose.recovered import Recovered
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
 from femend.estimate import Problem
 from femend.physics import PARTS, Surrogate, classify, physics, surrogate_start
+from femend.threads import at_once
 
 __all__ = ["Rival", "find_rival", "refit_rival"]
 
@@ -115,7 +117,9 @@ def _fitted(split: Split, base: Ranked, settings: Settings, n_values: float, sig
         (at,) = descent.at(np.concatenate([p, surrogate.start(), np.zeros(2)]))
         begun += [(descent, at)] if np.isfinite(at.cost) else []
     begun.sort(key=lambda run: run[1].cost)
-    runs = [(on, there) for on, at in begun[:FOLLOWED] if (there := on.run(at.z, FEW)) is not None]
+    begun = [run for run in begun if run[1].cost <= OUTDONE * begun[0][1].cost]
+    few = at_once(lambda run: run[0].run(run[1].z, FEW), begun[:FOLLOWED])
+    runs = [(on, there) for (on, _), there in zip(begun, few, strict=False) if there is not None]
     if not runs:
         return None
     descent, reached = min(runs, key=lambda run: run[1].cost)

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.dressed import own_values
+from femend.diagnose.evidence import deviance
 from femend.diagnose.linear import judge_linear
 from femend.diagnose.locate import Located
 from femend.diagnose.nonlinear import as_recorded, judge_nonlinear, refit_nonlinear
+from femend.diagnose.pace import OUTDONE
 from femend.diagnose.ranked import Ranked, effective_values, score
 from femend.diagnose.recovered import Recovered
 from femend.diagnose.settings import Settings
@@ -29,6 +31,7 @@ __all__ = [
     "again",
     "compared_in",
     "free_reference",
+    "free_score",
     "judge_in",
     "null_candidate",
     "to_beat",
@@ -94,6 +97,13 @@ def free_reference(split: Split, recovered: Recovered, sigma: float = 0.0) -> fl
     return np.inf if seen is None else seen.score
 
 
+def free_score(split: Split, recovered: Recovered, reference: float, n_values: float) -> float:
+    """Score of a law that explains as much as a free force at its place, which leaves `reference` of `n_values` values,
+    and has no parameters: no law can have less there."""
+    prior = split.fitting.prior_cost(recovered.fit.hypothesis.reduced, recovered.fit.p)
+    return deviance(reference, n_values) + prior
+
+
 @dataclass(frozen=True, eq=False)
 class Judge:
     """Scores on the choosing records, all in one window; `n_values` as they count there."""
@@ -125,9 +135,9 @@ class Judge:
         return Ranked(candidate, tried.found, value, tried.recovered)
 
     def refined(self, ranked: list[Ranked]) -> list[Ranked]:
-        """In rising order of score, the best nonlinear candidates fitted once more in fine steps, all unknowns free,
-        and of those whose motion was followed in a beginning alone the one that explains that best: what it leaves of
-        the rest says nothing of it."""
+        """In rising order of score, the best nonlinear candidates fitted once more in fine steps, all unknowns free, as
+        far as they can still win, and of those whose motion was followed in a beginning alone the one that explains
+        that best: what it leaves of the rest says nothing of it."""
         best: list[Ranked] = []
         for r in sorted((r for r in ranked if r.candidate.nonlinear), key=lambda r: r.candidate.chosen):
             again = sum(r.candidate.name == b.candidate.name for b in best)
@@ -137,8 +147,12 @@ class Judge:
         best += begun
         rest = [r for r in ranked if not any(r is b for b in best)]
         recorder, settings = self.split.fitting.recorder, self.settings
-        filters, done = recorder.filters, []
+        filters = recorder.filters
+        done: list[Ranked] = []
         for r in best:
+            if self._beaten(r, done):
+                rest.append(r)
+                continue
             inside = replace(r.candidate, sigma=max(r.candidate.sigma, self.sigma))
             candidate = refit_nonlinear(self.split.fitting, inside)
             if r is best[0]:
@@ -147,6 +161,17 @@ class Judge:
         if recorder.filters != filters:
             rest = [self.judged(r.candidate, r) if r.candidate.nonlinear else r for r in rest]
         return self.in_order([*rest, *done])
+
+    def _beaten(self, r: Ranked, done: Sequence[Ranked]) -> bool:
+        """Whether one of the laws `done` explains so much that `r` is far behind, or has a score that no law can have
+        where `r` is."""
+        nearest = min((d.candidate.chosen for d in done), default=np.inf)
+        if nearest <= self.settings.adequate and r.candidate.chosen > OUTDONE * nearest:
+            return True
+        if r.recovered is None:
+            return False
+        least = free_score(self.split, r.recovered, r.candidate.reference, self.n_values)
+        return min((d.score for d in done), default=np.inf) + self.settings.gain_cost < least
 
     def judged(self, candidate: Candidate, tried: Ranked) -> Ranked:
         """A nonlinear candidate judged anew where it was `tried`."""

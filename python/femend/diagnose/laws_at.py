@@ -16,6 +16,7 @@ from femend.diagnose.linear import companions_alone, fit_linear, fit_mass, simpl
 from femend.diagnose.locate import Located
 from femend.diagnose.nonlinear import fit_nonlinear
 from femend.diagnose.own_basis import in_own_basis
+from femend.diagnose.pace import Pace
 from femend.diagnose.ranked import score
 from femend.diagnose.recovered import Recovered, recover
 from femend.diagnose.soft_clamp import soft_clamps
@@ -158,9 +159,10 @@ def on_springs(given: Given, located: Sequence[Located], tried: Sequence[Tried])
     return [Tried(replace(soft(one.located.fit), reference=one.reference), one.located, None) for one in found]
 
 
-def nonlinear_at(split: Split, at: Opened) -> list[Tried]:
-    """All nonlinear laws at a place that may explain what it did, and what stands beside the best of them, alone."""
-    laws = _nonlinear(split, at)
+def nonlinear_at(split: Split, at: Opened, pace: Pace) -> list[Tried]:
+    """All nonlinear laws at a place that may explain what it did, and what stands beside the best of them, alone; those
+    that keep up with the `pace` of others."""
+    laws = _nonlinear(split, at, pace)
     return [Tried(c, at.found, at.recovered) for c in (*laws, *_companions_alone(split, at, laws))]
 
 
@@ -184,7 +186,7 @@ def _companions_alone(split: Split, at: Opened, laws: Sequence[Candidate]) -> li
     return companions_alone(split.fitting, split.choosing, min(whole, key=lambda c: c.chosen))
 
 
-def _nonlinear(split: Split, at: Opened) -> list[Candidate]:
+def _nonlinear(split: Split, at: Opened, pace: Pace) -> list[Candidate]:
     # they show in time records alone, and are simulated under the force
     if split.whole.load is not None or any(r.frf is not None for r in split.whole.records):
         return []
@@ -206,4 +208,4 @@ def _nonlinear(split: Split, at: Opened) -> list[Candidate]:
         told = sorted((b for b in begun if not np.isnan(b[1].left)), key=lambda item: item[1].left)
         within = [b for b in told if b[1].left < START_REACH * told[0][1].left]
         worth += [*untold, *_different_first(within)[:most]]
-    return fit_nonlinear(split.fitting, split.choosing, at.joint, at.recovered, worth)
+    return fit_nonlinear(split.fitting, split.choosing, at.joint, at.recovered, worth, pace)

@@ -17,6 +17,7 @@ from femend.diagnose.receptances import on_lines
 from femend.dof import Dof
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel, reduce_model
+from femend.threads import at_once
 
 __all__ = ["LoadFinding", "try_loads", "with_force"]
 
@@ -80,8 +81,7 @@ def try_loads(problem: Problem, given: Given, null: Fit, alone: ToBeat, *, turne
     glanced = _sorted_out(few, Hypothesis(bare, np.zeros((0, bare.r))), pairs, GLANCE_STEPS, DECAYS[:1])
     tried = _sorted_out(few, null.hypothesis, glanced[:GLANCED], 8, DECAYS)
     best: LoadFinding | None = None
-    for row, sign in tried[:KEPT]:
-        finding = _follow(problem, given, row, sign)
+    for finding in at_once(lambda at: _follow(problem, given, *at), tried[:KEPT]):
         if finding is not None and (best is None or finding.score < best.score):
             best = finding
     if best is None:
@@ -99,16 +99,17 @@ def _sorted_out(
 ) -> list[tuple[int, float]]:
     """Rows and senses of the force in rising order of what the model leaves with the force there, fitted from the
     deck's values in `iterations` steps at one decay after another."""
-    tried: list[tuple[float, int, float]] = []
-    for row, sign in pairs:
-        moved = problem.on([_moved(r, row, sign) for r in problem.records])
+
+    def left(at: tuple[int, float]) -> float:
+        moved = problem.on([_moved(r, *at) for r in problem.records])
         start, fit = (problem.prior(hypothesis.reduced)[0], np.zeros(0)), None
         for decay in decays:
             (fit,) = moved.fit([hypothesis], [start], iterations=iterations, sigma=decay * problem.scale())
             start = start if fit is None else (fit.p, fit.x)
-        if fit is not None:
-            tried.append((fit.cost, row, sign))
-    return [(row, sign) for _, row, sign in sorted(tried)]
+        return np.inf if fit is None else fit.cost
+
+    costs = zip(at_once(left, pairs), pairs, strict=True)
+    return [at for cost, at in sorted(costs) if np.isfinite(cost)]
 
 
 def _likeliest(problem: Problem, reduced: ReducedModel, null: Fit, rows: Sequence[int]) -> list[tuple[int, float]]:

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import laws_for
-from femend.diagnose.evidence import deviance
 from femend.diagnose.hinges import inside
-from femend.diagnose.judge import Given, Tried, again, compared_in, free_reference, judge_in
+from femend.diagnose.judge import Given, Tried, again, compared_in, free_reference, free_score, judge_in
 from femend.diagnose.laws_at import Opened, each_once, linear_at, nonlinear_at, on_springs
 from femend.diagnose.locate import Located, order
+from femend.diagnose.pace import Pace
 from femend.diagnose.ranked import Ranked, score
 from femend.diagnose.settings import Settings
 from femend.diagnose.window import followed_on, widest
@@ -60,10 +60,13 @@ def name_physics(
         first, further = _likeliest(opened, tried, given.settings)
         # what a law has to come near to, from which no further places are tried
         least = min((free_reference(given.split, o.recovered) for o in opened), default=1.0) if further else np.inf
+        pace = Pace()
         for n, at in enumerate([*first, *further]):
             if n >= len(first) and _adequate(tried, given.settings, least):
                 break
-            new = nonlinear_at(given.split, at)
+            if _beaten(given, tried, at):
+                continue
+            new = nonlinear_at(given.split, at, pace)
             tried += new
             note(first_look.at_once(new))
     tried = [t for t in tried if np.isfinite(t.candidate.chosen)]
@@ -88,8 +91,7 @@ def _linear_suffices(given: Given, tried: Sequence[Tried], opened: Sequence[Open
     if chosen * np.exp(-settings.gain_nonlinear) < min(references, default=np.inf):
         return True
     free = [
-        deviance(reference, n_values) + split.fitting.prior_cost(o.joint.reduced, o.recovered.fit.p)
-        for o, reference in zip(opened, references, strict=True)
+        free_score(split, o.recovered, reference, n_values) for o, reference in zip(opened, references, strict=True)
     ]
     if null_score - min(free, default=np.inf) < settings.gain_nonlinear * n_values:
         return True
@@ -101,6 +103,15 @@ def _adequate(tried: Sequence[Tried], settings: Settings, least: float) -> bool:
     `least`."""
     whole = min((t.candidate.chosen for t in tried if t.candidate.sigma == 0), default=np.inf)
     return bool(whole <= settings.adequate * max(least, 1.0))
+
+
+def _beaten(given: Given, tried: Sequence[Tried], at: Opened) -> bool:
+    """Whether a law of another place, on whole records, has a score that no law can have here: clearly less than a free
+    force's."""
+    settings, n_values = given.settings, given.n_values()
+    whole = [score(t.candidate, settings, n_values) for t in tried if t.candidate.sigma == 0]
+    free = free_score(given.split, at.recovered, free_reference(given.split, at.recovered), n_values)
+    return min(whole, default=np.inf) + settings.gain_cost < free
 
 
 def _likeliest(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,11 @@ from femend.diagnose.candidates import Candidate, Start, standard_deviations
 from femend.diagnose.closed_loop import COARSE, ClosedLoop, History, loop_of
 from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.joint import Joint
+from femend.diagnose.pace import Pace
 from femend.diagnose.recovered import Recovered
 from femend.estimate import FitRecord, Problem
 from femend.estimate.lines import TEMPERING
+from femend.threads import at_once
 
 __all__ = [
     "as_recorded",
@@ -32,6 +35,8 @@ FloatArray = NDArray[np.float64]
 FEW, FOLLOWED, FIRST, JOINT = 6, 7, 5, 10
 # as many steps more, so often, while they take at least this share of the cost of a law that leaves more than this
 AGAIN, FALLING, FAR = 6, 0.2, 2.0
+# share of the cost that a last step took away below which no more steps are made
+AT_REST = 1e-3
 # decays of the windows, in units of `Problem.scale`, before the whole records
 WINDOWS = (10.0, 3.0, 1.0)
 # ratio of a window's decay to that of the one before where a law is followed on in small steps, and the decay (in units
@@ -60,6 +65,8 @@ class _Run:
     start: Start
     descent: Descent[ClosedLoop]
     reached: Reached
+    # costs with everything free in the windows it came through, by their decays
+    path: tuple[tuple[float, float], ...] = ()
 
     @property
     def misfit(self) -> float:
@@ -68,31 +75,38 @@ class _Run:
 
 
 def fit_nonlinear(
-    problem: Problem, choosing: Problem, joint: Joint, recovered: Recovered, begun: Sequence[tuple[str, Start]]
+    problem: Problem,
+    choosing: Problem,
+    joint: Joint,
+    recovered: Recovered,
+    begun: Sequence[tuple[str, Start]],
+    pace: Pace | None = None,
 ) -> list[Candidate]:
     """The best fits of several laws and starts at a joint, judged on `choosing`.
 
     All starts go a few steps on the beginnings of the records (an exponential window), where paths of motion that later
     part are still together; those that get on best are followed to wider windows and the whole records, as far as their
     motion can be followed: impacts may make it depend on its past without limit. A law is kept as it was in the widest
-    window it was followed to and, where it explains less there than before, in the widest that it explains.
+    window it was followed to and, where it explains less there than before, in the widest that it explains. Laws that
+    the `pace` of those at other places outdoes are left out; those that explain whole records set it.
     """
+    pace = Pace() if pace is None else pace
     first, *wider = windows(problem)
-    runs: list[_Run] = []
-    for name, start in begun:
-        run = _begun(problem, joint, recovered, name, start, first)
-        runs += [] if run is None else [run]
-    runs, lost = _best_of_each(runs)[:FOLLOWED], []
+    all_begun = at_once(lambda law: _begun(problem, joint, recovered, *law, first), begun)
+    runs, lost = _best_of_each([run for run in all_begun if run is not None])[:FOLLOWED], []
     for sigma in wider:
         ahead: list[_Run] = []
-        best = runs[0].reached.cost if runs else np.inf
-        for run in runs:
-            if ahead and run.reached.cost > BEHIND * best:
+        for run, new in _all_widened(runs, sigma):
+            if ahead and run.reached.cost > BEHIND * runs[0].reached.cost:
                 break  # of laws in order, only these are followed as long as one before them can be
-            new = _widened(run, sigma)
+            if new is not None and pace.outdone(sigma, new.reached.cost):
+                continue
             ahead += [] if new is None else [new]
             lost += [run] if new is None or new.misfit > EXPLAINS >= run.misfit else []
         runs = sorted(ahead, key=lambda r: r.reached.cost)
+    for run in runs:
+        if run.misfit <= EXPLAINS:
+            pace.keep(run.path)
     kept: dict[tuple[str, bool], Candidate] = {}
     for run in (*runs, *lost):
         candidate = judge_nonlinear(choosing, _candidate(run.descent.loop, run.start, run.name, run.reached, None))
@@ -156,6 +170,14 @@ def _further(one: Candidate, other: Candidate) -> bool:
     return (one.sigma, one.fitted) < (other.sigma, other.fitted)
 
 
+def _all_widened(runs: Sequence[_Run], sigma: float) -> Iterator[tuple[_Run, _Run | None]]:
+    """Runs in order, each on a wider window: the first ones close behind the best at once, the others as they are asked
+    for."""
+    near = list(takewhile(lambda run: run.reached.cost <= BEHIND * runs[0].reached.cost, runs))
+    yield from zip(near, at_once(lambda run: _widened(run, sigma), near), strict=True)
+    yield from ((run, _widened(run, sigma)) for run in runs[len(near) :])
+
+
 def _widened(run: _Run, sigma: float) -> _Run | None:
     """The run on a wider window with everything free; None where it cannot be followed there."""
     descent = run.descent.on(run.descent.loop.at(sigma), everything=True)
@@ -163,6 +185,7 @@ def _widened(run: _Run, sigma: float) -> _Run | None:
     if reached is None:
         return None
     new = _on_its_way(_Run(run.name, run.start, descent, reached))
+    new = replace(new, path=(*run.path, (sigma, new.reached.cost)))
     return None if new.misfit > LOST * max(run.misfit, 1.0) else new
 
 
@@ -170,7 +193,7 @@ def _on_its_way(run: _Run) -> _Run:
     """The run followed further while it is far from the noise and falls fast: where the model has to go far with the
     law, it is on its way for long."""
     for _ in range(AGAIN):
-        if run.misfit <= FAR:
+        if run.misfit <= FAR or run.reached.fell < AT_REST:
             break
         reached = run.descent.run(run.reached.z, FIRST)
         if reached is None:

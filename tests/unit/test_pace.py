@@ -1,0 +1,108 @@
+"""Laws that are given up in time: far behind one that explains whole records, or not falling any more."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from femend.diagnose import judge, nonlinear
+from femend.diagnose.judge import Judge
+from femend.diagnose.nonlinear import fit_nonlinear
+from femend.diagnose.pace import Pace
+from femend.diagnose.settings import Settings
+
+
+def test_laws_far_behind_one_that_explained_whole_records_elsewhere_are_given_up(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    followed: list[tuple[str, float]] = []
+
+    def run(name: str, cost: float, path: Any = ()) -> Any:
+        loop = SimpleNamespace(sigma=path[-1][0] if path else 10.0, size=lambda: 100)
+        reached = SimpleNamespace(cost=cost, e=np.array([cost**0.5]))
+        return nonlinear._Run(name, cast(Any, None), cast(Any, SimpleNamespace(loop=loop)), reached, path)
+
+    def widened(before: Any, sigma: float) -> Any:
+        followed.append((before.name, sigma))
+        cost = {"right": 100.0, "near": 350.0, "far": 450.0}[before.name]
+        return run(before.name, cost, (*before.path, (sigma, cost)))
+
+    def fitted(*names: str) -> list[str]:
+        followed.clear()
+        made = {
+            "windows": lambda problem: [10.0, 3.0, 0.0],
+            "_begun": lambda problem, joint, recovered, name, start, sigma: run(name, 1000.0),
+            "_best_of_each": lambda runs: runs,
+            "_widened": widened,
+            "_candidate": lambda loop, start, name, reached, covariance: SimpleNamespace(
+                name=name, sigma=loop.sigma, fitted=reached.cost
+            ),
+            "judge_nonlinear": lambda choosing, candidate: candidate,
+        }
+        for attribute, value in made.items():
+            monkeypatch.setattr(nonlinear, attribute, value)
+        given = cast(Any, None)
+        return [c.name for c in fit_nonlinear(given, given, given, given, [(n, given) for n in names], pace)]
+
+    pace = Pace()
+    # before a law explains whole records nothing is given up for it
+    assert fitted("far") == ["far"]
+    assert fitted("right") == ["right"]
+    assert fitted("near", "far") == ["near"]
+    assert followed == [("near", 3.0), ("far", 3.0), ("near", 0.0)]
+
+
+@pytest.mark.parametrize(("fell", "share", "runs"), [(0.0, 0.5, 0), (0.01, 0.9, 1), (0.01, 0.5, 6)])
+def test_a_law_far_from_the_noise_is_followed_as_long_as_it_falls(fell: float, share: float, runs: int) -> None:
+    made: list[float] = []
+
+    def again(cost: Any, steps: int) -> Any:
+        made.append(cost)
+        return SimpleNamespace(z=share * cost, e=np.array([100.0]), cost=share * cost, fell=fell)
+
+    descent = SimpleNamespace(loop=SimpleNamespace(size=lambda: 1), run=again)
+    start = SimpleNamespace(z=1e4, e=np.array([100.0]), cost=1e4, fell=fell)
+    nonlinear._on_its_way(nonlinear._Run("cubic_stiffness", cast(Any, None), cast(Any, descent), cast(Any, start)))
+    assert len(made) == runs
+
+
+@pytest.mark.parametrize(
+    ("first", "chosen", "free", "fitted_again"),
+    [
+        (1.0, 3.9, -100.0, True),
+        (1.0, 4.1, -100.0, False),  # far behind a law that explains the records
+        (2.0, 9.0, -100.0, True),  # which this one does not
+        (1.0, 3.9, 141.0, False),  # a free force there has more than a law elsewhere
+    ],
+)
+def test_only_laws_that_can_still_win_are_fitted_once_more(
+    monkeypatch: pytest.MonkeyPatch, first: float, chosen: float, free: float, fitted_again: bool
+) -> None:
+    again: list[Any] = []
+
+    def law(name: str, chosen: float) -> Any:
+        candidate = SimpleNamespace(name=name, chosen=chosen, sigma=0.0, nonlinear=True, reference=1.0)
+        return SimpleNamespace(candidate=candidate, score=100.0, recovered=name)
+
+    def refit(problem: Any, candidate: Any) -> Any:
+        again.append(candidate.name)
+        return candidate
+
+    made = {
+        "refit_nonlinear": refit,
+        "as_recorded": lambda problem, candidate, gain, enough: candidate,
+        "replace": lambda candidate, **changes: candidate,
+        "free_score": lambda split, recovered, reference, n: free,
+        "simple_first": lambda ranked, settings: ranked,
+    }
+    for attribute, value in made.items():
+        monkeypatch.setattr(judge, attribute, value)
+    monkeypatch.setattr(Judge, "judged", lambda self, candidate, tried: tried)
+    split = SimpleNamespace(fitting=SimpleNamespace(recorder=SimpleNamespace(filters=True)))
+    laws = [law("bouc_wen", first), law("coulomb_friction", chosen)]
+    found = Judge(cast(Any, split), Settings(), 1000.0, 0.0).refined(laws)
+    assert again == ["bouc_wen", *(["coulomb_friction"] if fitted_again else [])]
+    assert len(found) == 2
