@@ -1,4 +1,4 @@
-"""What sensors may pick up of motion across them, and what is said of them and of a mesh."""
+"""What sensors may pick up of motion across them and be off by of their own, and what is said of them and of a mesh."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from femend.diagnose import crossing, update
 from femend.diagnose.update import _updated, modelled, update_model
 from femend.estimate import FitRecord, Hypothesis, Problem, crossed, noise_floor, with_across
 from femend.estimate.frf import FrfLines
-from femend.estimate.picked_up import ACROSS_SD, MOST, Across, PickedUp
+from femend.estimate.picked_up import ACROSS_SD, GAIN_SD, MOST, Across, PickedUp
 from femend.model import MeshError, ReducedModel, read_model, reduce_model
 from femend.model.form_errors import basis_modes
 from femend.numerals import plain
-from femend.study.result import _crossed, _mesh_off
+from femend.study.result import _doubted, _mesh_off
 
 Array = NDArray[np.float64]
 BAND, RATE, N = (5.0, 200.0), 1024.0, 2048
@@ -98,12 +98,23 @@ def test_without_a_recorded_force_nothing_is_known_of_motion_across(reduced: Red
     assert crossed([unknown], BAND) == {}
 
 
-def test_sensors_that_can_pick_up_hardly_anything_are_as_before(reduced: ReducedModel) -> None:
+def test_of_sensors_that_can_pick_up_hardly_anything_calibration_alone_is_in_doubt(reduced: ReducedModel) -> None:
     record = recorded(reduced, [(7, Y), (5, Y), (3, Y)], (7, Y))
     (known,) = with_across([record], reduced, BAND, modal(reduced))
-    assert known.across is None
+    assert crossed([known], BAND) == {}
     (line,) = Problem([known], BAND, 0.01, 2).lines(reduced)
-    assert line.picked_up is None
+    assert line.picked_up is not None
+    assert [sensor for sensor, _, _ in line.picked_up.bases] == [0, 1, 2]
+    # one column each, of what it recorded, and noise as before
+    (believed,) = Problem([record], BAND, 0.01, 2).lines(reduced)
+    for s, U, _ in line.picked_up.bases:
+        weighted = line.Y[:, s] * line.weight[:, s]
+        np.testing.assert_allclose(np.abs(U[:, 0]), np.abs(np.concatenate([weighted.real, weighted.imag])) /
+                                   np.linalg.norm(weighted), atol=1e-12)  # fmt: skip
+        assert U.shape[1] == 1
+    np.testing.assert_allclose(line.weight, believed.weight, rtol=1e-3)
+    floor = np.sqrt(noise_floor(record, BAND) ** 2 + GAIN_SD**2)
+    assert noise_floor(known, BAND) == pytest.approx(floor, rel=1e-3)
 
 
 def of_frf(record: FitRecord) -> FitRecord:
@@ -164,16 +175,23 @@ def test_what_has_no_column_though_it_shows_counts_as_noise() -> None:
     spectra = 1000 * (rng.standard_normal((2, n_out, k)) + 1j * rng.standard_normal((2, n_out, k)))
     spectra[1] *= 0.2  # the second axis of every sensor is the one that tells less
     variance, index = np.ones((n_out, k)), np.arange(0, k, 2)
-    raised, across = Across.of(spectra, variance, index, 0.1, lambda power: power)
+    nothing = np.zeros((n_out, k), dtype=complex)
+    raised, across = Across.of(spectra, nothing, variance, index, 0.1, lambda power: power)
     assert across is not None
     assert sorted(across.sensor.tolist()) == list(range(MOST))
     np.testing.assert_array_equal(across.motion, spectra[0][across.sensor][:, index].T)
     power = np.abs(spectra) ** 2
     np.testing.assert_allclose(raised, 1 + ACROSS_SD**2 * (0.01 * power[0] + power[1]))
     # of next to nothing there is no column, and next to no noise
-    raised, across = Across.of(1e-4 * spectra, variance, index, 0.1, lambda power: power)
+    raised, across = Across.of(1e-4 * spectra, nothing, variance, index, 0.1, lambda power: power)
     assert across is None
     np.testing.assert_allclose(raised, 1.0, atol=1e-4)
+    # what a sensor recorded itself is no prediction: with a column of its own nothing of it is noise
+    own = 1000 * (rng.standard_normal((n_out, k)) + 1j * rng.standard_normal((n_out, k)))
+    raised, across = Across.of(0 * spectra, own, variance, index, 0.1, lambda power: power)
+    assert across is not None
+    np.testing.assert_allclose(across.motion, GAIN_SD / ACROSS_SD * own[across.sensor][:, index].T)
+    np.testing.assert_array_equal(raised, variance)
 
 
 def test_the_core_takes_out_the_same_shares_as_the_lines(reduced: ReducedModel) -> None:
@@ -221,9 +239,10 @@ def test_sensors_mounted_off_are_met_with_their_shares_and_told(
     assert start.null.score < 1.2
     (record,) = start.problem.records
     assert record.across is not None
-    (said,) = _crossed(start)  # type: ignore[arg-type]
+    (said,) = _doubted(start)  # type: ignore[arg-type]
     found = crossed([record], start.problem.band)
-    assert said.startswith("the recordings are explained where a sensor may hold some 1 % of the motion across it")
+    assert said.startswith("the recordings are explained where sensors may be off by some 2 % (calibration")
+    assert "hold some 1 % of the motion across them" in said
     most = sorted(found, key=lambda row: -found[row])[:3]
     assert set(most[:2]) == {20, 38}
     named = [f"node {row // 6 + 1} {'XYZ'[row % 6]} ({plain(found[row], 2)} times)" for row in most]
@@ -237,7 +256,21 @@ def test_sensors_that_the_model_explains_are_believed(reduced: ReducedModel, mon
     start = update_model(reduced.model, [mounted_off(reduced, 0.0)], 0.01)
     assert start.null.score < 1.2
     assert all(r.across is None for r in start.problem.records)
-    assert _crossed(start) == []  # type: ignore[arg-type]
+    assert _doubted(start) == []  # type: ignore[arg-type]
+
+
+def test_sensors_off_in_calibration_are_met_and_told(reduced: ReducedModel) -> None:
+    record = recorded(reduced, [(7, Y), (5, Y), (4, Y), (3, Y)], (7, Y))
+    y = record.y * np.array([1.03, 0.98, 1.01, 0.96])[:, None]
+    noise = 0.01 * y.std(axis=1)
+    y = y + noise[:, None] * np.random.default_rng(2).standard_normal(y.shape)
+    records = [replace(record, y=y, noise=noise)]
+    believed = _updated(*modelled(reduced.model, records, 0.01))
+    assert believed.null.score > 2
+    start = update_model(reduced.model, records, 0.01)
+    assert start.null.score < 1.2
+    (said,) = _doubted(start)  # type: ignore[arg-type]
+    assert said.endswith("noise floors hold as much")
 
 
 @pytest.mark.parametrize(

@@ -74,7 +74,7 @@ def test_further_places_are_tried_until_a_law_explains_whole_records(
         "judge_in": lambda *a: SimpleNamespace(at_once=lambda new: []),
         "inside": lambda *a: [],
         "_linear_suffices": lambda *a: False,
-        "_beaten": lambda *a: False,
+        "beaten": lambda *a: False,
         "nonlinear_at": nonlinear_at,
         "widest": lambda *a: SimpleNamespace(
             sigma=1.0, ranked=lambda t: SimpleNamespace(score=np.inf), refined=lambda ranked: ranked
@@ -86,16 +86,3 @@ def test_further_places_are_tried_until_a_law_explains_whole_records(
     given = cast(Any, SimpleNamespace(split=None, settings=Settings()))
     name.name_physics(given, [at.found for at in [*FIRST, *REST]])
     assert len(tried_at) == calls
-
-
-@pytest.mark.parametrize(("free", "beaten"), [(900.0, True), (130.0, False), (-50.0, False)])
-def test_a_place_is_left_out_where_a_law_elsewhere_has_a_score_that_none_can_have_there(
-    monkeypatch: pytest.MonkeyPatch, free: float, beaten: bool
-) -> None:
-    # the best law has a score of 100; one that was followed in a beginning alone has less, of other records
-    monkeypatch.setattr(name, "score", lambda law, settings, n: law.score)
-    monkeypatch.setattr(name, "free_score", lambda split, recovered, reference, n: free)
-    scores = ((100.0, 0.0), (300.0, 0.0), (-900.0, 6.8))
-    tried = [SimpleNamespace(candidate=SimpleNamespace(score=value, sigma=sigma)) for value, sigma in scores]
-    given = SimpleNamespace(split=None, settings=Settings(), n_values=lambda: 1000.0)
-    assert name._beaten(cast(Any, given), cast(Any, tried), FIRST[0]) is beaten

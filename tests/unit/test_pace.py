@@ -106,3 +106,29 @@ def test_only_laws_that_can_still_win_are_fitted_once_more(
     found = Judge(cast(Any, split), Settings(), 1000.0, 0.0).refined(laws)
     assert again == ["bouc_wen", *(["coulomb_friction"] if fitted_again else [])]
     assert len(found) == 2
+
+
+@pytest.mark.parametrize(
+    ("chosen", "prior", "free", "beaten"),
+    [
+        (1.0, 5.0, 900.0, True),
+        (1.0, 5.0, 130.0, False),  # not clearly
+        (1.6, 5.0, 900.0, False),  # something else may act there beside a law that does not explain
+        (1.0, 41.0, 900.0, False),  # or that bends the model
+    ],
+)
+def test_a_place_is_beaten_where_a_law_elsewhere_has_a_score_that_none_can_have_there(
+    monkeypatch: pytest.MonkeyPatch, chosen: float, prior: float, free: float, beaten: bool
+) -> None:
+    monkeypatch.setattr(judge, "score", lambda law, settings, n: law.score)
+    monkeypatch.setattr(judge, "free_reference", lambda split, recovered: 1.0)
+    monkeypatch.setattr(judge, "free_score", lambda split, recovered, reference, n: free)
+    # one that was followed in a beginning alone has less, of other records
+    laws = ((chosen, 100.0, 0.0), (1.0, -900.0, 6.8))
+    tried = [
+        SimpleNamespace(candidate=SimpleNamespace(chosen=c, prior=prior, score=value, sigma=sigma))
+        for c, value, sigma in laws
+    ]
+    given = SimpleNamespace(split=None, settings=Settings(), n_values=lambda: 1000.0)
+    assert judge.beaten(cast(Any, given), cast(Any, tried), cast(Any, None)) is beaten
+    assert not judge.beaten(cast(Any, given), [], cast(Any, None))

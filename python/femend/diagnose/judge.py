@@ -29,6 +29,7 @@ __all__ = [
     "ToBeat",
     "Tried",
     "again",
+    "beaten",
     "compared_in",
     "free_reference",
     "free_score",
@@ -102,6 +103,24 @@ def free_score(split: Split, recovered: Recovered, reference: float, n_values: f
     and has no parameters: no law can have less there."""
     prior = split.fitting.prior_cost(recovered.fit.hypothesis.reduced, recovered.fit.p)
     return deviance(reference, n_values) + prior
+
+
+def beaten(given: Given, tried: Sequence[Tried], recovered: Recovered) -> bool:
+    """Whether one of the laws `tried` explains whole records, the model near its priors, with a score clearly less than
+    any law can have where something did what was `recovered`. Where none does so there may be two effects."""
+    settings, n_values = given.settings, given.n_values()
+    explaining = (
+        t.candidate
+        for t in tried
+        if t.candidate.sigma == 0
+        and t.candidate.chosen <= settings.adequate
+        and t.candidate.prior <= settings.gain_cost
+    )
+    best = min((score(c, settings, n_values) for c in explaining), default=np.inf)
+    if not np.isfinite(best):
+        return False
+    free = free_score(given.split, recovered, free_reference(given.split, recovered), n_values)
+    return bool(best + settings.gain_cost < free)
 
 
 @dataclass(frozen=True, eq=False)

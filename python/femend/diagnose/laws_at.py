@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import KINDS, ONLY_GROUND, Candidate, Start, laws_for, starts
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.joint import Joint, open_joint
-from femend.diagnose.judge import Given, Tried, null_candidate
+from femend.diagnose.judge import Given, Tried, beaten, null_candidate
 from femend.diagnose.linear import companions_alone, fit_linear, fit_mass, simple_alone
 from femend.diagnose.locate import Located
 from femend.diagnose.nonlinear import fit_nonlinear
@@ -75,9 +75,11 @@ def _with_kin(found: Located) -> list[Located]:
     return [found, *(replace(found, place=place, alike=alike) for place, alike in zip(kin, others, strict=True))]
 
 
-def linear_at(given: Given, found: Located, masses_alone: bool) -> tuple[list[Tried], Opened | None]:
+def linear_at(
+    given: Given, found: Located, masses_alone: bool, before: Sequence[Tried] = ()
+) -> tuple[list[Tried], Opened | None]:
     """All linear laws at a place, or those of a mass alone, and the place opened; a member has its stiffness factor
-    alone."""
+    alone. None but a mass, which resists in all directions, where a law of those tried `before` beats all."""
     split, reduced, g_rows, updated = given.split, given.reduced, given.g_rows, given.updated
     if found.place.scaled:
         found = in_own_basis(split.whole, reduced, g_rows, found)
@@ -93,20 +95,26 @@ def linear_at(given: Given, found: Located, masses_alone: bool) -> tuple[list[Tr
         return [], None
     if joint.place.release is not None:
         joint, recovered = _held(split, joint, recovered)
-    laws = [
-        (name, entry)
-        for name, entry in laws_for(joint.place.kind)
-        if entry.kind == "linear" and (name in ONLY_GROUND or not masses_alone)
-    ]
-    fitted = fit_linear(split.fitting, split.choosing, joint, recovered, laws, updated)
-    seen = [c for c in fitted if not _tuned_elsewhere(given, c, recovered)]
-    seen = _better([*seen, *simple_alone(split.fitting, split.choosing, seen, recovered)])
-    tried = [Tried(c, found, recovered) for c in seen]
+    tried = [] if beaten(given, before, recovered) else _linear(given, found, joint, recovered, masses_alone)
     if found.place.kind == "ground":
         whole = open_joint(mass_place(reduced.model, found.place.nodes[0]), reduced, split.whole.band[1], g_rows)
         mass = fit_mass(split.fitting, split.choosing, whole, found.fit.p, updated)
         tried += [] if mass is None else [Tried(mass, found, None)]
     return tried, Opened(found, joint, recovered)
+
+
+def _linear(given: Given, found: Located, joint: Joint, recovered: Recovered, masses_alone: bool) -> list[Tried]:
+    """All linear laws at a joint, or those that ground alone carries."""
+    split = given.split
+    laws = [
+        (name, entry)
+        for name, entry in laws_for(joint.place.kind)
+        if entry.kind == "linear" and (name in ONLY_GROUND or not masses_alone)
+    ]
+    fitted = fit_linear(split.fitting, split.choosing, joint, recovered, laws, given.updated)
+    seen = [c for c in fitted if not _tuned_elsewhere(given, c, recovered)]
+    seen = _better([*seen, *simple_alone(split.fitting, split.choosing, seen, recovered)])
+    return [Tried(c, found, recovered) for c in seen]
 
 
 def _held(split: Split, joint: Joint, recovered: Recovered) -> tuple[Joint, Recovered]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import laws_for
 from femend.diagnose.hinges import inside
-from femend.diagnose.judge import Given, Tried, again, compared_in, free_reference, free_score, judge_in
+from femend.diagnose.judge import Given, Tried, again, beaten, compared_in, free_reference, free_score, judge_in
 from femend.diagnose.laws_at import Opened, each_once, linear_at, nonlinear_at, on_springs
 from femend.diagnose.locate import Located, order
 from femend.diagnose.pace import Pace
@@ -49,9 +49,9 @@ def name_physics(
     for one, is_kin, masses_alone in each_once(located):
         if not is_kin:
             tell(1)
-        new, at = linear_at(given, one, masses_alone)
+        new, at = linear_at(given, one, masses_alone, tried)
         for joint in inside(given, new, hinged):
-            new += linear_at(given, joint, masses_alone=False)[0]
+            new += linear_at(given, joint, False, tried)[0]
         tried += new
         note(first_look.at_once(new))
         opened += [at] if at is not None and not is_kin else []
@@ -64,7 +64,7 @@ def name_physics(
         for n, at in enumerate([*first, *further]):
             if n >= len(first) and _adequate(tried, given.settings, least):
                 break
-            if _beaten(given, tried, at):
+            if beaten(given, tried, at.recovered):
                 continue
             new = nonlinear_at(given.split, at, pace)
             tried += new
@@ -103,15 +103,6 @@ def _adequate(tried: Sequence[Tried], settings: Settings, least: float) -> bool:
     `least`."""
     whole = min((t.candidate.chosen for t in tried if t.candidate.sigma == 0), default=np.inf)
     return bool(whole <= settings.adequate * max(least, 1.0))
-
-
-def _beaten(given: Given, tried: Sequence[Tried], at: Opened) -> bool:
-    """Whether a law of another place, on whole records, has a score that no law can have here: clearly less than a free
-    force's."""
-    settings, n_values = given.settings, given.n_values()
-    whole = [score(t.candidate, settings, n_values) for t in tried if t.candidate.sigma == 0]
-    free = free_score(given.split, at.recovered, free_reference(given.split, at.recovered), n_values)
-    return min(whole, default=np.inf) + settings.gain_cost < free
 
 
 def _likeliest(

@@ -54,7 +54,8 @@ AT_NOISE, CLEARLY = 1.2, 40.0
 class UpdatedModel:
     """The problem of the fit recordings, the reduced model, and its fit without anything added; `drawn` is the deck's
     model as it stands where the reduced one is that of a finer mesh, `crossing` the same where sensors may hold shares
-    of the motion across them, which a model that explains the recordings as it is does without."""
+    of the motion across them and be off by such of their own, which a model that explains the recordings as it is does
+    without."""
 
     problem: Problem
     reduced: ReducedModel
@@ -103,7 +104,10 @@ def _picking_up(start: UpdatedModel) -> UpdatedModel | None:
     problem = _with_across(before, start.reduced, null.p)
     if not _has_across(problem):
         return None
-    found = problem.continuation(null.hypothesis, drawn_starts(problem, start.reduced))
+    # from afar, since without shares the model was bent for them, and from where it was
+    far = problem.continuation(null.hypothesis, drawn_starts(problem, start.reduced))
+    (near,) = problem.fit([null.hypothesis], [(null.p, null.x)])
+    found = min((f for f in (far, near) if f is not None), key=lambda f: f.cost, default=None)
     if found is None:
         return None
     problem = _with_across(before, start.reduced, found.p)

@@ -1,4 +1,4 @@
-"""What sensors pick up of motion across their direction.
+"""What sensors pick up of motion across their direction, and are off by in their own.
 
 An accelerometer is mounted a degree off, and is specified to pick up a few per cent of what moves across it (transverse
 sensitivity; ISO 16063-31 says how it is measured). Where the structure moves twenty times as much across a sensor as
@@ -6,7 +6,7 @@ along it, as in the weak direction of a bar that is shaken in its strong one, on
 signal, and a fit that believes the sensor to its noise bends the model to follow what is not its motion, or tells
 physics where there is none. So a sensor's signal may hold an unknown share of the motion in each of the two other axes,
 as the model predicts it; the shares are eliminated with the free decays, and what the prediction may be wrong by counts
-as noise.
+as noise. Sensors are calibrated to a few per cent, too: the same is done with a share of what each recorded itself.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def with_across(
     """The records with what moves across their sensors, under the recorded forces in a `band` (Hz), as the modes
     `modal` predict it: omega (rad/s) and zeta (r,), shapes (r, r) in the basis of the reduced model.
 
-    Records without recorded forces have none, nor do those whose sensors could hardly pick anything up.
+    Records without recorded forces have none.
     """
     return [_with(r, reduced, band, modal) for r in records]
 
@@ -66,23 +66,27 @@ def _with(
     across: FloatArray | ComplexArray = made
     if record.frf is None:
         across = np.asarray(np.fft.irfft(made, n, axis=2)[:, :, : record.n])
-    # beside noise, what else the model is not asked to explain is one per cent of a sensor's own motion
-    own = np.sqrt((record.y**2).mean(axis=1))
-    picked = ACROSS_SD * np.sqrt((np.abs(across) ** 2).mean(axis=2)).max(axis=0)
-    believed = np.sqrt(record.noise**2 + (ACROSS_SD * own) ** 2)
-    return replace(record, across=across if (picked > NEGLIGIBLE * believed).any() else None)
+    return replace(record, across=across)
 
 
 def crossed(records: Sequence[FitRecord], band: tuple[float, float]) -> dict[int, float]:
     """How many times as much the structure moves across a sensor as along it, in a `band` (Hz), for every sensor by its
-    row of the g-set: the least of all records. Nothing where sensors are believed."""
+    row of the g-set: the least of all records. Nothing where sensors are believed, or could hardly pick anything up."""
     least: dict[int, float] = {}
     for r in records:
-        if r.across is None:
+        if r.across is None or not _picks_up(r, r.across):
             return {}
         for row, ratio in zip(r.out_rows.tolist(), _crossing(r, band).tolist(), strict=True):
             least[row] = min(ratio, least.get(row, np.inf))
     return least
+
+
+def _picks_up(record: FitRecord, across: FloatArray | ComplexArray) -> bool:
+    """Whether what some sensor may pick up counts beside noise and one per cent of its own motion, which is what else a
+    model is not asked to explain."""
+    picked = ACROSS_SD * np.sqrt((np.abs(across) ** 2).mean(axis=2)).max(axis=0)
+    believed = np.sqrt(record.noise**2 + ACROSS_SD**2 * (record.y**2).mean(axis=1))
+    return bool((picked > NEGLIGIBLE * believed).any())
 
 
 def _crossing(record: FitRecord, band: tuple[float, float]) -> FloatArray:

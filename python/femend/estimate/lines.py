@@ -15,7 +15,7 @@ from femend.data.bands import within_band
 from femend.errors import RecordingError
 from femend.estimate.cut_off import cut_off, static_part
 from femend.estimate.frf import FrfLines, useful_band
-from femend.estimate.picked_up import ACROSS_SD, Across, PickedUp
+from femend.estimate.picked_up import ACROSS_SD, GAIN_SD, Across, PickedUp
 from femend.model import ReducedModel
 
 __all__ = [
@@ -71,7 +71,8 @@ class FitRecord:
             structure is driven by all of the record. Windowed lines (`sigma` > 0), which show the beginning, are of
             the whole record all the same.
         across: (2, n_out, n) accelerations along the two other axes of every sensor's node, as a model predicts them,
-            of which the sensor may pick up an unknown share; complex on an FRF's lines. None where it picks up nothing.
+            of which the sensor may pick up an unknown share, beside one of what it recorded itself; complex on an FRF's
+            lines. None where sensors are believed.
         crossed: rows of the g-set of sensors that were left out, each with how many times as much the structure moves
             across it as along it.
     """
@@ -172,16 +173,19 @@ def _first(record: FitRecord, sigma: float) -> int:
 
 
 def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
-    """NRMSE that noise leaves, and the share of motion across the sensors that they may pick up: on all samples of a
-    time record, on an FRF's lines in the band (Hz)."""
+    """NRMSE that noise leaves, and the shares of motion that sensors may pick up or be off by: on all samples of a time
+    record, on an FRF's lines in the band (Hz)."""
+    across = record.across
     if record.frf is None:
-        across = 0.0 if record.across is None else float((np.abs(record.across) ** 2).sum())
-        left = float((record.noise**2).sum()) * record.n + ACROSS_SD**2 * across
-        return float(np.sqrt(left / (record.y**2).sum()))
-    inside = within_band(record.frf.freq, band)
-    across = 0.0 if record.across is None else float((np.abs(record.across[:, :, inside]) ** 2).sum())
-    left = float((record.frf.noise[inside] ** 2).sum()) + ACROSS_SD**2 * across
-    return float(np.sqrt(left / (np.abs(record.frf.H[inside]) ** 2).sum()))
+        left, squares = float((record.noise**2).sum()) * record.n, float((record.y**2).sum())
+    else:
+        inside = within_band(record.frf.freq, band)
+        left = float((record.frf.noise[inside] ** 2).sum())
+        squares = float((np.abs(record.frf.H[inside]) ** 2).sum())
+        across = None if across is None else across[:, :, inside]
+    if across is not None:
+        left += ACROSS_SD**2 * float((np.abs(across) ** 2).sum()) + GAIN_SD**2 * squares
+    return float(np.sqrt(left / squares))
 
 
 def band_power(record: FitRecord, band: tuple[float, float]) -> float:
@@ -298,7 +302,7 @@ def spectral_lines(
     across = None
     if record.across is not None:
         spectra = np.fft.rfft(record.across[:, :, first:] * window, axis=2)
-        variance, across = Across.of(spectra, variance, index, TEMPERING * step, _smoothed)
+        variance, across = Across.of(spectra, Yfull, variance, index, TEMPERING * step, _smoothed)
     weight = np.ascontiguousarray(1 / np.sqrt(variance[:, index].T))
     chosen = (np.asarray(freq[index]), np.asarray(index, dtype=np.int64), U, Yfull[:, index].T, weight)
     if modal is None or n_tuned == 0 or not record.driven or sigma > _core.closing_sigma(n * record.dt):
@@ -331,7 +335,7 @@ def _of_frf(
     across = None
     if record.across is not None and sigma == 0:
         spectra = np.asarray(record.across, dtype=np.complex128)
-        raised, across = Across.of(spectra, variance.T, index, TEMPERING * step, _smoothed)
+        raised, across = Across.of(spectra, H.T, variance.T, index, TEMPERING * step, _smoothed)
         variance = raised.T
     weight = np.ascontiguousarray(1 / np.sqrt(variance[index]))
     ones = np.ones((len(index), 1), dtype=complex)

@@ -1,4 +1,5 @@
-"""What sensors may pick up of motion across them, on the lines of a record: an unknown share of it, eliminated."""
+"""What sensors may pick up of motion across them, and lack or show too much of their own, on the lines of a record: an
+unknown share of each, eliminated."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ACROSS_SD", "Across", "PickedUp"]
+__all__ = ["ACROSS_SD", "GAIN_SD", "Across", "PickedUp"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -16,13 +17,17 @@ ComplexArray = NDArray[np.complex128]
 # standard deviation of the share of motion across it that a sensor picks up (transverse sensitivity, mounting), and of
 # what the prediction of that motion is wrong by, which counts as noise
 ACROSS_SD, ACROSS_ERROR = 0.01, 0.1
+# standard deviation of the share of its own motion that a sensor shows too much or too little of (calibration, of the
+# force too: that is the same of all)
+GAIN_SD = 0.02
 # a share has a column of its own where the lines tell it as well as its prior does, in so many columns a record at most
 WORTH, MOST = 1.0, 24
 
 
 @dataclass(frozen=True, eq=False)
 class Across:
-    """Motion across sensors whose shares have columns: `sensor` (m,) and accelerations `motion` (K, m)."""
+    """Motion across sensors, or their own, whose shares have columns: `sensor` (m,) and accelerations `motion` (K, m),
+    of which a share has the standard deviation `ACROSS_SD`."""
 
     sensor: NDArray[np.int64]
     motion: ComplexArray
@@ -31,6 +36,7 @@ class Across:
     def of(
         cls,
         spectra: ComplexArray,
+        own: ComplexArray,
         variance: FloatArray,
         index: NDArray[np.int64],
         share: float,
@@ -39,16 +45,19 @@ class Across:
         """The variance (n_out, F) of a record's spectrum with what else counts as noise, and the motion on the lines
         `index` (K,), each with its `share` in the cost, whose shares the lines tell; None where that is none.
 
-        `spectra` (2, n_out, F) are accelerations along the two other axes of every sensor's node, `smoothed` is how
-        powers (n_out, F) are smoothed over neighbouring lines. What may be picked up of them counts as noise, but
-        for those whose share is told, of which the error of the prediction does.
+        `spectra` (2, n_out, F) are accelerations along the two other axes of every sensor's node, `own` (n_out, F) what
+        it recorded, `smoothed` is how powers (n_out, F) are smoothed over neighbouring lines. What may be picked up of
+        them counts as noise, but for those whose share is told, of which the error of a prediction does.
         """
+        spectra = np.concatenate([spectra, (GAIN_SD / ACROSS_SD) * own[None]])
         power = np.array([smoothed(np.abs(c) ** 2) for c in spectra])
         told = share * ACROSS_SD**2 * (np.abs(spectra[:, :, index]) ** 2 / variance[:, index]).sum(axis=2)
         order = np.argsort(-told, axis=None)
         order = order[told.ravel()[order] > WORTH]
         part = np.full(told.shape, ACROSS_SD**2)
-        part.ravel()[order[:MOST]] *= ACROSS_ERROR**2
+        error = np.full(told.shape, ACROSS_ERROR**2)
+        error[2] = 0.0  # what was recorded is no prediction
+        part.ravel()[order[:MOST]] *= error.ravel()[order[:MOST]]
         variance = variance + (part[:, :, None] * power).sum(axis=0)
         if not len(order):
             return variance, None

@@ -11,7 +11,7 @@ from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import standard_deviations
 from femend.diagnose.power import untold
 from femend.estimate import FitRecord, crossed, noise_floor
-from femend.estimate.picked_up import ACROSS_SD
+from femend.estimate.picked_up import ACROSS_SD, GAIN_SD
 from femend.model import MeshError
 from femend.model.place import AXES
 from femend.numerals import plain
@@ -43,7 +43,7 @@ def result_of(
     """The content of result.json.
 
     To `warnings`, those of the recordings' channels, it adds where the force acts that nobody recorded, which lines the
-    mesh cannot represent, which sensors were left out and what others may hold of motion across them, on what
+    mesh cannot represent, which sensors were left out and what others may be off by, on what
     laws were chosen if there was but one recording, what the recorder did not filter, and what the excitation cannot
     tell.
     """
@@ -52,7 +52,7 @@ def result_of(
         *_drive(diagnosis),
         *_mesh(diagnosis),
         *_left_out(diagnosis),
-        *_crossed(diagnosis),
+        *_doubted(diagnosis),
         *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
         *diagnosis.problem.recorder.warnings,
     ]
@@ -111,20 +111,22 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _crossed(diagnosis: Diagnosis) -> list[str]:
-    """That sensors may hold shares of the motion across them, and which of them most."""
+def _doubted(diagnosis: Diagnosis) -> list[str]:
+    """That sensors may be off in calibration and hold shares of the motion across them, and which of them most."""
     model, problem = diagnosis.reduced.model, diagnosis.problem
-    found = crossed(problem.records, problem.band)
-    if not found:
+    if not any(r.across is not None for r in problem.records):
         return []
+    found = crossed(problem.records, problem.band)
     most = sorted(found, key=lambda row: -found[row])[:MOST_CROSSED]
     named = ", ".join(
         f"node {int(model.node_ids[row // 6])} {AXES[row % 6]} ({plain(found[row], 2)} times)" for row in most
     )
+    across = f". Sensors that move across most: {named}" if named else ""
     return [
-        f"the recordings are explained where a sensor may hold some {plain(100 * ACROSS_SD)} % of the motion across it "
-        "(transverse sensitivity, a mount a degree off), and not where each measures its own direction alone: shares "
-        f"of that motion were left free, and noise floors hold as much. Sensors that move across most: {named}"
+        f"the recordings are explained where sensors may be off by some {plain(100 * GAIN_SD)} % (calibration, of the "
+        f"force too) and hold some {plain(100 * ACROSS_SD)} % of the motion across them (transverse sensitivity, a "
+        "mount a degree off), and not where each is believed as it is: such shares were left free, and noise floors "
+        f"hold as much{across}"
     ]
 
 

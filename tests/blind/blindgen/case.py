@@ -14,7 +14,7 @@ from .acquire import AFTER, FINER, sampled
 from .effects import Unsuitable
 from .plates import Plate
 from .respond import modal_of, record
-from .setting import ALONE, EXCITATIONS, FAMILIES, FRAMES, Test, draw_across, draw_test
+from .setting import ALONE, EXCITATIONS, FAMILIES, FRAMES, Test, draw_across, draw_gains, draw_test
 from .solids import Solid
 from .strength import BEYOND, Drawn, draw_effects
 
@@ -27,7 +27,8 @@ FORCE_NOISE = 0.004
 class Options:
     """What a whole set has in common: range of the sensors' noise, whether the shaker's force stays unrecorded, what an
     update has to leave of every effect (times the noise), the kind of force ("": multisine or random, drawn), whether
-    the recorder filters before it samples, and what sensors pick up of motion across them (standard deviation)."""
+    the recorder filters before it samples, what sensors pick up of motion across them, and how far the calibration of
+    sensors and force is off (standard deviations)."""
 
     noise: tuple[float, float] = (0.01, 0.05)
     unmeasured: bool = False
@@ -35,6 +36,7 @@ class Options:
     excitation: str = ""
     filtered: bool = True
     across: float = 0.0
+    gain: float = 0.0
 
 
 def make(
@@ -65,6 +67,7 @@ def write_case(
     test, drawn = make(rng, family, label, noise, options.beyond, options.excitation)
     # drawn apart, so that the case is otherwise the same without it
     test.across = draw_across(np.random.default_rng([seed, index, 79]), test, options.across)
+    test.gains = draw_gains(np.random.default_rng([seed, index, 80]), test, options.gain)
     parts = tuple((d.effect, d.x) for d in drawn)
     public, sealed = folder / "public", folder / "sealed"
     public.mkdir(parents=True, exist_ok=True)
@@ -76,12 +79,11 @@ def write_case(
         acc, _ = record(test, parts, name, m, filtered=options.filtered)
         n = acc.shape[1]
         u = sampled(force.at(FINER * test.rate, FINER * (n + AFTER)), n, options.filtered)
-        u = noisy(rng, u, FORCE_NOISE)
+        u, acc = noisy(rng, u, FORCE_NOISE), noisy(rng, acc, noise)
+        if test.gains is not None:
+            u, acc = u * test.gains[0], acc * test.gains[1:, None]
         channels = [uff58.Channel(*test.drive, uff58.FORCE, u)]
-        channels += [
-            uff58.Channel(n, c, uff58.ACCELERATION, y)
-            for (n, c), y in zip(test.sensors, noisy(rng, acc, noise), strict=True)
-        ]
+        channels += [uff58.Channel(n, c, uff58.ACCELERATION, y) for (n, c), y in zip(test.sensors, acc, strict=True)]
         hidden = name in ("sweep", "random")
         shown = channels[:1] if hidden else channels[1:] if options.unmeasured else channels
         uff58.write(public / f"{name}.uff", shown, name, test.rate)

@@ -23,7 +23,8 @@ SECONDS = {"low": 6.0, "mid": 6.0, "high": 6.0, "sweep": 6.0, "random": 4.0}
 @dataclass
 class Test:
     """The virtual test: structure, truth without effect, its damping, shaker, sensors, rate, band, forces and noise (of
-    each channel's RMS); `across` is what each sensor picks up of motion in another axis, by place and axis.
+    each channel's RMS); `across` is what each sensor picks up of motion in another axis, by place and axis, `gains`
+    what the channels show of what they measure, the force first.
     """
 
     s: Structure
@@ -39,6 +40,7 @@ class Test:
     f_modes: np.ndarray
     noise: float
     across: dict[tuple[tuple[int, int], int], float] = field(default_factory=dict)
+    gains: np.ndarray | None = None
 
 
 def draw_real(rng: np.random.Generator, s: Structure, kind: str) -> Real:
@@ -131,6 +133,11 @@ def draw_across(rng: np.random.Generator, test: Test, sd: float) -> dict[tuple[t
     """Transverse sensitivities and mounting errors: shares of the motion in the other axes that sensors have."""
     others = [(place, c) for place in test.sensors for c in test.s.axes if c != place[1]]
     return {key: float(sd * rng.standard_normal()) for key in others} if sd > 0 else {}
+
+
+def draw_gains(rng: np.random.Generator, test: Test, sd: float) -> np.ndarray | None:
+    """Errors of calibration: what the channels show of what they measure, the force first."""
+    return np.exp(sd * rng.standard_normal(1 + len(test.sensors))) if sd > 0 else None
 
 
 def draw_test(rng: np.random.Generator, family: str, kind: str, noise: float, excitation: str = "") -> Test:
