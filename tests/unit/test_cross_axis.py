@@ -275,13 +275,20 @@ def test_sensors_off_in_calibration_are_met_and_told(reduced: ReducedModel) -> N
 
 @pytest.mark.parametrize(
     ("left", "prior", "with_shares", "taken"),
-    [(1.0, 20.0, 0.9, False), (6.0, 20.0, 1.1, True), (1.0, 500.0, 0.4, True), (6.0, 20.0, 4.0, False)],
+    [
+        (1.0, 20.0, 0.9, False),
+        (6.0, 20.0, 2.9, True),  # less than half
+        (1.0, 500.0, 0.4, True),
+        (6.0, 20.0, 4.0, False),
+        (1.3, 20.0, 1.1, True),  # noise alone, and more without
+        (1.0, 500.0, 0.8, False),  # noise alone, as without
+    ],
 )
 def test_sensors_are_believed_where_a_force_explains_or_shares_make_no_great_difference(
     monkeypatch: pytest.MonkeyPatch, left: float, prior: float, with_shares: float, taken: bool
 ) -> None:
     def at(score: float) -> Any:
-        return SimpleNamespace(fit=SimpleNamespace(score=score, prior=prior))
+        return SimpleNamespace(fit=SimpleNamespace(score=score, prior=prior, cost=1000 * score))
 
     other = SimpleNamespace(problem=None, reduced=None, null=None)
     start: Any = SimpleNamespace(null=None, crossing=other)
