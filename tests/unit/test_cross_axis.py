@@ -11,15 +11,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from femend.data import Channel
 from femend.diagnose import crossing, update
 from femend.diagnose.update import _updated, modelled, update_model
+from femend.dof import Dof
 from femend.estimate import FitRecord, Hypothesis, Problem, crossed, noise_floor, with_across
 from femend.estimate.frf import FrfLines
 from femend.estimate.picked_up import ACROSS_SD, GAIN_SD, MOST, Across, PickedUp
 from femend.model import MeshError, ReducedModel, read_model, reduce_model
 from femend.model.form_errors import basis_modes
 from femend.numerals import plain
-from femend.study.result import _doubted, _mesh_off
+from femend.study.predictions import Prediction
+from femend.study.result import _doubted, _mesh_off, _off
 
 Array = NDArray[np.float64]
 BAND, RATE, N = (5.0, 200.0), 1024.0, 2048
@@ -296,6 +299,22 @@ def test_sensors_are_believed_where_a_force_explains_or_shares_make_no_great_dif
     found, located = crossing.as_sensors_are(start, [at(left)], [])
     assert (found is other) == taken
     assert located[0].fit.score == (with_shares if taken else left)
+
+
+def test_sensors_that_read_too_much_or_too_little_are_named(reduced: ReducedModel) -> None:
+    rng = np.random.default_rng(8)
+    dofs = [Dof.parse(text) for text in ("7:+Y", "5:-Y", "4:+Y", "3:+Y", "7:+Z")]
+    channels = tuple(Channel(dof, "acceleration", "m/s^2") for dof in dofs)
+    model = rng.standard_normal((5, 400))
+    shown = model * np.array([1.031, 0.96, 1.01, 0.97, 1.025])[:, None] + 0.01 * rng.standard_normal(model.shape)
+    fit = Prediction("a", "fit", 0.01, channels, {"final": model}, shown)
+    # recordings that were held back say nothing of it
+    held = Prediction("b", "validate", 0.01, channels, {"final": model}, 2 * model)
+    assert [name for name, _ in _off([fit, held])] == ["node 5 -Y", "node 7 +Y", "node 3 +Y"]
+    (known,) = with_across([recorded(reduced, SENSORS, (7, Y))], reduced, BAND, modal(reduced))
+    problem = Problem([known], BAND, 0.01, 2)
+    (said,) = _doubted(SimpleNamespace(reduced=reduced, problem=problem), [fit])  # type: ignore[arg-type]
+    assert said.endswith("Against the final model they read: node 5 -Y -4 %, node 7 +Y +3.2 %, node 3 +Y -3 %")
 
 
 def test_a_mesh_that_is_far_off_is_told() -> None:
