@@ -15,7 +15,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import threadpoolctl
 
-__all__ = ["at_once", "one_blas_thread"]
+__all__ = ["at_once", "core_threads", "one_blas_thread", "usable_cpus"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -43,12 +43,18 @@ def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def core_threads() -> int:
-    """Threads that the Rust core takes: as many as `RAYON_NUM_THREADS` says, or as there are processors for this
-    process."""
+    """Threads that the Rust core takes: as many as `RAYON_NUM_THREADS` says, or as there are usable CPUs."""
     asked = os.environ.get("RAYON_NUM_THREADS", "")
     if asked.isdigit() and int(asked) > 0:
         return int(asked)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return usable_cpus()
+
+
+def usable_cpus() -> int:
+    """CPUs this process may use: fewer than the machine's in containers and under taskset."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def at_once(function: Callable[[T], R], items: Iterable[T]) -> list[R]:

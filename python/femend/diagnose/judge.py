@@ -92,10 +92,15 @@ def null_candidate(split: Split, null: Fit, name: str = "none", sigma: float = 0
 
 
 def free_reference(split: Split, recovered: Recovered, sigma: float = 0.0) -> float:
-    """Misfit a free force at the joint leaves on the choosing records: what the right law can reach at best."""
-    fit = recovered.fit
-    (seen,) = split.choosing.fit([fit.hypothesis], [(fit.p, fit.x)], sigma=sigma, iterations=0)
-    return np.inf if seen is None else seen.score
+    """Misfit a free force at the joint leaves on the choosing records, worked out once: what the right law can reach at
+    best."""
+
+    def left() -> float:
+        fit = recovered.fit
+        (seen,) = split.choosing.fit([fit.hypothesis], [(fit.p, fit.x)], sigma=sigma, iterations=0)
+        return np.inf if seen is None else seen.score
+
+    return float(split.choosing.kept(("free force", recovered, sigma), left))
 
 
 def free_score(split: Split, recovered: Recovered, reference: float, n_values: float) -> float:

@@ -53,15 +53,14 @@ class Across:
         power = np.array([smoothed(np.abs(c) ** 2) for c in spectra])
         told = share * ACROSS_SD**2 * (np.abs(spectra[:, :, index]) ** 2 / variance[:, index]).sum(axis=2)
         order = np.argsort(-told, axis=None)
-        order = order[told.ravel()[order] > WORTH]
+        order = order[told.ravel()[order] > WORTH][:MOST]
+        turn, sensor = np.unravel_index(order, told.shape)
         part = np.full(told.shape, ACROSS_SD**2)
-        error = np.full(told.shape, ACROSS_ERROR**2)
-        error[2] = 0.0  # what was recorded is no prediction
-        part.ravel()[order[:MOST]] *= error.ravel()[order[:MOST]]
+        # what was recorded is no prediction
+        part[turn, sensor] *= np.array([ACROSS_ERROR, ACROSS_ERROR, 0.0])[turn] ** 2
         variance = variance + (part[:, :, None] * power).sum(axis=0)
         if not len(order):
             return variance, None
-        turn, sensor = np.unravel_index(order[:MOST], told.shape)
         motion = np.ascontiguousarray(spectra[turn, sensor][:, index].T)
         return variance, cls(np.asarray(sensor, dtype=np.int64), motion)
 

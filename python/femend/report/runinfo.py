@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from femend.diagnose.calibration import CALIBRATION
+from femend.threads import usable_cpus
 
 __all__ = ["RunInfo", "Step", "peak_memory", "versions"]
 
@@ -73,7 +74,7 @@ class RunInfo:
     """
 
     seed: int = 0
-    threads: int = field(default_factory=lambda: _usable_cpus())
+    threads: int = field(default_factory=usable_cpus)
     study: str = ""
     settings: dict[str, Any] = field(default_factory=dict)
     steps: list[Step] = field(default_factory=list)
@@ -121,10 +122,3 @@ class RunInfo:
 
 def _finite(value: float) -> float | None:
     return round(value, 1) if value == value else None
-
-
-def _usable_cpus() -> int:
-    """CPUs this process may use: fewer than the machine's in containers and under taskset."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
