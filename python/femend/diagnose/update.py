@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,27 +49,32 @@ DRAWN = 7
 # misfit up to which a model explains the recordings, and cost by which the deck's own mesh has to do better than a
 # refined one (as `consistent` and `gain_cost` of the settings)
 AT_NOISE, CLEARLY = 1.2, 40.0
+# standard deviations that no share of motion across a sensor, or of its own, is beyond
+SENSORS_AT_MOST = 4.0
 
 
 @dataclass(frozen=True, eq=False)
 class UpdatedModel:
     """The problem of the fit recordings, the reduced model, and its fit without anything added; `drawn` is the deck's
-    model as it stands where the reduced one is that of a finer mesh, `crossing` the same where sensors may hold shares
-    of the motion across them and be off by such of their own, which a model that explains the recordings as it is does
-    without."""
+    model as it stands where the reduced one is that of a finer mesh."""
 
     problem: Problem
     reduced: ReducedModel
     null: Fit
     g_rows: list[int]
     drawn: Hypothesis | None = None
-    crossing: UpdatedModel | None = None
 
     @property
     def nominal(self) -> tuple[Hypothesis, FloatArray]:
         """The deck as it is, and its unknowns."""
         at = self.null.hypothesis if self.drawn is None else self.drawn
         return at, self.problem.prior(at.reduced)[0]
+
+    @cached_property
+    def crossing(self) -> UpdatedModel | None:
+        """The same model updated where sensors may hold shares of the motion across them and be off by such of their
+        own; None where there is none that counts, and where the model explains the recordings as it is."""
+        return _picking_up(self)
 
 
 @one_blas_thread
@@ -88,15 +94,21 @@ def update_model(
     own = _on_its_own_mesh(start, records, zeta)
     if own is not None:
         return own
-    crossing = _picking_up(start)
-    if crossing is not None and _explains(crossing.null, start.null):
-        return crossing
-    return replace(start, crossing=crossing)
+    crossing = start.crossing if _by_sensors(start) else None
+    return crossing if crossing is not None and _explains(crossing.null, start.null) else start
+
+
+def _by_sensors(start: UpdatedModel) -> bool:
+    """Whether what sensors may pick up, or be off by, is large enough to be all that an updated model leaves: with |r|
+    what it leaves at best, shares that add up to c leave |r| - |c| at least, whatever the model's unknowns."""
+    reduced, null = start.reduced, start.null
+    lines = _with_across(start.problem, reduced, null.p).lines(reduced)
+    shown = sum(line.picked_up.most for line in lines if line.picked_up is not None)
+    values = sum(line.share * line.Y.size for line in lines)
+    return bool(np.sqrt(null.cost - null.prior) - SENSORS_AT_MOST * np.sqrt(shown) <= np.sqrt(AT_NOISE * values))
 
 
 def _picking_up(start: UpdatedModel) -> UpdatedModel | None:
-    """The same model updated anew where sensors may hold shares of the motion across them; None where there is none
-    that counts, and where the model explains the recordings as it is."""
     null, before = start.null, start.problem
     if null.score <= AT_NOISE and null.prior <= CLEARLY:
         return None

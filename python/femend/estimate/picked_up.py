@@ -86,6 +86,11 @@ class PickedUp:
             bases.append((int(s), U, 1 / np.sqrt(1 + share * (ACROSS_SD * size) ** 2)))
         return cls(tuple(bases))
 
+    @property
+    def most(self) -> float:
+        """Tempered squares that shares of one standard deviation, however they are signed, come to at most."""
+        return float(sum(np.sqrt(left**-2 - 1).sum() ** 2 for _, _, left in self.bases))
+
     def taken_out(self, weighted: ComplexArray) -> ComplexArray:
         """Residuals `weighted` (K, n_out, ...) without what the best shares explain."""
         out = weighted.copy()
