@@ -12,7 +12,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from femend.diagnose import second
+from femend.diagnose import more_effects, second
+from femend.diagnose.advice import FAR_FROM_NOISE
 from femend.diagnose.joint import open_joint
 from femend.diagnose.judge import compared_in
 from femend.diagnose.known_force import Known
@@ -21,9 +22,11 @@ from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import refitted
 from femend.diagnose.more_effects import with_further
 from femend.diagnose.noise import UNDERRATED, louder
+from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.pair_screen import best_pairs
 from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import Searched, others
+from femend.diagnose.plain_error import most_of_noise
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.second import _carried, _of_law, _search
 from femend.diagnose.settings import Settings
@@ -284,3 +287,23 @@ def test_a_second_law_is_not_told_where_both_leave_far_more_than_noise(run: Stud
     assert not told(1.1 * limit)
     # where no law is told by itself, two that leave as much may still be located
     assert told(1.1 * limit, "located-not-named")
+
+
+def test_two_laws_of_which_neither_is_told_alone_have_to_come_near_the_noise(
+    run: StudyRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    both = run.diagnosis
+    one = replace(both, further=None, verdict="located-not-named")
+    start = UpdatedModel(both.problem, both.reduced, both.null, both.g_rows)
+
+    def told(times: float) -> Diagnosis:
+        monkeypatch.setattr(more_effects, "most_of_noise", lambda found: times)
+        return with_further(one, start, both.located, (), None, lambda first: both.further)
+
+    limit = both.settings.together
+    assert told(0.9 * limit).verdict == "missing-physics"
+    far = told(1.1 * limit)
+    assert far.verdict == "located-not-named"
+    assert far.further is both.further
+    assert far.advice == FAR_FROM_NOISE
+    assert most_of_noise(both) < 1.5

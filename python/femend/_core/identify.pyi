@@ -93,6 +93,8 @@ def solve_hypotheses(
     iterations: int = 20,
     tolerance: float = 1e-2,
     derivatives: bool = True,
+    heats: Sequence[tuple[int, float]] = (),
+    groups: Sequence[int] = (),
 ) -> list[_Solved | None]:
     """Minimises the cost of each job over the same `records`, in parallel (Levenberg-Marquardt, free forces and free
     decays projected out: Golub and Pereyra 1973 with Kaufman's Jacobian).
@@ -101,6 +103,10 @@ def solve_hypotheses(
     `iterations` steps and ends when one lowers the cost by less than `tolerance` (plus a thousandth of it times the
     cost). Steps are found by a Gauss-Newton matrix without what modes far above the lines do;
     near the noise, by the exact gradient, and one matrix serves up to five steps while these come out as it says.
+
+    Jobs race each other where there are `heats` (steps, ratio), in rising order: after so many steps those go on whose
+    cost is at most this multiple of the lowest among the jobs of their group (`groups`, a number a job; all are one
+    without), and the others come back where they stand. Given up jobs have not converged.
 
     Returns, for each job, unknowns p (n,), ln law parameters x (n_x,), cost, its prior part, misfit of each record
     (mean weighted square left per free complex value), Gauss-Newton matrix of half the cost (n + n_x, n + n_x) where

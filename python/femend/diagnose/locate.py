@@ -57,6 +57,9 @@ COMPARED_LINES, EXPANDED = 60, 8
 FEW_EXPANDED = 4
 # places fitted on all lines beside the best of their kind: those within this cost of the best, and this share of it
 FULL_ALIKE, NEAR, NEARLY = 12, 60.0, 0.25
+# places race each other: after so many steps those go on that leave at most this multiple of the least. On calibration
+# cases none that ended within twice the least was behind by more than 8 and 6 times then
+HEATS = ((2, 25.0), (4, 12.0))
 # how much more a place with one force must leave than one with several for these to be believed
 SEVERAL_WORTH = 1.3
 # lines a record in the stages, the first ones, and the last: places differ by more than the lines left out could tell
@@ -251,7 +254,7 @@ def fitted(
 ) -> list[tuple[int, Fit]]:
     """Fits of the places `keep` (index, start), in rising order of cost."""
     starts = [(lines.tuned_like(p, hypotheses[i].reduced), np.zeros(0)) for i, p in keep]
-    fits = lines.fit([hypotheses[i] for i, _ in keep], starts, sigma=sigma, iterations=iterations)
+    fits = lines.fit([hypotheses[i] for i, _ in keep], starts, sigma=sigma, iterations=iterations, heats=HEATS)
     ranked = [(i, f) for (i, _), f in zip(keep, fits, strict=True) if f is not None]
     return sorted(ranked, key=lambda item: _order(lines, item, sigma, places))
 

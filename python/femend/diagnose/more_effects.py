@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.diagnose.advice import PART_OF_TWO, beside_laws
+from femend.diagnose.advice import FAR_FROM_NOISE, PART_OF_TWO, beside_laws
 from femend.diagnose.judge import compared_in, to_beat
 from femend.diagnose.locate import Located
 from femend.diagnose.noise import Louder
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.pairs import Searched
-from femend.diagnose.plain_error import further_off, plain_errors
+from femend.diagnose.plain_error import further_off, most_of_noise, plain_errors
 from femend.diagnose.ranked import Ranked, told_simply
 from femend.diagnose.second import Further
 from femend.diagnose.shares import score_of_noise
@@ -63,7 +63,11 @@ def with_further(
         found, verdict=verdict, problem=start.problem, best=lead.candidate, place=lead.located, advice=advice,
         rival=None, further=further, sigma=further.terms.sigma,
     )  # fmt: skip
-    return found if further_off(told, plain_errors(told)) else told
+    if further_off(told, plain_errors(told)):
+        return found
+    if adequate and found.verdict != "missing-physics" and most_of_noise(told) > settings.together:
+        return replace(told, verdict="located-not-named", advice=FAR_FROM_NOISE)
+    return told
 
 
 def _compared_in(found: Diagnosis, sigma: float) -> Diagnosis:

@@ -12,10 +12,10 @@ import numpy as np
 from femend.data.bands import within_band
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.stages import Values, final, updated
-from femend.estimate import FitRecord
+from femend.estimate import FitRecord, noise_floor
 from femend.numerals import plain
 
-__all__ = ["further_off", "plain_errors", "silenced"]
+__all__ = ["further_off", "most_of_noise", "plain_errors", "silenced"]
 
 
 def plain_errors(found: Diagnosis) -> tuple[float, float] | None:
@@ -27,15 +27,30 @@ def plain_errors(found: Diagnosis) -> tuple[float, float] | None:
     added = found.best is not None or found.further is not None
     if not added or found.problem.load is not None or not all(r.driven for r in found.problem.records):
         return None
-    total = np.zeros(3)
-    for record in found.problem.records:
-        before = updated(found, record)
-        after = final(found, record, before)
-        recorded = record.y if record.frf is None else record.frf.H
-        counted = (_counted(found, record, y) for y in (before - recorded, after - recorded, recorded))
-        total += [float((np.abs(y) ** 2).sum()) for y in counted]
+    total = np.sum([_squares(found, record) for record in found.problem.records], axis=0)
     before_all, after_all = np.sqrt(total[:2] / max(total[2], 1e-300))
     return float(before_all), float(after_all)
+
+
+def most_of_noise(found: Diagnosis) -> float:
+    """Error of the final model on the fit recording that it is furthest from, in units of that one's noise."""
+    times = 0.0
+    for record in found.problem.records:
+        _, after, recorded = _squares(found, record)
+        floor = noise_floor(record, found.problem.band)
+        times = max(times, float(np.sqrt(after / max(recorded, 1e-300))) / max(floor, 1e-300))
+    return times
+
+
+def _squares(found: Diagnosis, record: FitRecord) -> tuple[float, float, float]:
+    """Squares of what the updated and the final model leave of a recording, and of the recording, summed."""
+    before = updated(found, record)
+    after = final(found, record, before)
+    recorded = record.y if record.frf is None else record.frf.H
+    sums = [
+        float((np.abs(_counted(found, record, y)) ** 2).sum()) for y in (before - recorded, after - recorded, recorded)
+    ]
+    return sums[0], sums[1], sums[2]
 
 
 def _counted(found: Diagnosis, record: FitRecord, y: Values) -> Values:

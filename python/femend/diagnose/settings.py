@@ -42,6 +42,9 @@ class Settings:
         second: misfit of all recordings up to which a second law is told beside a first one that is told by itself:
             pairs that were right leave 2.0 at most, and what more they leave, motion that depends on its past too much
             to be followed does, of which any other law takes a part.
+        together: error of the final model on a fitted recording, in units of its noise, up to which two laws are told
+            of which neither is told by itself: pairs that were right left 2.5 at most, and what more they leave
+            something else does, of which one of the two may have taken a part.
         same_law: relative difference of two laws' forces below which the simpler one is named.
         worth_naming: share of the updated model's cost that a free force somewhere has to take away, where the model is
             at the noise already, before laws are tried at all.
@@ -76,6 +79,7 @@ class Settings:
     worse: float = 1.1
     silent: float = 0.95
     second: float = 2.5
+    together: float = 3.0
     same_law: float = 0.08
     worth_naming: float = 0.02
 

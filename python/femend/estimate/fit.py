@@ -282,12 +282,18 @@ class Problem:
         iterations: int = STEPS,
         tolerance: float = 1e-2,
         held: float = 1.0,
+        heats: Sequence[tuple[int, float]] = (),
+        groups: Sequence[int] = (),
     ) -> list[Fit | None]:
         """Fits each hypothesis from its start (prior means where none are given); None where its model breaks down.
 
         `starts` are (unknowns, ln law parameters) of each. All hypotheses of a call share one basis. With `held` < 1
         the modes' own frequency factors and damping ratios are held that much tighter, so that far from the minimum the
         parameters do the work.
+
+        With `heats` (steps, ratio) hypotheses race each other: after so many steps those go on whose cost is at most
+        this multiple of the lowest in their group (`groups`, a number each; one group without), and the others come
+        back as they stand.
         """
         if not hypotheses:
             return []
@@ -297,7 +303,7 @@ class Problem:
             (self.system(h.reduced, held), self.core(h), p, x) for h, (p, x) in zip(hypotheses, starts, strict=True)
         ]
         lines = [line.core for line in self.lines(hypotheses[0].reduced, sigma)]
-        done = _core.solve_hypotheses(jobs, lines, iterations, tolerance, derivatives=False)
+        done = _core.solve_hypotheses(jobs, lines, iterations, tolerance, False, list(heats), list(groups))
         return [
             None if r is None or not np.isfinite(r[2]) else Fit(h, *r[:5], r[7], job[0], lines, job[1])
             for h, job, r in zip(hypotheses, jobs, done, strict=True)

@@ -1,9 +1,9 @@
 //! Estimation on spectral lines: systems, records and hypotheses as classes, one call for a batch of hypotheses.
 
 use femend_dynamics::identify::{
-    Attached, Hypothesis as CoreHypothesis, IdentifyError, Job, PickedUp, RecordLines as CoreLines, Settings,
-    Solution, System as CoreSystem, Term, What, closing_sigma as core_closing_sigma, fitted as core_fitted,
-    force_products as core_force_products, model_columns as core_model_columns,
+    Attached, Hypothesis as CoreHypothesis, IdentifyError, Job, PickedUp, Race, RecordLines as CoreLines,
+    Settings, Solution, System as CoreSystem, Term, What, closing_sigma as core_closing_sigma,
+    fitted as core_fitted, force_products as core_force_products, model_columns as core_model_columns,
     n_decaying as core_n_decaying, solve_batch,
 };
 use femend_dynamics::laws::Kind;
@@ -225,10 +225,10 @@ fn solved<'py>(py: Python<'py>, s: Solution) -> SolvedTuple<'py> {
     )
 }
 
-/// Minimises a batch of hypotheses over the same records, in parallel.
+/// Minimises a batch of hypotheses over the same records, in parallel; see the stub of `femend._core`.
 #[pyfunction]
-#[pyo3(signature = (jobs, records, iterations=20, tolerance=1e-2, derivatives=true))]
-#[allow(clippy::type_complexity)]
+#[pyo3(signature = (jobs, records, iterations=20, tolerance=1e-2, derivatives=true, heats=Vec::new(), groups=Vec::new()))]
+#[allow(clippy::type_complexity, clippy::too_many_arguments)]
 fn solve_hypotheses<'py>(
     py: Python<'py>,
     jobs: Vec<(Py<System>, Py<Hypothesis>, PyReadonlyArray1<'_, f64>, PyReadonlyArray1<'_, f64>)>,
@@ -236,6 +236,8 @@ fn solve_hypotheses<'py>(
     iterations: usize,
     tolerance: f64,
     derivatives: bool,
+    heats: Vec<(usize, f64)>,
+    groups: Vec<usize>,
 ) -> PyResult<Vec<Option<SolvedTuple<'py>>>> {
     let records: Vec<CoreLines> = records.iter().map(|r| r.get().inner.clone()).collect();
     let jobs: Vec<Job<'_>> = jobs
@@ -248,7 +250,8 @@ fn solve_hypotheses<'py>(
         })
         .collect();
     let settings = Settings { iterations, tolerance, derivatives, ..Settings::default() };
-    let results = py.detach(|| solve_batch(&jobs, &records, settings));
+    let race = Race { heats, groups };
+    let results = py.detach(|| solve_batch(&jobs, &records, settings, &race));
     results
         .into_iter()
         .map(|r| match r {

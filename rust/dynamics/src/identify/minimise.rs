@@ -106,32 +106,127 @@ fn mended(mut h: Dense, d: &[f64], y: &[f64]) -> Dense {
     h
 }
 
+/// What a minimisation is of.
+#[derive(Clone, Copy)]
+pub(super) struct Task<'a> {
+    pub system: &'a System,
+    pub records: &'a [Prepared<'a>],
+    pub hypothesis: &'a Hypothesis,
+    pub settings: Settings,
+}
+
 /// A minimisation under way.
-struct Descent<'a, 'b> {
-    system: &'a System,
-    records: &'a [Prepared<'a>],
-    hypothesis: &'a Hypothesis,
-    settings: Settings,
-    ws: &'b mut Workspace,
+pub(super) struct Descent<'a> {
+    task: Task<'a>,
+    here: Point<'a>,
     lambda: f64,
     /// Steps since the last Gauss-Newton matrix.
     kept: usize,
+    iterations: usize,
+    converged: bool,
+    /// Whether no step lowers the cost.
+    stuck: bool,
 }
 
-impl<'a> Descent<'a, '_> {
+impl<'a> Task<'a> {
+    fn point(&self, to: (Model, Vec<f64>, Vec<f64>), ws: &mut Workspace) -> Result<Point<'a>, IdentifyError> {
+        Point::new(self.system, self.records, self.hypothesis, to, ws)
+    }
+
+    /// The same point with gradient and Gauss-Newton matrix, where its derivatives are another matrix's.
+    fn derived_again(
+        &self,
+        point: Point<'a>,
+        matrix: Matrix,
+        ws: &mut Workspace,
+    ) -> Result<Point<'a>, IdentifyError> {
+        let mut point = point.again(self.system, self.records, self.hypothesis, ws)?;
+        point.derive(self.system, self.hypothesis, matrix, ws);
+        Ok(point)
+    }
+
+    fn enough(&self, cost: f64) -> f64 {
+        self.settings.tolerance * (1.0 + 1e-3 * cost)
+    }
+}
+
+impl<'a> Descent<'a> {
+    /// At a start where the model is solved.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] when a law refuses its parameters.
+    pub fn new(
+        task: Task<'a>,
+        start: (Model, Vec<f64>, Vec<f64>),
+        ws: &mut Workspace,
+    ) -> Result<Self, IdentifyError> {
+        let mut here = task.point(start, ws)?;
+        if task.settings.iterations > 0 {
+            here.derive(task.system, task.hypothesis, Matrix::Search, ws);
+        }
+        here.forget_slopes();
+        Ok(Self { task, here, lambda: 1e-4, kept: 0, iterations: 0, converged: false, stuck: false })
+    }
+
+    /// Cost where it stands.
+    pub fn cost(&self) -> f64 {
+        self.here.at.cost
+    }
+
+    /// Goes on until so many steps are taken in all, or no further one is worth its while.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] when a point that was there is not any more.
+    pub fn advance(mut self, until: usize, ws: &mut Workspace) -> Result<Self, IdentifyError> {
+        let last = self.task.settings.iterations;
+        while self.iterations < until.min(last) && !self.converged && !self.stuck {
+            let Some((d, mut better)) = self.lower(ws) else {
+                self.stuck = self.kept == 0;
+                if !self.stuck {
+                    self.here = self.task.derived_again(self.here, Matrix::Search, ws)?;
+                    self.kept = 0;
+                }
+                continue;
+            };
+            self.lambda = (self.lambda / 10.0).max(1e-9);
+            self.iterations += 1;
+            let small = self.here.at.cost - better.at.cost < self.task.enough(better.at.cost);
+            self.converged = small && self.kept == 0;
+            let before = std::mem::replace(&mut self.here.at, Evaluation::nothing());
+            if !self.converged && self.iterations < last {
+                self.follow(before, &d, &mut better, ws);
+                self.converged = small && self.kept > 0 && self.at_rest(&better);
+            }
+            self.here = better;
+        }
+        self.here.forget_slopes();
+        Ok(self)
+    }
+
+    /// What was found.
+    ///
+    /// # Errors
+    /// As [`Descent::advance`].
+    pub fn finish(self, ws: &mut Workspace) -> Result<Solution, IdentifyError> {
+        let Self { task, mut here, iterations, converged, .. } = self;
+        if task.settings.derivatives {
+            here = task.derived_again(here, Matrix::Whole, ws)?;
+        }
+        let Point { p, x, at, .. } = here.finished(ws);
+        Ok(Solution { p, x, at, iterations, converged })
+    }
+
     /// The first step that lowers the cost, with the point there; none where a few do not.
-    fn lower(&mut self, here: &Point<'a>) -> Option<(Vec<f64>, Point<'a>)> {
+    fn lower(&mut self, ws: &mut Workspace) -> Option<(Vec<f64>, Point<'a>)> {
         for _ in 0..if self.kept == 0 { TRIALS.0 } else { TRIALS.1 } {
-            let Some(d) = step(&here.at, self.lambda, self.settings.longest) else {
+            let Some(d) = step(&self.here.at, self.lambda, self.task.settings.longest) else {
                 self.lambda = (self.lambda * 10.0).max(1e-4);
                 continue;
             };
             // A trial point where the model or the law does not exist is a step too far, not an error.
-            let trial = moved(here, &d, self.system)
-                .and_then(|to| Point::new(self.system, self.records, self.hypothesis, to, self.ws));
-            match trial {
-                Ok(trial) if trial.at.cost < here.at.cost => return Some((d, trial)),
-                Ok(trial) => trial.give_back(self.ws),
+            match moved(&self.here, &d, self.task.system).and_then(|to| self.task.point(to, ws)) {
+                Ok(trial) if trial.at.cost < self.here.at.cost => return Some((d, trial)),
+                Ok(trial) => trial.give_back(ws),
                 Err(_) => {}
             }
             self.lambda = (self.lambda * 10.0).max(1e-4);
@@ -139,28 +234,16 @@ impl<'a> Descent<'a, '_> {
         None
     }
 
-    /// Gradient and Gauss-Newton matrix.
-    fn derive(&mut self, point: &mut Point<'a>) {
-        point.derive(self.system, self.hypothesis, Matrix::Search, self.ws);
-        self.kept = 0;
-    }
-
-    /// The same at a point whose derivatives are another matrix's.
-    fn derive_again(&mut self, point: Point<'a>, matrix: Matrix) -> Result<Point<'a>, IdentifyError> {
-        let mut point = point.again(self.system, self.records, self.hypothesis, self.ws)?;
-        point.derive(self.system, self.hypothesis, matrix, self.ws);
-        self.kept = 0;
-        Ok(point)
-    }
-
     /// Derivatives after the step `d` from `before`: of the gradient alone where the step came out as foretold.
-    fn follow(&mut self, before: Evaluation, d: &[f64], point: &mut Point<'a>) {
+    fn follow(&mut self, before: Evaluation, d: &[f64], point: &mut Point<'a>, ws: &mut Workspace) {
+        let (system, hypothesis) = (self.task.system, self.task.hypothesis);
         let ratio = (before.cost - point.at.cost) / foretold(&before, d);
         let near = before.near() && point.at.near();
         if !near || !(AS_TOLD.0..AS_TOLD.1).contains(&ratio) || self.kept >= MOST_KEPT {
-            return self.derive(point);
+            self.kept = 0;
+            return point.derive(system, hypothesis, Matrix::Search, ws);
         }
-        point.derive_once(self.system, self.hypothesis, (Gradient::Exact, before.hessian), self.ws);
+        point.derive_once(system, hypothesis, (Gradient::Exact, before.hessian), ws);
         let y: Vec<f64> = point.at.gradient.iter().zip(&before.gradient).map(|(a, b)| a - b).collect();
         let matrix = std::mem::replace(&mut point.at.hessian, Dense::zeros(0, 0));
         point.at.hessian = mended(matrix, d, &y);
@@ -169,57 +252,9 @@ impl<'a> Descent<'a, '_> {
 
     /// Whether a matrix that was taken over foretells no step worth its while.
     fn at_rest(&self, point: &Point<'a>) -> bool {
-        let next = step(&point.at, 0.0, self.settings.longest);
-        next.is_some_and(|d| foretold(&point.at, &d) < self.enough(point.at.cost))
+        let next = step(&point.at, 0.0, self.task.settings.longest);
+        next.is_some_and(|d| foretold(&point.at, &d) < self.task.enough(point.at.cost))
     }
-
-    fn enough(&self, cost: f64) -> f64 {
-        self.settings.tolerance * (1.0 + 1e-3 * cost)
-    }
-
-    fn run(&mut self, start: (Model, Vec<f64>, Vec<f64>)) -> Result<Solution, IdentifyError> {
-        let settings = self.settings;
-        let mut here = Point::new(self.system, self.records, self.hypothesis, start, self.ws)?;
-        if settings.iterations > 0 {
-            self.derive(&mut here);
-        }
-        let (mut iterations, mut converged) = (0, false);
-        while iterations < settings.iterations && !converged {
-            let Some((d, mut better)) = self.lower(&here) else {
-                if self.kept == 0 {
-                    break;
-                }
-                here = self.derive_again(here, Matrix::Search)?;
-                continue;
-            };
-            self.lambda = (self.lambda / 10.0).max(1e-9);
-            iterations += 1;
-            let small = here.at.cost - better.at.cost < self.enough(better.at.cost);
-            converged = small && self.kept == 0;
-            if !converged && iterations < settings.iterations {
-                self.follow(here.at, &d, &mut better);
-                converged = small && self.kept > 0 && self.at_rest(&better);
-            }
-            here = better;
-        }
-        if settings.derivatives {
-            here = self.derive_again(here, Matrix::Whole)?;
-        }
-        let Point { p, x, at, .. } = here.finished(self.ws);
-        Ok(Solution { p, x, at, iterations, converged })
-    }
-}
-
-/// Minimises the cost of a hypothesis from a start where the model is solved.
-pub(super) fn minimise(
-    system: &System,
-    records: &[Prepared<'_>],
-    hypothesis: &Hypothesis,
-    start: (Model, Vec<f64>, Vec<f64>),
-    settings: Settings,
-    ws: &mut Workspace,
-) -> Result<Solution, IdentifyError> {
-    Descent { system, records, hypothesis, settings, ws, lambda: 1e-4, kept: 0 }.run(start)
 }
 
 /// The unknowns a step further, with the model there.

@@ -26,6 +26,7 @@ mod model;
 mod normal;
 mod prepared;
 mod projector;
+mod race;
 mod response;
 mod sensitivities;
 mod shapes;
@@ -40,6 +41,7 @@ pub use lines::{PickedUp, RecordLines};
 pub use minimise::{Settings, Solution};
 pub use model::Modal;
 pub use normal::Evaluation;
+pub use race::Race;
 pub use solve::{Job, solve, solve_batch};
 pub use system::{System, Term};
 

@@ -37,6 +37,12 @@ pub struct Evaluation {
 const NEAR: f64 = 4.0;
 
 impl Evaluation {
+    /// Nothing evaluated.
+    pub(crate) fn nothing() -> Self {
+        let (misfit, gradient) = (Vec::new(), Vec::new());
+        Self { cost: f64::NAN, prior: f64::NAN, misfit, gradient, hessian: Dense::zeros(0, 0) }
+    }
+
     /// Whether every record is left with little more than its noise, so that its free decays are what they seem.
     pub(crate) fn near(&self) -> bool {
         self.misfit.iter().all(|v| *v < NEAR)
@@ -302,6 +308,11 @@ impl<'a> Point<'a> {
         let Self { p, x, model, steps, .. } = self;
         steps.into_iter().for_each(|step| step.give_back(ws));
         Self::new(system, records, hypothesis, (model, p, x), ws)
+    }
+
+    /// Gives up what only further derivatives at this point need, which is much where many points wait.
+    pub fn forget_slopes(&mut self) {
+        self.model.slopes = None;
     }
 
     /// The same without what only derivatives need.

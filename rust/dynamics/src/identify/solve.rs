@@ -2,10 +2,11 @@
 
 use super::arrays::Workspace;
 use super::hypothesis::Hypothesis;
-use super::minimise::{Settings, Solution, minimise};
+use super::minimise::{Descent, Settings, Solution, Task};
 use super::model::Model;
 use super::normal::modes_that_count;
 use super::prepared::Prepared;
+use super::race::Race;
 use super::system::System;
 use super::{IdentifyError, RecordLines, check, expect};
 use rayon::prelude::*;
@@ -27,7 +28,9 @@ pub fn solve(
     let prepared: Vec<Prepared<'_>> = records.iter().map(Prepared::new).collect();
     let model = Model { modal: system.modal(p)?, slopes: None };
     let start = (model, p.to_vec(), x.to_vec());
-    minimise(system, &prepared, hypothesis, start, settings, &mut Workspace::default())
+    let task = Task { system, records: &prepared, hypothesis, settings };
+    let ws = &mut Workspace::default();
+    Descent::new(task, start, ws)?.advance(settings.iterations, ws)?.finish(ws)
 }
 
 /// A hypothesis with the model it is attached to and the start of its minimisation.
@@ -80,32 +83,90 @@ fn starts<'a>(
     (distinct.into_par_iter().map(solved).collect(), whose)
 }
 
-/// Minimises many hypotheses over the same records, in parallel; results in the order of the jobs.
+/// Minimises many hypotheses over the same records, in parallel; results in the order of the jobs. Those that a race gives
+/// up come back where they stood then.
+///
+/// # Errors
+/// Each by itself as [`solve`].
 pub fn solve_batch(
     jobs: &[Job<'_>],
     records: &[RecordLines],
     settings: Settings,
+    race: &Race,
 ) -> Vec<Result<Solution, IdentifyError>> {
     let (starts, whose) = starts(jobs, records, settings);
-    let checked = |job: &Job<'_>| check(job.system, records, job.hypothesis, &job.p, &job.x);
-    if let Some(Err(error)) = records.iter().map(|r| r.check(r.out_rows.ncols())).find(Result::is_err) {
+    let fit = || {
+        records.iter().try_for_each(|r| r.check(r.out_rows.ncols()))?;
+        if race.groups.is_empty() {
+            Ok(())
+        } else {
+            expect("groups of the race", race.groups.len(), jobs.len())
+        }
+    };
+    if let Err(error) = fit() {
         return jobs.iter().map(|_| Err(error.clone())).collect();
     }
     let prepared: Vec<Prepared<'_>> = records.iter().map(Prepared::new).collect();
-    let spaces = Mutex::new(Vec::new());
-    jobs.par_iter()
-        .zip(whose)
-        .map(|(job, start)| {
-            checked(job)?;
-            let model = starts[start].2.clone()?;
-            let start = (model, job.p.clone(), job.x.clone());
-            let spare = |mut spares: MutexGuard<'_, Vec<Workspace>>| spares.pop();
-            let mut ws = spaces.lock().ok().and_then(spare).unwrap_or_default();
-            let found = minimise(job.system, &prepared, job.hypothesis, start, settings, &mut ws);
-            if let Ok(mut spares) = spaces.lock() {
-                spares.push(ws);
-            }
-            found
-        })
-        .collect()
+    let spaces = Spaces::default();
+    let last = settings.iterations;
+    let mut heats = race.heats.iter().copied().filter(|(steps, _)| *steps < last).peekable();
+    let fits = |job: &Job<'_>| check(job.system, records, job.hypothesis, &job.p, &job.x);
+    let ready = jobs
+        .iter()
+        .zip(&whose)
+        .map(|(job, start)| fits(job).and_then(|()| starts[*start].2.as_ref().map_err(Clone::clone)));
+    let all = jobs.par_iter().zip(ready.collect::<Vec<_>>());
+    if heats.peek().is_none() {
+        return all
+            .map(|(job, model)| {
+                let whole =
+                    |ws: &mut _| begun(job, model?, &prepared, settings, ws)?.advance(last, ws)?.finish(ws);
+                spaces.with(whole)
+            })
+            .collect();
+    }
+    let mut under_way: Vec<_> =
+        all.map(|(job, model)| spaces.with(|ws| begun(job, model?, &prepared, settings, ws))).collect();
+    let mut go_on = vec![true; jobs.len()];
+    for (steps, ratio) in heats.chain([(last, f64::INFINITY)]) {
+        under_way = under_way
+            .into_par_iter()
+            .zip(&go_on)
+            .map(|(one, goes_on)| match one {
+                Ok(one) if *goes_on => spaces.with(|ws| one.advance(steps, ws)),
+                one => one,
+            })
+            .collect();
+        let costs: Vec<_> = under_way.iter().map(|one| one.as_ref().ok().map(Descent::cost)).collect();
+        go_on.iter_mut().zip(race.going_on(&costs, ratio)).for_each(|(go, near)| *go &= near);
+    }
+    under_way.into_par_iter().map(|one| spaces.with(|ws| one?.finish(ws))).collect()
+}
+
+/// The minimisation of a job from a start where the model is solved.
+fn begun<'a>(
+    job: &Job<'a>,
+    model: &Model,
+    records: &'a [Prepared<'a>],
+    settings: Settings,
+    ws: &mut Workspace,
+) -> Result<Descent<'a>, IdentifyError> {
+    let task = Task { system: job.system, records, hypothesis: job.hypothesis, settings };
+    Descent::new(task, (model.clone(), job.p.clone(), job.x.clone()), ws)
+}
+
+/// Workspaces that are lent to whoever works.
+#[derive(Default)]
+struct Spaces(Mutex<Vec<Workspace>>);
+
+impl Spaces {
+    fn with<T>(&self, work: impl FnOnce(&mut Workspace) -> T) -> T {
+        let spare = |mut spares: MutexGuard<'_, Vec<Workspace>>| spares.pop();
+        let mut ws = self.0.lock().ok().and_then(spare).unwrap_or_default();
+        let done = work(&mut ws);
+        if let Ok(mut spares) = self.0.lock() {
+            spares.push(ws);
+        }
+        done
+    }
 }

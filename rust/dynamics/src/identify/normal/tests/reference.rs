@@ -1,7 +1,7 @@
 //! Responses, fitted lines and batches against plain formulas, a line at a time.
 
 use super::*;
-use crate::identify::{Job, fitted, solve, solve_batch};
+use crate::identify::{Hypothesis, IdentifyError, Job, Race, System, fitted, solve, solve_batch};
 use femend_linalg::solve_complex_dense;
 
 /// (dynamic stiffness + what each law adds at its coordinate) q = load, one dense complex system in modal coordinates
@@ -100,6 +100,19 @@ fn fitted_lines_leave_the_cost() {
 }
 
 /// Jobs that share a model and its start, jobs that do not, and one whose start has no model.
+fn jobs<'a>(systems: &'a [System], hypotheses: &'a [Hypothesis], x: &[f64]) -> Vec<Job<'a>> {
+    let mut jobs = Vec::new();
+    for system in systems {
+        for hypothesis in hypotheses {
+            let x = if hypothesis.n_law() > 0 { x.to_vec() } else { vec![] };
+            jobs.push(Job { system, hypothesis, p: system.mean.clone(), x });
+        }
+    }
+    jobs.push(Job { p: vec![f64::INFINITY; jobs[0].p.len()], ..jobs[0].clone() });
+    jobs.push(Job { p: jobs[1].p.iter().map(|v| v + 0.01).collect(), ..jobs[1].clone() });
+    jobs
+}
+
 #[test]
 fn a_batch_gives_what_its_jobs_give_alone() {
     let numbers = &mut Numbers(37);
@@ -107,27 +120,55 @@ fn a_batch_gives_what_its_jobs_give_alone() {
     let records = [record(numbers, 4, 1, 0.3), record(numbers, 5, 2, 0.3)];
     let (kinds, x) = laws();
     let hypotheses = [nothing(), free(numbers, 1), free(numbers, 2), closed(numbers, 1, &kinds, &x)];
-    let mut jobs = Vec::new();
-    for system in &systems {
-        for hypothesis in &hypotheses {
-            let x = if hypothesis.n_law() > 0 { x.clone() } else { vec![] };
-            jobs.push(Job { system, hypothesis, p: system.mean.clone(), x });
-        }
-    }
-    jobs.push(Job { p: vec![f64::INFINITY; jobs[0].p.len()], ..jobs[0].clone() });
-    jobs.push(Job { p: jobs[1].p.iter().map(|v| v + 0.01).collect(), ..jobs[1].clone() });
+    let jobs = jobs(&systems, &hypotheses, &x);
     let settings = Settings { iterations: 3, ..Settings::default() };
-    for (i, (job, found)) in jobs.iter().zip(solve_batch(&jobs, &records, settings)).enumerate() {
-        match (found, solve(job.system, &records, job.hypothesis, &job.p, &job.x, settings)) {
-            (Ok(a), Ok(b)) => {
-                assert_eq!((&a.p, &a.x, a.at.cost), (&b.p, &b.x, b.at.cost), "job {i}");
-                assert_eq!(a.at.hessian, b.at.hessian, "job {i}");
-                assert!(a.iterations > 0);
+    // a race in which all stay together changes nothing
+    for heats in [vec![], vec![(1, f64::MAX), (2, f64::MAX)]] {
+        let race = Race { heats, groups: Vec::new() };
+        for (i, (job, found)) in jobs.iter().zip(solve_batch(&jobs, &records, settings, &race)).enumerate() {
+            match (found, solve(job.system, &records, job.hypothesis, &job.p, &job.x, settings)) {
+                (Ok(a), Ok(b)) => {
+                    assert_eq!((&a.p, &a.x, a.at.cost), (&b.p, &b.x, b.at.cost), "job {i}");
+                    assert_eq!(a.at.hessian, b.at.hessian, "job {i}");
+                    assert!(a.iterations > 0);
+                }
+                (Err(a), Err(b)) => assert!(a == b && i == 8, "job {i}: {a:?} and {b:?}"),
+                (a, b) => panic!("job {i}: {} in a batch, {} alone", a.is_ok(), b.is_ok()),
             }
-            (Err(a), Err(b)) => assert!(a == b && i == 8, "job {i}: {a:?} and {b:?}"),
-            (a, b) => panic!("job {i}: {} in a batch, {} alone", a.is_ok(), b.is_ok()),
         }
     }
+}
+
+#[test]
+fn those_far_behind_the_best_of_their_group_stop_where_they_are() {
+    let numbers = &mut Numbers(37);
+    let systems = [system(numbers, 3, 0.02), system(numbers, 2, 0.01)];
+    let records = [record(numbers, 4, 1, 0.3), record(numbers, 5, 2, 0.3)];
+    let (kinds, x) = laws();
+    let hypotheses = [nothing(), free(numbers, 1), free(numbers, 2), closed(numbers, 1, &kinds, &x)];
+    let jobs = jobs(&systems, &hypotheses, &x);
+    let settings = Settings { iterations: 5, tolerance: 0.0, ..Settings::default() };
+    let alone = |job: &Job<'_>, iterations| {
+        let settings = Settings { iterations, ..settings };
+        solve(job.system, &records, job.hypothesis, &job.p, &job.x, settings)
+    };
+    let costs: Vec<_> = jobs.iter().map(|j| alone(j, 1).map_or(f64::INFINITY, |s| s.at.cost)).collect();
+    let groups: Vec<usize> = (0..jobs.len()).map(|i| i % 2).collect();
+    let least = |group: usize| costs.iter().skip(group).step_by(2).fold(f64::INFINITY, |a, b| a.min(*b));
+    let race = Race { heats: vec![(1, 1.0)], groups: groups.clone() };
+    let found = solve_batch(&jobs, &records, settings, &race);
+    for (i, (job, found)) in jobs.iter().zip(found).enumerate().filter(|(i, _)| *i != 8) {
+        let found = found.expect("a minimum");
+        let goes_on = costs[i] <= least(groups[i]);
+        let expected = alone(job, if goes_on { 5 } else { 1 }).expect("a minimum");
+        assert_eq!((&found.p, found.at.cost), (&expected.p, expected.at.cost), "job {i}");
+        assert!(goes_on || (!found.converged && found.iterations == 1), "job {i}");
+    }
+    let short = Race { heats: vec![(1, 1.0)], groups: vec![0] };
+    let refused = solve_batch(&jobs, &records, settings, &short);
+    assert!(
+        refused.iter().all(|r| matches!(r, Err(IdentifyError::Shape { what: "groups of the race", .. })))
+    );
 }
 
 /// Laws at no coordinate at all leave the model alone.
