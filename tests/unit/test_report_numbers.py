@@ -165,6 +165,12 @@ def test_the_headline_of_a_law_that_explains_most_says_so() -> None:
     said = headline({"verdict": "located-not-named", "findings": [finding]})
     assert said.startswith("Likeliest missing: attached oscillator (tuned absorber) at node 13 in Z")
     assert said.endswith("though it does not explain all that is left.")
+    other = {**finding, "physics": "cubic_stiffness", "location": {"kind": "ground", "nodes": [7], "direction": "X"}}
+    both = [{**finding, "probability": 0.6}, {**other, "probability": 0.9}]
+    said = headline({"verdict": "located-not-named", "findings": both})
+    # the surest first
+    assert said.index("at node 7 in X; and attached oscillator") > 0
+    assert said.endswith("though together they do not explain all that is left.")
     unknown = headline({"verdict": "located-not-named", "findings": [{**finding, "parameters": {}}]})
     assert unknown.endswith("but no law tried explains it well enough to be named.")
 

@@ -74,7 +74,7 @@ def headline(result: Result) -> str:
     if verdict == "missing-physics" and findings:
         return _missing(findings, result)
     if verdict == "located-not-named" and findings:
-        return _located(findings[0], result)
+        return _located(findings, result)
     if verdict in ("consistent", "parameters-only") and (by_modes := _by_modes(result)):
         return by_modes
     if verdict == "consistent":
@@ -150,16 +150,29 @@ def _told(parameters: Mapping[str, Any], n_findings: int) -> list[tuple[str, Any
     return by_axis if by_axis and len(every) > len(by_axis) else every
 
 
-def _located(finding: Result, result: Result) -> str:
-    physics = str(finding.get("physics") or "")
+def _located(findings: Sequence[Result], result: Result) -> str:
+    finding, gain = findings[0], _gain(result, "parameters", "final")
+    physics, place = str(finding.get("physics") or ""), place_text(mapping(finding.get("location")))
     what = physics_name(physics) if physics in PHYSICS else "something"
-    place = place_text(mapping(finding.get("location")))
-    gain = _gain(result, "parameters", "final")
     if finding.get("class"):
         what = f"a force ({finding['class']})"
-    elif physics in PHYSICS and finding.get("parameters"):
-        return f"Likeliest missing: {what} {place}, though it does not explain all that is left{gain}."
+    elif likeliest := _likeliest(findings):
+        do = "do not" if len(likeliest) > 1 else "does not"
+        whole = "though together they" if len(likeliest) > 1 else "though it"
+        return f"Likeliest missing: {'; and '.join(likeliest)}, {whole} {do} explain all that is left{gain}."
     return f"The model lacks {what} {place}, but no law tried explains it well enough to be named{gain}."
+
+
+def _likeliest(findings: Sequence[Result]) -> list[str]:
+    """Laws with their places, the surest first; none where the first finding has no law."""
+    if not _is_law(findings[0]):
+        return []
+    surest = sorted(filter(_is_law, findings), key=lambda f: -(number(f.get("probability")) or 0.0))
+    return [f"{physics_name(str(f['physics']))} {place_text(mapping(f.get('location')))}" for f in surest]
+
+
+def _is_law(finding: Result) -> bool:
+    return str(finding.get("physics") or "") in PHYSICS and bool(finding.get("parameters"))
 
 
 def _gain(result: Result, before: str, after: str) -> str:
