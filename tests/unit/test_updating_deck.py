@@ -62,3 +62,13 @@ def test_back_to_the_deck(tmp_path: Path) -> None:
     assert float(again.deck.field_text("MAT1", 1, 3).replace("+11", "e11")) == pytest.approx(0.95 * 2.1e11, rel=1e-4)
     with pytest.raises(UpdatingError, match="no parameter 'nu'"):
         updated_deck(model, {"nu": 1.0})
+
+
+def test_factors_of_two_parameters_of_one_field_are_multiplied(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "m.bdf").write_text(MAIN)
+    (tmp_path / "parts" / "props.bdf").write_text(PROPS)
+    parameters = [Parameter("E", "E", "material", (1,)), Parameter("E too", "E", "material", (1,))]
+    new = updated_deck(read_model(tmp_path / "m.bdf", parameters=parameters), {"E": 0.9, "E too": 0.5})
+    (text,) = (content.decode() for content in new.files.values())
+    assert "MAT1    1       9.45+10 " in text

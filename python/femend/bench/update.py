@@ -34,6 +34,7 @@ from femend.estimate.updating import (
 )
 from femend.estimate.updating import update as search
 from femend.io import OutputDirectory, refuse_unwritable
+from femend.io.updated_files import updated_files
 from femend.model import Model
 from femend.progress import Progress, SilentProgress
 from femend.study.study import Study
@@ -238,9 +239,9 @@ def _write(run: UpdateRun, folder: Path, steps: Steps) -> None:
     write_json(folder / "updating.json", run.result)
     main = run.study.model_file
     files = {path.resolve(): content for path, content in run.deck.files.items()}
-    (folder / "model.updated.bdf").write_bytes(files.pop(main) if main in files else main.read_bytes())
-    for path, content in files.items():
-        (folder / f"model.updated.{path.name}").write_bytes(content)
+    text = files.pop(main) if main in files else main.read_bytes()
+    for name, content in updated_files(main, text, files).items():
+        (folder / name).write_bytes(content)
     (folder / "model.diff").write_text(run.deck.diff, encoding="utf-8")
     names = ("updating.json", "model.updated.bdf", "model.diff", *write_tables(folder, run))
     (folder / "updating.html").write_text(render_page(update_page(run, steps.info.as_dict(), names)), encoding="utf-8")

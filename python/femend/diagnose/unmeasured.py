@@ -52,7 +52,7 @@ PLACES = 3
 def find_unmeasured(given: Given, located: Sequence[Located]) -> LoadFinding | None:
     """A force or base motion that was not recorded, where the best place with one force shows one; None otherwise."""
     split, shown = given.split, _shown(given, located)
-    if not shown:
+    if not shown or _of_frfs(given):
         return None
     (best, recovered), problem = shown[0], split.whole
     base = best.place.kind == "base"
@@ -157,6 +157,8 @@ def _outside(located: Sequence[Located], margin: float) -> list[Located]:
 def _best_sine(given: Given, shown: Sequence[tuple[Located, Recovered]], updated: FloatArray) -> LoadFinding | None:
     """The harmonic force that explains clearly most, of those at places where a free force explains as much, else the
     first: a free force may be anything, and so makes up for being at the wrong place, which a harmonic one cannot."""
+    if _of_frfs(given):
+        return None
     found = [_sine(given, one, recovered, (one.fit.p, updated)) for one, recovered in shown if one.place.kind != "base"]
     known = [sine for sine in found if sine is not None]
     least = min((sine.score for sine in known), default=np.inf)
@@ -210,6 +212,11 @@ def _nearly_all(without: Fit | None, seen: Fit) -> bool:
     """Whether a harmonic force takes away nearly all that is beyond the noise: one far above it shows whatever else is
     a little wrong with the model."""
     return without is not None and (without.score - seen.score) > NEARLY_ALL * (without.score - 1.0)
+
+
+def _of_frfs(given: Given) -> bool:
+    """Whether some record is an FRF: what a force does that was not recorded averages out of it, or is of no time."""
+    return any(r.frf is not None for r in given.split.whole.records)
 
 
 def _from_outside(problem: Problem, recovered: Recovered) -> bool:

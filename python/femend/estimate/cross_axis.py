@@ -6,7 +6,9 @@ along it, as in the weak direction of a bar that is shaken in its strong one, on
 signal, and a fit that believes the sensor to its noise bends the model to follow what is not its motion, or tells
 physics where there is none. So a sensor's signal may hold an unknown share of the motion in each of the two other axes,
 as the model predicts it; the shares are eliminated with the free decays, and what the prediction may be wrong by counts
-as noise. Sensors are calibrated to a few per cent, too: the same is done with a share of what each recorded itself.
+as noise. Sensors are calibrated to a few per cent, too: the same is done with a share of the motion along each, again
+as predicted. (A share of what was recorded would make everything that is left smaller by as much: a model that does not
+explain the recordings would be fitted with sensors that show too much.)
 """
 
 from __future__ import annotations
@@ -40,8 +42,8 @@ def with_across(
     band: tuple[float, float],
     modal: tuple[FloatArray, FloatArray, FloatArray],
 ) -> list[FitRecord]:
-    """The records with what moves across their sensors, under the recorded forces in a `band` (Hz), as the modes
-    `modal` predict it: omega (rad/s) and zeta (r,), shapes (r, r) in the basis of the reduced model.
+    """The records with what moves across their sensors and along them, under the recorded forces in a `band` (Hz), as
+    the modes `modal` predict it: omega (rad/s) and zeta (r,), shapes (r, r) in the basis of the reduced model.
 
     Records without recorded forces have none.
     """
@@ -60,9 +62,9 @@ def _with(
     freq = np.asarray(np.fft.rfftfreq(n, record.dt) if record.frf is None else record.frf.freq)
     force = (np.fft.rfft(record.u, n, axis=1) if record.frf is None else record.u).T
     inside = within_band(freq, (band[0] / WIDER, band[1] * WIDER)) & (freq > 0)
-    made = np.zeros((2, len(record.out_rows), len(freq)), dtype=np.complex128)
+    made = np.zeros((3, len(record.out_rows), len(freq)), dtype=np.complex128)
     at = 2j * np.pi * freq[inside], np.asarray(force[inside], dtype=np.complex128)
-    made[:, :, inside] = _across(record, reduced, *at, modal)
+    made[:, :, inside] = _motion(record, reduced, *at, modal)
     across: FloatArray | ComplexArray = made
     if record.frf is None:
         across = np.asarray(np.fft.irfft(made, n, axis=2)[:, :, : record.n])
@@ -84,7 +86,7 @@ def crossed(records: Sequence[FitRecord], band: tuple[float, float]) -> dict[int
 def _picks_up(record: FitRecord, across: FloatArray | ComplexArray) -> bool:
     """Whether what some sensor may pick up counts beside noise and one per cent of its own motion, which is what else a
     model is not asked to explain."""
-    picked = ACROSS_SD * np.sqrt((np.abs(across) ** 2).mean(axis=2)).max(axis=0)
+    picked = ACROSS_SD * np.sqrt((np.abs(across[:2]) ** 2).mean(axis=2)).max(axis=0)
     believed = np.sqrt(record.noise**2 + ACROSS_SD**2 * (record.y**2).mean(axis=1))
     return bool((picked > NEGLIGIBLE * believed).any())
 
@@ -93,21 +95,22 @@ def _crossing(record: FitRecord, band: tuple[float, float]) -> FloatArray:
     """Motion across every sensor over the recorded one along it (n_out,)."""
     assert record.across is not None
     freq, own = amplitudes(record)
-    across = np.abs(record.across if record.frf is not None else np.fft.rfft(record.across, axis=2))
+    across = record.across[:2]
+    across = np.abs(across if record.frf is not None else np.fft.rfft(across, axis=2))
     inside = within_band(freq, band)
     along = np.sqrt((own[:, inside] ** 2).sum(axis=1))
     return np.asarray(np.sqrt((across[:, :, inside] ** 2).sum(axis=(0, 2))) / np.maximum(along, 1e-300))
 
 
-def _across(
+def _motion(
     record: FitRecord,
     reduced: ReducedModel,
     s: ComplexArray,
     force: ComplexArray,
     modal: tuple[FloatArray, FloatArray, FloatArray],
 ) -> ComplexArray:
-    """Accelerations (2, n_out, K) along the two other axes of every sensor's node on lines s (K,) under `force`
-    (K, n_in); none for a sensor of rotation."""
+    """Accelerations (3, n_out, K) along the two other axes of every sensor's node, none for a sensor of rotation, and
+    along its own, on lines s (K,) under `force` (K, n_in)."""
     omega, zeta, Q = modal
     into = reduced.rows(record.in_rows, record.in_signs) @ Q
     moved = (s[:, None] ** 2 / (s[:, None] ** 2 + 2 * zeta * omega * s[:, None] + omega**2)) * (force @ into)
@@ -117,4 +120,5 @@ def _across(
         other = np.where(axis < 3, record.out_rows - axis + (axis + turn) % 3, record.out_rows)
         seen = (reduced.rows(other) @ Q) * (axis < 3)[:, None]
         made.append(seen @ moved.T)
+    made.append((reduced.rows(record.out_rows) @ Q) @ moved.T)
     return np.asarray(made)

@@ -70,9 +70,9 @@ class FitRecord:
         start: sample from which on responses are compared, where what went before was used for something else: the
             structure is driven by all of the record. Windowed lines (`sigma` > 0), which show the beginning, are of
             the whole record all the same.
-        across: (2, n_out, n) accelerations along the two other axes of every sensor's node, as a model predicts them,
-            of which the sensor may pick up an unknown share, beside one of what it recorded itself; complex on an FRF's
-            lines. None where sensors are believed.
+        across: (3, n_out, n) accelerations along the two other axes of every sensor's node, and along its own, as a
+            model predicts them, of each of which the sensor may hold an unknown share; complex on an FRF's lines. None
+            where sensors are believed.
         crossed: rows of the g-set of sensors that were left out, each with how many times as much the structure moves
             across it as along it.
     """
@@ -184,7 +184,7 @@ def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
         squares = float((np.abs(record.frf.H[inside]) ** 2).sum())
         across = None if across is None else across[:, :, inside]
     if across is not None:
-        left += ACROSS_SD**2 * float((np.abs(across) ** 2).sum()) + GAIN_SD**2 * squares
+        left += ACROSS_SD**2 * float((np.abs(across[:2]) ** 2).sum()) + GAIN_SD**2 * squares
     return float(np.sqrt(left / squares))
 
 
@@ -302,7 +302,7 @@ def spectral_lines(
     across = None
     if record.across is not None:
         spectra = np.fft.rfft(record.across[:, :, first:] * window, axis=2)
-        variance, across = Across.of(spectra, Yfull, variance, index, TEMPERING * step, _smoothed)
+        variance, across = Across.of(spectra, variance, index, TEMPERING * step, _smoothed)
     weight = np.ascontiguousarray(1 / np.sqrt(variance[:, index].T))
     chosen = (np.asarray(freq[index]), np.asarray(index, dtype=np.int64), U, Yfull[:, index].T, weight)
     if modal is None or n_tuned == 0 or not record.driven or sigma > _core.closing_sigma(n * record.dt):
@@ -335,7 +335,7 @@ def _of_frf(
     across = None
     if record.across is not None and sigma == 0:
         spectra = np.asarray(record.across, dtype=np.complex128)
-        raised, across = Across.of(spectra, H.T, variance.T, index, TEMPERING * step, _smoothed)
+        raised, across = Across.of(spectra, variance.T, index, TEMPERING * step, _smoothed)
         variance = raised.T
     weight = np.ascontiguousarray(1 / np.sqrt(variance[index]))
     ones = np.ones((len(index), 1), dtype=complex)

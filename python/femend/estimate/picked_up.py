@@ -36,7 +36,6 @@ class Across:
     def of(
         cls,
         spectra: ComplexArray,
-        own: ComplexArray,
         variance: FloatArray,
         index: NDArray[np.int64],
         share: float,
@@ -45,19 +44,18 @@ class Across:
         """The variance (n_out, F) of a record's spectrum with what else counts as noise, and the motion on the lines
         `index` (K,), each with its `share` in the cost, whose shares the lines tell; None where that is none.
 
-        `spectra` (2, n_out, F) are accelerations along the two other axes of every sensor's node, `own` (n_out, F) what
-        it recorded, `smoothed` is how powers (n_out, F) are smoothed over neighbouring lines. What may be picked up of
+        `spectra` (3, n_out, F) are accelerations along the two other axes of every sensor's node and along its own,
+        `smoothed` is how powers (n_out, F) are smoothed over neighbouring lines. What may be picked up of
         them counts as noise, but for those whose share is told, of which the error of a prediction does.
         """
-        spectra = np.concatenate([spectra, (GAIN_SD / ACROSS_SD) * own[None]])
+        spectra = spectra * np.array([1.0, 1.0, GAIN_SD / ACROSS_SD])[:, None, None]
         power = np.array([smoothed(np.abs(c) ** 2) for c in spectra])
         told = share * ACROSS_SD**2 * (np.abs(spectra[:, :, index]) ** 2 / variance[:, index]).sum(axis=2)
         order = np.argsort(-told, axis=None)
         order = order[told.ravel()[order] > WORTH][:MOST]
         turn, sensor = np.unravel_index(order, told.shape)
         part = np.full(told.shape, ACROSS_SD**2)
-        # what was recorded is no prediction
-        part[turn, sensor] *= np.array([ACROSS_ERROR, ACROSS_ERROR, 0.0])[turn] ** 2
+        part[turn, sensor] *= ACROSS_ERROR**2
         variance = variance + (part[:, :, None] * power).sum(axis=0)
         if not len(order):
             return variance, None

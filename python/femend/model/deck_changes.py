@@ -28,16 +28,18 @@ _PROPERTY = {
 
 def deck_changes(model: Model, parameters: dict[str, Any]) -> list[FieldChange]:
     """Changed fields for factors by name, {name: {"factor": value}} for all `parameters` of the `model`; a parameter
-    whose value stands on no single field is left out (`unwritten`)."""
-    changes = []
+    whose value stands on no single field is left out (`unwritten`). Of several that scale one field the factors are
+    multiplied."""
+    factors: dict[tuple[str, int, int], float] = {}
     for parameter in model.parameters:
-        factor = parameters[parameter.name]["factor"]
-        for card, id_, field in _fields(model, parameter):
-            try:
-                old = real(model.deck.field_text(card, id_, field))
-            except ValueError:
-                continue  # blank field: its value follows from others
-            changes.append(FieldChange(card, id_, field, old * factor))
+        for place in _fields(model, parameter):
+            factors[place] = factors.get(place, 1.0) * parameters[parameter.name]["factor"]
+    changes = []
+    for place, factor in factors.items():
+        try:
+            changes.append(FieldChange(*place, real(model.deck.field_text(*place)) * factor))
+        except ValueError:
+            continue  # blank field: its value follows from others
     return changes
 
 

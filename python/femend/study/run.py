@@ -17,6 +17,7 @@ from femend.errors import FemendError, RecordingError, StudyError
 from femend.estimate import FitRecord, fit_records, pair_test
 from femend.io import OutputDirectory, refuse_unwritable
 from femend.io.deck import patch_deck
+from femend.io.updated_files import updated_files
 from femend.model import Model, Pairing, read_model
 from femend.physics import Physics, selected
 from femend.progress import Progress, SilentProgress, say
@@ -246,6 +247,5 @@ def _write_deck(run: StudyRun, folder: Path) -> None:
     main = Path(run.model.deck.path)
     text = patched.pop(main, None)
     text = on_new_supports(main.read_bytes() if text is None else text, run.model, run.result)
-    (folder / "model.updated.bdf").write_bytes(text)
-    for path, content in patched.items():
-        (folder / f"model.updated.{path.name}").write_bytes(content)
+    for name, content in updated_files(main, text, patched).items():
+        (folder / name).write_bytes(content)

@@ -19,6 +19,7 @@ from femend.errors import RecordingError, StudyError
 from femend.estimate import pair_test
 from femend.io import OutputDirectory
 from femend.io.deck import patch_deck
+from femend.io.updated_files import updated_files
 from femend.model import Model, Pairing
 from femend.model.configured import free_model
 from femend.model.model import model_of
@@ -164,6 +165,5 @@ def _write_deck(run: StagedRun, folder: Path) -> None:
     patched = patch_deck(run.model.deck, staged_changes(run.setup, run.final), staged_cards(run.setup, run.final))
     main = Path(run.model.deck.path)
     text = patched.pop(main, None)
-    (folder / "model.updated.bdf").write_bytes(main.read_bytes() if text is None else text)
-    for path, content in patched.items():
-        (folder / f"model.updated.{path.name}").write_bytes(content)
+    for name, content in updated_files(main, main.read_bytes() if text is None else text, patched).items():
+        (folder / name).write_bytes(content)
