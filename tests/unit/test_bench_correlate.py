@@ -168,6 +168,10 @@ def test_a_reversed_sensor_is_named(tmp_path: Path) -> None:
     assert (fault.kind, fault.names) == ("reversed", ("7:+Z",))
     assert any("7:+Z looks reversed" in w for w in run.result["warnings"])
     assert "mend the sensors" in run.result["advice"]
+    # an update, which would make up for it with its parameters, says it too
+    updated = update_study(modes_study(tmp_path)).result
+    assert any("7:+Z looks reversed" in w for w in updated["warnings"])
+    assert updated["advice"].startswith("mend the sensors")
 
 
 def branched(folder: Path) -> tuple[Path, dict[int, np.ndarray]]:

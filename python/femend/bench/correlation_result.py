@@ -9,12 +9,12 @@ import numpy as np
 
 from femend.analysis.tam import TamTable
 from femend.bench.compared import Compared
+from femend.bench.doubted import MEND_FIRST, doubted_levels, doubted_sensors
 from femend.bench.measured import MeasuredModes
 from femend.bench.orthogonal import orthogonality_result
 from femend.bench.placed import Placed
 from femend.bench.run_compared import ComparedRun
 from femend.bench.run_result import run_advice, run_result
-from femend.correlate.doubts import level_doubts
 
 if TYPE_CHECKING:
     from femend.bench.correlate import Prepared
@@ -29,7 +29,7 @@ def correlation_result(
 ) -> dict[str, Any]:
     """The content of correlation.json; `tams` are the orthogonalities of what is `compared`, `runs` those of a
     rotor."""
-    faults = [f"recording {c.measured.name!r}: {f.text}" for c in compared for f in c.faults]
+    faults = doubted_sensors(compared)
     return {
         "format": FORMAT,
         "title": prepared.study.title,
@@ -39,20 +39,9 @@ def correlation_result(
             for c, t in zip(compared, tams, strict=True)
         ],
         "runs": [run_result(r) for r in runs],
-        "warnings": [*prepared.warnings, *faults, *_levels(compared), *(r.why for r in runs if r.why)],
+        "warnings": [*prepared.warnings, *faults, *doubted_levels(compared), *(r.why for r in runs if r.why)],
         "advice": "; ".join(filter(None, [_advice(compared, faults), *(run_advice(r) for r in runs)])),
     }
-
-
-def _levels(compared: Sequence[Compared]) -> list[str]:
-    """What the FRFs of a recording are larger or smaller by than the model's, where units explain it."""
-    told = []
-    for c in compared:
-        if c.measured.frf is not None and c.frf is not None:
-            names = [str(channel.dof) for channel in c.measured.frf.outputs]
-            doubts = level_doubts(c.measured.frf.H, c.frf.H, names)
-            told += [f"recording {c.measured.name!r}: {d.text}" for d in doubts]
-    return told
 
 
 def placed_result(placed: Placed) -> dict[str, Any]:
@@ -128,7 +117,7 @@ def _about(m: MeasuredModes) -> dict[str, Any]:
 def _advice(compared: Sequence[Compared], faults: Sequence[str]) -> str:
     said = []
     if faults:
-        said.append("mend the sensors that look reversed or exchanged before anything is updated")
+        said.append(MEND_FIRST)
     lost = [c for c in compared if c.n_pairs < c.n_test]
     if lost:
         n, of = sum(c.n_test - c.n_pairs for c in lost), sum(c.n_test for c in compared)

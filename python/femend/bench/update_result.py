@@ -10,6 +10,7 @@ import numpy as np
 from femend.bench.compared import Compared
 from femend.bench.correlation_result import comparison_result, placed_result
 from femend.bench.counted import Counted
+from femend.bench.doubted import MEND_FIRST, doubted_levels, doubted_sensors
 from femend.bench.drawn import Drawn
 from femend.bench.starts import Starts
 from femend.bench.surface_start import SurfaceStart
@@ -46,7 +47,9 @@ def update_result(
     """The content of updating.json."""
     settings = prepared.study.updating
     recordings = [_recording(b, a) for b, a in zip(before, after, strict=True)]
-    warnings = [*prepared.warnings, *(text for c in counted for text in c.left_out)]
+    faults = doubted_sensors(before)
+    warnings = [*prepared.warnings, *faults, *doubted_levels(before, of_all=True)]
+    warnings += [text for c in counted for text in c.left_out]
     warnings += [text for one in (surface, starts) if one is not None for text in one.warnings()]
     more = [text for one in (surface, starts, drawn) if one is not None for text in one.advice()]
     if deck.left_out:
@@ -57,7 +60,14 @@ def update_result(
         "format": FORMAT,
         "title": prepared.study.title,
         "status": found.status,
-        "advice": "; ".join([*_advice(found, told, recordings), *_frequencies_left(found, settings), *more]),
+        "advice": "; ".join(
+            [
+                *([MEND_FIRST] if faults else []),
+                *_advice(found, told, recordings),
+                *_frequencies_left(found, settings),
+                *more,
+            ]
+        ),
         "iterations": len(found.history) - 1,
         "cost": {"before": found.before.cost, "after": found.after.cost},
         "squares": {"before": found.before.squares, "after": found.after.squares, "values": found.after.n_values},
