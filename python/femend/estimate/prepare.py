@@ -17,10 +17,20 @@ from femend.model.free_body import RIGID
 from femend.numerals import plain
 from femend.signal.hammer import blow_force
 
-__all__ = ["check_sampling", "fit_records", "frf_records", "pair_test", "period_of"]
+__all__ = [
+    "DERIVATIVES",
+    "as_acceleration",
+    "check_sampling",
+    "fit_records",
+    "frf_records",
+    "pair_test",
+    "period_of",
+]
 
 FloatArray = NDArray[np.float64]
 
+# how often what is measured has to be differentiated to be an acceleration
+DERIVATIVES = {"acceleration": 0, "velocity": 1, "displacement": 2}
 # a force record repeats itself where the last period differs from the one before by less than this
 REPEATS = 0.05
 # fewer samples than this per cycle of the band's end are too few to tell a response from its image (`used_band` ends
@@ -165,20 +175,27 @@ def _arrays(recording: Recording) -> tuple[FloatArray, FloatArray, float]:
             recording=recording.name,
         )
     y = response.values.copy()
-    omega = 2 * np.pi * np.fft.rfftfreq(data.n_samples, data.dt)
     for i, channel in enumerate(response.channels):
-        order = {"acceleration": 0, "velocity": 1, "displacement": 2}.get(channel.quantity)
-        if order is None:
+        if channel.quantity not in DERIVATIVES:
             raise RecordingError(
                 f"recording {recording.name!r}: channel {channel.text} measures {channel.quantity}; the fit takes "
                 "accelerations, velocities and displacements: leave the channel out",
                 recording=recording.name,
                 channel=channel.text,
             )
-        if order:
-            y[i] = np.fft.irfft((1j * omega) ** order * np.fft.rfft(y[i]), n=data.n_samples)
+        y[i] = as_acceleration(y[i], channel.quantity, data.dt)
     u = np.zeros((0, y.shape[1])) if force is None or recording.excitation != "measured" else blow_force(force)
     return u, y, data.dt
+
+
+def as_acceleration(x: FloatArray, quantity: str, dt: float) -> FloatArray:
+    """Samples x (n,) of a `quantity` of `DERIVATIVES` at step `dt` (s) as an acceleration (n,), differentiated in the
+    frequency domain."""
+    order = DERIVATIVES[quantity]
+    if not order:
+        return x
+    omega = 2 * np.pi * np.fft.rfftfreq(len(x), dt)
+    return np.asarray(np.fft.irfft((1j * omega) ** order * np.fft.rfft(x), n=len(x)))
 
 
 def _rows(

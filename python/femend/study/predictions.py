@@ -16,7 +16,7 @@ from femend.diagnose import Diagnosis
 from femend.diagnose.stages import STAGES, stages
 from femend.estimate import FitRecord
 from femend.estimate.frf import ORDER
-from femend.estimate.prepare import frf_records
+from femend.estimate.prepare import DERIVATIVES, as_acceleration, frf_records
 from femend.io import functions_of, write_uff
 from femend.model import Model, Pairing
 from femend.signal.hammer import blow_force
@@ -148,14 +148,21 @@ def _predict_frf(
 
 
 def _recorded(recording: Recording, channels: tuple[Channel, ...]) -> FloatArray | None:
+    """Accelerations (n_out, n) at the places of channels, as records to be fitted have them: of sensors of velocity or
+    displacement those that follow; None where one has no sensor."""
     response = recording.response
     if response is None:
         return None
-    rows = {(c.dof, c.quantity): i for i, c in enumerate(response.channels)}
-    wanted = [rows.get((c.dof, "acceleration")) for c in channels]
-    if any(w is None for w in wanted):
+    # of several sensors at one place the one that has to be differentiated least
+    found = [(DERIVATIVES[c.quantity], i) for i, c in enumerate(response.channels) if c.quantity in DERIVATIVES]
+    rows = {response.channels[i].dof: i for _, i in sorted(found, reverse=True)}
+    wanted = [rows[c.dof] for c in channels if c.dof in rows]
+    if len(wanted) < len(channels):
         return None
-    return np.asarray(response.values[[w for w in wanted if w is not None]])
+    kinds = [response.channels[i].quantity for i in wanted]
+    return np.array(
+        [as_acceleration(response.values[i], kind, response.dt) for i, kind in zip(wanted, kinds, strict=True)]
+    )
 
 
 def write_predictions(folder: Path, predictions: Iterable[Prediction]) -> None:
