@@ -174,6 +174,24 @@ def test_the_best_shares_of_motion_across_are_taken_out_with_their_prior() -> No
     np.testing.assert_allclose(both[..., 1], 2 * left, rtol=1e-12)
 
 
+def test_calibration_takes_nothing_of_what_the_model_does_not_explain(reduced: ReducedModel) -> None:
+    # a share of what was recorded would go along with it, and with what is left of it as well
+    record = recorded(reduced, [(7, Y), (5, Y), (3, Y)], (7, Y))
+    more = 0.5 * record.y.std(axis=1)[:, None] * np.random.default_rng(4).standard_normal(record.y.shape)
+    known, plain_one = (
+        Problem(with_across([r], reduced, BAND, modal(reduced)), BAND, 0.01, 2).lines(reduced)[0]
+        for r in (replace(record, y=record.y + more), record)
+    )
+    assert known.picked_up is not None
+    for s, U, _ in known.picked_up.bases:
+        left = (known.Y - plain_one.Y)[:, s] * known.weight[:, s]
+        e = np.concatenate([left.real, left.imag])
+        whole = known.Y[:, s] * known.weight[:, s]
+        share = np.linalg.norm(e) / np.linalg.norm(whole)
+        assert share > 0.1
+        assert abs(U[:, 0] @ e) < 0.5 * share * np.linalg.norm(e)
+
+
 def test_what_has_no_column_though_it_shows_counts_as_noise() -> None:
     rng = np.random.default_rng(5)
     n_out, k = MOST, 20
