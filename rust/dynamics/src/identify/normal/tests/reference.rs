@@ -99,6 +99,16 @@ fn fitted_lines_leave_the_cost() {
     }
 }
 
+/// Models, records and hypotheses of a batch, and the law's unknowns.
+fn parts() -> ([System; 2], [RecordLines; 2], [Hypothesis; 4], Vec<f64>) {
+    let numbers = &mut Numbers(37);
+    let systems = [system(numbers, 3, 0.02), system(numbers, 2, 0.01)];
+    let records = [record(numbers, 4, 1, 0.3), record(numbers, 5, 2, 0.3)];
+    let (kinds, x) = laws();
+    let hypotheses = [nothing(), free(numbers, 1), free(numbers, 2), closed(numbers, 1, &kinds, &x)];
+    (systems, records, hypotheses, x)
+}
+
 /// Jobs that share a model and its start, jobs that do not, and one whose start has no model.
 fn jobs<'a>(systems: &'a [System], hypotheses: &'a [Hypothesis], x: &[f64]) -> Vec<Job<'a>> {
     let mut jobs = Vec::new();
@@ -115,11 +125,7 @@ fn jobs<'a>(systems: &'a [System], hypotheses: &'a [Hypothesis], x: &[f64]) -> V
 
 #[test]
 fn a_batch_gives_what_its_jobs_give_alone() {
-    let numbers = &mut Numbers(37);
-    let systems = [system(numbers, 3, 0.02), system(numbers, 2, 0.01)];
-    let records = [record(numbers, 4, 1, 0.3), record(numbers, 5, 2, 0.3)];
-    let (kinds, x) = laws();
-    let hypotheses = [nothing(), free(numbers, 1), free(numbers, 2), closed(numbers, 1, &kinds, &x)];
+    let (systems, records, hypotheses, x) = parts();
     let jobs = jobs(&systems, &hypotheses, &x);
     let settings = Settings { iterations: 3, ..Settings::default() };
     // a race in which all stay together changes nothing
@@ -141,11 +147,7 @@ fn a_batch_gives_what_its_jobs_give_alone() {
 
 #[test]
 fn those_far_behind_the_best_of_their_group_stop_where_they_are() {
-    let numbers = &mut Numbers(37);
-    let systems = [system(numbers, 3, 0.02), system(numbers, 2, 0.01)];
-    let records = [record(numbers, 4, 1, 0.3), record(numbers, 5, 2, 0.3)];
-    let (kinds, x) = laws();
-    let hypotheses = [nothing(), free(numbers, 1), free(numbers, 2), closed(numbers, 1, &kinds, &x)];
+    let (systems, records, hypotheses, x) = parts();
     let jobs = jobs(&systems, &hypotheses, &x);
     let settings = Settings { iterations: 5, tolerance: 0.0, ..Settings::default() };
     let alone = |job: &Job<'_>, iterations| {
