@@ -28,7 +28,7 @@ def deck(folder: Path) -> Path:
 def test_includes_name_the_new_files_and_files_of_one_name_stay_apart(tmp_path: Path) -> None:
     main = deck(tmp_path)
     changed = {tmp_path / "a" / "mat.inc": b"MAT1,1,1.+11,,.3\n", tmp_path / "b" / "more.inc": b"MAT1,2,8.+10,,.3\n"}
-    files = updated_files(main, MAIN, changed)
+    files = updated_files(main, changed)
     assert set(files) == {
         "model.updated.bdf",
         "model.updated.a.mat.inc",
@@ -48,7 +48,7 @@ def test_includes_name_the_new_files_and_files_of_one_name_stay_apart(tmp_path: 
 def test_what_a_changed_file_includes_is_found_from_the_folder_of_the_deck(tmp_path: Path) -> None:
     main = deck(tmp_path)
     path = tmp_path / "b" / "mat.inc"
-    files = updated_files(main, MAIN, {path: path.read_bytes() + b"MAT1,3,1.+9,,.3\n"})
+    files = updated_files(main, {path: path.read_bytes() + b"MAT1,3,1.+9,,.3\n"})
     assert set(files) == {"model.updated.bdf", "model.updated.mat.inc"}
     assert files["model.updated.mat.inc"].startswith(b"include 'b/more.inc'\n")
     assert b"INCLUDE 'model.updated.mat.inc'" in files["model.updated.bdf"]
@@ -57,4 +57,5 @@ def test_what_a_changed_file_includes_is_found_from_the_folder_of_the_deck(tmp_p
 
 def test_a_deck_without_changed_includes_keeps_its_bytes(tmp_path: Path) -> None:
     main = deck(tmp_path)
-    assert updated_files(main, MAIN + b"$ new\n", {}) == {"model.updated.bdf": MAIN + b"$ new\n"}
+    assert updated_files(main, {main: MAIN + b"$ new\n"}) == {"model.updated.bdf": MAIN + b"$ new\n"}
+    assert updated_files(main, {}) == {"model.updated.bdf": MAIN}

@@ -237,10 +237,7 @@ def _telling(progress: Progress) -> Any:
 
 def _write(run: UpdateRun, folder: Path, steps: Steps) -> None:
     write_json(folder / "updating.json", run.result)
-    main = run.study.model_file
-    files = {path.resolve(): content for path, content in run.deck.files.items()}
-    text = files.pop(main) if main in files else main.read_bytes()
-    for name, content in updated_files(main, text, files).items():
+    for name, content in updated_files(run.study.model_file, run.deck.files).items():
         (folder / name).write_bytes(content)
     (folder / "model.diff").write_text(run.deck.diff, encoding="utf-8")
     names = ("updating.json", "model.updated.bdf", "model.diff", *write_tables(folder, run))

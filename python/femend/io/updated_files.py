@@ -16,15 +16,17 @@ _BARE = re.compile(rb"(?im)^([ \t]*INCLUDE[ \t=]+)([^'\"$\r\n\t =][^$\r\n]*?)(?=
 _DEEPEST = 200
 
 
-def updated_files(main: Path, text: bytes, changed: Mapping[Path, bytes]) -> dict[str, bytes]:
-    """File names, each with its content: `model.updated.bdf` for the deck `main`, whose new content is `text`, and
-    `model.updated.NAME` for every included file that is `changed` or includes one that is.
+def updated_files(main: Path, changed: Mapping[Path, bytes]) -> dict[str, bytes]:
+    """File names, each with its content: `model.updated.bdf` for the deck `main`, with its new content where it is
+    among the `changed`, and `model.updated.NAME` for every included file that is, or includes one that is.
 
     Their INCLUDE statements name the new files; other includes stay, so that beside the original deck everything is
     found. Everything else keeps its bytes.
     """
     main = main.resolve()
-    files = {path.resolve(): content for path, content in changed.items()} | {main: text}
+    files = {path.resolve(): content for path, content in changed.items()}
+    if main not in files:
+        files[main] = main.read_bytes()
     written = _with_those_that_include(files, main)
     names = _names(written, main)
     return {names[path]: _renamed(content, path, main, names) for path, content in written.items()}

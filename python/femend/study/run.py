@@ -245,7 +245,7 @@ def _write_deck(run: StudyRun, folder: Path) -> None:
     cards = deck_cards(run.model, run.result)
     patched = patch_deck(run.model.deck, changes, cards)
     main = Path(run.model.deck.path)
-    text = patched.pop(main, None)
-    text = on_new_supports(main.read_bytes() if text is None else text, run.model, run.result)
-    for name, content in updated_files(main, text, patched).items():
+    text = patched[main] if main in patched else main.read_bytes()
+    patched[main] = on_new_supports(text, run.model, run.result)
+    for name, content in updated_files(main, patched).items():
         (folder / name).write_bytes(content)

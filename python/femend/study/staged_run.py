@@ -163,7 +163,5 @@ def _write(run: StagedRun, out: Path, info: RunInfo) -> None:
 
 def _write_deck(run: StagedRun, folder: Path) -> None:
     patched = patch_deck(run.model.deck, staged_changes(run.setup, run.final), staged_cards(run.setup, run.final))
-    main = Path(run.model.deck.path)
-    text = patched.pop(main, None)
-    for name, content in updated_files(main, main.read_bytes() if text is None else text, patched).items():
+    for name, content in updated_files(Path(run.model.deck.path), patched).items():
         (folder / name).write_bytes(content)
