@@ -43,8 +43,16 @@ class Recorded:
 RECORDINGS = (Recorded("tip"), Recorded("middle", "validate", 9), Recorded("asked", "predict"))
 
 
-def measured_frf(folder: Path, tested: Recorded, noise: float = 0.01, E: tuple[float, float] = TRUE_E) -> FRF:
-    """Accelerances of the truth at the sensors in Z to a force at the shaker, with noise."""
+def measured_frf(
+    folder: Path,
+    tested: Recorded,
+    noise: float = 0.01,
+    E: tuple[float, float] = TRUE_E,
+    sensors: tuple[int, ...] = SENSORS,
+    even: bool = False,
+) -> FRF:
+    """Accelerances of the truth at the `sensors` in Z to a force at the shaker, with noise: a share of every FRF, or
+    `even`, a share of all."""
     path = folder / "truth.bdf"
     path.write_text(small_study.deck(E))
     truth = read_model(path)
@@ -54,10 +62,10 @@ def measured_frf(folder: Path, tested: Recorded, noise: float = 0.01, E: tuple[f
         truth = read(path, added_mass=[tested.mass])
     path.unlink()
     modes = model_modes(truth, f_max=2000.0, zeta=ZETA)
-    outputs = [Channel(Dof(n, 3), "acceleration", "m/s^2") for n in SENSORS]
+    outputs = [Channel(Dof(n, 3), "acceleration", "m/s^2") for n in sensors]
     clean = modal_frf(modes, np.arange(1.0, 420.0, 0.25), outputs, [Channel(Dof(tested.shaker, 3), "force", "N")])
     rng = np.random.default_rng(len(tested.name))
-    size = noise * np.sqrt(np.mean(np.abs(clean.H) ** 2, axis=0, keepdims=True)) / np.sqrt(2)
+    size = noise * np.sqrt(np.mean(np.abs(clean.H) ** 2, axis=None if even else 0, keepdims=True)) / np.sqrt(2)
     H = clean.H + size * (rng.standard_normal(clean.H.shape) + 1j * rng.standard_normal(clean.H.shape))
     return FRF(tested.name, clean.freq, H, clean.outputs, clean.inputs, clean.kind, clean.unit)
 

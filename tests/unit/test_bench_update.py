@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from femend import Dof, read_model, update_study
+from femend import Dof, functions_of, read_model, update_study, write_uff
 from femend.bench import UpdateRun
 from femend.cli import main
 from femend.errors import StudyError, UpdatingError
@@ -28,7 +28,17 @@ from femend.estimate.updating import (
 )
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from bench_study import RECORDINGS, SENSORS, TABLES, TRUE_E, Recorded, study_text, write_modes, write_study
+from bench_study import (
+    RECORDINGS,
+    SENSORS,
+    TABLES,
+    TRUE_E,
+    Recorded,
+    measured_frf,
+    study_text,
+    write_modes,
+    write_study,
+)
 from small_study import deck
 
 # factors of the deck's 70 GPa
@@ -274,6 +284,16 @@ def test_frfs_alone(tmp_path: Path) -> None:
     tables = TABLES + '[updating]\nresponses = ["frfs"]\nfrf_lines = 200\nfrf_sd = 0.1\n'
     run = update_study(write_study(tmp_path, (Recorded("tip"),), tables))
     np.testing.assert_allclose([run.factors[n] for n in TRUTH], list(TRUTH.values()), rtol=5e-3)
+
+
+def test_frfs_of_noise_alone_take_no_part(tmp_path: Path) -> None:
+    """A sensor beside the clamp shows noise where the model hardly moves; its lines would soften the root."""
+    path = write_study(tmp_path, RECORDINGS[:1], TABLES + '[updating]\nresponses = ["frfs"]\n')
+    seen = measured_frf(tmp_path, RECORDINGS[0], 0.2, sensors=(2, 13), even=True)
+    write_uff(tmp_path / "tip.uff", functions_of(seen))
+    run = update_study(path, tmp_path / "out")
+    assert run.result["status"] == "converged"
+    assert within(run, 1.5)
 
 
 def test_a_parameter_nothing_sees_and_two_alike_are_said(tmp_path: Path) -> None:

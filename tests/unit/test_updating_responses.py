@@ -102,6 +102,7 @@ def test_frf_responses_with_damping(sparse: bool) -> None:
     for response in (
         FrfDifferences(H, 0.1),
         FrfDifferences(H, 0.1, "logarithm", LINES, bands),
+        FrfDifferences(H, 0.1, "logarithm", floor=0.1 * np.abs(H)),
         FracDifferences(H, 0.1),
         FracDifferences(H, 0.1, "places"),
     ):
@@ -113,6 +114,42 @@ def test_frf_responses_with_damping(sparse: bool) -> None:
     # noise-free data with a prior of 10 %: the pull of the prior is what is left
     assert found.status == "converged"
     np.testing.assert_allclose(found.p[:4], TRUTH, atol=0.02)
+
+
+def test_magnitudes_below_noise_and_floor_are_not_compared() -> None:
+    """A quiet model is off a measured noise by what the noise scatters, has no slope, and far lines keep theirs."""
+    frfs = Frfs(LINES, (0, 3, 5), (0, 5))
+    system = modal_system(chain(), np.eye(6), 6, frfs=frfs)
+    unknowns = Unknowns.of([factor(n) for n in ("k1", "k2", "k3", "m")])
+    unknowns = unknowns.extended([factor("eta")])
+    links = {n: Link((("eta", 1.0),), s) for n, s in (("alpha", 0.0), ("beta", 0.0), ("eta", 0.02))}
+    measured = 1e3 * np.abs(system.solve([*TRUTH, 0.0, 0.0, 0.02]).value("frf")).max() * np.ones((LINES.size, 3, 2))
+
+    def evaluated(**below: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        response = FrfDifferences(measured, 0.1, "logarithm", **below)
+        problem = Problem(unknowns, (Configuration("c", system, (response,), None, links),))
+        found = problem.evaluate([*HERE, 1.0], slopes=True)
+        assert found.jacobian is not None
+        return found.residual[: measured.size], found.jacobian[: measured.size]
+
+    far, slope = evaluated()
+    assert np.abs(far).min() > 50
+    quiet, flat = evaluated(noise=measured)
+    np.testing.assert_allclose(quiet, 0, atol=1e-3)
+    assert np.abs(flat).max() < 1e-4 * np.abs(slope).max()
+    # a floor counts on both sides: ln(1 / (1 + 1)) / 2 where the model is silent and the test as loud as the floor
+    np.testing.assert_allclose(evaluated(floor=measured)[0], -0.5 * np.log(2) / 0.1, rtol=1e-4)
+    half = np.where(np.arange(LINES.size)[:, None, None] < 3, measured, 0.0)
+    np.testing.assert_allclose(evaluated(noise=half)[1][-6:], slope[-6:])
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [(-1.0, "noise has to be finite and not negative; it holds -1"), (np.ones((2, 2)), r"noise of shape \(2, 2\)")],
+)
+def test_a_noise_that_does_not_fit(given: float | np.ndarray, words: str) -> None:
+    with pytest.raises(UpdatingError, match=words):
+        FrfDifferences(np.ones((7, 3, 2)), 0.1, "logarithm", noise=given)
 
 
 @pytest.mark.parametrize("sparse", [False, True])

@@ -16,6 +16,7 @@ from femend.data import FRF, ModeSet
 from femend.dof import Dof
 from femend.errors import StudyError, UpdatingError
 from femend.estimate.frf import ORDER, frf_lines_of
+from femend.estimate.picked_up import ACROSS_SD
 from femend.estimate.updating import scatter_of
 from femend.numerals import plain
 from femend.study.study import Study
@@ -36,8 +37,8 @@ class Counted:
     """The modes that count in one configuration of the problem: `freq`, `zeta` (n_modes,), `phi` (n_dof, n_modes) with
     largest component 1, and their deviations, floors included. `numbers` are those of the recording, from 1; `sources`
     the recordings; `frf` FRFs on the lines that count with the deviations `frf_sd` of their logarithms, None where none
-    do; `left_out` says which modes do not count,
-    and why."""
+    do, with `frf_noise` and `frf_floor` below which their magnitudes say nothing; `left_out` says which modes do not
+    count, and why."""
 
     name: str
     configuration: str
@@ -52,6 +53,8 @@ class Counted:
     sources: tuple[str, ...]
     frf: FRF | None = None
     frf_sd: FloatArray | None = None
+    frf_noise: FloatArray | float = 0.0
+    frf_floor: FloatArray | float = 0.0
     left_out: tuple[str, ...] = ()
 
     def select(self, at: Sequence[int] | NDArray[np.int64]) -> Counted:
@@ -194,18 +197,24 @@ def _lone(mac: FloatArray, mates: Mapping[int, int], mac_min: float) -> str:
     return f"it has no mate of MAC {mac_min:g} in the model (best {best:.2f})"
 
 
-def _frf(m: MeasuredModes, study: Study) -> tuple[FRF | None, FloatArray | None]:
-    """The lines of the measured FRFs that count, even over the band, and the deviations (n_freq, n_out, n_in) of the
-    logarithms of their magnitudes: what the study says, and in squares the noise of the lines, over their magnitude."""
+def _frf(
+    m: MeasuredModes, study: Study
+) -> tuple[FRF | None, FloatArray | None, FloatArray | float, FloatArray | float]:
+    """The lines of the measured FRFs that count, even over the band, and (n_freq, n_out, n_in) each: the deviations of
+    the logarithms of their magnitudes (what the study says, and in squares the noise of the lines over the magnitude),
+    the noise, and what sensors pick up of the motion across them, below which an FRF is that of its neighbours."""
     if "frfs" not in study.updating.responses or m.frf is None:
-        return None, None
+        return None, None, 0.0, 0.0
     f = m.frf
-    noise = np.stack([frf_lines_of(f, j).noise for j in range(len(f.inputs))], axis=2)
-    size = np.abs(f.H[f.freq > 0]) * ((2 * np.pi * f.freq[f.freq > 0]) ** ORDER[f.kind])[:, None, None]
-    at = np.unique(np.linspace(0, len(size) - 1, study.updating.frf_lines).round().astype(np.int64))
-    sd = np.hypot(study.updating.frf_sd, noise[at] / np.maximum(size[at], 1e-300))
-    rows = np.flatnonzero(f.freq > 0)[at]
-    return FRF(f.name, f.freq[rows], f.H[rows], f.outputs, f.inputs, f.kind, f.unit), sd
+    above = np.flatnonzero(f.freq > 0)
+    rows = above[np.unique(np.linspace(0, above.size - 1, study.updating.frf_lines).round().astype(np.int64))]
+    lines = np.stack([frf_lines_of(f, j).noise for j in range(len(f.inputs))], axis=2)[rows - above[0]]
+    noise = lines / ((2 * np.pi * f.freq[rows]) ** ORDER[f.kind])[:, None, None]
+    size = np.abs(f.H[rows])
+    moved = np.array([d is not None and d.component <= 3 for d in f.output_dofs])
+    floor = ACROSS_SD * moved[:, None] * np.where(moved[:, None], size, 0.0).max(axis=1, keepdims=True)
+    sd = np.hypot(study.updating.frf_sd, noise / np.maximum(np.hypot(np.maximum(size, noise), floor), 1e-300))
+    return FRF(f.name, f.freq[rows], f.H[rows], f.outputs, f.inputs, f.kind, f.unit), sd, noise, floor
 
 
 def _known(sd: FloatArray | None, freq: FloatArray) -> FloatArray:

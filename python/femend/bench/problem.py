@@ -162,5 +162,5 @@ def _responses(c: Counted, study: Study, phi: FloatArray, phi_sd: FloatArray) ->
         elif name == "damping":
             found.append(DampingRatios(c.zeta, c.zeta_sd))
         elif c.frf is not None and c.frf_sd is not None:
-            found.append(FrfDifferences(c.frf.H, c.frf_sd, "logarithm"))
+            found.append(FrfDifferences(c.frf.H, c.frf_sd, "logarithm", noise=c.frf_noise, floor=c.frf_floor))
     return found

@@ -26,8 +26,11 @@ class FrfDifferences:
 
     `of` "complex": H - H_measured over `sd` (same shape or one number, unit of H; real and imaginary part each).
     `of` "logarithm": ln |H| over `sd` as a relative deviation; it weighs antiresonances as much as resonances and has
-    wide basins. `bands` are (low, high) in Hz with `freq` (n_freq,) to look them up: other lines are left out.
-    Raises UpdatingError where no line lies in a band.
+    wide basins. `noise` and `floor`, as `sd` in shape and in the unit of H, keep what stands for nothing from being
+    compared there: ln of sqrt(|H|^2 + noise^2 + floor^2), which is what a test with such noise would show in the mean
+    square, with that of the measured magnitude, no less than its noise, over the same floor. A line that is far below
+    both in the model has no slope, however far it is from the measured one. `bands` are (low, high) in Hz with `freq`
+    (n_freq,) to look them up: other lines are left out. Raises UpdatingError where no line lies in a band.
     """
 
     H: NDArray[np.complex128]
@@ -36,14 +39,27 @@ class FrfDifferences:
     freq: FloatArray | None = None
     bands: tuple[tuple[float, float], ...] = ()
     name: str = "FRFs"
+    noise: FloatArray | float = 0.0
+    floor: FloatArray | float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "H", np.asarray(self.H, dtype=np.complex128))
         object.__setattr__(self, "sd", deviation(self.sd, self.H.shape, self.name))
         if self.of not in ("complex", "logarithm"):
             raise UpdatingError(f"{self.name}: {self.of!r} cannot be compared; take complex or logarithm")
+        for about in ("noise", "floor"):
+            object.__setattr__(self, about, self._magnitude(about))
         if not self._lines().any():
             raise UpdatingError(f"{self.name}: no line lies in the bands {self.bands}")
+
+    def _magnitude(self, about: str) -> FloatArray:
+        """`noise` or `floor` at every value of H. Raises UpdatingError where it does not fit, or is negative."""
+        given = np.asarray(getattr(self, about), dtype=np.float64)
+        if given.ndim and given.shape != self.H.shape:
+            raise UpdatingError(f"{self.name}: {about} of shape {given.shape} for values of shape {self.H.shape}")
+        if not (np.isfinite(given).all() and (given >= 0).all()):
+            raise UpdatingError(f"{self.name}: {about} has to be finite and not negative; it holds {given.min():g}")
+        return np.broadcast_to(given, self.H.shape)
 
     def _lines(self) -> NDArray[np.bool_]:
         keep = np.ones(self.H.shape[0], dtype=np.bool_)
@@ -63,9 +79,12 @@ class FrfDifferences:
         d = state.slope("frf")[:, keep] if slopes else None
         if self.of == "logarithm":
             loud = np.abs(H0) > SILENT * np.abs(H0).max()
-            safe = np.where(np.abs(H) > 0, H, np.finfo(float).tiny)
-            r = (np.log(np.abs(safe)) - np.log(np.where(loud, np.abs(H0), 1.0))) / sd
-            dr = None if d is None else (d / safe).real / sd
+            noise, floor = np.asarray(self.noise)[keep] ** 2, np.asarray(self.floor)[keep] ** 2
+            measured = np.maximum(np.abs(H0) ** 2, noise) + floor
+            # of the square, so that no value is 0 where neither noise nor floor is known
+            computed = np.maximum(np.abs(H) ** 2 + noise + floor, np.finfo(float).tiny)
+            r = 0.5 * np.log(computed / np.where(loud, measured, 1.0)) / sd
+            dr = None if d is None else (d * H.conj()).real / computed / sd
             return Compared(r[loud], None if dr is None else dr[:, loud])
         r2 = ((H - H0) / sd).ravel()
         d2 = None if d is None else (d / sd).reshape(d.shape[0], -1)
