@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import types
+from collections.abc import Callable
 
 import numpy as np
 import pytest
-from blindgen import excite, fe, laws, plates, solids, structures, truth
+from blindgen import effects, excite, fe, laws, plates, solids, structures, truth
 from blindgen.integrate import Law, Modal, simulate
 from blindgen.truth import quasi_static
 
@@ -152,3 +154,22 @@ def test_a_residual_vector_far_above_the_modes_keeps_its_flexibility() -> None:
     assert got_w.max() == 400.0
     np.testing.assert_allclose((got / got_w**2) @ got.T, (phi / w**2) @ phi.T, rtol=1e-12)
     np.testing.assert_array_equal(got[:, :2], phi[:, :2])
+
+
+@pytest.mark.parametrize("draw", [structures.cantilever, structures.plane_frame, structures.space_frame])
+def test_a_flexible_end_is_at_a_joint_or_a_clamp(draw: Callable[[np.random.Generator], structures.Structure]) -> None:
+    """A hinge at a free end holds nothing and would be no effect."""
+    flexible = 0
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        s = draw(rng)
+        scene = types.SimpleNamespace(s=s, rng=rng)
+        change = effects.joint_stiffness(scene).change(1.0)  # type: ignore[arg-type,misc]
+        if change.hinge is None:
+            continue
+        flexible += 1
+        member, end, _ = change.hinge
+        node = (s.members[member].i, s.members[member].j)[end]
+        others = [m for k, m in enumerate(s.members) if k != member and node in (m.i, m.j)]
+        assert others or node in s.clamped
+    assert flexible >= 5

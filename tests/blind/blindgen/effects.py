@@ -335,7 +335,10 @@ def joint_stiffness(sc: Scene) -> Effect:
             fixed=True,
             extra={"kind": "member"},
         )
-    ends = [e for e, n in enumerate((m.i, m.j)) if n not in s.clamped]
+    meeting = [node for other in s.members if other is not m for node in (other.i, other.j)]
+    ends = [e for e, n in enumerate((m.i, m.j)) if n in meeting and n not in s.clamped]
+    # of a member that meets no other one (a cantilever's) the clamped end; a free one holds nothing
+    ends = ends or [e for e, n in enumerate((m.i, m.j)) if n in s.clamped]
     end = int(rng.choice(ends))
     q, length = s.sections[m.pid], float(np.linalg.norm(s.xyz[m.j] - s.xyz[m.i]))
     reach = s.span if s.family == "cantilever" else length
