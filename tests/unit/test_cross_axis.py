@@ -13,12 +13,18 @@ from numpy.typing import NDArray
 
 from femend.data import Channel
 from femend.diagnose import crossing, update
+from femend.diagnose.judge import Given
+from femend.diagnose.known_force import forces_beside
+from femend.diagnose.laws_at import linear_at, masses_from_afar
+from femend.diagnose.locate import hypothesis_of, locate
+from femend.diagnose.settings import Settings
+from femend.diagnose.split import split_records
 from femend.diagnose.update import _updated, modelled, update_model
 from femend.dof import Dof
 from femend.estimate import FitRecord, Hypothesis, Problem, crossed, noise_floor, with_across
 from femend.estimate.frf import FrfLines
 from femend.estimate.picked_up import ACROSS_SD, GAIN_SD, MOST, Across, PickedUp
-from femend.model import MeshError, ReducedModel, read_model, reduce_model
+from femend.model import MeshError, Place, ReducedModel, read_model, reduce_model
 from femend.model.form_errors import basis_modes
 from femend.numerals import plain
 from femend.study.predictions import Prediction
@@ -27,6 +33,7 @@ from femend.study.result import _doubted, _mesh_off, _off
 Array = NDArray[np.float64]
 BAND, RATE, N = (5.0, 200.0), 1024.0, 2048
 Y, Z = 1, 2
+AXES = (("Y", Y), ("Z", Z))
 
 
 @pytest.fixture
@@ -65,6 +72,14 @@ def modal(reduced: ReducedModel) -> tuple[Array, Array, Array]:
     """Modes of the drawn model with the damping that the records have."""
     omega, Q = basis_modes(reduced)
     return omega, np.full(len(omega), 0.01), Q
+
+
+def heavier(reduced: ReducedModel, sensors: list[tuple[int, int]], force: tuple[int, int]) -> FitRecord:
+    """What they record of the same cantilever with a mass at its tip that the model lacks."""
+    tip = reduced.rows(np.array([36, 37, 38]))
+    K, M = reduced.as_drawn()
+    heavy = SimpleNamespace(as_drawn=lambda: (K, M + 0.1 * tip.T @ tip), rows=reduced.rows)
+    return recorded(heavy, sensors, force)  # type: ignore[arg-type]
 
 
 def test_what_moves_across_a_sensor_is_what_one_along_that_axis_records(reduced: ReducedModel) -> None:
@@ -316,9 +331,54 @@ def test_sensors_are_believed_where_a_force_explains_or_shares_make_no_great_dif
     other = SimpleNamespace(problem=None, reduced=None, null=None)
     start: Any = SimpleNamespace(null=None, crossing=other)
     monkeypatch.setattr(crossing, "locate", lambda *given: [at(with_shares)])
+    monkeypatch.setattr(crossing, "_moved_by_the_best", lambda *given: given)
+    monkeypatch.setattr(crossing, "_in_all_directions", lambda *given: [])
     found, located = crossing.as_sensors_are(start, [at(left)], [])
     assert (found is other) == taken
     assert located[0].fit.score == (with_shares if taken else left)
+
+
+def test_sensors_are_believed_where_forces_in_all_directions_of_a_node_explain(
+    monkeypatch: pytest.MonkeyPatch, reduced: ReducedModel
+) -> None:
+    """A mass at the tip resists across the sensors' plane too, where a force in one direction leaves what it does."""
+    record = heavier(reduced, [(7, Y), (5, Z), (4, Z), (3, Y), (7, Z)], (5, Y))
+    (along, across) = (Place("ground", (7,), d, "ground", (np.array([36 + c]),), (np.ones(1),)) for d, c in AXES)
+    start = _updated(*modelled(reduced.model, [record], 0.01))
+    located = locate(start.problem, start.reduced, [along, across], start.null)
+    assert located[0].fit.score > 1.5
+    (both,) = crossing._in_all_directions(start, located)
+    assert both.score < 1.2
+    assert both.prior < 20
+
+    def never(*given: object) -> None:
+        raise AssertionError("shares of sensors were tried")
+
+    monkeypatch.setattr(crossing, "locate", never)
+    assert crossing.as_sensors_are(start, located, [along, across]) == (start, located)
+
+
+def test_shares_are_of_the_motion_that_the_best_free_force_makes(reduced: ReducedModel) -> None:
+    """Across and along the sensors a structure with a mass moves otherwise than the model without it."""
+    force, sensors = (5, Y), [(7, Y), (5, Y), (4, Y), (3, Y), (2, Y)]
+    record = heavier(reduced, sensors, force)
+    other = heavier(reduced, [(node, Z) for node, _ in sensors], force)
+    place = Place("ground", (7,), "Y", "ground", (np.array([36 + Y]),), (np.ones(1),))
+    problem = Problem([record], BAND, 0.01, 4)
+    mean = problem.prior(reduced)[0]
+    (fit,) = problem.fit([hypothesis_of(place, reduced)], [(mean, np.zeros(0))])
+    assert fit is not None
+    with_force = update.sensors_in_doubt(problem, fit, forces_beside(problem, fit)).records[0].across
+    without = update.sensors_in_doubt(problem, fit).records[0].across
+    assert with_force is not None
+    assert without is not None
+    late = slice(N // 4, None)
+
+    def off(made: Array, shown: Array) -> float:
+        return float((made[:, late] - shown[:, late]).std() / shown[:, late].std())
+
+    assert off(with_force[2], record.y) < 0.1 < 0.5 < off(without[2], record.y)
+    assert off(with_force[0], other.y) < 0.5 * off(without[0], other.y)
 
 
 def test_sensors_that_read_too_much_or_too_little_are_named(reduced: ReducedModel) -> None:
@@ -344,3 +404,21 @@ def test_a_mesh_that_is_far_off_is_told() -> None:
     assert said.startswith("the deck's mesh puts frequencies up to +230 % off (mode 2: 86.41 Hz, 26.2 Hz refined)")
     assert _mesh_off(None) == []
     assert _mesh_off(replace(far, converged=0.97 * freq)) == []
+
+
+@pytest.mark.parametrize("missing", [True, False])
+def test_masses_are_sought_from_afar_where_no_force_in_one_direction_explains(
+    reduced: ReducedModel, missing: bool
+) -> None:
+    make = heavier if missing else recorded
+    record = make(reduced, [(7, Y), (5, Z), (4, Z), (3, Y), (7, Z)], (5, Y))
+    places = [Place("ground", (7,), d, "ground", (np.array([36 + c]),), (np.ones(1),)) for d, c in AXES]
+    start = _updated(*modelled(reduced.model, [record], 0.01))
+    located = locate(start.problem, start.reduced, places, start.null)
+    split = split_records(start.problem, start.null, located)
+    given = Given(split, start.reduced, start.g_rows, start.null.p, Settings())
+    opened = [at for one in located for at in [linear_at(given, one, False)[1]] if at is not None]
+    # both directions are of one node
+    masses = [t.candidate for t in masses_from_afar(given, located, opened)]
+    assert [round(c.values["m"], 3) for c in masses] == ([0.1] if missing else [])
+    assert all(c.chosen < 1.2 and c.prior < 20 for c in masses)

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from femend.diagnose.locate import Located, locate
-from femend.diagnose.update import AT_NOISE, CLEARLY, UpdatedModel
+import numpy as np
+
+from femend.diagnose.known_force import forces_beside
+from femend.diagnose.locate import FINAL_LINES, Located, hypothesis_of, locate, refitted
+from femend.diagnose.update import AT_NOISE, CLEARLY, UpdatedModel, sensors_in_doubt
 from femend.estimate import Fit
 from femend.model import Place
+from femend.model.places import mass_place
 
 __all__ = ["as_sensors_are"]
 
 # prior cost of a model beside a free force, in `CLEARLY`, up to which it explains the recordings with that, and what is
 # left at most, as a share of its misfit, with what sensors pick up where it does not
 WITHIN, MOST = 2.0, 0.5
+# nodes at which forces in all directions are looked at as well, which are those of a mass
+MASSES = 4
 
 
 def as_sensors_are(
@@ -25,15 +32,44 @@ def as_sensors_are(
     Shares of motion also take away what is missing where a sensor hardly moves. So sensors are believed where the
     model explains the recordings with a free force somewhere (where it does alone with such shares, `update_model` has
     taken them), and where the shares make no great difference: with them a force neither explains what it does not
-    without, nor leaves half as much.
+    without, nor leaves half as much. The motion is that of the model with the best such force.
     """
     best, crossing = located[0].fit if located else start.null, start.crossing
-    if crossing is None or _explains(best):
+    if crossing is None or any(_explains(fit) for fit in (best, *_in_all_directions(start, located))):
         return start, located
-    there = locate(crossing.problem, crossing.reduced, places, crossing.null)
+    crossing, there = _moved_by_the_best(crossing, locate(crossing.problem, crossing.reduced, places, crossing.null))
     left = there[0].fit if there else crossing.null
     explained = best.score > AT_NOISE and _explains(left) and left.cost < best.cost - CLEARLY
     return (crossing, there) if explained or left.score < MOST * best.score else (start, located)
+
+
+def _in_all_directions(start: UpdatedModel, located: Sequence[Located]) -> list[Fit]:
+    """Fits with free forces in all directions of the nodes at which one force to the ground explains most: a mass
+    leaves what it does in the others, which shares of sensors would make up for. Without these the model is bent for
+    them, so that the fits begin from afar."""
+    model, problem = start.reduced.model, start.problem.sparing(FINAL_LINES)
+    least = min(len(r.y) for r in problem.records)
+    grounded: dict[int, Located] = {}
+    for one in located:
+        if one.place.kind == "ground":
+            grounded.setdefault(one.place.nodes[0], one)
+    chosen = [(mass_place(model, node), one.fit.p) for node, one in list(grounded.items())[:MASSES]]
+    chosen = [(place, p) for place, p in chosen if 1 < place.n_w < least]
+    mean, none = problem.prior(start.reduced)[0], np.zeros(0)
+    fits = [problem.continuation(hypothesis_of(place, start.reduced), [(mean, none), (p, none)]) for place, p in chosen]
+    return [fit for fit in fits if fit is not None]
+
+
+def _moved_by_the_best(start: UpdatedModel, located: list[Located]) -> tuple[UpdatedModel, list[Located]]:
+    """An updated model and places where sensors pick up, and are off by, shares of the motion of the model with the
+    free force that explains most: without it the motion is that of a structure which lacks nothing."""
+    if not located:
+        return start, located
+    best = located[0].fit
+    problem = sensors_in_doubt(start.problem, best, forces_beside(start.problem, best))
+    null = start.null
+    (again,) = problem.fit([null.hypothesis], [(null.p, null.x)])
+    return replace(start, problem=problem, null=again or null), refitted(problem, located)
 
 
 def _explains(fit: Fit) -> bool:

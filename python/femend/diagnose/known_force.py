@@ -15,10 +15,20 @@ from femend.diagnose.joint import enlarged
 from femend.diagnose.nonlinear import simulate_candidate
 from femend.diagnose.receptances import on_lines
 from femend.diagnose.split import Split
-from femend.estimate import Fit, FitRecord, Lines, Problem
+from femend.estimate import Fit, FitRecord, ForcesBeside, Lines, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Known", "ReadOff", "forces_of_laws", "free_forces", "last_force", "read_off", "rows_of", "shown_forces"]
+__all__ = [
+    "Known",
+    "ReadOff",
+    "forces_beside",
+    "forces_of_laws",
+    "free_forces",
+    "last_force",
+    "read_off",
+    "rows_of",
+    "shown_forces",
+]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -105,6 +115,25 @@ def last_force(problem: Problem, fit: Fit) -> list[FloatArray]:
     """History (n,) of the last of the free forces of `fit` in every record of `problem`."""
     read = read_off(problem, fit)
     return [_in_time(one.line, one.F[:, -1:], one.D[:, -1:], 0.0, 0.0)[0] for one in read]
+
+
+def forces_beside(problem: Problem, fit: Fit) -> ForcesBeside | None:
+    """The free forces of `fit` in every record of `problem`, as the recordings show them, for what they move; None
+    where it has none."""
+    if not len(fit.hypothesis.w):
+        return None
+    made: dict[str, FloatArray | ComplexArray] = {}
+    for one in read_off(problem, fit):
+        record = one.line.record
+        made[record.name] = _in_time(one.line, one.F, one.D, 0.0, 0.0) if record.frf is None else _on_all(one)
+    return ForcesBeside(fit.hypothesis.w, made)
+
+
+def _on_all(one: ReadOff) -> ComplexArray:
+    """Forces (n_w, n) on all lines of an FRF, none outside the band."""
+    full = np.zeros((one.line.record.n, one.F.shape[1]), dtype=np.complex128)
+    full[one.line.index] = one.F
+    return np.asarray(full.T)
 
 
 def free_forces(problem: Problem, fit: Fit, places: Sequence[Place]) -> Known:

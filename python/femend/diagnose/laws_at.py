@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import KINDS, ONLY_GROUND, Candidate, Start, laws_for, starts
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.joint import Joint, open_joint
-from femend.diagnose.judge import Given, Tried, beaten, null_candidate
+from femend.diagnose.judge import Given, Tried, beaten, free_reference, null_candidate
 from femend.diagnose.linear import companions_alone, fit_linear, fit_mass, simple_alone
 from femend.diagnose.locate import Located
 from femend.diagnose.nonlinear import fit_nonlinear
@@ -24,7 +24,7 @@ from femend.diagnose.split import Split
 from femend.estimate import Fit
 from femend.model.places import mass_place
 
-__all__ = ["Opened", "each_once", "linear_at", "nonlinear_at", "on_springs"]
+__all__ = ["Opened", "each_once", "linear_at", "masses_from_afar", "nonlinear_at", "on_springs"]
 
 FloatArray = NDArray[np.float64]
 
@@ -37,6 +37,8 @@ START_REACH, MOST_STARTS = 1.6, (9, 5)
 BEYOND = 1.2
 # look-alikes of a place at which linear laws are tried too, of the nearest so many
 ALIKE_TRIED, MOST_ALIKE = 3, 12
+# nodes at which a mass is sought from afar
+MASSES = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,10 +99,33 @@ def linear_at(
         joint, recovered = _held(split, joint, recovered)
     tried = [] if beaten(given, before, recovered) else _linear(given, found, joint, recovered, masses_alone)
     if found.place.kind == "ground":
-        whole = open_joint(mass_place(reduced.model, found.place.nodes[0]), reduced, split.whole.band[1], g_rows)
-        mass = fit_mass(split.fitting, split.choosing, whole, found.fit.p, updated)
-        tried += [] if mass is None else [Tried(mass, found, None)]
+        tried += _mass(given, found)
     return tried, Opened(found, joint, recovered)
+
+
+def _mass(given: Given, found: Located, *, afar: bool = False) -> list[Tried]:
+    """A mass at the node of a place to the ground; none where it cannot be fitted."""
+    split, reduced = given.split, given.reduced
+    whole = open_joint(mass_place(reduced.model, found.place.nodes[0]), reduced, split.whole.band[1], given.g_rows)
+    mass = fit_mass(split.fitting, split.choosing, whole, found.fit.p, given.updated, afar=afar)
+    return [] if mass is None else [Tried(mass, found, None)]
+
+
+def masses_from_afar(given: Given, located: Sequence[Located], opened: Sequence[Opened]) -> list[Tried]:
+    """Masses at the first nodes of the places `located` to the ground, sought from afar, where no force in one
+    direction at the places `opened` explains the recordings: what a mass does in the other directions has bent the
+    model at every place then, that of the mass among them."""
+    split, settings = given.split, given.settings
+    for at in opened:
+        fit = at.recovered.fit
+        near = split.fitting.prior_cost(fit.hypothesis.reduced, fit.p) <= settings.gain_cost
+        if near and free_reference(split, at.recovered) <= settings.adequate:
+            return []
+    grounded: dict[int, Located] = {}
+    for one in located:
+        if one.place.kind == "ground":
+            grounded.setdefault(one.place.nodes[0], one)
+    return [t for one in list(grounded.values())[:MASSES] for t in _mass(given, one, afar=True)]
 
 
 def _linear(given: Given, found: Located, joint: Joint, recovered: Recovered, masses_alone: bool) -> list[Tried]:

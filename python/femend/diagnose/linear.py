@@ -213,16 +213,27 @@ def _linear_starts(problem: Problem, joint: Joint, recovered: Recovered, entry: 
 
 
 def fit_mass(
-    problem: Problem, choosing: Problem, joint: Joint, p: FloatArray, updated: FloatArray | None = None
+    problem: Problem,
+    choosing: Problem,
+    joint: Joint,
+    p: FloatArray,
+    updated: FloatArray | None = None,
+    *,
+    afar: bool = False,
 ) -> Candidate | None:
     """A mass that resists in all directions of a node, fitted from unknowns `p` of the model and, the smallest one,
-    from those of the `updated` model."""
+    from those of the `updated` model; from `afar`, from those of the deck as well, on strongly damped lines first."""
     entry = physics("added_mass")
     scale, omega = stiffness_scale(problem, joint)
     if not np.isfinite(scale):
         return None
     means = [np.log([f * scale / omega**2]) for f in (0.003, 0.03, 0.3, 3.0)]
     begun = [(p, m) for m in means] + ([] if updated is None else [(updated, means[0])])
+    if afar:
+        begun += [(problem.prior(joint.reduced)[0], m) for m in means]
+        wide = joint.hypothesis(("added_mass",), means[1], np.full(1, LAW_SD))
+        far = problem.sparing(FEW_LINES).continuation(wide, begun)
+        begun = [] if far is None else [(far.p, far.x)]
     hypotheses = [joint.hypothesis(("added_mass",), m, np.full(1, LAW_SD)) for _, m in begun]
     few = problem.sparing(FEW_LINES)
     tries = [f for f in few.fit(hypotheses, begun, iterations=10) if f is not None]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import laws_for
 from femend.diagnose.hinges import inside
 from femend.diagnose.judge import Given, Tried, again, beaten, compared_in, free_reference, free_score, judge_in
-from femend.diagnose.laws_at import Opened, each_once, linear_at, nonlinear_at, on_springs
+from femend.diagnose.laws_at import Opened, each_once, linear_at, masses_from_afar, nonlinear_at, on_springs
 from femend.diagnose.locate import Located, order
 from femend.diagnose.pace import Pace
 from femend.diagnose.ranked import Ranked, score
@@ -55,6 +55,7 @@ def name_physics(
         tried += new
         note(first_look.at_once(new))
         opened += [at] if at is not None and not is_kin else []
+    tried += masses_from_afar(given, located, opened)
     tried += on_springs(given, located if clamps is None else clamps, tried)
     if not _linear_suffices(given, tried, opened, null_score):
         first, further = _likeliest(opened, tried, given.settings)

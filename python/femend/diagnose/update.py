@@ -15,6 +15,7 @@ from femend.errors import ModelError, RecordingError
 from femend.estimate import (
     Fit,
     FitRecord,
+    ForcesBeside,
     Hypothesis,
     Problem,
     at_work,
@@ -38,6 +39,7 @@ __all__ = [
     "UpdatedModel",
     "drawn_starts",
     "modelled",
+    "sensors_in_doubt",
     "update_model",
     "updated_by",
 ]
@@ -102,7 +104,7 @@ def _by_sensors(start: UpdatedModel) -> bool:
     """Whether what sensors may pick up, or be off by, is large enough to be all that an updated model leaves: with |r|
     what it leaves at best, shares that add up to c leave |r| - |c| at least, whatever the model's unknowns."""
     reduced, null = start.reduced, start.null
-    lines = _with_across(start.problem, reduced, null.p).lines(reduced)
+    lines = sensors_in_doubt(start.problem, null).lines(reduced)
     shown = sum(line.picked_up.most for line in lines if line.picked_up is not None)
     values = sum(line.share * line.Y.size for line in lines)
     return bool(np.sqrt(null.cost - null.prior) - SENSORS_AT_MOST * np.sqrt(shown) <= np.sqrt(AT_NOISE * values))
@@ -113,7 +115,7 @@ def _picking_up(start: UpdatedModel) -> UpdatedModel | None:
     if null.score <= AT_NOISE and null.prior <= CLEARLY:
         return None
     # resonances of what moves across are those of the updated model; of one that is fitted with it once more
-    problem = _with_across(before, start.reduced, null.p)
+    problem = sensors_in_doubt(before, null)
     if not _has_across(problem):
         return None
     # from afar, since without shares the model was bent for them, and from where it was
@@ -122,7 +124,7 @@ def _picking_up(start: UpdatedModel) -> UpdatedModel | None:
     found = min((f for f in (far, near) if f is not None), key=lambda f: f.cost, default=None)
     if found is None:
         return None
-    problem = _with_across(before, start.reduced, found.p)
+    problem = sensors_in_doubt(before, found)
     (again,) = problem.fit([null.hypothesis], [(found.p, found.x)])
     return None if again is None else replace(start, problem=problem, null=again)
 
@@ -188,14 +190,15 @@ def modelled(
     return model, reduced, Problem(records, band, zeta, n_tuned)
 
 
-def _with_across(problem: Problem, reduced: ReducedModel, p: FloatArray) -> Problem:
-    """The problem with what sensors may pick up of motion across them, as the model at unknowns `p` predicts it; as it
-    is where the model cannot be solved there."""
+def sensors_in_doubt(problem: Problem, fit: Fit, beside: ForcesBeside | None = None) -> Problem:
+    """The problem with what sensors may pick up of motion across them, or be off by of their own, as the model of `fit`
+    predicts it under the recorded forces and those `beside`; as it is where the model cannot be solved there."""
+    reduced = fit.hypothesis.reduced
     try:
-        modal = problem.system(reduced).modal(p)
+        modal = problem.system(reduced).modal(fit.p)
     except ModelError:
         return problem
-    return problem.on(with_across(problem.records, reduced, problem.band, modal))
+    return problem.on(with_across(problem.records, reduced, problem.band, modal, beside))
 
 
 def updated_by(model: Model, problem: Problem, rows: Sequence[int], p: FloatArray) -> UpdatedModel | None:

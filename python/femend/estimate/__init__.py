@@ -1,6 +1,6 @@
 """Responses, residuals, sensitivities and least squares."""
 
-from femend.estimate.cross_axis import crossed, with_across
+from femend.estimate.cross_axis import ForcesBeside, crossed, with_across
 from femend.estimate.fit import Fit, Hypothesis, Problem
 from femend.estimate.left_out import without_crossed
 from femend.estimate.lines import FitRecord, Lines, modelled_band, noise_floor, spectral_lines, used_band
@@ -10,6 +10,7 @@ from femend.estimate.rest import at_work
 from femend.estimate.swept import in_turn, pressed
 
 __all__ = [
+    "ForcesBeside",
     "Fit",
     "FitRecord",
     "Hypothesis",

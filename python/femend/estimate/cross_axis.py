@@ -13,8 +13,8 @@ explain the recordings would be fitted with sensors that show too much.)
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from femend.estimate.lines import FitRecord, amplitudes
 from femend.estimate.picked_up import ACROSS_SD
 from femend.model import ReducedModel
 
-__all__ = ["crossed", "with_across"]
+__all__ = ["ForcesBeside", "crossed", "with_across"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -36,18 +36,29 @@ WIDER, LONGER = 1.3, 2
 NEGLIGIBLE = 0.1
 
 
+@dataclass(frozen=True, eq=False)
+class ForcesBeside:
+    """Forces that act beside those recorded, along `w` (n_w, r) in the basis of a reduced model: in a record `made`
+    (n_w, n) by its name, complex on the lines of an FRF."""
+
+    w: FloatArray
+    made: Mapping[str, FloatArray | ComplexArray]
+
+
 def with_across(
     records: Sequence[FitRecord],
     reduced: ReducedModel,
     band: tuple[float, float],
     modal: tuple[FloatArray, FloatArray, FloatArray],
+    beside: ForcesBeside | None = None,
 ) -> list[FitRecord]:
-    """The records with what moves across their sensors and along them, under the recorded forces in a `band` (Hz), as
-    the modes `modal` predict it: omega (rad/s) and zeta (r,), shapes (r, r) in the basis of the reduced model.
+    """The records with what moves across their sensors and along them, under the recorded forces in a `band` (Hz) and
+    those `beside`, as the modes `modal` predict it: omega (rad/s) and zeta (r,), shapes (r, r) in the basis of the
+    reduced model.
 
     Records without recorded forces have none.
     """
-    return [_with(r, reduced, band, modal) for r in records]
+    return [_with(r, reduced, band, modal, beside) for r in records]
 
 
 def _with(
@@ -55,16 +66,20 @@ def _with(
     reduced: ReducedModel,
     band: tuple[float, float],
     modal: tuple[FloatArray, FloatArray, FloatArray],
+    beside: ForcesBeside | None,
 ) -> FitRecord:
     if not record.driven:
         return record
     n = LONGER * record.n
     freq = np.asarray(np.fft.rfftfreq(n, record.dt) if record.frf is None else record.frf.freq)
-    force = (np.fft.rfft(record.u, n, axis=1) if record.frf is None else record.u).T
+    into, u = reduced.rows(record.in_rows, record.in_signs), record.u
+    if beside is not None:
+        into, u = np.vstack([into, beside.w]), np.vstack([u, beside.made[record.name]])
+    force = (np.fft.rfft(u, n, axis=1) if record.frf is None else u).T
     inside = within_band(freq, (band[0] / WIDER, band[1] * WIDER)) & (freq > 0)
     made = np.zeros((3, len(record.out_rows), len(freq)), dtype=np.complex128)
     at = 2j * np.pi * freq[inside], np.asarray(force[inside], dtype=np.complex128)
-    made[:, :, inside] = _motion(record, reduced, *at, modal)
+    made[:, :, inside] = _motion(record, reduced, into, *at, modal)
     across: FloatArray | ComplexArray = made
     if record.frf is None:
         across = np.asarray(np.fft.irfft(made, n, axis=2)[:, :, : record.n])
@@ -105,15 +120,15 @@ def _crossing(record: FitRecord, band: tuple[float, float]) -> FloatArray:
 def _motion(
     record: FitRecord,
     reduced: ReducedModel,
+    into: FloatArray,
     s: ComplexArray,
     force: ComplexArray,
     modal: tuple[FloatArray, FloatArray, FloatArray],
 ) -> ComplexArray:
     """Accelerations (3, n_out, K) along the two other axes of every sensor's node, none for a sensor of rotation, and
-    along its own, on lines s (K,) under `force` (K, n_in)."""
+    along its own, on lines s (K,) under `force` (K, n_in) along `into` (n_in, r)."""
     omega, zeta, Q = modal
-    into = reduced.rows(record.in_rows, record.in_signs) @ Q
-    moved = (s[:, None] ** 2 / (s[:, None] ** 2 + 2 * zeta * omega * s[:, None] + omega**2)) * (force @ into)
+    moved = (s[:, None] ** 2 / (s[:, None] ** 2 + 2 * zeta * omega * s[:, None] + omega**2)) * (force @ (into @ Q))
     axis = np.asarray(record.out_rows) % 6
     made = []
     for turn in (1, 2):
