@@ -23,7 +23,8 @@ def test_laws_far_behind_one_that_explained_whole_records_elsewhere_are_given_up
     def run(name: str, cost: float, path: Any = ()) -> Any:
         loop = SimpleNamespace(sigma=path[-1][0] if path else 10.0, size=lambda: 100)
         reached = SimpleNamespace(cost=cost, e=np.array([cost**0.5]))
-        return nonlinear._Run(name, cast(Any, None), cast(Any, SimpleNamespace(loop=loop)), reached, path)
+        start = SimpleNamespace(left=np.nan)
+        return nonlinear._Run(name, cast(Any, start), cast(Any, SimpleNamespace(loop=loop)), reached, path)
 
     def widened(before: Any, sigma: float) -> Any:
         followed.append((before.name, sigma))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from femend.diagnose.split import Split, split_records
+from femend.diagnose.split import Split, split_records, weaker_first
 from femend.estimate import FitRecord, Problem
 
 LEVELS = {"mid": 3.0, "high": 10.0, "low": 1.0}
@@ -69,3 +69,12 @@ def test_the_same_split_of_the_recordings_with_other_noise(null: list[float]) ->
     for part, expected in ((again.fitting, found.fitting), (again.choosing, found.choosing)):
         assert names(part) == names(expected)
         assert all(any(r is o for o in other.records) for r in part.records)
+
+
+def test_the_weaker_recordings_are_fitted_first_where_no_law_could_be_followed_in_the_strongest() -> None:
+    found = weaker_first(split_records(problem(LEVELS)))
+    assert found is not None
+    assert (sorted(names(found.fitting)), names(found.choosing)) == (["low", "mid"], ["high"])
+    # there is nothing else to try then, nor with a single recording
+    assert weaker_first(found) is None
+    assert weaker_first(split_records(problem({"only": 1.0}))) is None

@@ -28,7 +28,7 @@ from femend.diagnose.second import hidden_by_each_other, look_further
 from femend.diagnose.settings import Settings
 from femend.diagnose.shares import unclear
 from femend.diagnose.so_far import SoFar
-from femend.diagnose.split import split_records
+from femend.diagnose.split import split_records, weaker_first
 from femend.diagnose.unmeasured import plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.diagnose.verdict import decide
@@ -126,7 +126,7 @@ class _Task:
 def _one_effect(task: _Task) -> Diagnosis:
     """The verdict on what one law at one place, or another load, explains."""
     start, located, settings, given = task.start, task.located, task.settings, task.given
-    problem, reduced, null, split = start.problem, start.reduced, start.null, given.split
+    problem, reduced, null = start.problem, start.reduced, start.null
     alone = to_beat(given, null)
     task.tell.start("try loads")
     explained = _explained_at_the_ground(task)
@@ -139,7 +139,7 @@ def _one_effect(task: _Task) -> Diagnosis:
     worth = not settled and _worth_naming(task) and _could_win(task, alone.candidate)
     plainly = worth and plainly_unmeasured(given, located)
     if worth and not plainly:
-        ranked, sigma = _named(task, short, alone)
+        given, alone, ranked, sigma = _named(task, short, alone)
         task.so_far.ranked = list(ranked)
         if load is None and explained and sigma == 0 and _lacking(alone, ranked, settings):
             # no law is behind the force that explains so much: it may stand in for a load that acts elsewhere after all
@@ -150,7 +150,7 @@ def _one_effect(task: _Task) -> Diagnosis:
     ranked = told_simply(ranked, settings)
     task.tell.start("fit the final model")
     undecided = Diagnosis(
-        "", problem, split, reduced, start.nominal, null, alone.candidate, alone.score, located, ranked,
+        "", problem, given.split, reduced, start.nominal, null, alone.candidate, alone.score, located, ranked,
         tempered(ranked, alone.score), None, short[0] if short else None, load, "", settings, start.g_rows,
         alone.n_values, sigma,
     )  # fmt: skip
@@ -186,13 +186,22 @@ def _lacking(alone: ToBeat, ranked: Sequence[Ranked], settings: Settings) -> boo
     return far or unclear(alone.score, ranked, alone.n_values, settings)
 
 
-def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[list[Ranked], float]:
+def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given, ToBeat, list[Ranked], float]:
     """Laws at the places `short` and, as long as none takes away nearly all of what the updated model leaves, `alone`,
     at further kinds of places and then in directions not tried, in rising order of score, and the window they are
-    compared in."""
+    compared in; with what they were tried on, and what they had to beat there."""
     start, settings, given = task.start, task.settings, task.given
     naming = partial(name_physics, tell=task.tell.advance, note=task.so_far.ranked.extend)
-    ranked, sigma = naming(given, short, alone.score, clamps=[*short, *task.located])
+    clamps = [*short, *task.located]
+    ranked, sigma = naming(given, short, alone.score, clamps=clamps)
+    weaker = weaker_first(given.split) if _lost_on_the_way(task, alone, ranked, sigma) else None
+    if weaker is not None:
+        task.tell.start("name it", len(short))
+        again = replace(given, split=weaker)
+        there = to_beat(again, start.null)
+        found, window = naming(again, short, there.score, clamps=clamps)
+        if window == 0 and _explains(found, settings) and not unclear(there.score, found, there.n_values, settings):
+            return again, there, found, window
     tried = [one.place for one in short]
     all_kinds = replace(settings, places=settings.kinds)
     # of a direction that never came to the fore, nonlinear laws are tried at all kinds of places
@@ -207,7 +216,21 @@ def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[list[R
         more, sigma = naming(replace(given, settings=reach), further, beaten, clamps=())
         ranked = sorted([*ranked, *more], key=lambda r: r.score)
         ranked = compared_in(given, ranked, sigma) if sigma > 0 else ranked
-    return ranked, sigma
+    return given, alone, ranked, sigma
+
+
+def _lost_on_the_way(task: _Task, alone: ToBeat, ranked: Sequence[Ranked], sigma: float) -> bool:
+    """Whether one force at one place explains all recordings, and no law does: a strong motion that jumps cannot be
+    followed from where a law begins, and the weaker recordings bring it near."""
+    settings, located = task.settings, task.located
+    if sigma > 0 or not located or located[0].fit.score > settings.consistent:
+        return False
+    return not _explains(ranked, settings) or unclear(alone.score, ranked, alone.n_values, settings)
+
+
+def _explains(ranked: Sequence[Ranked], settings: Settings) -> bool:
+    """Whether the best law explains what it has not seen to the noise."""
+    return bool(ranked) and ranked[0].candidate.chosen <= settings.consistent
 
 
 def _untried(located: Sequence[Located], tried: Sequence[Place]) -> list[Located]:

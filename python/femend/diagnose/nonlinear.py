@@ -51,6 +51,8 @@ BEHIND = 2.0
 CLEARLY = 0.02
 # shares of its force with which a law begins that cannot be simulated as it was read off
 WEAKER = (0.3, 0.1)
+# what a start leaves of the force it was read off, in the least of all, up to which it follows that as well
+AS_WELL = 1.1
 # misfit up to which a law explains a window
 EXPLAINS = 1.5
 # a law whose misfit grows by more than this when the window is widened has motion that cannot be followed any longer
@@ -93,7 +95,10 @@ def fit_nonlinear(
     pace = Pace() if pace is None else pace
     first, *wider = windows(problem)
     all_begun = at_once(lambda law: _begun(problem, joint, recovered, *law, first), begun)
-    runs, lost = _best_of_each([run for run in all_begun if run is not None])[:FOLLOWED], []
+    started = [run for run in all_begun if run is not None]
+    once_more = at_once(lambda law: _begun(problem, joint, recovered, *law, first), _weaker_too(started))
+    started += [run for run in once_more if run is not None]
+    runs, lost = _best_of_each(started)[:FOLLOWED], []
     for sigma in wider:
         ahead: list[_Run] = []
         for run, new in _all_widened(runs, sigma):
@@ -128,6 +133,19 @@ def _begun(problem: Problem, joint: Joint, recovered: Recovered, name: str, star
         if reached is not None:
             return _Run(name, begun, descent, reached)
     return None
+
+
+def _weaker_too(started: Sequence[_Run]) -> list[tuple[str, Start]]:
+    """Weaker laws of starts that follow what was read off as well as any, but leave far more than another once they are
+    simulated: of a motion that jumps the lines in the band show too little, and a law read off it is too strong."""
+    least = min((run.reached.cost for run in started), default=0.0)
+    nearest = min((run.start.left for run in started if not np.isnan(run.start.left)), default=np.inf)
+    return [
+        (run.name, _weaker(run.start, share))
+        for run in started
+        if run.start.left <= AS_WELL * nearest and run.reached.cost > BEHIND * least and run.misfit > FAR
+        for share in WEAKER
+    ]
 
 
 def _weaker(start: Start, share: float) -> Start:

@@ -12,7 +12,7 @@ from femend.diagnose.held_back import HeldBack, before, hold_back, since
 from femend.diagnose.locate import Located
 from femend.estimate import Fit, FitRecord, Problem
 
-__all__ = ["Split", "split_by", "split_records"]
+__all__ = ["Split", "split_by", "split_records", "weaker_first"]
 
 FloatArray = NDArray[np.float64]
 
@@ -115,6 +115,18 @@ def split_by(problem: Problem, drops: FloatArray) -> Split:
         return problem.on([r for i, r in enumerate(records) if i in chosen])
 
     return Split(problem, part(fitted), part(choosing))
+
+
+def weaker_first(split: Split) -> Split | None:
+    """The split in which the strongest recording chooses and the weaker ones are fitted; None where that is so already,
+    or where there is a single one."""
+    if split.held is not None or len(split.whole.records) < 2:
+        return None
+    strongest = max(split.whole.records, key=lambda r: r.level)
+    if [r.name for r in split.choosing.records] == [strongest.name]:
+        return None
+    weaker = [r for r in split.whole.records if r is not strongest]
+    return Split(split.whole, split.whole.on(weaker), split.whole.on([strongest]))
 
 
 def _of_one(problem: Problem, held: HeldBack) -> Split:
