@@ -156,6 +156,31 @@ def test_one_mode_identified_twice_is_said() -> None:
     assert any("one mode seen twice" in note for note in pairing.notes)
 
 
+def test_pairs_at_one_sensor_are_told_to_be_by_frequency_alone() -> None:
+    pairing = pair_modes([[1.0, 0.5, 2.0]], [[1.0, 1.0, -1.0]], [10.0, 10.05, 30.0], [10.1, 10.15, 31.0])
+    assert mated(pairing) == {0: 0, 1: 1, 2: 2}
+    assert pairing.notes == ("at one DOF every shape is like every other: pairs are told by frequency alone",)
+
+
+def test_one_shape_does_not_show_two_modes_of_a_cluster() -> None:
+    # Two peaks of a run-up have the shape of mode 2, which has a close neighbour: the space of both holds either peak.
+    phi = np.linalg.qr(np.random.default_rng(11).standard_normal((12, 3)))[0]
+    peaks = np.column_stack([phi[:, 1], phi[:, 1]]) + 0.01 * np.random.default_rng(12).standard_normal((12, 2))
+    pairing = pair_modes(peaks, phi, [11.6, 18.2], [3.4, 18.2, 18.38])
+    assert mated(pairing) == {1: 1}
+    assert (pairing.unpaired_a, pairing.unpaired_b) == ((0,), (0, 2))
+    assert "modes 2, 1 are alike" in pairing.notes[0]
+    assert "mode 1 has a MAC of 0.00 with mode 3 of the second set and is not paired with it" in pairing.notes[0]
+
+
+def test_a_shape_of_a_cluster_meets_the_mode_that_it_is_like() -> None:
+    # The frequency is that of the close neighbour, which no other mode of the test takes.
+    phi = np.linalg.qr(np.random.default_rng(11).standard_normal((12, 3)))[0]
+    pairing = pair_modes(phi[:, 1:2], phi, [18.5], [3.4, 18.2, 18.5])
+    assert mated(pairing) == {0: 1}
+    assert pairing.pairs[0].mac == pytest.approx(1.0)
+
+
 def test_pairs_do_not_depend_on_scale_sign_phase_or_order() -> None:
     a = RNG.standard_normal((15, 5)) + 1j * RNG.standard_normal((15, 5))
     b = a + 0.3 * (RNG.standard_normal((15, 5)) + 1j * RNG.standard_normal((15, 5)))

@@ -87,8 +87,9 @@ def pair_modes(
     (repeated modes, symmetric structures: their shapes are any mixture), and agreement is with its whole space:
     1 - (1 - s)(n - 1)/(n - k), the share s of `subspace_mac` less what chance gives a space of k among n dimensions
     (as an adjusted R^2 does); a crowd of more than n / 2 close modes explains nothing and is not a cluster. Which mode
-    of a cluster meets which is then decided by their own MAC, so that close modes that crossed are followed. The
-    distance in frequency decides where too few DOFs make several shapes look alike. At the default, a factor of two
+    of a cluster meets which is then decided by their own MAC, so that close modes that crossed are followed. Two modes
+    of one shape in the space of a cluster show one mode of it: the other one meets no mate that it is not like itself.
+    The distance in frequency decides where too few DOFs make several shapes look alike. At the default, a factor of two
     in frequency weighs as 0.07 of MAC: modes that changed places are still found by shape. `seen_a`, `seen_b` are
     False for modes that hardly move at the DOFs compared (by default those that are zero but for rounding): they are
     not paired.
@@ -116,11 +117,21 @@ def pair_modes(
         cluster_b = _clusters(fb, closeness, unseen_b, a.shape[0])
         agreement = _with_clusters(own, _root(weight, a), _root(weight, b), cluster_a, cluster_b)
         agreement, distance = _of_seen(agreement, unseen_a, unseen_b), _log_distance(fa, fb)
-    chosen = _assign(agreement, own, distance, mac_min, frequency_weight)
-    chosen = _inside_clusters(chosen, agreement, own - frequency_weight * distance, mac_min, cluster_a, cluster_b)
+    alike = _AlikeModes(mac(a, a, weight), mac(b, b, weight))
+    told: dict[int, str] = {}
+    while True:
+        chosen = _assign(agreement, own, distance, mac_min, frequency_weight)
+        chosen = _inside_clusters(chosen, agreement, own - frequency_weight * distance, mac_min, cluster_a, cluster_b)
+        against = _contradicted(chosen, own, alike, mac_min, a.shape[0])
+        if not against:
+            break
+        for pair, why in against.items():  # every round takes at least one away, so that it ends
+            agreement[pair] = 0.0
+            told.setdefault(pair[0], why)
     pairs = _pairs(chosen, own, agreement, cluster_a, cluster_b)
     rest_a, rest_b = _rest(a, [p.a for p in pairs], unseen_a), _rest(b, [p.b for p in pairs], unseen_b)
-    return ModePairing(pairs, rest_a, rest_b, unseen_a, unseen_b, _notes(pairs, a, unseen_a, unseen_b))
+    notes = _notes(pairs, a, unseen_a, unseen_b) + tuple(why for i, why in told.items() if i in rest_a)
+    return ModePairing(pairs, rest_a, rest_b, unseen_a, unseen_b, notes)
 
 
 def _of_seen(agreement: NDArray[np.float64], unseen_a: Sequence[int], unseen_b: Sequence[int]) -> NDArray[np.float64]:
@@ -156,6 +167,40 @@ def _assign(
     ]
 
 
+@dataclass(frozen=True, slots=True)
+class _AlikeModes:
+    """MACs of the modes of either set among themselves, (n_a, n_a) and (n_b, n_b)."""
+
+    a: NDArray[np.float64]
+    b: NDArray[np.float64]
+
+
+def _contradicted(
+    chosen: list[tuple[int, int]], own: NDArray[np.float64], alike: _AlikeModes, mac_min: float, n_dof: int
+) -> dict[tuple[int, int], str]:
+    """Pairs that a cluster's space brought together though their own shapes speak against it, and why.
+
+    A mixture of close modes is like each of them to some degree, and other mixtures are unlike it. A shape that is no
+    more like its mate than any shape is on average (1 / n_dof), or that is the one of another pair which is like its
+    own mate, says nothing of a second mode.
+    """
+    out = {}
+    for i, j in chosen:
+        if own[i, j] >= mac_min:
+            continue
+        better = [(p, q) for p, q in chosen if p != i and own[p, q] > own[i, j]]
+        unlike = (
+            f"mode {i + 1} has a MAC of {own[i, j]:.2f} with mode {j + 1} of the second set and is not paired with it"
+        )
+        twin = next((p for p, q in better if max(alike.a[i, p], alike.b[j, q]) > _ALIKE), None)
+        if twin is not None and alike.a[i, twin] > _ALIKE:
+            seen = f"modes {twin + 1}, {i + 1} are alike at the DOFs compared (MAC {alike.a[i, twin]:.2f})"
+            out[i, j] = f"{seen}: one mode seen twice? {unlike}"
+        elif twin is not None or own[i, j] <= 1.0 / n_dof:
+            out[i, j] = f"{unlike}, though it lies in the space of its close modes"
+    return out
+
+
 def _inside_clusters(
     chosen: list[tuple[int, int]],
     agreement: NDArray[np.float64],
@@ -177,21 +222,41 @@ def _inside_clusters(
             groups.setdefault(key, []).append((i, j))
         else:
             out.append((i, j))
+    # a space agrees with a shape whichever of its modes that is, so that members left over may be the mates
+    free_a, free_b = (set(range(n)) - {pair[k] for pair in chosen} for k, n in enumerate(agreement.shape))
     for pairs in groups.values():
-        out += _best_of(pairs, agreement, worth, mac_min)
+        rows, columns = ([pair[k] for pair in pairs] for k in (0, 1))
+        rows += _members(free_a, cluster_a, rows)
+        columns += _members(free_b, cluster_b, columns)
+        found = _best_of(rows, columns, agreement, worth, mac_min)
+        free_a = free_a.union(rows) - {i for i, _ in found}
+        free_b = free_b.union(columns) - {j for _, j in found}
+        out += found
     return out
 
 
+def _members(free: set[int], cluster: NDArray[np.int64], of: Sequence[int]) -> list[int]:
+    """Modes that are `free` and in a cluster with one of the modes `of`."""
+    clusters = {int(cluster[i]) for i in of} - {-1}
+    return [i for i in sorted(free) if int(cluster[i]) in clusters]
+
+
 def _best_of(
-    pairs: list[tuple[int, int]], agreement: NDArray[np.float64], worth: NDArray[np.float64], mac_min: float
+    rows: Sequence[int],
+    columns: Sequence[int],
+    agreement: NDArray[np.float64],
+    worth: NDArray[np.float64],
+    mac_min: float,
 ) -> list[tuple[int, int]]:
+    """The pairs of modes `rows` with modes `columns` by the largest total worth, as many as can be."""
     import scipy.optimize
 
-    at = np.ix_([i for i, _ in pairs], [j for _, j in pairs])
+    at = np.ix_(rows, columns)
     # a forbidden pair costs more than any other choice can win; the pairs as they came are allowed
-    value = np.where(agreement[at] >= mac_min, worth[at], worth.min() - 10.0 * len(pairs) * (1.0 + np.ptp(worth)))
-    rows, columns = scipy.optimize.linear_sum_assignment(value, maximize=True)
-    return [(pairs[r][0], pairs[c][1]) for r, c in zip(rows, columns, strict=True)]
+    value = np.where(agreement[at] >= mac_min, worth[at], worth.min() - 10.0 * len(rows) * (1.0 + np.ptp(worth)))
+    r, c = scipy.optimize.linear_sum_assignment(value, maximize=True)
+    found = [(rows[int(i)], columns[int(j)]) for i, j in zip(r, c, strict=True)]
+    return [pair for pair in found if agreement[pair] >= mac_min]
 
 
 def _with_clusters(
@@ -250,8 +315,10 @@ def _notes(
         for which, unseen in (("first", unseen_a), ("second", unseen_b))
         for i in unseen
     ]
+    if len(a) == 1 and pairs:
+        notes.append("at one DOF every shape is like every other: pairs are told by frequency alone")
     for p in pairs:
-        if p.rival > p.agreement - _NEAR:
+        if len(a) > 1 and p.rival > p.agreement - _NEAR:
             notes.append(
                 f"mode {p.a + 1} agrees with its mate {p.b + 1} by {p.agreement:.2f} and with another mode by "
                 f"{p.rival:.2f}: the DOFs compared hardly tell them apart"
@@ -259,7 +326,7 @@ def _notes(
     for k in sorted({p.cluster for p in pairs if p.cluster is not None}):
         mates = [p.a for p in pairs if p.cluster == k]
         alike = mac(a[:, mates], a[:, mates]) - np.eye(len(mates))
-        if alike.max(initial=0.0) > _ALIKE:
+        if len(a) > 1 and alike.max(initial=0.0) > _ALIKE:
             listed = ", ".join(str(i + 1) for i in mates)
             notes.append(f"modes {listed} are alike at the DOFs compared (MAC {alike.max():.2f}): one mode seen twice?")
     return tuple(notes)
