@@ -5,12 +5,14 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from femend import Dof, Recording, TimeData, _core, functions_of, read_uff, write_uff
+from femend import FRF, Channel, Dof, Recording, TimeData, _core, functions_of, read_uff, write_uff
+from femend.bench.doubted import doubted_levels
 from femend.cli import main
 from femend.correlate.doubts import exchange_doubts, level_doubts, sign_doubts, twice_doubts
 from femend.correlate.exchanged import Exchange, Shapes, exchanged, put_right, turned
@@ -184,6 +186,39 @@ def test_values_in_the_noise_do_not_count() -> None:
     clear[:5] = True
     assert level_doubts(1000 * TEST, MODEL, NAMES, clear) == []
     assert sign_doubts(-TEST, MODEL, NAMES, NAMES[2:], clear) == []
+
+
+def test_planes_that_do_not_couple_are_no_mistake_of_units() -> None:
+    # the second force moves the last two sensors alone; elsewhere the model has rounding, and the test noise
+    plane = np.ones((4, 2))
+    plane[2:, 0] = plane[:2, 1] = 0.0
+    rng = np.random.default_rng(0)
+    model = MODEL * np.where(plane > 0, 1.0, 1e-15)
+    noise = 0.005 * np.abs(TEST).max() * (rng.standard_normal(TEST.shape) + 1j * rng.standard_normal(TEST.shape))
+    assert level_doubts(TEST * plane + noise, model, NAMES) == []
+    assert level_doubts(1000 * (TEST * plane + noise), model, NAMES)[0].text.startswith("the responses per force")
+
+
+def test_a_sensor_that_shows_noise_alone_is_not_compared_with_a_model_that_moves_little() -> None:
+    rng = np.random.default_rng(0)
+    H = TEST.copy()
+    H[:, 0] = 0.005 * np.abs(TEST).max() * (rng.standard_normal((300, 2)) + 1j * rng.standard_normal((300, 2)))
+    outputs = tuple(Channel(Dof.parse(n), "acceleration", "m/s^2") for n in NAMES)
+    inputs = tuple(Channel(Dof.parse(n), "force", "N") for n in NAMES[2:])
+    test, model = (
+        FRF("test", FREQ, values, outputs, inputs, "accelerance", "m/s^2/N")
+        for values in (H, MODEL * np.array([1e-4, 1.0, 1.0, 1.0])[:, None])
+    )
+    assert level_doubts(H, model.H, NAMES)
+    assert doubted_levels([SimpleNamespace(measured=SimpleNamespace(name="test", frf=test), frf=model)]) == []
+
+
+def test_a_sensor_that_moves_where_the_model_does_not_respond_is_told_so() -> None:
+    model = MODEL * np.array([1.0, 1e-15, 1.0, 1.0])[:, None]
+    (doubt,) = level_doubts(TEST, model, NAMES)
+    assert (doubt.kind, doubt.channel, doubt.factor) == ("held", "7:+Z", None)
+    assert "where the model does not respond to the force: check node and direction" in doubt.text
+    assert level_doubts(TEST * np.array([1.0, 0.01, 1.0, 1.0])[:, None], model, NAMES) == []
 
 
 @pytest.mark.parametrize(

@@ -172,6 +172,27 @@ def test_a_sound_test_passes() -> None:
     assert swap_check(FULL) is None
 
 
+def test_two_frfs_of_noise_alone_are_not_compared() -> None:
+    rng = np.random.default_rng(1)
+    H = FULL.H.copy()
+    noise = 0.01 * np.abs(H).max() * (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape))
+    H[:, 0, 1:], H[:, 1:, 0] = noise[:, 0, 1:], noise[:, 1:, 0]
+    checks = reciprocity_checks(replace(FULL, H=H))
+    assert {c.subject for c in checks if c.verdict == "not decided"} == {f"1:+Z / {n}:+Z" for n in (2, 3, 4, 5)}
+    assert {c.verdict for c in checks} == {"ok", "not decided"}
+    # where one of the two has a signal it is told
+    H[:, 0, 1] = FULL.H[:, 0, 1]
+    told = [c for c in reciprocity_checks(replace(FULL, H=H)) if c.message]
+    assert [c.subject for c in told] == ["1:+Z / 2:+Z"]
+
+
+def test_what_sensors_pick_up_across_is_not_compared() -> None:
+    H = FULL.H.copy()
+    H[:, 0, 1], H[:, 1, 0] = 0.02 * FULL.H[:, 0, 0], -0.01 * FULL.H[:, 1, 1]
+    (check,) = [c for c in reciprocity_checks(replace(FULL, H=H)) if c.subject == "1:+Z / 2:+Z"]
+    assert check.verdict == "not decided"
+
+
 def test_a_reversed_sensor_is_named_by_all_its_pairs() -> None:
     frf = with_H({}, {2: -1.0})
     bad = [c for c in reciprocity_checks(frf) if c.verdict != "ok"]

@@ -46,6 +46,8 @@ MOVES = 0.1
 TWICE = 0.3
 # beyond this factor it is the model that does not move: in a direction that is held, or not coupled with the force's
 NOWHERE = 1e6
+# a model's response below this share of its largest one to the same force is none but for rounding
+ROUNDING = 1e-9
 # how near a factor has to come to that of units mistaken for each other
 _NEAR = 1.35
 
@@ -73,18 +75,19 @@ def level_doubts(
     resonance elsewhere makes them: all of them, or single ones of the `outputs` (names).
 
     `clear` (n_freq, n_out, n_in) marks the values that stand clear of noise; None for all. Nothing is told of fewer
-    than 12 lines.
+    than 12 lines, nor by lines on which the model does not respond but for rounding: planes that do not couple. A
+    sensor that only has those is told where it moves as others do.
     """
     ratio = np.where(_valid(H, model, clear), np.abs(H) / np.where(model == 0, 1, np.abs(model)), np.nan)
     enough = np.isfinite(ratio).sum(axis=(0, 2)) >= FEWEST
+    told = _uncoupled(H, model, outputs, clear)
     if not enough.any():
-        return []
+        return told
     of_sensor = np.full(len(outputs), np.nan)
     of_sensor[enough] = np.exp([np.nanmedian(np.log(ratio[:, i])) for i in np.flatnonzero(enough)])
     if enough.sum() == 2:
-        return _of_two(of_sensor, outputs)
+        return [*told, *_of_two(of_sensor, outputs)]
     whole = float(np.nanmedian(of_sensor))
-    told: list[Doubt] = []
     if not 1 / ALL < whole < ALL:
         told.append(_level(whole, int(enough.sum())))
     for i in map(int, np.flatnonzero(enough) if enough.sum() > 2 else ()):
@@ -94,6 +97,30 @@ def level_doubts(
             text += f": {_hint(own)}"
             told.append(Doubt("sensor level", outputs[i], text, suggested(own)))
     return told
+
+
+def _uncoupled(
+    H: ComplexArray, model: ComplexArray, outputs: Sequence[str], clear: NDArray[np.bool_] | None
+) -> list[Doubt]:
+    """Doubts about sensors that move, clear of noise, where the model responds to no force."""
+    measured = H if clear is None else np.where(clear, H, 0)
+    size = np.sqrt(np.mean(np.abs(measured) ** 2, axis=(0, 2)))
+    told = []
+    still = ~_responds(model).any(axis=(0, 2)) & (size >= MOVES * size.max()) & (size > 0)
+    for i in map(int, np.flatnonzero(still)):
+        text = (
+            f"{outputs[i]} shows {plain(100 * size[i] / size.max(), 2)} % of what the sensor that moves most does, "
+            "where the model does not respond to the force: check node and direction of force and sensor, and what "
+            "the deck holds"
+        )
+        told.append(Doubt("held", outputs[i], text))
+    return told
+
+
+def _responds(model: ComplexArray) -> NDArray[np.bool_]:
+    """Which values of the model's response (n_freq, n_out, n_in) are more than rounding of those to the same force."""
+    size = np.abs(model)
+    return np.asarray((size > ROUNDING * size.max(axis=(0, 1), initial=0.0)) & (size > 0))
 
 
 def _level(whole: float, n: int) -> Doubt:
@@ -248,7 +275,7 @@ def time_doubts(factor: float | None, dt: float) -> list[Doubt]:
 
 
 def _valid(H: ComplexArray, model: ComplexArray, clear: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
-    moving = (H != 0) & (model != 0)
+    moving = (H != 0) & _responds(model)
     return moving if clear is None else moving & clear
 
 

@@ -13,6 +13,7 @@ from femend.analysis.frf import shapes_at
 from femend.analysis.model_modes import model_modes
 from femend.correlate.doubts import (
     MOVES,
+    ROUNDING,
     Doubt,
     exchange_doubts,
     level_doubts,
@@ -46,8 +47,6 @@ OF_SHAPES = 30
 RELATED = 0.02
 # share of the nodes that move without any mass from which a density is thought to be missing
 MASSLESS = 0.5
-# a DOF that moves less than this share of the one that moves most stands still but for rounding
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
