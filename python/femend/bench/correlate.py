@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from femend.analysis.model_modes import model_modes
 from femend.analysis.tam import TamTable
 from femend.bench.compared import Compared, compare_recording
 from femend.bench.correlation_content import correlation_page, write_tables
@@ -31,6 +32,8 @@ from femend.threads import one_blas_thread
 
 __all__ = ["CorrelationRun", "Prepared", "correlate", "prepare"]
 
+# modes of the model among which is an elastic one, whatever is free
+LOWEST = 10
 # what the command writes: entries of these names from an earlier run are replaced
 OWNED = ("correlation.json", "correlation.html", "correlation.run.json", "correlation.*.csv")
 
@@ -137,7 +140,7 @@ def prepare(
         used = [r.configuration for r in study.recordings if r.role != "predict"]
         first = next(iter(models.all(used).values()))
     with steps.info.step("identify modes"):  # which tells its progress recording by recording
-        measured, passed = measured_modes(study, steps.progress)
+        measured, passed = measured_modes(study, steps.progress, lambda: model_modes(first, n_modes=LOWEST).freq)
     turned: tuple[MeasuredRun, ...] = ()
     if runs(study) and any(r.excitation == "rotating" for r in study.recordings):
         with steps.step("take operating shapes from runs"):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from femend.numerals import plain
 from femend.progress import Progress
 from femend.signal import estimate_frf, periodic_frf
 from femend.signal.suited import blows, suited_frf
+from femend.study.sampled import too_slow_for_band, too_slow_for_modes
 from femend.study.sound import with_warnings
 from femend.study.study import Study, StudyRecording
 
@@ -30,6 +32,10 @@ __all__ = ["MeasuredModes", "measured_modes"]
 
 FloatArray = NDArray[np.float64]
 Band = tuple[float, float] | None
+# name, role and configuration of a recording
+About = tuple[str, str, str]
+# what is to be told where it is sampled too slowly
+TooSlow = Callable[[], tuple[str, ...]]
 
 # how the report says where modes came from
 FRFS, ALONE, READ = "identified from FRFs", "identified from responses alone", "read from data sets 55"
@@ -62,8 +68,13 @@ class MeasuredModes:
         return tuple(dict.fromkeys(d for d in (*self.modes.dofs, *of_frf) if d is not None))
 
 
-def measured_modes(study: Study, progress: Progress) -> tuple[tuple[MeasuredModes, ...], tuple[str, ...]]:
+def measured_modes(
+    study: Study, progress: Progress, lowest: Callable[[], FloatArray] | None = None
+) -> tuple[tuple[MeasuredModes, ...], tuple[str, ...]]:
     """The modes of every recording with role fit or validate that shows some, and why others do not.
+
+    `lowest` gives the lowest frequencies of the model (Hz); it is asked where a recording shows no mode, which may be
+    sampled too slowly for them.
 
     Recordings to be predicted hold inputs only and are passed over, and so are a rotor's runs, which have operating
     shapes (`femend.bench.runs`). Raises what the readers and the identification raise.
@@ -74,7 +85,7 @@ def measured_modes(study: Study, progress: Progress) -> tuple[tuple[MeasuredMode
     progress.start("identify modes", len(used))
     for recording in used:
         try:
-            one = _modes_of(recording, study)
+            one = _modes_of(recording, study, lowest)
         except FemendError as error:
             error.add_note(f"while reading [[recording]] {recording.name!r} of {study.file}")
             raise
@@ -86,7 +97,9 @@ def measured_modes(study: Study, progress: Progress) -> tuple[tuple[MeasuredMode
     return tuple(found), tuple(passed)
 
 
-def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str | None:
+def _modes_of(
+    recording: StudyRecording, study: Study, lowest: Callable[[], FloatArray] | None
+) -> MeasuredModes | str | None:
     band = study.correlation.band
     read = read_modes(recording.file, units=study.units)
     about = (recording.name, recording.role, recording.configuration)
@@ -102,16 +115,39 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str | 
     full = with_warnings(recording.read(study.units))
     if isinstance(full.data, Spectra):
         return f"recording {recording.name!r} is auto or cross spectra, from which no modes are taken here"
-    if recording.excitation != "measured":
-        alone = identify_output_only(full.time, band)
-        if not alone.modes.n_modes:
-            return f"recording {recording.name!r}: {'; '.join(alone.advice) or 'no mode was found'}"
-        keep = ~alone.harmonic
-        told = tuple(f"recording {recording.name!r}: {t}" for t in alone.advice if alone.status != "ok")
-        return MeasuredModes(
-            *about, alone.modes.select(keep), ALONE, shape_sd=alone.shape_sd[:, keep], geometry=full.geometry,
-            warnings=(*full.warnings, *told),
-        )  # fmt: skip
+    slow = too_slow_for_band(full, band)
+    full = replace(full, warnings=(*slow, *full.warnings))
+
+    def too_slow() -> tuple[str, ...]:
+        return slow or _too_slow(full, lowest)
+
+    try:
+        if recording.excitation != "measured":
+            return _of_responses(full, about, band, too_slow)
+        return _of_frfs(full, about, study, too_slow)
+    except FemendError as error:
+        for text in too_slow():
+            error.add_note(text)
+        raise
+
+
+def _of_responses(full: Recording, about: About, band: Band, too_slow: TooSlow) -> MeasuredModes | str:
+    """Modes from responses alone, or why there are none."""
+    who = f"recording {full.name!r}"
+    alone = identify_output_only(full.time, band)
+    if not alone.modes.n_modes:
+        return "; ".join((*too_slow(), f"{who}: {'; '.join(alone.advice) or 'no mode was found'}"))
+    keep = ~alone.harmonic
+    told = tuple(f"{who}: {t}" for t in alone.advice if alone.status != "ok")
+    return MeasuredModes(
+        *about, alone.modes.select(keep), ALONE, shape_sd=alone.shape_sd[:, keep], geometry=full.geometry,
+        warnings=(*full.warnings, *told),
+    )  # fmt: skip
+
+
+def _of_frfs(full: Recording, about: About, study: Study, too_slow: TooSlow) -> MeasuredModes | str:
+    """Modes from FRFs, measured or estimated, or why there are none."""
+    who, band = f"recording {full.name!r}", study.correlation.band
     frf, notes = (full.data, ()) if isinstance(full.data, FRF) else suited_frf(full.time)
     if band is None:
         own = frf_data(full)
@@ -119,16 +155,26 @@ def _modes_of(recording: StudyRecording, study: Study) -> MeasuredModes | str | 
     test = identify_modes(frf, band, geometry=full.geometry)
     if not isinstance(full.data, FRF):
         frf, test = _finer(full, frf, test, band, study.damping_ratio)
-    shown, beyond = _excited(recording.name, frf, test.measured)
-    beyond = beyond if study.correlation.band is not None else ()
-    told = tuple(f"recording {recording.name!r}: {t}" for t in (*notes, *(test.advice if test.status != "ok" else ())))
-    if not isinstance(full.data, FRF):
-        told += tuple(f"recording {recording.name!r}: {t}" for t in too_coarse(test.modes, full.time, frf))
     if not test.modes.n_modes:
-        return f"recording {recording.name!r}: {'; '.join(test.advice)}"
+        slow = too_slow()
+        # what FRFs that are folded back say of sensors is not true
+        of_sensors = {check.message for check in test.checks} if slow else set()
+        return "; ".join((*slow, f"{who}: {'; '.join(t for t in test.advice if t not in of_sensors)}"))
+    shown, beyond = _excited(full.name, frf, test.measured)
+    beyond = beyond if study.correlation.band is not None else ()
+    told = tuple(f"{who}: {t}" for t in (*notes, *(test.advice if test.status != "ok" else ())))
+    if not isinstance(full.data, FRF):
+        told += tuple(f"{who}: {t}" for t in too_coarse(test.modes, full.time, frf))
     return MeasuredModes(
         *about, test.modes, FRFS, test, shown, geometry=full.geometry, warnings=(*full.warnings, *told, *beyond)
     )
+
+
+def _too_slow(recording: Recording, lowest: Callable[[], FloatArray] | None) -> tuple[str, ...]:
+    try:
+        return () if lowest is None else too_slow_for_modes(recording, lowest())
+    except FemendError:
+        return ()  # whoever solves the model next says what is wrong with it
 
 
 def _finer(full: Recording, frf: FRF, test: ModalTest, band: tuple[float, float], zeta: float) -> tuple[FRF, ModalTest]:

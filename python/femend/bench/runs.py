@@ -19,6 +19,7 @@ from femend.estimate.joint import Run, ods_frf
 from femend.io.recordings import read_modes
 from femend.numerals import plain
 from femend.signal import modal_peaks, peak_frequencies
+from femend.study.sampled import too_slow_for_band
 from femend.study.sound import with_warnings
 from femend.study.study import Study, StudyRecording
 
@@ -107,8 +108,10 @@ def measured_runs(study: Study) -> tuple[tuple[MeasuredRun, ...], tuple[str, ...
         except FemendError as error:
             error.add_note(f"while reading [[recording]] {recording.name!r} of {study.file}")
             raise
+        slow = too_slow_for_band(read, study.correlation.band)
+        read = replace(read, warnings=(*slow, *read.warnings))
         for one in _orders_of(recording, read, study):
-            passed += [one] if isinstance(one, str) else []
+            passed += [*slow, one] if isinstance(one, str) else []
             held += [one] if isinstance(one, HeldShapes) else []
             found += [one] if isinstance(one, MeasuredRun) else []
     return (*found, *_together(held)), tuple(dict.fromkeys(passed))

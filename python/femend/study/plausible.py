@@ -32,6 +32,7 @@ from femend.model.free_body import RIGID
 from femend.model.rigid_motion import zero_modes
 from femend.numerals import plain
 from femend.study.plausible_output import output_doubts
+from femend.study.sampled import too_slow_for_modes
 
 __all__ = ["Doubted", "Doubts", "doubts_found", "doubts_of"]
 
@@ -102,7 +103,7 @@ def doubts_found(model: Model, test: Test, pairing: Pairing, zeta: float) -> Dou
         against: Sequence[Doubt] = () if data is None else _against(data, modes, pairing)
         if _unmeasured(recording):
             against = output_doubts(recording, modes, pairing)
-        for doubt in (*_short(recording, modes), *against):
+        for doubt in (*_short(recording, modes), *_slow(recording, modes), *against):
             found.setdefault((doubt.kind, doubt.channel), (doubt, []))[1].append(recording.name)
     of_model = (*_free(model, modes), *_massless(model))
     return Doubts(of_model, tuple(Doubted(doubt, tuple(names)) for doubt, names in found.values()))
@@ -168,6 +169,11 @@ def _short(recording: Recording, modes: ModeSet) -> list[Doubt]:
         f"which they hardly show: record {plain(PERIODS / lowest, 2)} s or more, or check the time axis"
     )
     return [Doubt("short", "", text)]
+
+
+def _slow(recording: Recording, modes: ModeSet) -> list[Doubt]:
+    who = f"recording {recording.name!r}"
+    return [Doubt("slow", "", f"it{text.removeprefix(who)}") for text in too_slow_for_modes(recording, modes.freq)]
 
 
 def _against(data: FrfData, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
