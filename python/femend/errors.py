@@ -141,7 +141,11 @@ class FormatError(FemendError, ValueError):
 
 
 class PairingError(FemendError, ValueError):
-    """A sensor that cannot be paired with a DOF of the model."""
+    """A sensor that cannot be paired with a DOF of the model. `sensor` is its DOF as text, None for another node."""
+
+    def __init__(self, message: str, *, sensor: str | None = None) -> None:
+        super().__init__(message)
+        self.sensor = sensor
 
 
 class LoadError(FemendError, ValueError):

@@ -308,7 +308,7 @@ def write_report(what: Named, check: Check, path: str | os.PathLike[str], title:
     start, out = what.start, Path(path)
     fitted = predict_all(what.diagnosis, start.test.role("fit"), start.model, start.pairing, start.records)
     predictions = [*fitted, *check.predictions]
-    result = result_of(what.diagnosis, predictions, start.records)
+    result = result_of(what.diagnosis, predictions, start.records, start.pairing.warnings)
     deck = Path(start.model.deck.path)
     study = Study(deck, title or deck.stem, deck, start.model.units, start.problem.zeta, (), (), ())
     run = StudyRun(study, start.model, start.test, start.pairing, start.records, what.diagnosis, predictions, result)

@@ -158,7 +158,7 @@ def test_sensors_keep_their_distance(tmp_path: Path) -> None:
             r"\[pretest\] band: the model has no mode from 20 to 50 Hz; the first elastic one is at 16",
         ),
         ("modes = [1, 400]", r"\[pretest\] modes: mode 400 is wanted, the model has \d+ elastic modes"),
-        ("nodes = [3, 77]", r"\[pretest\] nodes: the model has no node 77; give a node of the deck"),
+        ("nodes = [3, 77]", r"\[pretest\] nodes: the model has no node 77 \(nearest ids 7, 13\); give"),
         ('placed = ["77:+Z"]', r"\[pretest\] placed: the model has no node 77"),
         ('placed = ["1:+Z"]', r"\[pretest\] placed: 1:\+Z stands still in all target modes"),
         ("nodes = [1]", r"\[pretest\] nodes: none of the 3 allowed places moves in the target modes"),

@@ -203,6 +203,13 @@ def test_a_reversed_sensor_is_named_by_all_its_pairs() -> None:
     assert identify_modes(frf).status == "doubtful"
 
 
+def test_a_sensor_without_coordinates_leaves_the_modes_of_the_others_to_be_found() -> None:
+    frf = known_frf(LINES, FREQ, ZETA, shapes(10, 3), [0], noise=0.005)
+    nodes = [d.node for d in frf.output_dofs if d is not None][:-1]
+    geometry = Geometry(np.array(nodes), np.random.default_rng(0).standard_normal((9, 3)))
+    assert identify_modes(frf, geometry=geometry).modes.n_modes == 3
+
+
 def test_a_sensor_that_says_it_points_down_is_no_fault() -> None:
     frf = with_H({}, {2: -1.0})
     outputs = tuple(Channel(Dof(3, 3, -1), c.quantity, c.unit) if i == 2 else c for i, c in enumerate(frf.outputs))

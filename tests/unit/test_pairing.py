@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
-from femend import Channel, Dof, pair_sensors
+from femend import Channel, Dof, Recording, TimeData, functions_of, pair_sensors, write_uff
+from femend.data import Test
 from femend.errors import PairingError
+from femend.estimate import pair_test
+from femend.io import UniversalFile
+from femend.io.uff.geometry import Nodes
+from femend.model.near_ids import near_ids
+from femend.progress import SilentProgress
+from femend.study.run import diagnose
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
 
 IDS = [10, 20, 30, 40]
 XYZ = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)  # diagonal 1.414, reach 0.0283
@@ -44,7 +58,8 @@ def test_far_from_every_node() -> None:
 
 def test_unknown_node_without_coordinates() -> None:
     with pytest.raises(
-        PairingError, match=r"sensor 7:\+Z: node 7 is not among the 4 nodes of the model \(ids 10 to 40"
+        PairingError,
+        match=r"sensor 7:\+Z: node 7 is not among the 4 nodes of the model \(ids 10 to 40; nearest id 10\)",
     ):
         pair_sensors([Dof(7, 3)], IDS, XYZ)
 
@@ -55,9 +70,77 @@ def test_an_id_that_means_another_place() -> None:
     assert (pair.dof.node, pair.by) == (30, "nearest")
 
 
-def test_an_id_is_believed_where_the_test_frame_fits_nowhere() -> None:
-    (pair,) = pair_sensors([Dof(10, 3)], IDS, XYZ, sensor_xyz={10: (50.0, 0.0, 0.0)})
+def test_an_id_is_believed_where_the_test_frame_fits_nowhere_and_that_is_told() -> None:
+    sensors, places = (
+        [Dof(10, 3), Dof(10, 1), Dof(20, 3), Dof(30, 3)],
+        {10: (50.0, 0, 0), 20: (1.0, 0, 0), 30: (1, 1, 0.8)},
+    )
+    pairing = pair_sensors(sensors, IDS, XYZ, sensor_xyz=places)
+    pair = pairing["10:+Z"]
     assert (pair.dof.node, pair.by, pair.distance) == (10, "id", 50.0)
+    (told,) = pairing.warnings
+    assert told.startswith(
+        "sensors are paired with the model's nodes of their numbers though the test's coordinates lie"
+    )
+    assert "elsewhere: node 10 by 50, node 30 by 0.8 (the tolerance is 0.02828, 2 % of the model's diagonal)" in told
+    assert told in repr(pairing)
+    # who says how near a node has to be means it
+    with pytest.raises(PairingError, match=r"elsewhere: node 10 by 50 \(the tolerance is 0.07071, 5 % of"):
+        pair_sensors(sensors, IDS, XYZ, sensor_xyz=places, tolerance=0.05)
+
+
+def test_a_pair_by_place_tells_where_the_node_of_its_number_is() -> None:
+    pairing = pair_sensors([Dof(10, 3)], IDS, XYZ, sensor_xyz={10: (1.0, 1.0, 0.0)})
+    assert pairing.notes == ("sensor 10:+Z is paired with node 30, 0 away, since node 10 of the model lies 1.414 away",)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "named"),
+    [
+        (9107, "nearest ids 107, 403"),
+        (170, "nearest ids 107, 403"),
+        (500, "nearest id 403"),
+        (3, "nearest id 101"),
+    ],
+)
+def test_the_nearest_ids_are_those_of_a_slip_of_the_keyboard_and_the_neighbours(wanted: int, named: str) -> None:
+    assert near_ids(wanted, [101, 105, 107, 403]) == named
+
+
+def test_a_diagnosis_tells_at_once_that_coordinates_contradict_numbers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    channels = (Channel(Dof(13, 3), "force", "N"), Channel(Dof(13, 3), "acceleration", "m/s^2"))
+    values = np.random.default_rng(1).standard_normal((2, 400))
+    path = small_study.write_unrecorded(tmp_path, "")
+    path.write_text(small_study.study_text({"high": "fit"}))
+    far = Nodes(np.array([13]), np.array([[0.0, 0.8, 5.0]]), np.zeros((1, 2), dtype=np.int64))
+    file = UniversalFile("", tuple(functions_of(TimeData("high", 0.01, values, channels))), (far,))
+    write_uff(tmp_path / "high.uff", file)
+
+    class Told(SilentProgress):
+        said: ClassVar[list[str]] = []
+
+        def say(self, text: str) -> None:
+            self.said.append(text)
+
+    def stop(*_: object) -> None:
+        raise PairingError("enough")
+
+    monkeypatch.setattr("femend.study.run.fit_records", stop)
+    with pytest.raises(PairingError, match="enough"):
+        diagnose(path, progress=Told())
+    assert any("coordinates lie elsewhere: node 13 by" in text for text in Told.said)
+
+
+def test_a_sensor_without_a_node_is_told_with_its_recording_and_channel(tmp_path: Path) -> None:
+    model, _ = small_study.cantilever(tmp_path)
+    channels = (Channel(Dof(13, 3), "force", "N"), Channel(Dof(77, 3), "acceleration", "m/s^2", name="tip"))
+    test = Test((Recording("high", TimeData("high", 0.01, np.ones((2, 50)), channels)),))
+    with pytest.raises(
+        PairingError, match=r"^recording 'high', channel 'tip': sensor 77:\+Z: node 77 is not among the 1"
+    ):
+        pair_test(test, model)
 
 
 def test_renumbering_the_model_leaves_places_alone() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from femend.errors import PretestError
 from femend.model import Model
 from femend.model.linear_terms import LinearTerm, point_dashpot, point_mass, point_spring, weaker_element
+from femend.model.near_ids import near_ids
 from femend.pretest import GivingSupport
 from femend.study.bench_settings import CandidateSettings
 
@@ -42,5 +43,7 @@ def term_of(model: Model, c: CandidateSettings, where: str) -> LinearTerm:
 
 
 def _known(model: Model, node: int, where: str) -> None:
-    if node not in set(model.node_ids[~model.is_scalar].tolist()):
-        raise PretestError(f"{where}: node {node} is not among the {len(model.node_ids)} nodes of the model")
+    ids = model.node_ids[~model.is_scalar]
+    if node not in set(ids.tolist()):
+        near = near_ids(node, ids)
+        raise PretestError(f"{where}: node {node} is not among the {len(ids)} nodes of the model ({near}); correct it")

@@ -18,6 +18,7 @@ from femend.data import Channel, ModeSet
 from femend.dof import Dof
 from femend.estimate.joint import Unbalance
 from femend.model import Model
+from femend.model.near_ids import near_ids
 
 __all__ = ["ComparedRun", "OperatingResponse", "compare_run"]
 
@@ -144,7 +145,8 @@ def _without_response(measured: MeasuredRun, model: Model) -> str:
         rest = "the shapes at the peaks are compared with the modes alone"
         return (
             f"{who}: {what} {lacking[0]} of [recording.rotating] is not among the {len(model.node_ids)} nodes of the "
-            f"model, so that its response to unbalance is not known{'' if measured.held else f'; {rest}'}"
+            f"model ({near_ids(lacking[0], model.node_ids)}), so that its response to unbalance is "
+            f"not known{'' if measured.held else f'; {rest}'}"
         )
     n_free = len(nodes) * (1 if measured.order == 1.0 else 2)
     if not measured.unbalance and measured.shapes.size <= n_free:

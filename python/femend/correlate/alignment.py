@@ -101,7 +101,7 @@ def align_points(
     off = tuple(int(i) for i in np.flatnonzero(distance > reach))
     notes = [*_frame_notes(R, s), *_point_notes(xyz, b, pairs, off, reach)]
     if alike:
-        notes.append(f"{alike} other turns fit as well: the points are symmetric; name mates that decide")
+        notes.append(f"{alike} other turns fit as well: the points are symmetric; give the `mate` of each")
     return Alignment(R, s, t, xyz, pairs, distance, off, alike, tuple(notes))
 
 

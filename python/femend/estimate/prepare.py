@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data import Channel, Recording, Test
-from femend.errors import RecordingError
+from femend.errors import PairingError, RecordingError
 from femend.estimate.frf import frf_lines_of
 from femend.estimate.lines import FitRecord
 from femend.estimate.noise import fewest_samples, noise_of
@@ -41,15 +41,24 @@ NOT_ITS_RATE = "; if that is not its rate, mend its time axis: a column that cou
 
 
 def pair_test(test: Test, model: Model) -> Pairing:
-    """Every sensor and shaker of a test with its DOF of the model; raises PairingError."""
+    """Every sensor and shaker of a test with its DOF of the model; raises PairingError, which names the recording."""
     channels: list[Channel] = []
+    whose: dict[str, str] = {}
     places: dict[int, FloatArray] = {}
     for recording in test:
-        channels += [*recording.sensors, *recording.inputs]
+        for channel in (*recording.sensors, *recording.inputs):
+            channels.append(channel)
+            named = f", channel {channel.name!r}" if channel.name else ""
+            whose.setdefault(str(channel.dof), f"recording {recording.name!r}{named}")
         if recording.geometry is not None:
             places.update(zip(recording.geometry.ids.tolist(), recording.geometry.xyz))
     grid = ~model.is_scalar
-    return pair_sensors(channels, model.node_ids[grid], model.xyz[grid], sensor_xyz=places)
+    try:
+        return pair_sensors(channels, model.node_ids[grid], model.xyz[grid], sensor_xyz=places)
+    except PairingError as error:
+        if error.sensor not in whose:
+            raise
+        raise PairingError(f"{whose[error.sensor]}: {error}", sensor=error.sensor) from None
 
 
 def period_of(u: FloatArray) -> int:

@@ -199,7 +199,8 @@ def _modes(
 def _checks(frf: FRF, modes: IdentifiedModes, geometry: Geometry | None) -> tuple[SensorCheck, ...]:
     swapped = swap_check(frf)
     checks = driving_point_checks(frf) + reciprocity_checks(frf) + (() if swapped is None else (swapped,))
-    if geometry is not None and modes.n_modes:
+    # where a sensor's node has no coordinates, whoever places the sensors says so
+    if geometry is not None and modes.n_modes and {d.node for d in modes.dofs} <= set(geometry.ids.tolist()):
         checks += (rigid_body_check(modes.shapes, modes.dofs, geometry),)
     return checks
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femend.errors import ModelError
 from femend.model.model import Model
+from femend.model.near_ids import near_ids
 
 __all__ = ["Surface", "nodal_loads", "surface_of"]
 
@@ -86,7 +87,10 @@ def surface_of(model: Model, nodes: Collection[int]) -> Surface:
     wanted = {int(n) for n in nodes}
     unknown = sorted(wanted - set(index))
     if unknown:
-        raise ModelError(f"the model has no node {unknown[0]} ({len(unknown)} such nodes); give nodes of the deck")
+        near = near_ids(unknown[0], model.node_ids)
+        raise ModelError(
+            f"the model has no node {unknown[0]} ({len(unknown)} such nodes; {near}); give nodes of the deck"
+        )
     shells: list[tuple[int, ...]] = []
     solids: list[tuple[frozenset[int], tuple[int, ...]]] = []
     seen: dict[frozenset[int], int] = {}

@@ -16,6 +16,7 @@ from femend.dof import Dof
 from femend.errors import GeometryError, ModelError, PairingError
 from femend.model.morph import Morph
 from femend.model.moved import amplitudes_of, moved_nodes
+from femend.model.near_ids import near_ids
 from femend.model.node_fields import NodeFields, node_fields
 
 if TYPE_CHECKING:
@@ -104,7 +105,9 @@ class Model:
         """Position of a node in the g-set; raises PairingError where the model has no such node."""
         at = self._positions.get(int(node))
         if at is None:
-            raise PairingError(f"the model has no node {node}; give a node of the deck")
+            raise PairingError(
+                f"the model has no node {node} ({near_ids(node, self.node_ids)}); give a node of the deck"
+            )
         return at
 
     @cached_property

@@ -12,12 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 from femend.data import Channel
 from femend.dof import Dof
 from femend.errors import PairingError
+from femend.model.near_ids import near_ids
 from femend.numerals import plain
 
 __all__ = ["PAIRING_TOLERANCE", "Pair", "Pairing", "pair_sensors"]
 
 # Of the diagonal of the model: a sensor glued a little beside its node, on a mesh of some fifty elements per side.
 PAIRING_TOLERANCE = 0.02
+# nodes that a sentence names at most
+NAMED = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +46,12 @@ class Pair:
 
 @dataclass(frozen=True, slots=True)
 class Pairing:
-    """Pairs of all sensors, with look-up by the sensor's DOF; `notes` say what is not by node id."""
+    """Pairs of all sensors, with look-up by the sensor's DOF; `notes` say what is not by node id, `warnings` what
+    coordinates contradict."""
 
     pairs: tuple[Pair, ...]
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def __iter__(self) -> Iterator[Pair]:
         return iter(self.pairs)
@@ -68,11 +73,13 @@ class Pairing:
                 {"sensor": str(p.sensor), "dof": str(p.dof), "distance": p.distance, "by": p.by} for p in self.pairs
             ],
             "notes": list(self.notes),
+            "warnings": list(self.warnings),
         }
 
     def __repr__(self) -> str:
         nearest = sum(p.by == "nearest" for p in self.pairs)
-        return f"Pairing({len(self)} sensors, {nearest} of them with the nearest node)"
+        told = "".join(f"\nwarning: {text}" for text in self.warnings)
+        return f"Pairing({len(self)} sensors, {nearest} of them with the nearest node){told}"
 
 
 def pair_sensors(
@@ -81,15 +88,16 @@ def pair_sensors(
     xyz: ArrayLike,
     *,
     sensor_xyz: Mapping[int, Sequence[float] | NDArray[np.float64]] | None = None,
-    tolerance: float = PAIRING_TOLERANCE,
+    tolerance: float | None = None,
 ) -> Pairing:
     """Pairs each of `sensors` with a DOF of the model whose nodes are `node_ids` (n,) at `xyz` (n, 3).
 
     A sensor whose node id is a node of the model is paired with it. Otherwise, and where the coordinates in
     `sensor_xyz` (test node id to x, y, z in the model's length unit and frame) show that the id means another place,
-    it is paired with the nearest node within `tolerance` times the model's diagonal. Sensors without DOF (a tacho)
-    are passed over; a sensor that occurs twice is paired once. Raises PairingError for a sensor far from every node
-    (with distance and nearest node) and for one of unknown place.
+    it is paired with the nearest node within `tolerance` times the model's diagonal (2 % without one). Where they show
+    that and no node is near, the id is believed with a warning, or refused where a `tolerance` is given.
+    Sensors without DOF (a tacho) are passed over; a sensor that occurs twice is paired once. Raises PairingError for a
+    sensor far from every node (with distance and nearest node) and for one of unknown place.
 
     >>> pair_sensors([Dof(2, 3)], [1, 2], [[0, 0, 0], [1, 0, 0]])["2:+Z"].by
     'id'
@@ -98,7 +106,8 @@ def pair_sensors(
     points = np.asarray(xyz, dtype=np.float64).reshape(-1, 3)
     if ids.size == 0 or ids.shape != (len(points),):
         raise PairingError(f"{ids.size} node ids and {len(points)} coordinates: the model has no nodes to pair with")
-    reach = tolerance * float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
+    share = PAIRING_TOLERANCE if tolerance is None else tolerance
+    reach = share * float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
     known = {int(n): i for i, n in enumerate(ids)}
     places = dict(sensor_xyz or {})
     pairs: dict[Dof, Pair] = {}
@@ -107,11 +116,31 @@ def pair_sensors(
         dof = sensor.dof if isinstance(sensor, Channel) else sensor
         if dof is None or dof in pairs:
             continue
-        pair = _pair(dof, ids, points, known, places, reach, tolerance)
+        pair = _pair(dof, ids, points, known, places, reach, share)
+        if pair.by == "id" and pair.distance > reach and tolerance is not None:
+            raise PairingError(_apart([pair], reach, share), sensor=str(dof))
         pairs[dof] = pair
         if pair.by == "nearest":
-            notes.append(f"sensor {dof} is paired with node {pair.dof.node}, {plain(pair.distance)} away")
-    return Pairing(tuple(pairs.values()), tuple(notes))
+            own = ""
+            if dof.node in known:
+                there = float(np.linalg.norm(points[known[dof.node]] - np.asarray(places[dof.node], dtype=np.float64)))
+                own = f", since node {dof.node} of the model lies {plain(there)} away"
+            notes.append(f"sensor {dof} is paired with node {pair.dof.node}, {plain(pair.distance)} away{own}")
+    apart = [p for p in pairs.values() if p.by == "id" and p.distance > reach]
+    warnings = (_apart(apart, reach, share),) if apart else ()
+    return Pairing(tuple(pairs.values()), tuple(notes), warnings)
+
+
+def _apart(pairs: Sequence[Pair], reach: float, share: float) -> str:
+    """What is said of `pairs` by id whose test node lies elsewhere."""
+    far = {p.dof.node: p.distance for p in sorted(pairs, key=lambda p: -p.distance)}
+    named = [f"node {n} by {plain(d)}" for n, d in list(far.items())[:NAMED]]
+    more = f" and {len(far) - NAMED} more" if len(far) > NAMED else ""
+    return (
+        "sensors are paired with the model's nodes of their numbers though the test's coordinates lie elsewhere: "
+        f"{', '.join(named)}{more} (the tolerance is {plain(reach)}, {100 * share:g} % of the model's diagonal): check "
+        "the units and the frame of the test geometry, and these node numbers"
+    )
 
 
 def _pair(
@@ -129,8 +158,9 @@ def _pair(
             return Pair(dof, dof, 0.0, "id")
         raise PairingError(
             f"sensor {dof}: node {dof.node} is not among the {ids.size} nodes of the model (ids {ids.min()} to "
-            f"{ids.max()}) and the recording has no coordinates for it; correct the node number, or add the sensor's "
-            "coordinates (data set 15 or 2411 of a universal file)"
+            f"{ids.max()}; {near_ids(dof.node, ids)}) and the recording has no coordinates for it; correct the node "
+            "number, or add the sensor's coordinates (data set 15 or 2411 of a universal file)",
+            sensor=str(dof),
         )
     distance = np.linalg.norm(points - np.asarray(at, dtype=np.float64), axis=1)
     nearest = int(np.argmin(distance))
@@ -140,6 +170,7 @@ def _pair(
         raise PairingError(
             f"sensor {dof} at {tuple(float(f'{v:.4g}') for v in at)} is {plain(distance[nearest])} from the nearest "
             f"node {ids[nearest]}; the tolerance is {plain(reach)} ({100 * tolerance:g} % of the model's diagonal). "
-            "Check the units and the frame of the test geometry, or add a node to the model"
+            "Check the units and the frame of the test geometry, or add a node to the model",
+            sensor=str(dof),
         )
     return Pair(dof, Dof(int(ids[nearest]), dof.component, dof.sign), float(distance[nearest]), "nearest")

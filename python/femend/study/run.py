@@ -101,7 +101,7 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
         pairing = pair_test(test, model)
         _usable(test, unrecorded)
         doubts = doubts_found(model, test, pairing, study.damping_ratio)
-        warnings = [*warnings_of(study, model.deck, test), *doubts.texts]
+        warnings = [*pairing.warnings, *warnings_of(study, model.deck, test), *doubts.texts]
     for text in warnings:
         say(progress, text)
     right = Corrections(test)

@@ -81,6 +81,7 @@ def diagnose_staged(
         whole = test
         doubts, right = _doubts(study, test, free, pairing)
         test = right.test
+    doubts = [*pairing.warnings, *doubts]
     for text in (*deck_warnings(study, free.deck), *doubts):
         say(progress, text)
     with steps.step("identify modes and prepare runs"):
