@@ -173,6 +173,16 @@ def test_what_cannot_be_planned(tmp_path: Path, table: str, message: str) -> Non
     assert not (tmp_path / "out").exists()
 
 
+def test_few_sensors_are_placed_by_qr_which_is_told(tmp_path: Path) -> None:
+    run = pretest_study(study(tmp_path, "[pretest]\nmodes = [1, 2, 3]\nsensors = 2\nvirtual_test = false\n"))
+    assert run.result["method"] == "QR"
+    (told,) = (w for w in run.result["warnings"] if "QR" in w)
+    assert told.startswith("[pretest] sensors = 2 are fewer than the 3 target modes")
+    assert "take 3 sensors or more, or fewer target modes" in told
+    asked = study(tmp_path, '[pretest]\nmodes = [1, 2, 3]\nsensors = 2\nmethod = "QR"\nvirtual_test = false\n')
+    assert not any("QR" in w for w in pretest_study(asked).result["warnings"])
+
+
 def test_parameters_are_needed_to_plan_for_them(tmp_path: Path) -> None:
     path = study(tmp_path, '[pretest]\nmethod = "parameters"\n', parameters=False)
     with pytest.raises(PretestError, match=r'method = "parameters", but the study has no \[\[parameter\]\]'):

@@ -162,7 +162,14 @@ def _plan(study: Study, model: Model, targets: Targets) -> tuple[Plan, tuple[str
             system, unknowns_of(model), modes=targets.at.tolist(), freq_sd=s.freq_sd, shape_sd=s.shape_sd
         )
     # sensors that tell parameters may not tell modes apart; who wants them says so
-    method = s.method or ("effective independence" if s.sensors >= targets.at.size else "QR")
+    few = s.sensors < targets.at.size
+    method = s.method or ("QR" if few else "effective independence")
+    if s.method is None and few:
+        told += (
+            f"[pretest] sensors = {s.sensors} are fewer than the {targets.at.size} target modes, which they cannot "
+            "tell apart, and effective independence, the method without another one, does not work: they are placed by "
+            f"QR; take {targets.at.size} sensors or more, or fewer target modes ([pretest] band or modes)",
+        )
 
     def placed_by(way: str) -> Placement:
         return _placed(way, model, places, phi, planned, s.sensors, len(s.placed))
