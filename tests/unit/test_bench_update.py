@@ -192,6 +192,23 @@ def test_a_stopped_search_goes_on_from_its_history(folder: Path, run: UpdateRun,
         update_study(path, history=kept)
 
 
+def test_a_history_is_kept_in_the_folder_of_the_results_before_that_is_there(folder: Path, tmp_path: Path) -> None:
+    path, out = folder / "short.toml", tmp_path / "deep" / "out"
+    path.write_text(study_text(RECORDINGS, TABLES + "[updating]\niterations = 1\n"))
+    update_study(path, out, history=out / "history.json")
+    assert {"history.json", "updating.json"} <= {f.name for f in out.iterdir()}
+
+
+def test_a_history_that_cannot_be_written_is_refused_before_the_work(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    file.write_text("")
+    # no study is there to be read: the history is looked at first
+    with pytest.raises(OSError, match=r"history.json cannot be written: .*file does not take new files"):
+        update_study(tmp_path / "study.toml", history=file / "history.json")
+    with pytest.raises(IsADirectoryError, match="is a folder; give the name of a file in it"):
+        update_study(tmp_path / "study.toml", history=tmp_path)
+
+
 def test_chosen_modes_alone_count(folder: Path, run: UpdateRun, tmp_path: Path) -> None:
     path = folder / "chosen.toml"
     path.write_text(study_text(RECORDINGS, TABLES + "[updating]\nmodes = [1, 3]\n"))

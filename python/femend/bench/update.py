@@ -33,7 +33,7 @@ from femend.estimate.updating import (
     updated_deck,
 )
 from femend.estimate.updating import update as search
-from femend.io import OutputDirectory, refuse_unwritable
+from femend.io import OutputDirectory, refuse_unwritable, refuse_unwritable_file
 from femend.io.updated_files import updated_files
 from femend.model import Model
 from femend.progress import Progress, SilentProgress
@@ -106,13 +106,16 @@ def update(
 
     Recordings with role validate are compared with the model before and after and have no part in it. With a folder
     `out` everything is written there: updating.json, updating.html, model.updated.bdf with the changed values where
-    they stood, model.diff, tables as CSV and updating.run.json. `history` is a file that keeps every iteration; where
-    it is there, the search goes on from it (the one from the deck, where there are more starts). Raises the errors of
-    the readers (StudyError, DeckError, FormatError, RecordingError, PairingError, ModelError), and UpdatingError for a
-    problem that cannot be posed: no mode with a mate, fewer values than unknowns; nothing is written then.
+    they stood, model.diff, tables as CSV and updating.run.json. `history` is a file that keeps every iteration (its
+    folder is made where there is none); where it is there, the search goes on from it (the one from the deck, where
+    there are more starts). Raises OSError where something cannot be written, the errors of the readers (StudyError,
+    DeckError, FormatError, RecordingError, PairingError, ModelError), and UpdatingError for a problem that cannot
+    be posed: no mode with a mate, fewer values than unknowns; nothing is written then.
     """
     if out is not None:
         refuse_unwritable(out, owned=OWNED)
+    if history is not None:
+        refuse_unwritable_file(history)
     progress = progress or SilentProgress()
     steps = Steps(Path(study), progress)
     prepared = prepare(Path(study), steps, UPDATE, morphs=True, runs=lambda s: "orders" in s.updating.responses)
@@ -158,6 +161,8 @@ def _first(
             surface = start_on_surface(problem, study.updating)
         start = surface.p if surface.taken else None
     most, stop = study.updating.iterations, _telling(steps.progress)
+    if history is not None:
+        Path(history).absolute().parent.mkdir(parents=True, exist_ok=True)
     with steps.step("update parameters"):
         found = search(problem, start, iterations=most, history=history, resume=True, stop=stop)
     if start is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from femend.io.atomic import OutputDirectory, refuse_unwritable, write_atomic
+from femend.io.atomic import OutputDirectory, refuse_unwritable, refuse_unwritable_file, write_atomic
 from femend.io.channel_map import ChannelMap
 from femend.io.op4 import Op4Matrix, read_op4, write_op4
 from femend.io.recordings import read_modes, read_recording, read_recordings
@@ -20,6 +20,7 @@ __all__ = [
     "read_recordings",
     "read_uff",
     "refuse_unwritable",
+    "refuse_unwritable_file",
     "write_atomic",
     "write_op4",
     "write_uff",

@@ -12,7 +12,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
-__all__ = ["RESULT_NAMES", "OutputDirectory", "atomic_path", "refuse_unwritable", "write_atomic"]
+__all__ = [
+    "RESULT_NAMES",
+    "OutputDirectory",
+    "atomic_path",
+    "refuse_unwritable",
+    "refuse_unwritable_file",
+    "write_atomic",
+]
 
 # What a diagnosis writes. Entries of these names are replaced as a whole; everything else in the folder is the user's.
 RESULT_NAMES = ("result.json", "report.html", "run.json", "predictions", "model.updated.*")
@@ -68,9 +75,7 @@ def refuse_unwritable(path: str | os.PathLike[str], *, owned: tuple[str, ...] = 
                 f"{out} holds {', '.join(users)}, where results of these names would go, and no earlier run of femend "
                 "left them there; name another folder for the results, or move them away"
             )
-    there = out.parent
-    while not there.exists():
-        there = there.parent
+    there = _there(out.parent)
     # beside the folder everything is written, into it the entries are moved
     for folder in dict.fromkeys((there, out) if out.exists() else (there,)):
         try:
@@ -80,6 +85,29 @@ def refuse_unwritable(path: str | os.PathLike[str], *, owned: tuple[str, ...] = 
                 f"no results can be written to {out}: {folder} does not take new files "
                 f"({error.strerror or error}); name another folder for the results, or change its rights"
             ) from error
+
+
+def refuse_unwritable_file(path: str | os.PathLike[str]) -> None:
+    """Raises the OSError that writing the file `path` would end in, before the work for it is begun. Nothing is left
+    behind, and a folder that does not exist is not made yet."""
+    path = Path(path).absolute()
+    if path.is_dir():
+        raise IsADirectoryError(f"{path} is a folder; give the name of a file in it")
+    there = _there(path.parent)
+    try:
+        os.rmdir(tempfile.mkdtemp(prefix=".femend.", suffix=".partial", dir=there))
+    except OSError as error:
+        raise type(error)(
+            f"{path} cannot be written: {there} does not take new files ({error.strerror or error}); name another "
+            "file, or change the rights of the folder"
+        ) from error
+
+
+def _there(folder: Path) -> Path:
+    """`folder`, or the nearest one above it that exists."""
+    while not folder.exists():
+        folder = folder.parent
+    return folder
 
 
 class OutputDirectory:
