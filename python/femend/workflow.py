@@ -28,7 +28,7 @@ from femend.diagnose.diagnosis import explain
 from femend.diagnose.locate import Located
 from femend.diagnose.locate import locate as locate_places
 from femend.diagnose.update import UpdatedModel, update_model
-from femend.errors import ModelError, RecordingError
+from femend.errors import FemendError, ModelError, PairingError, RecordingError, UpdatingError
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem, fit_records, pair_test
 from femend.io.atomic import write_atomic
 from femend.model import Model, Pairing, Parameter, Place, ReducedModel, find_places
@@ -231,17 +231,37 @@ def _parameter(text: str, prior_sd: float) -> Parameter:
 def pair(test: Test, model: Model) -> Pairing:
     """Pairs every sensor and shaker of `test` with its DOF of `model`, by node id or by the nearest node.
 
-    Raises PairingError for a sensor that is far from every node.
+    Raises PairingError for a sensor that is far from every node, and for what is no test or no model.
     """
+    _given("pair", model, Model, PairingError)
+    _given("pair", test, Test, PairingError)
     return pair_test(test, model)
+
+
+# what an argument of a step is and where it comes from
+_FROM = {
+    Test: "recordings as `femend.read_recordings` gives them, or `femend.data.Test((recording,))`",
+    Model: "a model as `femend.read_model` gives it",
+    Pairing: "what `femend.pair(test, model)` gives",
+}
+
+
+def _given(step: str, value: object, kind: type, error: type[FemendError]) -> None:
+    """Raises `error` where a step was given a `value` of another `kind`."""
+    if not isinstance(value, kind):
+        took = kind.__name__.lower()
+        raise error(f"`femend.{step}` takes {_FROM[kind]}, as its {took}; a {type(value).__name__} was given")
 
 
 def update(model: Model, test: Test, pairs: Pairing, *, damping: float = 0.01) -> Updated:
     """Updates the parameters of `model` within their priors, with a damping ratio (prior median `damping`) a mode.
 
     The fit recordings of `test` are used, with their sensors placed by `pairs`. Raises RecordingError where `test` has
-    no recording with role "fit", one lacks a measured force, or the model has no solution at the deck's values.
+    no recording with role "fit", one lacks a measured force, or the model has no solution at the deck's values, and
+    UpdatingError for arguments of another kind, as when they are exchanged.
     """
+    for value, kind in ((model, Model), (test, Test), (pairs, Pairing)):
+        _given("update", value, kind, UpdatingError)
     fit = [r for r in test if r.role == "fit"]
     if not fit:
         raise RecordingError('no recording has role = "fit"; at least one is needed to estimate anything')
@@ -280,8 +300,9 @@ def name(start: Updated, where: Places, laws: Sequence[str | Physics] | None = N
 def validate(what: Named, test: Test) -> Check:
     """Predicts the responses of the recordings in `test`, which took no part in `what`, from their measured forces.
 
-    Raises RecordingError for a recording that was used to fit, or that has no measured force.
+    Raises RecordingError for a recording that was used to fit, or that has no measured force, and for what is no test.
     """
+    _given("validate", test, Test, RecordingError)
     start = what.start
     used = {r.source for r in start.records}
     for recording in test:

@@ -7,7 +7,7 @@ import pytest
 
 import femend as fe
 from femend.demo import STUDY
-from femend.errors import ModelError, RecordingError
+from femend.errors import ModelError, PairingError, RecordingError, UpdatingError
 from femend.workflow import Named, Places, Updated
 
 FOLDER = STUDY.parent
@@ -39,6 +39,23 @@ def test_parameters_as_text() -> None:
 def test_a_parameter_that_means_nothing(text: str) -> None:
     with pytest.raises(ModelError, match="property:id"):
         fe.read_model(FOLDER / "model.bdf", parameters=[text])
+
+
+def test_arguments_of_another_kind_are_told_with_where_they_come_from() -> None:
+    model = fe.read_model(FOLDER / "model.bdf")
+    test = fe.read_recordings([FOLDER / "low.uff"])
+    with pytest.raises(
+        PairingError, match=r"`femend.pair` takes a model as `femend.read_model` gives it, as its model; a"
+    ):
+        fe.pair(model, test)  # type: ignore[arg-type]
+    with pytest.raises(
+        PairingError, match=r"takes recordings as .*Test\(\(recording,\)\)`, as its test; a Recording was"
+    ):
+        fe.pair(test[0], model)  # type: ignore[arg-type]
+    with pytest.raises(
+        UpdatingError, match=r"takes what `femend.pair\(test, model\)` gives, as its pairing; a Test was given"
+    ):
+        fe.update(model, test, test)  # type: ignore[arg-type]
 
 
 def test_the_update_lowers_the_misfit_within_its_priors(start: Updated) -> None:
