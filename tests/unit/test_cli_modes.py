@@ -37,6 +37,16 @@ def rows(done: Result) -> list[list[float]]:
     return [[float(cell) for cell in line] for line in lines if len(line) == 5 and line[0].isdigit()]
 
 
+def test_units_that_do_not_fit_the_deck_are_told_with_those_that_do(tmp_path: Path) -> None:
+    path = beam(tmp_path)
+    assert "in the units" not in run(path).output
+    path.write_text(path.read_text().replace("2.1+11,,0.3,7850.", "2.1+5,,0.3,7.85-9"))
+    told = run(path).output
+    assert "warning   in the units 'SI' no material of the deck is a solid's: MAT1 1 has a modulus of 210000" in told
+    assert "in 'mm-t-s' all are those of solids: check --units, and E and RHO of the deck" in told
+    assert "in the units" not in run(path, "--units", "mm-t-s").output
+
+
 def test_a_cantilever_has_the_frequencies_and_effective_masses_of_beam_theory(tmp_path: Path) -> None:
     found = rows(run(beam(tmp_path), "--n", 4))
     # Clamped-free Euler-Bernoulli roots; effective masses of a uniform cantilever 61.3 %, 18.8 %.

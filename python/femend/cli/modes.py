@@ -32,6 +32,7 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     from femend.io.deck import read_deck
     from femend.model.finite_modes import finite_modes
     from femend.model.free_body import FREE
+    from femend.model.material_units import material_doubts
     from femend.model.model import Model
     from femend.model.negative import negative_values
     from femend.model.rigid_motion import zero_modes
@@ -61,7 +62,8 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     n_scalar = len(model.scalar_points)
     nodes = f"{len(model.node_ids) - n_scalar} nodes" + (f", {n_scalar} scalar points" if n_scalar else "")
     click.echo(f"{deck}: {nodes}, {model.n_a} free DOFs, mass {mass}")
-    for told in (*(unselected_supports(deck_read) if spc is None else ()), *negative_values(deck_read)):
+    doubts = material_doubts(deck_read, units, "--units")
+    for told in (*doubts, *(unselected_supports(deck_read) if spc is None else ()), *negative_values(deck_read)):
         click.echo(f"warning   {told}")
     if model.auto_constrained:
         names = ", ".join(model.auto_constrained[:8]) + (", …" if len(model.auto_constrained) > 8 else "")

@@ -20,9 +20,10 @@ _MAT1 = re.compile(r"^[ ]*MAT1\*?[ ,]+(\d+)", re.IGNORECASE | re.MULTILINE)
 E_FIELD, RHO_FIELD = 3, 6
 
 
-def material_doubts(deck: _core.Deck, units: str) -> list[str]:
+def material_doubts(deck: _core.Deck, units: str, said: str = "[model] units") -> list[str]:
     """A sentence where no MAT1 of the deck has a modulus, or none a density, that a solid has in the unit system
     `units`; the system in which all have is named. Values left out and densities of 0 do not count.
+    `said` is where the user says the units.
 
     One material alone may be a stand-in: a link that is to be rigid, a mass that is smeared.
     """
@@ -51,7 +52,7 @@ def material_doubts(deck: _core.Deck, units: str) -> list[str]:
     mid = next(iter({**moduli, **densities}))
     return [
         f"in the units {units!r} no material of the deck is a solid's: MAT1 {mid} has {' and '.join(wrong)}; {hint}"
-        "check [model] units, and E and RHO of the deck"
+        f"check {said}, and E and RHO of the deck"
     ]
 
 
