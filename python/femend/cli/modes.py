@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import numpy as np
@@ -10,6 +11,9 @@ import numpy as np
 from femend.cli.table import table
 from femend.report.numbers import pretty_unit, significant
 from femend.units import SYSTEMS, unit_system
+
+if TYPE_CHECKING:
+    from femend import _core
 
 __all__ = ["modes"]
 
@@ -32,11 +36,8 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     from femend.io.deck import read_deck
     from femend.model.finite_modes import finite_modes
     from femend.model.free_body import FREE
-    from femend.model.material_units import material_doubts
     from femend.model.model import Model
-    from femend.model.negative import negative_values
     from femend.model.rigid_motion import zero_modes
-    from femend.model.unselected import unselected_supports
     from femend.model.unsolvable import told_of
 
     if n_modes is None and fmax is None:
@@ -62,8 +63,7 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     n_scalar = len(model.scalar_points)
     nodes = f"{len(model.node_ids) - n_scalar} nodes" + (f", {n_scalar} scalar points" if n_scalar else "")
     click.echo(f"{deck}: {nodes}, {model.n_a} free DOFs, mass {mass}")
-    doubts = material_doubts(deck_read, units, "--units")
-    for told in (*doubts, *(unselected_supports(deck_read) if spc is None else ()), *negative_values(deck_read)):
+    for told in _doubts(deck_read, units, spc):
         click.echo(f"warning   {told}")
     if model.auto_constrained:
         names = ", ".join(model.auto_constrained[:8]) + (", …" if len(model.auto_constrained) > 8 else "")
@@ -82,3 +82,13 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     ]
     sums = ["sum", "", *(f"{s:.1f}" for s in share.sum(axis=0))]
     click.echo("\n" + table(["mode", "Hz", "X %", "Y %", "Z %"], [*rows, sums], "rrrrr"))
+
+
+def _doubts(deck: _core.Deck, units: str, spc: int | None) -> list[str]:
+    """What is doubtful about the deck in these units and with this SPC set."""
+    from femend.model.material_units import material_doubts
+    from femend.model.negative import negative_values
+    from femend.model.unselected import unselected_supports
+
+    free = unselected_supports(deck) if spc is None else ()
+    return [*material_doubts(deck, units, "--units"), *free, *negative_values(deck)]

@@ -117,21 +117,36 @@ def pair_modes(
         cluster_b = _clusters(fb, closeness, unseen_b, a.shape[0])
         agreement = _with_clusters(own, _root(weight, a), _root(weight, b), cluster_a, cluster_b)
         agreement, distance = _of_seen(agreement, unseen_a, unseen_b), _log_distance(fa, fb)
-    alike = _AlikeModes(mac(a, a, weight), mac(b, b, weight))
-    told: dict[int, str] = {}
-    while True:
-        chosen = _assign(agreement, own, distance, mac_min, frequency_weight)
-        chosen = _inside_clusters(chosen, agreement, own - frequency_weight * distance, mac_min, cluster_a, cluster_b)
-        against = _contradicted(chosen, own, alike, mac_min, a.shape[0])
-        if not against:
-            break
-        for pair, why in against.items():  # every round takes at least one away, so that it ends
-            agreement[pair] = 0.0
-            told.setdefault(pair[0], why)
+    clusters = cluster_a, cluster_b
+    alike = _AlikeModes(mac(a, a, weight), mac(b, b, weight), len(a))
+    chosen, told = _settled(agreement, own, distance, alike, clusters, mac_min, frequency_weight)
     pairs = _pairs(chosen, own, agreement, cluster_a, cluster_b)
     rest_a, rest_b = _rest(a, [p.a for p in pairs], unseen_a), _rest(b, [p.b for p in pairs], unseen_b)
     notes = _notes(pairs, a, unseen_a, unseen_b) + tuple(why for i, why in told.items() if i in rest_a)
     return ModePairing(pairs, rest_a, rest_b, unseen_a, unseen_b, notes)
+
+
+def _settled(
+    agreement: NDArray[np.float64],
+    own: NDArray[np.float64],
+    distance: NDArray[np.float64],
+    alike: _AlikeModes,
+    clusters: tuple[NDArray[np.int64], NDArray[np.int64]],
+    mac_min: float,
+    frequency_weight: float,
+) -> tuple[list[tuple[int, int]], dict[int, str]]:
+    """The best pairs of which none is contradicted by its shapes, and why modes of the first set lost others. The
+    `agreement` of what is contradicted is put to 0."""
+    told: dict[int, str] = {}
+    while True:
+        chosen = _assign(agreement, own, distance, mac_min, frequency_weight)
+        chosen = _inside_clusters(chosen, agreement, own - frequency_weight * distance, mac_min, *clusters)
+        against = _contradicted(chosen, own, alike, mac_min)
+        if not against:
+            return chosen, told
+        for pair, why in against.items():  # every round takes at least one away, so that it ends
+            agreement[pair] = 0.0
+            told.setdefault(pair[0], why)
 
 
 def _of_seen(agreement: NDArray[np.float64], unseen_a: Sequence[int], unseen_b: Sequence[int]) -> NDArray[np.float64]:
@@ -169,14 +184,15 @@ def _assign(
 
 @dataclass(frozen=True, slots=True)
 class _AlikeModes:
-    """MACs of the modes of either set among themselves, (n_a, n_a) and (n_b, n_b)."""
+    """MACs of the modes of either set among themselves, (n_a, n_a) and (n_b, n_b), at `n_dof` DOFs."""
 
     a: NDArray[np.float64]
     b: NDArray[np.float64]
+    n_dof: int
 
 
 def _contradicted(
-    chosen: list[tuple[int, int]], own: NDArray[np.float64], alike: _AlikeModes, mac_min: float, n_dof: int
+    chosen: list[tuple[int, int]], own: NDArray[np.float64], alike: _AlikeModes, mac_min: float
 ) -> dict[tuple[int, int], str]:
     """Pairs that a cluster's space brought together though their own shapes speak against it, and why.
 
@@ -196,7 +212,7 @@ def _contradicted(
         if twin is not None and alike.a[i, twin] > _ALIKE:
             seen = f"modes {twin + 1}, {i + 1} are alike at the DOFs compared (MAC {alike.a[i, twin]:.2f})"
             out[i, j] = f"{seen}: one mode seen twice? {unlike}"
-        elif twin is not None or own[i, j] <= 1.0 / n_dof:
+        elif twin is not None or own[i, j] <= 1.0 / alike.n_dof:
             out[i, j] = f"{unlike}, though it lies in the space of its close modes"
     return out
 

@@ -88,8 +88,8 @@ def refuse_unwritable(path: str | os.PathLike[str], *, owned: tuple[str, ...] = 
 
 
 def refuse_unwritable_file(path: str | os.PathLike[str]) -> None:
-    """Raises the OSError that writing the file `path` would end in, before the work for it is begun. Nothing is left
-    behind, and a folder that does not exist is not made yet."""
+    """Raises the OSError that writing the file `path` would end in, before the work for it is begun, IsADirectoryError
+    where it is a folder. Nothing is left behind, and a folder that does not exist is not made yet."""
     path = Path(path).absolute()
     if path.is_dir():
         raise IsADirectoryError(f"{path} is a folder; give the name of a file in it")
