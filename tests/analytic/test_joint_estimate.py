@@ -160,6 +160,20 @@ def test_run_residuals_have_exact_gradients(rig: ConfiguredModel) -> None:
     assert np.allclose(gradient, differences(block, p), rtol=1e-4, atol=1e-6 * np.abs(gradient).max())
 
 
+def test_a_run_is_simulated_in_displacements_and_velocities_too(rig: ConfiguredModel) -> None:
+    speed, n, dt = short_run()
+    run, unbalance = run_of(speed, n, dt), Unbalance(BEARINGS, 0)
+    bearings = np.array([rows(rig, (b,)) for b in BEARINGS])
+    at = rig, 0 * place(rig) + 0.05, run, unbalance, rows(rig, (505, 1)), bearings
+    moved, window, s = simulate_run(*at, 0), np.hanning(n), 2j * np.pi * np.fft.rfftfreq(n, dt)
+    for order in (1, 2):
+        wanted = np.fft.irfft(s**order * np.fft.rfft(moved * window, axis=1), n, axis=1)
+        found = simulate_run(*at, order) * window
+        # but for what the window changes by, over a record of some 200 periods
+        assert np.linalg.norm(found - wanted) < 0.02 * np.linalg.norm(wanted)
+    np.testing.assert_array_equal(simulate_run(*at), simulate_run(*at, 2))
+
+
 @pytest.mark.parametrize("sense", [1, -1])
 def test_line_forces_find_unbalance_sense_and_exponent(rig: ConfiguredModel, sense: int) -> None:
     """Forces that were put in come out of the shapes, although the sweep is too fast for resonances to build up."""

@@ -34,15 +34,16 @@ def test_prediction_is_simulation(tmp_path: Path, k: float) -> None:
     hypothesis = Hypothesis(reduced, w, ("support_stiffness",), np.zeros(1), np.zeros(1), np.ones(1))
     if k == 0.0:
         hypothesis = Hypothesis(reduced, w[:0])
-    y = predict_model(problem, hypothesis, p, np.log([k]) if k else np.zeros(0), record)
     omega, zeta, Q = problem.system(reduced).modal(p)
     fine = 64 * FINE  # steps far below the shortest period, so that no mode is left to its static part
     keep = omega * dt / fine < 2.0
     gain = (reduced.rows(rows) @ Q)[:, ~keep]
     assert np.abs(gain).max(initial=0.0) == 0.0
-    simulated = _core.simulate(
-        omega, zeta, reduced.rows(rows[-1:]) @ Q, reduced.rows(rows) @ Q, w @ Q,
-        [[("support_stiffness", {"k": k})]], upsampled(u[None], fine), dt / fine, stride=fine,
-    )[0]  # fmt: skip
-    # the implicit step of the spring's force and the periodic image behind the window
-    assert np.sqrt(((y - simulated) ** 2).sum() / (simulated**2).sum()) < 2e-3
+    for order, output in ((2, "acceleration"), (1, "velocity"), (0, "displacement")):
+        simulated = _core.simulate(
+            omega, zeta, reduced.rows(rows[-1:]) @ Q, reduced.rows(rows) @ Q, w @ Q,
+            [[("support_stiffness", {"k": k})]], upsampled(u[None], fine), dt / fine, stride=fine, output=output,
+        )[0]  # fmt: skip
+        y = predict_model(problem, hypothesis, p, np.log([k]) if k else np.zeros(0), record, order)
+        # the implicit step of the spring's force and the periodic image behind the window
+        assert np.sqrt(((y - simulated) ** 2).sum() / (simulated**2).sum()) < 2e-3

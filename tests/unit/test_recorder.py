@@ -15,7 +15,7 @@ from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.closed_loop import FINE, RECORDER, ClosedLoop, upsampled
 from femend.diagnose.joint import open_joint
-from femend.diagnose.nonlinear import as_recorded
+from femend.diagnose.nonlinear import as_recorded, candidate_motion, simulate_candidate
 from femend.estimate import FitRecord, Problem
 from femend.model import Place, reduce_model
 from femend.physics import FitCoordinates, physics
@@ -88,6 +88,18 @@ def test_the_recorder_is_told_by_what_it_recorded(tmp_path: Path, filters: bool)
     assert bool(other.recorder.warnings) is not filters
     # once it is known there is no second question
     assert filters or as_recorded(problem, found, 40.0, 1.5) is found
+
+
+def test_a_simulation_shows_displacements_and_velocities_too(tmp_path: Path) -> None:
+    problem, candidate = _fitted(tmp_path, True)
+    (record,) = problem.records
+    history = simulate_candidate(problem, candidate, record)
+    there = small_study.SENSORS.index(10)  # where the spring acts, so that it moves as its coordinate does
+    for order, wanted in ((0, history.d[0]), (1, history.v[0])):
+        shown = candidate_motion(problem, candidate, record, order)[there]
+        # but for the compliance of modes beyond the basis, which the spring alone feels
+        assert np.linalg.norm(shown - wanted) < 0.02 * np.linalg.norm(wanted)
+    np.testing.assert_array_equal(candidate_motion(problem, candidate, record), history.y)
 
 
 def test_what_the_core_keeps(tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from femend.diagnose.candidates import Candidate, Start, standard_deviations
 from femend.diagnose.closed_loop import COARSE, ClosedLoop, History, loop_of
 from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.joint import Joint
+from femend.diagnose.motion import motion
 from femend.diagnose.pace import Pace
 from femend.diagnose.recovered import Recovered
 from femend.estimate import FitRecord, Problem
@@ -24,6 +25,7 @@ __all__ = [
     "fit_nonlinear",
     "judge_nonlinear",
     "refit_nonlinear",
+    "candidate_motion",
     "simulate_candidate",
     "wider_windows",
     "windows",
@@ -311,6 +313,12 @@ def _cost(problem: Problem, candidate: Candidate) -> float:
     (e,), _ = _loop_again(problem, candidate).residuals([(candidate.p, candidate.x)])
     value = TEMPERING * float(e @ e) + candidate.prior
     return value if np.isfinite(value) else np.inf
+
+
+def candidate_motion(problem: Problem, candidate: Candidate, record: FitRecord, order: int = 2) -> FloatArray:
+    """Accelerations (n_out, n) of a nonlinear candidate for one record's forces, or another derivative of the
+    displacements by its `order`."""
+    return motion(_loop_again(problem.on([record]), candidate).at(0.0), candidate.p, candidate.x, order)
 
 
 def simulate_candidate(problem: Problem, candidate: Candidate, record: FitRecord) -> History:

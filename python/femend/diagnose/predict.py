@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.nonlinear import simulate_candidate
+from femend.diagnose.nonlinear import candidate_motion
 from femend.diagnose.receptances import receptances
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel
@@ -32,9 +32,10 @@ def transfer(
     s: ComplexArray,
     out: FloatArray,
     into: FloatArray,
+    order: int = 2,
 ) -> ComplexArray:
     """Accelerances (K, n_out, n_in) at lines s with linear laws closed, at unknowns `p` and ln law parameters `x`;
-    `out`, `into` are rows of the basis."""
+    `out`, `into` are rows of the basis. Of another `order` than 2 it is that derivative of the displacement."""
     omega, zeta, Q = problem.system(hypothesis.reduced).modal(p)
     g = receptances(omega, zeta, s)
     phi_out, phi_in = out @ Q, into @ Q
@@ -49,7 +50,7 @@ def transfer(
         from_w = np.einsum("or,kr,wr->kow", phi_out, g, w, optimize=True)
         to_w = np.einsum("wr,kr,ir->kwi", w, g, phi_in, optimize=True)
         H = H - from_w @ B @ (kappa * to_w)
-    return np.asarray(s[:, None, None] ** 2 * H)
+    return np.asarray(s[:, None, None] ** order * H)
 
 
 def _kappa(laws: tuple[str, ...], x: FloatArray, s: ComplexArray) -> ComplexArray:
@@ -64,10 +65,10 @@ def _kappa(laws: tuple[str, ...], x: FloatArray, s: ComplexArray) -> ComplexArra
 
 
 def predict_model(
-    problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, record: FitRecord
+    problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, record: FitRecord, order: int = 2
 ) -> FloatArray:
     """Accelerations (n_out, n) from rest at unknowns `p` and ln law parameters `x`, by the exponential window method
-    (Kausel and Roesset 1992)."""
+    (Kausel and Roesset 1992); of another `order` than 2 that derivative of the displacements."""
     reduced: ReducedModel = hypothesis.reduced
     n = record.n
     length = PADDING * n
@@ -77,7 +78,7 @@ def predict_model(
     s = np.asarray(sigma + 2j * np.pi * np.fft.rfftfreq(length, record.dt), dtype=np.complex128)
     out = reduced.rows(record.out_rows, record.out_signs)
     into = reduced.rows(record.in_rows, record.in_signs)
-    H = transfer(problem, hypothesis, p, x, s, out, into)
+    H = transfer(problem, hypothesis, p, x, s, out, into, order)
     y = np.fft.irfft(np.einsum("koi,ik->ok", H, U), length, axis=1)[:, :n]
     return np.asarray(y * np.exp(sigma * t))
 
@@ -98,26 +99,27 @@ def predict_frf(
 
 
 def predict_linear(
-    problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, record: FitRecord
+    problem: Problem, hypothesis: Hypothesis, p: FloatArray, x: FloatArray, record: FitRecord, order: int = 2
 ) -> FloatArray | ComplexArray:
-    """Accelerations (n_out, n) of a model at unknowns `p` and ln law parameters `x` for a time record, as
-    `predict_model`, or accelerances (K, n_out) for one of an FRF, as `predict_frf`."""
-    predict = predict_model if record.frf is None else predict_frf
-    return predict(problem, hypothesis, p, x, record)
+    """Accelerations (n_out, n), or another derivative by its `order`, of a model at unknowns `p` and ln law parameters
+    `x` for a time record, as `predict_model`, or accelerances (K, n_out) for one of an FRF, as `predict_frf`."""
+    if record.frf is not None:
+        return predict_frf(problem, hypothesis, p, x, record)
+    return predict_model(problem, hypothesis, p, x, record, order)
 
 
 def predict_candidate(
-    problem: Problem, candidate: Candidate, fallback: Hypothesis, record: FitRecord
+    problem: Problem, candidate: Candidate, fallback: Hypothesis, record: FitRecord, order: int = 2
 ) -> FloatArray | ComplexArray:
-    """Accelerations (n_out, n) of a candidate, or accelerances (K, n_out) for a record of an FRF (NaN for a nonlinear
-    law); `fallback` is the model for a candidate without a joint."""
+    """Accelerations (n_out, n) of a candidate, or another derivative by its `order`, or accelerances (K, n_out) for a
+    record of an FRF (NaN for a nonlinear law); `fallback` is the model for a candidate without a joint."""
     if candidate.joint is None:
-        return predict_linear(problem, fallback, candidate.p, candidate.x, record)
+        return predict_linear(problem, fallback, candidate.p, candidate.x, record, order)
     if candidate.nonlinear and record.frf is not None:
         return np.full(record.frf.H.shape, np.nan, dtype=complex)
     if candidate.nonlinear:
-        y: Any = simulate_candidate(problem, candidate, record).y
+        y: Any = candidate_motion(problem, candidate, record, order)
         return np.asarray(y)
     assert candidate.physics is not None
     hypothesis = candidate.joint.hypothesis((candidate.physics.law or candidate.physics.name,))
-    return predict_linear(problem, hypothesis, candidate.p, candidate.x, record)
+    return predict_linear(problem, hypothesis, candidate.p, candidate.x, record, order)

@@ -19,28 +19,29 @@ Values = NDArray[Any]
 STAGES = ("nominal", "parameters", "final")
 
 
-def stages(found: Diagnosis, record: FitRecord) -> dict[str, Values]:
-    """Responses of every stage: (n_out, n) for time records, (K, n_out) for a column of an FRF."""
-    nominal = predict_linear(found.problem, *found.nominal, np.zeros(0), record)
-    before = updated(found, record)
-    return {"nominal": nominal, "parameters": before, "final": final(found, record, before)}
+def stages(found: Diagnosis, record: FitRecord, order: int = 2) -> dict[str, Values]:
+    """Responses of every stage: (n_out, n) for time records, accelerations or another derivative of the displacements
+    by its `order`; (K, n_out) for a column of an FRF."""
+    nominal = predict_linear(found.problem, *found.nominal, np.zeros(0), record, order)
+    before = updated(found, record, order)
+    return {"nominal": nominal, "parameters": before, "final": final(found, record, before, order)}
 
 
-def updated(found: Diagnosis, record: FitRecord) -> Values:
-    """Responses of the updated model to which nothing is added."""
-    return predict_linear(found.problem, found.null.hypothesis, found.null.p, np.zeros(0), record)
+def updated(found: Diagnosis, record: FitRecord, order: int = 2) -> Values:
+    """Responses of the updated model to which nothing is added, `order` as of `stages`."""
+    return predict_linear(found.problem, found.null.hypothesis, found.null.p, np.zeros(0), record, order)
 
 
-def final(found: Diagnosis, record: FitRecord, before: Values) -> Values:
-    """Responses of the final model; those of the updated one, `before`, where nothing is added or the final one has
-    none (a nonlinear law has no FRF, and its simulation may end)."""
+def final(found: Diagnosis, record: FitRecord, before: Values, order: int = 2) -> Values:
+    """Responses of the final model, `order` as of `stages`; those of the updated one, `before`, where nothing is added
+    or the final one has none (a nonlinear law has no FRF, and its simulation may end)."""
     after: Values | None = None
     if found.further is not None and record.frf is None:
-        after = simulate_terms(found.problem, found.further.terms, record)
+        after = simulate_terms(found.problem, found.further.terms, record, order)
     elif found.best is not None:
         fallback = found.place.fit.hypothesis if found.place is not None else found.null.hypothesis
-        after = predict_candidate(found.problem, found.best, fallback, record)
+        after = predict_candidate(found.problem, found.best, fallback, record, order)
     elif found.load is not None and found.by_load:
         load = found.load
-        return predict_linear(load.problem, load.fit.hypothesis, load.fit.p, np.zeros(0), load.record(record))
+        return predict_linear(load.problem, load.fit.hypothesis, load.fit.p, np.zeros(0), load.record(record), order)
     return after if after is not None and np.isfinite(after).all() else before

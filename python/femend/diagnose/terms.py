@@ -15,6 +15,7 @@ from femend.diagnose.descent import Descent
 from femend.diagnose.dressed import with_own, with_own_unknowns
 from femend.diagnose.joint import Joint, open_joints
 from femend.diagnose.locate import Located
+from femend.diagnose.motion import motion
 from femend.diagnose.nonlinear import wider_windows, windows
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import Place, ReducedModel
@@ -288,9 +289,10 @@ def judge_terms(choosing: Problem, found: Terms) -> Terms:
     return replace(found, chosen=value if np.isfinite(value) else np.inf)
 
 
-def simulate_terms(problem: Problem, found: Terms, record: FitRecord) -> FloatArray:
-    """Accelerations (n_out, n) of the model with its terms for one record's forces."""
-    return replace(found, sigma=0.0).loop(problem.on([record])).histories([(found.p, found.x)])[0][0].y
+def simulate_terms(problem: Problem, found: Terms, record: FitRecord, order: int = 2) -> FloatArray:
+    """Accelerations (n_out, n) of the model with its terms for one record's forces, or another derivative of the
+    displacements by its `order`."""
+    return motion(replace(found, sigma=0.0).loop(problem.on([record])), found.p, found.x, order)
 
 
 def _opened(

@@ -15,10 +15,10 @@ from femend.estimate.noise import fewest_samples, noise_of
 from femend.model import Model, Pairing, pair_sensors
 from femend.model.free_body import RIGID
 from femend.numerals import plain
+from femend.signal.calculus import DERIVATIVES
 from femend.signal.hammer import blow_force
 
 __all__ = [
-    "DERIVATIVES",
     "as_acceleration",
     "check_sampling",
     "fit_records",
@@ -29,8 +29,6 @@ __all__ = [
 
 FloatArray = NDArray[np.float64]
 
-# how often what is measured has to be differentiated to be an acceleration
-DERIVATIVES = {"acceleration": 0, "velocity": 1, "displacement": 2}
 # a force record repeats itself where the last period differs from the one before by less than this
 REPEATS = 0.05
 # fewer samples than this per cycle of the band's end are too few to tell a response from its image (`used_band` ends
@@ -200,11 +198,11 @@ def _arrays(recording: Recording) -> tuple[FloatArray, FloatArray, float]:
 def as_acceleration(x: FloatArray, quantity: str, dt: float) -> FloatArray:
     """Samples x (n,) of a `quantity` of `DERIVATIVES` at step `dt` (s) as an acceleration (n,), differentiated in the
     frequency domain."""
-    order = DERIVATIVES[quantity]
-    if not order:
+    times = DERIVATIVES["acceleration"] - DERIVATIVES[quantity]
+    if not times:
         return x
     omega = 2 * np.pi * np.fft.rfftfreq(len(x), dt)
-    return np.asarray(np.fft.irfft((1j * omega) ** order * np.fft.rfft(x), n=len(x)))
+    return np.asarray(np.fft.irfft((1j * omega) ** times * np.fft.rfft(x), n=len(x)))
 
 
 def _rows(

@@ -73,10 +73,10 @@ def frf_overlays(run: StudyRun) -> tuple[FrfOverlay, ...]:
         return ()
     record = highest(timed)
     prediction = next((p for p in run.predictions if p.name == record.name), None)
-    if prediction is None:
+    if prediction is None or prediction.recorded is None:
         return ()
     u = record.u[int(np.argmax(record.u.std(axis=1)))]
-    freq, measured = frf_estimate(u, record.y, record.dt, record.period)
+    freq, measured = frf_estimate(u, prediction.recorded, record.dt, record.period)
     inside = np.flatnonzero(within_band(freq, run.diagnosis.problem.band))
     inside = inside[:: max(1, -(-len(inside) // DRAWN))]
     if len(inside) < 2:
@@ -89,10 +89,10 @@ def frf_overlays(run: StudyRun) -> tuple[FrfOverlay, ...]:
             measured[inside, i],
             label=_label(prediction.channels[i]),
             recording=record.name,
-            unit=f"({system.text('acceleration')})/{system.text('force')}",
+            unit=f"({prediction.channels[i].unit})/{system.text('force')}",
             **{s: H[inside, i] for s, H in stages.items()},
         )
-        for i in _worst(prediction, record.y)[:FRF_SENSORS]
+        for i in _worst(prediction, prediction.recorded)[:FRF_SENSORS]
     )
 
 
@@ -110,6 +110,11 @@ def _worst(prediction: Prediction, recorded: FloatArray | None) -> list[int]:
     updated = prediction.stages["parameters"]
     left = updated if recorded is None else updated - recorded
     power = (np.nan_to_num(left) ** 2).sum(axis=1)
+    # sensors of several quantities are compared by what theirs show
+    size = (np.nan_to_num(updated if recorded is None else recorded) ** 2).sum(axis=1)
+    kinds = [c.quantity for c in prediction.channels]
+    if len(set(kinds)) > 1:
+        power = power / np.array([size[[k == kind for k in kinds]].mean() for kind in kinds])
     return [int(i) for i in np.argsort(-power, kind="stable")]
 
 
@@ -119,7 +124,6 @@ def time_overlays(run: StudyRun) -> tuple[TimeOverlay, ...]:
     first = highest(timed).name if timed else ""
     order = [p for p in run.predictions if p.name == first and p.frf is None]
     order += [p for p in run.predictions if p.role != "fit" and p.frf is None]
-    unit = unit_system(run.model.units).text("acceleration")
     found = []
     for prediction in order:
         recorded = None if prediction.role == "predict" else prediction.recorded
@@ -133,7 +137,7 @@ def time_overlays(run: StudyRun) -> tuple[TimeOverlay, ...]:
                     label=_label(prediction.channels[i]),
                     recording=prediction.name,
                     role=prediction.role,
-                    unit=unit,
+                    unit=prediction.channels[i].unit,
                     **curves,
                 )
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,13 +16,15 @@ from femend.diagnose import Diagnosis
 from femend.diagnose.stages import STAGES, stages
 from femend.estimate import FitRecord
 from femend.estimate.frf import ORDER
-from femend.estimate.prepare import DERIVATIVES, as_acceleration, frf_records
+from femend.estimate.prepare import frf_records
 from femend.io import functions_of, write_uff
 from femend.model import Model, Pairing
+from femend.signal.calculus import DERIVATIVES
 from femend.signal.hammer import blow_force
 from femend.study.left_out import in_band, predicted_by_others
+from femend.units import unit_system
 
-__all__ = ["STAGES", "Prediction", "nrmse", "predict_all", "write_predictions"]
+__all__ = ["STAGES", "Prediction", "motion_error", "nrmse", "predict_all", "rows_of", "write_predictions"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -34,8 +36,9 @@ Values = NDArray[Any]
 class Prediction:
     """One recording's responses at each stage; `recorded` where they were recorded.
 
-    Time records: (n_out, n) accelerations at step `dt`. FRFs: (n_freq, n_out, n_in) of the recording's own kind at the
-    recording's lines above 0 Hz, which `frf` holds, and `dt` 0; their errors count in the `band` (Hz) of the diagnosis.
+    Time records: (n_out, n) at step `dt`, each row in the quantity and unit of its channel. FRFs: (n_freq, n_out, n_in)
+    of the recording's own kind at the recording's lines above 0 Hz, which `frf` holds, and `dt` 0; their errors count
+    in the `band` (Hz) of the diagnosis.
     """
 
     name: str
@@ -58,7 +61,7 @@ class Prediction:
         if self.recorded is None:
             raise ValueError(f"recording {self.name!r} holds no responses to compare with")
         if self.frf is None:
-            return nrmse(self.stages[stage], self.recorded)
+            return motion_error(self.channels, self.stages[stage], self.recorded)
         inside = within_band(self.frf.freq, self.band)
         return nrmse(self.stages[stage][inside], self.recorded[inside])
 
@@ -72,6 +75,23 @@ def nrmse(predicted: Values, recorded: Values) -> float:
     return float(np.sqrt((np.abs(predicted - recorded) ** 2).sum() / (np.abs(recorded) ** 2).sum()))
 
 
+def motion_error(channels: Sequence[Channel], predicted: FloatArray, recorded: FloatArray) -> float:
+    """NRMSE of `predicted` (n_out, n) over what `channels` `recorded`.
+
+    Sensors of several quantities count by their number, each quantity with an NRMSE of its own: squares of metres and
+    of metres per second have no sum. Displacements are compared without their means, since the zero of such a sensor is
+    its own.
+    """
+    squares = 0.0
+    for quantity in dict.fromkeys(c.quantity for c in channels):
+        rows = [i for i, c in enumerate(channels) if c.quantity == quantity]
+        left, whole = predicted[rows] - recorded[rows], recorded[rows]
+        if DERIVATIVES.get(quantity) == 0:
+            left, whole = (x - x.mean(axis=1, keepdims=True) for x in (left, whole))
+        squares += len(rows) * nrmse(left + whole, whole) ** 2
+    return float(np.sqrt(squares / len(channels)))
+
+
 def predict_all(
     diagnosis: Diagnosis,
     test: Test,
@@ -80,14 +100,12 @@ def predict_all(
     records: list[FitRecord],
     whole: Recording | None = None,
 ) -> list[Prediction]:
-    """Responses of every sensor of the fit recordings to the forces of every recording with measured force; of fit
-    recordings of a force nobody recorded every sensor from the others, in the band. `whole` is the first fit recording
+    """Responses of every sensor of the fit recordings to the forces of every recording with measured force, in the
+    quantity that the recording's own sensors measure, else in that of the fit; of fit recordings of a force nobody
+    recorded accelerations of every sensor from the others, in the band. `whole` is the first fit recording
     with the sensors that were left out, where there are some: what holds inputs only is predicted at these as well."""
     first = next(r for r in test if r.role == "fit")
-    channels, every = (
-        tuple(Channel(c.dof, "acceleration", "m/s^2", c.name, c.label) for c in r.sensors)
-        for r in (first, whole or first)
-    )
+    channels, every = (tuple(c for c in r.sensors if c.quantity in DERIVATIVES) for r in (first, whole or first))
     done = []
     for recording in test:
         if isinstance(recording.data, FRF):
@@ -96,16 +114,38 @@ def predict_all(
         own = next((r for r in records if r.name == recording.name), None)
         if own is not None and not own.driven:
             others, recorded = predicted_by_others(diagnosis, own), in_band(diagnosis, own)
-            done.append(Prediction(recording.name, recording.role, own.dt, channels, others, recorded))
+            shown = _as_accelerations(channels, model.units)
+            done.append(Prediction(recording.name, recording.role, own.dt, shown, others, recorded))
             continue
         if not recording.is_time or recording.force is None or recording.excitation != "measured":
             continue
-        measured = own.y if own is not None else _recorded(recording, channels)
-        sensors = every if measured is None else channels
+        rows = rows_of(recording, channels) if own is None else list(range(len(recording.sensors)))
+        sensors, measured = every, None
+        if rows is not None and recording.response is not None:
+            sensors, measured = tuple(recording.sensors[i] for i in rows), recording.response.values[rows]
         if own is None:
             own = _inputs_only(recording, model, pairing, replace(records[0], **_outputs(sensors, model, pairing)))
-        done.append(Prediction(recording.name, recording.role, own.dt, sensors, stages(diagnosis, own), measured))
+        done.append(
+            Prediction(recording.name, recording.role, own.dt, sensors, _moved(diagnosis, own, sensors), measured)
+        )
     return done
+
+
+def _moved(diagnosis: Diagnosis, record: FitRecord, channels: Sequence[Channel]) -> dict[str, Values]:
+    """What `channels`, which are the outputs of `record`, show at every stage (n_out, n), each in its own quantity."""
+    orders = [DERIVATIVES[c.quantity] for c in channels]
+    found = {order: stages(diagnosis, record, order) for order in sorted(set(orders))}
+    return {stage: np.array([found[order][stage][i] for i, order in enumerate(orders)]) for stage in STAGES}
+
+
+def _as_accelerations(channels: Sequence[Channel], units: str) -> tuple[Channel, ...]:
+    """The places of `channels` with accelerations in the unit system `units`."""
+    system = unit_system(units)
+    return tuple(
+        replace(c, quantity="acceleration", unit=system.text("acceleration", rotational=c.dof.is_rotation))
+        for c in channels
+        if c.dof is not None
+    )
 
 
 def _outputs(channels: tuple[Channel, ...], model: Model, pairing: Pairing) -> dict[str, Any]:
@@ -147,22 +187,24 @@ def _predict_frf(
     return Prediction(recording.name, recording.role, 0.0, data.outputs, by_stage, data.H, data, band)
 
 
-def _recorded(recording: Recording, channels: tuple[Channel, ...]) -> FloatArray | None:
-    """Accelerations (n_out, n) at the places of channels, as records to be fitted have them: of sensors of velocity or
-    displacement those that follow; None where one has no sensor."""
-    response = recording.response
-    if response is None:
-        return None
-    # of several sensors at one place the one that has to be differentiated least
-    found = [(DERIVATIVES[c.quantity], i) for i, c in enumerate(response.channels) if c.quantity in DERIVATIVES]
-    rows = {response.channels[i].dof: i for _, i in sorted(found, reverse=True)}
-    wanted = [rows[c.dof] for c in channels if c.dof in rows]
-    if len(wanted) < len(channels):
-        return None
-    kinds = [response.channels[i].quantity for i in wanted]
-    return np.array(
-        [as_acceleration(response.values[i], kind, response.dt) for i, kind in zip(wanted, kinds, strict=True)]
-    )
+def rows_of(recording: Recording, channels: Sequence[Channel]) -> list[int] | None:
+    """Which sensors of `recording` stand for `channels`; None where one of these has none.
+
+    Of several sensors at one place it is the one of the same quantity, else the one nearest to an acceleration.
+    """
+    found = []
+    for c in channels:
+        there = [i for i, s in enumerate(recording.sensors) if s.dof == c.dof and s.quantity in DERIVATIVES]
+        if not there:
+            return None
+        found.append(
+            max(there, key=lambda i: (recording.sensors[i].quantity == c.quantity, _order(recording.sensors[i])))
+        )
+    return found
+
+
+def _order(channel: Channel) -> int:
+    return DERIVATIVES[channel.quantity]
 
 
 def write_predictions(folder: Path, predictions: Iterable[Prediction]) -> None:

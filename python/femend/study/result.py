@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import standard_deviations
 from femend.diagnose.power import untold
 from femend.estimate import FitRecord, crossed, noise_floor
+from femend.estimate.noise import noise_of
 from femend.estimate.picked_up import ACROSS_SD, GAIN_SD
 from femend.model import MeshError
 from femend.model.place import AXES
@@ -19,9 +21,11 @@ from femend.numerals import plain
 from femend.report.headline import INTERRUPTED
 from femend.study.findings import ALSO, findings, rounded
 from femend.study.left_over import left_beside, left_over
-from femend.study.predictions import STAGES, Prediction
+from femend.study.predictions import STAGES, Prediction, motion_error
 
 __all__ = ["result_of"]
+
+FloatArray = NDArray[np.float64]
 
 FORMAT = "femend-diagnosis/1"
 SIMULATED = (
@@ -185,10 +189,29 @@ def _converged(diagnosis: Diagnosis) -> bool:
 def _fit(prediction: Prediction, records: list[FitRecord], band: tuple[float, float]) -> dict[str, Any]:
     own = [r for r in records if r.source == prediction.name]
     floors = [noise_floor(r, band) for r in own]
+    if len(own) == 1 and prediction.frf is None and any(c.quantity != "acceleration" for c in prediction.channels):
+        floors = [_floor_as_recorded(prediction, own[0], floors[0])]
     noise = float(np.sqrt(np.mean(np.square(floors)))) if floors else None
     row: dict[str, Any] = {"recording": prediction.name, "role": prediction.role, "noise_floor": rounded(noise)}
     row.update({stage: rounded(prediction.error(stage)) for stage in STAGES})
     return row
+
+
+def _floor_as_recorded(prediction: Prediction, record: FitRecord, floor: float) -> float:
+    """NRMSE that noise leaves of what was recorded, for sensors that measure no acceleration; what sensors may be off
+    by is added as in the `floor` of the accelerations that follow."""
+    recorded = prediction.recorded
+    assert recorded is not None
+    noise = noise_of(record.u, recorded, record.period)
+    apart = np.sqrt(max(floor**2 - noise_floor(replace(record, across=None), (0.0, np.inf)) ** 2, 0.0))
+    # as an error of what was recorded: that of a prediction which is off by the noise in every sample
+    return float(np.hypot(motion_error(prediction.channels, recorded + _swing(noise, recorded), recorded), apart))
+
+
+def _swing(size: FloatArray, like: FloatArray) -> FloatArray:
+    """Records (n_out, n) as `like` whose standard deviations are `size` (n_out,)."""
+    signs = np.where(np.arange(like.shape[1]) % 2, -1.0, 1.0)
+    return np.asarray(size[:, None] * signs)
 
 
 def _parameters(diagnosis: Diagnosis) -> dict[str, Any]:

@@ -139,7 +139,6 @@ def _shapes(run: StagedRun) -> list[FrfOverlay]:
 
 
 def _traces(run: StagedRun) -> tuple[TimeOverlay, ...]:
-    unit = unit_system(run.model.units).text("acceleration")
     found = []
     for p in run.predictions:
         if p.frf is not None:
@@ -157,7 +156,7 @@ def _traces(run: StagedRun) -> tuple[TimeOverlay, ...]:
                 label=str(p.channels[row].dof),
                 recording=p.name,
                 role=p.role,
-                unit=unit,
+                unit=p.channels[row].unit,
             )
         )
     return tuple(found[:TRACES])

@@ -16,7 +16,8 @@ from femend.estimate.frf import ORDER
 from femend.estimate.joint import receptance, simulate_run
 from femend.model.configured import ConfiguredModel
 from femend.model.linear_terms import LinearTerm
-from femend.study.predictions import STAGES, Prediction
+from femend.signal.calculus import DERIVATIVES
+from femend.study.predictions import STAGES, Prediction, rows_of
 
 __all__ = ["predict_staged"]
 
@@ -69,12 +70,13 @@ def _of(flow: Flow) -> _Version:
 
 
 def _sensors(test: Test) -> tuple[Channel, ...]:
-    """Response channels of all fit recordings in time, one per DOF."""
+    """Response channels of all fit recordings in time that measure a motion, one per DOF."""
     seen: dict[str, Channel] = {}
     for r in test:
         if r.role == "fit" and r.is_time:
             for c in r.sensors:
-                seen.setdefault(str(c.dof), Channel(c.dof, "acceleration", "m/s^2", c.name, c.label))
+                if c.quantity in DERIVATIVES:
+                    seen.setdefault(str(c.dof), c)
     return tuple(seen.values())
 
 
@@ -94,9 +96,15 @@ def _frf(setup: Setup, recording: Recording, versions: dict[str, _Version], data
 
 
 def _run(setup: Setup, recording: Recording, versions: dict[str, _Version], sensors: tuple[Channel, ...]) -> Prediction:
-    """A run at the recording's own samples, in the state before it that the fitted run showed."""
+    """A run at the recording's own samples, in the state before it that the fitted run showed; each sensor in the
+    quantity that it measures, in the recording where it is there."""
     stages: dict[str, Values] = {}
     time = recording.time
+    rows = None if recording.role == "predict" else rows_of(recording, sensors)
+    recorded = None
+    if rows is not None and recording.response is not None:
+        sensors, recorded = tuple(recording.sensors[i] for i in rows), recording.response.values[rows]
+    orders = [DERIVATIVES[c.quantity] for c in sensors]
     dofs = [c.dof for c in sensors if c.dof is not None]
     for stage, version in versions.items():
         result = version.runs.get(recording.configuration) or next(iter(version.runs.values()))
@@ -107,9 +115,10 @@ def _run(setup: Setup, recording: Recording, versions: dict[str, _Version], sens
         run = run_data(recording, steady=steady, onset=onset, f_max=0.4 / time.dt)
         run = run.with_power(result.data.power, steady=steady, onset=onset)
         out = setup.rows(model, dofs)
-        y = simulate_run(model, result.posterior.p, run.loaded, result.unbalance, out, run.bearings(setup, model))
+        at = model, result.posterior.p, run.loaded, result.unbalance, out, run.bearings(setup, model)
+        by_order = {order: simulate_run(*at, order) for order in sorted(set(orders))}
+        y = np.array([by_order[order][i] for i, order in enumerate(orders)])
         stages[stage] = _at_all_samples(y, run.dt, time.dt, time.n_samples)
-    recorded = _recorded(recording, sensors)
     return Prediction(recording.name, recording.role, time.dt, sensors, {s: stages[s] for s in STAGES}, recorded)
 
 
@@ -121,13 +130,3 @@ def _at_all_samples(y: FloatArray, dt: float, wanted: float, n: int) -> FloatArr
     from scipy.signal import resample_poly
 
     return np.asarray(resample_poly(y, keep, 1, axis=1)[:, :n])
-
-
-def _recorded(recording: Recording, sensors: tuple[Channel, ...]) -> FloatArray | None:
-    response = recording.response
-    if recording.role == "predict" or response is None:
-        return None
-    rows = {c.dof: i for i, c in enumerate(response.channels)}
-    if any(c.dof not in rows for c in sensors):
-        return None
-    return np.asarray(response.values[[rows[c.dof] for c in sensors]])

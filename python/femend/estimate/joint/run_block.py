@@ -100,8 +100,10 @@ def simulate_run(
     unbalance: Unbalance,
     out: FloatArray,
     bearings: FloatArray,
+    order: int = 2,
 ) -> FloatArray:
-    """Accelerations (n_out, n) over a run at the unknowns `p` (n,), those of the unbalance and the delay among them.
+    """Accelerations (n_out, n), or another derivative of the displacements by its `order`, over a run at the unknowns
+    `p` (n,), those of the unbalance and the delay among them.
 
     `out` (n_out, r) and `bearings` (n_bearings, 3, r) are rows of the basis.
     """
@@ -113,4 +115,4 @@ def simulate_run(
     loads = F @ np.tensordot(m_r, unbalance.pattern(bearings), 1)
     solved = receptance(model, p, s, unbalance.speed(run.freq))
     x = turning_motion(model, p, run, unbalance.sense, solved, loads)
-    return run.back(np.asarray(((x * (s**2)[:, None]) @ out.T).T, dtype=np.complex128))
+    return run.back(np.asarray(((x * (s**order)[:, None]) @ out.T).T, dtype=np.complex128))
