@@ -1,23 +1,106 @@
-"""FRFs that end far below the model's modes are told as a mistaken time axis."""
+"""A force that was recorded late or early against the responses."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from femend import FRF, Channel, Dof
-from femend.bench.compared import modelled_frf
-from femend.errors import CorrelationError
-from femend.model import read_model
+from femend.diagnose import locate
+from femend.diagnose.time_axis import ForceShift, force_shift
+from femend.diagnose.update import _updated, modelled
+from femend.estimate import FitRecord
+from femend.model import Place, ReducedModel, read_model, reduce_model
+
+Array = NDArray[np.float64]
+BAND, RATE, N = (5.0, 200.0), 1024.0, 2048
+SHAKER, SENSORS = (5, 1), [(7, 1), (5, 1), (4, 1), (3, 1)]
 
 
-def test_milliseconds_read_as_seconds(tmp_path: Path) -> None:
-    deck = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "GRID,1,,0.,0.,0.", "CELAS2,1,1.+6,1,3", "CONM2,2,1,,1."]
-    (tmp_path / "m.bdf").write_text("\n".join([*deck, "SPC1,1,12456,1", "ENDDATA", ""]))
-    model, dof = read_model(tmp_path / "m.bdf"), Dof(1, 3)
-    ends = (Channel(dof, "acceleration", "m/s^2"),), (Channel(dof, "force", "N"),)
-    frf = FRF("hit", np.linspace(0.01, 0.5, 20), np.ones((20, 1, 1), complex), *ends, "accelerance", "(m/s^2)/N")
-    with pytest.raises(CorrelationError, match=r"'hit' end at 0.5 Hz.*milliseconds"):
-        modelled_frf(frf, model, {dof: dof}, {}, 0.01)
+def row(node: int, axis: int) -> int:
+    return 6 * (node - 1) + axis
+
+
+@pytest.fixture(scope="module")
+def reduced(tmp_path_factory: pytest.TempPathFactory) -> ReducedModel:
+    """A cantilever that bends in Y."""
+    lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "MAT1,1,7.+10,,0.33,2700.", "PBAR,1,1,4.-4,3.-9,1.2-8,8.-9"]
+    lines += [f"GRID,{i + 1},,{0.1 * i},0.,0." for i in range(7)]
+    lines += [f"CBAR,{i},1,{i},{i + 1},0.,1.,0." for i in range(1, 7)]
+    path = tmp_path_factory.mktemp("beam") / "m.bdf"
+    path.write_text("\n".join([*lines, "SPC1,1,123456,1", "CONM2,90,7,,0.2", "ENDDATA", ""]))
+    model = read_model(path)
+    return reduce_model(model, BAND[1], [row(n, 1) for n in range(2, 8)])
+
+
+def recorded(reduced: ReducedModel, name: str, seed: int, late: float, spring: float = 0.0) -> FitRecord:
+    """Accelerations under a burst, beside a force channel that is `late` by so many samples, with noise of 1 %."""
+    K, M = reduced.as_drawn()
+    at = reduced.rows(np.array([row(3, 1)]))
+    K = K * (1 + 0.02j) + spring * at.T @ at
+    rng = np.random.default_rng(seed)
+    freq = np.fft.rfftfreq(2 * N, 1 / RATE)
+    burst = np.where(np.arange(2 * N) < 0.5 * N, rng.standard_normal(2 * N), 0.0)
+    U = np.where((freq > BAND[0]) & (freq < BAND[1]), np.fft.rfft(burst), 0)
+    rows, into = np.array([row(*s) for s in SENSORS]), np.array([row(*SHAKER)])
+    Y = np.zeros((len(rows), freq.size), dtype=complex)
+    for k in np.flatnonzero(U):
+        s = 2j * np.pi * freq[k]
+        Y[:, k] = s**2 * (reduced.rows(rows) @ np.linalg.solve(K + s**2 * M, reduced.rows(into)[0] * U[k]))
+    shown = np.fft.irfft(U * np.exp(-2j * np.pi * freq * late / RATE))[:N]
+    y = np.fft.irfft(Y)[:, :N]
+    noise = 0.01 * y.std(axis=1)
+    y = y + noise[:, None] * rng.standard_normal(y.shape)
+    return FitRecord(name, shown[None], y, 1 / RATE, into, rows, np.ones(1), np.ones(len(rows)), noise)
+
+
+def found(reduced: ReducedModel, records: list[FitRecord]) -> ForceShift | None:
+    start = _updated(*modelled(reduced.model, records, 0.01))
+    places = [Place("ground", (n,), "Y", "ground", (np.array([row(n, 1)]),), (np.ones(1),)) for n in range(2, 8)]
+    located = locate.locate(start.problem, start.reduced, places, start.null)
+    out = force_shift(start, located, places, 0.01)
+    if out is None:
+        return None
+    shift, again, there = out
+    # what is left once the force is moved is noise, or what a free force explains
+    assert min(again.null.score, there[0].fit.score) < 1.2 < 20 < start.null.score
+    return shift
+
+
+@pytest.mark.parametrize(("late", "spring"), [(5.0, 0.0), (-3.0, 0.0), (1.5, 0.0), (5.0, 1e3)])
+def test_a_force_that_was_recorded_late_or_early_is_moved(reduced: ReducedModel, late: float, spring: float) -> None:
+    """Also beside something that is missing, a spring at node 3."""
+    shift = found(reduced, [recorded(reduced, name, seed, late, spring) for seed, name in enumerate("ab")])
+    assert shift is not None
+    assert shift.row == row(*SHAKER)
+    assert shift.seconds * RATE == pytest.approx(-late, abs=0.1)
+
+
+def test_what_is_said_of_a_force_that_was_moved() -> None:
+    said = ForceShift(row(*SHAKER), -5 / RATE).text(["a", "b"], 5, 1 / RATE)
+    assert "node 5 was recorded 4.88 ms (5 samples) too late against the responses (recordings 'a', 'b')" in said
+    assert "1.46 ms (1.5 samples) too early" in ForceShift(row(*SHAKER), 1.5 / RATE).text(["a"], 5, 1 / RATE)
+
+
+def test_a_force_in_time_and_what_is_missing_at_or_beside_the_shaker_move_nothing(reduced: ReducedModel) -> None:
+    assert found(reduced, [recorded(reduced, "a", 1, 0.0), recorded(reduced, "b", 2, 0.0)]) is None
+    assert found(reduced, [recorded(reduced, "a", 1, 0.0, 2e4), recorded(reduced, "b", 2, 0.0, 2e4)]) is None
+
+
+def test_what_the_moved_force_is_not_known_to_be_is_left_out_of_fits(reduced: ReducedModel) -> None:
+    record = recorded(reduced, "a", 1, 0.0)
+    for seconds, length, silent in ((-2.5 / RATE, N - 3, slice(N - 3, N)), (2.5 / RATE, N - 3, slice(0, 3))):
+        shift = ForceShift(row(*SHAKER), seconds)
+        assert shift.on(record).u.shape[1] == shift.on(record).y.shape[1] == length
+        kept = shift.driving(record)
+        assert kept.u.shape == record.u.shape
+        assert (kept.u[:, silent] == 0).all()
+    # a periodic force is known for good
+    shift, periodic = ForceShift(row(*SHAKER), -4 / RATE), replace(record, period=N // 2)
+    np.testing.assert_allclose(shift.on(periodic).u, np.roll(record.u, -4, axis=1), atol=1e-9)
+    # and a force somewhere else, or none, is not moved
+    assert ForceShift(row(7, 1), 0.01).on(record) is record
+    unknown = replace(record, u=record.u[:0], in_rows=record.in_rows[:0], in_signs=record.in_signs[:0])
+    assert ForceShift(row(*SHAKER), 0.01).driving(unknown) is unknown

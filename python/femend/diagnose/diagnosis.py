@@ -29,6 +29,7 @@ from femend.diagnose.settings import Settings
 from femend.diagnose.shares import unclear
 from femend.diagnose.so_far import SoFar
 from femend.diagnose.split import split_records, weaker_first
+from femend.diagnose.time_axis import force_shift
 from femend.diagnose.unmeasured import plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.diagnose.verdict import decide
@@ -65,9 +66,13 @@ def diagnose_records(
     if quieter is not None:
         start = update_model(start.reduced.model, quieter, zeta)
         located = locate(start.problem, start.reduced, places, start.null)
+    moved = force_shift(start, located, places, zeta)
+    if moved is not None:
+        shift, start, located = moved
     start, located = as_sensors_are(start, located, places)
     so_far.places(start, located)
-    out = so_far.found = explain(nearer(start, located, settings), located, places, settings, tell, so_far=so_far)
+    out = explain(nearer(start, located, settings), located, places, settings, tell, so_far=so_far)
+    out = so_far.found = out if moved is None else replace(out, shift=shift)
     tell.done()
     return out
 

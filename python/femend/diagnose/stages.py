@@ -21,7 +21,8 @@ STAGES = ("nominal", "parameters", "final")
 
 def stages(found: Diagnosis, record: FitRecord, order: int = 2) -> dict[str, Values]:
     """Responses of every stage: (n_out, n) for time records, accelerations or another derivative of the displacements
-    by its `order`; (K, n_out) for a column of an FRF."""
+    by its `order`; (K, n_out) for a column of an FRF. A force that was recorded late or early acts when it did."""
+    record = record if found.shift is None else found.shift.driving(record)
     nominal = predict_linear(found.problem, *found.nominal, np.zeros(0), record, order)
     before = updated(found, record, order)
     return {"nominal": nominal, "parameters": before, "final": final(found, record, before, order)}

@@ -47,14 +47,15 @@ def result_of(
 ) -> dict[str, Any]:
     """The content of result.json.
 
-    To `warnings`, those of the recordings' channels, it adds where the force acts that nobody recorded, which lines the
-    mesh cannot represent, which sensors were left out and what others may be off by, on what
-    laws were chosen if there was but one recording, what the recorder did not filter, and what the excitation cannot
-    tell.
+    To `warnings`, those of the recordings' channels, it adds where the force acts that nobody recorded, by how much it
+    was recorded late, which lines the mesh cannot represent, which sensors were left out and what others may be off by,
+    on what laws were chosen if there was but one recording, what the recorder did not filter, and what the excitation
+    cannot tell.
     """
     warnings = [
         *warnings,
         *_drive(diagnosis),
+        *_shifted(diagnosis),
         *_mesh(diagnosis),
         *_left_out(diagnosis),
         *_doubted(diagnosis, predictions),
@@ -78,6 +79,15 @@ def result_of(
         or ("" if diagnosis.by_load else left_beside(diagnosis.verdict, fit)),
         "warnings": list(warnings),
     }
+
+
+def _shifted(diagnosis: Diagnosis) -> list[str]:
+    """That the force was not recorded on the time axis of the responses."""
+    shift, records = diagnosis.shift, diagnosis.problem.records
+    if shift is None:
+        return []
+    node = int(diagnosis.reduced.model.node_ids[shift.row // 6])
+    return [shift.text([r.name for r in records], node, records[0].dt)]
 
 
 def _mesh(diagnosis: Diagnosis) -> list[str]:
