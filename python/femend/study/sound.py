@@ -17,6 +17,7 @@ from femend.model.negative import negative_values
 from femend.model.unselected import unselected_supports
 from femend.numerals import plain
 from femend.signal import check_signals
+from femend.signal.mains import mains_hum
 from femend.study.priors import prior_doubts
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ __all__ = ["deck_warnings", "warnings_of", "with_warnings"]
 
 # mean of an acceleration or a force from which it is told, in its rms about that mean
 OFFSET = 0.3
+# share of a channel's rms from which a line of the mains is told
+HUM = 0.02
 # per cent of a record that are its beginning
 BEGINNING = 1
 
@@ -66,7 +69,7 @@ def with_warnings(recording: Recording) -> Recording:
                 time=fault.start,
             )
         told.append(fault.text)
-    told += [*_offsets(recording), *_preloads(recording)]
+    told += [*_offsets(recording), *_preloads(recording), *_hum(recording)]
     return replace(recording, warnings=(*recording.warnings, *told))
 
 
@@ -100,6 +103,24 @@ def _preloads(recording: Recording) -> list[str]:
             f"recording {recording.name!r}: channel {channel.text} has a mean of {plain(mean)} {channel.unit} from its "
             f"beginning on and swings about it by {plain(swing)} {channel.unit} rms: it would set the model in motion, "
             "and a structure that rests under it does not move; take it off before"
+        )
+    return told
+
+
+def _hum(recording: Recording) -> list[str]:
+    """Lines of the mains in responses whose force is measured and does not hold them."""
+    data, told = recording.time, []
+    if recording.excitation != "measured":
+        return []
+    for hum in mains_hum(data):
+        if hum.share < HUM:
+            continue
+        channel = data.channels[hum.row]
+        told.append(
+            f"recording {recording.name!r}: channel {channel.text} holds a line of {plain(hum.freq, 4)} Hz with "
+            f"{plain(hum.level)} {channel.unit} rms, {plain(100 * hum.share, 2)} % of all it shows, which the force "
+            "does not hold: hum of the mains (a ground loop, an unshielded cable), or a machine nearby. A model would "
+            "have to make a force of it: mend the wiring, or filter the line off before"
         )
     return told
 
