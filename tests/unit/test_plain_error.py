@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from femend import functions_of, write_uff
+from femend.diagnose import verdict
+from femend.diagnose.advice import LATER
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.plain_error import further_off, plain_errors, silenced
 from femend.diagnose.verdict import decide
@@ -66,6 +68,24 @@ def test_a_law_that_wins_but_is_further_off_is_not_told(run: StudyRun) -> None:
     assert found.verdict != "missing-physics"
     assert found.best is None
     assert "is not told" in found.advice
+
+
+def test_a_law_of_a_beginning_that_is_further_off_as_a_whole_has_no_name(
+    run: StudyRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[float] = []
+
+    def further_off(found: Diagnosis, errors: object, what_to_do: str = "") -> str:
+        asked.append(found.sigma)
+        return f"it is further off. {what_to_do}" if found.sigma == 0 else ""
+
+    monkeypatch.setattr(verdict, "further_off", further_off)
+    found = decide(replace(run.diagnosis, verdict="", best=None, advice="", sigma=2.0))
+    assert asked == [2.0, 0.0]
+    assert found.verdict == "located-not-named"
+    assert found.best is None
+    assert found.place is not None
+    assert found.advice == f"it is further off. {LATER}"
 
 
 def test_responses_that_do_not_follow_from_the_force_tell_nothing(tmp_path: Path) -> None:

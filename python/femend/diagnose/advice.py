@@ -11,7 +11,16 @@ from femend.estimate import Problem
 from femend.numerals import plain
 from femend.physics.causal import CAUSAL, structural
 
-__all__ = ["BENT", "FAR_FROM_NOISE", "PART_OF_ALL", "PART_OF_A_FORCE", "PART_OF_TWO", "beside_laws", "only_beginning"]
+__all__ = [
+    "BENT",
+    "FAR_FROM_NOISE",
+    "LATER",
+    "PART_OF_ALL",
+    "PART_OF_A_FORCE",
+    "PART_OF_TWO",
+    "beside_laws",
+    "only_beginning",
+]
 
 # growth of a stiffness over the band that does not have to be told
 HARDLY = 1.05
@@ -27,6 +36,10 @@ BENT = (
     "where they may be right, or record more sensors"
 )
 PART_OF_TWO = "the laws found explain part of what free forces at their places do"
+LATER = (
+    "No law could be followed beyond the beginning of the recordings, which shows too little of it: record the "
+    "structure at a weaker level too, or in short bursts from rest"
+)
 FAR_FROM_NOISE = (
     "two laws explain most of what the recordings show, but leave far more than noise: one of them may stand in for "
     "something else; record lower levels too, at which a motion depends less on its past and one law may do"

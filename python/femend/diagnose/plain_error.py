@@ -17,6 +17,11 @@ from femend.numerals import plain
 
 __all__ = ["further_off", "most_of_noise", "plain_errors", "silenced"]
 
+REFINE = (
+    "Refine the mesh, so that more of what was recorded can be compared, or free the parameters of the model that are "
+    "least certain"
+)
+
 
 def plain_errors(found: Diagnosis) -> tuple[float, float] | None:
     """Errors of the updated and of the final model on all fit recordings: root of the summed squares over that of what
@@ -76,17 +81,16 @@ def silenced(found: Diagnosis, errors: tuple[float, float] | None) -> str:
     )
 
 
-def further_off(found: Diagnosis, errors: tuple[float, float] | None) -> str:
+def further_off(found: Diagnosis, errors: tuple[float, float] | None, what_to_do: str = REFINE) -> str:
     """What has to be said where the final model is further from the recordings than the updated one, by its
-    `plain_errors`; "" where not."""
+    `plain_errors`, and `what_to_do`; "" where not."""
     if errors is None or errors[1] <= found.settings.worse * errors[0]:
         return ""
     before, after = (f"{plain(100 * e, 3)} %" for e in errors)
     low, high = (plain(f, 3) for f in found.problem.band)
     return (
         f"{_laws(found)} explain{'' if found.further is not None else 's'} the recordings from {low} to {high} Hz, but "
-        f"as a whole they are {after} off with it and {before} without it, so that it is not told. Refine the mesh, so "
-        "that more of what was recorded can be compared, or free the parameters of the model that are least certain"
+        f"as a whole they are {after} off with it and {before} without it, so that it is not told. {what_to_do}"
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from femend.diagnose.accepted import accepted, adequate, bends, clearly_missing, stands_out
-from femend.diagnose.advice import BENT, PART_OF_A_FORCE, PART_OF_ALL, beside_laws
+from femend.diagnose.advice import BENT, LATER, PART_OF_A_FORCE, PART_OF_ALL, beside_laws
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.dressed import own_span, own_values
@@ -49,7 +49,13 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
     if untold := silenced(told, errors):
         return replace(found, verdict="undetermined", place=None, advice=untold)
     off = further_off(told, errors)
-    return told if not off else _no_law(found, off)
+    if off:
+        return _no_law(found, off)
+    whole = replace(told, sigma=0.0)
+    if told.sigma > 0 and (off := further_off(whole, plain_errors(whole), LATER)):
+        # what a beginning shows too little of is explained by many laws
+        return replace(found, verdict="located-not-named", place=told.place, advice=off)
+    return told
 
 
 def _one_law(found: Diagnosis, best: Ranked, named: bool) -> Diagnosis:
