@@ -10,10 +10,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from femend.data import FRF, Channel
 from femend.diagnose.update import modelled
+from femend.dof import Dof
 from femend.estimate import without_crossed
 from femend.model import ReducedModel
 from femend.numerals import plain
+from femend.study.predictions import Prediction
 from femend.study.result import _left_out
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -28,11 +31,11 @@ def test_sensors_across_the_motion_are_left_out(reduced: ReducedModel) -> None:
     assert left.out_rows.tolist() == [37, 25, 13]
     np.testing.assert_array_equal(left.y, record.y[[0, 1, 3]])
     np.testing.assert_array_equal(left.noise, record.noise[[0, 1, 3]])
-    assert [row for row, _ in left.crossed] == [20, 38]
+    assert [row for row, _, _ in left.crossed] == [20, 38]
     # that many times as much as the Y of the same node moves
     along = record.y[4].std()
-    assert dict(left.crossed)[38] == pytest.approx(record.y[0].std() / along, rel=0.2)
-    assert min(ratio for _, ratio in left.crossed) > 50
+    assert {row: ratio for row, ratio, _ in left.crossed}[38] == pytest.approx(record.y[0].std() / along, rel=0.2)
+    assert min(ratio for _, ratio, _ in left.crossed) > 50
 
 
 def test_sensors_are_kept_that_some_record_moves(reduced: ReducedModel) -> None:
@@ -69,10 +72,46 @@ def test_a_diagnosis_fits_the_others_and_says_so(reduced: ReducedModel) -> None:
     (record,) = problem.records
     assert record.out_rows.tolist() == [37, 25, 13]
     (said,) = _left_out(SimpleNamespace(reduced=own, problem=problem))  # type: ignore[arg-type]
-    times = plain(max(ratio for _, ratio in record.crossed), 2)
+    times = plain(max(ratio for _, ratio, _ in record.crossed), 2)
     assert said.startswith(
         f"the structure moves up to {times} times as much across the sensors at node 4 Z, node 7 Z as"
     )
     assert "left out of the fit" in said
     nothing = problem.on([replace(record, crossed=())])
     assert _left_out(SimpleNamespace(reduced=own, problem=nothing)) == []  # type: ignore[arg-type]
+
+
+def test_a_sensor_that_records_next_to_nothing_is_told_as_that(reduced: ReducedModel) -> None:
+    # shaken between its axes, so that every sensor has motion along it and across
+    along, across = (recorded(reduced, [(n, Y) for n in (7, 5, 4, 3)], (7, axis)) for axis in (Y, Z))
+    y = along.y + across.y
+    y[2] = 1e-3 * y[2].std() * np.random.default_rng(4).standard_normal(y.shape[1])
+    both = np.vstack([along.u, across.u]), np.concatenate([along.in_rows, across.in_rows]), np.ones(2)
+    dead = replace(along, y=y, u=both[0], in_rows=both[1], in_signs=both[2])
+    _, own, problem = modelled(reduced.model, [dead], 0.01)
+    ((row, crossed, little),) = problem.records[0].crossed
+    assert row == 6 * 3 + Y
+    assert min(crossed, little) > 50
+    (said,) = _left_out(SimpleNamespace(reduced=own, problem=problem))  # type: ignore[arg-type]
+    assert said.startswith("the sensors at node 4 Y record hardly anything of what the model moves there")
+
+
+def test_sensors_that_were_left_out_do_not_count_in_errors() -> None:
+    dofs = [Dof.parse(text) for text in ("7:+Y", "5:+Y", "4:+Z")]
+    channels = tuple(Channel(dof, "acceleration", "m/s^2") for dof in dofs)
+    shown = np.array([[1.0, -1.0], [2.0, -2.0], [3.0, -3.0]])
+    made = {"final": shown * np.array([[1.1], [0.9], [9.0]])}
+    every = Prediction("a", "fit", 0.01, channels, made, shown)
+    assert every.error("final") > 5
+    assert replace(every, left_out=frozenset({2})).error("final") == pytest.approx(0.1)
+    H = FRF(
+        "a",
+        np.array([1.0, 2.0]),
+        shown.T[:, :, None] + 0j,
+        channels,
+        (Channel(dofs[0], "force", "N"),),
+        "accelerance",
+        "m/s^2/N",
+    )
+    of_frf = replace(every, frf=H, stages={"final": made["final"].T[:, :, None]}, recorded=H.H, dt=0.0)
+    assert replace(of_frf, left_out=frozenset({2})).error("final") == pytest.approx(0.1)

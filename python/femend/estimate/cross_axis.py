@@ -24,7 +24,7 @@ from femend.estimate.lines import FitRecord, amplitudes
 from femend.estimate.picked_up import ACROSS_SD
 from femend.model import ReducedModel
 
-__all__ = ["ForcesBeside", "crossed", "with_across"]
+__all__ = ["ForcesBeside", "crossed", "less_than_moved", "with_across"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -98,6 +98,18 @@ def crossed(records: Sequence[FitRecord], band: tuple[float, float]) -> dict[int
     return least
 
 
+def less_than_moved(records: Sequence[FitRecord], band: tuple[float, float]) -> dict[int, float]:
+    """How many times as much the model moves along a sensor as that records, in a `band` (Hz), for every sensor by its
+    row of the g-set: the least of all records that know what moves along them."""
+    least: dict[int, float] = {}
+    for r in records:
+        if r.across is None:
+            continue
+        for row, ratio in zip(r.out_rows.tolist(), _over_recorded(r, r.across[2:], band).tolist(), strict=True):
+            least[row] = min(ratio, least.get(row, np.inf))
+    return least
+
+
 def _picks_up(record: FitRecord, across: FloatArray | ComplexArray) -> bool:
     """Whether what some sensor may pick up counts beside noise and one per cent of its own motion, which is what else a
     model is not asked to explain."""
@@ -109,12 +121,16 @@ def _picks_up(record: FitRecord, across: FloatArray | ComplexArray) -> bool:
 def _crossing(record: FitRecord, band: tuple[float, float]) -> FloatArray:
     """Motion across every sensor over the recorded one along it (n_out,)."""
     assert record.across is not None
+    return _over_recorded(record, record.across[:2], band)
+
+
+def _over_recorded(record: FitRecord, moved: FloatArray | ComplexArray, band: tuple[float, float]) -> FloatArray:
+    """Motion `moved` (axes, n_out, n) at every sensor over what it recorded (n_out,), in a `band` (Hz)."""
     freq, own = amplitudes(record)
-    across = record.across[:2]
-    across = np.abs(across if record.frf is not None else np.fft.rfft(across, axis=2))
+    moved = np.abs(moved if record.frf is not None else np.fft.rfft(moved, axis=2))
     inside = within_band(freq, band)
     along = np.sqrt((own[:, inside] ** 2).sum(axis=1))
-    return np.asarray(np.sqrt((across[:, :, inside] ** 2).sum(axis=(0, 2))) / np.maximum(along, 1e-300))
+    return np.asarray(np.sqrt((moved[:, :, inside] ** 2).sum(axis=(0, 2))) / np.maximum(along, 1e-300))
 
 
 def _motion(

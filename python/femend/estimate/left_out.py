@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.estimate.cross_axis import crossed, with_across
+from femend.estimate.cross_axis import crossed, less_than_moved, with_across
 from femend.estimate.lines import FitRecord
 from femend.model import ReducedModel
 from femend.model.form_errors import basis_modes
@@ -35,12 +35,14 @@ def without_crossed(
     omega, Q = basis_modes(reduced)
     known = with_across(records, reduced, band, (omega, np.full(len(omega), zeta), Q))
     across = {row: ratio for row, ratio in crossed(known, band).items() if ratio > CROSSED}
-    left = [_without(r, across) for r in records]
+    little = less_than_moved(known, band)
+    left = [_without(r, across, little) for r in records]
     return left if across and min(len(r.out_rows) for r in left) >= FEWEST else list(records)
 
 
-def _without(record: FitRecord, across: dict[int, float]) -> FitRecord:
-    """The record without the sensors at rows `across` of the g-set, each with how much it is crossed."""
+def _without(record: FitRecord, across: dict[int, float], little: dict[int, float]) -> FitRecord:
+    """The record without the sensors at rows `across` of the g-set, each with how much it is crossed, and how `little`
+    it records."""
     rows = record.out_rows.tolist()
     keep = np.array([row not in across for row in rows])
     frf = record.frf
@@ -51,5 +53,5 @@ def _without(record: FitRecord, across: dict[int, float]) -> FitRecord:
         out_signs=record.out_signs[keep],
         noise=record.noise[keep],
         frf=None if frf is None else replace(frf, H=frf.H[:, keep], noise=frf.noise[:, keep]),
-        crossed=tuple((row, across[row]) for row in rows if row in across),
+        crossed=tuple((row, across[row], little[row]) for row in rows if row in across),
     )

@@ -74,7 +74,7 @@ class FitRecord:
             model predicts them, of each of which the sensor may hold an unknown share; complex on an FRF's lines. None
             where sensors are believed.
         crossed: rows of the g-set of sensors that were left out, each with how many times as much the structure moves
-            across it as along it.
+            across it as was recorded along it, and how many times as much the model moves along it as that.
     """
 
     name: str
@@ -91,7 +91,7 @@ class FitRecord:
     recording: str = ""
     start: int = 0
     across: FloatArray | ComplexArray | None = None
-    crossed: tuple[tuple[int, float], ...] = ()
+    crossed: tuple[tuple[int, float, float], ...] = ()
 
     @property
     def source(self) -> str:

@@ -38,7 +38,8 @@ class Prediction:
 
     Time records: (n_out, n) at step `dt`, each row in the quantity and unit of its channel. FRFs: (n_freq, n_out, n_in)
     of the recording's own kind at the recording's lines above 0 Hz, which `frf` holds, and `dt` 0; their errors count
-    in the `band` (Hz) of the diagnosis.
+    in the `band` (Hz) of the diagnosis. Sensors at positions `left_out` were left out of the fit, and do not count in
+    errors.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Prediction:
     recorded: Values | None
     frf: FRF | None = None
     band: tuple[float, float] = (0.0, np.inf)
+    left_out: frozenset[int] = frozenset()
 
     def as_data(self, stage: str) -> TimeData | FRF:
         """The responses of a stage as time data, or as FRFs."""
@@ -60,10 +62,12 @@ class Prediction:
         """NRMSE of a stage; raises ValueError where nothing was recorded."""
         if self.recorded is None:
             raise ValueError(f"recording {self.name!r} holds no responses to compare with")
+        counted = [i for i in range(len(self.channels)) if i not in self.left_out]
         if self.frf is None:
-            return motion_error(self.channels, self.stages[stage], self.recorded)
+            channels = [self.channels[i] for i in counted]
+            return motion_error(channels, self.stages[stage][counted], self.recorded[counted])
         inside = within_band(self.frf.freq, self.band)
-        return nrmse(self.stages[stage][inside], self.recorded[inside])
+        return nrmse(self.stages[stage][inside][:, counted], self.recorded[inside][:, counted])
 
 
 def nrmse(predicted: Values, recorded: Values) -> float:
@@ -125,10 +129,16 @@ def predict_all(
             sensors, measured = tuple(recording.sensors[i] for i in rows), recording.response.values[rows]
         if own is None:
             own = _inputs_only(recording, model, pairing, replace(records[0], **_outputs(sensors, model, pairing)))
-        done.append(
-            Prediction(recording.name, recording.role, own.dt, sensors, _moved(diagnosis, own, sensors), measured)
-        )
+        moved, left_out = _moved(diagnosis, own, sensors), _left_out(diagnosis, own)
+        done.append(Prediction(recording.name, recording.role, own.dt, sensors, moved, measured, left_out=left_out))
     return done
+
+
+def _left_out(diagnosis: Diagnosis, record: FitRecord) -> frozenset[int]:
+    """Positions among the sensors of `record` of those that were left out of the fit; none where that leaves none."""
+    rows = {row for r in diagnosis.problem.records for row, _, _ in r.crossed}
+    found = frozenset(i for i, row in enumerate(record.out_rows.tolist()) if row in rows)
+    return found if len(found) < len(record.out_rows) else frozenset()
 
 
 def _moved(diagnosis: Diagnosis, record: FitRecord, channels: Sequence[Channel]) -> dict[str, Values]:
@@ -184,7 +194,8 @@ def _predict_frf(
     to_kind = 1 / ((2j * np.pi * data.freq) ** ORDER[data.kind])[:, None, None]
     by_stage = {stage: np.stack([c[stage] for c in columns], axis=2) * to_kind for stage in STAGES}
     band = diagnosis.problem.band
-    return Prediction(recording.name, recording.role, 0.0, data.outputs, by_stage, data.H, data, band)
+    left_out = _left_out(diagnosis, own[0])
+    return Prediction(recording.name, recording.role, 0.0, data.outputs, by_stage, data.H, data, band, left_out)
 
 
 def rows_of(recording: Recording, channels: Sequence[Channel]) -> list[int] | None:

@@ -37,6 +37,8 @@ SIMULATED = (
 MOST_DOUBTED = 3
 # error of a frequency by the deck's mesh, relative, from which it is told
 MESH_OFF = 0.05
+# times as much as a sensor records the model has to move there for it to be dead, loose or in another unit
+DEAF = 10.0
 # what estimates of the model's factors are off by beside what noise explains, relative; set on generated cases (seed 1)
 # for 90 % intervals that hold nine of ten
 OFF_MODEL = 0.03
@@ -63,8 +65,8 @@ def result_of(
         *diagnosis.problem.recorder.warnings,
     ]
     warnings += untold(records)
-    # those of the fit know what their sensors may hold of the motion across them
-    known = {r.name: r for r in diagnosis.problem.records if r.across is not None}
+    # those of the fit know what their sensors may hold of the motion across them, and have those alone that count
+    known = {r.name: r for r in diagnosis.problem.records if r.across is not None or r.crossed}
     floors = [known.get(r.name, r) for r in records]
     fit = [_fit(p, floors, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     return {
@@ -113,17 +115,29 @@ def _mesh_off(error: MeshError | None) -> list[str]:
 
 
 def _left_out(diagnosis: Diagnosis) -> list[str]:
-    """Which sensors were left out since they may have recorded what moves across them."""
-    model = diagnosis.reduced.model
-    found = {row: ratio for r in diagnosis.problem.records for row, ratio in r.crossed}
-    if not found:
-        return []
-    named = ", ".join(f"node {int(model.node_ids[row // 6])} {AXES[row % 6]}" for row in sorted(found))
-    most = plain(max(found.values()), 2)
-    return [
-        f"the structure moves up to {most} times as much across the sensors at {named} as along them, so that one that "
-        "is mounted a degree off, or picks up 1 % of what moves across it, records that: they were left out of the fit"
-    ]
+    """Which sensors were left out: those that record next to nothing of what the model moves along them, and those that
+    may have recorded what moves across them."""
+    model, told = diagnosis.reduced.model, []
+    found = {row: (ratio, little) for r in diagnosis.problem.records for row, ratio, little in r.crossed}
+
+    def named(rows: Sequence[int]) -> str:
+        return ", ".join(f"node {int(model.node_ids[row // 6])} {AXES[row % 6]}" for row in sorted(rows))
+
+    deaf = {row: little for row, (_, little) in found.items() if little > DEAF}
+    if deaf:
+        told.append(
+            f"the sensors at {named(list(deaf))} record hardly anything of what the model moves there "
+            f"({plain(max(deaf.values()), 2)} times as much, at the most): they were left out of the fit and of its "
+            "errors. See whether they are connected, fixed and switched on, and their units and directions"
+        )
+    crossed_alone = {row: ratio for row, (ratio, _) in found.items() if row not in deaf}
+    if crossed_alone:
+        told.append(
+            f"the structure moves up to {plain(max(crossed_alone.values()), 2)} times as much across the sensors at "
+            f"{named(list(crossed_alone))} as along them, so that one that is mounted a degree off, or picks up 1 % of "
+            "what moves across it, records that: they were left out of the fit and of its errors"
+        )
+    return told
 
 
 def _doubted(diagnosis: Diagnosis, predictions: Sequence[Prediction] = ()) -> list[str]:
@@ -212,10 +226,12 @@ def _floor_as_recorded(prediction: Prediction, record: FitRecord, floor: float) 
     by is added as in the `floor` of the accelerations that follow."""
     recorded = prediction.recorded
     assert recorded is not None
+    counted = [i for i in range(len(prediction.channels)) if i not in prediction.left_out]
+    recorded, channels = recorded[counted], [prediction.channels[i] for i in counted]
     noise = noise_of(record.u, recorded, record.period)
     apart = np.sqrt(max(floor**2 - noise_floor(replace(record, across=None), (0.0, np.inf)) ** 2, 0.0))
     # as an error of what was recorded: that of a prediction which is off by the noise in every sample
-    return float(np.hypot(motion_error(prediction.channels, recorded + _swing(noise, recorded), recorded), apart))
+    return float(np.hypot(motion_error(channels, recorded + _swing(noise, recorded), recorded), apart))
 
 
 def _swing(size: FloatArray, like: FloatArray) -> FloatArray:
