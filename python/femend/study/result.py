@@ -39,9 +39,8 @@ MOST_DOUBTED = 3
 MESH_OFF = 0.05
 # times as much as a sensor records the model has to move there for it to be dead, loose or in another unit
 DEAF = 10.0
-# what estimates of the model's factors are off by beside what noise explains, relative; set on generated cases (seed 1)
-# for 90 % intervals that hold nine of ten
-OFF_MODEL = 0.03
+# what estimates of the model's factors are off by beside what noise explains, relative; set as `OFF_LAW` of findings
+OFF_MODEL = 0.015
 
 
 def result_of(
