@@ -217,6 +217,54 @@ def test_two_effects_hidden_by_each_other_explain_all_where_no_force_at_one_plac
     assert (second.hidden_by_each_other(first) is both) is told
 
 
+@pytest.mark.parametrize(
+    ("beside", "more", "explained", "told", "asked"),
+    [
+        (1.0, True, False, "beside", ["beside"]),
+        # beside the force that was read off nothing explains the rest: the model was bent
+        (None, True, False, "pair", ["beside", "pair"]),
+        (4.0, True, False, "pair", ["beside", "pair"]),
+        # there is no second, or one force explains everything
+        (None, False, False, None, ["beside"]),
+        (None, True, True, None, ["beside"]),
+    ],
+)
+def test_two_places_are_looked_for_where_nothing_explains_the_rest_beside_the_best_law(
+    monkeypatch: pytest.MonkeyPatch,
+    beside: float | None,
+    more: bool,
+    explained: bool,
+    told: str | None,
+    asked: list[str],
+) -> None:
+    """The best law takes most away and leaves little, so that it is one of the two."""
+    first = cast(Searched, SimpleNamespace(settings=Settings(), one_force_explains=explained))
+    called: list[str] = []
+
+    def found(name: str, chosen: float | None) -> Any:
+        return None if chosen is None else SimpleNamespace(terms=SimpleNamespace(chosen=chosen), name=name)
+
+    def beside_it(searched: Searched) -> tuple[Any, bool]:
+        called.append("beside")
+        return found("beside", beside), more
+
+    def linear(searched: Searched, scored: object, laws: object) -> Any:
+        called.append("pair")
+        return found("pair", 1.0)
+
+    monkeypatch.setattr(second, "_one_of_two", lambda searched: True)
+    monkeypatch.setattr(second, "_beside_the_best", beside_it)
+    monkeypatch.setattr(second, "pair", lambda searched: ("one", "two"))
+    monkeypatch.setattr(second, "_one_of_them_linear", linear)
+    out = cast(Any, second._at_two_places(first))
+    assert (None if out is None else out.name) == told
+    assert called == asked
+    # where two places explain no more, what was found stays
+    monkeypatch.setattr(second, "pair", lambda searched: None)
+    out = cast(Any, second._at_two_places(first))
+    assert (None if out is None else out.name) == (None if beside is None else "beside")
+
+
 def test_a_known_force_is_one_more_input(run: StudyRun) -> None:
     place = run.diagnosis.located[0].place
     record = run.records[0]

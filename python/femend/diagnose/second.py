@@ -187,18 +187,24 @@ def _at_two_places(first: Searched) -> Further | None:
     """Names both of two effects, each with the force of the other as an input; fitted together they have to win against
     one law alone.
 
-    Where the best law leaves little it is one of the two. Where it leaves much it may be neither, and two places are
-    looked for whose forces leave clearly less than one: a linear law is named with the force at the other free, and
-    only then the best law is taken for one of the two; at last the force read off at the second place. Where no force
-    anywhere explains what the best law leaves, there is no second.
+    Where the best law leaves little it is one of the two. Where it leaves much it may be neither, and so it may where
+    nothing beside its force explains the rest: that force was read off a model which the other effect had bent. Then
+    two places are looked for whose forces leave clearly less than one: a linear law is named with the force at the
+    other free, and only then the best law is taken for one of the two; at last the force read off at the second place.
+    Where no force anywhere explains what the best law leaves, there is no second.
     """
+    settled: Further | None = None
     if _one_of_two(first):
-        return _beside_the_best(first)[0]
+        settled, more = _beside_the_best(first)
+        if _explaining(first, settled) is not None or not more or first.one_force_explains:
+            return settled
     places = pair(first)
     if places is not None:
         both = _explaining(first, _one_of_them_linear(first, *places))
         if both is not None:
             return both
+    if _one_of_two(first):
+        return settled
     found, more = _beside_the_best(first)
     if found is not None or not more or places is None:
         return found
