@@ -218,15 +218,16 @@ def test_two_effects_hidden_by_each_other_explain_all_where_no_force_at_one_plac
 
 
 @pytest.mark.parametrize(
-    ("beside", "more", "explained", "told", "asked"),
+    ("beside", "more", "explained", "prior", "told", "asked"),
     [
-        (1.0, True, False, "beside", ["beside"]),
+        (1.0, True, False, 200.0, "beside", ["beside"]),
         # beside the force that was read off nothing explains the rest: the model was bent
-        (None, True, False, "pair", ["beside", "pair"]),
-        (4.0, True, False, "pair", ["beside", "pair"]),
-        # there is no second, or one force explains everything
-        (None, False, False, None, ["beside"]),
-        (None, True, True, None, ["beside"]),
+        (None, True, False, 20.0, "pair", ["beside", "pair"]),
+        (4.0, True, False, 20.0, "pair", ["beside", "pair"]),
+        (None, True, True, 200.0, "pair", ["beside", "pair"]),
+        # there is no second, or one force explains everything, the model near its priors
+        (None, False, False, 200.0, None, ["beside"]),
+        (None, True, True, 20.0, None, ["beside"]),
     ],
 )
 def test_two_places_are_looked_for_where_nothing_explains_the_rest_beside_the_best_law(
@@ -234,11 +235,13 @@ def test_two_places_are_looked_for_where_nothing_explains_the_rest_beside_the_be
     beside: float | None,
     more: bool,
     explained: bool,
+    prior: float,
     told: str | None,
     asked: list[str],
 ) -> None:
     """The best law takes most away and leaves little, so that it is one of the two."""
-    first = cast(Searched, SimpleNamespace(settings=Settings(), one_force_explains=explained))
+    ranked = [SimpleNamespace(candidate=SimpleNamespace(prior=prior))]
+    first = cast(Searched, SimpleNamespace(settings=Settings(), one_force_explains=explained, ranked=ranked))
     called: list[str] = []
 
     def found(name: str, chosen: float | None) -> Any:

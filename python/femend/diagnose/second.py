@@ -196,7 +196,9 @@ def _at_two_places(first: Searched) -> Further | None:
     settled: Further | None = None
     if _one_of_two(first):
         settled, more = _beside_the_best(first)
-        if _explaining(first, settled) is not None or not more or first.one_force_explains:
+        # one force may stand in for both where the model bends for it
+        alone = first.one_force_explains and not first.settings.strains(first.ranked[0].candidate.prior)
+        if _explaining(first, settled) is not None or not more or alone:
             return settled
     places = pair(first)
     if places is not None:
