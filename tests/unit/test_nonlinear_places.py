@@ -69,6 +69,7 @@ def test_further_places_are_tried_until_a_law_explains_whole_records(
 
     made: dict[str, Any] = {
         "linear_at": lambda *a: ([], next(opened)),
+        "masses_from_afar": lambda *a: [],
         "each_once": lambda located: [(found, False, False) for found in located],
         "on_springs": lambda *a: [],
         "judge_in": lambda *a: SimpleNamespace(at_once=lambda new: []),

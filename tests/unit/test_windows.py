@@ -104,6 +104,7 @@ def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
 
     made = {
         "linear_at": lambda *a: ([], at),
+        "masses_from_afar": lambda *a: [],
         "each_once": lambda located: [(found, False, False) for found in located],
         "on_springs": lambda *a: [],
         "_linear_suffices": lambda *a: False,
@@ -211,7 +212,8 @@ def test_a_law_that_explains_less_in_a_wider_window_is_kept_in_both(monkeypatch:
     def run(sigma: float) -> Any:
         loop = SimpleNamespace(sigma=sigma, size=lambda: 1)
         reached = SimpleNamespace(cost=left[sigma], e=np.array([left[sigma] ** 0.5]))
-        return nonlinear._Run("cubic_stiffness", cast(Any, None), cast(Any, SimpleNamespace(loop=loop)), reached)
+        start = cast(Any, SimpleNamespace(left=np.nan))
+        return nonlinear._Run("cubic_stiffness", start, cast(Any, SimpleNamespace(loop=loop)), reached)
 
     def candidate(loop: Any, *given: Any) -> Any:
         return SimpleNamespace(sigma=loop.sigma, fitted=left[loop.sigma])
