@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from femend.diagnose.known_force import forces_beside
-from femend.diagnose.locate import FINAL_LINES, Located, hypothesis_of, locate, refitted
+from femend.diagnose.locate import FINAL_LINES, Located, grounded, hypothesis_of, locate, refitted
 from femend.diagnose.update import AT_NOISE, CLEARLY, UpdatedModel, sensors_in_doubt
 from femend.estimate import Fit
 from femend.model import Place
@@ -19,8 +19,6 @@ __all__ = ["as_sensors_are"]
 # prior cost of a model beside a free force, in `CLEARLY`, up to which it explains the recordings with that, and what is
 # left at most, as a share of its misfit, with what sensors pick up where it does not
 WITHIN, MOST = 2.0, 0.5
-# nodes at which forces in all directions are looked at as well, which are those of a mass
-MASSES = 4
 
 
 def as_sensors_are(
@@ -34,8 +32,12 @@ def as_sensors_are(
     taken them), and where the shares make no great difference: with them a force neither explains what it does not
     without, nor leaves half as much. The motion is that of the model with the best such force.
     """
-    best, crossing = located[0].fit if located else start.null, start.crossing
-    if crossing is None or any(_explains(fit) for fit in (best, *_in_all_directions(start, located))):
+    best = located[0].fit if located else start.null
+    # the update with shares, and fits from afar, are for where they can matter
+    if _explains(best):
+        return start, located
+    crossing = start.crossing
+    if crossing is None or any(_explains(fit) for fit in _in_all_directions(start, located)):
         return start, located
     crossing, there = _moved_by_the_best(crossing, locate(crossing.problem, crossing.reduced, places, crossing.null))
     left = there[0].fit if there else crossing.null
@@ -49,11 +51,7 @@ def _in_all_directions(start: UpdatedModel, located: Sequence[Located]) -> list[
     them, so that the fits begin from afar."""
     model, problem = start.reduced.model, start.problem.sparing(FINAL_LINES)
     least = min(len(r.y) for r in problem.records)
-    grounded: dict[int, Located] = {}
-    for one in located:
-        if one.place.kind == "ground":
-            grounded.setdefault(one.place.nodes[0], one)
-    chosen = [(mass_place(model, node), one.fit.p) for node, one in list(grounded.items())[:MASSES]]
+    chosen = [(mass_place(model, one.place.nodes[0]), one.fit.p) for one in grounded(located)]
     chosen = [(place, p) for place, p in chosen if 1 < place.n_w < least]
     mean, none = problem.prior(start.reduced)[0], np.zeros(0)
     fits = [problem.continuation(hypothesis_of(place, start.reduced), [(mean, none), (p, none)]) for place, p in chosen]

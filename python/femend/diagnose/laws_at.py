@@ -13,7 +13,7 @@ from femend.diagnose.collapse import collapsed
 from femend.diagnose.joint import Joint, open_joint
 from femend.diagnose.judge import Given, Tried, beaten, free_reference, null_candidate
 from femend.diagnose.linear import companions_alone, fit_linear, fit_mass, simple_alone
-from femend.diagnose.locate import Located
+from femend.diagnose.locate import Located, grounded
 from femend.diagnose.nonlinear import fit_nonlinear
 from femend.diagnose.own_basis import in_own_basis
 from femend.diagnose.pace import Pace
@@ -37,8 +37,6 @@ START_REACH, MOST_STARTS = 1.6, (9, 5)
 BEYOND = 1.2
 # look-alikes of a place at which linear laws are tried too, of the nearest so many
 ALIKE_TRIED, MOST_ALIKE = 3, 12
-# nodes at which a mass is sought from afar
-MASSES = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,11 +119,7 @@ def masses_from_afar(given: Given, located: Sequence[Located], opened: Sequence[
         near = split.fitting.prior_cost(fit.hypothesis.reduced, fit.p) <= settings.gain_cost
         if near and free_reference(split, at.recovered) <= settings.adequate:
             return []
-    grounded: dict[int, Located] = {}
-    for one in located:
-        if one.place.kind == "ground":
-            grounded.setdefault(one.place.nodes[0], one)
-    return [t for one in list(grounded.values())[:MASSES] for t in _mass(given, one, afar=True)]
+    return [t for one in grounded(located) for t in _mass(given, one, afar=True)]
 
 
 def _linear(given: Given, found: Located, joint: Joint, recovered: Recovered, masses_alone: bool) -> list[Tried]:

@@ -26,6 +26,7 @@ __all__ = [
     "Located",
     "cost_of",
     "fitted",
+    "grounded",
     "hypothesis_of",
     "locate",
     "order",
@@ -68,6 +69,8 @@ LINES, FEWEST_LINES, FINAL_LINES = 250, 120, 500
 UNLIKELY = 4.0
 # cost by which places that fit as well are put in the order of `preference`
 TIE = 0.5
+# nodes at which a mass is thought of, which acts in all directions
+MASSES = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -340,3 +343,12 @@ def shortlist(located: Sequence[Located]) -> list[Located]:
     best = single[0].cost if single else np.inf
     better = [f for f in several if SEVERAL_WORTH * f.cost < best]
     return [*better[:2], *single]
+
+
+def grounded(located: Sequence[Located]) -> list[Located]:
+    """The likeliest place to the ground of each of the first nodes, `MASSES` at most, that have one."""
+    first: dict[int, Located] = {}
+    for one in located:
+        if one.place.kind == "ground":
+            first.setdefault(one.place.nodes[0], one)
+    return list(first.values())[:MASSES]

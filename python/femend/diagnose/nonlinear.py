@@ -96,10 +96,13 @@ def fit_nonlinear(
     """
     pace = Pace() if pace is None else pace
     first, *wider = windows(problem)
-    all_begun = at_once(lambda law: _begun(problem, joint, recovered, *law, first), begun)
-    started = [run for run in all_begun if run is not None]
-    once_more = at_once(lambda law: _begun(problem, joint, recovered, *law, first), _weaker_too(started))
-    started += [run for run in once_more if run is not None]
+
+    def begin(laws: Sequence[tuple[str, Start]]) -> list[_Run]:
+        made = at_once(lambda law: _begun(problem, joint, recovered, *law, first), laws)
+        return [run for run in made if run is not None]
+
+    started = begin(begun)
+    started += begin(_weaker_too(started))
     runs, lost = _best_of_each(started)[:FOLLOWED], []
     for sigma in wider:
         ahead: list[_Run] = []

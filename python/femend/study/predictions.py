@@ -58,11 +58,16 @@ class Prediction:
             return replace(self.frf, H=self.stages[stage], coherence=None)
         return TimeData(self.name, self.dt, self.stages[stage], self.channels)
 
+    @property
+    def counted(self) -> list[int]:
+        """Positions of the sensors that count in errors."""
+        return [i for i in range(len(self.channels)) if i not in self.left_out]
+
     def error(self, stage: str) -> float:
         """NRMSE of a stage; raises ValueError where nothing was recorded."""
         if self.recorded is None:
             raise ValueError(f"recording {self.name!r} holds no responses to compare with")
-        counted = [i for i in range(len(self.channels)) if i not in self.left_out]
+        counted = self.counted
         if self.frf is None:
             channels = [self.channels[i] for i in counted]
             return motion_error(channels, self.stages[stage][counted], self.recorded[counted])

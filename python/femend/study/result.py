@@ -225,8 +225,7 @@ def _floor_as_recorded(prediction: Prediction, record: FitRecord, floor: float) 
     by is added as in the `floor` of the accelerations that follow."""
     recorded = prediction.recorded
     assert recorded is not None
-    counted = [i for i in range(len(prediction.channels)) if i not in prediction.left_out]
-    recorded, channels = recorded[counted], [prediction.channels[i] for i in counted]
+    recorded, channels = recorded[prediction.counted], [prediction.channels[i] for i in prediction.counted]
     noise = noise_of(record.u, recorded, record.period)
     apart = np.sqrt(max(floor**2 - noise_floor(replace(record, across=None), (0.0, np.inf)) ** 2, 0.0))
     # as an error of what was recorded: that of a prediction which is off by the noise in every sample
