@@ -103,7 +103,9 @@ def doubts_found(model: Model, test: Test, pairing: Pairing, zeta: float) -> Dou
         against: Sequence[Doubt] = () if data is None else _against(data, modes, pairing)
         if _unmeasured(recording):
             against = output_doubts(recording, modes, pairing)
-        for doubt in (*_short(recording, modes), *_slow(recording, modes), *against):
+        # a time axis that is mistaken says why the rate is too low
+        slow = [] if any(d.kind == "time axis" for d in against) else _slow(recording, modes)
+        for doubt in (*_short(recording, modes), *slow, *against):
             found.setdefault((doubt.kind, doubt.channel), (doubt, []))[1].append(recording.name)
     of_model = (*_free(model, modes), *_massless(model))
     return Doubts(of_model, tuple(Doubted(doubt, tuple(names)) for doubt, names in found.values()))
