@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from femend.diagnose import one_linear as one_linear_module
+from femend.diagnose import together
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
 from femend.diagnose.moved import moved
+from femend.diagnose.nonlinear import windows
 from femend.diagnose.one_linear import _beside, one_linear
 from femend.diagnose.pairs import Searched, alike
 from femend.diagnose.read_beside import read_off_beside
@@ -102,11 +106,34 @@ def test_without_its_ends_a_force_still_follows_its_motion_sample_by_sample() ->
 def test_both_are_fitted_together(first: Searched) -> None:
     found = one_linear(first, fitted_at(first, 7, 13), at(first, 13))
     assert found is not None
-    terms = found[0][1]
+    terms = found.both[1]
     values = {t.candidate.name: t.candidate.values for t in terms.terms}
     assert values["viscous_damper"]["c"] == pytest.approx(DASHPOT, rel=0.25)
     assert values["cubic_stiffness"]["k3"] == pytest.approx(CUBIC, rel=0.25)
     assert terms.chosen < first.settings.adequate
+
+
+def test_what_no_simulation_follows_to_the_end_is_compared_in_the_beginning(
+    first: Searched, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As of impacts, whose motion depends on its past without limit: laws that explain a window do not the whole."""
+    window, fitted = windows(first.problem)[2], together.fitted_together
+
+    def lost(search: Searched, *given: Any, **options: Any) -> Any:
+        found = fitted(search, *given, **options)
+        if found is None or search.sigma > 0:
+            return found
+        score, terms = found
+        return score + 1e4, replace(terms, chosen=40.0, followed=window)
+
+    monkeypatch.setattr(together, "fitted_together", lost)
+    monkeypatch.setattr(one_linear_module, "fitted_together", lost)
+    in_windows = replace(first, in_window=lambda sigma: replace(first, sigma=sigma))
+    found = one_linear(in_windows, fitted_at(first, 7, 13), at(first, 13))
+    assert found is not None
+    assert found.first.sigma == found.both[1].sigma == window
+    assert found.both[1].chosen < first.settings.adequate
+    assert {t.candidate.name for t in found.both[1].terms} == {"viscous_damper", "cubic_stiffness"}
 
 
 def test_a_law_moved_does_what_it_did(run: StudyRun, first: Searched) -> None:

@@ -8,7 +8,7 @@ from femend.diagnose.evidence import fall
 from femend.diagnose.levels import depends_on_level
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.ranked import Ranked
-from femend.diagnose.shares import share_explained
+from femend.diagnose.shares import needed_share, share_explained
 
 __all__ = ["TELLING", "accepted", "adequate", "bends", "clearly_missing", "stands_out"]
 
@@ -27,8 +27,7 @@ def accepted(found: Diagnosis, best: Ranked) -> bool:
     # a model that explains the recordings as they are lacks nothing that they could show
     enough = max(found.null.score, found.null_chosen.chosen) <= settings.consistent
     won = settings.wins(gain, -np.inf if enough else chosen, relieved)
-    needed = settings.nearly if found.null_chosen.chosen < settings.weak else settings.explained
-    return bool(won and _share(found, best) >= needed)
+    return bool(won and _share(found, best) >= needed_share(found.null_chosen.chosen, settings))
 
 
 def adequate(found: Diagnosis, best: Ranked) -> bool:

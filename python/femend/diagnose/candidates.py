@@ -82,6 +82,7 @@ class Candidate:
         sigma: decay (1/s) of the window in which a nonlinear law could be followed; 0 for whole records.
         converged: whether its last fit came to its minimum.
         p_sd: standard deviations of p beside everything else that is unknown, where known.
+        whole: covariance of p and x together, where known.
     """
 
     physics: Physics | None
@@ -103,6 +104,7 @@ class Candidate:
     sigma: float = 0.0
     converged: bool = True
     p_sd: FloatArray | None = None
+    whole: FloatArray | None = None
 
     @property
     def nonlinear(self) -> bool:

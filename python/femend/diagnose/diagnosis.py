@@ -188,7 +188,7 @@ def _placed(found: Diagnosis, places: Sequence[Place]) -> Diagnosis:
 def _lacking(alone: ToBeat, ranked: Sequence[Ranked], settings: Settings) -> bool:
     """Whether no law takes nearly all away, or the best one, however much it takes, leaves far more than noise."""
     far = bool(ranked) and ranked[0].candidate.chosen > settings.far
-    return far or unclear(alone.score, ranked, alone.n_values, settings)
+    return far or unclear(alone, ranked, settings)
 
 
 def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given, ToBeat, list[Ranked], float]:
@@ -205,14 +205,14 @@ def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given,
         again = replace(given, split=weaker)
         there = to_beat(again, start.null)
         found, window = naming(again, short, there.score, clamps=clamps)
-        if window == 0 and _explains(found, settings) and not unclear(there.score, found, there.n_values, settings):
+        if window == 0 and _explains(found, settings) and not unclear(there, found, settings):
             return again, there, found, window
     tried = [one.place for one in short]
     all_kinds = replace(settings, places=settings.kinds)
     # of a direction that never came to the fore, nonlinear laws are tried at all kinds of places
     in_others = partial(in_other_directions, start.problem, start.reduced, task.places, start.null)
     for wider, reach in ((_untried, all_kinds), (in_others, replace(all_kinds, nonlinear_places=settings.kinds))):
-        if sigma > 0 or not unclear(alone.score, ranked, alone.n_values, settings):
+        if sigma > 0 or not unclear(alone, ranked, settings):
             break
         further = with_look_alikes(start.problem, start.reduced, wider(task.located, tried), task.places, reach)
         tried += [one.place for one in further]
@@ -230,7 +230,7 @@ def _lost_on_the_way(task: _Task, alone: ToBeat, ranked: Sequence[Ranked], sigma
     settings, located = task.settings, task.located
     if sigma > 0 or not located or located[0].fit.score > settings.consistent:
         return False
-    return not _explains(ranked, settings) or unclear(alone.score, ranked, alone.n_values, settings)
+    return not _explains(ranked, settings) or unclear(alone, ranked, settings)
 
 
 def _explains(ranked: Sequence[Ranked], settings: Settings) -> bool:

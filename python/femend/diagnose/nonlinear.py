@@ -24,6 +24,7 @@ __all__ = [
     "as_recorded",
     "fit_nonlinear",
     "judge_nonlinear",
+    "loop_of_candidate",
     "refit_nonlinear",
     "candidate_motion",
     "simulate_candidate",
@@ -252,7 +253,8 @@ def _candidate(loop: ClosedLoop, start: Start, name: str, reached: Reached, cova
     )
 
 
-def _loop_again(problem: Problem, candidate: Candidate) -> ClosedLoop:
+def loop_of_candidate(problem: Problem, candidate: Candidate) -> ClosedLoop:
+    """The simulation of a nonlinear candidate for the records of a problem, in the window it was fitted in."""
     assert candidate.joint is not None
     assert candidate.physics is not None
     assert candidate.coordinates is not None
@@ -268,7 +270,7 @@ def _loop_again(problem: Problem, candidate: Candidate) -> ClosedLoop:
 
 def judge_nonlinear(choosing: Problem, candidate: Candidate, sigma: float | None = None) -> Candidate:
     """The candidate with the misfit it leaves on records it has not seen, in the window it was fitted in or another."""
-    loop = _loop_again(choosing, candidate)
+    loop = loop_of_candidate(choosing, candidate)
     loop = loop if sigma is None else loop.at(sigma)
     (e,), _ = loop.residuals([(candidate.p, candidate.x)])
     value = float(e @ e) / loop.size()
@@ -277,7 +279,7 @@ def judge_nonlinear(choosing: Problem, candidate: Candidate, sigma: float | None
 
 def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JOINT) -> Candidate:
     """The candidate fitted to all records of the problem in its window, all unknowns together."""
-    loop = _loop_again(problem, candidate)
+    loop = loop_of_candidate(problem, candidate)
     descent = Descent.around(loop, candidate.x, True)
     reached = descent.run(np.concatenate([candidate.p, candidate.x]), iterations, thorough=True)
     if reached is None or reached.H is None or candidate.physics is None:
@@ -290,6 +292,7 @@ def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JO
         chosen=candidate.chosen,
         reference=candidate.reference,
         p_sd=standard_deviations(covariance, n_p),
+        whole=covariance,
     )
 
 
@@ -313,7 +316,7 @@ def as_recorded(problem: Problem, candidate: Candidate, gain: float, enough: flo
 def _cost(problem: Problem, candidate: Candidate) -> float:
     """Tempered squares that a candidate leaves, with the prior of the model's unknowns; infinite where it cannot be
     simulated."""
-    (e,), _ = _loop_again(problem, candidate).residuals([(candidate.p, candidate.x)])
+    (e,), _ = loop_of_candidate(problem, candidate).residuals([(candidate.p, candidate.x)])
     value = TEMPERING * float(e @ e) + candidate.prior
     return value if np.isfinite(value) else np.inf
 
@@ -321,9 +324,9 @@ def _cost(problem: Problem, candidate: Candidate) -> float:
 def candidate_motion(problem: Problem, candidate: Candidate, record: FitRecord, order: int = 2) -> FloatArray:
     """Accelerations (n_out, n) of a nonlinear candidate for one record's forces, or another derivative of the
     displacements by its `order`."""
-    return motion(_loop_again(problem.on([record]), candidate).at(0.0), candidate.p, candidate.x, order)
+    return motion(loop_of_candidate(problem.on([record]), candidate).at(0.0), candidate.p, candidate.x, order)
 
 
 def simulate_candidate(problem: Problem, candidate: Candidate, record: FitRecord) -> History:
     """Histories of a nonlinear candidate for one record's forces (its responses are not looked at)."""
-    return _loop_again(problem.on([record]), candidate).at(0.0).histories([(candidate.p, candidate.x)])[0][0]
+    return loop_of_candidate(problem.on([record]), candidate).at(0.0).histories([(candidate.p, candidate.x)])[0][0]

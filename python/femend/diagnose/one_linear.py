@@ -26,11 +26,11 @@ from femend.diagnose.parallel import starting
 from femend.diagnose.ranked import Ranked, told_simply
 from femend.diagnose.read_beside import read_off_beside
 from femend.diagnose.terms import Term
-from femend.diagnose.together import Scored, best_of, better, distinct, fitted_together, term_of
+from femend.diagnose.together import Scored, Try, best_of, better, distinct, each_of, fitted_together, term_of
 from femend.estimate import Hypothesis, Problem
 from femend.model import Place
 
-__all__ = ["one_linear"]
+__all__ = ["OneLinear", "one_linear"]
 
 FloatArray = NDArray[np.float64]
 
@@ -50,19 +50,36 @@ class _LinearOne:
     problem: Problem
 
 
-def one_linear(first: Searched, second: Located, at: Place) -> tuple[Scored, list[Ranked]] | None:
+@dataclass(frozen=True, eq=False)
+class OneLinear:
+    """Two laws fitted together of which one is linear, with the linear laws that were tried, and the search in the
+    window that they were fitted in."""
+
+    first: Searched
+    both: Scored
+    linear: list[Ranked]
+
+    @property
+    def order(self) -> tuple[bool, float, float]:
+        """First what explains unseen data, then what explains more of the recordings, then the better score."""
+        score, terms = self.both
+        return terms.chosen > self.first.settings.adequate, terms.sigma, score
+
+
+def one_linear(first: Searched, second: Located, at: Place) -> OneLinear | None:
     """Two laws fitted together, of which the one that is linear was named beside a free force at either of two places
-    (the second with the fit of both forces, and the first), with the linear laws that were tried; None where no linear
-    law explains the recordings beside a free force, or nothing follows that one."""
-    found: list[tuple[Scored, list[Ranked]]] = []
+    (the second with the fit of both forces, and the first); None where no linear law explains the recordings beside a
+    free force, or nothing follows that one. Where their motion can be followed in a beginning of the records alone they
+    are compared there."""
+    found: list[OneLinear] = []
     for free, other in ((at, second.place), (second.place, at)):
         one = _beside(first, free, other, plain(first, second.fit.p))
         both = None if one is None else _both(first, one)
-        if one is not None and both is not None:
-            found.append((both, one.ranked))
-            if both[1].chosen <= first.settings.adequate:
+        if both is not None:
+            found.append(both)
+            if both.both[1].chosen <= first.settings.adequate:
                 break
-    return min(found, key=lambda f: f[0][0], default=None)
+    return min(found, key=lambda f: f.order, default=None)
 
 
 def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> _LinearOne | None:
@@ -100,8 +117,9 @@ def _located(first: Searched, free: Place, other: Place, p: FloatArray) -> Locat
     return with_look_alikes(first.problem, hypothesis.reduced, [one], first.places, first.settings)[0]
 
 
-def _both(first: Searched, one: _LinearOne) -> Scored | None:
-    """The linear law and the best of those that follow what the place beside it did."""
+def _both(first: Searched, one: _LinearOne) -> OneLinear | None:
+    """The linear law and the best of those that follow what the place beside it did; in the widest window that some
+    explained on the way where none explains the recordings."""
     law, place = term_of(first, one.ranked[0]), one.free.place
     joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
     recovered = read_off_beside(one.problem, one.ranked[0], place)
@@ -118,7 +136,7 @@ def _both(first: Searched, one: _LinearOne) -> Scored | None:
         if start.left < REACH * begun[0][1].left and (start.physics.kind == "linear" or nonlinear < NONLINEAR):
             kept.setdefault(name, start)
     opened = replace(law.candidate, joint=joint)
-    tries = [
+    tries: list[Try] = [
         ([law, Term(starting(first, opened, name, start, recovered), one.free)], law.candidate.p)
         for name, start in kept.items()
     ]
@@ -127,8 +145,17 @@ def _both(first: Searched, one: _LinearOne) -> Scored | None:
     here = [place, *alike(first, place)]
     alone = [r for r in first.ranked if any(r.located.place is like for like in here)]
     tries += [([law, term_of(first, r)], law.candidate.p) for r in (distinct(first, alone) if alone else ())]
-    best = best_of(first, tries) if tries else None
-    return None if best is None else _otherwise(first, one, best)
+    fitted = each_of(first, tries)
+    best = best_of(first, tries, fitted)
+    if best is None:
+        return None
+    window = min(both[1].followed for both in fitted if both is not None)
+    if best[1].chosen > first.settings.adequate and np.isfinite(window):
+        there = first.at(window)
+        early = best_of(there, tries) if there.sigma == window else None
+        if early is not None and early[1].chosen <= first.settings.adequate:
+            first, best = there, early
+    return OneLinear(first, _otherwise(first, one, best), one.ranked)
 
 
 def _otherwise(first: Searched, one: _LinearOne, found: Scored) -> Scored:

@@ -229,8 +229,8 @@ def _one_of_them_linear(first: Searched, second: Located, at: Place) -> Further 
     found = one_linear(first, second, at)
     if found is None:
         return None
-    both, laws = found
-    told = _told(first, both, laws)
+    first, laws = found.first, found.linear
+    told = _told(first, found.both, laws)
     aside = _of_law(first, laws[0], _nothing(first))
     beside = _search(first, aside, others(first, laws[0].located.place)) if aside.members else None
     if beside is None or not beside.ranked or beside.sigma > first.sigma:

@@ -27,7 +27,7 @@ class Settings:
             part of what is hardly above the noise, the right law takes all of it.
         nearly: the share that a law must take away there.
         partly: the share from which a law that stands out is told as the likeliest, without a name for what is missing.
-        clear: the same share from which no further places are tried.
+        clear: the same share from which no further places are tried, if it is enough for a name.
         gain_nonlinear: the same for a nonlinear law against the best linear one.
         parameter_z: prior deviation beyond which a parameter alone is a finding.
         adequate: unseen misfit, as a multiple of the law-free one, up to which a name is given.

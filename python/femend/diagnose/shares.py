@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from femend.diagnose.evidence import deviance
+from femend.diagnose.judge import ToBeat
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
 
-__all__ = ["score_of_noise", "share_explained", "unclear"]
+__all__ = ["needed_share", "score_of_noise", "share_explained", "unclear"]
 
 
 def score_of_noise(ranked: Sequence[Ranked], n_values: float) -> float:
@@ -29,8 +30,15 @@ def share_explained(null_score: float, best: Ranked, ranked: Sequence[Ranked], n
     return (null_score - best.score) / max(null_score - score_of_noise(ranked, n_values), 1e-12)
 
 
-def unclear(null_score: float, ranked: Sequence[Ranked], n_values: float, settings: Settings) -> bool:
-    """Whether much is wrong with the updated model and no law at the places tried takes nearly all of it away."""
-    wrong = null_score - score_of_noise(ranked, n_values)
-    share = share_explained(null_score, ranked[0], ranked, n_values) if ranked else 0.0
-    return bool(wrong > 2 * settings.gain_cost and share < settings.clear)
+def needed_share(misfit: float, settings: Settings) -> float:
+    """Share that a law must take away of what is wrong with an updated model of this unseen misfit."""
+    return settings.nearly if misfit < settings.weak else settings.explained
+
+
+def unclear(alone: ToBeat, ranked: Sequence[Ranked], settings: Settings) -> bool:
+    """Whether much is wrong with the updated model, `alone`, and no law at the places tried takes nearly all of it
+    away, or not what it has to."""
+    wrong = alone.score - score_of_noise(ranked, alone.n_values)
+    share = share_explained(alone.score, ranked[0], ranked, alone.n_values) if ranked else 0.0
+    enough = max(settings.clear, needed_share(alone.candidate.chosen, settings))
+    return bool(wrong > 2 * settings.gain_cost and share < enough)

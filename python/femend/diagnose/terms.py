@@ -16,7 +16,7 @@ from femend.diagnose.dressed import with_own, with_own_unknowns
 from femend.diagnose.joint import Joint, open_joints
 from femend.diagnose.locate import Located
 from femend.diagnose.motion import motion
-from femend.diagnose.nonlinear import wider_windows, windows
+from femend.diagnose.nonlinear import EXPLAINS, wider_windows, windows
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
@@ -181,7 +181,8 @@ class TermsLoop(Loop):
 @dataclass(frozen=True, eq=False)
 class Terms:
     """Laws fitted together: `terms` with their values, unknowns p of the model, `score` parts as of a candidate,
-    `sigma` (1/s) of the window exp(-sigma t) they are fitted in."""
+    `sigma` (1/s) of the window exp(-sigma t) they are fitted in; `followed` is that of the widest window that they
+    explained on the way, where they did so."""
 
     terms: tuple[Term, ...]
     joint: Joint
@@ -194,6 +195,7 @@ class Terms:
     covariance: FloatArray | None = None
     sigma: float = 0.0
     simulated: bool = False
+    followed: float = np.inf
 
     def loop(self, problem: Problem) -> TermsLoop:
         """The simulation of the terms for the records of a problem, in their window."""
@@ -218,15 +220,16 @@ def fit_terms(
     loop, z = replace(made[0], simulated=simulated), made[1]
     x = z[len(z) - loop.n_x :]
     ends = [_run(loop, x, z, STEPS[-1])]
-    start = z
+    start, followed = z, np.inf
     for narrower, steps in zip(windows(problem), STEPS, strict=True):
         if narrower <= sigma:
             break
         reached = _run(replace(loop, sigma=narrower, substeps=COARSE), x, start, steps)
         start = start if reached is None else reached.z
+        followed = narrower if reached is not None and reached.fitted <= EXPLAINS else followed
     ends.append(_run(loop, x, start, STEPS[-1]))
     done = [e for e in ends if e is not None]
-    return _made(loop, min(done, key=lambda e: e.cost)) if done else None
+    return replace(_made(loop, min(done, key=lambda e: e.cost)), followed=followed) if done else None
 
 
 def refit_terms(problem: Problem, found: Terms, iterations: int = STEPS[-1]) -> Terms:

@@ -20,11 +20,13 @@ from femend.physics import physics
 
 __all__ = [
     "Scored",
+    "Try",
     "are_told",
     "best_of",
     "better",
     "brings",
     "distinct",
+    "each_of",
     "fitted_together",
     "gained",
     "shows",
@@ -42,6 +44,8 @@ TOGETHER = 2
 
 # terms fitted together, with their score
 Scored = tuple[float, Terms]
+# terms to be fitted together, with the unknowns (n_p,) of the model they start from
+Try = tuple[Sequence[Term], FloatArray]
 
 
 def term_of(first: Searched, law: Ranked) -> Term:
@@ -72,12 +76,16 @@ def brings(first: Searched, fewer: Scored, more: Scored) -> bool:
     return gained(first, fewer[0] - more[0], fewer[1].chosen, fewer[1].prior, more[1])
 
 
-def best_of(first: Searched, tries: Sequence[tuple[Sequence[Term], FloatArray]]) -> Scored | None:
-    """The best of several sets of terms fitted together; `tries` holds the terms of each with the unknowns (n_p,) of
-    the model it starts from."""
+def each_of(first: Searched, tries: Sequence[Try]) -> list[Scored | None]:
+    """Several sets of terms, each fitted together."""
+    return [fitted_together(first, terms, p) for terms, p in tries]
+
+
+def best_of(first: Searched, tries: Sequence[Try], fitted: Sequence[Scored | None] | None = None) -> Scored | None:
+    """The best of several sets of terms, each `fitted` together, as `each_of` does where they are not yet."""
     best: Scored | None = None
-    for terms, p in tries:
-        best = better(first, best, fitted_together(first, terms, p))
+    for one in each_of(first, tries) if fitted is None else fitted:
+        best = better(first, best, one)
     if best is not None and len(tries) > 1:
         # once more from where the best came to: a descent that stopped short is no reason for another name
         reached = {(t.candidate.name, id(t.located.place)): t for t in best[1].terms}

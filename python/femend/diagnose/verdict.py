@@ -19,6 +19,7 @@ from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.plain_error import further_off, plain_errors, silenced
 from femend.diagnose.ranked import Ranked
+from femend.diagnose.shares import needed_share, share_explained
 from femend.diagnose.too_little import too_little
 from femend.diagnose.unmeasured import find_harmonic, find_unmeasured
 from femend.estimate import Fit
@@ -152,7 +153,7 @@ def _needed_update(found: Diagnosis) -> bool:
 
 def nothing_explains(found: Diagnosis) -> str:
     """What is told where something is missing that no law explains."""
-    told = "something is missing at the first place listed, but no law of the catalogue explains it"
+    told = f"something is missing at the first place listed, but {_nearest(found)}"
     if not depends_on_level(found.problem, found.null, found.located, found.settings):
         return told
     error = relative_errors(found.problem, found.null)
@@ -161,6 +162,19 @@ def nothing_explains(found: Diagnosis) -> str:
     return (
         f"{told}; it depends on the level: beyond the noise the updated model leaves {plain(100 * error[worst], 2)} % "
         f"of {names[worst]} and {plain(100 * error[best], 2)} % of {names[best]}, which no linear model does"
+    )
+
+
+def _nearest(found: Diagnosis) -> str:
+    """How far the best law is from an explanation."""
+    best = found.ranked[0] if found.ranked else None
+    needed = needed_share(found.null_chosen.chosen, found.settings)
+    share = 0.0 if best is None else share_explained(found.null_score, best, found.ranked, found.n_values)
+    if best is None or not adequate(found, best) or not found.settings.partly <= share < needed:
+        return "no law of the catalogue explains it"
+    return (
+        f"the best law, {best.name} at {best.located.place.text}, takes away {plain(100 * share, 2)} % of what is "
+        f"wrong with the updated model, and a name needs {plain(100 * needed, 2)} %"
     )
 
 

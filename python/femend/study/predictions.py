@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from femend.data import FRF, Channel, Recording, Test, TimeData
 from femend.data.bands import within_band
 from femend.diagnose import Diagnosis
+from femend.diagnose.spread import Spread, spread
 from femend.diagnose.stages import STAGES, stages
 from femend.estimate import FitRecord
 from femend.estimate.frf import ORDER
@@ -39,7 +40,7 @@ class Prediction:
     Time records: (n_out, n) at step `dt`, each row in the quantity and unit of its channel. FRFs: (n_freq, n_out, n_in)
     of the recording's own kind at the recording's lines above 0 Hz, which `frf` holds, and `dt` 0; their errors count
     in the `band` (Hz) of the diagnosis. Sensors at positions `left_out` were left out of the fit, and do not count in
-    errors.
+    errors. `spread` is how far the final one is told, of recordings that were not fitted to laws that are nonlinear.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Prediction:
     frf: FRF | None = None
     band: tuple[float, float] = (0.0, np.inf)
     left_out: frozenset[int] = frozenset()
+    spread: Spread | None = None
 
     def as_data(self, stage: str) -> TimeData | FRF:
         """The responses of a stage as time data, or as FRFs."""
@@ -135,7 +137,12 @@ def predict_all(
         if own is None:
             own = _inputs_only(recording, model, pairing, replace(records[0], **_outputs(sensors, model, pairing)))
         moved, left_out = _moved(diagnosis, own, sensors), _left_out(diagnosis, own)
-        done.append(Prediction(recording.name, recording.role, own.dt, sensors, moved, measured, left_out=left_out))
+        apart = None if recording.role == "fit" else spread(diagnosis, own)
+        done.append(
+            Prediction(
+                recording.name, recording.role, own.dt, sensors, moved, measured, left_out=left_out, spread=apart
+            )
+        )
     return done
 
 

@@ -50,8 +50,8 @@ def result_of(
 
     To `warnings`, those of the recordings' channels, it adds where the force acts that nobody recorded, by how much it
     was recorded late, which lines the mesh cannot represent, which sensors were left out and what others may be off by,
-    on what laws were chosen if there was but one recording, what the recorder did not filter, and what the excitation
-    cannot tell.
+    on what laws were chosen if there was but one recording, which predictions hang on little, what the recorder did not
+    filter, and what the excitation cannot tell.
     """
     warnings = [
         *warnings,
@@ -61,6 +61,7 @@ def result_of(
         *_left_out(diagnosis),
         *_doubted(diagnosis, predictions),
         *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
+        *filter(None, [p.spread.text(p.name) for p in predictions if p.spread is not None]),
         *diagnosis.problem.recorder.warnings,
     ]
     warnings += untold(records)
