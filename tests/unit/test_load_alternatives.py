@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from femend.diagnose.calibration import CALIBRATION
+from femend.diagnose.loads import LoadFinding
 from femend.diagnose.settings import Settings
-from femend.study.findings import _load_alternatives
+from femend.study.findings import _finding, _load_alternatives, _load_finding
 
 
 def told(physics: str, costs: dict[str, float], force: Any = None) -> dict[str, float]:
@@ -38,3 +39,27 @@ def test_the_other_one_has_half_of_the_probability_where_both_fit_alike() -> Non
 )
 def test_elsewhere_nothing_else_is_told(physics: str, costs: dict[str, float], force: Any) -> None:
     assert told(physics, costs, force) == {}
+
+
+def test_a_misplaced_force_keeps_where_it_was_recorded() -> None:
+    records = [SimpleNamespace(in_rows=np.array([8]), in_signs=np.array([-1.0]))] * 2
+    model = SimpleNamespace(node_ids=np.array([1217, 2017]), units="SI")
+    parts = {"problem": SimpleNamespace(records=records), "reduced": SimpleNamespace(model=model), "place": None}
+    load = cast(
+        LoadFinding,
+        SimpleNamespace(
+            physics="load_misplaced", nodes=(1217,), direction="+Z", force=None,
+            values={"node": (1217, ""), "direction": ("+Z", "")},
+        ),
+    )  # fmt: skip
+    found = _load_finding(cast(Any, SimpleNamespace(**parts)), load)
+    assert found["recorded"] == [{"node": 2017, "direction": "-Z"}]
+
+
+def test_laws_tried_in_vain_share_what_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("femend.study.findings._location", lambda *_: {"also_possible": []})
+    diagnosis = cast(Any, SimpleNamespace(rival=None))
+    found = _finding(diagnosis, cast(Any, None), None, {"joint_stiffness": 0.9, "added_mass": 0.05})
+    assert (found["physics"], found["probability"]) == ("", 0.0)
+    assert [a["physics"] for a in found["alternatives"]] == ["joint_stiffness", "added_mass"]
+    assert 0 < sum(a["probability"] for a in found["alternatives"]) <= 1 - CALIBRATION.surest

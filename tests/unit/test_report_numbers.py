@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from femend.cli.summary import summary
 from femend.report import words
 from femend.report.headline import headline
 from femend.report.numbers import factor_as_percent, pretty_unit, quantity, ratio, significant
@@ -150,11 +151,65 @@ def test_a_model_that_leaves_more_than_noise_is_not_said_to_explain_the_recordin
     result = {"verdict": "parameters-only", "findings": [], "fit": [row], "parameters": {"E": {"factor": 0.9}}}
     assert headline(result) == (
         "Nothing at one place is missing as far as these recordings tell, but the model once updated (E −10.0 %) "
-        "leaves an error of 0.060 on the fitted recordings where noise is 0.020: its mesh or idealisation is off, or "
-        "more than one thing is missing."
+        "leaves an error of 0.060 on low where noise is 0.020: its mesh or idealisation is off, or more than one thing "
+        "is missing."
     )
     little = {**result, "fit": [{**row, "parameters": 0.025, "final": 0.025}]}
     assert headline(little).startswith("Nothing is missing: the model explains the recordings once updated")
+
+
+@pytest.mark.parametrize("verdict", ["consistent", "parameters-only"])
+def test_an_unseen_recording_does_not_hide_what_the_fitted_ones_leave(verdict: str) -> None:
+    """One held out has no noise floor: the worst of the fitted ones says whether the model explains them."""
+    rows = [
+        {"recording": "low", "role": "fit", "noise_floor": 0.05, "nominal": 1.2, "parameters": 0.06},
+        {"recording": "high", "role": "fit", "noise_floor": 0.02, "nominal": 1.2, "parameters": 0.05},
+        {"recording": "val", "role": "validate", "noise_floor": None, "nominal": 1.38, "parameters": 0.09},
+    ]
+    said = headline({"verdict": verdict, "findings": [], "fit": rows})
+    assert said.startswith("Nothing at one place is missing as far as these recordings tell, but the model")
+    assert "leaves an error of 0.050 on high where noise is 0.020" in said
+    assert said.endswith("; prediction error on unseen recordings 1.38 → 0.09.")
+    near = [{**row, "parameters": 0.025} for row in rows]
+    assert headline({"verdict": verdict, "findings": [], "fit": near}).startswith("Nothing is missing: the model")
+
+
+def test_a_place_without_a_name_is_most_likely_and_its_laws_have_no_percentage() -> None:
+    finding = {
+        "physics": "", "probability": 0.0, "parameters": {},
+        "location": {"nodes": [34, 44], "to": "44", "direction": "", "also_possible": [[12]]},
+        "alternatives": [{"physics": "tuned_absorber", "probability": 0.047}],
+    }  # fmt: skip
+    row = {"recording": "v", "role": "validate", "nominal": 1.08, "parameters": 0.04, "final": 0.04}
+    result = {"verdict": "located-not-named", "findings": [finding], "fit": [row]}
+    assert headline(result) == (
+        "The model lacks something, most likely between nodes 34 and 44, but no law tried explains it well enough to "
+        "be named; prediction error on unseen recordings 1.08 → 0.04 by updating its parameters."
+    )
+    alone = {**finding, "location": {"nodes": [34, 44], "direction": ""}}
+    assert "most likely between" in headline({**result, "findings": [alone]})
+    known = {**alone, "class": "hardening"}
+    assert "lacks a force (hardening) between" in headline({**result, "findings": [known]})
+    said = summary(result)
+    assert "certainty no name: none of the laws tried explains it well enough" in said
+    assert "nearest laws tried: attached oscillator (tuned absorber)\n" in said
+    assert "among the hypotheses" not in said
+
+
+def test_a_tentative_name_is_most_likely_missing() -> None:
+    finding = {"physics": "added_mass", "probability": 0.4, "location": {"nodes": [6], "direction": "Z"}}
+    said = headline({"verdict": "missing-physics", "findings": [finding]})
+    assert said == "Most likely missing: added mass at node 6 in Z."
+    named = words.considered_text({**finding, "alternatives": [{"physics": "clearance", "probability": 0.3}]})
+    assert named == "also considered: contact with a gap (30 %)"
+
+
+def test_a_misplaced_force_without_its_record_says_where_it_acts() -> None:
+    acts = {"node": {"value": 6}, "direction": {"value": "-Z"}}
+    finding = {"physics": "load_misplaced", "parameters": acts, "location": {"nodes": [6], "direction": "Z"}}
+    said = headline({"verdict": "missing-physics", "findings": [finding]})
+    assert said == "The recorded force acts at node 6 in -Z."
+    assert words.how_much(finding) == []
 
 
 def test_the_headline_of_a_law_that_explains_most_says_so() -> None:

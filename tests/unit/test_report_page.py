@@ -52,7 +52,10 @@ def test_missing_physics_says_what_where_how_much_and_how_sure() -> None:
             "the model as given explains the recordings (error on unseen recordings 0.016, noise 0.011)",
         ),
         ("parameters-only", "once updated (E_beams −6.0 %, E_columns +3.0 %)"),
-        ("located-not-named", "The model lacks a nonlinear elastic force at node 4 in Z, to ground, but no law tried"),
+        (
+            "located-not-named",
+            "The model lacks a nonlinear elastic force, most likely at node 4 in Z, to ground, but no law tried",
+        ),
         ("undetermined", "The recordings cannot tell whether something is missing"),
     ],
 )
@@ -61,6 +64,28 @@ def test_every_verdict_has_its_sentence(verdict: str, words: str) -> None:
     assert words in page.text
     advice = result(verdict)["advice"]
     assert advice in page.text
+
+
+def test_a_place_without_a_name_has_no_certainty_and_names_the_nearest_laws() -> None:
+    said = result("located-not-named")
+    nearest = {"physics": "joint_stiffness", "probability": 0.048}
+    said["findings"] = [{**said["findings"][0], "physics": "", "probability": 0.0, "alternatives": [nearest]}]
+    page = Page(render(dataclasses.replace(content("located-not-named"), result=said)))
+    assert "No name: none of the laws tried explains it well enough." in page.text
+    assert "Nearest laws tried: flexible joint or weakened member." in page.text
+    assert "0 % among" not in page.text
+
+
+def test_a_force_recorded_elsewhere_says_both_places_once() -> None:
+    said = result("missing-physics")
+    finding = {
+        "physics": "load_misplaced", "probability": 0.95, "location": {"nodes": [6], "direction": "Z"},
+        "parameters": {"node": {"value": 6}, "direction": {"value": "+Z"}},
+        "recorded": [{"node": 8, "direction": "+X"}],
+    }  # fmt: skip
+    page = Page(render(dataclasses.replace(content(), result={**said, "findings": [finding]})))
+    assert "The force recorded at node 8 in +X acts at node 6 in +Z; prediction error" in page.text
+    assert "direction +Z" not in page.text
 
 
 def test_warnings_stand_above_the_picture() -> None:

@@ -29,11 +29,10 @@ def summary(result: Mapping[str, Any]) -> str:
         if len(findings) > 1:  # else the headline says it
             name = words.physics_name(str(finding.get("physics", "")), words.mapping(finding.get("parameters")))
             parts.append(f"finding   {name} {words.place_text(words.mapping(finding.get('location')))}")
-        parts.append(f"certainty {words.certainty(words.number(finding.get('probability')))}")
-        physics = str(finding.get("physics", ""))
-        for key, entry in words.by_importance(words.mapping(finding.get("parameters"))):
-            name, value = words.parameter_text(key, entry, physics)
-            parts.append(f"          {name} {value}")
+        parts.append(f"certainty {words.sure_text(finding)}")
+        if words.is_unnamed(finding) and (nearest := words.considered_text(finding)):
+            parts.append(f"          {nearest}")
+        parts += [f"          {name} {value}" for name, value in words.how_much(finding)]
         location = words.mapping(finding.get("location"))
         also = location.get("also_possible") or ()
         span = words.span_text(location)

@@ -13,17 +13,27 @@ from typing import Any
 
 from femend.report.entries import Result, mapping, number, rows
 from femend.report.mode_words import FrequencyErrors, frequency_errors
+from femend.report.noise import BEYOND_NOISE, farthest_from_noise
 from femend.report.numbers import factor_as_percent, ratio
 from femend.report.vocabulary import PHYSICS
-from femend.report.words import by_importance, parameter_text, physics_name, place_text, verdict_name
+from femend.report.words import (
+    TENTATIVE,
+    by_importance,
+    misplaced_text,
+    parameter_text,
+    physics_name,
+    place_text,
+    sentence,
+    verdict_name,
+)
 
-__all__ = ["BEYOND_NOISE", "INTERRUPTED", "ErrorGain", "final_error", "headline"]
+__all__ = ["INTERRUPTED", "ErrorGain", "final_error", "headline"]
 
+# what errors are of
+UNSEEN, FITTED = "unseen recordings", "the fitted recordings"
 _CHANGED = {"parameters": "without and with the missing term", "nominal": "model as given and final model"}
 # status of a run that was stopped before it could decide
 INTERRUPTED = "interrupted"
-# error of an updated model, in units of the noise, beyond which it cannot be said to explain the recordings
-BEYOND_NOISE = 1.5
 
 
 @dataclass(frozen=True)
@@ -42,7 +52,7 @@ def error_gain(result: Result, before: str, after: str) -> ErrorGain | None:
 
     Those used for the fit speak where nothing was held out; None where no figures are given.
     """
-    for role, which in (("validate", "unseen recordings"), ("fit", "the fitted recordings")):
+    for role, which in (("validate", UNSEEN), ("fit", FITTED)):
         table = [r for r in rows(result.get("fit")) if r.get("role") == role]
         pairs = [(number(r.get(before)), number(r.get(after))) for r in table]
         known = [(b, a) for b, a in pairs if b is not None and a is not None]
@@ -60,10 +70,12 @@ def error_gain(result: Result, before: str, after: str) -> ErrorGain | None:
 
 
 def final_error(result: Result) -> ErrorGain | None:
-    """The gain that belongs to the verdict: of the added physics where there is a finding, else of the update."""
+    """The gain that belongs to the verdict: of the added physics where there is a finding that adds something, else of
+    the update."""
     if rows(result.get("findings")):
         gain = error_gain(result, "parameters", "final")
-        return gain or error_gain(result, "nominal", "parameters")
+        added = gain is not None and gain.after != gain.before
+        return (gain if added else error_gain(result, "nominal", "parameters")) or gain
     return error_gain(result, "nominal", "parameters") or error_gain(result, "nominal", "final")
 
 
@@ -77,20 +89,13 @@ def headline(result: Result) -> str:
         return _located(findings, result)
     if verdict in ("consistent", "parameters-only") and (by_modes := _by_modes(result)):
         return by_modes
+    if verdict in ("consistent", "parameters-only") and (left := _left(result)):
+        return left
     if verdict == "consistent":
         return "Nothing is missing: the model as given explains the recordings" + _level(result) + "."
     if verdict == "parameters-only":
-        updated = _updated(result)
-        gain = error_gain(result, "nominal", "parameters")
-        if gain is not None and gain.noise is not None and gain.after > BEYOND_NOISE * gain.noise:
-            return (
-                f"Nothing at one place is missing as far as these recordings tell, but the model{updated} leaves an "
-                f"error of {ratio(gain.after)} on {gain.which} where noise is {ratio(gain.noise)}: its mesh or "
-                "idealisation is off, or more than one thing is missing."
-            )
-        return (
-            f"Nothing is missing: the model explains the recordings{updated}{_gain(result, 'nominal', 'parameters')}."
-        )
+        gain = _gain(result, "nominal", "parameters")
+        return f"Nothing is missing: the model explains the recordings{_updated(result)}{gain}."
     if verdict == "undetermined" and result.get("status") == INTERRUPTED:
         fit = _gain(result, "nominal", "parameters")
         return f"Interrupted before it was decided whether something is missing; the parameters are updated{fit}."
@@ -101,6 +106,24 @@ def headline(result: Result) -> str:
     if verdict == "undetermined":
         return "The recordings cannot tell whether something is missing in the model."
     return f"{verdict_name(verdict)}." if verdict else "No verdict was reached."
+
+
+def _left(result: Result) -> str:
+    """The sentence for a model without findings that leaves more of a fitted recording than noise; empty for another
+    one. Recordings held out have no noise floor, so that they cannot say it."""
+    times, worst = farthest_from_noise(rows(result.get("fit")), "parameters")
+    if worst is None or times < BEYOND_NOISE:
+        return ""
+    consistent = result.get("verdict") == "consistent"
+    gain = error_gain(result, "nominal", "parameters")
+    unseen = _gain(result, "nominal", "parameters") if gain is not None and gain.which != FITTED else ""
+    return (
+        "Nothing at one place is missing as far as these recordings tell, but the model"
+        f"{', updated or not,' if consistent else _updated(result)} leaves an error of "
+        f"{ratio(number(worst.get('parameters')))} on {worst.get('recording')} where noise is "
+        f"{ratio(number(worst.get('noise_floor')))}: its mesh or idealisation is off, or more than one thing is "
+        f"missing{unseen}."
+    )
 
 
 def _updated(result: Result) -> str:
@@ -137,7 +160,17 @@ def _missing(findings: Sequence[Result], result: Result) -> str:
         ]
         what = physics_name(physics, parameters)
         parts.append(", ".join([f"{what} {place_text(mapping(finding.get('location')))}", *values]))
-    return f"Missing: {'; and '.join(parts)}{_gain(result, 'parameters', 'final')}."
+    gain = _gain(result, "parameters", "final")
+    if misplaced := misplaced_text(findings[0]):
+        return f"{sentence(misplaced)}{gain}."
+    lead = "Most likely missing" if any(map(_tentative, findings)) else "Missing"
+    return f"{lead}: {'; and '.join(parts)}{gain}."
+
+
+def _tentative(finding: Result) -> bool:
+    """Whether a finding is less likely than not by its own probability, where it has one."""
+    probability = number(finding.get("probability"))
+    return probability is not None and probability < TENTATIVE
 
 
 def _told(parameters: Mapping[str, Any], n_findings: int) -> list[tuple[str, Any]]:
@@ -151,7 +184,7 @@ def _told(parameters: Mapping[str, Any], n_findings: int) -> list[tuple[str, Any
 
 
 def _located(findings: Sequence[Result], result: Result) -> str:
-    finding, gain = findings[0], _gain(result, "parameters", "final")
+    finding, gain = findings[0], _final_gain(result)
     physics, place = str(finding.get("physics") or ""), place_text(mapping(finding.get("location")))
     what = physics_name(physics) if physics in PHYSICS else "something"
     if finding.get("class"):
@@ -160,7 +193,25 @@ def _located(findings: Sequence[Result], result: Result) -> str:
         do = "do not" if len(likeliest) > 1 else "does not"
         whole = "though together they" if len(likeliest) > 1 else "though it"
         return f"Likeliest missing: {'; and '.join(likeliest)}, {whole} {do} explain all that is left{gain}."
-    return f"The model lacks {what} {place}, but no law tried explains it well enough to be named{gain}."
+    where = f"{what}, most likely {place}" if _open(finding) else f"{what} {place}"
+    return f"The model lacks {where}, but no law tried explains it well enough to be named{gain}."
+
+
+def _open(finding: Result) -> bool:
+    """Whether the place of a finding is not to be stated as a fact: others are not told from it, or nothing that acts
+    there was found to explain the recordings."""
+    return bool(mapping(finding.get("location")).get("also_possible")) or (
+        not finding.get("class") and _tentative(finding)
+    )
+
+
+def _final_gain(result: Result) -> str:
+    """The errors of `final_error` in words; they say so where the update alone changed them."""
+    gain = final_error(result)
+    if gain is None:
+        return ""
+    added = gain.stage == _CHANGED["parameters"]
+    return _gain_text(gain) if added else f"{_gain_text(gain)} by updating its parameters"
 
 
 def _likeliest(findings: Sequence[Result]) -> list[str]:
@@ -177,9 +228,11 @@ def _is_law(finding: Result) -> bool:
 
 def _gain(result: Result, before: str, after: str) -> str:
     gain = error_gain(result, before, after)
-    if gain is None:
-        return ""
-    kind = "prediction error" if gain.which == "unseen recordings" else "error"
+    return "" if gain is None else _gain_text(gain)
+
+
+def _gain_text(gain: ErrorGain) -> str:
+    kind = "prediction error" if gain.which == UNSEEN else "error"
     decimals = 2 if min(gain.before, gain.after) >= 0.0095 else 3
     return f"; {kind} on {gain.which} {gain.before:.{decimals}f} → {gain.after:.{decimals}f}"
 

@@ -33,7 +33,7 @@ def render(content: ReportContent) -> str:
     from markupsafe import Markup
 
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
-    environment.filters.update(svg=Markup, ratio=ratio, significant=significant, percent=_percent)
+    environment.filters.update(svg=Markup, ratio=ratio, significant=significant, percent=words.percent)
     template = environment.from_string(asset("report.html.j2"))
     mesh = viewer_data(content)
     traces, used = _drawn(content.traces, trace_figure, _FIGURE_BYTES * 2 // 5)
@@ -90,30 +90,28 @@ def _findings(result: Mapping[str, Any]) -> list[dict[str, Any]]:
         location = words.mapping(finding.get("location"))
         parameters = words.mapping(finding.get("parameters"))
         physics = str(finding.get("physics") or "")
-        alternatives = [
-            f"{words.physics_name(str(a.get('physics', '')))} ({_percent(a.get('probability'))})"
-            for a in words.rows(finding.get("alternatives"))
-        ]
         span = words.span_text(location)
         also = [] if span else [words.nodes_text(place) for place in location.get("also_possible") or ()]
         configurations = [str(c) for c in finding.get("configurations") or ()]
         shown.append(
             {
-                "what": words.physics_name(physics, parameters) if physics else "no name",
+                "what": words.sentence(words.misplaced_text(finding)) or _name(physics, parameters),
                 "where": words.place_text(location),
-                "sure": words.certainty(finding.get("probability")),
+                "sure": words.sentence(words.sure_text(finding)),
                 "span": span,
                 "also": also[:6],
                 "also_more": max(0, len(also) - 6),
                 "sensor": words.sentence(words.sensor_text(location)) if also else "",
-                "alternatives": alternatives[:3],
-                "values": [
-                    words.parameter_text(k, v, physics) for k, v in words.by_importance(parameters) if k != "sides"
-                ],
+                "considered": words.sentence(words.considered_text(finding)),
+                "values": [row for row in words.how_much(finding) if row[0] != "sides"],
                 "configurations": [] if configurations == ["as modelled"] else configurations,
             }
         )
     return shown
+
+
+def _name(physics: str, parameters: Mapping[str, Any]) -> str:
+    return words.physics_name(physics, parameters) if physics else "no name"
 
 
 def _fit_rows(result: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -137,7 +135,7 @@ def _law_rows(laws: Sequence[LawRow]) -> list[dict[str, Any]]:
             "n": law.n_parameters,
             "fit": significant(law.misfit_fit),
             "choose": significant(law.misfit_choose),
-            "probability": _percent(law.probability),
+            "probability": words.percent(law.probability),
             "remark": law.remark,
             "chosen": law.chosen,
         }
@@ -198,16 +196,6 @@ def _unbroken(text: str) -> str:
 def _digits(value: Any, decimals: int) -> str:
     known = words.number(value)
     return "–" if known is None else f"{known:.{decimals}f}"
-
-
-def _percent(probability: Any) -> str:
-    """A probability: "93 %", "< 1 %", or an en dash."""
-    value = words.number(probability)
-    if value is None:
-        return "–"
-    if value < 0.01:
-        return "< 1 %"
-    return "> 99 %" if value > 0.99 else f"{value * 100:.0f} %"
 
 
 def _script_json(data: Any) -> str:

@@ -15,19 +15,31 @@ from femend.report.numbers import pretty_unit, quantity
 from femend.report.vocabulary import DIRECTIONS, PARAMETERS, PHYSICS, VERDICTS
 
 __all__ = [
+    "TENTATIVE",
     "by_importance",
     "certainty",
+    "considered_text",
+    "how_much",
+    "is_unnamed",
     "mapping",
+    "misplaced_text",
     "nodes_text",
     "number",
     "parameter_text",
+    "percent",
     "physics_name",
     "place_text",
     "rows",
     "sentence",
     "span_text",
+    "sure_text",
     "verdict_name",
 ]
+
+# probability of a finding below which it is called tentative
+TENTATIVE = 0.5
+# laws that are listed beside a finding
+CONSIDERED = 3
 
 
 def verdict_name(verdict: str) -> str:
@@ -149,8 +161,72 @@ def certainty(probability: float | None) -> str:
         return "no probability given"
     if probability >= 0.99:
         return "more than 99 % among the hypotheses tried"
-    word = "" if probability >= 0.8 else ", tentative" if probability < 0.5 else ", not certain"
+    word = "" if probability >= 0.8 else ", tentative" if probability < TENTATIVE else ", not certain"
     return f"{probability * 100:.0f} % among the hypotheses tried{word}"
+
+
+def is_unnamed(finding: Mapping[str, Any]) -> bool:
+    """Whether a finding is a place without a name: no law, or a free force of which a class alone is told."""
+    return not finding.get("physics") or bool(finding.get("class"))
+
+
+def sure_text(finding: Mapping[str, Any]) -> str:
+    """How sure a finding is, in words; of one without a name, that it has none.
+
+    >>> sure_text({"physics": "", "probability": 0.0})
+    'no name: none of the laws tried explains it well enough'
+    """
+    if is_unnamed(finding):
+        return "no name: none of the laws tried explains it well enough"
+    return certainty(number(finding.get("probability")))
+
+
+def considered_text(finding: Mapping[str, Any]) -> str:
+    """What else was considered: "also considered: cubic stiffness (5 %)", or the nearest laws of a finding without a
+    name, of which no probability is told; empty where there is none."""
+    others = [
+        (physics_name(str(a.get("physics", ""))), percent(a.get("probability")))
+        for a in rows(finding.get("alternatives"))[:CONSIDERED]
+    ]
+    if not others:
+        return ""
+    if is_unnamed(finding):
+        return f"nearest laws tried: {', '.join(name for name, _ in others)}"
+    return f"also considered: {', '.join(f'{name} ({share})' for name, share in others)}"
+
+
+def misplaced_text(finding: Mapping[str, Any]) -> str:
+    """Where a force that was recorded elsewhere acts; empty for another finding.
+
+    >>> acts = {"node": {"value": 1217}, "direction": {"value": "+Z"}}
+    >>> found = {"physics": "load_misplaced", "parameters": acts, "recorded": [{"node": 2017, "direction": "+Z"}]}
+    >>> misplaced_text(found)
+    'the force recorded at node 2017 in +Z acts at node 1217 in +Z'
+    """
+    acts = mapping(finding.get("parameters"))
+    if finding.get("physics") != "load_misplaced" or number(acts.get("node")) is None:
+        return ""
+    recorded = " and ".join(f"node {r.get('node')} in {r.get('direction')}" for r in rows(finding.get("recorded")))
+    force = f"the force recorded at {recorded}" if recorded else "the recorded force"
+    return f"{force} acts at node {number(acts['node']):.0f} in {mapping(acts.get('direction')).get('value')}"
+
+
+def how_much(finding: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Names and values of a finding's parameters; none of a misplaced load, whose place is what it is about."""
+    if misplaced_text(finding):
+        return []
+    physics, parameters = str(finding.get("physics") or ""), mapping(finding.get("parameters"))
+    return [parameter_text(name, entry, physics) for name, entry in by_importance(parameters)]
+
+
+def percent(probability: Any) -> str:
+    """A probability: "93 %", "< 1 %", or an en dash."""
+    value = number(probability)
+    if value is None:
+        return "–"
+    if value < 0.01:
+        return "< 1 %"
+    return "> 99 %" if value > 0.99 else f"{value * 100:.0f} %"
 
 
 def by_importance(parameters: Mapping[str, Any]) -> list[tuple[str, Any]]:

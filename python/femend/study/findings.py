@@ -15,6 +15,7 @@ from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import Located
 from femend.diagnose.next_sensor import next_sensor
 from femend.diagnose.ranked import Ranked, tempered
+from femend.dof import Dof
 from femend.model import Place
 from femend.model.places import Topology, stretches, topology
 from femend.physics import FitCoordinates, physics
@@ -63,7 +64,7 @@ def _load_finding(diagnosis: Diagnosis, load: LoadFinding) -> dict[str, Any]:
         for name, (v, unit) in load.values.items()
     }
     others = _load_alternatives(diagnosis, load)
-    return {
+    found = {
         "physics": load.physics,
         "probability": round(CALIBRATION.surest - sum(others.values()), 3),
         "location": location,
@@ -71,6 +72,15 @@ def _load_finding(diagnosis: Diagnosis, load: LoadFinding) -> dict[str, Any]:
         "alternatives": alternatives(others),
         "configurations": ["as modelled"],
     }
+    return {**found, "recorded": _recorded(diagnosis)} if load.physics == "load_misplaced" else found
+
+
+def _recorded(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Nodes and directions at which the force was recorded, each once."""
+    nodes = diagnosis.reduced.model.node_ids
+    rows = [zip(r.in_rows.tolist(), r.in_signs.tolist(), strict=True) for r in diagnosis.problem.records]
+    dofs = dict.fromkeys(Dof(int(nodes[row // 6]), row % 6 + 1, int(sign)) for of_it in rows for row, sign in of_it)
+    return [{"node": dof.node, "direction": dof.direction} for dof in dofs]
 
 
 def _load_alternatives(diagnosis: Diagnosis, load: LoadFinding) -> dict[str, float]:
@@ -92,9 +102,12 @@ def _load_alternatives(diagnosis: Diagnosis, load: LoadFinding) -> dict[str, flo
 def _finding(
     diagnosis: Diagnosis, place: Located, best: Candidate | None, probabilities: dict[str, float]
 ) -> dict[str, Any]:
-    """One name (or none) at one place, with the laws that are as likely."""
+    """One name (or none) at one place, with the laws that are as likely; of those tried in vain what is left of being
+    sure that it is none of them."""
     name = best.name if best is not None else ""
     named = probabilities.pop(name, 0.0)
+    if best is None or diagnosis.rival is not None:
+        probabilities = {law: p * (1.0 - CALIBRATION.surest) for law, p in probabilities.items()}
     where = _location(diagnosis, place)
     open_place = bool(where["also_possible"])
     found = {
@@ -157,8 +170,8 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
         "direction": place.place.direction,
         "also_possible": others[:ALSO],
     }
-    if place.place.kind == "region":
-        # of what the factor is; the nodes are its corners
+    if place.place.kind in ("region", "connection"):
+        # of what the factor is; the nodes are the corners of a region
         said["elements"] = list(diagnosis.reduced.model.drawn_elements(place.place.elements))
     # with several effects the force at one place is not what its fit says
     sensor = None if diagnosis.further is not None else _next_sensor(diagnosis, place, rivals[:ALSO])

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from femend.numerals import plain
-from femend.report.headline import BEYOND_NOISE
+from femend.report.noise import BEYOND_NOISE, farthest_from_noise
 
 __all__ = ["left_beside", "left_over"]
 
@@ -18,7 +18,7 @@ def left_over(verdict: str, fit: Sequence[Mapping[str, Any]]) -> str:
     """What has to be said beside silence where the updated model leaves clearly more than noise."""
     if verdict not in ("consistent", "parameters-only"):
         return ""
-    times, worst = _farthest(fit, "parameters")
+    times, worst = farthest_from_noise(fit, "parameters")
     if worst is None or times < BEYOND_NOISE:
         return ""
     return (
@@ -31,7 +31,7 @@ def left_over(verdict: str, fit: Sequence[Mapping[str, Any]]) -> str:
 def left_beside(verdict: str, fit: Sequence[Mapping[str, Any]]) -> str:
     """What has to be said beside laws that leave much of a recording: what chose them may not show all that is
     there."""
-    times, worst = _farthest(fit, "final")
+    times, worst = farthest_from_noise(fit, "final")
     if verdict != "missing-physics" or worst is None or times < BESIDE_LAWS:
         return ""
     return (
@@ -39,11 +39,3 @@ def left_beside(verdict: str, fit: Sequence[Mapping[str, Any]]) -> str:
         f"{plain(times, 2)} times its noise: something else that was not found shows there, or motion that depends on "
         "its past too much to be followed; predictions of such recordings are that far off"
     )
-
-
-def _farthest(fit: Sequence[Mapping[str, Any]], stage: str) -> tuple[float, Mapping[str, Any] | None]:
-    """The fitted recording of which a stage leaves most, in units of its noise, and how much; None where there is
-    none."""
-    rows = [row for row in fit if row["role"] == "fit" and row["noise_floor"] and row[stage]]
-    worst = max(rows, key=lambda row: float(row[stage] / row["noise_floor"]), default=None)
-    return (0.0, None) if worst is None else (float(worst[stage] / worst["noise_floor"]), worst)

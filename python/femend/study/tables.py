@@ -69,8 +69,10 @@ def laws(diagnosis: Diagnosis) -> tuple[LawRow, ...]:
         rows.insert(0, _row("free form", where, free.candidate, None, "a smooth force, no law", True))
     quiet = diagnosis.verdict in ("consistent", "parameters-only")
     rows.append(_row("none", "", diagnosis.null_chosen, max(0.0, 1.0 - sum(probability)), "", quiet))
-    # among some of the laws no probability says anything
-    return tuple(replace(row, probability=None) for row in rows) if diagnosis.interrupted else tuple(rows)
+    # among some of the laws, or laws of which none is it, no probability says anything
+    nameless = diagnosis.verdict == "located-not-named" and (diagnosis.best is None or free is not None)
+    silent = diagnosis.interrupted or nameless
+    return tuple(replace(row, probability=None) for row in rows) if silent else tuple(rows)
 
 
 def _finite(ranked: Ranked) -> bool:
