@@ -15,7 +15,7 @@ from femend.report import words
 from femend.report.content import Check, FrfOverlay, LawRow, ParameterRow, Picture, ReportContent, TimeOverlay
 from femend.study.picture import markers, mesh_picture
 from femend.study.predictions import STAGES
-from femend.study.staged_pictures import staged_pictures
+from femend.study.staged_pictures import not_drawn, staged_pictures
 from femend.units import unit_system
 
 if TYPE_CHECKING:
@@ -78,13 +78,20 @@ def staged_content(run: StagedRun, info: dict[str, Any]) -> ReportContent:
 
 
 def _pictures(run: StagedRun) -> tuple[Picture, ...]:
-    found = []
-    for name, caption, figure in staged_pictures(run):
+    """The pictures as they are printed; those that cannot be drawn are told among the result's warnings."""
+    found: list[Picture] = []
+    told: list[str] = []
+    for name, caption, figure in staged_pictures(run, told):
         if name == "frf":  # the page draws them itself
             continue
         buffer = BytesIO()
-        figure.savefig(buffer, format="png", dpi=DPI)
+        try:
+            figure.savefig(buffer, format="png", dpi=DPI)
+        except Exception as error:
+            told.append(not_drawn(caption, error))
+            continue
         found.append(Picture(caption, buffer.getvalue()))
+    run.result["warnings"] = [*run.result["warnings"], *told]
     return tuple(found)
 
 

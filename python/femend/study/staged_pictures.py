@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from femend.diagnose.staged import Stage
     from femend.study.staged_run import StagedRun
 
-__all__ = ["PICTURES", "staged_pictures"]
+__all__ = ["PICTURES", "not_drawn", "staged_pictures"]
 
 FloatArray = NDArray[np.float64]
 
@@ -32,18 +32,34 @@ FloatArray = NDArray[np.float64]
 ABOVE = 1.15
 # step of the sensitivities, in the logarithm of an unknown; rows and columns that are shown
 STEP, MODES_SHOWN, UNKNOWNS_SHOWN = 1e-3, 12, 14
+# samples of a spectrum over the speed, so many at least, and how many such pieces stand end to end in a run at least
+PIECE, LEAST_PIECE, FEWEST_PIECES = 256, 16, 4
 # points between axes and title where a legend or the orders stand
 PAD = 20.0
 STATUS = ("new", "freq", "zeta", "stable")
 
 
-def staged_pictures(run: StagedRun) -> Iterator[tuple[str, str, Figure]]:
-    """(name, caption, figure) of every picture that the run's recordings allow."""
+def staged_pictures(run: StagedRun, told: list[str] | None = None) -> Iterator[tuple[str, str, Figure]]:
+    """(name, caption, figure) of every picture that the run's recordings allow; one that cannot be drawn is left out,
+    and `told` says so."""
     with plots.paper_style():
         for name, (caption, draw) in PICTURES.items():
-            made = draw(run)
+            try:
+                made = draw(run)
+            except Exception as error:  # no picture is worth a finished diagnosis
+                if told is not None:
+                    told.append(not_drawn(caption, error))
+                continue
             if made is not None:
                 yield name, caption, made
+
+
+def not_drawn(caption: str, error: Exception) -> str:
+    """That a picture is left out, and why."""
+    return (
+        f'the picture "{caption.split(":")[0]}" could not be drawn and is left out of the report '
+        f"({type(error).__name__}: {error}); nothing else depends on it"
+    )
 
 
 def _identifying(run: StagedRun) -> list[Stage]:
@@ -140,9 +156,13 @@ def campbell(run: StagedRun) -> Figure | None:
     row = int(np.argmax((result.data.y**2).sum(axis=1)))
     _, lam, _ = _shapes(run, configuration)
     modes = np.abs(lam) / (2 * np.pi)
+    # a short run has shorter pieces, so that there are some to go over
+    piece = min(PIECE, result.data.y.shape[1] // FEWEST_PIECES)
+    if piece < LEAST_PIECE:
+        return None
     made = plots.figure("page", 75, 1, 2)
     for axis, y, what in zip(list(made.axes), (result.data.y, result.predicted), ("recorded", "computed")):
-        f, t, S = map(np.asarray, spectrogram(y[row], 1 / result.data.dt, nperseg=256, noverlap=192))
+        f, t, S = map(np.asarray, spectrogram(y[row], 1 / result.data.dt, nperseg=piece, noverlap=3 * piece // 4))
         rpm = 60 * np.interp(t, result.data.dt * np.arange(y.shape[1]), result.data.rev_per_s)
         order = np.argsort(rpm)
         keep = order[np.concatenate([[True], np.diff(rpm[order]) > 0])]

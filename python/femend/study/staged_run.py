@@ -133,6 +133,8 @@ def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: Staged
         if not fit:
             fact = 'no recording has role = "fit"; at least one is needed to estimate anything'
             raise StudyError(fact, key="recording")
+        if data.left_out:
+            raise RecordingError(f"nothing to fit is left: {'; '.join(data.left_out)}", recording=fit[0].name)
         said = f'recording {fit[0].name!r} has excitation = "{fit[0].excitation}"'
         raise RecordingError(
             f"{said} and no mode could be identified in it, so that nothing can be estimated; record longer, or give "
@@ -154,12 +156,14 @@ def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: Staged
 
 
 def _write(run: StagedRun, out: Path, info: RunInfo) -> None:
+    # first, since pictures that cannot be drawn are told among the warnings
+    content = staged_content(run, info.as_dict())
     with OutputDirectory(out) as folder:
         (folder / "result.json").write_text(json.dumps(run.result, indent=2) + "\n", encoding="utf-8")
         write_predictions(folder, run.predictions)
         _write_deck(run, folder)
         info.write(folder / "run.json")
-        (folder / "report.html").write_text(render(staged_content(run, info.as_dict())), encoding="utf-8")
+        (folder / "report.html").write_text(render(content), encoding="utf-8")
 
 
 def _write_deck(run: StagedRun, folder: Path) -> None:

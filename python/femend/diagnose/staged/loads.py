@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.staged.prepare import ModesData, RunData, unbalance_of
+from femend.diagnose.staged.run_modes import mode_lines
 from femend.diagnose.staged.setup import Setup, carried
 from femend.errors import LoadError
 from femend.estimate.joint import (
@@ -36,10 +37,12 @@ from femend.model.linear_terms import LinearTerm
 from femend.model.unknowns import Unknowns
 
 __all__ = [
+    "FEWEST_LINES",
     "LEAD",
     "RunResult",
     "fit_run",
     "ods_lines",
+    "ods_lines_of",
     "ods_width",
     "predicted_ods",
     "shapes_block",
@@ -52,6 +55,9 @@ ComplexArray = NDArray[np.complex128]
 # lines of the operating shapes: spacing in Hz as a share of the highest speed, the window each is averaged over, and
 # the share of the speed range that is used (at its ends the record is cut)
 SPACING, WINDOW, FROM, TO = 0.01, 0.004, 1.25, 0.97
+# a run through few speeds has lines closer to each other, so many, as far as its length tells them apart; forces are
+# not told from fewer
+FEWEST_LINES = 12
 # a shaft that was running already did so for this long (s), and what the record's first seconds look like then
 LEAD, FIRST = 10.0, 5.0
 # else its force set in with the record over one of these times (s); squares by which that must be better
@@ -101,9 +107,16 @@ class RunResult:
 
 def ods_lines(data: RunData) -> OdsFrf:
     """Operating shapes of a run on even lines between its lowest and highest speed."""
-    low, high = data.rev_per_s.min(), data.rev_per_s.max()
-    freq = np.arange(FROM * low, TO * high, SPACING * high)
-    return ods_frf(data.run, data.y, freq, ods_width(data))
+    return ods_frf(data.run, data.y, ods_lines_of(data), ods_width(data))
+
+
+def ods_lines_of(data: RunData) -> FloatArray:
+    """Lines (K,) in Hz of a run's operating shapes; none where the speed is held."""
+    low, high = float(data.rev_per_s.min()), float(data.rev_per_s.max())
+    span = TO * high - FROM * low
+    closest = mode_lines(data)[1]
+    spacing = min(SPACING * high, max(span / FEWEST_LINES, closest))
+    return np.arange(FROM * low, TO * high, spacing)
 
 
 def ods_width(data: RunData) -> float:

@@ -212,7 +212,7 @@ class RunData:
         width = max(3, int(round(STRETCH / self.dt)))
         local = np.sqrt(np.convolve(np.pad(z**2, width // 2, "edge"), np.ones(width) / width, "same"))
         local = local[width // 2 : width // 2 + len(z)]
-        around = signal.medfilt(local, 2 * int(round(3.0 / self.dt)) + 1)
+        around = signal.medfilt(local, 2 * min(int(round(3.0 / self.dt)), (len(local) - 1) // 2) + 1)
         excess = local / np.maximum(around, np.median(local))
         slips = self.slips * np.where(excess > SLIP, excess**2, 1.0)
         return replace(self, slips=slips)

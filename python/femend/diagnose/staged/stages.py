@@ -36,7 +36,7 @@ FEW_LINES = 120
 @dataclass(frozen=True, eq=False)
 class StagedData:
     """Recordings as data, by configuration in the order in which they are used; `warnings` say what their preparation
-    found doubtful: repaired tachos, modes, sensors."""
+    found doubtful: repaired tachos, modes, sensors. `left_out` are those of them about recordings that are not used."""
 
     frfs: dict[str, list[FrfData]]
     test_modes: dict[str, list[ModesData]]
@@ -45,6 +45,7 @@ class StagedData:
     warnings: tuple[str, ...] = ()
 
     @property
+    left_out: tuple[str, ...] = ()
     def configurations(self) -> tuple[str, ...]:
         """Those with measured forces first: what is known best comes first."""
         return tuple(dict.fromkeys([*self.frfs, *self.output_only, *self.runs]))
@@ -101,6 +102,7 @@ def staged_data(test: Test) -> StagedData:
     told: list[str] = []
     for r in test:
         if r.role != "fit":
+    narrow: list[RunData] = []
             continue
         if r.excitation == "measured":
             own = frf_data(r)
@@ -109,8 +111,12 @@ def staged_data(test: Test) -> StagedData:
             if modes is not None:
                 data.test_modes.setdefault(r.configuration, []).append(modes)
         elif r.excitation == "rotating":
-            data.runs.setdefault(r.configuration, []).append(run_data(r))
-            told += tacho_warnings(r, data.runs[r.configuration][-1].speed)
+            run = run_data(r)
+            told += tacho_warnings(r, run.speed)
+            if is_too_narrow(run):
+                narrow.append(run)
+            else:
+                data.runs.setdefault(r.configuration, []).append(run)
         else:
             found = identify_output_only(r.time)
             if found.status != "ok":
@@ -124,7 +130,8 @@ def staged_data(test: Test) -> StagedData:
             shown = [m for m in (run_modes(run) for run in runs) if m is not None]
             if shown:
                 data.output_only[configuration] = shown
-    return replace(data, warnings=tuple(told))
+    left_out = narrow_runs(narrow)
+    return replace(data, warnings=(*told, *left_out), left_out=tuple(left_out))
 
 
 def _test_modes(recording: Recording, own: FrfData, told: list[str]) -> ModesData | None:

@@ -37,16 +37,16 @@ def _decisions(rounds: Sequence[Round]) -> tuple[str, ...]:
         elif decision.refused:
             said.append(f"nothing added: {best.label} explains the shapes better, but too little of the run's samples")
         else:
-            without = max(r.score for r in decision.rivals if r.term is None) if _has_plain(decision) else np.nan
-            said.append(
-                f"nothing added: the best rival is {best.label} (ln evidence "
-                f"{plain(best.score - without, 3, signed=True)})"
-            )
+            said.append(f"nothing added: the best rival is {best.label}{_above(decision)}")
     return tuple(said)
 
 
-def _has_plain(decision: Round) -> bool:
-    return any(r.term is None for r in decision.rivals)
+def _above(decision: Round) -> str:
+    """By how much the best rival is better than none, in words; nothing where none is not among those that are kept."""
+    without = [r.score for r in decision.rivals if r.term is None]
+    if not without:
+        return ""
+    return f" (ln evidence {plain(decision.rivals[0].score - max(without), 3, signed=True)})"
 
 
 def remark_on_frfs(left: float, noise: float, rounds: Sequence[Round]) -> tuple[str, ...]:

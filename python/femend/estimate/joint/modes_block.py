@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from femend.errors import RecordingError
 from femend.model.configured import ConfiguredModel
+from femend.numerals import plain
 
 __all__ = ["ModesBlock", "modal_assurance"]
 
@@ -76,7 +78,16 @@ class ModesBlock:
         return np.abs(lam[at]) / (2 * np.pi), mac[np.arange(len(at)), at]
 
     def _likeness(self, lam: ComplexArray, psi: ComplexArray) -> tuple[FloatArray, FloatArray]:
-        """MAC (m, r) of identified modes with the model's, and how unlike they are in shape and frequency."""
+        """MAC (m, r) of identified modes with the model's, and how unlike they are in shape and frequency; raises
+        RecordingError for a model without modes."""
+        if not len(lam):
+            measured = np.abs(self.poles) / (2 * np.pi)
+            raise RecordingError(
+                f"recording {self.name!r}: its {len(measured)} modes are at {plain(measured.min())} to "
+                f"{plain(measured.max())} Hz, and the model has none that swings up to there; check the time axis (a "
+                "column that counts milliseconds is called 'time [ms]'), and stiffness, mass and units of the deck",
+                recording=self.name,
+            )
         mac = modal_assurance(self._scaled, self.rows @ psi)
         apart = np.log(np.abs(lam)[None] / np.abs(self.poles)[:, None])
         return mac, (1.0 - mac) + (apart / REACH) ** 2

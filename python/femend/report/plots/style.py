@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -61,6 +62,8 @@ def paper_style() -> Iterator[None]:
     """Fonts and lines of a publication inside a `with`; nothing of it stays afterwards."""
     import matplotlib as mpl
 
+    # where a font is missing another one does: nothing that a user has to know between lines of progress
+    logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
     with mpl.rc_context(_RC):
         yield
 
