@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from femend.data import FRF, IdentifiedModes, Recording, Test
 from femend.diagnose.staged.candidates import rivals
 from femend.diagnose.staged.loads import RunResult, fit_run
+from femend.diagnose.staged.narrow_runs import is_too_narrow, narrow_runs
 from femend.diagnose.staged.prepare import FrfData, ModesData, RunData, frf_data, run_data, tacho_warnings
 from femend.diagnose.staged.run_modes import run_modes, too_short_for_modes
 from femend.diagnose.staged.run_terms import terms_of_run
