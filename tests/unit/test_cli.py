@@ -76,6 +76,17 @@ def test_version_and_help() -> None:
     assert all(name in text for name in ("diagnose", "demo", "inspect"))
 
 
+@pytest.mark.parametrize(
+    ("wanted", "said"),
+    [("run", "there is no command 'run'; 'diagnose' runs a study"), ("diagnos", "did you mean 'diagnose'?")],
+)
+def test_a_command_that_does_not_exist_names_those_that_do(wanted: str, said: str) -> None:
+    done = run(wanted, "study.toml")
+    assert done.exit_code == 2
+    assert said in done.stderr
+    assert "The commands are correlate, demo, diagnose, inspect" in done.stderr
+
+
 def test_diagnose_says_what_the_report_says(diagnosis: Callable[..., None], tmp_path: Path) -> None:
     diagnosis(write_result)
     (tmp_path / "study.toml").write_text("")

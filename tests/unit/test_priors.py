@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from femend.study.priors import prior_doubts
+from femend.study.priors import bounds_told, prior_doubts
 from femend.study.study import Parameter
 
 
@@ -35,3 +35,16 @@ def test_a_joint_may_be_known_to_its_order_of_magnitude() -> None:
     assert prior_doubts([Parameter("joint", "k4", "property_id", (1,), 2.3)]) == []
     (text,) = prior_doubts([Parameter("joint", "k4", "property_id", (1,), 10.0)])
     assert "springs and joints" in text
+
+
+def test_bounds_that_a_diagnosis_does_not_hold_are_told_with_where_values_came_to() -> None:
+    free = Parameter("nu", "nu", "material", (1,), 0.1)
+    E = Parameter("E_base", "E", "material", (1,), 0.1, (0.98, 1.02))
+    k = Parameter("k", "k1", "property_id", (1,), 0.3, (0.5, 2.0))
+    assert bounds_told([free], {"nu": 3.0}) == []
+    (begun,) = bounds_told([free, E])
+    assert begun.startswith("bounds of parameter 'E_base' hold in `femend update`; a diagnosis keeps to prior_sd")
+    assert "outside" not in begun
+    (done,) = bounds_told([free, E, k], {"E_base": 1.064, "k": 1.9, "nu": 3.0})
+    assert "bounds of parameters 'E_base', 'k' hold" in done
+    assert done.endswith("'E_base' came to 1.064 times the deck's value, outside of its 0.98 to 1.02")

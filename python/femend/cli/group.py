@@ -6,6 +6,7 @@ Exit codes: 0 the command did its work (whatever the verdict), 2 the input is br
 
 from __future__ import annotations
 
+import difflib
 import signal
 import sys
 import threading
@@ -32,6 +33,14 @@ __all__ = ["Commands", "main"]
 
 class Commands(click.Group):
     """A group whose errors are one clear message each."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """The command that is asked for; click.UsageError, with those there are, where it is none."""
+        if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
+            raise click.UsageError(_no_command(args[0], self.list_commands(ctx)), ctx)
+        return super().resolve_command(ctx, args)
 
     def main(
         self,
@@ -65,6 +74,13 @@ class Commands(click.Group):
             click.echo(f"error: {_os_message(error)}", err=True)
             sys.exit(2)
         sys.exit(code if isinstance(code, int) else 0)
+
+
+def _no_command(wanted: str, known: Sequence[str]) -> str:
+    """What is said of a command that does not exist: the nearest one, or the one for the main job, and all others."""
+    close = difflib.get_close_matches(wanted.lower(), known, n=1)
+    meant = f"did you mean {close[0]!r}?" if close else "'diagnose' runs a study."
+    return f"there is no command {wanted!r}; {meant} The commands are {', '.join(known)}"
 
 
 def _stop_as_by_hand() -> None:

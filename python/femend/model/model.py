@@ -18,6 +18,7 @@ from femend.model.morph import Morph
 from femend.model.moved import amplitudes_of, moved_nodes
 from femend.model.near_ids import near_ids
 from femend.model.node_fields import NodeFields, node_fields
+from femend.model.target_words import in_words
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -246,7 +247,10 @@ def model_of(
     morphs: Sequence[Morph] = (),
 ) -> Model:
     """A deck that was already read as a model; arguments and errors as of `read_model`."""
-    fe = _core.FeModel(deck, spc, _specs(parameters), list(added_mass))
+    try:
+        fe = _core.FeModel(deck, spc, _specs(parameters), list(added_mass))
+    except ModelError as error:
+        raise in_words(error, deck, parameters) from None
     model = Model(deck, fe, tuple(parameters), units, spc, tuple(added_mass))
     return model.with_morphs(morphs) if morphs else model
 

@@ -1,9 +1,10 @@
-"""Priors of a study's parameters that are hardly meant: per cent, or values in units, where shares are asked for."""
+"""Priors of a study's parameters that are hardly meant: per cent, or values in units, where shares are asked for; and
+bounds, which a diagnosis does not hold."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from femend.numerals import plain
@@ -11,7 +12,7 @@ from femend.numerals import plain
 if TYPE_CHECKING:
     from femend.study.study import Parameter
 
-__all__ = ["prior_doubts"]
+__all__ = ["bounds_told", "prior_doubts"]
 
 # relative 1-sigma from which a prior says hardly anything: of stiffnesses and dashpots of springs and joints, which may
 # be known to an order of magnitude, and of all else
@@ -49,3 +50,23 @@ def _doubt(parameter: Parameter) -> str:
             "the parameter out"
         )
     return ""
+
+
+def bounds_told(parameters: Sequence[Parameter], factors: Mapping[str, float | None] | None = None) -> list[str]:
+    """A sentence where `parameters` have bounds, which a diagnosis does not hold, with those whose updated factor, by
+    name in `factors`, lies outside of them; none where no parameter has bounds."""
+    bounded = [(p, p.bounds) for p in parameters if p.bounds is not None]
+    if not bounded:
+        return []
+    names = ", ".join(repr(p.name) for p, _ in bounded)
+    found = {name: factor for name, factor in (factors or {}).items() if factor is not None}
+    outside = [
+        f"{p.name!r} came to {plain(found[p.name], 4)} times the deck's value, outside of its {low:g} to {high:g}"
+        for p, (low, high) in bounded
+        if p.name in found and not low <= found[p.name] <= high
+    ]
+    return [
+        f"bounds of parameter{'s' * (len(bounded) > 1)} {names} hold in `femend update`; a diagnosis keeps to "
+        "prior_sd: make it smaller where a value must stay near the deck's"
+        f"{''.join(f'. {text}' for text in outside)}"
+    ]

@@ -15,6 +15,7 @@ from femend.numerals import plain
 from femend.report.mode_words import frequency_errors
 from femend.study.findings import alternatives
 from femend.study.predictions import STAGES, Prediction
+from femend.study.priors import bounds_told
 from femend.study.result import FORMAT
 from femend.units import UnitSystem, unit_system
 
@@ -47,18 +48,20 @@ def staged_result(
     converged = all(s.posterior.converged for s in final.stages)
     verdict, advice = _verdict(setup, final, findings)
     noise = {s.recordings[0]: s.noise for s in final.stages if s.name == "FRFs" or s.run is not None}
+    parameters = _parameters(setup, final)
+    bounds = bounds_told(setup.free.parameters, {name: entry["factor"] for name, entry in parameters.items()})
     return {
         "format": FORMAT,
         "verdict": verdict,
         "findings": findings,
-        "parameters": _parameters(setup, final),
+        "parameters": parameters,
         "fit": [_fit(p, noise) for p in predictions if p.recorded is not None],
         "status": "converged" if converged else "stalled",
         "advice": advice,
         "stages": [_stage(s) for s in final.stages],
         "modes": {c: _modes(setup, final, c) for c in setup.configurations},
         "loads": [_loads(setup, c, r) for c, r in final.runs],
-        "warnings": [*warnings, *data.warnings, *sensor_warnings(setup, data, final)],
+        "warnings": [*warnings, *data.warnings, *sensor_warnings(setup, data, final), *bounds],
     }
 
 
