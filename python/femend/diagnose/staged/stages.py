@@ -44,9 +44,9 @@ class StagedData:
     output_only: dict[str, list[ModesData]]
     runs: dict[str, list[RunData]]
     warnings: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
     @property
-    left_out: tuple[str, ...] = ()
     def configurations(self) -> tuple[str, ...]:
         """Those with measured forces first: what is known best comes first."""
         return tuple(dict.fromkeys([*self.frfs, *self.output_only, *self.runs]))
@@ -101,9 +101,9 @@ def staged_data(test: Test) -> StagedData:
     """Fit recordings by what they are; raises what their preparation raises."""
     data = StagedData({}, {}, {}, {})
     told: list[str] = []
+    narrow: list[RunData] = []
     for r in test:
         if r.role != "fit":
-    narrow: list[RunData] = []
             continue
         if r.excitation == "measured":
             own = frf_data(r)
