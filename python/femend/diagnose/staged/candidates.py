@@ -6,16 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from femend.diagnose.staged.places import masses_and_springs, places_tried
 from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
-from femend.model.linear_terms import (
-    LinearTerm,
-    compliant_support,
-    point_mass,
-    point_spring,
-    spring_bending,
-    weaker_element,
-)
+from femend.model.linear_terms import LinearTerm, compliant_support, spring_bending, weaker_element
 from femend.model.speed_terms import disc_at_node, member_over_speed, rotor_between, springs_over_speed
 
 __all__ = ["rivals", "speed_rivals"]
@@ -32,11 +26,11 @@ def rivals(
     """Terms that may explain what the recordings of `configuration` leave, without those `taken`.
 
     Supports that give, springs that bend, members with another stiffness, and masses and springs to ground at the
-    nodes of the sensors. With `only_here` they exist in this configuration alone (one before it did without them);
-    supports always do, bending never: what a spring is made of does not change with its mounting.
+    nodes of the sensors (`places.elsewhere` has those at other nodes). With `only_here` they exist in this
+    configuration alone (one before it did without them); supports always do, bending never: what a spring is made of
+    does not change with its mounting.
     """
     free, limit = setup.free, setup.settings.most_places
-    scale = free.fe.total_mass()
     found: list[LinearTerm] = []
     for region in setup.regions[configuration]:
         term = compliant_support(free, region, setup.omega, setup.zeta)
@@ -45,11 +39,7 @@ def rivals(
     local: list[LinearTerm] = []
     members = [eid for eid, card, _, _ in free.deck.elements() if card in MEMBERS][:limit]
     local += [weaker_element(free, eid) for eid in members]
-    nodes = list(dict.fromkeys(setup.pairing[d].dof.node for d in sensors))[:limit]
-    held = {n for region in setup.regions[configuration] for n in region.nodes}
-    loose = [n for n in nodes if n not in held]
-    local += [point_mass(free, n, 0.02 * scale) for n in loose]
-    local += [point_spring(free, n, c, 0.02 * scale * setup.omega**2) for n in loose for c in (1, 2, 3)]
+    local += masses_and_springs(setup, places_tried(setup, configuration, sensors)[0])
     found += [term.only_in(configuration) if only_here else term for term in local]
     names = {t.name for t in taken}
     return tuple(t for t in found if t.name not in names)

@@ -9,6 +9,7 @@ import numpy as np
 
 from femend.diagnose.staged.candidates import rivals, speed_rivals
 from femend.diagnose.staged.loads import RunResult, ods_width, predicted_ods, shapes_block, unbalance_scale
+from femend.diagnose.staged.places import elsewhere
 from femend.diagnose.staged.select import Round, select_terms
 from femend.diagnose.staged.setup import Setup
 from femend.estimate.joint import OdsFrf, Posterior, ods_frf, unbalance_unknowns
@@ -76,6 +77,7 @@ def _one_more(
         ),
         more=unbalance_unknowns(result.unbalance, unbalance_scale(setup, data), data.step),
         start=result.posterior, rounds=1,
+        elsewhere=lambda taken: elsewhere(setup, configuration, data.sensors, taken, only_here=only_here),
     )  # fmt: skip
 
 

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.staged.places import screened
 from femend.diagnose.staged.setup import Setup, carried
 from femend.estimate.joint import Block, ModesBlock, Posterior, maximise
 from femend.model.configured import ConfiguredModel
 from femend.model.linear_terms import LinearTerm
 from femend.model.unknowns import Unknown, Unknowns
 
-__all__ = ["Rival", "Round", "fit_terms", "select_terms"]
+__all__ = ["NOT_TOLD", "Rival", "Round", "fit_terms", "select_terms"]
 
 FloatArray = NDArray[np.float64]
 Blocks = Callable[[ConfiguredModel], Sequence[Block]]
@@ -25,8 +26,9 @@ SIZES = (0.0, -2.4, 2.4)
 SUPPORT_SIZES, STIFFER = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0), 1.5
 # steps from every start, and starts that are followed to their end
 FIRST_STEPS, FOLLOWED = 6, 3
-# rivals that are listed with a decision
-LISTED = 8
+# rivals that are listed with a decision, beside all without a term and places of the physics taken that are nearer
+# than this in ln evidence: they are not told apart
+LISTED, NOT_TOLD = 8, 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,12 +125,14 @@ def select_terms(
     start: Posterior | None = None,
     rounds: int | None = None,
     enough: float = 0.0,
+    elsewhere: Callable[[Sequence[LinearTerm]], Sequence[LinearTerm]] = lambda taken: (),
 ) -> tuple[list[LinearTerm], Posterior, list[Round]]:
     """Adds terms while one of the rivals is clearly better than parameters alone.
 
     Returns the terms, the stage's posterior with them, and every decision. `more` are unknowns of the blocks' own,
     `start` is where the fit without terms begins, `rounds` how many terms at most (None: as the settings say), `enough`
-    the squares per value up to which nothing is missing. The evidence is divided by what the best hypothesis leaves
+    the squares per value up to which nothing is missing; of the rivals that `elsewhere` gives only the most promising
+    are fitted (`screened`). The evidence is divided by what the best hypothesis leaves
     above the noise, so that a model error common to all does not decide between them.
     """
     chosen, decisions = list(terms), []
@@ -139,7 +143,8 @@ def select_terms(
             # the rival that blames what the parameters are in this configuration
             wide = fit_terms(setup, configuration, chosen, before, blocks, loose=True, more=more, from_p=start)
             rows.append(("parameters of this configuration", "", None, wide))
-        for term in candidates(chosen):
+        promising = screened(setup, configuration, chosen, base, blocks, elsewhere(chosen))
+        for term in (*candidates(chosen), *promising):
             fitted = fit_terms(
                 setup, configuration, chosen, before, blocks, new=term, from_p=base, more=more, iterations=15
             )
@@ -175,7 +180,17 @@ def _decide(setup: Setup, rows: list[tuple[str, str, LinearTerm | None, Posterio
     lacks = least > enough * finite[0][3].n_values
     better = best.term is not None and best.score - level > s.gain and own < (1 - s.drop) * least
     taken = best if lacks and better else None
-    return Round(tuple(r for r, _ in ranked[:LISTED]), taken, inflation, least)
+    return Round(_listed([r for r, _ in ranked], taken), taken, inflation, least)
+
+
+def _listed(ranked: Sequence[Rival], taken: Rival | None) -> tuple[Rival, ...]:
+    """The best rivals, what the fit is without any term, and all places that are not told from the one taken."""
+
+    def told(rival: Rival) -> bool:
+        alike = taken is not None and rival.physics == taken.physics and taken.score - rival.score < NOT_TOLD
+        return alike or rival.term is None
+
+    return tuple(r for i, r in enumerate(ranked) if i < LISTED or told(r))
 
 
 def _score(fitted: Posterior, inflation: float) -> float:

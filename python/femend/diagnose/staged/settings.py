@@ -24,7 +24,8 @@ class StagedSettings:
     squares fall by the share `drop`, in a run also by the share `share` of what is left above the noise. Identified
     modes that parameters explain to `enough` squares per value lack nothing: one that is paired otherwise moves a tenth
     of all squares. `form` is the relative deviation that a finding's values carry for the form of the model, beside
-    their estimated one. At most `most_places` nodes are tried as places of masses and springs.
+    their estimated one. At most `most_places` nodes of sensors are tried as places of masses and springs; of
+    `most_screened` others the `most_fitted` masses, and as many springs, that promise most to first order.
     """
 
     model_freq: float = 0.002
@@ -46,4 +47,6 @@ class StagedSettings:
     form: float = 0.01
     adequate: float = 6.0
     most_places: int = 40
+    most_screened: int = 150
+    most_fitted: int = 6
     rounds: int = 3

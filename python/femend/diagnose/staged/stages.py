@@ -13,6 +13,7 @@ from femend.data import FRF, IdentifiedModes, Recording, Test
 from femend.diagnose.staged.candidates import rivals
 from femend.diagnose.staged.loads import RunResult, fit_run
 from femend.diagnose.staged.narrow_runs import is_too_narrow, narrow_runs
+from femend.diagnose.staged.places import elsewhere
 from femend.diagnose.staged.prepare import FrfData, ModesData, RunData, frf_data, run_data, tacho_warnings
 from femend.diagnose.staged.run_modes import run_modes, too_short_for_modes
 from femend.diagnose.staged.run_terms import terms_of_run
@@ -222,6 +223,7 @@ def _measured(at: _At) -> list[Stage]:
             setup, configuration, terms, before,
             _blocks_of(setup, frfs, max(int(1 / setup.settings.weight_frf), len(frfs[0].freq) // FEW_LINES)),
             lambda taken: rivals(setup, configuration, sensors, taken, only_here=before is not None),
+            elsewhere=lambda taken: elsewhere(setup, configuration, sensors, taken, only_here=before is not None),
         )  # fmt: skip
     posterior = fit_terms(setup, configuration, chosen, before, blocks, from_p=start)
     model = setup.model(configuration, posterior.unknowns, chosen)
@@ -255,10 +257,11 @@ def _output_only(at: _At) -> list[Stage]:
     rounds: list[Round] = []
     chosen = list(terms)
     if at.naming:
-        elsewhere = before is not None and configuration not in data.frfs
+        only_here = before is not None and configuration not in data.frfs
         chosen, posterior, rounds = select_terms(
             setup, configuration, terms, before, blocks,
-            lambda taken: rivals(setup, configuration, sensors, taken, only_here=elsewhere),
+            lambda taken: rivals(setup, configuration, sensors, taken, only_here=only_here),
+            elsewhere=lambda taken: elsewhere(setup, configuration, sensors, taken, only_here=only_here),
             enough=setup.settings.enough,
         )  # fmt: skip
     else:
@@ -308,9 +311,9 @@ def _runs(at: _At) -> list[Stage]:
         result = fit(chosen)
         rounds: list[Round] = []
         if at.naming:
-            elsewhere = known is not None and configuration not in data.frfs
+            only_here = known is not None and configuration not in data.frfs
             chosen, result, rounds = terms_of_run(
-                setup, configuration, result, chosen, before, fit, only_here=elsewhere
+                setup, configuration, result, chosen, before, fit, only_here=only_here
             )
         before = result.posterior
         noise = float(np.sqrt((run.noise**2).sum() / (run.y**2).mean(axis=1).sum()))
