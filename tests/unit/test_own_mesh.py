@@ -66,10 +66,13 @@ def test_what_was_simulated_with_the_deck_is_met_with_its_own_mesh(tmp_path: Pat
     assert start.null.score < (1.2 if own else 2.0)
 
 
-@pytest.mark.parametrize(("prior", "taken"), [(3.0, True), (985.0, False)])
+@pytest.mark.parametrize(
+    ("prior", "as_given", "taken"), [(3.0, False, True), (985.0, False, False), (985.0, True, True)]
+)
 def test_the_decks_own_mesh_is_not_taken_where_it_has_to_leave_its_priors(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prior: float, taken: bool
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, prior: float, as_given: bool, taken: bool
 ) -> None:
+    """But it is where the deck as it is leaves far less than the refined one updated."""
     # a solid whose support the deck lacks: its linear bricks with 1.7 times the stiffness met the recordings
     deck = read_model(bricks(tmp_path / "m.bdf"), parameters=E)
     reduced = reduce_model(deck, F_MAX, [])
@@ -78,6 +81,18 @@ def test_the_decks_own_mesh_is_not_taken_where_it_has_to_leave_its_priors(
     beaten = cast(Any, SimpleNamespace(score=13.6, prior=8577.0, cost=58635.0))
     monkeypatch.setattr(update, "modelled", lambda *given, refine: given)
     monkeypatch.setattr(update, "_updated", lambda *given: own)
+    monkeypatch.setattr(update, "_better_as_given", lambda start: as_given)
     found = update._on_its_own_mesh(UpdatedModel(cast(Any, None), finer, beaten, []), [], 0.01)
     assert (found is not None) == taken
     assert found is None or found.reduced.model.simulated
+
+
+def test_no_update_is_worth_more_than_a_deck_that_explains_the_recordings(tmp_path: Path) -> None:
+    deck = read_model(bricks(tmp_path / "m.bdf"), parameters=E)
+    tip = deck.node_ids[np.argsort(deck.xyz[:, 0])]
+    nodes = tuple(int(n) for n in (tip[len(tip) // 3], tip[len(tip) // 2], tip[2 * len(tip) // 3], tip[-1]))
+    start = update._updated(*update.modelled(deck, [recorded(deck, deck, nodes)], 0.01))
+    assert start.drawn is not None
+    assert update._better_as_given(start)
+    # at the deck's values the refined model is far off, since its mesh is another
+    assert not update._better_as_given(replace(start, drawn=replace(start.drawn, reduced=start.reduced)))

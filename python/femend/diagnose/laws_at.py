@@ -84,8 +84,10 @@ def linear_at(
     if found.place.scaled:
         found = in_own_basis(split.whole, reduced, g_rows, found)
         member = null_candidate(split, found.fit, "joint_stiffness")
-        # a member may be weaker than it is drawn; one that would have to be stiffer stands in for something else
-        return [Tried(member, found, None)] if member.values["factor"] < 1.0 else [], None
+        # a member may be weaker than it is drawn; one that would have to be stiffer stands in for something else. What
+        # a bush is worth, nobody knows
+        told = member.values["factor"] < 1.0 or found.place.kind == "connection"
+        return [Tried(member, found, None)] if told else [], None
     joint = open_joint(found.place, reduced, split.whole.band[1], g_rows)
     recovered = recover(split.reading, joint, found.fit.p)
     if recovered is None:

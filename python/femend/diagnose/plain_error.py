@@ -38,11 +38,12 @@ def plain_errors(found: Diagnosis) -> tuple[float, float] | None:
 
 
 def most_of_noise(found: Diagnosis) -> float:
-    """Error of the final model on the fit recording that it is furthest from, in units of that one's noise."""
+    """Error of the final model on the fit recording that it is furthest from, in units of that one's noise, both in the
+    window of the diagnosis."""
     times = 0.0
     for record in found.problem.records:
         _, after, recorded = _squares(found, record)
-        floor = noise_floor(record, found.problem.band)
+        floor = noise_floor(record, found.problem.band, found.sigma)
         times = max(times, float(np.sqrt(after / max(recorded, 1e-300))) / max(floor, 1e-300))
     return times
 

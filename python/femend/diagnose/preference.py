@@ -16,7 +16,7 @@ def preference(place: Place) -> int:
     if place.unlikely:
         return 5
     order = {"pair": 0 if not place.direction else 2, "ground": 1}
-    order |= dict.fromkeys(("member", "region", "end", "clamp", "support"), 3)
+    order |= dict.fromkeys(("member", "region", "connection", "end", "clamp", "support"), 3)
     return order.get(place.kind, 4)
 
 

@@ -30,7 +30,8 @@ MANY = 1500
 SIGMA, DAMPED_LINES, WHOLE_LINES = 8.0, 24, 16
 # how many go on from each start: members, kinds of places with one force, places with several
 KEPT = (6, 16, 4)
-# regions of shells and solids up to which all of them are fitted, and how many go on from each start otherwise
+# regions of shells and solids, and connections, up to which all of them are fitted, and how many go on from each start
+# otherwise
 MANY_REGIONS, REGIONS = 24, 12
 # places with one force that are compared, the first of the order; squared correlation above which two are of one kind;
 # kinds of which the likest places go on too, and how many of each
@@ -59,9 +60,10 @@ def screened(
 def without_poor_regions(
     problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit, beside: Sequence[Place] = ()
 ) -> list[Place]:
-    """The places without those regions of shells and solids that cost more than others after one linear step; in their
-    order, `null` and `beside` as of `screened`. The patches of a mesh are many, and most of them much alike."""
-    regions = [i for i, place in enumerate(places) if place.kind == "region"]
+    """The places without those regions of shells and solids, and connections, that cost more than others after one
+    linear step; in their order, `null` and `beside` as of `screened`. The patches of a mesh are many, and most of them
+    much alike."""
+    regions = [i for i, place in enumerate(places) if place.kind in ("region", "connection")]
     if len(regions) <= MANY_REGIONS:
         return list(places)
     own = [places[i] for i in regions]

@@ -335,7 +335,7 @@ def _made(loop: TermsLoop, reached: _End) -> Terms:
         if term.member:
             place = term.located.place
             own = slice(member, member + place.n_own)
-            own_covariance = covariance[own, own] if covariance is not None and place.springs else None
+            own_covariance = None if covariance is None else covariance[own, own]
             candidate = replace(
                 term.candidate, values=place.values(p[own]), p=p, fitted=fitted, covariance=own_covariance
             )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import qmc
 
+from femend.diagnose.predict import predict_model
 from femend.errors import ModelError, RecordingError
 from femend.estimate import (
     Fit,
@@ -51,6 +52,8 @@ DRAWN = 7
 # misfit up to which a model explains the recordings, and cost by which the deck's own mesh has to do better than a
 # refined one (as `consistent` and `gain_cost` of the settings)
 AT_NOISE, CLEARLY = 1.2, 40.0
+# error of the deck as it is, as a share of that of the refined and updated one, below which its own mesh is taken
+AS_GIVEN = 0.5
 # standard deviations that no share of motion across a sensor, or of its own, is beyond
 SENSORS_AT_MOST = 4.0
 
@@ -150,7 +153,8 @@ def _updated(model: Model, reduced: ReducedModel, problem: Problem) -> UpdatedMo
 
 def _on_its_own_mesh(start: UpdatedModel, records: Sequence[FitRecord], zeta: float) -> UpdatedModel | None:
     """The deck updated with its own mesh, where that explains the recordings to the noise without leaving its priors,
-    and clearly better than the refined one of `start` does; None otherwise.
+    and clearly better than the refined one of `start` does, or where the deck as it is given leaves far less of them
+    than the refined one updated; None otherwise.
 
     No structure has the error of a mesh; recordings that were simulated with the deck have, and what the refined model
     lacks of it (half of the stiffness that a spring sees at a node of shells) would be told as missing. A deck that has
@@ -160,9 +164,24 @@ def _on_its_own_mesh(start: UpdatedModel, records: Sequence[FitRecord], zeta: fl
     if drawn is None or (start.null.score <= AT_NOISE and start.null.prior <= CLEARLY):
         return None
     own = _updated(*modelled(drawn, records, zeta, refine=False))
-    if not _explains(own.null, start.null):
+    if not _explains(own.null, start.null) and not _better_as_given(start):
         return None
     return replace(own, reduced=replace(own.reduced, model=replace(own.reduced.model, simulated=True)))
+
+
+def _better_as_given(start: UpdatedModel) -> bool:
+    """Whether the deck as it is leaves less of the recordings, as a whole, than `AS_GIVEN` of what the updated model
+    leaves: no update is worth that."""
+    records = [r for r in start.problem.records if r.frf is None and r.driven]
+    none = np.zeros(0)
+
+    def left(hypothesis: Hypothesis, p: FloatArray) -> float:
+        return sum(
+            float(((predict_model(start.problem, hypothesis, p, none, r) - r.y) ** 2).sum() / (r.y**2).sum())
+            for r in records
+        )
+
+    return bool(records) and left(*start.nominal) < AS_GIVEN**2 * left(start.null.hypothesis, start.null.p)
 
 
 def modelled(

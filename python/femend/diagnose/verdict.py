@@ -118,7 +118,7 @@ def _refitted_part(candidate: Candidate, fit: Fit) -> Candidate:
         p=fit.p,
         fitted=fit.score,
         p_sd=standard_deviations(covariance, len(fit.p)),
-        covariance=covariance[own, own] if reduced.members and reduced.members[-1].springs else None,
+        covariance=covariance[own, own] if reduced.members else None,
         converged=fit.converged,
     )
 

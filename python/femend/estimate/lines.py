@@ -172,19 +172,21 @@ def _first(record: FitRecord, sigma: float) -> int:
     return record.start if sigma == 0 else 0
 
 
-def noise_floor(record: FitRecord, band: tuple[float, float]) -> float:
+def noise_floor(record: FitRecord, band: tuple[float, float], sigma: float = 0.0) -> float:
     """NRMSE that noise leaves, and the shares of motion that sensors may pick up or be off by: on all samples of a time
-    record, on an FRF's lines in the band (Hz)."""
+    record, windowed by exp(-sigma t), on an FRF's lines in the band (Hz)."""
     across = record.across
     if record.frf is None:
-        left, squares = float((record.noise**2).sum()) * record.n, float((record.y**2).sum())
+        window = np.exp(-2 * sigma * record.dt * np.arange(record.n))
+        left, squares = float((record.noise**2).sum() * window.sum()), float((record.y**2 @ window).sum())
+        moved = None if across is None else float((across[:2] ** 2 @ window).sum())
     else:
         inside = within_band(record.frf.freq, band)
         left = float((record.frf.noise[inside] ** 2).sum())
         squares = float((np.abs(record.frf.H[inside]) ** 2).sum())
-        across = None if across is None else across[:, :, inside]
-    if across is not None:
-        left += ACROSS_SD**2 * float((np.abs(across[:2]) ** 2).sum()) + GAIN_SD**2 * squares
+        moved = None if across is None else float((np.abs(across[:2, :, inside]) ** 2).sum())
+    if moved is not None:
+        left += ACROSS_SD**2 * moved + GAIN_SD**2 * squares
     return float(np.sqrt(left / squares))
 
 

@@ -17,7 +17,9 @@ __all__ = ["BEAMS", "Beam", "beam_of"]
 
 FloatArray = NDArray[np.float64]
 
-BEAMS = ("CBAR", "CBEAM", "CROD")
+BEAMS = ("CBAR", "CBEAM", "CROD", "CONROD")
+# those of them that have no axes across them
+_RODS = ("CROD", "CONROD")
 # a stiffness or mass below this share of the largest of its kind is none
 NONE = 1e-9
 
@@ -114,15 +116,27 @@ class Beam:
         return value if value > NONE * float(np.abs(self.M).max()) else 0.0
 
 
-def beam_of(model: Model, eid: int, nodes: Sequence[int]) -> Beam | None:
-    """The beam `eid` between the first two of `nodes` at the deck's values; None where it has no length or its ends no
-    DOFs of their own."""
+def beam_of(model: Model, eid: int, card: str, nodes: Sequence[int]) -> Beam | None:
+    """The beam `eid`, on a `card` of `BEAMS`, between the first two of `nodes` at the deck's values; None where it has
+    no length or its ends no DOFs of their own."""
     rows, K, M = model.fe.element_matrices(eid, np.ones(len(model.parameters)))
-    axes, length = model.fe.element_frame(eid)
+    axes, length = _rod_frame(model, nodes) if card in _RODS else model.fe.element_frame(eid)
     first, second = (_end(model, rows, node) for node in nodes[:2])
     if length <= 0 or not first.any() or not second.any():
         return None
     return Beam(rows, K, M, np.asarray(axes), length, (first, second))
+
+
+def _rod_frame(model: Model, nodes: Sequence[int]) -> tuple[FloatArray, float]:
+    """Axes (3, 3) and length of a rod; those across it are any."""
+    a, b = (model.xyz[model.index(node)] for node in nodes[:2])
+    length = float(np.linalg.norm(b - a))
+    if length == 0:
+        return np.eye(3), 0.0
+    x = (b - a) / length
+    y = np.cross(x, np.eye(3)[int(np.argmin(np.abs(x)))])
+    y /= np.linalg.norm(y)
+    return np.array([x, y, np.cross(x, y)]), length
 
 
 def _end(model: Model, rows: NDArray[np.int64], node: int) -> FloatArray:

@@ -20,14 +20,15 @@ class Place:
     """A place with its direction vectors.
 
     Attributes:
-        kind: "ground", "pair", "end", "clamp", "support" and "region" (of shells and solids), "member" or "base".
+        kind: "ground", "pair", "end", "clamp", "support" and "region" (of shells and solids), "member", "connection"
+            (bushes and springs of the deck) or "base".
         nodes: ids of the nodes that name the place.
         direction: "X" ... "RZ", "R" for all rotations, "" where none applies.
         to: what it connects to: "ground", a node id as text, or a member as text.
         g_rows, g_values: force pattern of every direction vector on the g-set, one pair of arrays each.
         release: stiffness S (n_w, n_w) of a cut, None for an attached place.
         parameter: parameter that scales the member's or region's stiffness, None where there is none.
-        elements: elements of a member or region, or the one whose end is cut.
+        elements: elements of a member, region or connection, or the one whose end is cut.
         label: the place in words.
         unlikely: whether nothing of the model suggests that something is attached there.
         support: of a support of shells or solids, the stiffness S of what is around it at the deck's values; it gives
@@ -57,14 +58,14 @@ class Place:
 
     @property
     def scaled(self) -> bool:
-        """Whether a factor on the stiffness of its elements is what may be off: a member, or a region of shells or
-        solids."""
-        return self.kind in ("member", "region")
+        """Whether a factor on the stiffness of its elements is what may be off: a member, a region of shells or solids,
+        or a bush or spring."""
+        return self.kind in ("member", "region", "connection")
 
     @property
     def n_own(self) -> int:
-        """Number of unknowns that it adds to the model itself: a member's or region's factor, a spring's or a soft
-        clamp's stiffnesses."""
+        """Number of unknowns that it adds to the model itself: a factor on what is there, a spring's or a soft clamp's
+        stiffnesses."""
         return 1 if self.scaled or self.spring else len(self.springs)
 
     @property
@@ -73,7 +74,7 @@ class Place:
         return self.n_own > 0
 
     def values(self, x: FloatArray) -> dict[str, float]:
-        """The factor of a member or region, the stiffness k of a spring, or k1 to k6 by the component they act in, at
+        """The factor of what is there, the stiffness k of a spring, or k1 to k6 by the component they act in, at
         the logarithms `x` (n_own,) of its unknowns."""
         if self.scaled:
             return {"factor": float(np.exp(x[0]))}

@@ -1,4 +1,4 @@
-"""Where something may be left out: every joint, support, member, region and pair of nodes of a model that face.
+"""Where something may be left out: every joint, support, member, region, connection and facing pair of a model.
 
 A place is a set of direction vectors `w`: forces F along them are what the model lacks, and their work is done on
 d = wᵀu. There are two kinds. *Attached* places (to ground, between two joints, the moving base) take w as a unit
@@ -17,6 +17,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.model.connection_places import connection_places
 from femend.model.gap_places import gap_places
 from femend.model.model import Model
 from femend.model.pair_places import joint_pairs
@@ -136,6 +137,7 @@ def find_places(model: Model, top: Topology | None = None) -> list[Place]:
     pairs = joint_pairs(model, top.held, top.joints, (frozenset((a, b)) for a, b, _ in top.members))
     places += pairs
     places += gap_places(model, top.held, pairs)
+    places += connection_places(model, top.held, places)
     places += _bases(model, top)
     return places
 

@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from femend.model.model import Model
 from femend.model.place import Place
 
-__all__ = ["region_places"]
+__all__ = ["region_places", "scaled_by"]
 
 FloatArray = NDArray[np.float64]
 Elements = tuple[int, ...]
@@ -162,7 +162,7 @@ def _place(model: Model, group: _Group, pid: int, elements: Elements, *, unlikel
     corners = _corners(model, nodes)
     label = f"region of {len(elements)} elements of property {pid} between nodes {', '.join(map(str, corners))}"
     parts = tuple(part for e in elements for part in model.parts.get(e, (e,)))
-    return Place("region", corners, "", "", elements=parts, label=label, parameter=_scaled_by(model, parts[0]),
+    return Place("region", corners, "", "", elements=parts, label=label, parameter=scaled_by(model, parts[0]),
                  unlikely=unlikely)  # fmt: skip
 
 
@@ -175,7 +175,7 @@ def _corners(model: Model, nodes: Sequence[int]) -> tuple[int, ...]:
     return tuple(dict.fromkeys(nodes[int(np.argmax(np.round(scaled @ np.array(sign), 9)))] for sign in signs))
 
 
-def _scaled_by(model: Model, eid: int) -> int | None:
+def scaled_by(model: Model, eid: int) -> int | None:
     """The parameter that multiplies the whole stiffness of an element; None where none or several change it, or one
     changes it otherwise."""
     ones = np.ones(len(model.parameters))

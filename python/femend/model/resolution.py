@@ -128,7 +128,7 @@ def mode_resolution(reduced: ReducedModel, f_max: float) -> Resolution:
         elif eid:
             others |= card in (*SHELLS, *QUADRATIC)
             kinetic += _kinetic(model, reduced, eid, Q)
-            beam = beam_of(model, eid, nodes) if card in BEAMS else None
+            beam = beam_of(model, eid, card, nodes) if card in BEAMS else None
             for error, kh in () if beam is None else beam.errors(omega, reduced.V[beam.rows] @ Q):
                 told.add(eid, error, kh, MODE_SD)
     # of a refined mesh the linear elements are the finer ones, whose error is known mode by mode

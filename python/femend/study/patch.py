@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from femend.errors import DeckError
 from femend.io.deck import next_id
 from femend.model import Model, model_of
@@ -18,6 +20,8 @@ __all__ = ["deck_cards", "deck_changes", "on_new_supports"]
 
 # where ids of SPC sets that the deck does not have are looked for, and the nodes of an SPC1 in one line
 FIRST_SET, NODES_A_LINE = 900001, 6
+# components of a node by their axes
+_AXES = {"X": 1, "Y": 2, "Z": 3}
 # SPC in case control, with what stands before and after the set's id
 _SELECTS = re.compile(rb"^([ \t]*SPC[ \t]*=[ \t]*)(\d+)(?=[ \t]*(?:\$|\r?$))", re.IGNORECASE | re.MULTILINE)
 _BULK = re.compile(rb"^[ \t]*BEGIN[ \t]+BULK|^[ \t]*BEGIN[ \t]*=[ \t]*BULK", re.IGNORECASE | re.MULTILINE)
@@ -26,7 +30,7 @@ _BULK = re.compile(rb"^[ \t]*BEGIN[ \t]+BULK|^[ \t]*BEGIN[ \t]*=[ \t]*BULK", re.
 def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
     """Bulk-data lines for the new terms: cards where Nastran has some that fit, their descriptions as comments."""
     lines: list[str] = []
-    id_ = next_id(model.deck, "element")
+    id_, pid = next_id(model.deck, "element"), next_id(model.deck, "property")
     for finding in result["findings"]:
         where = finding["location"]
         values = {name: v["value"] for name, v in finding["parameters"].items()}
@@ -36,15 +40,12 @@ def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
         at = " ".join(filter(None, (", ".join(str(n) for n in where["nodes"]), where["direction"])))
         name = finding["physics"] or "unnamed"
         words = words or finding.get("class", "")
-        cards = _term(id_, finding["physics"], where, values)
+        cards = _term(model, (id_, pid), finding["physics"], where, values)
         springs = _springs(finding["physics"], where, values)
         cards += [f"CELAS2,{id_ + i},{k:.6E},{node},{component}" for i, (node, component, k) in enumerate(springs)]
-        id_ += len(cards)
-        lines += [
-            f"$ femend: {name} at node {at} to {where['to'] or 'nothing'}",
-            f"$ femend: {words}",
-            *cards,
-        ]
+        id_, pid = id_ + len(cards), pid + 1
+        of = f" (elements {', '.join(map(str, where['elements']))})" if where.get("elements") else ""
+        lines += [f"$ femend: {name} at node {at} to {where['to'] or 'nothing'}{of}", f"$ femend: {words}", *cards]
     soft = _soft(result)
     return lines + (_supports(model, soft) if soft else [])
 
@@ -123,11 +124,14 @@ def _is_set(model: Model, id_: int) -> bool:
     return True
 
 
-def _term(id_: int, physics: str, where: dict[str, Any], values: dict[str, Any]) -> list[str]:
-    axes = {"X": 1, "Y": 2, "Z": 3}
-    if len(where["nodes"]) != 1 or where["to"] != "ground" or where["direction"] not in axes:
+def _term(model: Model, ids: tuple[int, int], physics: str, where: dict[str, Any], values: dict[str, Any]) -> list[str]:
+    """Cards of a spring, dashpot or mass, with the `ids` of an element and a property; none where none fit."""
+    if len(where["nodes"]) == 2:
+        return _between(model, ids, physics, where, values)
+    id_ = ids[0]
+    if len(where["nodes"]) != 1 or where["to"] != "ground" or where["direction"] not in _AXES:
         return []
-    node, component = where["nodes"][0], axes[where["direction"]]
+    node, component = where["nodes"][0], _AXES[where["direction"]]
     if physics == "support_stiffness":
         return [f"CELAS2,{id_},{values['k']:.6E},{node},{component}"]
     if physics == "viscous_damper":
@@ -135,3 +139,22 @@ def _term(id_: int, physics: str, where: dict[str, Any], values: dict[str, Any])
     if physics == "added_mass":
         return [f"CONM2,{id_},{node},,{values['m']:.6E}"]
     return []
+
+
+def _between(
+    model: Model, ids: tuple[int, int], physics: str, where: dict[str, Any], values: dict[str, Any]
+) -> list[str]:
+    """Cards of a spring or dashpot between two nodes: a bush along the line between them, scalar elements along a basic
+    axis, where both nodes' displacements are told along it."""
+    (id_, pid), (a, b) = ids, where["nodes"]
+    kinds = {"support_stiffness": ("K", "CELAS2", "k"), "viscous_damper": ("B", "CDAMP2", "c")}
+    if physics not in kinds or where["to"] != str(b):
+        return []
+    kind, scalar, name = kinds[physics]
+    at = model.index(a), model.index(b)
+    if where["direction"] in _AXES and all(np.array_equal(model.fe.frames[i], np.eye(3)) for i in at):
+        component = _AXES[where["direction"]]
+        return [f"{scalar},{id_},{values[name]:.6E},{a},{component},{b},{component}"]
+    if where["direction"] or not np.any(model.xyz[at[0]] != model.xyz[at[1]]):
+        return []
+    return [f"CBUSH,{id_},{pid},{a},{b}", f"PBUSH,{pid},{kind},{values[name]:.6E}"]

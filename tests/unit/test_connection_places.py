@@ -1,0 +1,75 @@
+"""Bushes and springs of a deck as places: a factor each, one for all of a property, and the pairs of their nodes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from femend.model import Model, Parameter, read_model
+from femend.model.connection_places import connection_places
+from femend.model.places import find_places, topology
+
+DECK = """BEGIN BULK
+GRID,1,,0.0,0.0,0.0
+GRID,2,,0.1,0.0,0.0
+GRID,3,,0.2,0.0,0.0
+GRID,11,,0.0,0.0,0.05
+GRID,12,,0.1,0.0,0.05
+GRID,13,,0.2,0.0,0.05
+CBAR,1,1,1,2,0.0,0.0,1.0
+CBAR,2,1,2,3,0.0,0.0,1.0
+CBAR,11,1,11,12,0.0,0.0,1.0
+CBAR,12,1,12,13,0.0,0.0,1.0
+PBAR,1,1,1.0-4,1.0-9,2.0-9,2.0-9
+MAT1,1,7.0+10,,0.3,2700.0
+CBUSH,21,5,1,11,,,,0
+CBUSH,22,5,3,13,,,,0
+PBUSH,5,K,1.0+5,1.0+5,2.0+5,10.0,10.0,10.0
+CBUSH,31,6,2,,,,,0
+PBUSH,6,K,1.0+4,1.0+4,1.0+4,1.0,1.0,1.0
+CELAS2,41,3.0+4,12,3
+ENDDATA
+"""
+
+
+def model(tmp_path: Path, *parameters: Parameter) -> Model:
+    file = tmp_path / "deck.bdf"
+    file.write_text(DECK)
+    return read_model(file, parameters=list(parameters))
+
+
+def test_every_connection_and_all_of_a_property_have_a_factor(tmp_path: Path) -> None:
+    read = model(tmp_path)
+    factors = [p for p in find_places(read) if p.kind == "connection"]
+    assert sorted((p.elements, p.nodes, p.to) for p in factors) == [
+        ((21,), (1, 11), "11"),
+        ((21, 22), (1, 3), ""),
+        ((22,), (3, 13), "13"),
+        ((31,), (2,), "ground"),
+        ((41,), (12,), "ground"),
+    ]
+    assert all(p.scaled and p.n_own == 1 and p.n_w == 0 for p in factors)
+    said = {p.elements: p.text for p in factors}
+    assert said[21,] == "connection 21 between nodes 1 and 11"
+    assert said[41,] == "connection 41 of node 12 to ground"
+    assert said[21, 22] == "all 2 connections of property 5"
+
+
+def test_what_a_parameter_scales_has_no_factor_beside_it(tmp_path: Path) -> None:
+    read = model(tmp_path, Parameter("k", "k1", "elements", (41,)))
+    factors = [p for p in find_places(read) if p.kind == "connection"]
+    assert sorted(p.elements for p in factors) == [(21,), (21, 22), (22,), (31,)]
+    assert {p.parameter for p in factors} == {None}
+
+
+def test_the_nodes_of_a_connection_are_a_pair_along_their_line_and_the_axes(tmp_path: Path) -> None:
+    read = model(tmp_path)
+    held = topology(read).held
+    pairs = [p for p in connection_places(read, held) if p.kind == "pair"]
+    assert [(p.nodes, p.direction) for p in pairs] == [
+        ((1, 11), ""), ((1, 11), "X"), ((1, 11), "Y"), ((3, 13), ""), ((3, 13), "X"), ((3, 13), "Y"),
+    ]  # fmt: skip
+    # those that are places already are not listed again
+    assert not [p for p in connection_places(read, held, pairs) if p.kind == "pair"]
+    every = find_places(read)
+    seen = [(frozenset(p.nodes), p.direction) for p in every if p.kind == "pair"]
+    assert len(seen) == len(set(seen))
