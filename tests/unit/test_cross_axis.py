@@ -28,7 +28,8 @@ from femend.model import MeshError, Place, ReducedModel, read_model, reduce_mode
 from femend.model.form_errors import basis_modes
 from femend.numerals import plain
 from femend.study.predictions import Prediction
-from femend.study.result import _doubted, _mesh_off, _off
+from femend.study.result import _mesh_off
+from femend.study.sensors_off import _deviation, readings, sensors_off
 
 Array = NDArray[np.float64]
 BAND, RATE, N = (5.0, 200.0), 1024.0, 2048
@@ -277,14 +278,14 @@ def test_sensors_mounted_off_are_met_with_their_shares_and_told(
     assert start.null.score < 1.2
     (record,) = start.problem.records
     assert record.across is not None
-    (said,) = _doubted(start)  # type: ignore[arg-type]
+    (said,) = sensors_off(start)  # type: ignore[arg-type]
     found = crossed([record], start.problem.band)
     assert said.startswith("the recordings are explained where sensors may be off by some 2 % (calibration")
     assert "hold some 1 % of the motion across them" in said
     most = sorted(found, key=lambda row: -found[row])[:3]
     assert set(most[:2]) == {20, 38}
-    named = [f"node {row // 6 + 1} {'XYZ'[row % 6]} ({plain(found[row], 2)} times)" for row in most]
-    assert said.endswith("Sensors that move across most: " + ", ".join(named))
+    named = [f"node {row // 6 + 1} {'XYZ'[row % 6]} ({plain(found[row], 2)} times what goes along it)" for row in most]
+    assert said.endswith("Motion across is largest at " + ", ".join(named))
     # it is as it is: looked into once more it stays so
     assert start.crossing is None
 
@@ -294,7 +295,7 @@ def test_sensors_that_the_model_explains_are_believed(reduced: ReducedModel, mon
     start = update_model(reduced.model, [mounted_off(reduced, 0.0)], 0.01)
     assert start.null.score < 1.2
     assert all(r.across is None for r in start.problem.records)
-    assert _doubted(start) == []  # type: ignore[arg-type]
+    assert sensors_off(start) == []  # type: ignore[arg-type]
 
 
 def test_sensors_off_in_calibration_are_met_and_told(reduced: ReducedModel) -> None:
@@ -307,7 +308,7 @@ def test_sensors_off_in_calibration_are_met_and_told(reduced: ReducedModel) -> N
     assert believed.null.score > 2
     start = update_model(reduced.model, records, 0.01)
     assert start.null.score < 1.2
-    (said,) = _doubted(start)  # type: ignore[arg-type]
+    (said,) = sensors_off(start)  # type: ignore[arg-type]
     assert said.endswith("noise floors hold as much")
 
 
@@ -381,20 +382,48 @@ def test_shares_are_of_the_motion_that_the_best_free_force_makes(reduced: Reduce
     assert off(with_force[0], other.y) < 0.5 * off(without[0], other.y)
 
 
-def test_sensors_that_read_too_much_or_too_little_are_named(reduced: ReducedModel) -> None:
+def shown_by(reduced: ReducedModel, factors: list[float]) -> tuple[str, dict[str, float]]:
+    """What is said of five sensors that read the final model times `factors`, and what they read."""
     rng = np.random.default_rng(8)
     dofs = [Dof.parse(text) for text in ("7:+Y", "5:-Y", "4:+Y", "3:+Y", "7:+Z")]
     channels = tuple(Channel(dof, "acceleration", "m/s^2") for dof in dofs)
     model = rng.standard_normal((5, 400))
-    shown = model * np.array([1.031, 0.96, 1.01, 0.97, 1.025])[:, None] + 0.01 * rng.standard_normal(model.shape)
+    shown = model * np.array(factors)[:, None] + 0.01 * rng.standard_normal(model.shape)
     fit = Prediction("a", "fit", 0.01, channels, {"final": model}, shown)
     # recordings that were held back say nothing of it
     held = Prediction("b", "validate", 0.01, channels, {"final": model}, 2 * model)
-    assert [name for name, _ in _off([fit, held])] == ["node 5 -Y", "node 7 +Y", "node 3 +Y"]
-    (known,) = with_across([recorded(reduced, SENSORS, (7, Y))], reduced, BAND, modal(reduced))
+    (known,) = with_across([recorded(reduced, [(7, Y), (5, Y), (4, Y), (3, Y)], (7, Y))], reduced, BAND, modal(reduced))
     problem = Problem([known], BAND, 0.01, 2)
-    (said,) = _doubted(SimpleNamespace(reduced=reduced, problem=problem), [fit])  # type: ignore[arg-type]
+    (said,) = sensors_off(SimpleNamespace(reduced=reduced, problem=problem), [fit, held])  # type: ignore[arg-type]
+    return said, readings([fit, held])
+
+
+def test_sensors_that_read_too_much_or_too_little_are_named(reduced: ReducedModel) -> None:
+    said, read = shown_by(reduced, [1.031, 0.96, 1.01, 0.97, 1.025])
+    assert sorted(read, key=lambda name: -abs(read[name]))[:3] == ["node 5 -Y", "node 7 +Y", "node 3 +Y"]
     assert said.endswith("Against the final model they read: node 5 -Y -4 %, node 7 +Y +3.2 %, node 3 +Y -3 %")
+
+
+def test_one_sensor_far_off_among_sound_ones_may_have_a_wrong_gain(reduced: ReducedModel) -> None:
+    said, _ = shown_by(reduced, [1.0, 1.01, 0.8, 0.99, 1.02])
+    assert "sensors may be off by some 2 %" in said
+    assert "node 4 +Y alone reads -20 %" in said
+    assert "its gain may be wrong; check the scale of its channel" in said
+
+
+@pytest.mark.parametrize("factors", [[1.2, 0.9, 1.1, 1.0, 1.0], [1.0, 1.06, 0.8, 0.99, 1.02]])
+def test_sensors_off_by_more_than_they_can_be_speak_for_the_model(reduced: ReducedModel, factors: list[float]) -> None:
+    said, read = shown_by(reduced, factors)
+    worst = max(read, key=lambda name: abs(read[name]))
+    assert said.startswith(f"against the final model {worst} ")
+    assert "may be off by" not in said
+    assert "the model that is off near these nodes: check how parts are idealised" in said
+
+
+def test_what_moves_across_a_sensor_may_put_it_farther_off(reduced: ReducedModel) -> None:
+    name, across = "node 7 +Y", {"node 7 Y": 21.0}
+    assert _deviation(name, across) == pytest.approx(np.hypot(GAIN_SD, 21 * ACROSS_SD))
+    assert _deviation("node 6 +Y", across) == GAIN_SD
 
 
 def test_a_mesh_that_is_far_off_is_told() -> None:

@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import standard_deviations
 from femend.diagnose.power import untold
-from femend.estimate import FitRecord, crossed, noise_floor
+from femend.estimate import FitRecord, noise_floor
 from femend.estimate.noise import noise_of
-from femend.estimate.picked_up import ACROSS_SD, GAIN_SD
 from femend.model import MeshError
 from femend.model.place import AXES
 from femend.numerals import plain
@@ -22,6 +21,7 @@ from femend.report.headline import INTERRUPTED
 from femend.study.findings import ALSO, findings, rounded
 from femend.study.left_over import left_beside, left_over
 from femend.study.predictions import STAGES, Prediction, motion_error
+from femend.study.sensors_off import sensors_off
 
 __all__ = ["result_of"]
 
@@ -33,8 +33,6 @@ SIMULATED = (
     "structure does, so they look simulated with this deck, which was taken as it is; for recordings of a structure "
     "linear shells and solids are refined first"
 )
-# sensors told of that move across most, or are farthest off
-MOST_DOUBTED = 3
 # error of a frequency by the deck's mesh, relative, from which it is told
 MESH_OFF = 0.05
 # times as much as a sensor records the model has to move there for it to be dead, loose or in another unit
@@ -59,7 +57,7 @@ def result_of(
         *_shifted(diagnosis),
         *_mesh(diagnosis),
         *_left_out(diagnosis),
-        *_doubted(diagnosis, predictions),
+        *sensors_off(diagnosis, predictions),
         *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
         *filter(None, [p.spread.text(p.name) for p in predictions if p.spread is not None]),
         *diagnosis.problem.recorder.warnings,
@@ -138,46 +136,6 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
             "what moves across it, records that: they were left out of the fit and of its errors"
         )
     return told
-
-
-def _doubted(diagnosis: Diagnosis, predictions: Sequence[Prediction] = ()) -> list[str]:
-    """That sensors may be off in calibration and hold shares of the motion across them, which of them move across most,
-    and which read too much or too little."""
-    model, problem = diagnosis.reduced.model, diagnosis.problem
-    if not any(r.across is not None for r in problem.records):
-        return []
-    found = crossed(problem.records, problem.band)
-    most = sorted(found, key=lambda row: -found[row])[:MOST_DOUBTED]
-    named = ", ".join(
-        f"node {int(model.node_ids[row // 6])} {AXES[row % 6]} ({plain(found[row], 2)} times)" for row in most
-    )
-    across = f". Sensors that move across most: {named}" if named else ""
-    off = ", ".join(f"{name} {plain(100 * share, 2, signed=True)} %" for name, share in _off(predictions))
-    reads = f". Against the final model they read: {off}" if off else ""
-    return [
-        f"the recordings are explained where sensors may be off by some {plain(100 * GAIN_SD)} % (calibration, of the "
-        f"force too) and hold some {plain(100 * ACROSS_SD)} % of the motion across them (transverse sensitivity, a "
-        "mount a degree off), and not where each is believed as it is: such shares were left free, and noise floors "
-        f"hold as much{across}{reads}"
-    ]
-
-
-def _off(predictions: Sequence[Prediction]) -> list[tuple[str, float]]:
-    """Sensors that read more or less than the final model by more than calibration is in doubt, and by what share, the
-    farthest first: least squares over all samples of the fit recordings."""
-    squares: dict[str, NDArray[np.float64]] = {}
-    for p in predictions:
-        if p.role != "fit" or p.recorded is None or p.frf is not None:
-            continue
-        for channel, model, recorded in zip(p.channels, p.stages[STAGES[-1]], p.recorded, strict=True):
-            if channel.dof is None:
-                continue
-            sums = np.array([float(model @ recorded), float(model @ model)])
-            name = f"node {channel.dof.node} {channel.dof.direction}"
-            squares[name] = squares.get(name, np.zeros(2)) + sums
-    shares = {name: float(along / size) - 1.0 for name, (along, size) in squares.items() if size > 0}
-    off = sorted((item for item in shares.items() if abs(item[1]) > GAIN_SD), key=lambda item: -abs(item[1]))
-    return off[:MOST_DOUBTED]
 
 
 def _drive(diagnosis: Diagnosis) -> list[str]:
