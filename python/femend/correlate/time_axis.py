@@ -16,7 +16,7 @@ from femend.correlate.exchanged import FEWEST, Shapes, clear_lines, held_against
 from femend.correlate.misread import driven_covariances
 from femend.correlate.mistaken_units import mistaken_as
 
-__all__ = ["KNOWN_RATES", "time_factor"]
+__all__ = ["FACTORS", "KNOWN_RATES", "known_rate", "line_gains", "thinned", "time_factor"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -51,9 +51,7 @@ def time_factor(h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Sha
     lines = clear_lines(h, noise)
     if h.shape[1] < 3 or lines.size < FEWEST:
         return None
-    lines = lines[:: -(-lines.size // LINES)]
-    rows = np.sort(np.argsort(-(model.out**2).sum(axis=1))[:SENSORS])
-    h, noise, freq, model = h[lines][:, rows], noise[lines][:, rows], freq[lines], replace(model, out=model.out[rows])
+    h, noise, freq, model = thinned(h, noise, freq, model, lines)
     gains = np.array([_likelier(h, noise, freq * factor, model) for factor in FACTORS])
     as_it_is = np.abs(np.log(FACTORS)) < np.log(LEAST)
     factor = float(FACTORS[np.argmax(gains)])
@@ -63,22 +61,47 @@ def time_factor(h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Sha
     other = _likelier(h, noise, freq * factor, model, driven=True)
     if any(_likelier(h, noise, freq * f, model, driven=True) > other - TELLING for f in FACTORS[as_it_is]):
         return None
+    rate = known_rate(factor)
+    return factor if rate is None else rate
+
+
+def thinned(
+    h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes, lines: NDArray[np.int64]
+) -> tuple[ComplexArray, FloatArray, FloatArray, Shapes]:
+    """Of responses h (n_freq, n_out), their `noise`, `freq` (n_freq,) and `model` as many of the `lines`, and of the
+    sensors the liveliest ones, as are enough to tell frequencies."""
+    lines = lines[:: -(-lines.size // LINES)]
+    rows = np.sort(np.argsort(-(model.out**2).sum(axis=1))[:SENSORS])
+    return h[lines][:, rows], noise[lines][:, rows], freq[lines], replace(model, out=model.out[rows])
+
+
+def known_rate(factor: float) -> float | None:
+    """The factor of a time axis, one of `KNOWN_RATES` or the inverse of one, that comes near to `factor`."""
     rate = mistaken_as(factor, _NEAR, KNOWN_RATES)
     if rate is None:
-        return factor
+        return None
     return rate[0] if factor > 1 else 1 / rate[0]
 
 
 def _likelier(h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes, driven: bool = False) -> float:
     """How much likelier (mean log-likelihood) responses are with the model's shapes at `freq` than with any shapes;
     `driven` with modes driven as the responses ask for, not all alike."""
-    known = freq < model.freq[-1]
+    return float(line_gains(h, noise, freq, model, driven).mean())
+
+
+def line_gains(h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes, driven: bool = False) -> FloatArray:
+    """By how much every line of responses h (n_freq, n_out), with what else they show, `noise`, is likelier with the
+    model's shapes at `freq` (n_freq,) in Hz than with any shapes, as log-likelihood (n_freq,); 0 above the modes known.
+
+    Modes are driven alike, or, `driven`, as the responses ask for; how a force drives them is for `model.out` to hold.
+    """
+    gains, known = np.zeros(len(freq)), freq < model.freq[-1]
     if not known.any():
-        return 0.0
+        return gains
     h, noise = h[known], noise[known]
     covariances = driven_covariances if driven else inverse_covariances
     inverse = covariances(h, noise, model.out, model.powers(freq[known]))
     own, n_out = held_against(h, inverse)[1], h.shape[1]
     any_shape = n_out * np.log((np.abs(h) ** 2).sum(axis=1))
-    gain = np.linalg.slogdet(inverse)[1] - n_out * np.log(own) + any_shape
-    return float(gain.sum() / len(freq))
+    gains[known] = np.linalg.slogdet(inverse)[1] - n_out * np.log(own) + any_shape
+    return gains

@@ -145,6 +145,9 @@ def corrections_of(model: Model, pairing: Pairing, zeta: float, test: Test, foun
     cured = [one for one in found if one.doubt.factor is not None or one.doubt.order]
     if not cured:
         return Corrections(test)
+    axis = [one for one in cured if one.doubt.kind == "time axis"]
+    if axis:
+        return _at_the_right_rate(model, pairing, zeta, test, axis)
     whole = [one for one in cured if one.doubt.kind in WHOLE]
     if all(one.doubt.kind == "force sign" for one in whole):
         whole = []  # a force the other way round is a load that the diagnosis names
@@ -174,6 +177,16 @@ def left_out_unseen(test: Test, found: Sequence[Doubted]) -> Corrections:
     if not names or not _enough(test, names):
         return Corrections(test)
     return Corrections(without(test, names), tuple(map(Correction, single)))
+
+
+def _at_the_right_rate(model: Model, pairing: Pairing, zeta: float, test: Test, axis: Sequence[Doubted]) -> Corrections:
+    """Recordings at the rate that shapes tell; at the mistaken one there is nothing to update a model on."""
+    right = mended(test, axis)
+    try:
+        start = _Trial(model, pairing, zeta, right).updated(right)
+    except FemendError:
+        return Corrections(test)  # what takes the recordings next says what is wrong with them
+    return Corrections(right, whole=tuple(map(Correction, axis)), start=start)
 
 
 def _names(single: Sequence[Doubted]) -> list[str]:

@@ -31,6 +31,7 @@ from femend.model import Model, Pairing
 from femend.model.free_body import RIGID
 from femend.model.rigid_motion import zero_modes
 from femend.numerals import plain
+from femend.study.plausible_frequencies import Against, frequency_doubts
 from femend.study.plausible_output import output_doubts
 from femend.study.sampled import too_slow_for_modes
 
@@ -39,13 +40,14 @@ __all__ = ["Doubted", "Doubts", "doubts_found", "doubts_of"]
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-# modes of the model up to this multiple of a recording's band, and so many at least: a free body has six of 0 Hz
-ABOVE, LEAST = 2.0, 10
-# and of a recording without its force, of which the band is not known, so many
-OF_SHAPES = 30
+# modes of the model up to this multiple of a recording's band, and so many at least: a free body has six of 0 Hz, and
+# resonances may be elsewhere
+ABOVE, LEAST = 2.0, 30
 # share of the values of FRFs that stand clear of their noise where a force has anything to do with the responses: three
 # quarters and more on twelve generated cases, none of noise
 RELATED = 0.02
+# doubts that frequencies which are off do not raise
+APART = ("twice", "unrelated", "held")
 # share of the nodes that move without any mass from which a density is thought to be missing
 MASSLESS = 0.5
 
@@ -95,20 +97,35 @@ def doubts_found(model: Model, test: Test, pairing: Pairing, zeta: float) -> Dou
     try:
         # of recordings too short for FRFs at least the lowest mode is wanted
         f_max = ABOVE * max((float(d.freq[-1]) for d in frfs if d is not None), default=0.0)
-        modes = _modes(model, f_max, zeta, OF_SHAPES if any(map(_unmeasured, used)) else LEAST)
+        modes = _modes(model, f_max, zeta)
     except (FemendError, ValueError):
         return Doubts()  # whoever solves the model next says what is wrong with it
+    against = {r.name: _of_channels(r, data, modes, pairing) for r, data in zip(used, frfs, strict=True)}
+    known = [Against(r, d, against[r.name]) for r, d in zip(used, frfs, strict=True) if d is not None]
+    elsewhere = frequency_doubts(model, zeta, modes, pairing, known)
     found: dict[tuple[str, str], tuple[Doubt, list[str]]] = {}
-    for recording, data in zip(used, frfs, strict=True):
-        against: Sequence[Doubt] = () if data is None else _against(data, modes, pairing)
-        if _unmeasured(recording):
-            against = output_doubts(recording, modes, pairing)
-        # a time axis that is mistaken says why the rate is too low
-        slow = [] if any(d.kind == "time axis" for d in against) else _slow(recording, modes)
-        for doubt in (*_short(recording, modes), *slow, *against):
+    for recording in used:
+        why = [doubt for doubt, names in elsewhere if recording.name in names]
+        for doubt in _of_one(recording, modes, against[recording.name], why):
             found.setdefault((doubt.kind, doubt.channel), (doubt, []))[1].append(recording.name)
     of_model = (*_free(model, modes), *_massless(model))
     return Doubts(of_model, tuple(Doubted(doubt, tuple(names)) for doubt, names in found.values()))
+
+
+def _of_channels(recording: Recording, data: FrfData | None, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
+    """Doubts about the channels of a recording, with its FRFs where it has any."""
+    if _unmeasured(recording):
+        return output_doubts(recording, modes, pairing)
+    return [] if data is None else _against(data, modes, pairing)
+
+
+def _of_one(recording: Recording, modes: ModeSet, against: Sequence[Doubt], why: Sequence[Doubt]) -> list[Doubt]:
+    """Doubts that one recording raises: those `against` its channels, and `why`, about its frequencies."""
+    if why:
+        # where frequencies are off, levels, signs and durations are by that: the cause is told alone
+        return [*why, *(d for d in against if d.kind in APART)]
+    slow = [] if any(d.kind == "time axis" for d in against) else [*_short(recording, modes), *_slow(recording, modes)]
+    return [*slow, *against]
 
 
 def _measured(recording: Recording) -> bool:
@@ -126,8 +143,8 @@ def _frfs(recording: Recording) -> FrfData | None:
         return None  # too short, or of several quantities: nothing to compare
 
 
-def _modes(model: Model, f_max: float, zeta: float, least: int) -> ModeSet:
-    found = model_modes(model, n_modes=least, zeta=zeta)
+def _modes(model: Model, f_max: float, zeta: float) -> ModeSet:
+    found = model_modes(model, n_modes=LEAST, zeta=zeta)
     return found if found.freq[-1] > f_max else model_modes(model, f_max=f_max, zeta=zeta)
 
 
