@@ -25,10 +25,11 @@ from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.content import report_content
 from femend.study.corrections import Corrections, corrections_of, left_out_unseen
+from femend.study.explained import answered
 from femend.study.interruption import StudyInterrupted, nothing_settled
 from femend.study.load import load_study
 from femend.study.patch import deck_cards, deck_changes, on_new_supports
-from femend.study.plausible import doubts_found
+from femend.study.plausible import Doubted, doubts_found
 from femend.study.predictions import Prediction, predict_all, write_predictions
 from femend.study.priors import bounds_told
 from femend.study.result import result_of
@@ -114,7 +115,7 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
             )
     used = _usable(right.test, unrecorded)
     records = [] if unrecorded and not _enough(right.test) else fit_records(used, model, pairing)
-    task = _Task(study, model, test, pairing, records, info, steps, folder, right, warnings)
+    task = _Task(study, model, test, pairing, records, info, steps, folder, right, warnings, doubts.of_recordings)
     try:
         # a time axis that is mistaken without a force is for the modes to tell
         run = task.run(unrecorded) if records and not (unrecorded and right.whole) else None
@@ -143,8 +144,8 @@ def _no_laws(info: RunInfo) -> None:
 
 @dataclass(eq=False)
 class _Task:
-    """A study that was read, while it is diagnosed: `test` as recorded, `right` what is used of it; `so_far` is what is
-    settled."""
+    """A study that was read, while it is diagnosed: `test` as recorded, `right` what is used of it; `doubted` is what
+    is doubtful of the recordings, among the `warnings`, and `so_far` what is settled."""
 
     study: Study
     model: Model
@@ -156,6 +157,7 @@ class _Task:
     out: Path | None
     right: Corrections
     warnings: list[str] = field(default_factory=list)
+    doubted: Sequence[Doubted] = ()
     so_far: SoFar = field(default_factory=SoFar)
 
     def run(self, unrecorded: bool) -> StudyRun | None:
@@ -181,11 +183,18 @@ class _Task:
             result = result_of(diagnosis, predictions, records, self.warnings)
             factors = {name: entry["factor"] for name, entry in result["parameters"].items()}
             result["warnings"] += bounds_told(self.study.parameters, factors)
-            result = self.right.told_in(result)
+            result = self.right.told_in(self._answered(result))
         run = StudyRun(self.study, self.model, used, self.pairing, records, diagnosis, predictions, result)
         if self.out is not None:
             _write(run, self.out, self.info)
         return run
+
+    def _answered(self, result: dict[str, Any]) -> dict[str, Any]:
+        """The result without warnings of what it answers."""
+        if self.right.whole:
+            return result
+        gone = {one.text for one in answered(self.doubted, result, self.right.left_out)}
+        return {**result, "warnings": [text for text in result["warnings"] if text not in gone]}
 
     def stopped(self) -> KeyboardInterrupt:
         """What is raised when the user stops it, after what is settled was written."""
