@@ -177,6 +177,9 @@ def _rivals(run: StagedRun) -> tuple[LawRow, ...]:
                 n = 0 if rival.term is None else len(rival.term.unknowns)
                 left = sum(rival.posterior.squares.values()) / max(rival.posterior.n_values, 1.0)
                 remark = f"{stage.name}, {stage.configuration}; ln evidence {plain(rival.score)}"
+                together = sum(r.probability for r in decision.rivals if r.physics == rival.physics)
+                if rival is decision.taken and together > rival.probability + 0.005:
+                    remark += f"; {plain(100 * together, 2)} % with the other places of this physics"
                 name = rival.physics or "none"
                 rows.append(
                     LawRow(name, rival.label, n, left, left, rival.probability, remark, rival is decision.taken)

@@ -9,7 +9,7 @@ import numpy as np
 
 from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.staged import Flow, Setup, StagedData, sensor_warnings
-from femend.diagnose.staged.select import Round
+from femend.diagnose.staged.select import NOT_TOLD, Round
 from femend.model.linear_terms import LinearTerm
 from femend.numerals import plain
 from femend.report.mode_words import frequency_errors
@@ -17,6 +17,7 @@ from femend.study.findings import alternatives
 from femend.study.predictions import STAGES, Prediction
 from femend.study.priors import bounds_told
 from femend.study.result import FORMAT
+from femend.study.staged_doubts import clear_rival, places_left
 from femend.units import UnitSystem, unit_system
 
 __all__ = ["staged_result"]
@@ -28,8 +29,6 @@ _DIAGONALS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z
 FAR, POOR = 5.0, 0.15
 # and one that moved by less is where the deck has it
 MOVED = 0.3
-# places of one physics nearer than this in ln evidence are not told apart
-NOT_TOLD = 3.0
 # a stiffness over speed is told at rest and at these shares of the highest speed
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
@@ -92,7 +91,10 @@ def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[
         if worst > setup.settings.adequate:
             left = f"the best terms leave {plain(worst, 2)} times what noise and the form of the model explain"
             return "located-not-named", f"{left}; {advice}" if advice else left
-        return "missing-physics", advice
+        return "missing-physics", "; ".join(filter(None, [places_left(setup, flow), advice]))
+    rival = clear_rival(flow, setup.settings)
+    if rival:
+        return "undetermined", "; ".join(filter(None, [rival, advice]))
     if not any(s.name == "FRFs" or s.run is not None for s in flow.stages):
         errors = frequency_errors({"stages": [_stage(s) for s in flow.stages]})
         if errors is not None and errors.unlike:

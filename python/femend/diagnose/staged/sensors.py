@@ -18,6 +18,9 @@ ComplexArray = NDArray[np.complex128]
 # correlation of the typical sensor with the model from which on single ones can be judged; of one that is reversed; of
 # one that is at another place, and of that place's sensor with it
 EXPLAINED, REVERSED, ELSEWHERE, THERE = 0.8, -0.5, 0.8, 0.9
+# MAC of all other sensors from which on an identified mode is the model's, and the least share of a shape's largest
+# component that has a sign
+LIKE, MOVES = 0.5, 0.02
 
 
 def contradictions(
@@ -63,7 +66,7 @@ def sensor_warnings(setup: Setup, data: StagedData, flow: Flow) -> tuple[str, ..
             H = frf.block(setup, model).predicted(posterior.p)
             said += _sentences(frf.name, "FRF", _flat(frf.H), _flat(H), _pairs(frf))
         for modes in data.output_only.get(configuration, []):
-            _, shapes, _ = modes.block(setup, model).pairs(posterior.p)
+            shapes = modes.block(setup, model).pairs(posterior.p)[1]
             said += _of_modes(modes, shapes)
     for _, result in flow.runs:
         counted = result.data.slips < 10
@@ -83,9 +86,25 @@ def _pairs(frf: FrfData) -> list[str]:
 
 def _of_modes(data: ModesData, computed: ComplexArray) -> list[str]:
     """Shapes of identified modes against the model's, each of unit size and with its factor taken out."""
-    own = data.modes.shapes / np.linalg.norm(data.modes.shapes, axis=0)
-    factor = (computed.conj() * own).sum(axis=0) / (np.abs(computed) ** 2).sum(axis=0)
-    return _sentences(data.name, "channel", own, computed * factor, [str(d) for d in data.modes.dofs])
+    size = np.linalg.norm(data.modes.shapes, axis=0)
+    own = data.modes.shapes / size
+    sd = np.zeros(own.shape) if data.shape_sd is None else np.nan_to_num(data.shape_sd) / size
+    factor = (computed.conj() * own).sum(axis=0) / np.maximum((np.abs(computed) ** 2).sum(axis=0), 1e-300)
+    same = computed * factor
+    # what hardly moves, in the recording or in the model, has no sign
+    moves = (np.abs(own) > sd) & (np.minimum(np.abs(own), np.abs(same)) > MOVES * np.abs(own).max(axis=0))
+    told = moves & (_likeness_of_others(own, computed) >= LIKE)
+    rows = np.flatnonzero(told.any(axis=1))
+    recorded, same = np.where(told, own, 0.0)[rows], np.where(told, same, 0.0)[rows]
+    return _sentences(data.name, "channel", recorded, same, [str(data.modes.dofs[i]) for i in rows])
+
+
+def _likeness_of_others(own: ComplexArray, computed: ComplexArray) -> NDArray[np.float64]:
+    """MAC (n, m) of identified shapes `own` (n, m) with `computed` (n, m) over all sensors but the row's: a mode that
+    the others do not find in the model says nothing about one of them."""
+    cross, sizes = own.conj() * computed, (np.abs(own) ** 2, np.abs(computed) ** 2)
+    left = [row.sum(axis=0) - row for row in sizes]
+    return np.asarray(np.abs(cross.sum(axis=0) - cross) ** 2 / np.maximum(left[0] * left[1], 1e-300))
 
 
 def _sentences(
