@@ -140,7 +140,7 @@ def _orders_of(told: StudyRecording, recording: Recording, study: Study) -> list
             ]
         # a sum over metres and radians depends on the unit of length, so that rotations stay out here as with modes
         every = [replace(d, y=d.y[straight], sensors=tuple(d.sensors[i] for i in straight)) for d in every]
-        warnings = (*recording.warnings, *tacho_warnings(recording, top.speed))
+        warnings = (*recording.warnings, *tacho_warnings(recording, top.speed, top.order))
         found: list[MeasuredRun | HeldShapes | str] = []
         for data in every:
             held = held_shapes(data, told, recording, study)
@@ -228,16 +228,27 @@ def _peaks(
     lines = np.array([int(np.argmin(np.abs(freq - f))) for f in at], dtype=np.int64)
     noise = _noise(Y, sd)[lines]
     lost = noise > NOISY
-    told = [
-        f"the peak at {plain(f)} Hz is not compared, {100 * share:.0f} % of its shape is noise"
-        for f, share in zip(at[lost], noise[lost], strict=True)
-    ]
+    told = _lost_peaks(at[lost], noise[lost])
     if lost.all():
         told.append(
             f"its operating shapes have no peak from {plain(freq[0])} to {plain(freq[-1])} Hz that stands out of the "
             "noise"
         )
     return lines[~lost], at[~lost], told
+
+
+def _lost_peaks(at: FloatArray, noise: FloatArray) -> list[str]:
+    """What is said of peaks at `at` (n,) Hz that are not compared for the share of `noise` (n,) in their shapes."""
+    if not at.size:
+        return []
+    low, high = (round(100 * float(share)) for share in (noise.min(), noise.max()))
+    shares = f"{low}" if low == high else f"{low} to {high}"
+    if at.size == 1:
+        return [f"the peak at {plain(at[0])} Hz is not compared, {shares} % of its shape is noise"]
+    return [
+        f"{at.size} peaks from {plain(at[0])} to {plain(at[-1])} Hz are not compared, {shares} % of their shapes are "
+        "noise"
+    ]
 
 
 def without_runs(study: Study, use: str) -> tuple[str, ...]:

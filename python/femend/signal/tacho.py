@@ -13,6 +13,7 @@ from femend.errors import SignalError
 from femend.numerals import plain
 from femend.signal.curve import smooth_curve
 from femend.signal.pulses import PulseTrain, find_edges, repair_pulses
+from femend.signal.tacho_doubts import sampled_too_slowly
 from femend.signal.waveform import align_waveform, samples_per_pulse
 
 __all__ = ["speed_from_edges", "speed_from_profile", "tacho_speed"]
@@ -27,6 +28,8 @@ FEW_SAMPLES, FEW_PULSES = 40.0, 8
 # smoothing with which the waveform is fitted: over some ten pulses. Cross validation would follow what single pulses
 # are wrong by, which is alike in neighbours
 START = 10.0
+# edges by which a tacho that is refused may be sampled too slowly, and the percentile of their intervals that is short
+FEWEST_EDGES, SHORT = 20, 10
 
 
 def tacho_speed(
@@ -52,6 +55,7 @@ def tacho_speed(
     row = _tacho_row(data, channel)
     name = data.channels[row].text
     x = data.values[row]
+    edges = np.zeros(0)
     try:
         edges = find_edges(x, data.dt, data.t0, level=level, hysteresis=hysteresis, falling=falling)
         few = level is None and pulses_per_revolution <= FEW_PULSES and samples_per_pulse(x, edges.size) < FEW_SAMPLES
@@ -60,8 +64,19 @@ def tacho_speed(
             fit = fit.aligned(-x if falling else x, data.t, START if smoothing is None else smoothing)
         return fit.speed(name)
     except SignalError as error:
-        message = f"recording {data.name!r}, channel {name}: {error}"
+        slow = _slow(x, data.dt, edges, pulses_per_revolution)
+        what = f"{slow}. What shows it first: {str(error).split(';')[0]}" if slow else str(error)
+        message = f"recording {data.name!r}, channel {name}: {what}"
         raise SignalError(message, recording=data.name, channel=name, time=error.time) from None
+
+
+def _slow(x: FloatArray, dt: float, edges: FloatArray, pulses_per_revolution: int) -> str:
+    """A clause on pulses of a tacho x (n,) that come too fast for its sampling, by the times of their `edges`; nothing
+    where they do not."""
+    if edges.size < FEWEST_EDGES:
+        return ""
+    fastest = 1.0 / float(np.percentile(np.diff(edges), SHORT))
+    return sampled_too_slowly(x, dt, fastest, fastest / max(int(pulses_per_revolution), 1))
 
 
 def _tacho_row(data: TimeData, channel: str | int | None) -> int:

@@ -16,8 +16,10 @@ from femend.errors import RecordingError
 from femend.estimate.frf import coherent_band, frf_lines_of, useful_band
 from femend.estimate.joint import DataChoice, FrfBlock, ModesBlock, Run, RunBlock, Unbalance, run_of
 from femend.model.configured import ConfiguredModel
+from femend.numerals import plain
 from femend.signal import tacho_speed, to_quantity
 from femend.signal.suited import suited_frf
+from femend.signal.tacho_doubts import counted_otherwise, sampled_too_slowly
 
 __all__ = [
     "FrfData",
@@ -295,15 +297,43 @@ def _accelerations(recording: Recording) -> TimeData | None:
     )
 
 
-def tacho_warnings(recording: Recording, speed: Speed) -> tuple[str, ...]:
-    """What had to be repaired in the pulses of a run's tacho, in one sentence; nothing where nothing was."""
-    if not speed.missed + speed.doubled:
+def tacho_warnings(recording: Recording, speed: Speed, order: float = 1.0) -> tuple[str, ...]:
+    """What is doubtful about a run's tacho: pulses that had to be repaired, with the sampling where that is why, and
+    another number of them to a turn than the responses follow. `speed` is that of an `order`."""
+    if recording.rotating is None:
         return ()
+    speed = speed if order == 1.0 else speed.of_order(1.0 / order)
+    told = (_repaired(recording, speed), _wrong_count(recording, speed))
+    return tuple(f"recording {recording.name!r}: {text}" for text in told if text)
+
+
+def _repaired(recording: Recording, speed: Speed) -> str:
+    """What had to be repaired in the pulses, in one sentence; nothing where nothing was."""
+    rotating, time = recording.rotating, recording.time
+    if not speed.missed + speed.doubled or rotating is None:
+        return ""
     what = [f"{n} {text}" for n, text in ((speed.missed, "lost pulses put in"), (speed.doubled, "bounces thrown out"))]
     done = " and ".join(text for text in what if not text.startswith("0 "))
+    top = float(speed.rev_per_s.max())
+    x = time.values[time.index(rotating.tacho)]
+    slow = sampled_too_slowly(x, time.dt, top * rotating.pulses_per_revolution, top)
+    why = f"; {slow}" if slow else ""
+    return f"channel {speed.source}: {done}, beside {speed.n_pulses} pulses used; the first: {speed.notes[0]}{why}"
+
+
+def _wrong_count(recording: Recording, speed: Speed) -> str:
+    """That the responses follow another number of pulses to a turn; nothing where they do not."""
+    rotating = recording.rotating
+    if rotating is None:
+        return ""
+    stated = int(rotating.pulses_per_revolution)
+    found = counted_otherwise(recording.time, speed, stated)
+    if found is None:
+        return ""
     return (
-        f"recording {recording.name!r}: channel {speed.source}: {done}, beside {speed.n_pulses} pulses used; the "
-        f"first: {speed.notes[0]}",
+        f"its channels hold {plain(100 * found.share, 2)} % of their power at order {found.order:.2f} of the tacho's "
+        f"speed and next to nothing ({plain(100 * found.first, 2)} %) at order 1, where unbalance acts: is "
+        f"pulses_per_revolution = {found.pulses} instead of {stated}?"
     )
 
 
