@@ -22,6 +22,7 @@ from femend.estimate.joint import ModesBlock
 from femend.report.plots import paper_style
 from femend.study import staged_content, staged_pictures
 from femend.study.staged_content import _pictures
+from femend.study.staged_result import _verdict
 
 RATE = 256.0
 
@@ -130,3 +131,52 @@ def test_missing_fonts_are_no_matter(caplog: pytest.LogCaptureFixture) -> None:
     with paper_style():
         logging.getLogger("matplotlib.font_manager").warning("findfont: Font family 'x' not found.")
     assert caplog.text == ""
+
+
+def staged(unexplained: float, noise: float) -> Any:
+    """What is left of a study with one run, after its modes were read off it."""
+    return SimpleNamespace(
+        stages=[
+            SimpleNamespace(name="output-only modes", recordings=("runup",), run=None, configuration="as modelled"),
+            SimpleNamespace(
+                recordings=("runup",), run=1, configuration="as modelled", unexplained=unexplained, noise=noise
+            ),
+        ],
+        unseen=(),
+    )
+
+
+def told_of(flow: Any, *, warnings: tuple[str, ...] = (), modes: tuple[str, ...] = ("runup",)) -> tuple[str, str]:
+    data: Any = SimpleNamespace(
+        runs={"as modelled": [SimpleNamespace(name="runup")]},
+        output_only={"as modelled": [SimpleNamespace(name=name) for name in modes]},
+        warnings=warnings,
+    )
+    setup: Any = None
+    return _verdict(setup, data, flow, [])
+
+
+def test_ambient_vibration_is_asked_for_where_there_is_none() -> None:
+    verdict, advice = told_of(staged(0.81, 0.01))
+    assert verdict == "undetermined"
+    assert advice.startswith("81 % of runup stays unexplained: check pulses_per_revolution, axis and nodes of its")
+    assert advice.endswith("if they are right, record some minutes of ambient vibration in the same configuration")
+
+
+def test_ambient_vibration_that_is_there_is_not_asked_for() -> None:
+    advice = told_of(staged(0.81, 0.01), modes=("ambient",))[1]
+    assert advice.startswith("81 % of runup stays unexplained, though ambient vibration was recorded: check pulses_per")
+    assert "record" not in advice.replace("recorded", "").replace("[recording.", "")
+
+
+def test_a_wrong_number_of_pulses_is_corrected_first() -> None:
+    said = "recording 'runup': its channels hold ... is pulses_per_revolution = 1 instead of 2?"
+    advice = told_of(staged(1.0, 0.01), warnings=(said,))[1]
+    assert advice.endswith("first correct pulses_per_revolution of its [recording.rotating] (see the warnings) and run "
+                           "again")  # fmt: skip
+
+
+def test_a_run_of_noise_alone_is_not_consistent() -> None:
+    verdict, advice = told_of(staged(0.99, 0.95))
+    assert verdict == "undetermined"
+    assert advice.startswith("95 % of runup is no response to the speeds it goes through")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -75,12 +76,17 @@ def test_who_moves_freely_is_told_by_node(tmp_path: Path) -> None:
 def test_modes_that_are_not_the_models_leave_it_open() -> None:
     class Stage:
         name, configuration, recordings, unexplained, noise = "output-only modes", "as modelled", ("a",), 0.1, 0.001
-        remarks, run, table = (), None, ((10.0, 0.01, 25.0, 0.01, 0.2, 0.01), (20.0, 0.01, 40.0, 0.01, 0.1, 0.02))
+        remarks, run, rounds, table = (
+            (),
+            None,
+            (),
+            ((10.0, 0.01, 25.0, 0.01, 0.2, 0.01), (20.0, 0.01, 40.0, 0.01, 0.1, 0.02)),
+        )
 
     class Flow:
         stages, unseen = (Stage(),), ()
 
-    verdict, advice = _verdict(None, Flow(), [])  # type: ignore[arg-type]
+    verdict, advice = _verdict(SimpleNamespace(settings=None), SimpleNamespace(runs={}), Flow(), [])  # type: ignore[arg-type]
     assert verdict == "undetermined"
     assert "none of the 2 identified modes has a counterpart" in advice
     assert "check supports" in advice

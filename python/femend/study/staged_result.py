@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from femend.diagnose.calibration import CALIBRATION
-from femend.diagnose.staged import Flow, Setup, StagedData, sensor_warnings
+from femend.diagnose.staged import Flow, Setup, Stage, StagedData, sensor_warnings
 from femend.diagnose.staged.select import NOT_TOLD, Round
 from femend.model.linear_terms import LinearTerm
 from femend.numerals import plain
@@ -29,6 +29,10 @@ _DIAGONALS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z
 FAR, POOR = 5.0, 0.15
 # and one that moved by less is where the deck has it
 MOVED = 0.3
+# share of a run that is noise from which it tells nothing
+DROWNED = 0.5
+# what a study calls the number of the tacho's pulses
+PULSES = "pulses_per_revolution"
 # a stiffness over speed is told at rest and at these shares of the highest speed
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
@@ -45,7 +49,7 @@ def staged_result(
     findings = [_finding(setup, final, term, decision) for term, decision in _by_weight(final)]
     findings += [_force_law(c, r) for c, r in final.runs if r.other_law]
     converged = all(s.posterior.converged for s in final.stages)
-    verdict, advice = _verdict(setup, final, findings)
+    verdict, advice = _verdict(setup, data, final, findings)
     noise = {s.recordings[0]: s.noise for s in final.stages if s.name == "FRFs" or s.run is not None}
     parameters = _parameters(setup, final)
     bounds = bounds_told(setup.free.parameters, {name: entry["factor"] for name, entry in parameters.items()})
@@ -77,15 +81,21 @@ def _by_weight(flow: Flow) -> list[tuple[LinearTerm, Round]]:
     return sorted(flow.named, key=fall, reverse=True)
 
 
-def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[str, str]:
+def _verdict(setup: Setup, data: StagedData, flow: Flow, findings: list[dict[str, Any]]) -> tuple[str, str]:
     advice = "; ".join(flow.unseen)
     poor = [s for s in flow.stages if s.run is not None and s.unexplained > max(POOR, FAR * s.noise)]
     if poor:
-        said = f"{plain(100 * poor[0].unexplained, 2)} % of {poor[0].recordings[0]} stays unexplained"
         verdict = "located-not-named" if findings else "undetermined"
-        return verdict, "; ".join(
-            filter(None, [f"{said}; record some minutes of ambient vibration in the same configuration", advice])
+        return verdict, "; ".join(filter(None, [_unexplained(flow, data, poor[0]), advice]))
+    runs = {r.name for own in data.runs.values() for r in own}
+    drowned = [s for s in flow.stages if s.run is not None and s.noise > DROWNED]
+    if drowned and not findings and all(s.recordings[0] in runs for s in flow.stages):
+        said = (
+            f"{plain(100 * drowned[0].noise, 2)} % of {drowned[0].recordings[0]} is no response to the speeds it goes "
+            "through (noise, or what rings on above them), so that it tells nothing of the model; record a longer run "
+            "over more speeds, or some minutes of ambient vibration"
         )
+        return "undetermined", "; ".join(filter(None, [said, advice]))
     if findings:
         worst = max((d.inflation for s in flow.stages for d in s.rounds), default=1.0)
         if worst > setup.settings.adequate:
@@ -112,6 +122,22 @@ def _verdict(setup: Setup, flow: Flow, findings: list[dict[str, Any]]) -> tuple[
     if max(moved, default=0.0) > FAR:
         return "located-not-named", advice
     return ("parameters-only" if max(moved, default=0.0) > MOVED else "consistent"), advice
+
+
+def _unexplained(flow: Flow, data: StagedData, stage: Stage) -> str:
+    """What stays unexplained of a run, and what may be why."""
+    name, runs = stage.recordings[0], {r.name for own in data.runs.values() for r in own}
+    said = f"{plain(100 * stage.unexplained, 2)} % of {name} stays unexplained"
+    if any(text.startswith(f"recording {name!r}: ") and PULSES in text for text in data.warnings):
+        return f"{said}; first correct {PULSES} of its [recording.rotating] (see the warnings) and run again"
+    causes = (
+        f"check {PULSES}, axis and nodes of its [recording.rotating], and the units and directions of the sensors; if "
+        "they are right,"
+    )
+    ambient = any(m.name not in runs for m in data.output_only.get(stage.configuration, []))
+    if ambient:
+        return f"{said}, though ambient vibration was recorded: {causes} what is missing is none of what was tried"
+    return f"{said}: {causes} record some minutes of ambient vibration in the same configuration"
 
 
 def _finding(setup: Setup, flow: Flow, term: LinearTerm, decision: Round) -> dict[str, Any]:
