@@ -38,7 +38,8 @@ def clear_rival(flow: Flow, settings: StagedSettings) -> str:
             f"{rival.label} would explain the modes of {', '.join(stage.recordings)} better than parameters alone (ln "
             f"evidence {plain(above, 2, signed=True)}, {plain(100 * rival.probability, 2)} % of all that was tried), "
             f"which is too little to name it, and the mode at {plain(freq, 3)} Hz is "
-            f"{plain(100 * error, 2, signed=True)} % off, {plain(times, 2)} times what its deviation and the form of the model allow: look there, and "
+            f"{plain(100 * error, 2, signed=True)} % off, {plain(times, 2)} times what its deviation and the form of "
+            "the model allow: look there, and "
             "record longer, with more sensors around that place, or a hammer test with its force"
         )
     return ""
