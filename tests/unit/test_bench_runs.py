@@ -133,6 +133,14 @@ def test_a_sensor_that_is_turned_round_is_compared_as_it_is(changed: Callable[..
     np.testing.assert_allclose(found.comparison.mac, plain.comparison.mac, atol=1e-4)
 
 
+def test_a_run_whose_time_counts_milliseconds_is_told(changed: Callable[..., Path]) -> None:
+    run = correlate_study(changed(lambda d: replace(d, dt=1000 * d.dt)))
+    assert any("is the axis in milliseconds? A column that counts" in w for w in run.result["warnings"])
+    assert not any("move no sensor" in w for w in run.result["warnings"])
+    assert run.result["advice"].startswith("mend the time axis of the recordings that look mistaken first")
+    assert "has no mode up to 3 times that" in run.run("runup").why
+
+
 def test_a_bearing_the_model_does_not_have_leaves_the_modes(changed: Callable[..., Path]) -> None:
     run = correlate_study(changed(text=lambda t: t.replace("nodes = [511, 512]", "nodes = [511, 9999]")))
     found = run.run("runup")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array, diags_array
 
-from femend import Channel, Dof, Recording, Test, TimeData, functions_of, write_uff
+from femend import Channel, Dof, Recording, Test, TimeData, correlate_study, functions_of, write_uff
 from femend.correlate.exchanged import Shapes
 from femend.correlate.misread import misread
 from femend.estimate import pair_test
@@ -82,12 +82,25 @@ def test_a_time_step_that_is_mistaken_is_told_by_shapes(tmp_path: Path, factor: 
     assert said in text
 
 
-def test_a_study_at_the_wrong_rate_is_undetermined_and_compared_at_the_right_one(tmp_path: Path) -> None:
-    _, y = ambient(tmp_path, 6e10)
+def at_another_rate(folder: Path, times: float) -> Path:
+    """The study of an ambient recording whose step is so many times what it should be."""
+    _, y = ambient(folder, 6e10)
     channels = tuple(Channel(Dof(n, 3), "acceleration", "m/s^2") for n in small_study.SENSORS)
-    write_uff(tmp_path / "ambient.uff", functions_of(TimeData("ambient", 1000 / RATE, y, channels)))
+    write_uff(folder / "ambient.uff", functions_of(TimeData("ambient", times / RATE, y, channels)))
     tables = '[[recording]]\nname = "ambient"\nfile = "ambient.uff"\nrole = "fit"\nexcitation = "ambient"\n'
-    result = diagnose(small_study.write_unrecorded(tmp_path, tables)).result
+    return small_study.write_unrecorded(folder, tables)
+
+
+@pytest.mark.parametrize(("times", "doubted"), [(1000.0, True), (1.0, False)])
+def test_a_correlation_tells_a_mistaken_time_axis(tmp_path: Path, times: float, doubted: bool) -> None:
+    result = correlate_study(at_another_rate(tmp_path, times)).result
+    said = [w for w in result["warnings"] if "milliseconds and seconds mistaken for each other give 1000" in w]
+    assert len(said) == doubted
+    assert result["advice"].startswith("mend the time axis of the recordings") == doubted
+
+
+def test_a_study_at_the_wrong_rate_is_undetermined_and_compared_at_the_right_one(tmp_path: Path) -> None:
+    result = diagnose(at_another_rate(tmp_path, 1000.0)).result
     assert (result["verdict"], result["findings"]) == ("undetermined", [])
     assert "first correct the recordings: the time step of ambient is about 1000 times too long" in result["advice"]
     assert headline(result).startswith("The recordings have to be corrected")

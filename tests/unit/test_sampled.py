@@ -34,6 +34,15 @@ def test_a_band_beyond_the_sampling_is_told_with_the_rate_it_takes() -> None:
     assert too_slow_for_band(recorded(32.0), None) == ()
 
 
+def test_a_rate_that_is_far_below_asks_for_the_unit_of_the_axis() -> None:
+    slow = recorded(0.512, seconds=1000.0)
+    (told,) = too_slow_for_modes(slow, np.array([18.0, 40.0]))
+    assert told.startswith(
+        "recording 'low' is sampled at 0.512 Hz by its time axis, and the model's lowest mode is at 18"
+    )
+    assert "is the axis in milliseconds? A column that counts them is called 'time [ms]'" in told
+
+
 def test_a_rate_that_misses_the_lowest_mode_is_told() -> None:
     # rigid-body modes are at 0 Hz but for rounding
     freq = np.array([1e-5, 2e-5, 30.0, 50.0])

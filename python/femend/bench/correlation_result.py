@@ -9,7 +9,7 @@ import numpy as np
 
 from femend.analysis.tam import TamTable
 from femend.bench.compared import Compared
-from femend.bench.doubted import MEND_FIRST, doubted_levels, doubted_sensors
+from femend.bench.doubted import MEND_FIRST, TIME_FIRST, doubted_levels, doubted_sensors, doubted_times
 from femend.bench.measured import MeasuredModes
 from femend.bench.orthogonal import orthogonality_result
 from femend.bench.placed import Placed
@@ -29,7 +29,7 @@ def correlation_result(
 ) -> dict[str, Any]:
     """The content of correlation.json; `tams` are the orthogonalities of what is `compared`, `runs` those of a
     rotor."""
-    faults = doubted_sensors(compared)
+    faults, times = doubted_sensors(compared), doubted_times(prepared, compared, runs)
     return {
         "format": FORMAT,
         "title": prepared.study.title,
@@ -39,8 +39,10 @@ def correlation_result(
             for c, t in zip(compared, tams, strict=True)
         ],
         "runs": [run_result(r) for r in runs],
-        "warnings": [*prepared.warnings, *faults, *doubted_levels(compared), *(r.why for r in runs if r.why)],
-        "advice": "; ".join(filter(None, [_advice(compared, faults), *(run_advice(r) for r in runs)])),
+        "warnings": [*prepared.warnings, *times, *faults, *doubted_levels(compared), *(r.why for r in runs if r.why)],
+        "advice": "; ".join(
+            filter(None, [TIME_FIRST if times else "", _advice(compared, faults), *(run_advice(r) for r in runs)])
+        ),
     }
 
 

@@ -3,19 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.analysis.model_modes import model_modes
 from femend.bench.compared import Compared
+from femend.bench.measured import ALONE
+from femend.bench.run_compared import ComparedRun
 from femend.correlate.doubts import level_doubts
 from femend.correlate.exchanged import CLEAR
 from femend.data import FRF
 from femend.errors import RecordingError
 from femend.estimate.frf import frf_lines_of
+from femend.model import Model
+from femend.model.free_body import RIGID
+from femend.study.plausible_output import time_axis_doubts
+from femend.study.sampled import too_slow_for_modes
 
-__all__ = ["MEND_FIRST", "doubted_levels", "doubted_sensors"]
+if TYPE_CHECKING:
+    from femend.bench.correlate import Prepared
 
+__all__ = ["MEND_FIRST", "TIME_FIRST", "doubted_levels", "doubted_sensors", "doubted_times"]
+
+# frequencies that are off by this factor, or its inverse, are not those of a model that is only somewhat wrong
+OFF = 1.5
+# modes among which is an elastic one, whatever is free, and those whose shapes tell a time axis
+LOWEST, KNOWN = 10, 30
+TIME_FIRST = "mend the time axis of the recordings that look mistaken first: all frequencies rest on it"
 MEND_FIRST = "mend the sensors that look reversed or exchanged before anything is updated"
 
 
@@ -34,6 +50,38 @@ def doubted_levels(compared: Sequence[Compared], *, of_all: bool = False) -> lis
             doubts = level_doubts(c.measured.frf.H, c.frf.H, names, _clear(c.measured.frf))
             told += [f"recording {c.measured.name!r}: {d.text}" for d in doubts if not (of_all and d.channel)]
     return told
+
+
+def doubted_times(prepared: Prepared, compared: Sequence[Compared], runs: Sequence[ComparedRun] = ()) -> list[str]:
+    """Recordings without their force whose time axis looks mistaken: what is `compared` has modes, or the speeds of
+    `runs` lie, where the model has none."""
+    names = {c.measured.name: c.measured.configuration for c in compared if c.measured.how == ALONE and _elsewhere(c)}
+    for run in runs:
+        m = run.measured
+        if m.freq[-1] * OFF < _lowest(prepared.models.of(m.configuration)):
+            names |= dict.fromkeys(m.held or (m.name,), m.configuration)
+    told: list[str] = []
+    for recording in prepared.study.recordings:
+        if recording.name not in names:
+            continue
+        model = prepared.models.of(names[recording.name])
+        modes = model_modes(model, n_modes=KNOWN, zeta=prepared.study.damping_ratio)
+        read = recording.read(prepared.study.units)
+        found = [doubt.text for doubt in time_axis_doubts(read, modes, prepared.placed.pairing)]
+        told += [f"recording {recording.name!r}: {text}" for text in found] or too_slow_for_modes(read, modes.freq)
+    return told
+
+
+def _elsewhere(c: Compared) -> bool:
+    """Are the modes of a recording paired with none of the model's, or with modes at other frequencies?"""
+    rows = c.comparison.table.rows
+    return not rows or float(np.median([abs(np.log1p(r.freq_difference)) for r in rows])) > np.log(OFF)
+
+
+def _lowest(model: Model) -> float:
+    """The lowest elastic mode of a model in Hz."""
+    freq = model_modes(model, n_modes=LOWEST).freq
+    return float(min(freq[freq > RIGID * freq[-1]], default=0.0))
 
 
 def _clear(frf: FRF) -> NDArray[np.bool_] | None:

@@ -19,6 +19,7 @@ from femend.dof import Dof
 from femend.estimate.joint import Unbalance
 from femend.model import Model
 from femend.model.near_ids import near_ids
+from femend.numerals import plain
 
 __all__ = ["ComparedRun", "OperatingResponse", "compare_run"]
 
@@ -124,6 +125,13 @@ def compare_run(
     if why:
         return ComparedRun(measured, modes, comparison, None, why)
     every = model_modes(model, f_max=ABOVE * top, zeta=zeta, factors=factors)
+    if not every.n_modes:
+        why = (
+            f"recording {measured.name!r}: its lines end at {plain(top)} Hz, and the model has no mode up to "
+            f"{ABOVE:g} times that, so that its response is not compared; check the time axis (a column that counts "
+            "milliseconds is called 'time [ms]') and the sampling"
+        )
+        return ComparedRun(measured, modes, comparison, None, why)
     response = _response(measured, every, places)
     if response is None:
         why = f"recording {measured.name!r}: forces at {_listed(_loaded(measured))} move no sensor of the model"

@@ -10,7 +10,7 @@ import numpy as np
 from femend.bench.compared import Compared
 from femend.bench.correlation_result import comparison_result, placed_result
 from femend.bench.counted import Counted
-from femend.bench.doubted import MEND_FIRST, doubted_levels, doubted_sensors
+from femend.bench.doubted import MEND_FIRST, TIME_FIRST, doubted_levels, doubted_sensors, doubted_times
 from femend.bench.drawn import Drawn
 from femend.bench.starts import Starts
 from femend.bench.surface_start import SurfaceStart
@@ -47,8 +47,8 @@ def update_result(
     """The content of updating.json."""
     settings = prepared.study.updating
     recordings = [_recording(b, a) for b, a in zip(before, after, strict=True)]
-    faults = doubted_sensors(before)
-    warnings = [*prepared.warnings, *faults, *doubted_levels(before, of_all=True)]
+    faults, times = doubted_sensors(before), doubted_times(prepared, before)
+    warnings = [*prepared.warnings, *times, *faults, *doubted_levels(before, of_all=True)]
     warnings += [text for c in counted for text in c.left_out]
     warnings += [text for one in (surface, starts) if one is not None for text in one.warnings()]
     more = [text for one in (surface, starts, drawn) if one is not None for text in one.advice()]
@@ -62,6 +62,7 @@ def update_result(
         "status": found.status,
         "advice": "; ".join(
             [
+                *([TIME_FIRST] if times else []),
                 *([MEND_FIRST] if faults else []),
                 *_advice(found, told, recordings),
                 *_frequencies_left(found, settings),

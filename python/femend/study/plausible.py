@@ -32,7 +32,7 @@ from femend.model.free_body import RIGID
 from femend.model.rigid_motion import zero_modes
 from femend.numerals import plain
 from femend.study.plausible_frequencies import Against, frequency_doubts
-from femend.study.plausible_output import output_doubts
+from femend.study.plausible_output import output_doubts, time_axis_doubts
 from femend.study.sampled import too_slow_for_modes
 
 __all__ = ["Doubted", "Doubts", "doubts_found", "doubts_of"]
@@ -89,8 +89,8 @@ def doubts_found(model: Model, test: Test, pairing: Pairing, zeta: float) -> Dou
     """Recordings to be fitted that contradict the `model` as a mistake in units, scales, signs or durations does.
 
     `zeta` is the damping ratio of its modes. Where the force was not measured (ambient, unknown) it is what the shapes
-    say of single sensors."""
-    used = [r for r in test if r.role == "fit" and (_measured(r) or _unmeasured(r))]
+    say of single sensors, and of a rotor's run whether its sampling reaches the model's modes."""
+    used = [r for r in test if r.role == "fit" and (_measured(r) or _unmeasured(r) or _turning(r))]
     frfs = [_frfs(r) if _measured(r) else None for r in used]
     if not used:
         return Doubts()
@@ -116,6 +116,9 @@ def _of_channels(recording: Recording, data: FrfData | None, modes: ModeSet, pai
     """Doubts about the channels of a recording, with its FRFs where it has any."""
     if _unmeasured(recording):
         return output_doubts(recording, modes, pairing)
+    if _turning(recording):
+        slow = too_slow_for_modes(recording, modes.freq)
+        return time_axis_doubts(recording, modes, pairing) if slow else []
     return [] if data is None else _against(data, modes, pairing)
 
 
@@ -134,6 +137,10 @@ def _measured(recording: Recording) -> bool:
 
 def _unmeasured(recording: Recording) -> bool:
     return recording.excitation in ("ambient", "unknown") and recording.is_time
+
+
+def _turning(recording: Recording) -> bool:
+    return recording.excitation == "rotating" and recording.is_time
 
 
 def _frfs(recording: Recording) -> FrfData | None:

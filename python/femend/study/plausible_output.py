@@ -19,7 +19,7 @@ from femend.modal.output_only.principal import principal_responses
 from femend.model import Pairing
 from femend.signal import to_quantity
 
-__all__ = ["NEAR", "output_doubts"]
+__all__ = ["NEAR", "output_doubts", "time_axis_doubts"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -56,6 +56,12 @@ def output_doubts(recording: Recording, modes: ModeSet, pairing: Pairing) -> lis
         alone = _misread(y, dt, modes, shapes, directions)
         pairs, found = ([], alone) if alone else (pairs, [])
     return [*exchange_doubts(pairs, names), *misread_doubts(found, names)]
+
+
+def time_axis_doubts(recording: Recording, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
+    """Of `output_doubts` the one about the time axis: for recordings, a run's too, whose frequencies are none of the
+    model's."""
+    return [doubt for doubt in output_doubts(recording, modes, pairing) if doubt.kind == "time axis"]
 
 
 def _lines(y: FloatArray, dt: float, modes: ModeSet) -> tuple[FloatArray, ComplexArray, FloatArray]:

@@ -13,6 +13,8 @@ __all__ = ["too_slow_for_band", "too_slow_for_modes"]
 
 # share of the Nyquist frequency up to which the anti-aliasing filters of recorders let everything through
 USABLE = 0.8
+# a band or a mode above the Nyquist frequency by more than this factor speaks for a time axis in another unit
+FAR = 20.0
 
 
 def too_slow_for_band(recording: Recording, band: tuple[float, float] | None) -> tuple[str, ...]:
@@ -40,6 +42,13 @@ def _nyquist(recording: Recording) -> float:
 
 def _said(recording: Recording, wanted: str, top: float, also: str) -> str:
     nyquist = _nyquist(recording)
+    if top > FAR * nyquist:
+        return (
+            f"recording {recording.name!r} is sampled at {plain(2 * nyquist)} Hz by its time axis, and {wanted}, "
+            f"{plain(top / (USABLE * nyquist), 2)} times above what that reaches: is the axis in milliseconds? A "
+            f"column that counts them is called 'time [ms]'; if it is right, sample at {plain(2 * top / USABLE)} Hz or "
+            f"more{also}"
+        )
     return (
         f"recording {recording.name!r} is sampled at {plain(2 * nyquist)} Hz, so that its Nyquist frequency is "
         f"{plain(nyquist)} Hz and {plain(USABLE * nyquist)} Hz can be used, and {wanted}: what is above was filtered "
