@@ -14,6 +14,8 @@ from femend.report.numbers import significant
 
 __all__ = ["table_text"]
 
+# step in s from which times are hardly seconds
+SLOW = 1.0
 MAP = (
     "In a study every column that is used is mapped, the axis is found: [[recording.channel]] with source (number or "
     "name), node, direction, quantity, unit."
@@ -48,4 +50,6 @@ def _axis(found: Table) -> str:
         _, dt = time_axis(found, set(), n, "", notes)
     except RecordingError as error:
         return str(error).removeprefix("recording '': ")
+    if dt >= SLOW:
+        notes.append("less than a sample a second: a column that counts milliseconds is called 'time [ms]'")
     return f"{n} rows at {1 / dt:.6g} Hz, {n * dt:.6g} s" + "".join(f" ({note})" for note in notes)

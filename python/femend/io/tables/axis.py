@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.errors import RecordingError
+from femend.io.tables.rounded import even_grid, printed_unit
 from femend.io.tables.table import Table
+from femend.numerals import plain
 
 __all__ = ["FREQ", "TIME", "frequencies", "named", "time_axis"]
 
@@ -47,7 +51,7 @@ def time_axis(table: Table, used: set[int], n: int, name: str, notes: list[str])
         )
     columns = named(table, used, TIME)
     if columns:
-        return _of_named(table, columns, n, name)
+        return _of_named(table, columns, n, name, notes)
     if table.dt is not None:
         return 0.0, table.dt
     column = _increasing(table, used, n)
@@ -64,12 +68,13 @@ def time_axis(table: Table, used: set[int], n: int, name: str, notes: list[str])
     return _start_and_step(_seconds(table, column, n, name), name, table.names[column])
 
 
-def _of_named(table: Table, columns: list[int], n: int, name: str) -> tuple[float, float]:
+def _of_named(table: Table, columns: list[int], n: int, name: str, notes: list[str]) -> tuple[float, float]:
     found: list[tuple[int, float, float]] = []
     first: RecordingError | None = None
     for i in columns:
         try:
-            found.append((i, *_start_and_step(_seconds(table, i, n, name), name, table.names[i])))
+            values = _seconds(table, i, n, name)
+            found.append((i, *_start_and_step(values, name, table.names[i], partial(_printed, table, i), notes)))
         except RecordingError as error:
             first = first or error
     if not found:
@@ -89,14 +94,24 @@ def _of_named(table: Table, columns: list[int], n: int, name: str) -> tuple[floa
 
 
 def _seconds(table: Table, column: int, n: int, name: str) -> FloatArray:
-    unit = _UNIT.search(table.names[column].strip())
-    values = _values(table, column) * (_SECONDS[unit[1]] if unit is not None else 1.0)
+    values = _values(table, column) * _scale(table, column)
     if values.size != n:
         raise RecordingError(
             f"recording {name!r}: the time column has {values.size} rows and the channels {n}; cut them to one length",
             recording=name,
         )
     return values
+
+
+def _scale(table: Table, column: int) -> float:
+    """Seconds in the unit of a time column."""
+    unit = _UNIT.search(table.names[column].strip())
+    return _SECONDS[unit[1]] if unit is not None else 1.0
+
+
+def _printed(table: Table, column: int) -> FloatArray:
+    """What the last digits of a time column are worth, in s."""
+    return printed_unit(_values(table, column)) * _scale(table, column)
 
 
 def _values(table: Table, i: int) -> FloatArray:
@@ -118,7 +133,15 @@ def _increasing(table: Table, used: set[int], n: int) -> int | None:
     return None
 
 
-def _start_and_step(values: FloatArray, name: str, column: str) -> tuple[float, float]:
+def _start_and_step(
+    values: FloatArray,
+    name: str,
+    column: str,
+    printed: Callable[[], FloatArray] | None = None,
+    notes: list[str] | None = None,
+) -> tuple[float, float]:
+    """Start and step in s of times `values` (n,); of those that are uneven for being rounded, each to `printed` (n,) s,
+    the even step that they come from, which the `notes` then say."""
     if not np.isfinite(values).all():
         at = int(np.flatnonzero(~np.isfinite(values))[0])
         raise RecordingError(
@@ -138,14 +161,25 @@ def _start_and_step(values: FloatArray, name: str, column: str) -> tuple[float, 
             recording=name,
             channel=column,
         )
-    if abs(steps[worst] - step) > _EVEN * step:
-        raise RecordingError(
-            f"recording {name!r}: the time column {column!r} is not even: its step is {steps[worst]:.6g} s after row "
-            f"{worst} and {step:.6g} s on average; resample the recording to an even step",
-            recording=name,
-            channel=column,
+    if abs(steps[worst] - step) <= _EVEN * step:
+        return float(values[0]), step
+    unit = printed() if printed is not None else printed_unit(values)
+    coarse, grid = float(unit.max()), even_grid(values, unit)
+    if grid is not None and notes is not None:
+        notes.append(
+            f"the times of column {column!r} are rounded to {plain(coarse)} s: each is within half a last digit of an "
+            f"even step of {plain(grid[1], 7)} s, which is taken"
         )
-    return float(values[0]), step
+        return grid
+    todo = "resample the recording to an even step"
+    if coarse > _EVEN * step:
+        todo = f"its last digits are worth up to {plain(coarse)} s: export the time with more digits, or {todo}"
+    raise RecordingError(
+        f"recording {name!r}: the time column {column!r} is not even: its step is {steps[worst]:.6g} s after row "
+        f"{worst} and {step:.6g} s on average; {todo}",
+        recording=name,
+        channel=column,
+    )
 
 
 def frequencies(table: Table, used: set[int], n: int, name: str, notes: list[str]) -> FloatArray:
