@@ -3,20 +3,27 @@ a place of which not all others were tried."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
-from femend.diagnose.staged import Flow, Setup
+from femend.data import Test
+from femend.diagnose.staged import Flow, RunResult, Setup
 from femend.diagnose.staged.places import places_tried
 from femend.diagnose.staged.select import Rival, Round
 from femend.diagnose.staged.settings import StagedSettings
 from femend.diagnose.staged.stages import Stage
 from femend.numerals import plain
+from femend.study.predictions import Prediction
 
-__all__ = ["clear_rival", "places_left"]
+__all__ = ["clear_rival", "places_left", "taken_back", "without_use"]
 
 # ln evidence above the best without a term from which on nothing may be said to be missing no more: odds of twelve to
 # one; and by how many times the deviation of a frequency and the form of the model a mode has to be off beside it
 CLEARLY, OFF = 2.5, 3.0
+# share by which the error of recordings has to fall with what is named
+FALLS = 0.05
 # what is tried at nodes
 AT_NODES = ("added_mass", "support_stiffness")
 # MAC from which on a mode of the model is the identified one
@@ -49,7 +56,13 @@ def _rival(decision: Round) -> tuple[Rival, float] | None:
     """The best rival with a term where it was not taken and is clearly above the best without, and by how much."""
     without = [r.score for r in decision.rivals if r.term is None]
     best = max(decision.rivals, key=lambda r: r.score)
-    if decision.taken is not None or best.term is None or not without or best.score - max(without) < CLEARLY:
+    if (
+        decision.taken is not None
+        or decision.refused
+        or best.term is None
+        or not without
+        or best.score - max(without) < CLEARLY
+    ):
         return None
     return best, best.score - max(without)
 
@@ -77,3 +90,48 @@ def places_left(setup: Setup, flow: Flow) -> str:
                 f"{n} others, spread over the structure; it may be at a node between them"
             )
     return ""
+
+
+def without_use(test: Test, predictions: Sequence[Prediction], final: Flow) -> str:
+    """That what a flow names does not lower the error of recordings in its configurations, those held out where there
+    are any: then it only took up what was left. Nothing where it does, where nothing is named, and where identified
+    modes decided, of which no error is told.
+    """
+    by_modes = [s for s in final.stages if s.name != "FRFs" and s.run is None]
+    if any(d.taken is not None for s in by_modes for d in s.rounds):
+        return ""
+    named = [t.label or t.name for t, _ in final.named]
+    named += [f"forces that grow with the speed to the power {plain(r.data.power[0], 3)}" for r in _other_laws(final)]
+    where = {s.configuration for s in final.stages if any(d.taken for d in s.rounds) or (s.run and s.run.other_law)}
+    of = {r.name: r.configuration for r in test}
+    for role in ("validate", "fit"):
+        own = [p for p in predictions if p.role == role and of[p.name] in where and p.recorded is not None]
+        errors = [(p.error("parameters"), p.error("final")) for p in own]
+        known = [(b, a) for b, a in errors if b is not None and a is not None and np.isfinite(b) and np.isfinite(a)]
+        if named and known:
+            before, after = (float(np.mean(v)) for v in zip(*known, strict=True))
+            if after <= (1 - FALLS) * before:
+                return ""
+            which = ", ".join(p.name for p in own)
+            return (
+                f"{' and '.join(named)} would explain what is fitted better, but the error on {which} does not fall "
+                f"with it by {100 * FALLS:.0f} % ({plain(before, 3)} without, {plain(after, 3)} with it), so that it "
+                "is not named"
+            )
+    return ""
+
+
+def _other_laws(flow: Flow) -> list[RunResult]:
+    return [result for _, result in flow.runs if result.other_law]
+
+
+def taken_back(final: Flow, plain: Flow, why: str) -> Flow:
+    """The flow without terms, `plain`, with what was tried in `final` and `why` nothing of it is named."""
+    tried = {(s.name, s.recordings): s.rounds for s in final.stages}
+    stages = []
+    for stage in plain.stages:
+        rounds = tried.get((stage.name, stage.recordings), ())
+        refused = tuple(replace(d, taken=None, refused=d.refused or d.taken is not None) for d in rounds)
+        stages.append(replace(stage, rounds=refused))
+    stages[-1] = replace(stages[-1], remarks=(*stages[-1].remarks, why))
+    return replace(plain, stages=tuple(stages), withdrawn=why)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -112,7 +112,9 @@ def _run(setup: Setup, recording: Recording, versions: dict[str, _Version], sens
         if model.name != recording.configuration:
             model = setup.model(recording.configuration, result.posterior.unknowns, version.terms)
         steady, onset = (LEAD, 0.0) if result.onset is None else (0.0, result.onset)
+        # the unbalance acts where the fitted run showed it, which may be another node than was told
         run = run_data(recording, steady=steady, onset=onset, f_max=0.4 / time.dt)
+        run = replace(run, nodes=result.data.nodes)
         run = run.with_power(result.data.power, steady=steady, onset=onset)
         out = setup.rows(model, dofs)
         at = model, result.posterior.p, run.loaded, result.unbalance, out, run.bearings(setup, model)

@@ -64,8 +64,13 @@ def staged_result(
         "stages": [_stage(s) for s in final.stages],
         "modes": {c: _modes(setup, final, c) for c in setup.configurations},
         "loads": [_loads(setup, c, r) for c, r in final.runs],
-        "warnings": [*warnings, *data.warnings, *sensor_warnings(setup, data, final), *bounds],
+        "warnings": [*warnings, *data.warnings, *sensor_warnings(setup, data, final), *bounds, *_moved(final)],
     }
+
+
+def _moved(flow: Flow) -> list[str]:
+    """Runs whose unbalance sits at another node than was told."""
+    return [result.moved for _, result in flow.runs if result.moved]
 
 
 def _by_weight(flow: Flow) -> list[tuple[LinearTerm, Round]]:
@@ -82,7 +87,10 @@ def _by_weight(flow: Flow) -> list[tuple[LinearTerm, Round]]:
 
 
 def _verdict(setup: Setup, data: StagedData, flow: Flow, findings: list[dict[str, Any]]) -> tuple[str, str]:
-    advice = "; ".join(flow.unseen)
+    advice = "; ".join(filter(None, [flow.withdrawn, *flow.unseen]))
+    doubts = [result.doubt for _, result in flow.runs if result.doubt]
+    if doubts:
+        return "undetermined", "; ".join(filter(None, [*doubts, advice]))
     poor = [s for s in flow.stages if s.run is not None and s.unexplained > max(POOR, FAR * s.noise)]
     if poor:
         verdict = "located-not-named" if findings else "undetermined"

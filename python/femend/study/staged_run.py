@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.data import Test
-from femend.diagnose.staged import ConfigurationSpec, Flow, Setup, StagedData, run_stages, setup_of, staged_data
+from femend.diagnose.staged import (
+    ConfigurationSpec,
+    Flow,
+    Setup,
+    StagedData,
+    run_stages,
+    runs_at_their_nodes,
+    setup_of,
+    staged_data,
+)
 from femend.dof import Dof
 from femend.errors import RecordingError, StudyError
 from femend.estimate import pair_test
@@ -32,6 +41,7 @@ from femend.study.plausible import doubts_found
 from femend.study.predictions import Prediction, write_predictions
 from femend.study.sound import deck_warnings, warnings_of
 from femend.study.staged_content import staged_content
+from femend.study.staged_doubts import taken_back, without_use
 from femend.study.staged_patch import staged_cards, staged_changes
 from femend.study.staged_predictions import predict_staged
 from femend.study.staged_result import staged_result
@@ -89,11 +99,16 @@ def diagnose_staged(
         setup = _setup(study, test, free, pairing, data)
     with steps.step("diagnose"):
         plain = final = run_stages(setup, data, naming=not right.whole, tell=progress.start)
-        if final.named:
+        data = runs_at_their_nodes(data, final)
+        if final.named or any(r.other_law for _, r in final.runs):
             plain = run_stages(setup, data, naming=False, iterations=PLAIN_STEPS, tell=progress.start)
         progress.done()
     with steps.step("predict"):
         predictions = predict_staged(setup, test, data, final, plain)
+        unproved = without_use(test, predictions, final)
+        if unproved:
+            final = plain = taken_back(final, plain, unproved)
+            predictions = predict_staged(setup, test, data, final, plain)
         warnings = [*warnings_of(study, free.deck, whole), *doubts, *told]
         result = right.told_in(staged_result(setup, data, final, predictions, warnings))
     run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)

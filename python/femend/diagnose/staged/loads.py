@@ -74,7 +74,8 @@ class RunResult:
     and its deviation of |F| ~ Omega^n; `correlation` the largest of an unbalance with an unknown of the structure, and
     that unknown's name; `error` the NRMSE over the compared samples. `laws` holds the law of unbalance against a free
     power of the speed and free forces, None with too few sensors; `choice` tells which sensors were worth fitting in
-    which band, and what was left out.
+    which band, and what was left out. `moved` says that the unbalance was found at another node than was told, `doubt`
+    that the shaft turns about another axis: the structure is then left as it was.
     """
 
     data: RunData
@@ -91,6 +92,8 @@ class RunResult:
     onset: float | None
     laws: ForceLaws | None = None
     choice: DataChoice | None = None
+    moved: str = ""
+    doubt: str = ""
 
     @property
     def other_law(self) -> bool:
@@ -154,8 +157,10 @@ def fit_run(
     structure: bool = True,
     start: FloatArray | None = None,
     checked: Sequence[ModesData] = (),
+    law: bool = True,
 ) -> RunResult:
-    """Estimates unbalance and structure together from a run; with `structure` False the unbalance alone.
+    """Estimates unbalance and structure together from a run; with `structure` False the unbalance alone, with `law`
+    False under forces that grow with the speed squared whatever the run says.
 
     The sense of rotation and the start come from the forces line by line. `start` overrules what the stage before says
     about the unknowns it has. `checked` are identified modes of this configuration: around those that the model has
@@ -176,7 +181,7 @@ def fit_run(
     choice: DataChoice | None = None
     posterior = _unbalance_only(unknowns, data.block(setup, model, unbalance), p, unbalance)
     if structure:
-        data, posterior = _with_law(setup, data, model, posterior, shapes, unbalance, iterations)
+        data, posterior = _with_law(setup, data, model, posterior, shapes, unbalance, iterations, law)
         predicted = simulate_run(model, posterior.p, data.loaded, unbalance, out, bearings)
         choice = _choice(setup, data, model, posterior.p, shapes, unbalance)
         data = data.without_slips(predicted).without_parts(choice)
@@ -207,8 +212,10 @@ def _with_law(
     shapes: OdsFrf,
     unbalance: Unbalance,
     iterations: int,
+    law: bool,
 ) -> tuple[RunData, Posterior]:
-    """The run with the power of the speed by which its forces grow, and structure and loads that fit it.
+    """The run with the power of the speed by which its forces grow, and structure and loads that fit it; without `law`
+    that of unbalance.
 
     Another power than 2 must be named with the structure as the stages before left it (one that had to follow a wrong
     law would hide it) and again with the updated one; else the law is that of unbalance.
@@ -219,7 +226,7 @@ def _with_law(
         laws = _laws(setup, model, posterior, shapes, unbalance, out, bearings)
         return laws["power"].exponent if laws is not None and laws.best == "power" else 2.0
 
-    n = named(start)
+    n = named(start) if law else 2.0
     if n != 2.0:
         grown = data.with_power((n, float(shapes.freq[-1])))
         block = grown.block(setup, model, unbalance)

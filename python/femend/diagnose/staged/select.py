@@ -162,7 +162,7 @@ def _decide(setup: Setup, rows: list[tuple[str, str, LinearTerm | None, Posterio
     """The rivals by their evidence; the best is taken where it is clearly better than parameters alone, and where these
     leave more squares per value than `enough`: of many rivals one always explains some of what is noise and form."""
     s = setup.settings
-    finite = [row for row in rows if np.isfinite(row[3].cost)]
+    finite = [row for row in rows if np.isfinite(row[3].cost) and _has_stiffness(setup, row[2], row[3])]
     squares = [sum(row[3].squares.values()) for row in finite]
     inflation = max(1.0, min(squares) / max(finite[0][3].n_values, 1.0))
     rivals = [Rival(label, physics, term, fitted, _score(fitted, inflation)) for label, physics, term, fitted in finite]
@@ -181,6 +181,18 @@ def _decide(setup: Setup, rows: list[tuple[str, str, LinearTerm | None, Posterio
     better = best.term is not None and best.score - level > s.gain and own < (1 - s.drop) * least
     taken = best if lacks and better else None
     return Round(_listed([r for r, _ in ranked], taken), taken, inflation, least)
+
+
+def _has_stiffness(setup: Setup, term: LinearTerm | None, fitted: Posterior) -> bool:
+    """Does a stiffness over speed stay one: is it positive at every speed? Others do."""
+    if term is None or term.physics != "speed_stiffness":
+        return True
+    unknowns, values = fitted.unknowns, fitted.values
+    base = term.base_parameter(setup.free.parameters) if term.size is not None else None
+    rest = 1.0 if base is None else float(values[unknowns.index(base)])
+    shares = np.linspace(0.0, 1.0, 21)
+    powers = [shares ** (n + 1) * values[unknowns.index(u.name)] for n, u in enumerate(term.unknowns)]
+    return bool((rest + np.sum(powers, axis=0) > 0.0).all())
 
 
 def _listed(ranked: Sequence[Rival], taken: Rival | None) -> tuple[Rival, ...]:

@@ -19,6 +19,7 @@ from femend.diagnose.staged.run_modes import run_modes, too_short_for_modes
 from femend.diagnose.staged.run_terms import terms_of_run
 from femend.diagnose.staged.select import Round, fit_terms, select_terms
 from femend.diagnose.staged.setup import Setup
+from femend.diagnose.staged.shaft import at_its_node, axis_doubt, shape_likeness
 from femend.diagnose.staged.words import remark_on_frfs, remark_on_modes, remark_on_run, unseen_modes
 from femend.dof import Dof
 from femend.estimate.joint import FrfBlock, Posterior
@@ -27,7 +28,7 @@ from femend.modal.output_only import identify_output_only
 from femend.model.configured import ConfiguredModel
 from femend.model.linear_terms import LinearTerm
 
-__all__ = ["Flow", "Stage", "StagedData", "run_stages", "staged_data"]
+__all__ = ["Flow", "Stage", "StagedData", "run_stages", "runs_at_their_nodes", "staged_data"]
 
 FloatArray = NDArray[np.float64]
 
@@ -78,7 +79,8 @@ class Stage:
 class Flow:
     """All stages with a set of terms: what was settled in the end, and `apart` what holds in a configuration that was
     tested before: its FRFs again, with the final posterior, widened by the drift, as their prior. `unseen` tells the
-    modes that no FRF shows, with the frequencies of the final model.
+    modes that no FRF shows, with the frequencies of the final model; `withdrawn` what was named and taken back, and
+    why.
     """
 
     terms: tuple[LinearTerm, ...]
@@ -87,6 +89,7 @@ class Flow:
     named: tuple[tuple[LinearTerm, Round], ...] = field(default=())
     apart: dict[str, Posterior] = field(default_factory=dict)
     unseen: tuple[str, ...] = ()
+    withdrawn: str = ""
 
     def in_configuration(self, configuration: str) -> Posterior:
         """The posterior as the recordings of a configuration say it; the final one where they say nothing apart."""
@@ -307,34 +310,60 @@ def _runs(at: _At) -> list[Stage]:
     known, chosen = before, list(at.terms)
     checked = data.output_only.get(configuration, [])
     for run in data.runs.get(configuration, []):
-        fit = partial(fit_run, setup, configuration, run, before=before, iterations=at.iterations, checked=checked)
-        result = fit(chosen)
+        fit_in = partial(fit_run, configuration=configuration, before=before, checked=checked)
+        fit_all = partial(fit_in, iterations=at.iterations, law=at.naming)
+        result, doubt = _about_its_axis(setup, run, chosen, fit_in, fit_all)
+        own, moved = setup, ""
+        if result.other_law:
+            refit = lambda own, run, fit=fit_all, terms=tuple(chosen): fit(own, data=run, terms=[*terms])  # noqa: E731
+            own, run, result, moved = at_its_node(setup, chosen, run, result, refit)
         rounds: list[Round] = []
-        if at.naming:
+        if at.naming and not doubt:
             only_here = known is not None and configuration not in data.frfs
-            chosen, result, rounds = terms_of_run(
-                setup, configuration, result, chosen, before, fit, only_here=only_here
-            )
+            fit = lambda terms, own=own, run=run, fit=fit_all, **more: fit(own, data=run, terms=terms, **more)  # noqa: E731
+            chosen, result, rounds = terms_of_run(own, configuration, result, chosen, before, fit, only_here=only_here)
+        result = replace(result, moved=moved, doubt=doubt)
         before = result.posterior
-        noise = float(np.sqrt((run.noise**2).sum() / (run.y**2).mean(axis=1).sum()))
-        modes = run_modes(run)
-        rows = () if modes is None else tuple(_mode_rows(setup, result.model, modes, before.p))
-        stages.append(
-            Stage(
-                "operating shapes and loads",
-                configuration,
-                (run.name,),
-                before,
-                result.error,
-                noise,
-                remark_on_run(result, rounds),
-                tuple(rounds),
-                run=result,
-                identified=None if modes is None else modes.modes,
-                table=rows,
-            )
-        )
+        stages.append(_run_stage(own, configuration, run, result, rounds))
     return stages
+
+
+def _about_its_axis(
+    setup: Setup,
+    run: RunData,
+    terms: list[LinearTerm],
+    fit_in: Callable[..., RunResult],
+    fit_all: Callable[..., RunResult],
+) -> tuple[RunResult, str]:
+    """The result of a run; where it turns about another axis than its study says that of its unbalance alone, since
+    the structure would have to follow what is not its own, and a sentence."""
+    loads = partial(fit_in, setup, terms=terms, structure=False)
+    alone = loads(data=run)
+    doubt = axis_doubt(
+        run.name,
+        run.axis,
+        lambda axis: shape_likeness(setup, alone if axis == run.axis else loads(data=replace(run, axis=axis))),
+    )
+    return (alone, doubt) if doubt else (fit_all(setup, data=run, terms=terms), "")
+
+
+def _run_stage(setup: Setup, configuration: str, run: RunData, result: RunResult, rounds: Sequence[Round]) -> Stage:
+    noise = float(np.sqrt((run.noise**2).sum() / (run.y**2).mean(axis=1).sum()))
+    modes = run_modes(run)
+    rows = () if modes is None else tuple(_mode_rows(setup, result.model, modes, result.posterior.p))
+    said = [text for text in (result.doubt, result.moved) if text]
+    return Stage(
+        "operating shapes and loads", configuration, (run.name,), result.posterior, result.error, noise,
+        (*said, *remark_on_run(result, rounds)), tuple(rounds), run=result,
+        identified=None if modes is None else modes.modes, table=rows,
+    )  # fmt: skip
+
+
+def runs_at_their_nodes(data: StagedData, flow: Flow) -> StagedData:
+    """The data with every run at the nodes where the flow found its unbalance."""
+    found = {result.data.name: result.data.nodes for _, result in flow.runs}
+    runs = {c: [replace(r, nodes=found.get(r.name, r.nodes)) for r in own] for c, own in data.runs.items()}
+    return replace(data, runs=runs)
 
 
 _STEPS: tuple[tuple[str, Callable[[_At], list[Stage]]], ...] = (
