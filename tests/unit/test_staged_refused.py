@@ -16,7 +16,7 @@ from femend.diagnose.staged import staged_data
 from femend.diagnose.staged.loads import FEWEST_LINES, ods_lines_of
 from femend.diagnose.staged.prepare import RunData, run_data
 from femend.diagnose.staged.select import Rival, Round
-from femend.diagnose.staged.words import _decisions
+from femend.diagnose.staged.words import _decisions, remark_on_run
 from femend.errors import RecordingError
 from femend.estimate.joint import ModesBlock
 from femend.report.plots import paper_style
@@ -143,6 +143,8 @@ def staged(unexplained: float, noise: float) -> Any:
             ),
         ],
         unseen=(),
+        withdrawn="",
+        runs=(),
     )
 
 
@@ -180,3 +182,22 @@ def test_a_run_of_noise_alone_is_not_consistent() -> None:
     verdict, advice = told_of(staged(0.99, 0.95))
     assert verdict == "undetermined"
     assert advice.startswith("95 % of runup is no response to the speeds it goes through")
+
+
+@pytest.mark.parametrize(
+    ("exponent", "said"),
+    [
+        ((float("nan"),) * 2, "to a power that is not told; reliable on 0 of"),
+        ((2.04, 0.1), "to the power 2.04 +- 0.10;"),
+    ],
+)
+def test_a_power_of_the_speed_is_never_no_number(exponent: tuple[float, float], said: str) -> None:
+    nothing = np.zeros(0)
+    result: Any = SimpleNamespace(
+        exponent=exponent, unbalances=lambda: (nothing, nothing), correlation=(0.1, "E"), onset=None, error=0.9,
+        after=SimpleNamespace(freq=np.arange(8.0), reliable=np.zeros(8, dtype=bool)), choice=None, laws=None,
+        data=SimpleNamespace(power=(2.0, 1.0)), unbalance=SimpleNamespace(nodes=()),
+    )  # fmt: skip
+    text = remark_on_run(result)
+    assert said in text[0]
+    assert "nan" not in " ".join(text)

@@ -76,10 +76,12 @@ def remark_on_run(result: RunResult, rounds: Sequence[Round] = ()) -> tuple[str,
     U, phase = result.unbalances()
     reliable = result.after.freq[result.after.reliable]
     where = f"{plain(reliable.min(), 3)} to {plain(reliable.max(), 3)} Hz" if reliable.size else "nowhere"
+    grow = "bearing forces grow with speed to a power that is not told"
+    if np.isfinite(n) and np.isfinite(sd):
+        grow = f"bearing forces grow with speed to the power {n:.2f} +- {sd:.2f}"
     said = [
         *_decisions(rounds),
-        f"bearing forces grow with speed to the power {n:.2f} +- {sd:.2f}; reliable on {reliable.size} of "
-        f"{len(result.after.freq)} lines, {where}",
+        f"{grow}; reliable on {reliable.size} of {len(result.after.freq)} lines, {where}",
     ]
     n_run, reference = result.data.power
     there = "" if n_run == 2.0 else f", as at {plain(reference)} rev/s (the force grows with Omega^{plain(n_run, 3)})"
