@@ -141,6 +141,16 @@ def test_a_run_whose_time_counts_milliseconds_is_told(changed: Callable[..., Pat
     assert "has no mode up to 3 times that" in run.run("runup").why
 
 
+def test_a_wrong_axis_is_told_with_the_right_one(changed: Callable[..., Path], run: CorrelationRun) -> None:
+    assert not any("'axis'" in text for text in run.result["warnings"])
+    axis = "XYZ"[run.run("runup").measured.axis]
+    wrong = "Z" if axis == "Y" else "Y"
+    other = correlate_study(changed(text=lambda t: t.replace(f'axis = "{axis}"', f'axis = "{wrong}"')))
+    (said,) = [text for text in other.result["warnings"] if "'axis'" in text]
+    assert f"with axis {wrong}, " in said
+    assert f" with axis {axis}: check" in said
+
+
 def test_a_bearing_the_model_does_not_have_leaves_the_modes(changed: Callable[..., Path]) -> None:
     run = correlate_study(changed(text=lambda t: t.replace("nodes = [511, 512]", "nodes = [511, 9999]")))
     found = run.run("runup")

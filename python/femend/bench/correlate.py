@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from femend.analysis.model_modes import model_modes
 from femend.analysis.tam import TamTable
@@ -21,6 +23,7 @@ from femend.bench.run_compared import ComparedRun, compare_run
 from femend.bench.run_content import write_run_table
 from femend.bench.runs import MeasuredRun, in_order, measured_runs, without_runs
 from femend.bench.steps import Steps, write_json
+from femend.diagnose.staged.shaft import axis_doubt
 from femend.errors import RecordingError
 from femend.io import OutputDirectory, refuse_unwritable
 from femend.model import Model
@@ -34,6 +37,8 @@ __all__ = ["CorrelationRun", "Prepared", "correlate", "prepare"]
 
 # modes of the model among which is an elastic one, whatever is free
 LOWEST = 10
+# lines of a run from which on its shapes tell the shaft's axis
+FEWEST_LINES = 8
 # what the command writes: entries of these names from an earlier run are replaced
 OWNED = ("correlation.json", "correlation.html", "correlation.run.json", "correlation.*.csv")
 
@@ -181,13 +186,29 @@ def correlate(study: str | Path, out: str | Path | None = None, progress: Progre
         tams = tuple(orthogonality_of(c, prepared.models.of(c.measured.configuration)) for c in compared)
         runs = tuple(prepared.compare_run(m) for m in prepared.runs)
         result = correlation_result(prepared, compared, tams, runs)
-        result["warnings"] += _positions(prepared.study)
+        result["warnings"] += [*_positions(prepared.study), *_axes(prepared, runs)]
     run = CorrelationRun(prepared, compared, tams, result, runs)
     if out is not None:
         with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
             _write(run, folder, steps)
     steps.progress.done()
     return run
+
+
+def _axes(prepared: Prepared, runs: Sequence[ComparedRun]) -> list[str]:
+    """Runs whose shaft turns about another axis than the study says, as their operating shapes have it."""
+    found = []
+    for run in runs:
+        if run.response is None or run.measured.freq.size < FEWEST_LINES:
+            continue
+
+        def likeness(axis: int, run: ComparedRun = run) -> float:
+            same = axis == run.measured.axis
+            other = run if same else prepared.compare_run(replace(run.measured, axis=axis))
+            return 0.0 if other.response is None else float(np.nanmean(other.response.csac))
+
+        found.append(axis_doubt(run.measured.name, run.measured.axis, likeness))
+    return [text for text in found if text]
 
 
 def _positions(study: Study) -> list[str]:
