@@ -35,8 +35,8 @@ def _is_held(data: RunData) -> bool:
 
 def _narrow(data: RunData) -> str:
     return (
-        f"{too_short_for_modes(data)}. It is left out; where it did go through more speeds, check that its tacho is "
-        "the tacho's channel, and its time axis"
+        f"{too_short_for_modes(data)}. It is left out; if it did go through more speeds, check that channel "
+        f"{data.speed.source} holds the tacho, and the time axis"
     )
 
 
