@@ -49,7 +49,7 @@ def _held(runs: Sequence[RunData]) -> str:
         at, they, todo = (
             f"at {plain(speeds[0])} rev/s",
             "it is",
-            "; if it did run up, check that its tacho is the tacho",
+            f"; if it did run up, check that channel {runs[0].speed.source} holds the tacho",
         )
     else:
         at, they, todo = f"at {plain(min(speeds))} to {plain(max(speeds))} rev/s", "they are", ""
