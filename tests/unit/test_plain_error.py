@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from femend.diagnose import verdict
 from femend.diagnose.advice import LATER
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.plain_error import further_off, plain_errors, silenced
+from femend.diagnose.settings import Settings
 from femend.diagnose.verdict import decide
 from femend.study.run import StudyRun, diagnose
 
@@ -109,3 +112,20 @@ def test_a_law_that_explains_does_not_silence(run: StudyRun) -> None:
     assert silenced(run.diagnosis, errors) == ""
     strict = replace(run.diagnosis, settings=replace(run.diagnosis.settings, silent=0.0))
     assert "support_stiffness at node" in silenced(strict, errors)
+
+
+@pytest.mark.parametrize(
+    ("physics", "errors", "off"),
+    [
+        ("load_misplaced", (0.53, 0.91), True),
+        ("load_misplaced", (0.53, 0.02), False),
+        # forces that nobody recorded are not among those of a prediction
+        ("unmeasured_force", (0.53, 0.91), False),
+    ],
+)
+def test_a_force_elsewhere_that_is_further_off_is_not_told(
+    monkeypatch: pytest.MonkeyPatch, physics: str, errors: tuple[float, float], off: bool
+) -> None:
+    told = cast(Any, SimpleNamespace(load=SimpleNamespace(physics=physics), settings=Settings()))
+    monkeypatch.setattr(verdict, "whole_errors", lambda found: errors)
+    assert verdict._off_with_the_load(told) is off

@@ -218,16 +218,18 @@ def test_two_effects_hidden_by_each_other_explain_all_where_no_force_at_one_plac
 
 
 @pytest.mark.parametrize(
-    ("beside", "more", "explained", "prior", "told", "asked"),
+    ("beside", "more", "explained", "chosen", "prior", "told", "asked"),
     [
-        (1.0, True, False, 200.0, "beside", ["beside"]),
+        (1.0, True, False, 1.4, 200.0, "beside", ["beside"]),
         # beside the force that was read off nothing explains the rest: the model was bent
-        (None, True, False, 20.0, "pair", ["beside", "pair"]),
-        (4.0, True, False, 20.0, "pair", ["beside", "pair"]),
-        (None, True, True, 200.0, "pair", ["beside", "pair"]),
-        # there is no second, or one force explains everything, the model near its priors
-        (None, False, False, 200.0, None, ["beside"]),
-        (None, True, True, 20.0, None, ["beside"]),
+        (None, True, False, 1.4, 20.0, "pair", ["beside", "pair"]),
+        (4.0, True, False, 1.4, 20.0, "pair", ["beside", "pair"]),
+        (None, True, True, 1.4, 200.0, "pair", ["beside", "pair"]),
+        (None, True, True, 1.0, 220.0, "pair", ["beside", "pair"]),
+        # there is no second, or one force explains everything, the model near its priors, or its law does to the noise
+        (None, False, False, 1.4, 200.0, None, ["beside"]),
+        (None, True, True, 1.4, 20.0, None, ["beside"]),
+        (None, True, True, 1.0, 190.0, None, ["beside"]),
     ],
 )
 def test_two_places_are_looked_for_where_nothing_explains_the_rest_beside_the_best_law(
@@ -235,12 +237,13 @@ def test_two_places_are_looked_for_where_nothing_explains_the_rest_beside_the_be
     beside: float | None,
     more: bool,
     explained: bool,
+    chosen: float,
     prior: float,
     told: str | None,
     asked: list[str],
 ) -> None:
     """The best law takes most away and leaves little, so that it is one of the two."""
-    ranked = [SimpleNamespace(candidate=SimpleNamespace(prior=prior))]
+    ranked = [SimpleNamespace(candidate=SimpleNamespace(chosen=chosen, prior=prior))]
     first = cast(Searched, SimpleNamespace(settings=Settings(), one_force_explains=explained, ranked=ranked))
     called: list[str] = []
 

@@ -15,7 +15,7 @@ from femend.diagnose.stages import Values, final, updated
 from femend.estimate import FitRecord, noise_floor
 from femend.numerals import plain
 
-__all__ = ["further_off", "most_of_noise", "plain_errors", "silenced"]
+__all__ = ["further_off", "most_of_noise", "plain_errors", "silenced", "whole_errors"]
 
 REFINE = (
     "Refine the mesh, so that more of what was recorded can be compared, or free the parameters of the model that are "
@@ -32,6 +32,11 @@ def plain_errors(found: Diagnosis) -> tuple[float, float] | None:
     added = found.best is not None or found.further is not None
     if not added or found.problem.load is not None or not all(r.driven for r in found.problem.records):
         return None
+    return whole_errors(found)
+
+
+def whole_errors(found: Diagnosis) -> tuple[float, float]:
+    """The same errors of whatever is told, a load too."""
     total = np.sum([_squares(found, record) for record in found.problem.records], axis=0)
     before_all, after_all = np.sqrt(total[:2] / max(total[2], 1e-300))
     return float(before_all), float(after_all)

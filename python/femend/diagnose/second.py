@@ -196,9 +196,7 @@ def _at_two_places(first: Searched) -> Further | None:
     settled: Further | None = None
     if _one_of_two(first):
         settled, more = _beside_the_best(first)
-        # one force may stand in for both where the model bends for it
-        alone = first.one_force_explains and not first.settings.strains(first.ranked[0].candidate.prior)
-        if _explaining(first, settled) is not None or not more or alone:
+        if _explaining(first, settled) is not None or not more or _stands_alone(first):
             return settled
     places = pair(first)
     if places is not None:
@@ -244,6 +242,14 @@ def _one_of_two(first: Searched) -> bool:
     """Whether the best law is one of the two, if there are two: it takes most away and leaves little."""
     best = first.ranked[0]
     return _takes_most(first) and best.candidate.chosen <= first.settings.far
+
+
+def _stands_alone(first: Searched) -> bool:
+    """Whether one force explains the recordings, and nothing says that it stands in for two: the model does not bend
+    for the best law, or that leaves noise alone and the model bends by no more than it may beside a name."""
+    settings, best = first.settings, first.ranked[0].candidate
+    at_noise = best.chosen <= settings.consistent and best.prior <= settings.bent * settings.gain_cost
+    return first.one_force_explains and (at_noise or not settings.strains(best.prior))
 
 
 def _takes_most(first: Searched) -> bool:

@@ -17,7 +17,7 @@ from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.plain_error import further_off, plain_errors, silenced
+from femend.diagnose.plain_error import further_off, plain_errors, silenced, whole_errors
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.shares import needed_share, share_explained
 from femend.diagnose.too_little import too_little
@@ -33,7 +33,10 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
     `plainly` says that recordings of different level show one and the same force."""
     best = found.ranked[0] if found.ranked else None
     if found.load is not None and (best is None or found.load.score < best.score):
-        return replace(found, verdict="missing-physics", place=None)
+        told = replace(found, verdict="missing-physics", place=None)
+        if not _off_with_the_load(told):
+            return told
+        found = replace(found, load=None)
     named = best is not None and accepted(found, best)
     if not (named and best is not None and adequate(found, best)):
         unmeasured = _unmeasured(found, plainly)
@@ -57,6 +60,15 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
         # what a beginning shows too little of is explained by many laws
         return replace(found, verdict="located-not-named", place=told.place, advice=off)
     return told
+
+
+def _off_with_the_load(told: Diagnosis) -> bool:
+    """Whether the recordings as a whole are further from the model with the force elsewhere than from the updated one:
+    it won by what shares of sensors, or lines in the band alone, make of it."""
+    if told.load is None or told.load.physics != "load_misplaced":
+        return False
+    before, after = whole_errors(told)
+    return after > told.settings.worse * before
 
 
 def _one_law(found: Diagnosis, best: Ranked, named: bool) -> Diagnosis:
