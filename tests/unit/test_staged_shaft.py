@@ -17,7 +17,7 @@ from femend.estimate.joint import Posterior
 from femend.model import Pairing
 from femend.model.configured import free_model
 from femend.model.speed_terms import member_over_speed
-from femend.study.staged_doubts import taken_back, without_use
+from femend.study.staged_doubts import not_held_out, taken_back, without_use
 
 
 def shaft(folder: Path) -> Setup:
@@ -95,9 +95,17 @@ def test_what_lowers_no_error_is_not_named() -> None:
     assert "does not fall with it by 5 % (0.955 without, 0.945 with it)" in why
     back = taken_back(final, plain, why)
     assert back.named == ()
-    assert back.withdrawn == why
+    assert back.beside == why
     assert back.stages[0].rounds[0].refused
     assert back.stages[0].rounds[0].taken is None
+
+
+def test_what_lowers_the_error_of_fitted_recordings_alone_is_named_and_said() -> None:
+    final, _ = named()
+    both = [predicted(0.12, 0.03), predicted(0.14, 0.19, "validate")]
+    assert without_use(TEST, both, final) == ""
+    assert "(0.14 without, 0.19 with it), though that of fitted recordings does" in not_held_out(TEST, both, final)
+    assert not_held_out(TEST, [predicted(0.12, 0.03)], final) == ""
 
 
 def test_nothing_named_is_nothing_to_take_back() -> None:

@@ -4,7 +4,7 @@ a place of which not all others were tried."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from femend.diagnose.staged.stages import Stage
 from femend.numerals import plain
 from femend.study.predictions import Prediction
 
-__all__ = ["clear_rival", "places_left", "taken_back", "without_use"]
+__all__ = ["clear_rival", "not_held_out", "places_left", "taken_back", "without_use"]
 
 # ln evidence above the best without a term from which on nothing may be said to be missing no more: odds of twelve to
 # one; and by how many times the deviation of a frequency and the form of the model a mode has to be off beside it
@@ -92,33 +92,71 @@ def places_left(setup: Setup, flow: Flow) -> str:
     return ""
 
 
+@dataclass(frozen=True)
+class _Errors:
+    """Mean error of some recordings without and with what is named, and their names."""
+
+    recordings: str
+    before: float
+    after: float
+
+    @property
+    def falls(self) -> bool:
+        return self.after <= (1 - FALLS) * self.before
+
+    @property
+    def text(self) -> str:
+        return (
+            f"the error on {self.recordings} does not fall with it by {100 * FALLS:.0f} % ({plain(self.before, 3)} "
+            f"without, {plain(self.after, 3)} with it)"
+        )
+
+
 def without_use(test: Test, predictions: Sequence[Prediction], final: Flow) -> str:
-    """That what a flow names does not lower the error of recordings in its configurations, those held out where there
-    are any: then it only took up what was left. Nothing where it does, where nothing is named, and where identified
-    modes decided, of which no error is told.
+    """That what a flow names lowers the error of no recording in its configurations: then it only took up what was
+    left. Nothing where it does, where nothing is named, and where identified modes decided, of which no error is told.
     """
+    errors = _errors(test, predictions, final)
+    if not errors or any(e.falls for e in errors.values()):
+        return ""
+    said = " and ".join(e.text for e in errors.values())
+    return f"{_named(final)} would explain what is fitted better, but {said}, so that it is not named"
+
+
+def not_held_out(test: Test, predictions: Sequence[Prediction], final: Flow) -> str:
+    """That what a flow names lowers the error of fitted recordings alone, not that of those held out; nothing else."""
+    errors = _errors(test, predictions, final)
+    if "validate" not in errors or errors["validate"].falls:
+        return ""
+    return (
+        f"{_named(final)}: {errors['validate'].text}, though that of fitted recordings does: check how these "
+        "recordings began (at rest, or running) and whether the machine was the same"
+    )
+
+
+def _named(flow: Flow) -> str:
+    named = [t.label or t.name for t, _ in flow.named]
+    named += [f"forces that grow with the speed to the power {plain(r.data.power[0], 3)}" for r in _other_laws(flow)]
+    return " and ".join(named)
+
+
+def _errors(test: Test, predictions: Sequence[Prediction], final: Flow) -> dict[str, _Errors]:
+    """By role (fit, validate) the errors of recordings in the configurations in which FRFs or runs named something;
+    nothing where modes did, or nothing was named."""
     by_modes = [s for s in final.stages if s.name != "FRFs" and s.run is None]
     if any(d.taken is not None for s in by_modes for d in s.rounds):
-        return ""
-    named = [t.label or t.name for t, _ in final.named]
-    named += [f"forces that grow with the speed to the power {plain(r.data.power[0], 3)}" for r in _other_laws(final)]
+        return {}
     where = {s.configuration for s in final.stages if any(d.taken for d in s.rounds) or (s.run and s.run.other_law)}
     of = {r.name: r.configuration for r in test}
-    for role in ("validate", "fit"):
+    found = {}
+    for role in ("fit", "validate"):
         own = [p for p in predictions if p.role == role and of[p.name] in where and p.recorded is not None]
         errors = [(p.error("parameters"), p.error("final")) for p in own]
         known = [(b, a) for b, a in errors if b is not None and a is not None and np.isfinite(b) and np.isfinite(a)]
-        if named and known:
+        if known:
             before, after = (float(np.mean(v)) for v in zip(*known, strict=True))
-            if after <= (1 - FALLS) * before:
-                return ""
-            which = ", ".join(p.name for p in own)
-            return (
-                f"{' and '.join(named)} would explain what is fitted better, but the error on {which} does not fall "
-                f"with it by {100 * FALLS:.0f} % ({plain(before, 3)} without, {plain(after, 3)} with it), so that it "
-                "is not named"
-            )
-    return ""
+            found[role] = _Errors(", ".join(p.name for p in own), before, after)
+    return found
 
 
 def _other_laws(flow: Flow) -> list[RunResult]:
@@ -134,4 +172,4 @@ def taken_back(final: Flow, plain: Flow, why: str) -> Flow:
         refused = tuple(replace(d, taken=None, refused=d.refused or d.taken is not None) for d in rounds)
         stages.append(replace(stage, rounds=refused))
     stages[-1] = replace(stages[-1], remarks=(*stages[-1].remarks, why))
-    return replace(plain, stages=tuple(stages), withdrawn=why)
+    return replace(plain, stages=tuple(stages), beside=why)

@@ -87,7 +87,7 @@ def _by_weight(flow: Flow) -> list[tuple[LinearTerm, Round]]:
 
 
 def _verdict(setup: Setup, data: StagedData, flow: Flow, findings: list[dict[str, Any]]) -> tuple[str, str]:
-    advice = "; ".join(filter(None, [flow.withdrawn, *flow.unseen]))
+    advice = "; ".join(filter(None, [flow.beside, *flow.unseen]))
     doubts = [result.doubt for _, result in flow.runs if result.doubt]
     if doubts:
         return "undetermined", "; ".join(filter(None, [*doubts, advice]))

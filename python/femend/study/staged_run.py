@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +41,7 @@ from femend.study.plausible import doubts_found
 from femend.study.predictions import Prediction, write_predictions
 from femend.study.sound import deck_warnings, warnings_of
 from femend.study.staged_content import staged_content
-from femend.study.staged_doubts import taken_back, without_use
+from femend.study.staged_doubts import not_held_out, taken_back, without_use
 from femend.study.staged_patch import staged_cards, staged_changes
 from femend.study.staged_predictions import predict_staged
 from femend.study.staged_result import staged_result
@@ -109,6 +109,8 @@ def diagnose_staged(
         if unproved:
             final = plain = taken_back(final, plain, unproved)
             predictions = predict_staged(setup, test, data, final, plain)
+        else:
+            final = replace(final, beside=not_held_out(test, predictions, final))
         warnings = [*warnings_of(study, free.deck, whole), *doubts, *told]
         result = right.told_in(staged_result(setup, data, final, predictions, warnings))
     run = StagedRun(study, free, test, pairing, setup, data, final, plain, predictions, result)

@@ -79,8 +79,8 @@ class Stage:
 class Flow:
     """All stages with a set of terms: what was settled in the end, and `apart` what holds in a configuration that was
     tested before: its FRFs again, with the final posterior, widened by the drift, as their prior. `unseen` tells the
-    modes that no FRF shows, with the frequencies of the final model; `withdrawn` what was named and taken back, and
-    why.
+    modes that no FRF shows, with the frequencies of the final model; `beside` what is to be said beside: what was named
+    and taken back, or lowers no error of recordings held out.
     """
 
     terms: tuple[LinearTerm, ...]
@@ -89,7 +89,7 @@ class Flow:
     named: tuple[tuple[LinearTerm, Round], ...] = field(default=())
     apart: dict[str, Posterior] = field(default_factory=dict)
     unseen: tuple[str, ...] = ()
-    withdrawn: str = ""
+    beside: str = ""
 
     def in_configuration(self, configuration: str) -> Posterior:
         """The posterior as the recordings of a configuration say it; the final one where they say nothing apart."""
