@@ -65,6 +65,6 @@ def test_laws_are_lost_on_the_way_where_a_free_force_explains_what_they_do_not(
     located = [SimpleNamespace(fit=SimpleNamespace(score=free))]
     task: Any = SimpleNamespace(settings=Settings(), located=located)
     candidate = SimpleNamespace(chosen=chosen, reference=free)
-    alone: Any = SimpleNamespace(score=1000.0, n_values=500.0)
+    alone: Any = SimpleNamespace(score=1000.0, n_values=500.0, candidate=SimpleNamespace(chosen=7.0))
     ranked: Any = [SimpleNamespace(candidate=candidate, score=score)]
     assert diagnosis._lost_on_the_way(task, alone, ranked, sigma) is lost

@@ -143,7 +143,7 @@ def staged(unexplained: float, noise: float) -> Any:
             ),
         ],
         unseen=(),
-        withdrawn="",
+        beside="",
         runs=(),
     )
 

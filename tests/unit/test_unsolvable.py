@@ -84,7 +84,7 @@ def test_modes_that_are_not_the_models_leave_it_open() -> None:
         )
 
     class Flow:
-        stages, unseen, runs, withdrawn = (Stage(),), (), (), ""
+        stages, unseen, runs, beside = (Stage(),), (), (), ""
 
     verdict, advice = _verdict(SimpleNamespace(settings=None), SimpleNamespace(runs={}), Flow(), [])  # type: ignore[arg-type]
     assert verdict == "undetermined"
