@@ -14,7 +14,7 @@ from femend.correlate.exchanged import Shapes
 from femend.correlate.resonances import clear_lines_of, common_factor, explained
 from femend.estimate import pair_test
 from femend.model import read_model
-from femend.study import load_study
+from femend.study import load_study, plausible_frequencies
 from femend.study.corrections import corrections_of
 from femend.study.plausible import Doubts, doubts_found
 
@@ -91,6 +91,12 @@ def test_a_digit_in_a_modulus_is_told_and_what_follows_from_it_is_not(
     found, _ = doubts(tmp_path, E)
     (text,) = found.texts
     assert all(word in text for word in said), text
+
+
+def test_digits_are_not_tried_on_models_whose_modes_take_long(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plausible_frequencies, "MOST_DOFS", 10)
+    found, _ = doubts(tmp_path, (7e9, 7e10))
+    assert "parameter" not in {one.doubt.kind for one in found.of_recordings}
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])

@@ -33,9 +33,9 @@ OF_DIGITS = ("E", "A", "I1", "I2", "J", "t", "rho", "mass", *(f"k{i}" for i in r
 # gain in mean log-likelihood from which a digit is mistaken: of the cases of `resonances.TELLING` as they are one comes
 # to 0.9, the others to 0.2, a modulus of 7e9 for 7e10 in one of two halves of a cantilever to 3.4, in a plate to 19
 MISTAKEN = 2.5
-# gain in mean log-likelihood of a sensor that the model explains as it is from which no digit is sought; parameters up
-# to which they are tried
-WELL, MOST = 1.5, 12
+# gain in mean log-likelihood of a sensor that the model explains as it is from which no digit is sought; parameters and
+# DOFs up to which they are tried, each by modes of its own
+WELL, MOST, MOST_DOFS = 1.5, 12, 20_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,12 +155,12 @@ class _Tried:
 
 def _digit(tried: _Tried, found: Sequence[Lines], off: Off | None, least: float) -> Doubt | None:
     """The doubt about the one parameter that explains the lines `found` clearly better with a digit more or less, by
-    more than the `least`; None where the model explains them as it is, where no parameter does, and where one factor
-    `off` does as well."""
+    more than the `least`; None where the model explains them as it is, where no parameter does, where one factor `off`
+    does as well, and where it would take long."""
     before = explained(found)
     parameters = [p for p in tried.model.parameters if p.property in OF_DIGITS]
     well = before[0] > WELL * np.mean([line.h.shape[1] for line in found])
-    if (well and off is None) or len(parameters) > MOST:
+    if (well and off is None) or len(parameters) > MOST or tried.model.fe.n_a > MOST_DOFS:
         return None
     best, gain = None, max(least + MISTAKEN, 0.0 if off is None else float(off.gain.min()))
     for parameter in parameters:
