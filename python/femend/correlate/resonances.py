@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ ComplexArray = NDArray[np.complex128]
 
 # a model may be off by this factor, or by its inverse: something that is missing shifts resonances by as much
 LEAST = 1.7
+NEAR = np.abs(np.log(FACTORS)) < np.log(LEAST)
 # gain in mean log-likelihood from which resonances are elsewhere: of the 12 cases c01 to c13 that have forces, 24
 # generated ones and 22 of a user's, none as it is comes above 0
 TELLING = 1.5
@@ -43,11 +45,22 @@ class Lines:
     alike: Shapes
     driven: Shapes
 
-    def gains(self, factor: float) -> FloatArray:
-        """Gain (2, n_lines) in log-likelihood with the frequencies times a `factor`, modes driven as by the force and
-        alike."""
-        at = self.freq * factor
-        return np.array([line_gains(self.h, self.noise, at, modes) for modes in (self.driven, self.alike)])
+    @cached_property
+    def near(self) -> FloatArray:
+        """Gains (n_near, 2, n_lines) with the frequencies times factors that a model may be off by, as `gains`."""
+        return self._gains(FACTORS[NEAR])
+
+    @cached_property
+    def gains(self) -> FloatArray:
+        """Gains (n_factors, 2, n_lines) in log-likelihood with the frequencies times each of `FACTORS`, modes driven as
+        by the force and alike."""
+        gains = np.empty((len(FACTORS), *self.near.shape[1:]))
+        gains[NEAR], gains[~NEAR] = self.near, self._gains(FACTORS[~NEAR])
+        return gains
+
+    def _gains(self, factors: FloatArray) -> FloatArray:
+        both = (self.driven, self.alike)
+        return np.array([[line_gains(self.h, self.noise, self.freq * f, modes) for modes in both] for f in factors])
 
     def modes(self, factor: float) -> NDArray[np.int64]:
         """The mode (n_lines,) that has most of the response on every line, with the frequencies times a `factor`."""
@@ -84,14 +97,14 @@ def common_factor(found: Sequence[Lines]) -> Off | None:
     not, or where a factor below 1.7 would do."""
     if not found:
         return None
-    gains = np.array([np.concatenate([one.gains(factor) for one in found], axis=1) for factor in FACTORS])
-    mean, near = gains.mean(axis=2), _near()
+    gains = np.concatenate([one.gains for one in found], axis=2)
+    mean = gains.mean(axis=2)
     k = int(np.argmax(mean[:, 0]))
-    before = mean[near].max(axis=0)
-    if near[k] or (mean[k] < before + TELLING).any():
+    before = mean[NEAR].max(axis=0)
+    if NEAR[k] or (mean[k] < before + TELLING).any():
         return None
     factor = float(FACTORS[k])
-    best = int(np.flatnonzero(near)[np.argmax(mean[near, 0])])
+    best = int(np.flatnonzero(NEAR)[np.argmax(mean[NEAR, 0])])
     modes = _telling(np.concatenate([one.modes(factor) for one in found]), gains[k, 0] - gains[best, 0])
     return Off(factor, modes, mean[k] - before) if modes >= SEVERAL else None
 
@@ -99,13 +112,7 @@ def common_factor(found: Sequence[Lines]) -> Off | None:
 def explained(found: Sequence[Lines]) -> FloatArray:
     """Mean gain (2,) in log-likelihood of all lines `found` with the model as it is, its frequencies off by up to 1.7,
     driven as by the force and alike."""
-    gains = [np.concatenate([one.gains(f) for one in found], axis=1).mean(axis=1) for f in FACTORS[_near()]]
-    return np.asarray(np.max(gains, axis=0))
-
-
-def _near() -> NDArray[np.bool_]:
-    """Which factors a model may be off by."""
-    return np.asarray(np.abs(np.log(FACTORS)) < np.log(LEAST))
+    return np.asarray(np.concatenate([one.near for one in found], axis=2).mean(axis=2).max(axis=0))
 
 
 def _telling(modes: NDArray[np.int64], more: FloatArray) -> int:

@@ -70,13 +70,14 @@ def frequency_doubts(
     explains as well."""
     told: list[tuple[Doubt, tuple[str, ...]]] = []
     rest: list[Against] = []
+    found: list[Lines] = []
     for one in used:
-        found = _lines([one.data], modes, pairing)
-        axis = _time_axis(one.recording, _beyond(common_factor(found), _by_sensors([one], found, modes, pairing)))
+        own = _lines([one.data], modes, pairing)
+        axis = _time_axis(one.recording, _beyond(common_factor(own), _by_sensors([one], own, modes, pairing)))
         told += [(doubt, (one.recording.name,)) for doubt in axis]
-        if found and not axis:
+        if own and not axis:
             rest.append(one)
-    found = _lines([one.data for one in rest], modes, pairing)
+            found += own
     if not found:
         return told
     least = _by_sensors(rest, found, modes, pairing)
