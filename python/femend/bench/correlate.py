@@ -15,7 +15,7 @@ from femend.bench.compared import Compared, compare_recording
 from femend.bench.correlation_content import correlation_page, write_tables
 from femend.bench.correlation_result import correlation_result
 from femend.bench.measured import MeasuredModes, measured_modes
-from femend.bench.models import Models
+from femend.bench.models import LOWEST, Models
 from femend.bench.orthogonal import orthogonality_of
 from femend.bench.page import render_page
 from femend.bench.placed import Placed, placed_sensors
@@ -35,8 +35,6 @@ from femend.threads import one_blas_thread
 
 __all__ = ["CorrelationRun", "Prepared", "correlate", "prepare"]
 
-# modes of the model among which is an elastic one, whatever is free
-LOWEST = 10
 # lines of a run from which on its shapes tell the shaft's axis
 FEWEST_LINES = 8
 # what the command writes: entries of these names from an earlier run are replaced

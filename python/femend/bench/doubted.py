@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from femend.analysis.model_modes import model_modes
 from femend.bench.compared import Compared
 from femend.bench.measured import ALONE
+from femend.bench.models import LOWEST
 from femend.bench.run_compared import ComparedRun
 from femend.correlate.doubts import level_doubts
 from femend.correlate.exchanged import CLEAR
@@ -18,7 +19,7 @@ from femend.data import FRF
 from femend.errors import RecordingError
 from femend.estimate.frf import frf_lines_of
 from femend.model import Model
-from femend.model.free_body import RIGID
+from femend.model.free_body import elastic
 from femend.study.plausible_output import time_axis_doubts
 from femend.study.sampled import too_slow_for_modes
 
@@ -29,8 +30,8 @@ __all__ = ["MEND_FIRST", "TIME_FIRST", "doubted_levels", "doubted_sensors", "dou
 
 # frequencies that are off by this factor, or its inverse, are not those of a model that is only somewhat wrong
 OFF = 1.5
-# modes among which is an elastic one, whatever is free, and those whose shapes tell a time axis
-LOWEST, KNOWN = 10, 30
+# modes whose shapes tell a time axis
+KNOWN = 30
 TIME_FIRST = "mend the time axis of the recordings that look mistaken first: all frequencies rest on it"
 MEND_FIRST = "mend the sensors that look reversed or exchanged before anything is updated"
 
@@ -80,8 +81,7 @@ def _elsewhere(c: Compared) -> bool:
 
 def _lowest(model: Model) -> float:
     """The lowest elastic mode of a model in Hz."""
-    freq = model_modes(model, n_modes=LOWEST).freq
-    return float(min(freq[freq > RIGID * freq[-1]], default=0.0))
+    return float(min(elastic(model_modes(model, n_modes=LOWEST).freq), default=0.0))
 
 
 def _clear(frf: FRF) -> NDArray[np.bool_] | None:

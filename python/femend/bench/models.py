@@ -15,10 +15,12 @@ from femend.errors import FemendError
 from femend.model import Model, model_of
 from femend.study.study import AS_MODELLED, Study
 
-__all__ = ["Models", "modes_up_to"]
+__all__ = ["LOWEST", "Models", "modes_up_to"]
 
 # modes of the model that are looked at: up to this multiple of the highest measured one
 ABOVE = 1.5
+# modes of the model among which is an elastic one, whatever is free
+LOWEST = 10
 # below this share of the highest frequency of interest a mode is one of a free body
 RIGID = 1e-4
 

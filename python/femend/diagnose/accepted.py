@@ -10,7 +10,7 @@ from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.shares import needed_share, share_explained
 
-__all__ = ["TELLING", "accepted", "adequate", "bends", "clearly_missing", "stands_out"]
+__all__ = ["TELLING", "accepted", "adequate", "bends", "clearly_missing", "share_taken", "stands_out"]
 
 # gain, in `gain_cost`, from which a law is told though it explains part of what is wrong
 TELLING = 10.0
@@ -27,7 +27,7 @@ def accepted(found: Diagnosis, best: Ranked) -> bool:
     # a model that explains the recordings as they are lacks nothing that they could show
     enough = max(found.null.score, found.null_chosen.chosen) <= settings.consistent
     won = settings.wins(gain, -np.inf if enough else chosen, relieved)
-    return bool(won and _share(found, best) >= needed_share(found.null_chosen.chosen, settings))
+    return bool(won and share_taken(found, best) >= needed_share(found.null_chosen.chosen, settings))
 
 
 def adequate(found: Diagnosis, best: Ranked) -> bool:
@@ -52,10 +52,10 @@ def stands_out(found: Diagnosis, best: Ranked) -> bool:
     settings, before, after = found.settings, found.null_chosen.chosen, best.candidate.chosen
     far = before > settings.far and after < 0.5 * before
     gain = found.null_score - best.score
-    return bool(far and gain > TELLING * settings.gain_cost and _share(found, best) >= settings.partly)
+    return bool(far and gain > TELLING * settings.gain_cost and share_taken(found, best) >= settings.partly)
 
 
-def _share(found: Diagnosis, best: Ranked) -> float:
+def share_taken(found: Diagnosis, best: Ranked) -> float:
     """Share of what is wrong with the updated model that a law takes away."""
     return share_explained(found.null_score, best, found.ranked, found.n_values)
 

@@ -26,7 +26,7 @@ from femend.diagnose.parallel import starting
 from femend.diagnose.ranked import Ranked, told_simply
 from femend.diagnose.read_beside import read_off_beside
 from femend.diagnose.terms import Term
-from femend.diagnose.together import Scored, Try, best_of, better, distinct, each_of, fitted_together, term_of
+from femend.diagnose.together import Scored, Try, best_of, better, distinct, each_of, fitted_together, in_order, term_of
 from femend.estimate import Hypothesis, Problem
 from femend.model import Place
 
@@ -59,12 +59,6 @@ class OneLinear:
     both: Scored
     linear: list[Ranked]
 
-    @property
-    def order(self) -> tuple[bool, float, float]:
-        """First what explains unseen data, then what explains more of the recordings, then the better score."""
-        score, terms = self.both
-        return terms.chosen > self.first.settings.adequate, terms.sigma, score
-
 
 def one_linear(first: Searched, second: Located, at: Place) -> OneLinear | None:
     """Two laws fitted together, of which the one that is linear was named beside a free force at either of two places
@@ -79,7 +73,7 @@ def one_linear(first: Searched, second: Located, at: Place) -> OneLinear | None:
             found.append(both)
             if both.both[1].chosen <= first.settings.adequate:
                 break
-    return min(found, key=lambda f: f.order, default=None)
+    return min(found, key=lambda f: in_order(first, f.both), default=None)
 
 
 def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> _LinearOne | None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +26,8 @@ from femend.diagnose.paired import of_those_found
 from femend.diagnose.pairs import Searched, others, pair, plain, with_members
 from femend.diagnose.parallel import in_parallel
 from femend.diagnose.ranked import Ranked, told_simply
-from femend.diagnose.settings import Settings
 from femend.diagnose.terms import Terms, follow_terms, refit_terms
-from femend.diagnose.together import Scored, are_told, best_of, distinct, shows, term_of, told_plainly
+from femend.diagnose.together import Scored, are_told, best_of, distinct, in_order, shows, term_of, told_plainly
 from femend.estimate import Hypothesis
 from femend.estimate.fit import STEPS
 from femend.model import Place
@@ -109,8 +107,7 @@ def _looked_for(first: Searched) -> Further | None:
         return one
     found = of_those_found(first)
     two = None if found is None else _further(*found, first.ranked)
-    both = [f for f in (one, two) if f is not None]
-    return min(both, key=partial(_place_in_order, first.settings), default=None)
+    return _foremost(first, one, two)
 
 
 def _both_linear(first: Searched) -> Further | None:
@@ -141,9 +138,9 @@ def _in_parallel(first: Searched) -> Further | None:
     return None if found is None else _further(first, found, [r for r in first.ranked if r.located.place is place])
 
 
-def _place_in_order(settings: Settings, found: Further) -> tuple[bool, float, float]:
-    """First what explains unseen data, then what explains more of the recordings, then the better score."""
-    return found.terms.chosen > settings.adequate, found.terms.sigma, found.score
+def _foremost(first: Searched, *found: Further | None) -> Further | None:
+    """What comes first of what was found, if anything was."""
+    return min((f for f in found if f is not None), key=lambda f: in_order(first, (f.score, f.terms)), default=None)
 
 
 def _beside(first: Searched) -> Further | None:
@@ -234,8 +231,7 @@ def _one_of_them_linear(first: Searched, second: Located, at: Place) -> Further 
     if beside is None or not beside.ranked or beside.sigma > first.sigma:
         return told
     here = [r for r in laws if r.located.place is laws[0].located.place]
-    named = (f for f in (told, _together(first, (here, beside.ranked))) if f is not None)
-    return min(named, key=partial(_place_in_order, first.settings), default=None)
+    return _foremost(first, told, _together(first, (here, beside.ranked)))
 
 
 def _one_of_two(first: Searched) -> bool:

@@ -29,6 +29,7 @@ __all__ = [
     "each_of",
     "fitted_together",
     "gained",
+    "in_order",
     "shows",
     "term_of",
     "told_plainly",
@@ -74,6 +75,13 @@ def gained(first: Searched, gain: float, chosen: float, prior: float, found: Ter
 def brings(first: Searched, fewer: Scored, more: Scored) -> bool:
     """Whether more terms bring against fewer what a law has to bring against none."""
     return gained(first, fewer[0] - more[0], fewer[1].chosen, fewer[1].prior, more[1])
+
+
+def in_order(first: Searched, scored: Scored) -> tuple[bool, float, float]:
+    """By what terms compare in the windows they are followed in: first what explains unseen data, then what explains
+    more of the recordings, then the better score."""
+    score, terms = scored
+    return terms.chosen > first.settings.adequate, terms.sigma, score
 
 
 def each_of(first: Searched, tries: Sequence[Try]) -> list[Scored | None]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.diagnose.accepted import accepted, adequate, bends, clearly_missing, stands_out
+from femend.diagnose.accepted import accepted, adequate, bends, clearly_missing, share_taken, stands_out
 from femend.diagnose.advice import BENT, LATER, PART_OF_A_FORCE, PART_OF_ALL, beside_laws
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.collapse import collapsed
@@ -19,7 +19,7 @@ from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.plain_error import further_off, plain_errors, silenced, whole_errors
 from femend.diagnose.ranked import Ranked
-from femend.diagnose.shares import needed_share, share_explained
+from femend.diagnose.shares import needed_share
 from femend.diagnose.too_little import too_little
 from femend.diagnose.unmeasured import find_harmonic, find_unmeasured
 from femend.estimate import Fit
@@ -181,9 +181,9 @@ def _nearest(found: Diagnosis) -> str:
     """How far the best law is from an explanation."""
     best = found.ranked[0] if found.ranked else None
     needed = needed_share(found.null_chosen.chosen, found.settings)
-    share = 0.0 if best is None else share_explained(found.null_score, best, found.ranked, found.n_values)
-    if best is None or not adequate(found, best) or not found.settings.partly <= share < needed:
+    if best is None or not adequate(found, best) or not found.settings.partly <= share_taken(found, best) < needed:
         return "no law of the catalogue explains it"
+    share = share_taken(found, best)
     return (
         f"the best law, {best.name} at {best.located.place.text}, takes away {plain(100 * share, 2)} % of what is "
         f"wrong with the updated model, and a name needs {plain(100 * needed, 2)} %"

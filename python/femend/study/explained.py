@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from femend.report.headline import BEYOND_NOISE
+from femend.report.noise import BEYOND_NOISE, times_noise
 from femend.study.plausible import Doubted
 
 __all__ = ["answered"]
@@ -25,7 +25,8 @@ def answered(doubts: Sequence[Doubted], result: Mapping[str, Any], left_out: Col
         return []
     if any(max(one["factor"], 1 / one["factor"]) > UPDATED for one in result["parameters"].values() if one["factor"]):
         return []
-    noise = {row["recording"] for row in result["fit"] if _to_the_noise(row)}
+    left = {row["recording"]: times_noise(row, "final") for row in result["fit"]}
+    noise = {name for name, times in left.items() if times is not None and times < BEYOND_NOISE}
     return [
         one
         for one in doubts
@@ -33,8 +34,3 @@ def answered(doubts: Sequence[Doubted], result: Mapping[str, Any], left_out: Col
         and noise.issuperset(one.recordings)
         and not {one.doubt.channel, *one.doubt.order} & set(left_out)
     ]
-
-
-def _to_the_noise(row: Mapping[str, Any]) -> bool:
-    floor, final = row["noise_floor"], row["final"]
-    return row["role"] == "fit" and bool(floor) and final is not None and final < BEYOND_NOISE * floor

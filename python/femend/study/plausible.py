@@ -28,7 +28,7 @@ from femend.diagnose.staged.prepare import FrfData, frf_data
 from femend.diagnose.too_little import PERIODS
 from femend.errors import FemendError
 from femend.model import Model, Pairing
-from femend.model.free_body import RIGID
+from femend.model.free_body import elastic
 from femend.model.rigid_motion import zero_modes
 from femend.numerals import plain
 from femend.study.plausible_frequencies import Against, frequency_doubts
@@ -158,12 +158,8 @@ def _modes(model: Model, f_max: float, zeta: float) -> ModeSet:
 def _free(model: Model, modes: ModeSet) -> list[str]:
     """A body is held, or free in all six ways; one that is free in some may have lost a support, one of which parts
     move against each other what connects them."""
-    n = modes.n_modes - _elastic(modes).size
+    n = modes.n_modes - elastic(modes.freq).size
     return [told] if n and (told := zero_modes(model, np.real(modes.phi[:, :n])).text) else []
-
-
-def _elastic(modes: ModeSet) -> FloatArray:
-    return np.asarray(modes.freq[modes.freq > RIGID * modes.freq[-1]])
 
 
 def _massless(model: Model) -> list[str]:
@@ -183,10 +179,10 @@ def _massless(model: Model) -> list[str]:
 
 
 def _short(recording: Recording, modes: ModeSet) -> list[Doubt]:
-    elastic = _elastic(modes)
-    if not recording.is_time or not elastic.size:
+    freq = elastic(modes.freq)
+    if not recording.is_time or not freq.size:
         return []
-    duration, lowest = recording.time.duration, float(elastic[0])
+    duration, lowest = recording.time.duration, float(freq[0])
     periods = duration * lowest
     if periods >= PERIODS:
         return []

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data import Recording
-from femend.model.free_body import RIGID
+from femend.model.free_body import elastic
 from femend.numerals import plain
 
 __all__ = ["too_slow_for_band", "too_slow_for_modes"]
@@ -29,10 +29,9 @@ def too_slow_for_band(recording: Recording, band: tuple[float, float] | None) ->
 def too_slow_for_modes(recording: Recording, freq: NDArray[np.float64]) -> tuple[str, ...]:
     """A sentence where the sampling of `recording` does not reach to the lowest elastic mode of the model's `freq`
     (n_modes,) Hz; nothing where it holds no time records."""
-    elastic = freq[freq > RIGID * freq.max(initial=0.0)]
-    if not recording.is_time or not elastic.size or elastic[0] <= USABLE * _nyquist(recording):
+    lowest = float(min(elastic(freq), default=0.0))
+    if not recording.is_time or lowest <= USABLE * _nyquist(recording):
         return ()
-    lowest = float(elastic[0])
     return (_said(recording, f"the model's lowest mode is at {plain(lowest)} Hz", lowest, ""),)
 
 

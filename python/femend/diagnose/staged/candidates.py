@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from femend.diagnose.staged.places import masses_and_springs, places_tried
+from femend.diagnose.staged.nodes import on_the_line
+from femend.diagnose.staged.places import masses_and_springs, places_tried, untaken
 from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
 from femend.model.linear_terms import LinearTerm, compliant_support, spring_bending, weaker_element
@@ -16,8 +15,6 @@ __all__ = ["rivals", "speed_rivals"]
 
 # members whose stiffness may be another; shells and solids are too many and too alike
 MEMBERS = ("CBUSH", "CBAR", "CBEAM", "CROD", "CELAS1", "CELAS2")
-# a mass this far off the shaft's line, as a share of the structure's size, does not turn with it
-OFF_AXIS = 1e-3
 
 
 def rivals(
@@ -41,8 +38,7 @@ def rivals(
     local += [weaker_element(free, eid) for eid in members]
     local += masses_and_springs(setup, places_tried(setup, configuration, sensors)[0])
     found += [term.only_in(configuration) if only_here else term for term in local]
-    names = {t.name for t in taken}
-    return tuple(t for t in found if t.name not in names)
+    return untaken(found, taken)
 
 
 def speed_rivals(
@@ -62,17 +58,14 @@ def speed_rivals(
         found += [springs_over_speed(free, group, i, reference) for i in (None, 0, 1, 2)]
     members = [eid for eid, card, _, _ in free.deck.elements() if card in MEMBERS][:limit]
     found += [member_over_speed(free, eid, reference) for eid in members]
-    names = {t.name for t in taken}
-    return tuple(t for t in found if t.name not in names)
+    return untaken(found, taken)
 
 
 def _on_shaft(setup: Setup, bearings: Sequence[int], axis: int) -> list[int]:
     """Bearings, and nodes with masses on the line through the first one along the shaft, that can turn."""
     free = setup.free
-    xyz = dict(zip(free.node_ids.tolist(), free.xyz))
-    off = OFF_AXIS * float(np.ptp(free.xyz, axis=0).max())
     masses = [n for _, card, _, nodes in free.deck.elements() if card == "CONM2" for n in nodes[:1]]
-    on_line = [n for n in masses if np.linalg.norm(np.delete(xyz[n] - xyz[bearings[0]], axis)) <= off]
+    on_line = on_the_line(setup, masses, bearings[0], axis)
     T = free.transformation()
     turning = [3 + (axis + 1) % 3, 3 + (axis + 2) % 3]
     nodes = dict.fromkeys([*bearings, *on_line])

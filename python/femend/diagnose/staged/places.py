@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.staged.nodes import with_elements
 from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
 from femend.estimate.joint import Block, Posterior
@@ -15,7 +16,7 @@ from femend.model.configured import ConfiguredModel, Part
 from femend.model.linear_terms import LinearTerm, point_mass, point_spring
 from femend.model.unknowns import Unknowns
 
-__all__ = ["elsewhere", "masses_and_springs", "places_tried", "screened"]
+__all__ = ["elsewhere", "masses_and_springs", "places_tried", "screened", "untaken"]
 
 FloatArray = NDArray[np.float64]
 
@@ -40,7 +41,7 @@ def places_tried(setup: Setup, configuration: str, sensors: Sequence[Dof]) -> tu
     T = free.transformation()
     entries = np.diff(T.tocsr().indptr).reshape(-1, 6)[:, :3]
     # nodes that depend on others move as these do; a mass there is one at a rigid body
-    used = {int(n) for _, _, _, nodes in free.deck.elements() for n in nodes}
+    used = with_elements(setup)
     others = [
         int(n)
         for n, k in zip(free.node_ids.tolist(), entries, strict=True)
@@ -72,9 +73,13 @@ def elsewhere(
     """Masses and springs to ground at nodes without a sensor, without those `taken`; `only_here` as of `rivals`."""
     _, nodes, _ = places_tried(setup, configuration, sensors)
     found = masses_and_springs(setup, nodes)
-    found = [term.only_in(configuration) if only_here else term for term in found]
+    return untaken([term.only_in(configuration) if only_here else term for term in found], taken)
+
+
+def untaken(terms: Sequence[LinearTerm], taken: Sequence[LinearTerm]) -> tuple[LinearTerm, ...]:
+    """The terms without those `taken`."""
     names = {t.name for t in taken}
-    return tuple(t for t in found if t.name not in names)
+    return tuple(t for t in terms if t.name not in names)
 
 
 def masses_and_springs(setup: Setup, nodes: Sequence[int]) -> list[LinearTerm]:

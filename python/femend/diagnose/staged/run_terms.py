@@ -35,9 +35,9 @@ def terms_of_run(
     """Terms with which the operating shapes of a run are explained, where `result` without them leaves more than noise.
 
     Rivals are those of every stage and those that act with the speed. They are held against each other on the shapes
-    over frequency, each with the unbalances free; `fit(terms, start=p)` fits the run itself with the one taken, from
-    where the shapes put it, and the term stays only if the samples of the run are explained better too. Returns the
-    terms, the run's result with them, and the decisions.
+    over frequency, each with the unbalances free; `fit(terms=terms, start=p)` fits the run itself with the one taken,
+    from where the shapes put it, and the term stays only if the samples of the run are explained better too. Returns
+    the terms, the run's result with them, and the decisions.
     """
     chosen, rounds = list(terms), []
     for _ in range(setup.settings.rounds):
@@ -48,7 +48,7 @@ def terms_of_run(
         rounds += found[2]
         if len(found[0]) == len(chosen):
             break
-        grown = fit(found[0], start=found[1].p)
+        grown = fit(terms=found[0], start=found[1].p)
         if not _better(setup, result, grown):
             rounds[-1] = replace(rounds[-1], taken=None, refused=True)
             break

@@ -9,6 +9,7 @@ import numpy as np
 
 from femend.correlate import csac
 from femend.diagnose.staged.loads import RunResult, predicted_ods
+from femend.diagnose.staged.nodes import on_the_line, with_elements
 from femend.diagnose.staged.prepare import RunData
 from femend.diagnose.staged.setup import Setup
 from femend.dof import Dof
@@ -19,8 +20,6 @@ from femend.numerals import plain
 
 __all__ = ["at_its_node", "axis_doubt", "shape_likeness", "shaft_nodes", "with_shaft"]
 
-# a node this far off the line through the first bearing, as a share of the structure's size, is not on the shaft
-OFF_AXIS = 1e-3
 # nodes of a shaft that are tried at most
 MOST = 24
 # mean CSAC below which another axis is asked for, that from which another one is right, and by how much it is better
@@ -31,12 +30,8 @@ def shaft_nodes(setup: Setup, bearings: Sequence[int], axis: int) -> tuple[int, 
     """Nodes with elements on the line through the first of the `bearings` along the shaft's `axis` (0, 1, 2), in its
     order; of more than `MOST` evenly some."""
     free = setup.free
-    xyz = dict(zip(free.node_ids.tolist(), free.xyz, strict=True))
-    off = OFF_AXIS * float(np.ptp(free.xyz, axis=0).max())
-    used = {int(n) for _, _, _, nodes in free.deck.elements() for n in nodes}
-    line = np.delete(xyz[bearings[0]], axis)
-    found = [n for n in used if n in xyz and np.linalg.norm(np.delete(xyz[n], axis) - line) <= off]
-    found.sort(key=lambda n: float(xyz[n][axis]))
+    found = on_the_line(setup, with_elements(setup), bearings[0], axis)
+    found.sort(key=lambda n: float(free.xyz[free.index(n)][axis]))
     few = np.unique(np.linspace(0, max(len(found) - 1, 0), min(MOST, len(found))).astype(int))
     return tuple(found[i] for i in few.tolist())
 
@@ -52,18 +47,18 @@ def at_its_node(
     terms: Sequence[LinearTerm],
     run: RunData,
     result: RunResult,
-    refit: Callable[[Setup, RunData], RunResult],
+    refit: Callable[..., RunResult],
 ) -> tuple[Setup, RunData, RunResult, str]:
     """A `run` whose forces grow with another power of the speed than 2 at the nodes its study names, as one of plain
     unbalance at another node of the shaft, where that explains it as well: simpler is what needs no law of its own.
 
-    `refit` fits the run in a study. Returns the study with that node in its bases, the run at it, its result and a
-    sentence; what was given and no sentence where no other node does.
+    `refit(setup, data=run)` fits a run in a study. Returns the study with that node in its bases, the run at it, its
+    result and a sentence; what was given and no sentence where no other node does.
     """
     wide = with_shaft(setup, shaft_nodes(setup, run.nodes, run.axis))
     for node in _as_good(wide, terms, run, result)[:1]:
         moved = replace(run, nodes=(node,))
-        again = refit(wide, moved)
+        again = refit(wide, data=moved)
         if again.error <= result.error and not again.other_law:
             return wide, moved, again, _told(run, result, node, again)
     return setup, run, result, ""

@@ -315,12 +315,11 @@ def _runs(at: _At) -> list[Stage]:
         result, doubt = _about_its_axis(setup, run, chosen, fit_in, fit_all)
         own, moved = setup, ""
         if result.other_law:
-            refit = lambda own, run, fit=fit_all, terms=tuple(chosen): fit(own, data=run, terms=[*terms])  # noqa: E731
-            own, run, result, moved = at_its_node(setup, chosen, run, result, refit)
+            own, run, result, moved = at_its_node(setup, chosen, run, result, partial(fit_all, terms=chosen))
         rounds: list[Round] = []
         if at.naming and not doubt:
             only_here = known is not None and configuration not in data.frfs
-            fit = lambda terms, own=own, run=run, fit=fit_all, **more: fit(own, data=run, terms=terms, **more)  # noqa: E731
+            fit = partial(fit_all, own, data=run)
             chosen, result, rounds = terms_of_run(own, configuration, result, chosen, before, fit, only_here=only_here)
         result = replace(result, moved=moved, doubt=doubt)
         before = result.posterior
