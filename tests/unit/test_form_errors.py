@@ -143,3 +143,39 @@ def test_units_are_combined_the_same_some_at_a_time(reduced: ReducedModel, monke
     for (K, M), (k, m) in zip(whole, form_errors_module._combined(reduced, errors.units, errors.weights), strict=True):
         np.testing.assert_allclose(k, K, rtol=1e-9, atol=1e-12 * np.abs(K).max())
         np.testing.assert_allclose(m, M, rtol=1e-9, atol=1e-12 * np.abs(M).max())
+
+
+def tower(path: Path) -> ReducedModel:
+    """Two storeys of slender legs, one bar each, with rods between them and lumps on top, up to 200 Hz."""
+    corners = [(0.0, 0.0), (0.4, 0.0), (0.4, 0.32), (0.0, 0.32)]
+    cards = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "PARAM,COUPMASS,1", "MAT1,1,7.+10,,0.33,2700."]
+    cards += ["MAT1,2,2.1+11,,0.3,7850.", "PBAR,1,1,1.1-4,4.6-9,4.6-9,9.3-9", "PROD,2,2,2.8-5,1.3-10"]
+    cards += [f"GRID,{10 * s + c},,{x},{y},{0.45 * s}" for s in range(3) for c, (x, y) in enumerate(corners, 1)]
+    for s in (0, 1):
+        for c in range(1, 5):
+            low, up, beside = 10 * s + c, 10 * s + 10 + c, 10 * s + 10 + c % 4 + 1
+            cards += [f"CBAR,{100 + low},1,{low},{up},1.,0.,0.", f"CROD,{200 + low},2,{up},{beside}"]
+            cards += [f"CROD,{300 + low},2,{low},{beside}", f"CONM2,{400 + up},{up},,0.5"]
+        cards += [f"CROD,{500 + s},2,{10 * s + 11},{10 * s + 13}"]
+    path.write_text("\n".join([*cards, "SPC1,1,123456,1,THRU,4", "ENDDATA", ""]))
+    model = read_model(path)
+    return reduce_model(model, 200.0, [6 * model.index(21)])
+
+
+def lightest(reduced: ReducedModel) -> float:
+    """Smallest eigenvalue of the mass that 50 draws of all errors leave, of each up to three deviations."""
+    with_errors = form_errors(reduced, 200.0).on(reduced)
+    n, own = len(with_errors.names), len(reduced.names)
+    draws = np.random.default_rng(1).normal(0.0, SD, (50, n))
+    draws[:, :own] = 0.0
+    return float(min(np.linalg.eigvalsh(at(with_errors, np.clip(p, -3 * SD, 3 * SD))[1])[0] for p in draws))
+
+
+def test_lumps_that_turn_never_take_the_mass_of_slender_members(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Fits of a truss with one bar a storey did not move from the deck's values."""
+    reduced = tower(tmp_path / "tower.bdf")
+    assert lightest(reduced) > 0.0
+    monkeypatch.setattr(form_errors_module, "LEAVES", np.inf)
+    assert lightest(reduced) < 0.0

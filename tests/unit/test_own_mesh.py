@@ -79,7 +79,7 @@ def test_the_decks_own_mesh_is_not_taken_where_it_has_to_leave_its_priors(
     finer = replace(reduced, model=replace(deck, refines=deck))
     own = UpdatedModel(cast(Any, None), reduced, cast(Any, SimpleNamespace(score=1.1, prior=prior, cost=5000.0)), [])
     beaten = cast(Any, SimpleNamespace(score=13.6, prior=8577.0, cost=58635.0))
-    monkeypatch.setattr(update, "modelled", lambda *given, refine: given)
+    monkeypatch.setattr(update, "modelled", lambda *given, mesh_as_built: given)
     monkeypatch.setattr(update, "_updated", lambda *given: own)
     monkeypatch.setattr(update, "_better_as_given", lambda start: as_given)
     found = update._on_its_own_mesh(UpdatedModel(cast(Any, None), finer, beaten, []), [], 0.01)

@@ -57,13 +57,13 @@ def _told(so_far: SoFar, ranked: list[Ranked], split: Split, without: float, ste
     if not so_far.located:
         return f"{begun}, no place was looked at yet; run the study again to its end for a verdict"
     before = so_far.start.null.score
-    named = [f"{one.place.text} ({plain(one.fit.score, 3)})" for one in so_far.located[:TOLD]]
-    said = f"{begun} and leave a misfit of {plain(before, 3)}; with a free force it is least at {', '.join(named)}"
+    named = [f"{one.place.where} ({plain(one.fit.score, 3)})" for one in so_far.located[:TOLD]]
+    said = f"{begun} and leave a misfit of {plain(before, 3)}; with a free force it is least {', '.join(named)}"
     if ranked:
         best = ranked[0]
         on = "the recordings that choose" if split.unseen else "the recording"
         said += (
-            f"; of {len(ranked)} laws judged so far {best.candidate.name} at {best.located.place.text} leaves least, "
+            f"; of {len(ranked)} laws judged so far {best.candidate.name} {best.located.place.where} leaves least, "
             f"{plain(best.candidate.chosen, 3)} on {on} where updating alone leaves {plain(without, 3)}"
         )
     else:

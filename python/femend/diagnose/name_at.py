@@ -69,11 +69,11 @@ def name_at(found: UpdatedModel, place: Place, settings: Settings | None = None)
     hypothesis = hypothesis_of(place, reduced)
     (free,) = problem.fit([hypothesis], [(problem.prior(hypothesis.reduced)[0], np.zeros(0))])
     if free is None:
-        raise RecordingError(f"a force at {place.text} cannot be fitted; the place does not move in the model")
+        raise RecordingError(f"a force {place.where} cannot be fitted; the place does not move in the model")
     located = Located(place, free, squares_of(problem, free, 0.0))
     given = Given(split_records(problem, null, [located]), reduced, found.g_rows, null.p, settings)
     ranked, sigma = name_physics(given, [located])
     if not ranked:
-        raise RecordingError(f"no law could be fitted at {place.text}; the recordings do not show it moving")
+        raise RecordingError(f"no law could be fitted {place.where}; the recordings do not show it moving")
     alone = to_beat(given, null, sigma)
     return NamedAt(problem, place, tuple(told_simply(ranked, settings)), alone.score, alone.candidate.chosen, settings)

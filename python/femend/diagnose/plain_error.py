@@ -107,5 +107,5 @@ def _laws(found: Diagnosis) -> str:
 
 def _named(found: Diagnosis) -> str:
     """The law that was added, at its place."""
-    at = "" if found.place is None else f" at {found.place.place.text}"
+    at = "" if found.place is None else f" {found.place.place.where}"
     return f"{'' if found.best is None else found.best.name}{at}"

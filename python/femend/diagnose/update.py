@@ -29,6 +29,7 @@ from femend.estimate import (
 from femend.estimate.fit import TUNED_ABOVE
 from femend.estimate.lines import band_power
 from femend.model import Model, ReducedModel, affordable_refinement, form_errors, reduce_model
+from femend.model.form_errors import MODE_SD
 from femend.model.resolution import Unresolved, unresolved
 from femend.model.unsolvable import no_solution
 from femend.threads import one_blas_thread
@@ -61,7 +62,7 @@ SENSORS_AT_MOST = 4.0
 @dataclass(frozen=True, eq=False)
 class UpdatedModel:
     """The problem of the fit recordings, the reduced model, and its fit without anything added; `drawn` is the deck's
-    model as it stands where the reduced one is that of a finer mesh."""
+    model as it stands where the reduced one is that of a finer mesh, or without what its beams leave out."""
 
     problem: Problem
     reduced: ReducedModel
@@ -148,7 +149,7 @@ def _updated(model: Model, reduced: ReducedModel, problem: Problem) -> UpdatedMo
     if null is None:
         raise no_solution(model)
     g_rows = _rows(problem.records)
-    return UpdatedModel(problem, reduced, null, g_rows, _drawn(model, problem.band[1], g_rows))
+    return UpdatedModel(problem, reduced, null, g_rows, _drawn(reduced, problem.band[1], g_rows))
 
 
 def _on_its_own_mesh(start: UpdatedModel, records: Sequence[FitRecord], zeta: float) -> UpdatedModel | None:
@@ -160,13 +161,22 @@ def _on_its_own_mesh(start: UpdatedModel, records: Sequence[FitRecord], zeta: fl
     lacks of it (half of the stiffness that a spring sees at a node of shells) would be told as missing. A deck that has
     to leave its priors for it only makes up for what is missing.
     """
-    drawn = start.reduced.model.refines
+    drawn = _as_built(start)
     if drawn is None or (start.null.score <= AT_NOISE and start.null.prior <= CLEARLY):
         return None
-    own = _updated(*modelled(drawn, records, zeta, refine=False))
+    own = _updated(*modelled(drawn, records, zeta, mesh_as_built=True))
     if not _explains(own.null, start.null) and not _better_as_given(start):
         return None
     return replace(own, reduced=replace(own.reduced, model=replace(own.reduced.model, simulated=True)))
+
+
+def _as_built(start: UpdatedModel) -> Model | None:
+    """The deck's model with the errors of its mesh, where the updated one is without so much of them that it shows."""
+    model, form = start.reduced.model, start.reduced.form
+    if model.refines is not None:
+        return model.refines
+    shows = form is not None and any(f <= start.problem.band[1] and abs(e) > MODE_SD / 2 for f, e in form.beams)
+    return model if shows else None
 
 
 def _better_as_given(start: UpdatedModel) -> bool:
@@ -185,16 +195,17 @@ def _better_as_given(start: UpdatedModel) -> bool:
 
 
 def modelled(
-    model: Model, records: Sequence[FitRecord], zeta: float, *, refine: bool = True
+    model: Model, records: Sequence[FitRecord], zeta: float, *, mesh_as_built: bool = False
 ) -> tuple[Model, ReducedModel, Problem]:
-    """The model, refined where that is cheap enough and wanted, its reduction for the band of the records, and the
+    """The model, refined where that is cheap enough, its reduction without what its beams are known to leave out, both
+    unless the structure is `mesh_as_built` (recordings simulated with the deck), for the band of the records, and the
     problem of what the records hold but rest, whose band ends where the mesh no longer follows the modes
     (`Model.unresolved` then says so); raises RecordingError as `update_model`."""
     if not records:
         raise RecordingError('no recording with role = "fit"; name at least one')
     records = [at_work(r) for r in records]
     band, g_rows = used_band(records), _rows(records)
-    finer = affordable_refinement(model, band[1]) if refine and model.refines is None else None
+    finer = affordable_refinement(model, band[1]) if not mesh_as_built and model.refines is None else None
     model = model if finer is None else finer
     reduced = reduce_model(model, band[1], g_rows)
     check_sampling(records, band, reduced.freq)
@@ -204,7 +215,7 @@ def modelled(
         model, band = _left_out(model, records, band, missed)
         reduced = reduce_model(model, band[1], g_rows)
     records = without_crossed(records, reduced, band, zeta)
-    reduced = form_errors(reduced, band[1]).on(reduced)
+    reduced = form_errors(reduced, band[1], mesh_as_built=mesh_as_built).on(reduced)
     n_tuned = max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum()))
     return model, reduced, Problem(records, band, zeta, n_tuned)
 
@@ -234,7 +245,7 @@ def updated_by(model: Model, problem: Problem, rows: Sequence[int], p: FloatArra
     if not found:
         return None
     null = min(found, key=lambda fit: fit.cost)
-    return UpdatedModel(problem, reduced, null, g_rows, _drawn(model, problem.band[1], g_rows))
+    return UpdatedModel(problem, reduced, null, g_rows, _drawn(reduced, problem.band[1], g_rows))
 
 
 def drawn_starts(problem: Problem, reduced: ReducedModel) -> list[tuple[FloatArray, FloatArray]]:
@@ -264,9 +275,12 @@ def _rows(records: Sequence[FitRecord]) -> list[int]:
     return sorted({int(g) for r in records for g in [*r.in_rows, *r.out_rows]})
 
 
-def _drawn(model: Model, f_max: float, g_rows: list[int]) -> Hypothesis | None:
-    """The deck's own model for its predictions; None where that is the one given."""
-    if model.refines is None:
+def _drawn(reduced: ReducedModel, f_max: float, g_rows: list[int]) -> Hypothesis | None:
+    """The deck's own model for its predictions; None where that is the `reduced` one."""
+    if reduced.model.refines is not None:
+        reduced = reduce_model(reduced.model.refines, f_max, g_rows)
+    elif reduced.beams is not None:
+        reduced = reduced.with_beams()
+    else:
         return None
-    reduced = reduce_model(model.refines, f_max, g_rows)
     return Hypothesis(reduced, np.zeros((0, reduced.r)))

@@ -185,7 +185,7 @@ def _nearest(found: Diagnosis) -> str:
         return "no law of the catalogue explains it"
     share = share_taken(found, best)
     return (
-        f"the best law, {best.name} at {best.located.place.text}, takes away {plain(100 * share, 2)} % of what is "
+        f"the best law, {best.name} {best.located.place.where}, takes away {plain(100 * share, 2)} % of what is "
         f"wrong with the updated model, and a name needs {plain(100 * needed, 2)} %"
     )
 

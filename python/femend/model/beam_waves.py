@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from femend.model.model import Model
 
-__all__ = ["BEAMS", "Beam", "beam_of"]
+__all__ = ["BEAMS", "Beam", "beam_errors", "beam_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -114,6 +114,16 @@ class Beam:
         whole = self.along(vector, turning, (1.0, 1.0))
         value = float(whole @ self.M @ whole)
         return value if value > NONE * float(np.abs(self.M).max()) else 0.0
+
+
+def beam_errors(model: Model, V: FloatArray, omega: FloatArray) -> Iterator[tuple[int, FloatArray, FloatArray]]:
+    """What each beam adds to the relative errors (m,) of modes of circular frequencies `omega` (m,) rad/s with
+    mass-normalised shapes `V` (n_g, m): its id, the error, positive where it makes a mode too high, and the radians
+    k h (m,) of its wave, once for each kind of wave, at the deck's values."""
+    for eid, card, nodes in model.fe.elements():
+        beam = beam_of(model, eid, card, nodes) if eid and card in BEAMS else None
+        for error, kh in () if beam is None else beam.errors(omega, V[beam.rows]):
+            yield eid, error, kh
 
 
 def beam_of(model: Model, eid: int, card: str, nodes: Sequence[int]) -> Beam | None:

@@ -7,7 +7,8 @@ Gaussian field; of it only the few combinations that change the modes of the ban
 Elements that interpolate linearly make modes too stiff, by the square of their size over the wavelength. That is no
 scatter, it grows steadily with frequency, and so it is one unknown of its own: bending waves shorten with the square
 root of frequency, so that the error of a frequency grows in proportion to it. Where the mesh was refined (`mesh_error`)
-that is known mode by mode, and little is left of it.
+that is known mode by mode, and little is left of it. What beams leave out of their own waves is known too
+(`beam_errors`), and taken off the stiffness of the modes.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
+from femend.model.beam_waves import beam_errors
 from femend.model.model import Model
 from femend.model.places import topology
 from femend.model.reduction import MODES_ABOVE, ReducedModel, Term
@@ -63,6 +65,12 @@ REFINED_SHARE, REFINED_MODE_SD = 0.25, 0.003
 QUADRATIC_MODE_SD = 0.008
 # what is left of an error of second order in the size of elements once they are halved
 HALVED = 0.25
+# share of a mode's mass that one standard deviation of all combinations may take away: three of them leave some
+LEAVES = 1 / 3
+# largest relative error of a mode's frequency that is taken for known: its estimate is of first order
+KNOWN = 0.1
+# share of MODE_SD from which it is worth taking off
+COUNTS = 0.05
 # frequencies that agree to this are of the same mode of the same model
 SAME = 1e-4
 # a combination is multiplied by exp(p), p with this standard deviation: close to linear over several of them
@@ -72,13 +80,15 @@ SD = 0.02
 @dataclass(frozen=True, eq=False)
 class _Unit:
     """Elements that are off together: one standard deviation of their stiffness and mass (m, m) on the rows (m,) of the
-    g-set that they touch, and of their stiffness relative to itself (`sd`)."""
+    g-set that they touch, and of their stiffness relative to itself (`sd`); `turns` where a lump was given an inertia
+    that the deck has not."""
 
     elements: tuple[int, ...]
     rows: NDArray[np.int64]
     stiffness: csr_array
     mass: csr_array
     sd: float
+    turns: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +96,9 @@ class FormErrors:
     """Combinations of the units' errors: `weights` (n_combinations, n_units) of one standard deviation each; `mesh` is
     the frequency (Hz) at which the mesh's own error has its standard deviation, 0 where it has none to speak of;
     `mode_sd` is by how much (relative) each mode's frequency may be off by itself, `first_sds` the same of the first
-    modes where it is known better; `mesh_sd` is the mesh's standard deviation. Units act on the modes up to `top` (Hz)
-    alone: what else a basis holds are no shapes of their own, but may have so little mass that a few standard
+    modes where it is known better; `mesh_sd` is the mesh's standard deviation. `beams` are frequencies (Hz) with the
+    relative error that beams make in a mode of that frequency. Units and beams act on the modes up to `top` (Hz) alone:
+    what else a basis holds are no shapes of their own, but may have so little mass that a few standard
     deviations of an error would take away all of it."""
 
     units: tuple[_Unit, ...]
@@ -97,13 +108,16 @@ class FormErrors:
     first_sds: tuple[float, ...] = ()
     mesh_sd: float = MESH_SD
     top: float = np.inf
+    beams: tuple[tuple[float, float], ...] = ()
 
     def mode_sds(self, n: int) -> FloatArray:
         """Relative standard deviation by which each of the first n modes' frequencies may be off by itself (n,)."""
         return np.array([*self.first_sds[:n], *[self.mode_sd] * (n - len(self.first_sds))])
 
     def on(self, reduced: ReducedModel) -> ReducedModel:
-        """The reduced model with one more unknown, of prior mean zero, for every combination and for the mesh."""
+        """The reduced model with one more unknown, of prior mean zero, for every combination and for the mesh, and
+        without what its beams are known to add to its frequencies."""
+        reduced = self._without_beams(reduced)
         parts = self._parts(reduced)
         if not parts:
             return reduced
@@ -139,6 +153,18 @@ class FormErrors:
             terms=(*reduced.terms, *(Term(((first + i, 1.0),), -part) for i, part in parts)),
         )
 
+    def _without_beams(self, reduced: ReducedModel) -> ReducedModel:
+        if not self.beams or reduced.beams is not None:
+            return reduced
+        omega, Q = basis_modes(reduced)
+        freq, errors = np.array(self.beams).T
+        error = np.zeros(len(omega))
+        for i in np.flatnonzero(omega <= 2 * np.pi * self.top):
+            same = np.abs(omega[i] / (2 * np.pi * freq) - 1)
+            error[i] = errors[np.argmin(same)] if same.min() < SAME else 0.0
+        shapes = reduced.as_drawn()[1] @ Q
+        return reduced.without((shapes * (omega**2 * (1 - (1 + error) ** -2))) @ shapes.T)
+
     def _parts(self, reduced: ReducedModel) -> list[tuple[FloatArray, FloatArray]]:
         """Changes of K and M (r, r) by one standard deviation of every unknown."""
         parts: list[tuple[FloatArray, FloatArray]] = []
@@ -150,15 +176,18 @@ class FormErrors:
         return parts
 
 
-def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
-    """The combinations of member and mass errors that change modes up to `f_max` (Hz) most."""
+def form_errors(reduced: ReducedModel, f_max: float, *, mesh_as_built: bool = False) -> FormErrors:
+    """The combinations of member and mass errors that change modes up to `f_max` (Hz) most, and what beams are known to
+    leave out, but for structures that are `mesh_as_built`: recordings simulated with the deck."""
     units, mesh = _units(reduced.model), f_max if _linear(reduced.model) else 0.0
     mode_sd = SOLID_MODE_SD if _linear(reduced.model.as_drawn) & set(QUADRATIC) else MODE_SD
     first_sds = _refined_sds(reduced, mode_sd)
     mesh_sd = MESH_SD if reduced.model.mesh_error is None else HALVED * MESH_SD
-    if not units:
-        return FormErrors((), np.zeros((0, 0)), mesh, mode_sd, first_sds, mesh_sd)
+    top = MODES_ABOVE * f_max
     omega, Q = basis_modes(reduced)
+    beams = () if mesh_as_built else _known(reduced, omega, Q, top)
+    if not units:
+        return FormErrors((), np.zeros((0, 0)), mesh, mode_sd, first_sds, mesh_sd, top, beams)
     n_band = max(1, int((omega < 1.1 * 2 * np.pi * f_max).sum()))
     first = omega > 1e-3 * omega.max()
     own = np.flatnonzero(first[:n_band])
@@ -174,7 +203,38 @@ def form_errors(reduced: ReducedModel, f_max: float) -> FormErrors:
     usual = np.array([unit.sd != SUPPORT_SD for unit in units])
     strongest = _largest(effects[usual] if usual.any() else effects)
     kept = int(min(MOST, (s > WORTH * strongest).sum())) if strongest > 0 else 0
-    return FormErrors(units, U[:, :kept].T.copy(), mesh, mode_sd, first_sds, mesh_sd, MODES_ABOVE * f_max)
+    weights = U[:, :kept].T.copy()
+    top = _heavy_enough(units, weights, omega, V, n_band, top)
+    return FormErrors(units, weights, mesh, mode_sd, first_sds, mesh_sd, top, beams)
+
+
+def _heavy_enough(
+    units: Sequence[_Unit], weights: FloatArray, omega: FloatArray, V: FloatArray, n_band: int, top: float
+) -> float:
+    """The frequency (Hz), at most `top`, up to which modes `omega` (r,), `V` (n_g, r) keep a mass whatever lumps turn
+    with it: nodes of slender members turn in local modes with so little that a lump's own inertia, a guess, is a
+    hundred times as much. Modes of the band, the first `n_band`, always count."""
+    turning = [i for i, unit in enumerate(units) if unit.turns]
+    n = int((omega <= 2 * np.pi * top).sum())
+    if not turning or not len(weights) or n <= n_band:
+        return top
+    parts = np.array([V[u.rows, :n].T @ (u.mass @ V[u.rows, :n]) for u in (units[i] for i in turning)])
+    squares = sum(A @ A for A in np.tensordot(weights[:, turning], parts, 1))
+    while n > n_band and np.linalg.eigvalsh(squares[:n, :n])[-1] > LEAVES**2:
+        n -= 1
+    return top if n == int((omega <= 2 * np.pi * top).sum()) else float(0.5 * (omega[n - 1] + omega[n]) / (2 * np.pi))
+
+
+def _known(reduced: ReducedModel, omega: FloatArray, Q: FloatArray, top: float) -> tuple[tuple[float, float], ...]:
+    """`FormErrors.beams` of the elastic modes `omega` (r,), `Q` (r, r) up to `top` (Hz); nothing where none counts."""
+    own = np.flatnonzero((omega > 1e-3 * omega.max(initial=0.0)) & (omega <= 2 * np.pi * top))
+    error = np.zeros(len(own))
+    for _, part, _ in beam_errors(reduced.model, reduced.V @ Q[:, own], omega[own]):
+        error += part
+    if not (np.abs(error) > COUNTS * MODE_SD).any():
+        return ()
+    known = np.clip(error, -KNOWN, KNOWN)
+    return tuple((float(w / (2 * np.pi)), float(e)) for w, e in zip(omega[own], known, strict=True))
 
 
 def _strongest(effects: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -279,7 +339,7 @@ def _unit(model: Model, elements: tuple[int, ...], stiff: float, mass: float, ra
     row, column = local.reshape(index.shape)
     shape = (len(touched), len(touched))
     stiffness, inertia = (csr_array(coo_array((v, (row, column)), shape=shape)) for v in both)
-    return _Unit(elements, touched, stiffness, inertia, stiff)
+    return _Unit(elements, touched, stiffness, inertia, stiff, radius > 0)
 
 
 def _at_supports(model: Model, held: NDArray[np.bool_], among: set[int]) -> list[tuple[int, ...]]:

@@ -77,7 +77,8 @@ def freed(reduced: ReducedModel, rows: Sequence[int]) -> ReducedModel:
         inside = np.flatnonzero(np.isin(g, own))
         V_a = _extended(V_a, free, _positions(free, new), inside, _shift(reduced))
     made = project_model(free, V_a, np.asarray(free.transformation() @ V_a))
-    return replace(made, model=reduced.model, V_a=made.V[own])
+    made = replace(made, model=reduced.model, V_a=made.V[own])
+    return made if reduced.beams is None else made.without(reduced.beams)
 
 
 def _shift(reduced: ReducedModel) -> float:

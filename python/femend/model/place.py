@@ -106,3 +106,8 @@ class Place:
     def text(self) -> str:
         """The place in words."""
         return self.label
+
+    @property
+    def where(self) -> str:
+        """The place in words, as it goes on after a law's name."""
+        return self.text if self.text.startswith("between") else f"at {self.text}"

@@ -63,7 +63,8 @@ class ReducedModel:
     `V` (n_g, r) gives every DOF of the g-set, `V_a` (n_a, r) the independent ones; `freq` (r,) are the Ritz frequencies
     at the deck's values, in Hz. `names` are the model's parameters, then combinations of `form` errors where they were
     added, then `extra` ones of split parts and springs, of which `members` are the places where they are those of
-    members and soft clamps; `attached` are places with the stiffness and mass that were added there.
+    members and soft clamps; `attached` are places with the stiffness and mass that were added there. `beams` (m, m) is
+    the stiffness of the first m vectors that was taken off as what the deck's beams are known to add to its modes.
     """
 
     model: Model
@@ -79,6 +80,7 @@ class ReducedModel:
     form: Any = None
     members: tuple[Any, ...] = ()
     attached: tuple[tuple[Any, float, float], ...] = ()
+    beams: FloatArray | None = None
 
     @property
     def r(self) -> int:
@@ -133,6 +135,19 @@ class ReducedModel:
             prior_sd=np.append(self.prior_sd, prior_sd),
             extra=self.extra + 1,
         )
+
+    def without(self, beams: FloatArray) -> ReducedModel:
+        """The model without the stiffness `beams` (m, m) of its first m vectors."""
+        return replace(self, K_fixed=self._less(beams), beams=beams)
+
+    def with_beams(self) -> ReducedModel:
+        """The model with what was taken off for its beams."""
+        return self if self.beams is None else replace(self, K_fixed=self._less(-self.beams), beams=None)
+
+    def _less(self, beams: FloatArray) -> FloatArray:
+        K, m = self.K_fixed.copy(), len(beams)
+        K[:m, :m] -= beams
+        return K
 
     def minus(self, K: FloatArray, parameter: int | None) -> ReducedModel:
         """The model without a stiffness part K (r, r) that scales with a parameter, or with none."""

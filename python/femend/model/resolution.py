@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.model.beam_waves import BEAMS, beam_of
+from femend.model.beam_waves import beam_errors
 from femend.model.form_errors import MESH_SD, MODE_SD, basis_modes
 from femend.model.model import Model
 from femend.model.reduction import ReducedModel
@@ -128,9 +128,8 @@ def mode_resolution(reduced: ReducedModel, f_max: float) -> Resolution:
         elif eid:
             others |= card in (*SHELLS, *QUADRATIC)
             kinetic += _kinetic(model, reduced, eid, Q)
-            beam = beam_of(model, eid, card, nodes) if card in BEAMS else None
-            for error, kh in () if beam is None else beam.errors(omega, reduced.V[beam.rows] @ Q):
-                told.add(eid, error, kh, MODE_SD)
+    for eid, error, kh in beam_errors(model, reduced.V @ Q, omega):
+        told.add(eid, error, kh, MODE_SD)
     # of a refined mesh the linear elements are the finer ones, whose error is known mode by mode
     if linear and not others and model.refines is None:
         kh = _differences(model, reduced, linear, Q)
