@@ -37,6 +37,7 @@ ENDDATA
         (("k1", "property_id", 99), "'x': no element uses property 99 (nearest id 50); correct the id"),
         (("E", "elements", 14), "'x': the deck has no element 14 (nearest ids 13, 12, 11); correct the id"),
         (("m", "mass", 2), "'x': the deck has no mass element 2 (nearest id 21); correct the id"),
+        (("E", "material_id", 1), 'target "material_id" is unknown; use material, property_id, elements or mass'),
         (("t", "property_id", 50), "'x': its factor changes nothing: t of property 50 has no part in K, M or C"),
     ],
 )

@@ -63,9 +63,11 @@ def topology(model: Model) -> Topology:
         else:
             other.update(nodes)
     section = {eid: pid for eid, _, pid, _ in model.deck.elements()}
+    n_drawn = len(model.as_drawn.node_ids)
     for node in sorted(top.ends):
         here = top.ends[node]
-        straight = False
+        # the middle of a beam that was cut with a refined mesh
+        straight = len(here) == 2 and model.index(node) >= n_drawn
         if len(here) == 2 and node not in other and not top.held[_rows(model, node)[:3]].all():
             (a, _), (b, _) = here
             axis_a, axis_b = model.fe.element_frame(a)[0][0], model.fe.element_frame(b)[0][0]
@@ -147,7 +149,7 @@ def inner_joints(model: Model, member: Place) -> list[Place]:
     top = topology(model)
     found: list[Place] = []
     for eid, follow in pairwise(member.elements):
-        for node in set(top.beams[eid]) & set(top.beams[follow]):
+        for node in model.drawn(set(top.beams[eid]) & set(top.beams[follow])):
             found += _end_places(model, top, node, follow, top.beams[follow].index(node))
     return found
 

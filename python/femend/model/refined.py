@@ -2,13 +2,15 @@
 
 Solids of straight edges get nodes in the middle of their edges (CHEXA 20, CPENTA 15, CTETRA 10, CPYRAM 13), shells are
 cut in two along every edge. Nodes of the deck keep their ids, so that both models can be compared there. An edge whose
-ends are both held is held in its middle, one whose ends hang on the same RBE2 hangs on it. Beams, springs, masses, RBE3
-and MPCs stand as they are. Once more refined, the solids too are cut in two along every edge before that.
+ends are both held is held in its middle, one whose ends hang on the same RBE2 hangs on it. Beams along an edge that is
+cut are cut there too; all others, springs, masses, RBE3 and MPCs stand as they are. Once more refined, the solids too
+are cut in two along every edge before that.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -17,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.errors import ModelError
+from femend.errors import DeckError, ModelError
 from femend.io.deck import next_id, read_deck
 from femend.model.model import Model, model_of
 from femend.model.places import held_rows
@@ -37,6 +39,13 @@ QUADRATIC = {
     "CTETRA": (4, ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))),
     "CPYRAM": (5, ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4))),
 }
+
+
+# what stations of a tapered section are told by
+_STATIONS = ("YES", "YESA", "NO")
+# where cards of beams have, after their name, the first of their two nodes, the pins of the first end and its offset
+# (0: none)
+_ALONG = {"CBAR": (2, 8, 10), "CBEAM": (2, 8, 10), "CROD": (2, 0, 0), "CONROD": (1, 0, 0)}
 
 
 def is_linear(card: str, n_nodes: int) -> bool:
@@ -130,7 +139,7 @@ class _Refined:
     def cut(self) -> None:
         """Makes the cards of all elements, and of rigid ones that take new nodes with them."""
         rigid: dict[tuple[int, str], set[int]] = {}
-        shells, solids = [], []
+        shells, solids, beams = [], [], []
         for eid, card, _, nodes in self.model.deck.elements():
             if card in QUADRATIC and len(nodes) > QUADRATIC[card][0]:
                 corners = nodes[: QUADRATIC[card][0]]
@@ -140,6 +149,8 @@ class _Refined:
                 shells.append((eid, card, nodes))
             elif card in QUADRATIC:
                 solids.append((eid, card, nodes))
+            elif card in _ALONG:
+                beams.append((eid, card, nodes))
             elif card == "RBE2":
                 # an edge may hang on one point by two of them
                 components = self.model.deck.field_text("RBE2", eid, 4)
@@ -150,6 +161,8 @@ class _Refined:
             cut(eid, card, nodes)
         for eid, card, nodes in shells:
             self._shell(eid, card, nodes)
+        for eid, card, nodes in beams:
+            self._beam(eid, card, nodes)
         for (first, components), hung in rigid.items():
             self._rigid(first, components, hung, known)
 
@@ -188,6 +201,39 @@ class _Refined:
         self.parts[eid] = (eid, *(self._next_element() for _ in parts[1:]))
         for own, part in zip(self.parts[eid], parts, strict=True):
             self._card([card, str(own), pid, *map(str, part), *after])
+
+    def _beam(self, eid: int, card: str, nodes: Nodes) -> None:
+        """Two beams in place of one along an edge that was cut, the first with its id: its new middle would bend away
+        from the beam. Tapered ones stay, and those whose ends have axes of their own, which their fields count in."""
+        a, b = nodes[:2]
+        middle = self.middles.get(_key(a, b))
+        fields = [self.model.deck.field_text(card, eid, k).strip() for k in (*range(2, 10), *range(12, 24))]
+        turned = not np.allclose(*(self._frames[self.model.index(n)] for n in (a, b)))
+        if middle is None or turned or (card == "CBEAM" and (self._tapered(int(fields[1])) or any(fields[16:]))):
+            return
+        first, pins, offsets = _ALONG[card]
+        self.parts[eid] = (eid, self._next_element())
+        one, other = fields.copy(), fields.copy()
+        for half, own, ends in zip((one, other), self.parts[eid], ((a, middle), (middle, b)), strict=True):
+            half[0] = str(own)
+            half[first : first + 2] = map(str, ends)
+        if pins:
+            one[pins + 1] = other[pins] = ""
+        for k in range(offsets, offsets + 3) if offsets else ():
+            one[k + 3] = other[k] = repr(sum(_number(fields[at]) for at in (k, k + 3)) / 2)
+        self.replaced.append((card, eid))
+        self._card([card, *one])
+        self._card([card, *other])
+
+    def _tapered(self, pid: int) -> bool:
+        """Whether a section may change along its beam: its card then says at which stations stresses are asked for."""
+        for card in ("PBEAM", "PBEAML"):
+            try:
+                told = [self.model.deck.field_text(card, pid, k).strip().upper() for k in range(12, 200)]
+            except DeckError:
+                continue
+            return any(text in _STATIONS for text in told)
+        return True
 
     def _rigid(self, first: int, components: str, hung: set[int], known: set[int]) -> None:
         """A further RBE2 with the middles of edges and faces whose corners all hang on the same point."""
@@ -237,6 +283,11 @@ class _Refined:
 
 def _key(*corners: int) -> Nodes:
     return tuple(sorted(corners))
+
+
+def _number(text: str) -> float:
+    """A field of a card in bulk data, where the exponent may stand without its letter; 0 where it is blank."""
+    return float(re.sub(r"(?<=[0-9.])([+-])", r"e\1", text.upper().replace("D", "E").replace("E", "")) or 0.0)
 
 
 def _edges(card: str, nodes: Sequence[int]) -> Iterator[tuple[int, int]]:

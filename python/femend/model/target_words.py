@@ -30,7 +30,7 @@ def in_words(error: ModelError, deck: _core.Deck, parameters: Sequence[Parameter
         return error
     # a name may begin with another one and a colon
     p = max(named, key=lambda p: len(p.name))
-    who, noun = f"parameter {p.name!r}", _NOUNS[p.target]
+    who, noun = f"parameter {p.name!r}", _NOUNS.get(p.target, p.target)
     if missed := _NO_ELEMENT.search(said):
         return ModelError(f"{who}: {_missed(int(missed[1]), noun, _known(deck, p))}")
     if "its factor changes nothing" in said:
