@@ -13,6 +13,7 @@ from click.testing import CliRunner
 
 from femend import Dof, pretest_study
 from femend.bench import PretestRun
+from femend.bench.pretest_result import _misled
 from femend.cli import main
 from femend.correlate import automac
 from femend.errors import PretestError, StudyError
@@ -201,3 +202,14 @@ def test_a_target_mode_that_no_place_sees_is_named(tmp_path: Path) -> None:
     said = r"no sensor can see target mode \d+ at \d+ Hz: .* allowed places \(directions Z\).*modes = \[1, 2, 3"
     with pytest.raises(PretestError, match=said):
         pretest_study(study(tmp_path, wide))
+
+
+def test_a_rehearsal_that_ends_at_wrong_values_is_told() -> None:
+    parameter = {"name": "m_lump", "truth": 0.5869, "found": 1.0354, "sd": 0.0017, "within_three_sd": False}
+    found = {"largest_off_diagonal": 0.99, "virtual_test": {"parameters": [parameter]}}
+    (said,) = _misled(found)
+    assert said.startswith("an update from this test would come out wrong and not show it (m_lump 1.035 ± 0.0017 where")
+    assert "modes that look alike" in said
+    assert "starts too far off" in _misled({**found, "largest_off_diagonal": 0.1})[0]
+    assert _misled({**found, "virtual_test": {"parameters": [{**parameter, "within_three_sd": True}]}}) == []
+    assert _misled({**found, "virtual_test": {"note": "no mode was found"}}) == []

@@ -41,6 +41,8 @@ def pretest_page(run: PretestRun, info: dict[str, Any], files: Sequence[str]) ->
     words = f"{sensors} and {drives} for {modes}"
     if "found" in v:
         words += f"; the virtual test finds {v['found']} of {len(v['modes'])}"
+        wrong = sum(not p["within_three_sd"] for p in v["parameters"])
+        words += f" and {wrong} of {len(v['parameters'])} parameters wrong" if wrong else ""
     model = run.model
     return Page(
         run.study.title,

@@ -202,4 +202,20 @@ def _advice(found: dict[str, Any], plan: Plan) -> str:
     missed = found["virtual_test"].get("missed")
     if missed:
         said.append(f"the virtual test missed modes at {', '.join(plain(f) for f in missed)} Hz")
+    said += _misled(found)
     return "; ".join(said)
+
+
+def _misled(found: dict[str, Any]) -> list[str]:
+    """That an update from a test like this would end at wrong values and think itself sure of them."""
+    wrong = [p for p in found["virtual_test"].get("parameters", ()) if not p["within_three_sd"]]
+    if not wrong:
+        return []
+    each = ", ".join(
+        f"{p['name']} {plain(p['found'], 4)} ± {plain(p['sd'], 2)} where the structure has {plain(p['truth'], 4)}"
+        for p in wrong
+    )
+    alike = found["largest_off_diagonal"] > ALIKE
+    why = "modes that look alike at these sensors are taken for each other" if alike else "the update starts too far off"
+    mend = "take sensors that tell them apart" if alike else "start it several times ([update] starts)"
+    return [f"an update from this test would come out wrong and not show it ({each}): {why}; {mend}"]
