@@ -16,6 +16,7 @@ from femend.bench.models import modes_up_to
 from femend.correlate import (
     FrfComparison,
     ModeComparison,
+    ScaledSensor,
     SensorFault,
     automac,
     comac,
@@ -23,6 +24,7 @@ from femend.correlate import (
     compare_modes,
     ecomac,
     macco,
+    scaled_sensors,
     sensor_faults,
 )
 from femend.data import FRF, ModeSet
@@ -43,10 +45,11 @@ FRF_ABOVE = 3.0
 class Compared:
     """The modes of a recording, `measured`, against those of the `model` in its configuration.
 
-    `test` are the nearest real shapes, `modes` the model's; `comparison` pairs and tabulates them. `comac`, `ecomac`
-    (n_dof,) and `macco` (n_dof, n_pairs) are per DOF over the paired modes (None with fewer than two DOFs or without a
-    pair), `faults` sensors that look reversed or exchanged, `automac` (n_test, n_test) of the test. `frfs` compares
-    the measured FRFs with `frf`, the model's; None where none were measured.
+    `test` are the nearest real shapes, `modes` the model's; `comparison` pairs and tabulates them. `comac`,
+    `ecomac` (n_dof,) and `macco` (n_dof, n_pairs) are per DOF over the paired modes (None with fewer than two DOFs
+    or without a pair), `faults` sensors that look reversed or exchanged, `scaled` those that are a factor off,
+    `automac` (n_test, n_test) of the test. `frfs` compares the measured FRFs with `frf`, the model's; None where
+    none were measured.
     """
 
     measured: MeasuredModes
@@ -58,6 +61,7 @@ class Compared:
     macco: FloatArray | None
     faults: tuple[SensorFault, ...]
     automac: FloatArray
+    scaled: tuple[ScaledSensor, ...] = ()
     frfs: FrfComparison | None = None
     frf: FRF | None = None
 
@@ -110,6 +114,7 @@ def compare_recording(
     a, b = comparison.pairing.a, comparison.pairing.b
     phi_a, phi_b = comparison.phi_a[:, a], comparison.phi_b[:, b]
     found = Compared(measured, test, modes, comparison, None, None, None, (), automac(comparison.phi_a))
+    found = replace(found, scaled=_scaled(comparison, test, modes))
     if a.size and len(comparison.match.dofs) > 1:
         found = replace(
             found,
@@ -122,6 +127,13 @@ def compare_recording(
         return found
     frf = modelled_frf(measured.frf, model, places, _damped(found, zeta), zeta, factors)
     return replace(found, frf=frf, frfs=compare_frfs(measured.frf, frf))
+
+
+def _scaled(comparison: ModeComparison, test: ModeSet, modes: ModeSet) -> tuple[ScaledSensor, ...]:
+    try:
+        return scaled_sensors(comparison.phi_a, comparison.phi_b, comparison.match.dofs, test.freq, modes.freq)
+    except CorrelationError:
+        return ()  # what cannot be compared tells nothing of single sensors
 
 
 def _faults(phi_a: FloatArray, phi_b: FloatArray, dofs: tuple[Dof, ...]) -> tuple[SensorFault, ...]:

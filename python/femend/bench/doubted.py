@@ -33,12 +33,15 @@ OFF = 1.5
 # modes whose shapes tell a time axis
 KNOWN = 30
 TIME_FIRST = "mend the time axis of the recordings that look mistaken first: all frequencies rest on it"
-MEND_FIRST = "mend the sensors that look reversed or exchanged before anything is updated"
+MEND_FIRST = "mend the sensors that look mistaken before anything is updated"
 
 
 def doubted_sensors(compared: Sequence[Compared]) -> list[str]:
-    """Sensors that look reversed or exchanged in the paired modes of each recording."""
-    return [f"recording {c.measured.name!r}: {f.text}" for c in compared for f in c.faults]
+    """Sensors that look reversed or exchanged in the paired modes of each recording, or a factor off in all of them."""
+    told = [
+        (c.measured.name, text) for c in compared for text in [f.text for f in c.faults] + [s.text for s in c.scaled]
+    ]
+    return [f"recording {name!r}: {text}" for name, text in told]
 
 
 def doubted_levels(compared: Sequence[Compared], *, of_all: bool = False) -> list[str]:

@@ -216,6 +216,8 @@ def _misled(found: dict[str, Any]) -> list[str]:
         for p in wrong
     )
     alike = found["largest_off_diagonal"] > ALIKE
-    why = "modes that look alike at these sensors are taken for each other" if alike else "the update starts too far off"
+    why = (
+        "modes that look alike at these sensors are taken for each other" if alike else "the update starts too far off"
+    )
     mend = "take sensors that tell them apart" if alike else "start it several times ([update] starts)"
     return [f"an update from this test would come out wrong and not show it ({each}): {why}; {mend}"]

@@ -12,6 +12,7 @@ from femend.correlate.labelled_frf import FrfComparison, MatchedFrf, compare_frf
 from femend.correlate.orthogonality import cross_orthogonality, orthogonality
 from femend.correlate.pairing import ModePair, ModePairing, pair_modes
 from femend.correlate.responses import coherence_criterion, csac, csf, faac, fdac, frac, lac, rvac
+from femend.correlate.scaled_sensors import ScaledSensor, scaled_sensors
 from femend.correlate.sensor_faults import SensorFault, sensor_faults
 from femend.correlate.tables import ModeRow, ModeTable, mode_table
 
@@ -26,6 +27,7 @@ __all__ = [
     "ModePairing",
     "ModeRow",
     "ModeTable",
+    "ScaledSensor",
     "SensorFault",
     "align_cluster",
     "align_points",
@@ -62,6 +64,7 @@ __all__ = [
     "pair_modes",
     "principal_cosines",
     "rvac",
+    "scaled_sensors",
     "sensor_faults",
     "subspace_mac",
 ]

@@ -23,6 +23,7 @@ from femend.numerals import plain
 __all__ = [
     "Doubt",
     "exchange_doubts",
+    "level_hint",
     "level_doubts",
     "misread_doubts",
     "sign_doubts",
@@ -94,7 +95,7 @@ def level_doubts(
         own = float(of_sensor[i] / whole)
         if not 1 / ONE < own < ONE:
             text = f"{outputs[i]} shows {plain(own, 3)} times what the other sensors do, each against the model"
-            text += f": {_hint(own)}"
+            text += f": {level_hint(own)}"
             told.append(Doubt("sensor level", outputs[i], text, suggested(own)))
     return told
 
@@ -127,7 +128,7 @@ def _level(whole: float, n: int) -> Doubt:
     """The doubt about all responses per force, `whole` times those of the model at `n` sensors."""
     text = (
         f"the responses per force are {plain(whole, 3)} times those of the model as it stands (median over all lines "
-        f"of {n} sensor{'s' * (n > 1)}): {_hint(whole)}"
+        f"of {n} sensor{'s' * (n > 1)}): {level_hint(whole)}"
     )
     return Doubt("level", "", text, suggested(whole))
 
@@ -145,7 +146,7 @@ def _of_two(ratio: FloatArray, outputs: Sequence[str]) -> list[Doubt]:
         if not 1 / ONE < own < ONE and 1 / ALL < its < ALL:
             text = (
                 f"{outputs[i]} shows {plain(own, 3)} times what the model as it stands does, {outputs[other]} "
-                f"{plain(its, 3)} times: {_hint(own)}"
+                f"{plain(its, 3)} times: {level_hint(own)}"
             )
             told.append(Doubt("sensor level", outputs[i], text, suggested(own)))
     return told
@@ -228,7 +229,7 @@ def misread_doubts(found: Sequence[Misread], outputs: Sequence[str]) -> list[Dou
         if one.factor < 0:
             also = ""
             if not 1 / ONE < size < ONE:
-                also = f", and it shows {plain(size, 2)} times what the others do: {_hint(size)}"
+                also = f", and it shows {plain(size, 2)} times what the others do: {level_hint(size)}"
             text = (
                 f"the sensor {name} looks reversed: with its sign changed, {falls}{also}: look at how it was mounted, "
                 "and turn its direction"
@@ -237,7 +238,7 @@ def misread_doubts(found: Sequence[Misread], outputs: Sequence[str]) -> list[Dou
         else:
             text = (
                 f"{name} shows about {plain(size, 2)} times what the other sensors do, each against the shapes of the "
-                f"model: with that taken out, {falls}: {_hint(size)}"
+                f"model: with that taken out, {falls}: {level_hint(size)}"
             )
             told.append(Doubt("sensor level", name, text, suggested(size)))
     return told
@@ -304,7 +305,7 @@ def _reversed(what: str, name: str, cosine: float) -> Doubt:
     return Doubt(f"{what} sign", name, text, -1.0)
 
 
-def _hint(factor: float) -> str:
+def level_hint(factor: float) -> str:
     """What may have been mistaken for a factor between test and model."""
     if max(factor, 1 / factor) > NOWHERE:
         return (
