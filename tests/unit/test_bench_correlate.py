@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from click.testing import CliRunner
 
 from femend import Dof, correlate_study, functions_of, model_modes, read_model, update_study, write_uff
 from femend.bench import CorrelationRun
+from femend.bench.compared import _faults
 from femend.bench.placed import Placed, placed_sensors
 from femend.cli import main
 from femend.data import FRF, Geometry
@@ -381,3 +383,22 @@ def test_measured_frfs_of_the_helper_are_those_of_the_truth(tmp_path: Path) -> N
     freq, _ = truth_modes(tmp_path)
     peak = frf.freq[np.argmax(np.abs(frf.H[(frf.freq > 50) & (frf.freq < 150), 0, 0])) + int((frf.freq <= 50).sum())]
     assert abs(peak - freq[1]) < 0.25
+
+
+def test_a_pair_at_another_frequency_accuses_no_sensor() -> None:
+    """Of a mode that the model has not the likest one at three times its frequency made two sensors look exchanged."""
+    x = np.array(
+        [[1.0, 0.0, 0.3], [0.5, 0.0, 1.0], [0.0, 0.7, 0.0], [0.0, 1.0, 0.0], [0.2, 0.1, 0.4], [0.4, 0.2, -0.3]]
+    )
+    phi = np.column_stack([x, [0.9, -0.1, 0.0, 0.0, 0.1, 0.0]])
+    test_phi = phi.copy()
+    test_phi[[0, 1], 3] = test_phi[[1, 0], 3]
+    test_phi[[0, 1], :3] = [[0.75, 0.0, 0.65], [0.75, 0.0, 0.65]]
+    phi[[0, 1], :3] = test_phi[[0, 1], :3]
+    pairs = [SimpleNamespace(a=i, b=i) for i in range(4)]
+    match = SimpleNamespace(dofs=tuple(Dof(n, 3) for n in range(1, 7)))
+    comparison: Any = SimpleNamespace(pairing=SimpleNamespace(pairs=pairs), phi_a=test_phi, phi_b=phi, match=match)
+    modes: Any = SimpleNamespace(freq=np.array([10.0, 20.0, 30.0, 120.0]))
+    for freq, named in ((118.0, [("1:+Z", "2:+Z")]), (40.0, [])):
+        measured: Any = SimpleNamespace(freq=np.array([10.0, 20.0, 30.0, freq]))
+        assert [f.names for f in _faults(comparison, measured, modes)] == named

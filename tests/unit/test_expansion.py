@@ -253,6 +253,10 @@ def test_reversed_and_exchanged_sensors_are_named_and_clean_ones_are_not() -> No
     assert {(f.kind, tuple(sorted(f.rows))) for f in faults} == {("reversed", (3,)), ("exchanged", (7, 10))}
     np.testing.assert_allclose(cured, test, rtol=1e-12)
     assert "3:+Z looks reversed" in "; ".join(f.text for f in faults)
+    # nor are two that show nearly the same
+    near = test.copy()
+    phi[10], near[10] = phi[7], 1.1 * near[7]
+    assert sensor_faults(near, phi)[0] == ()
     # a model that is wrong everywhere is no fault of a sensor
     assert sensor_faults(rng.standard_normal((14, 4)), phi)[0] == ()
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +27,7 @@ from femend.modal import (
     stabilise,
     swap_check,
 )
+from femend.modal.advice import _split_modes
 from femend.modal.checks import rigid_body_rows
 from femend.modal.fraction import lag_sums
 from femend.modal.lsfd import columns, stacked
@@ -311,3 +314,19 @@ def test_zero_hertz_is_left_out() -> None:
     test = identify_modes(known_frf(f, FREQ, ZETA, shapes(4, 3), [0]))
     assert test.measured.freq[0] == 0.05
     assert test.modes.freq == pytest.approx(FREQ, rel=1e-8)
+
+
+def test_two_poles_of_different_shapes_are_no_split_mode() -> None:
+    """Sways of a frame along its two axes, a bandwidth apart, were told as one mode of a structure that changed."""
+    poles = 2j * np.pi * np.array([35.97, 36.61]) - 2.0
+
+    def told(shapes: list[list[complex]]) -> list[str]:
+        modes = SimpleNamespace(poles=poles, freq=np.abs(poles) / (2 * np.pi), n_modes=2, participation=None)
+        modes.shapes = np.array(shapes).T
+        test: Any = SimpleNamespace(modes=modes, mpc=np.array([0.7, 1.0]), driving_points=(), mass_sd_share=0.0)
+        return _split_modes(test)
+
+    assert told([[1.0, 0.5 + 0.4j, 0.0, 0.0], [0.0, 0.0, 1.0, 0.6]]) == []
+    (said,) = told([[1.0, 0.5 + 0.4j, 0.0, 0.1], [1.0, 0.6, 0.1, 0.0]])
+    assert said.startswith("modes 1 and 2 at 35.9")
+    assert "probably one mode" in said

@@ -33,10 +33,12 @@ from femend.errors import CorrelationError
 from femend.model import Model
 from femend.numerals import plain
 
-__all__ = ["Compared", "compare_recording", "modelled_frf"]
+__all__ = ["OFF", "Compared", "compare_recording", "modelled_frf"]
 
 FloatArray = NDArray[np.float64]
 
+# frequencies that are off by this factor, or its inverse, are not those of a model that is only somewhat wrong
+OFF = 1.5
 # the model's FRFs are superposed from modes up to this multiple of the band's end
 FRF_ABOVE = 3.0
 
@@ -121,7 +123,7 @@ def compare_recording(
             comac=comac(phi_a, phi_b),
             ecomac=ecomac(phi_a, phi_b),
             macco=macco(phi_a, phi_b),
-            faults=_faults(phi_a, phi_b, comparison.match.dofs),
+            faults=_faults(comparison, test, modes),
         )
     if measured.frf is None:
         return found
@@ -136,9 +138,13 @@ def _scaled(comparison: ModeComparison, test: ModeSet, modes: ModeSet) -> tuple[
         return ()  # what cannot be compared tells nothing of single sensors
 
 
-def _faults(phi_a: FloatArray, phi_b: FloatArray, dofs: tuple[Dof, ...]) -> tuple[SensorFault, ...]:
+def _faults(comparison: ModeComparison, test: ModeSet, modes: ModeSet) -> tuple[SensorFault, ...]:
+    """Sensors that look reversed or exchanged in the pairs whose frequencies go together: of a mode that the model has
+    not the likest shape far off accuses sensors."""
+    pairs = [p for p in comparison.pairing.pairs if 1 / OFF < modes.freq[p.b] / test.freq[p.a] < OFF]
     try:
-        return sensor_faults(phi_a, phi_b, dofs)[0]
+        phi_a, phi_b = comparison.phi_a[:, [p.a for p in pairs]], comparison.phi_b[:, [p.b for p in pairs]]
+        return sensor_faults(phi_a, phi_b, comparison.match.dofs)[0]
     except CorrelationError:
         return ()  # too few sensors or modes to tell
 

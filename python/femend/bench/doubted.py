@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.analysis.model_modes import model_modes
-from femend.bench.compared import Compared
+from femend.bench.compared import OFF, Compared
 from femend.bench.measured import ALONE
 from femend.bench.models import LOWEST
 from femend.bench.run_compared import ComparedRun
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
 __all__ = ["MEND_FIRST", "TIME_FIRST", "doubted_levels", "doubted_sensors", "doubted_times"]
 
-# frequencies that are off by this factor, or its inverse, are not those of a model that is only somewhat wrong
-OFF = 1.5
 # modes whose shapes tell a time axis
 KNOWN = 30
 TIME_FIRST = "mend the time axis of the recordings that look mistaken first: all frequencies rest on it"

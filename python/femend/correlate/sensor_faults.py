@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 CURED = 0.25
 # shapes that share less than this with the model's, faults cured, tell nothing of single sensors
 ALIKE = 0.75
+# from this error on sensors look mistaken: below, two that show nearly the same differ by what tests differ by
+MISTAKEN = 0.2
 # and has to have been this much of all sensors' together, else it is noise that falls
 PART = 0.02
 
@@ -112,7 +114,7 @@ def _best(y: NDArray, x: NDArray, names: Sequence[str], used: set[int]) -> tuple
         fit = x * msf(cured, x)  # the scale of the cured shapes: faults spoil that of the others
         size = max(float(np.linalg.norm(y[at])), 1e-300)
         before, after = float(np.linalg.norm(y[at] - fit[at])) / size, float(np.linalg.norm(cured[at] - fit[at])) / size
-        if after**2 <= CURED * before**2 and (before * size) ** 2 >= PART * everywhere:
+        if before >= MISTAKEN and after**2 <= CURED * before**2 and (before * size) ** 2 >= PART * everywhere:
             kind_: Literal["reversed", "exchanged"] = "reversed" if kind == "reversed" else "exchanged"
             return SensorFault(kind_, rows, tuple(names[r] for r in rows), before, after), cured
     return None, y

@@ -5,11 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.correlate.assurance import automac
 from femend.modal.indicators import lines_near
 from femend.modal.result import ModalTest
 from femend.numerals import plain
 
 __all__ = ["advice_on"]
+
+# MAC of two poles from which they may be one mode: shapes of two sides of a structure, or planes, share less
+ONE_SHAPE = 0.5
 
 
 def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str, tuple[str, ...]]:
@@ -69,11 +73,11 @@ def _split_modes(test: ModalTest) -> list[str]:
     their shapes are complex, and the residue at a driving point is not that of a positive mass (2 i omega_d A > 0).
     """
     poles, freq = test.modes.poles, test.modes.freq
-    off = _driving_point_angle(test)
+    off, alike = _driving_point_angle(test), automac(test.modes.shapes)
     said = []
     for r in range(poles.size - 1):
         for q in range(r + 1, poles.size):
-            if abs(poles[q] - poles[r]) > 2 * (abs(poles[r].real) + abs(poles[q].real)):
+            if abs(poles[q] - poles[r]) > 2 * (abs(poles[r].real) + abs(poles[q].real)) or alike[r, q] < ONE_SHAPE:
                 continue
             complex_, mass = min(test.mpc[r], test.mpc[q]), max(off[r], off[q])
             if complex_ < 0.9 or mass > 45:
