@@ -381,3 +381,27 @@ def test_two_sensors_at_one_place_that_differ_are_told() -> None:
     assert (doubt.kind, doubt.channel) == ("twice", "7:+Z")
     again = TEST[:, [0, 1, 2, 1]] * np.array([1, 1, 1, -1.05])[:, None]
     assert twice_doubts(again, dofs) == []
+
+
+@pytest.mark.parametrize("power", [-2, -1, 1, 2])
+def test_a_quantity_mistaken_for_another_is_told_as_such(power: int) -> None:
+    """Receptances in place of accelerances were told as "no unit does that, but a model that hardly moves there"."""
+    wrong = TEST * ((2j * np.pi * FREQ) ** power)[:, None, None]
+    (doubt,) = level_doubts(wrong, MODEL, NAMES, None, FREQ)
+    assert (doubt.kind, doubt.channel, doubt.factor) == ("level", "", None)
+    assert ("over omega" in doubt.text) is (power < 0)
+    assert ("omega²" in doubt.text) is (abs(power) == 2)
+    assert "correct the quantity" in doubt.text
+    # of one sensor alone
+    one = TEST.copy()
+    one[:, 1] = wrong[:, 1]
+    (doubt,) = level_doubts(one, MODEL, NAMES, None, FREQ)
+    assert (doubt.kind, doubt.channel) == ("sensor level", "7:+Z")
+    assert "correct the quantity" in doubt.text
+
+
+def test_no_quantity_is_mistaken_for_a_unit_or_a_model_that_is_off() -> None:
+    assert level_doubts(TEST, MODEL, NAMES, None, FREQ) == []
+    assert "m and mm" in level_doubts(1000.0 * TEST, MODEL, NAMES, None, FREQ)[0].text
+    for modes in ((10.0, 40.0, 60.0), (8.0, 50.0, 90.0), (18.0, 25.0, 99.0)):
+        assert not any("quantity" in d.text for d in level_doubts(frfs(modes), MODEL, NAMES, None, FREQ))

@@ -49,7 +49,8 @@ def doubted_levels(compared: Sequence[Compared], *, of_all: bool = False) -> lis
     for c in compared:
         if c.measured.frf is not None and c.frf is not None:
             names = [str(channel.dof) for channel in c.measured.frf.outputs]
-            doubts = level_doubts(c.measured.frf.H, c.frf.H, names, _clear(c.measured.frf))
+            frf = c.measured.frf
+            doubts = level_doubts(frf.H, c.frf.H, names, _clear(frf), frf.freq)
             told += [f"recording {c.measured.name!r}: {d.text}" for d in doubts if not (of_all and d.channel)]
     return told
 

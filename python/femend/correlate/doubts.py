@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from femend.correlate.exchanged import Exchange
 from femend.correlate.misread import Misread
+from femend.correlate.mistaken_quantity import mistaken_quantity, quantity_hint
 from femend.correlate.mistaken_units import mistaken_as
 from femend.correlate.time_axis import KNOWN_RATES
 from femend.dof import Dof
@@ -70,12 +71,17 @@ class Doubt:
 
 
 def level_doubts(
-    H: ComplexArray, model: ComplexArray, outputs: Sequence[str], clear: NDArray[np.bool_] | None = None
+    H: ComplexArray,
+    model: ComplexArray,
+    outputs: Sequence[str],
+    clear: NDArray[np.bool_] | None = None,
+    freq: FloatArray | None = None,
 ) -> list[Doubt]:
     """Doubts about responses per force H (n_freq, n_out, n_in) that are larger or smaller than the `model`'s, as no
     resonance elsewhere makes them: all of them, or single ones of the `outputs` (names).
 
-    `clear` (n_freq, n_out, n_in) marks the values that stand clear of noise; None for all. Nothing is told of fewer
+    `clear` (n_freq, n_out, n_in) marks the values that stand clear of noise; None for all. With the lines `freq`
+    (n_freq,) in Hz quantities that are mistaken for each other are told as such. Nothing is told of fewer
     than 12 lines, nor by lines on which the model does not respond but for rounding: planes that do not couple. A
     sensor that only has those is told where it moves as others do.
     """
@@ -84,6 +90,10 @@ def level_doubts(
     told = _uncoupled(H, model, outputs, clear)
     if not enough.any():
         return told
+    power = 0 if freq is None else mistaken_quantity(ratio.reshape(len(ratio), -1), freq)
+    if power:
+        text = f"the responses per force are those of the model as it stands {quantity_hint(power)}"
+        return [*told, Doubt("level", "", text)]
     of_sensor = np.full(len(outputs), np.nan)
     of_sensor[enough] = np.exp([np.nanmedian(np.log(ratio[:, i])) for i in np.flatnonzero(enough)])
     if enough.sum() == 2:
@@ -93,7 +103,11 @@ def level_doubts(
         told.append(_level(whole, int(enough.sum())))
     for i in map(int, np.flatnonzero(enough) if enough.sum() > 2 else ()):
         own = float(of_sensor[i] / whole)
-        if not 1 / ONE < own < ONE:
+        alone = 0 if freq is None else mistaken_quantity(ratio[:, i], freq)
+        if alone:
+            text = f"{outputs[i]} shows what the model as it stands does there {quantity_hint(alone)}"
+            told.append(Doubt("sensor level", outputs[i], text))
+        elif not 1 / ONE < own < ONE:
             text = f"{outputs[i]} shows {plain(own, 3)} times what the other sensors do, each against the model"
             text += f": {level_hint(own)}"
             told.append(Doubt("sensor level", outputs[i], text, suggested(own)))

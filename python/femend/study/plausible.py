@@ -273,4 +273,4 @@ def _levels_and_signs(data: FrfData, H: ComplexArray, order: list[int]) -> tuple
     outputs, inputs = ([str(d) for d in dofs] for dofs in (data.outputs, data.inputs))
     measured = data.H[:, order]
     clear = np.abs(measured) > CLEAR * data.noise[:, order]
-    return level_doubts(measured, H, outputs, clear), sign_doubts(measured, H, outputs, inputs, clear)
+    return level_doubts(measured, H, outputs, clear, data.freq), sign_doubts(measured, H, outputs, inputs, clear)
