@@ -402,3 +402,23 @@ def test_a_pair_at_another_frequency_accuses_no_sensor() -> None:
     for freq, named in ((118.0, [("1:+Z", "2:+Z")]), (40.0, [])):
         measured: Any = SimpleNamespace(freq=np.array([10.0, 20.0, 30.0, freq]))
         assert [f.names for f in _faults(comparison, measured, modes)] == named
+
+
+@pytest.mark.parametrize(
+    ("zeta", "responses", "said"),
+    [
+        (0.5, '["frequencies", "shapes"]', "in per cent it would be 0.005: divide them by 100"),
+        (0.0, '["frequencies", "damping"]', 'leave "damping" out of responses'),
+        (0.0, '["frequencies", "shapes"]', None),
+        (0.01, '["frequencies", "damping"]', None),
+    ],
+)
+def test_damping_ratios_in_per_cent_or_left_out_are_told(
+    tmp_path: Path, zeta: float, responses: str, said: str | None
+) -> None:
+    freq, phi = truth_modes(tmp_path)
+    write_modes(tmp_path / "modes.uff", freq, phi, DOFS, zeta)
+    warnings = correlate_study(modes_study(tmp_path, f"[updating]\nresponses = {responses}\n")).result["warnings"]
+    told = [w for w in warnings if "damping ratio" in w]
+    assert [said in w for w in told if said] == [True] * bool(said)
+    assert bool(told) is (said is not None)

@@ -37,6 +37,8 @@ About = tuple[str, str, str]
 # what is to be told where it is sampled too slowly
 TooSlow = Callable[[], tuple[str, ...]]
 
+# damping ratios above this in the middle are those of no structure that is tested for its modes
+PLAUSIBLE_ZETA = 0.2
 # how the report says where modes came from
 FRFS, ALONE, READ = "identified from FRFs", "identified from responses alone", "read from data sets 55"
 
@@ -106,7 +108,7 @@ def _modes_of(
     if read is not None:
         modes, geometry, notes = read
         modes = _in_band(modes, band)
-        told = tuple(f"recording {recording.name!r}: {n}" for n in notes)
+        told = tuple(f"recording {recording.name!r}: {n}" for n in (*notes, *_damping_doubts(modes, study)))
         if not modes.n_modes:
             return f"recording {recording.name!r} has no mode in the band {_text(band)}"
         return MeasuredModes(*about, modes, READ, frf=_frfs_beside(recording, study), geometry=geometry, warnings=told)
@@ -129,6 +131,23 @@ def _modes_of(
         for text in too_slow():
             error.add_note(text)
         raise
+
+
+def _damping_doubts(modes: IdentifiedModes, study: Study) -> list[str]:
+    """Damping ratios in a file that are those of no structure, or none at all where they are to be met."""
+    if not modes.n_modes:
+        return []
+    middle = float(np.median(modes.zeta))
+    if middle > PLAUSIBLE_ZETA:
+        return [
+            f"the damping ratio of its modes is {plain(middle, 2)} in the middle, as no structure's is: data sets 55 "
+            f"hold fractions; in per cent it would be {plain(middle / 100, 2)}: divide them by 100"
+        ]
+    if not modes.zeta.any() and "damping" in study.updating.responses:
+        return [
+            'the damping ratios of all its modes are 0, as of a file without them: leave "damping" out of responses'
+        ]
+    return []
 
 
 def _of_responses(full: Recording, about: About, band: Band, too_slow: TooSlow) -> MeasuredModes | str:
