@@ -28,6 +28,7 @@ from femend.errors import RecordingError
 from femend.io import OutputDirectory, refuse_unwritable
 from femend.model import Model
 from femend.progress import Progress, SilentProgress
+from femend.study.added_masses import added_mass_doubts
 from femend.study.load import load_study
 from femend.study.sound import deck_warnings
 from femend.study.study import Study
@@ -159,6 +160,7 @@ def prepare(
         placed = placed_sensors(every, first, align=study.correlation.align)
     told = [
         *deck_warnings(study, first.deck),
+        *added_mass_doubts(study, first),
         *placed.warnings,
         *passed,
         *(w for m in every for w in m.warnings),

@@ -1,0 +1,31 @@
+"""Masses of a configuration in another unit than the deck's."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from femend.model import read_model
+from femend.study import load_study
+from femend.study.added_masses import added_mass_doubts
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from bench_study import Recorded, study_text
+from small_study import deck
+
+
+@pytest.mark.parametrize(("added", "told"), [(0.05, False), (50.0, True)])
+def test_an_addition_that_outweighs_the_structure_is_told(tmp_path: Path, added: float, told: bool) -> None:
+    (tmp_path / "model.bdf").write_text(deck())
+    (tmp_path / "modes.uff").touch()
+    table = f'[[configuration]]\nname = "heavier"\nadded_mass = [{{ node = 13, m = {added} }}]\n'
+    (tmp_path / "study.toml").write_text(study_text((Recorded("modes"),), table))
+    study = load_study(tmp_path / "study.toml", recordings=False)
+    for with_it in ((), ((13, added),)):
+        found = added_mass_doubts(study, read_model(tmp_path / "model.bdf", added_mass=with_it))
+        assert bool(found) is told
+        if told:
+            assert found[0].startswith("configuration 'heavier' adds 50 kg, ")
+            assert "added_mass is in the deck's unit of mass, which is kg for 'SI'" in found[0]
