@@ -52,10 +52,7 @@ def update_result(
     warnings += [text for c in counted for text in c.left_out]
     warnings += [text for one in (surface, starts) if one is not None for text in one.warnings()]
     more = [text for one in (surface, starts, drawn) if one is not None for text in one.advice()]
-    if deck.left_out:
-        warnings.append(
-            f"no field of the deck holds the values of {', '.join(deck.left_out)}: the deck keeps them as they were"
-        )
+    warnings += deck.warnings
     return {
         "format": FORMAT,
         "title": prepared.study.title,

@@ -16,12 +16,12 @@ _BARE = re.compile(rb"(?im)^([ \t]*INCLUDE[ \t=]+)([^'\"$\r\n\t =][^$\r\n]*?)(?=
 _DEEPEST = 200
 
 
-def updated_files(main: Path, changed: Mapping[Path, bytes]) -> dict[str, bytes]:
+def updated_files(main: Path, changed: Mapping[Path, bytes], *, anywhere: bool = False) -> dict[str, bytes]:
     """File names, each with its content: `model.updated.bdf` for the deck `main`, with its new content where it is
     among the `changed`, and `model.updated.NAME` for every included file that is, or includes one that is.
 
     Their INCLUDE statements name the new files; other includes stay, so that beside the original deck everything is
-    found. Everything else keeps its bytes.
+    found, or have their whole path, so that it is found from `anywhere`. Everything else keeps its bytes.
     """
     main = main.resolve()
     files = {path.resolve(): content for path, content in changed.items()}
@@ -29,7 +29,7 @@ def updated_files(main: Path, changed: Mapping[Path, bytes]) -> dict[str, bytes]
         files[main] = main.read_bytes()
     written = _with_those_that_include(files, main)
     names = _names(written, main)
-    return {names[path]: _renamed(content, path, main, names) for path, content in written.items()}
+    return {names[path]: _renamed(content, path, main, names, anywhere) for path, content in written.items()}
 
 
 def _with_those_that_include(files: dict[Path, bytes], main: Path) -> dict[Path, bytes]:
@@ -81,14 +81,24 @@ def _names(paths: Iterable[Path], main: Path) -> dict[Path, str]:
     return names
 
 
-def _renamed(content: bytes, path: Path, main: Path, names: Mapping[Path, str]) -> bytes:
-    """A file whose INCLUDE statements name the new files, and others from the folder of the deck."""
+def _renamed(content: bytes, path: Path, main: Path, names: Mapping[Path, str], anywhere: bool) -> bytes:
+    """A file whose INCLUDE statements name the new files, and others from the folder of the deck or by their whole
+    path."""
 
-    def other(name: bytes) -> bytes:
+    def other(name: bytes) -> bytes | None:
         found = _found(name, path, main)
-        if found is None or (found not in names and path.parent == main.parent):
-            return name
-        return (names.get(found) or Path(os.path.relpath(found, main.parent)).as_posix()).encode()
+        if found is None or (found not in names and path.parent == main.parent and not anywhere):
+            return None
+        if found in names:
+            return names[found].encode()
+        return (found if anywhere else Path(os.path.relpath(found, main.parent))).as_posix().encode()
 
-    content = _QUOTED.sub(lambda m: m[1] + m[2] + other(m[3]) + m[2], content)
-    return _BARE.sub(lambda m: m[1] + other(m[2]), content)
+    def bare(match: re.Match[bytes]) -> bytes:
+        new = other(match[2])
+        if new is None:
+            return match[0]
+        # a whole path may have blanks and dollars in it
+        return match[1] + (b"'" + new + b"'" if anywhere else new)
+
+    content = _QUOTED.sub(lambda m: m[1] + m[2] + (other(m[3]) or m[3]) + m[2], content)
+    return _BARE.sub(bare, content)

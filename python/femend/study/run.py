@@ -25,6 +25,7 @@ from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.content import report_content
 from femend.study.corrections import Corrections, corrections_of, left_out_unseen
+from femend.study.deck_told import deck_told
 from femend.study.explained import answered
 from femend.study.interruption import StudyInterrupted, nothing_settled
 from femend.study.load import load_study
@@ -243,21 +244,24 @@ def _spc(study: Study) -> int | None:
 
 
 def _write(run: StudyRun, out: Path, info: RunInfo) -> None:
+    patched = _patched(run)
+    factors = {name: entry["factor"] for name, entry in run.result["parameters"].items()}
+    run.result["warnings"] = [*run.result["warnings"], *deck_told(run.model, factors, patched)]
     with OutputDirectory(out) as folder:
         (folder / "result.json").write_text(json.dumps(run.result, indent=2) + "\n", encoding="utf-8")
         write_predictions(folder, run.predictions)
-        _write_deck(run, folder)
+        for name, text in updated_files(Path(run.model.deck.path), patched).items():
+            (folder / name).write_bytes(text)
         info.write(folder / "run.json")
         content = report_content(run, info.as_dict())
         (folder / "report.html").write_text(render(content), encoding="utf-8")
 
 
-def _write_deck(run: StudyRun, folder: Path) -> None:
+def _patched(run: StudyRun) -> dict[Path, bytes]:
+    """The main file of the deck and the others that change, with the parameters' values and the terms found."""
     changes = deck_changes(run.model, run.result["parameters"])
-    cards = deck_cards(run.model, run.result)
-    patched = patch_deck(run.model.deck, changes, cards)
+    patched = patch_deck(run.model.deck, changes, deck_cards(run.model, run.result))
     main = Path(run.model.deck.path)
     text = patched[main] if main in patched else main.read_bytes()
     patched[main] = on_new_supports(text, run.model, run.result)
-    for name, content in updated_files(main, patched).items():
-        (folder / name).write_bytes(content)
+    return patched

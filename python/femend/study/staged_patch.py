@@ -6,41 +6,59 @@ import numpy as np
 
 from femend.diagnose.staged import Flow, Setup
 from femend.errors import DeckError
-from femend.io.deck import FieldChange, next_id
+from femend.io.deck import FieldChange, next_id, patch_deck
+from femend.model.deck_changes import real
 from femend.model.linear_terms import LinearTerm
+from femend.model.section_fields import bush_fields
 from femend.study.patch import deck_changes
 
-__all__ = ["staged_cards", "staged_changes"]
+__all__ = ["staged_cards", "staged_changes", "staged_factors"]
 
-_ROTATIONS = {"k_rot_x": 7, "k_rot_y": 8, "k_rot_z": 9}
+_ROTATIONS = {"k_rot_x": "k4", "k_rot_y": "k5", "k_rot_z": "k6"}
 _INERTIA = {"I11": 12, "I22": 14, "I33": 17}
 _AXES = {"x": 1, "y": 2, "z": 3, "rx": 4, "ry": 5, "rz": 6}
 
 
 def staged_changes(setup: Setup, flow: Flow) -> list[FieldChange]:
     """Factors of parameters and inertias where they stand, and rotational stiffnesses of springs that bend (PBUSH)."""
-    posterior = flow.posterior
-    factors = {p.name: {"factor": posterior.values[posterior.unknowns.index(p.name)]} for p in setup.free.parameters}
-    changes = deck_changes(setup.free, factors)
+    changes = deck_changes(setup.free, {name: {"factor": f} for name, f in staged_factors(setup, flow).items()})
     for term in flow.terms:
+        if term.physics == "spring_bending":
+            changes += _rotations(setup, term, _values(flow, term))
         for name, value in _values(flow, term).items():
-            if term.physics == "spring_bending" and name in _ROTATIONS and term.property_id is not None:
-                changes += _field(setup, "PBUSH", term.property_id, _ROTATIONS[name], value, 1.0)
             if term.name.startswith("inertia of mass") and name in _INERTIA:
                 eid = int(term.name.rsplit(" ", 1)[1])
-                changes += _field(setup, "CONM2", eid, _INERTIA[name], value, None)
+                changes += _scaled(setup, "CONM2", eid, _INERTIA[name], value)
     return changes
 
 
-def _field(setup: Setup, card: str, id_: int, field: int, value: float, old: float | None) -> list[FieldChange]:
-    """One change, `value` itself or times what stands there where `old` is None; none where the field is blank."""
+def staged_factors(setup: Setup, flow: Flow) -> dict[str, float]:
+    """Factors of the deck's parameters by name."""
+    posterior = flow.posterior
+    return {p.name: float(posterior.values[posterior.unknowns.index(p.name)]) for p in setup.free.parameters}
+
+
+def _rotations(setup: Setup, term: LinearTerm, values: dict[str, float]) -> list[FieldChange]:
+    """K4 to K6 of the springs' property, as far as the card has columns for them."""
+    deck, pid, changes = setup.free.deck, term.property_id, []
+    for name in (n for n in values if n in _ROTATIONS and pid is not None):
+        for field in bush_fields(deck, int(pid or 0), _ROTATIONS[name]):
+            change = FieldChange("PBUSH", int(pid or 0), field, values[name])
+            try:
+                patch_deck(deck, [change])
+            except DeckError:  # the line ends before the field
+                continue
+            changes.append(change)
+    return changes
+
+
+def _scaled(setup: Setup, card: str, id_: int, field: int, factor: float) -> list[FieldChange]:
+    """What stands in a field times `factor`; no change where it is blank."""
     try:
         text = setup.free.deck.field_text(card, id_, field).strip()
     except DeckError:
         return []
-    if not text:
-        return []
-    return [FieldChange(card, id_, field, value * (float(text) if old is None else 1.0))]
+    return [FieldChange(card, id_, field, real(text) * factor)] if text else []
 
 
 def _values(flow: Flow, term: LinearTerm) -> dict[str, float]:
@@ -89,10 +107,23 @@ def _cards(setup: Setup, term: LinearTerm, values: dict[str, float], element: in
         component = "XYZ".index(term.direction) + 1
         return [f"CELAS2,{element},{values['k']:.6E},{term.nodes[0]},{component}"], element + 1
     if term.physics == "spring_bending":
-        return _comment("k_rot stand in PBUSH K4 to K6; the coupling has no field there"), element
+        return _comment(_where(setup, term, values)), element
     if term.physics in ("gyroscopic", "speed_stiffness"):
         return _comment("no card of a deck at rest; it acts with the speed of rotation"), element
     return _comment("no card; change the element's property"), element
+
+
+def _where(setup: Setup, term: LinearTerm, values: dict[str, float]) -> str:
+    """Where the stiffnesses of springs that bend stand, and which have to be put in by hand."""
+    all_of = {name.upper(): key for key, name in _ROTATIONS.items() if key in values}
+    written = {change.field for change in _rotations(setup, term, values)}
+    pid = int(term.property_id or 0)
+    lost = [k for k in all_of if not written & set(bush_fields(setup.free.deck, pid, k.lower()))]
+    told = "k_rot stand in PBUSH K4 to K6; the coupling has no field there"
+    if not lost:
+        return told
+    named = ", ".join(f"{k} = {values[all_of[k]]:.6g}" for k in lost)
+    return f"PBUSH {pid} has no columns for {named}: put them into its K line by hand; the coupling has no field there"
 
 
 def _support(setup: Setup, term: LinearTerm, values: dict[str, float], element: int) -> tuple[list[str], int]:

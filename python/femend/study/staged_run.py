@@ -36,13 +36,14 @@ from femend.progress import Progress, say
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.corrections import Correction, Corrections, corrections_of, left_out_unseen
+from femend.study.deck_told import deck_told
 from femend.study.mended import mended, without
 from femend.study.plausible import doubts_found
 from femend.study.predictions import Prediction, write_predictions
 from femend.study.sound import deck_warnings, warnings_of
 from femend.study.staged_content import staged_content
 from femend.study.staged_doubts import not_held_out, taken_back, without_use
-from femend.study.staged_patch import staged_cards, staged_changes
+from femend.study.staged_patch import staged_cards, staged_changes, staged_factors
 from femend.study.staged_predictions import predict_staged
 from femend.study.staged_result import staged_result
 from femend.study.steps import Steps
@@ -173,17 +174,15 @@ def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: Staged
 
 
 def _write(run: StagedRun, out: Path, info: RunInfo) -> None:
-    # first, since pictures that cannot be drawn are told among the warnings
+    patched = patch_deck(run.model.deck, staged_changes(run.setup, run.final), staged_cards(run.setup, run.final))
+    told = deck_told(run.model, staged_factors(run.setup, run.final), patched)
+    run.result["warnings"] = [*run.result["warnings"], *told]
+    # before anything is written, since pictures that cannot be drawn are told among the warnings
     content = staged_content(run, info.as_dict())
     with OutputDirectory(out) as folder:
         (folder / "result.json").write_text(json.dumps(run.result, indent=2) + "\n", encoding="utf-8")
         write_predictions(folder, run.predictions)
-        _write_deck(run, folder)
+        for name, text in updated_files(Path(run.model.deck.path), patched).items():
+            (folder / name).write_bytes(text)
         info.write(folder / "run.json")
         (folder / "report.html").write_text(render(content), encoding="utf-8")
-
-
-def _write_deck(run: StagedRun, folder: Path) -> None:
-    patched = patch_deck(run.model.deck, staged_changes(run.setup, run.final), staged_cards(run.setup, run.final))
-    for name, content in updated_files(Path(run.model.deck.path), patched).items():
-        (folder / name).write_bytes(content)

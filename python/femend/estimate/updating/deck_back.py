@@ -13,8 +13,9 @@ from femend.errors import UpdatingError
 from femend.io.atomic import write_atomic
 from femend.io.deck import patch_deck
 from femend.model import Model
-from femend.model.deck_changes import deck_changes, unwritten
+from femend.model.deck_changes import deck_changes, kept_told, unwritten
 from femend.model.grid_changes import grid_changes
+from femend.model.read_back import deck_faults
 
 __all__ = ["UpdatedDeck", "updated_deck"]
 
@@ -22,15 +23,27 @@ __all__ = ["UpdatedDeck", "updated_deck"]
 @dataclass(frozen=True, eq=False)
 class UpdatedDeck:
     """New contents of the `files` that change, the unified `diff`, and parameters `left_out` since no field of the deck
-    holds their value (element by element, or values that follow from others)."""
+    holds their value (element by element, or values that follow from others). `faults` are sentences on where the new
+    deck, read again, is not the updated model: such a deck must not be used."""
 
     files: Mapping[Path, bytes]
     diff: str
     left_out: tuple[str, ...]
+    faults: tuple[str, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on what the new deck does not hold: those left out, and the faults."""
+        return (*([kept_told(self.left_out)] if self.left_out else []), *self.faults)
 
     def write(self, folder: str | Path, root: str | Path | None = None) -> list[Path]:
         """Writes the changed files under `folder` by their paths relative to `root` (the deck's folder by default: that
-        of the topmost changed file), each complete or not at all; gives what was written. The originals stay."""
+        of the topmost changed file), each complete or not at all; gives what was written. The originals stay.
+
+        Raises UpdatingError for a deck with `faults`, of which nothing is written.
+        """
+        if self.faults:
+            raise UpdatingError("; ".join(self.faults))
         if not self.files:
             return []
         top = Path(root) if root is not None else Path(os.path.commonpath([p.parent for p in self.files]))
@@ -47,8 +60,9 @@ def updated_deck(model: Model, factors: Mapping[str, float]) -> UpdatedDeck:
     """The deck of `model` with its parameters times `factors` and its morphs at `factors`, by name (1 and 0 where not
     given): nodes that move have new coordinates on their GRID, in the system it is given in.
 
-    Comments, includes, formats and column widths stay; numbers have as many digits as their columns hold. Raises
-    UpdatingError for a name that is no parameter and DeckError for a value that its columns cannot hold.
+    Comments, includes, formats and column widths stay; numbers have as many digits as their columns hold. The new deck
+    is read again and compared with the updated model (`faults` of what is given back). Raises UpdatingError for a name
+    that is no parameter and DeckError for a value that its columns cannot hold.
     """
     names, morphs = [p.name for p in model.parameters], [m.name for m in model.morphs]
     for name in factors:
@@ -63,4 +77,4 @@ def updated_deck(model: Model, factors: Mapping[str, float]) -> UpdatedDeck:
         lines = new.decode("utf-8", errors="replace").splitlines(keepends=True)
         diff += difflib.unified_diff(old, lines, f"{path.name}", f"{path.name} (updated)", n=1)
     changed = [n for n in unwritten(model) if factors.get(n, 1.0) != 1.0]
-    return UpdatedDeck(files, "".join(diff), tuple(changed))
+    return UpdatedDeck(files, "".join(diff), tuple(changed), deck_faults(model, files, factors))
