@@ -128,7 +128,8 @@ def _as_written(model: Model, again: Model, factors: Mapping[str, float]) -> _Wr
 def _misplaced(model: Model, again: Model, factors: Mapping[str, float]) -> list[str]:
     """Nodes that are elsewhere than where the morphs put them."""
     there = model.moved({m.name: float(factors.get(m.name, 0.0)) for m in model.morphs})
-    off = np.abs(again.xyz - there).max(axis=1, initial=0.0)
+    # scalar points have no place of their own
+    off = np.where(model.is_scalar, 0.0, np.abs(again.xyz - there).max(axis=1, initial=0.0))
     at = int(np.argmax(off)) if off.size else 0
     if not off.size or off[at] <= COORDINATE * np.abs(there).max():
         return []
