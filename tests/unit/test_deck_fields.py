@@ -53,6 +53,7 @@ WRITTEN = {
     "spring": (f"{STEEL}{NODES}{BARS}CELAS2,7,1+5,3,3\n", "k1", "elements", 7, ["2.+5"]),
     "loss of a spring": (f"{STEEL}{NODES}{BARS}CELAS2,7,1+5,3,3,,,.05\n", "eta", "elements", 7, [".1"]),
     "dashpot": (f"{STEEL}{NODES}{BARS}CDAMP2,7,6.,3,3\n", "c1", "elements", 7, ["12."]),
+    "the only bush of its property": (f"{BUSH}{FIRST_B}", "k3", "elements", 9, ["2.+5"]),
     "rod": (f"{STEEL}{NODES}{BARS}CONROD,7,2,3,1,1-4\n", "A", "elements", 7, ["2.-4"]),
     "mass matrix": (f"{STEEL}{NODES}{BARS}CONM1,7,3,,5.\n,,6.\n,,,7.\n", "m", "mass", 7, ["10.", "12.", "14."]),
     "mass of one direction": (f"{STEEL}{NODES}{BARS}CMASS2,7,3.,3,3\n", "m", "mass", 7, ["6."]),
@@ -64,6 +65,7 @@ KEPT = {
     ),
     "shear modulus from E and nu": (f"{STEEL}{NODES}{BARS}", "G", "material", (1,)),
     "modulus of one property": (f"{STEEL}{NODES}{BARS}", "E", "property_id", (1,)),
+    "one of two elements": (f"{STEEL}{NODES}{BARS}", "I1", "elements", (1,)),
     # half of it would be another model than either
     "one of two": (
         f"{STEEL}{NODES}{BARS}CBAR,3,2,2,3,0.,0.,1.\nPBARL,2,1,,ROD\n,.02\n", "A", "property_id", (1, 2)
@@ -97,6 +99,12 @@ def test_a_factor_is_written_where_its_values_stand(tmp_path: Path, case: str) -
 
 def file_of(model: Model) -> str:
     return Path(model.deck.path).read_text()
+
+
+def test_all_elements_of_a_property_are_written_on_its_card(tmp_path: Path) -> None:
+    _, new = updated(tmp_path, f"{STEEL}{NODES}{BARS}", [Parameter("p", "I1", "elements", (1, 2))], {"p": 2.0})
+    assert new.warnings == ()
+    assert "+PBAR,1,1,1-3,2.-7,2-7,1-7" in new.diff
 
 
 @pytest.mark.parametrize("case", KEPT)

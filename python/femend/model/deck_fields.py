@@ -40,6 +40,8 @@ _ELEMENT: dict[str, dict[str, int]] = {
 }
 _MASS: dict[str, tuple[int, ...]] = {"CONM2": (5,), "CONM1": _CONM1, "CMASS2": (3,), "CMASS4": (3,)}
 _STRUCTURAL = ("PBAR", "PBARL", "PBEAM", "PBEAML", "PROD", "PSHELL", "PCOMP", "PCOMPG", "PSOLID")
+# cards of properties with ids of their own, by the elements that have them; those of all others share theirs
+_OWN = {"CBUSH": "PBUSH", "CELAS1": "PELAS", "CELAS3": "PELAS", "CDAMP1": "PDAMP", "CDAMP3": "PDAMP"}
 _OF_MATERIAL, _OF_BEAM = ("E", "G", "nu", "rho", "eta"), ("A", "I1", "I2", "J")
 
 
@@ -64,6 +66,21 @@ class _Deck:
                 found.setdefault(pid, []).append((card, eid))
         return found
 
+    @cached_property
+    def property_of(self) -> dict[int, tuple[str, int]]:
+        """Kind of property card (_OWN, "" for those that share their ids) and its id by element."""
+        masses = ("CONM", "CMASS")
+        rows = self.deck.elements()
+        return {i: (_OWN.get(c, ""), pid) for i, c, pid, _ in rows if pid is not None and not c.startswith(masses)}
+
+    @cached_property
+    def users(self) -> dict[tuple[str, int], set[int]]:
+        """Elements of every property."""
+        found: dict[tuple[str, int], set[int]] = {}
+        for eid, key in self.property_of.items():
+            found.setdefault(key, set()).add(eid)
+        return found
+
     def fields(self, parameter: Parameter) -> list[Place] | None:
         """Those that are written; None where a value of the parameter stands in none."""
         quantity = {"k": "k1", "c": "c1"}.get(parameter.property, parameter.property)
@@ -73,6 +90,8 @@ class _Deck:
         found: list[Place] = []
         for i in parameter.ids:
             own = of(i, quantity)
+            if own is None and of == self._element:
+                own = self._as_property(i, quantity, set(parameter.ids))
             if own is None:
                 return None
             found += [place for place in own if place not in found]
@@ -159,6 +178,14 @@ class _Deck:
                 return own if own and len(own) == len(corners or ()) else None
         card_of = next((c for c, fields in _ELEMENT.items() if quantity in fields and self._has(c, id_)), None)
         return None if card_of is None else self._written(card_of, id_, (_ELEMENT[card_of][quantity],))
+
+    def _as_property(self, id_: int, quantity: str, ids: set[int]) -> list[Place] | None:
+        """Values of the element's property where all its elements are among `ids`."""
+        key = self.property_of.get(id_)
+        if key is None or not self.users[key] <= ids:
+            return None
+        cards = [c for c in ([key[0]] if key[0] else _STRUCTURAL) if self._has(c, key[1])]
+        return self._on_property(cards[0], key[1], quantity) if cards else None
 
     def _mass(self, id_: int, quantity: str) -> list[Place] | None:
         card = next((c for c in _MASS if self._has(c, id_)), None)
