@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.correlate.assurance import automac
 from femend.modal.indicators import lines_near
 from femend.modal.result import ModalTest
 from femend.numerals import plain
@@ -73,7 +72,7 @@ def _split_modes(test: ModalTest) -> list[str]:
     their shapes are complex, and the residue at a driving point is not that of a positive mass (2 i omega_d A > 0).
     """
     poles, freq = test.modes.poles, test.modes.freq
-    off, alike = _driving_point_angle(test), automac(test.modes.shapes)
+    off, alike = _driving_point_angle(test), _automac(test.modes.shapes)
     said = []
     for r in range(poles.size - 1):
         for q in range(r + 1, poles.size):
@@ -88,6 +87,12 @@ def _split_modes(test: ModalTest) -> list[str]:
                     "at different frequencies (roving mass, temperature, level of excitation)"
                 )
     return said
+
+
+def _automac(shapes: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """MAC of every two of the shapes (n_dof, n_modes)."""
+    unit = shapes / np.maximum(np.linalg.norm(shapes, axis=0), 1e-300)
+    return np.asarray(np.abs(unit.conj().T @ unit) ** 2)
 
 
 def _driving_point_angle(test: ModalTest) -> NDArray[np.float64]:
