@@ -18,9 +18,8 @@ from click.testing import CliRunner
 from femend import Dof, correlate_study, functions_of, model_modes, read_model, update_study, write_uff
 from femend.bench import CorrelationRun
 from femend.bench.compared import _faults
-from femend.bench.placed import Placed, placed_sensors
 from femend.cli import main
-from femend.data import FRF, Geometry
+from femend.data import FRF
 from femend.errors import FormatError, PairingError, RecordingError, StudyError
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -205,7 +204,7 @@ def test_a_turned_geometry_in_millimetres_is_brought_onto_the_model(tmp_path: Pa
     run = correlate_study(path)
     assert run.prepared.placed.applied
     told = " ".join(run.result["warnings"])
-    assert "scale 0.001: test in mm, model in m" in told
+    assert "scale 0.001: its coordinates are in mm but were read as m, as the file states no unit" in told
     assert "test Y is model -X" in told
     assert "applied to the sensors' places and directions" in told
     assert run["modes"].n_pairs == 4
@@ -226,7 +225,8 @@ def test_points_in_each_others_place_are_named(tmp_path: Path) -> None:
     assert "test geometry: test nodes 5 and 11 are exchanged" in run.result["warnings"]
     # each sensor is taken to be where its coordinates are
     assert (
-        "sensor 5:+Z is paired with node 11, 0 away, since node 5 of the model lies 0.36 away" in run.result["warnings"]
+        "sensor 5:+Z is paired with node 11 at its place, since node 5 of the model lies 0.36 away"
+        in run.result["warnings"]
     )
     assert {p.dof.node for p in run.prepared.placed.pairing} == {*SENSORS, 20}
 
@@ -243,24 +243,6 @@ def test_a_point_that_is_off_is_named(tmp_path: Path) -> None:
     assert "check the units and the frame of the test geometry, and these node numbers" in told
     assert not run.prepared.placed.applied
     assert run["modes"].n_pairs == 4
-
-
-def test_a_symmetric_geometry_is_told_only_where_a_turn_is_to_be_decided() -> None:
-    xyz = np.array([(x, y, 0.0) for x in (0.0, 1.0, 2.0) for y in (0.0, 1.0, 2.0)])
-    model = SimpleNamespace(is_scalar=np.zeros(9, dtype=bool), node_ids=np.arange(1, 10), xyz=xyz)
-    dofs = tuple(Dof(900 + n, 3) for n in range(9))
-
-    def placed(at: np.ndarray) -> Placed:
-        measured = SimpleNamespace(name="modes", dofs=dofs, geometry=Geometry(900 + np.arange(9), at))
-        return placed_sensors([measured], model)
-
-    assert not any("turns" in text for text in placed(xyz).warnings)
-    with pytest.raises(PairingError, match="recording 'modes': sensor 90") as found:
-        placed(xyz + np.array([0.0, 0.0, 5.0]))
-    assert "other turns fit as well: the points are symmetric, and it is left as it is; give the sensors" in str(
-        found.value
-    )
-    assert "mate" not in str(found.value)
 
 
 def test_what_a_diagnosis_says_of_a_file_of_modes(tmp_path: Path) -> None:

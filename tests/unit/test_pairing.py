@@ -47,6 +47,18 @@ def test_nearest_node_within_the_tolerance_is_reported() -> None:
     assert pairing.notes == ("sensor 7:-Y is paired with node 30, 0.02 away",)
 
 
+def test_many_sensors_by_place_are_told_in_one_sentence_without_round_off() -> None:
+    sensors = [Dof(n, c) for n in (1, 2, 3, 40) for c in (1, 3)]
+    places = {1: (0, 0, 5e-14), 2: (1, 2e-6, 0), 3: (1, 1, 0), 40: (1, 1, 0)}
+    (told,) = pair_sensors(sensors, IDS, XYZ, sensor_xyz=places).notes
+    assert told == (
+        "sensors at 4 test nodes are paired with the nearest nodes of the model: 1 with 10, 2 with 20, 3 with 30, 40 "
+        "with 30, each at its place; nodes of these numbers are in the model, but elsewhere: 40 by 1"
+    )
+    (told,) = pair_sensors(sensors[:6], IDS, XYZ, sensor_xyz={**places, 2: (1, 0.01, 0)}).notes
+    assert told.endswith("2 with 20, 3 with 30; 2 is the farthest, 0.01 away")
+
+
 def test_far_from_every_node() -> None:
     with pytest.raises(
         PairingError,
@@ -91,7 +103,9 @@ def test_an_id_is_believed_where_the_test_frame_fits_nowhere_and_that_is_told() 
 
 def test_a_pair_by_place_tells_where_the_node_of_its_number_is() -> None:
     pairing = pair_sensors([Dof(10, 3)], IDS, XYZ, sensor_xyz={10: (1.0, 1.0, 0.0)})
-    assert pairing.notes == ("sensor 10:+Z is paired with node 30, 0 away, since node 10 of the model lies 1.414 away",)
+    assert pairing.notes == (
+        "sensor 10:+Z is paired with node 30 at its place, since node 10 of the model lies 1.414 away",
+    )
 
 
 @pytest.mark.parametrize(

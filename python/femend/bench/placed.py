@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.bench.measured import MeasuredModes
+from femend.bench.placed_words import shift_words, told_of
 from femend.bench.runs import MeasuredRun
 from femend.correlate import Alignment, align_points
 from femend.dof import Dof
 from femend.errors import CorrelationError, PairingError
 from femend.model import Model, Pair, Pairing, pair_sensors
 from femend.model.pairing import PAIRING_TOLERANCE
-from femend.numerals import plain
+from femend.model.sensor_frames import other_frames
 
 __all__ = ["Placed", "placed_sensors"]
 
@@ -23,8 +24,6 @@ FloatArray = NDArray[np.float64]
 
 # a frame is one of axes where no entry of the turn is further from 0, 1 or -1; as in `align_points`
 AXES_NEAR = 0.05
-# how a note of `align_points` ends that asks for what a study has no key for
-MATES = "; give the `mate` of each"
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,44 +45,93 @@ class Placed:
 def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model, *, align: bool = True) -> Placed:
     """Pairs every sensor of the `measured` modes and runs with a DOF of `model`, by node id or by the nearest node.
 
-    Where the test has coordinates they are brought onto the model's (`femend.correlate.align_points`). A scale, a turn
-    of axes or a shift that makes them agree is applied with `align`, to places and directions, and is told either way;
-    one that does not make them agree, or that others would do as well, is told and left. Raises PairingError for a
+    Where the test has coordinates that are not on the model's nodes as they are, they are brought there
+    (`femend.correlate.align_points`), in the unit that the file states where that fits. A scale, a turn of axes or a
+    shift that makes them agree is applied with `align`, to places and directions, and is told either way; one that
+    does not make them agree, or that others would do as well with nothing to prefer it, is told and left. Recordings
+    whose geometries do not fit by one alignment are placed one by one where that fits. Raises PairingError for a
     sensor that is far from every node, with what the alignment says.
     """
     sensors = tuple(dict.fromkeys(d for m in measured for d in m.dofs))
-    places: dict[int, FloatArray] = {}
-    for m in measured:
-        if m.geometry is not None:
-            places.update(zip(m.geometry.ids.tolist(), m.geometry.xyz, strict=True))
+    places, systems, unit = _stated(measured)
     grid = ~model.is_scalar
     ids, xyz = model.node_ids[grid], model.xyz[grid]
     nodes = [n for n in dict.fromkeys(d.node for d in sensors) if n in places]
-    found = _alignment(nodes, places, ids, xyz)
+    found = _alignment(nodes, places, ids, xyz, unit is not None)
     if found is None:
-        pairing = _paired(measured, sensors, ids, xyz, places)
+        pairing = _with_frames(_paired(measured, sensors, ids, xyz, places), model, systems)
         return Placed(pairing, None, False, (*pairing.warnings, *pairing.notes))
     reach = PAIRING_TOLERANCE * float(np.linalg.norm(np.ptp(xyz, axis=0)))
+    apart = None if _fits(found) else _one_by_one(measured, model, align)
+    if apart is not None:
+        return apart
     if not (align and _helps(found, reach)):
         try:
-            pairing = _paired(measured, sensors, ids, xyz, places)
+            pairing = _with_frames(_paired(measured, sensors, ids, xyz, places), model, systems)
         except PairingError as error:
-            raise PairingError("; ".join([str(error), *_told(found, nodes, ids)]), sensor=error.sensor) from None
+            told = told_of(found, nodes, ids, unit, applied=False)
+            raise PairingError("; ".join([str(error), *told]), sensor=error.sensor) from None
         # of nodes that are off from those of their own numbers the pairing tells
-        apart = {p.dof.node for p in pairing if p.by == "id" and p.distance > reach}
-        told = _told(found, nodes, ids, apart, decided=_same(found, reach) and not found.off)
+        passed = {p.dof.node for p in pairing if p.by == "id" and p.distance > reach}
+        decided = _same(found, reach) and not found.off
+        told = told_of(found, nodes, ids, unit, passed, applied=False, decided=decided)
         return Placed(pairing, found, False, (*told, *pairing.warnings, *pairing.notes))
     moved = {n: found.scale * found.R @ places[n] + found.offset for n in nodes}
     turned = {d: _turned(d, found.R) for d in sensors}
     pairs = pair_sensors(list(turned.values()), ids, xyz, sensor_xyz=moved)
     pairing = Pairing(tuple(Pair(d, pairs[t].dof, pairs[t].distance, pairs[t].by) for d, t in turned.items()))
-    shift = ", ".join(plain(float(v) + 0.0) for v in np.where(np.abs(found.offset) > 1e-3 * reach, found.offset, 0.0))
+    shift = shift_words(found.offset, reach)
     told = (
-        *_told(found, nodes, ids),
-        f"test geometry: applied to the sensors' places and directions, shifted by ({shift}) after it; [correlation] "
-        "align = false leaves it",
+        *told_of(found, nodes, ids, unit, applied=True),
+        f"test geometry: applied to the sensors' places and directions{shift and f', shifted by {shift} after it'}; "
+        "[correlation] align = false leaves it",
     )
-    return Placed(pairing, found, True, (*told, *pairs.warnings, *pairs.notes))
+    frames = other_frames(pairing, model, systems)
+    return Placed(pairing, found, True, (*told, *frames, *pairs.warnings, *pairs.notes))
+
+
+def _one_by_one(measured: Sequence[MeasuredModes | MeasuredRun], model: Model, align: bool) -> Placed | None:
+    """Recordings placed each by its own geometry; None where they share nodes, or where that does not fit either."""
+    if len(measured) < 2:
+        return None
+    nodes = [{d.node for d in m.dofs} for m in measured]
+    if sum(map(len, nodes)) > len(set().union(*nodes)):
+        return None
+    try:
+        parts = [placed_sensors([m], model, align=align) for m in measured]
+    except PairingError:
+        return None
+    if not all(p.alignment is None or _fits(p.alignment) for p in parts):
+        return None
+    pairing = Pairing(
+        tuple(p for part in parts for p in part.pairing),
+        tuple(n for part in parts for n in part.pairing.notes),
+        tuple(w for part in parts for w in part.pairing.warnings),
+    )
+    first = next((p for p in parts if p.applied), parts[0])
+    told = tuple(f"recording {m.name!r}: {w}" for m, part in zip(measured, parts, strict=True) for w in part.warnings)
+    return Placed(pairing, first.alignment, first.applied, told)
+
+
+def _stated(
+    measured: Sequence[MeasuredModes | MeasuredRun],
+) -> tuple[dict[int, FloatArray], dict[int, int], float | None]:
+    """Places and displacement systems by test node, and the length unit that all files state, None without one."""
+    places: dict[int, FloatArray] = {}
+    systems: dict[int, int] = {}
+    units = set()
+    for m in measured:
+        if m.geometry is not None:
+            places.update(zip(m.geometry.ids.tolist(), m.geometry.xyz, strict=True))
+            units.add(m.geometry.unit)
+            if m.geometry.systems is not None:
+                systems.update(zip(m.geometry.ids.tolist(), m.geometry.systems.tolist(), strict=True))
+    return places, systems, units.pop() if len(units) == 1 else None
+
+
+def _with_frames(pairing: Pairing, model: Model, systems: Mapping[int, int]) -> Pairing:
+    """With what is to be told of nodes with displacement systems of their own."""
+    return replace(pairing, warnings=(*pairing.warnings, *other_frames(pairing, model, systems)))
 
 
 def _paired(
@@ -103,24 +151,36 @@ def _paired(
         raise PairingError(f"recording {whose!r}: {error}", sensor=error.sensor) from None
 
 
-def _alignment(nodes: Sequence[int], places: dict[int, FloatArray], ids: NDArray, xyz: FloatArray) -> Alignment | None:
-    """The test's nodes on the model's: by id where all are there and fit, else by nearest points."""
+def _alignment(
+    nodes: Sequence[int], places: dict[int, FloatArray], ids: NDArray[np.int64], xyz: FloatArray, stated: bool
+) -> Alignment | None:
+    """The test's nodes on the model's: by id where all are there and fit, else by nearest points, in the unit that is
+    `stated` where that fits."""
     at = {int(n): i for i, n in enumerate(ids)}
     test = np.array([places[n] for n in nodes]).reshape(-1, 3)
     try:
         by_id = align_points(test, xyz, [at[n] for n in nodes]) if all(n in at for n in nodes) else None
         if by_id is not None and len(by_id.off) <= len(nodes) // 3:
             return by_id
+        if stated:
+            in_unit = align_points(test, xyz, scale="none")
+            if not in_unit.off:
+                return in_unit
         return align_points(test, xyz)
     except CorrelationError:
         return None  # fewer than three points, or all in line: nothing to align
+
+
+def _fits(found: Alignment) -> bool:
+    """Does it bring all nodes onto the model, as no other would as well?"""
+    return not found.off and found.decided
 
 
 def _helps(found: Alignment, reach: float) -> bool:
     """Is there something to undo, more than the `reach` of pairing, undone by this alignment and no other, so that
     directions stay axes?"""
     plain_axes = bool(np.abs(found.R - np.rint(found.R)).max() < AXES_NEAR)
-    return not _same(found, reach) and plain_axes and not found.off and not found.alike
+    return not _same(found, reach) and plain_axes and _fits(found)
 
 
 def _same(found: Alignment, reach: float) -> bool:
@@ -136,34 +196,3 @@ def _turned(dof: Dof, R: FloatArray) -> Dof:
     v = R @ axis * (np.sign(np.linalg.det(R)) if dof.is_rotation else 1.0)
     k = int(np.argmax(np.abs(v)))
     return Dof(dof.node, k + 1 + (3 if dof.is_rotation else 0), 1 if v[k] > 0 else -1)
-
-
-def _told(
-    found: Alignment,
-    nodes: Sequence[int],
-    ids: NDArray[np.int64],
-    passed: Collection[int] = (),
-    *,
-    decided: bool = False,
-) -> tuple[str, ...]:
-    """The notes of `align_points` with node ids of the test and of the model in the place of row numbers; without those
-    of nodes that are `passed` over, nor, where the geometry is `decided` as it is, of other turns that fit as well."""
-    told = []
-    for note in found.notes:
-        words = note.split()
-        if words[:2] == ["test", "point"]:
-            test, model = nodes[int(words[2])], int(ids[int(words[-1])])
-            if test == model and test in passed:
-                continue
-            note = f"test node {test} is {words[4]} from node {model} of the model"
-        elif words[:2] == ["test", "points"]:
-            note = f"test nodes {nodes[int(words[2])]} and {nodes[int(words[4])]} are exchanged"
-        elif note.endswith(MATES):
-            if decided:
-                continue
-            note = note.removesuffix(MATES) + (
-                ", and it is left as it is; give the sensors the numbers of the model's nodes, or add a sensor that is "
-                "off the symmetry, so that one turn alone fits"
-            )
-        told.append(f"test geometry: {note}")
-    return tuple(told)

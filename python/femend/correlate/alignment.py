@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations, permutations, product
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.correlate._arrays import finite
+from femend.correlate._fits import Fit, Fits, best_fits
 from femend.errors import CorrelationError
 from femend.numerals import plain
 
@@ -26,6 +27,10 @@ UNITS = {
 }  # fmt: skip
 # two geometries of one structure: a scale this near to a unit's is the unit's, a rotation this near to axes is of axes
 SCALE_NEAR, AXES_NEAR = 0.02, 0.05
+# of a shift, components below this are told as 0
+ZERO = 1e-4
+# of the model's size: sensors are spread over a good part of it and hardly beyond
+SIZES = (0.2, 1.2)
 # consensus is sought over at most so many triples of points
 TRIPLES = 300
 
@@ -35,8 +40,9 @@ class Alignment:
     """`model = scale * R @ test + offset` for points: `R` (3, 3) orthogonal, `offset` (3,) in model units.
 
     `xyz` (n, 3) are the test points in the model's frame, `mate` (n,) the model points they belong to, `distance` (n,)
-    between both; `off` are points beyond the tolerance. `alike` counts other turns that fit as well (a symmetric
-    structure: points alone do not decide). `notes` say in words what was wrong.
+    between both; `off` are points beyond the tolerance. `alike` counts other turns and shifts that fit as well (a
+    symmetric structure, a regular mesh: points alone do not decide); `decided` is False where nothing makes this one
+    more likely than they are. `notes` say in words what was wrong.
     """
 
     R: FloatArray
@@ -48,6 +54,7 @@ class Alignment:
     off: tuple[int, ...]
     alike: int
     notes: tuple[str, ...]
+    decided: bool = True
 
     @property
     def mirrored(self) -> bool:
@@ -77,9 +84,11 @@ def align_points(
     With mates three points that are not in line are enough (two and a plane are not); the similarity is that of least
     squares (Umeyama 1991, IEEE PAMI 13, 376-380), mirrored where that is needed, over the largest set of points that
     agree within `tolerance` of the model's diagonal: the others are named, two that stand in each other's place as
-    exchanged. Without mates all turns of axes and common units are tried, each with nearest points (iterated closest
-    points, Besl and McKay 1992). `scale` "unit" takes a factor near that of two units for exactly it, "free" as it
-    comes, "none" is 1. Raises CorrelationError for fewer than three points, points in line, or sizes that do not fit.
+    exchanged. Without mates points stay where each is near a model point already, within a quarter of the mesh pitch;
+    else all turns of axes, common units and shifts are tried, each with nearest points (iterated closest points, Besl
+    and McKay 1992), and of those that fit as well one without a turn or shift is preferred. `scale` "unit" takes a
+    factor near that of two units for exactly it, "free" as it comes, "none" is 1. Raises CorrelationError for fewer
+    than three points, points in line, or sizes that do not fit.
 
     >>> model = [[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3.0]]
     >>> test = [[0, 0, 0], [0, 1000, 0], [-2000, 0, 0], [0, 0, 3000.0]]  # in mm, turned about Z
@@ -90,19 +99,28 @@ def align_points(
     a, b = _points(test, "test"), _points(model, "model")
     reach = tolerance * float(np.linalg.norm(np.ptp(b, axis=0)))
     if mate is None:
-        pairs, alike = _closest(a, b, scale, reach)
+        fits = _closest(a, b, scale, reach)
+        pairs = fits.taken.mate
     else:
-        pairs, alike = np.asarray(mate, dtype=np.int64).ravel(), 0
+        fits, pairs = None, np.asarray(mate, dtype=np.int64).ravel()
         if pairs.shape != (len(a),) or pairs.min() < 0 or pairs.max() >= len(b):
             raise CorrelationError(f"{pairs.size} mates for {len(a)} test points among {len(b)} model points; one each")
-    R, s, t, _ = _consensus(a, b[pairs], scale, reach)
+    if fits is not None and _as_is(fits.taken):
+        R, s, t = np.eye(3), 1.0, np.zeros(3)
+    else:
+        R, s, t, _ = _consensus(a, b[pairs], scale, reach)
     xyz = s * a @ R.T + t
     distance = np.linalg.norm(xyz - b[pairs], axis=1)
     off = tuple(int(i) for i in np.flatnonzero(distance > reach))
     notes = [*_frame_notes(R, s), *_point_notes(xyz, b, pairs, off, reach)]
-    if alike:
-        notes.append(f"{alike} other turns fit as well: the points are symmetric; give the `mate` of each")
-    return Alignment(R, s, t, xyz, pairs, distance, off, alike, tuple(notes))
+    others = () if fits is None else fits.others
+    if fits is not None and (others or not fits.prefers):
+        notes.append(_alike_note(fits))
+    return Alignment(R, s, t, xyz, pairs, distance, off, len(others), tuple(notes), fits is None or fits.prefers)
+
+
+def _as_is(fit: Fit) -> bool:
+    return fit.scale == 1.0 and not fit.shift.any() and bool((np.eye(3) == fit.R).all())
 
 
 def _points(values: ArrayLike, what: str) -> FloatArray:
@@ -163,37 +181,13 @@ def _consensus(
     return *best[:3], best[3] <= reach
 
 
-def _closest(a: FloatArray, b: FloatArray, scale: str, reach: float) -> tuple[NDArray[np.int64], int]:
-    """Mates by nearest points over all turns of axes and units, and how many other turns are as good."""
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(b)
+def _closest(a: FloatArray, b: FloatArray, scale: str, reach: float) -> Fits:
+    """Mates by nearest points over all turns of axes and units."""
     size_a, size_b = (float(np.linalg.norm(np.ptp(x, axis=0))) for x in (a, b))
-    scales = [u for u in (UNITS if scale != "none" else (1.0,)) if 0.2 < u * size_a / size_b < 1.2]
+    scales = [1.0] if scale == "none" else [u for u in UNITS if SIZES[0] < u * size_a / size_b < SIZES[1]]
     if scale == "free" or not scales:
         scales.append(size_b / size_a)
-    results = []
-    for s, order, signs in product(scales, permutations(range(3)), product((1.0, -1.0), repeat=3)):
-        R = np.zeros((3, 3))
-        R[range(3), order] = signs
-        moved = s * a @ R.T
-        for shift in (0.5 * (b.max(0) + b.min(0) - moved.max(0) - moved.min(0)), b.min(0) - moved.min(0)):
-            x, t = moved + shift, shift
-            for _ in range(8):
-                distance, mate = tree.query(x)
-                step = (b[mate] - x).mean(axis=0)
-                x, t = x + step, t + step
-                if np.abs(step).max() < 1e-3 * reach:
-                    break
-            distance, mate = tree.query(x)
-            results.append((float(np.sqrt(np.mean(np.minimum(distance, 5 * reach) ** 2))), R, mate))
-    # a proper rotation is preferred to a mirror that does no better
-    results.sort(key=lambda r: (round(r[0] / (0.1 * reach)), np.linalg.det(r[1]) < 0, not np.allclose(r[1], np.eye(3))))
-    best = results[0]
-    hand = np.linalg.det(best[1])
-    as_good = [r for r in results[1:] if r[0] < best[0] + 0.1 * reach and np.linalg.det(r[1]) * hand > 0]
-    others = {tuple(np.round(r[1], 3).ravel()) for r in as_good} - {tuple(np.round(best[1], 3).ravel())}
-    return np.asarray(best[2], dtype=np.int64), len(others)
+    return best_fits(a, b, scales, reach)
 
 
 def _frame_notes(R: FloatArray, s: float) -> list[str]:
@@ -202,19 +196,47 @@ def _frame_notes(R: FloatArray, s: float) -> list[str]:
     if abs(s - 1.0) > 1e-12:
         word = UNITS[near] if abs(s / near - 1) < 1e-9 else "no common pair of units"
         notes.append(f"scale {s:.6g}: {word}")
-    axes = np.rint(R)
-    if np.abs(R - axes).max() < AXES_NEAR:
-        moved = [
-            f"test {'XYZ'[j]} is model {'-' if axes[i, j] < 0 else ''}{'XYZ'[i]}"
-            for j in range(3) for i in range(3) if axes[i, j] and (i != j or axes[i, j] < 0)
-        ]  # fmt: skip
-        notes += [", ".join(moved)] if moved else []
+    if np.abs(R - np.rint(R)).max() < AXES_NEAR:
+        moved = _axes(R)
+        notes += [moved] if moved else []
     else:
         angle = np.degrees(np.arccos(np.clip((np.trace(R * np.sign(np.linalg.det(R))) - 1) / 2, -1, 1)))
         notes.append(f"the test's frame is turned by {angle:.1f} degrees about an axis of its own")
     if np.linalg.det(R) < 0:
         notes.append("the test's frame is left-handed: an axis has the wrong sign")
     return notes
+
+
+def _axes(R: FloatArray) -> str:
+    """Which axis of the test is which of the model, where they differ."""
+    axes = np.rint(R)
+    moved = [
+        f"test {'XYZ'[j]} is model {'-' if axes[i, j] < 0 else ''}{'XYZ'[i]}"
+        for j in range(3) for i in range(3) if axes[i, j] and (i != j or axes[i, j] < 0)
+    ]  # fmt: skip
+    return ", ".join(moved)
+
+
+def _alike_note(fits: Fits) -> str:
+    """That others fit as well, the nearest of them, and what follows."""
+    if not fits.others:
+        return "a geometry scaled so fits somewhere on any mesh as fine as this; give the `mate` of each"
+    n, taken, other = len(fits.others), _fit_words(fits.taken), _fit_words(fits.others[0])
+    if fits.prefers:
+        said = f"{n} other {'turn or shift fits' if n == 1 else 'turns or shifts fit'} as well"
+        return f"{said} ({other}{'' if n == 1 else ', to name one'}); the one nearest to the frame as it is was taken"
+    if fits.taken.same_turn(fits.others[0]):
+        other = f"by {_shift_words(fits.others[0])}"
+    said = f"{n + 1} turns and shifts fit alike ({taken}, or {other}{'' if n == 1 else ', to name two'})"
+    return f"{said}: the points are symmetric or the mesh is regular; give the `mate` of each"
+
+
+def _fit_words(fit: Fit) -> str:
+    return f"{_axes(fit.R) or 'no turn'}, shifted by {_shift_words(fit)}"
+
+
+def _shift_words(fit: Fit) -> str:
+    return f"({', '.join(plain(float(v)) for v in np.where(np.abs(fit.shift) > ZERO * fit.size, fit.shift, 0.0))})"
 
 
 def _point_notes(

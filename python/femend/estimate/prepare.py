@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from femend.estimate.lines import FitRecord
 from femend.estimate.noise import fewest_samples, noise_of
 from femend.model import Model, Pairing, pair_sensors
 from femend.model.free_body import RIGID
+from femend.model.sensor_frames import other_frames
 from femend.numerals import plain
 from femend.signal.calculus import DERIVATIVES
 from femend.signal.hammer import blow_force
@@ -43,6 +45,7 @@ def pair_test(test: Test, model: Model) -> Pairing:
     channels: list[Channel] = []
     whose: dict[str, str] = {}
     places: dict[int, FloatArray] = {}
+    systems: dict[int, int] = {}
     for recording in test:
         for channel in (*recording.sensors, *recording.inputs):
             channels.append(channel)
@@ -50,13 +53,16 @@ def pair_test(test: Test, model: Model) -> Pairing:
             whose.setdefault(str(channel.dof), f"recording {recording.name!r}{named}")
         if recording.geometry is not None:
             places.update(zip(recording.geometry.ids.tolist(), recording.geometry.xyz))
+            if recording.geometry.systems is not None:
+                systems.update(zip(recording.geometry.ids.tolist(), recording.geometry.systems.tolist()))
     grid = ~model.is_scalar
     try:
-        return pair_sensors(channels, model.node_ids[grid], model.xyz[grid], sensor_xyz=places)
+        pairing = pair_sensors(channels, model.node_ids[grid], model.xyz[grid], sensor_xyz=places)
     except PairingError as error:
         if error.sensor not in whose:
             raise
         raise PairingError(f"{whose[error.sensor]}: {error}", sensor=error.sensor) from None
+    return replace(pairing, warnings=(*pairing.warnings, *other_frames(pairing, model, systems)))
 
 
 def period_of(u: FloatArray) -> int:

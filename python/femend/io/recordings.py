@@ -154,7 +154,9 @@ def _read(
 
 def _geometry(file: UniversalFile, units: str) -> Geometry | None:
     ids, xyz = file.node_table()
-    return Geometry(ids, xyz / unit_system(units).length) if ids.size else None
+    if not ids.size:
+        return None
+    return Geometry(ids, xyz / unit_system(units).length, file.displacement_systems(), file.node_unit())
 
 
 def _excitation(data: Data, rotating: Rotating | None) -> str:

@@ -21,6 +21,10 @@ __all__ = ["PAIRING_TOLERANCE", "Pair", "Pairing", "pair_sensors"]
 PAIRING_TOLERANCE = 0.02
 # nodes that a sentence names at most
 NAMED = 6
+# sensors paired by place up to which each has a note of its own
+EACH = 3
+# of the diagonal: nearer than this is at the place, as coordinates of files have six digits
+ROUND_OFF = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +115,6 @@ def pair_sensors(
     known = {int(n): i for i, n in enumerate(ids)}
     places = dict(sensor_xyz or {})
     pairs: dict[Dof, Pair] = {}
-    notes: list[str] = []
     for sensor in sensors:
         dof = sensor.dof if isinstance(sensor, Channel) else sensor
         if dof is None or dof in pairs:
@@ -120,15 +123,39 @@ def pair_sensors(
         if pair.by == "id" and pair.distance > reach and tolerance is not None:
             raise PairingError(_apart([pair], reach, share), sensor=str(dof))
         pairs[dof] = pair
-        if pair.by == "nearest":
-            own = ""
-            if dof.node in known:
-                there = float(np.linalg.norm(points[known[dof.node]] - np.asarray(places[dof.node], dtype=np.float64)))
-                own = f", since node {dof.node} of the model lies {plain(there)} away"
-            notes.append(f"sensor {dof} is paired with node {pair.dof.node}, {plain(pair.distance)} away{own}")
+    nearest = [p for p in pairs.values() if p.by == "nearest"]
+    own = {
+        p.sensor.node: float(np.linalg.norm(points[known[p.sensor.node]] - places[p.sensor.node]))
+        for p in nearest if p.sensor.node in known
+    }  # fmt: skip
+    notes = _by_place(nearest, own, ROUND_OFF / share * reach)
     apart = [p for p in pairs.values() if p.by == "id" and p.distance > reach]
     warnings = (_apart(apart, reach, share),) if apart else ()
-    return Pairing(tuple(pairs.values()), tuple(notes), warnings)
+    return Pairing(tuple(pairs.values()), notes, warnings)
+
+
+def _by_place(pairs: Sequence[Pair], own: Mapping[int, float], round_off: float) -> tuple[str, ...]:
+    """What is said of `pairs` with the nearest node; `own` are distances to the nodes of the sensors' numbers."""
+
+    def away(pair: Pair) -> str:
+        return " at its place" if pair.distance <= round_off else f", {plain(pair.distance)} away"
+
+    if len(pairs) <= EACH:
+        since = {n: f", since node {n} of the model lies {plain(d)} away" for n, d in own.items()}
+        return tuple(
+            f"sensor {p.sensor} is paired with node {p.dof.node}{away(p)}{since.get(p.sensor.node, '')}" for p in pairs
+        )
+    nodes = {p.sensor.node: p for p in pairs}
+    far = max(pairs, key=lambda p: p.distance)
+    named = ", ".join(f"{n} with {p.dof.node}" for n, p in list(nodes.items())[:NAMED])
+    more = f" and {len(nodes) - NAMED} more" if len(nodes) > NAMED else ""
+    said = f"sensors at {len(nodes)} test nodes are paired with the nearest nodes of the model: {named}{more}"
+    said += ", each at its place" if far.distance <= round_off else f"; {far.sensor.node} is the farthest{away(far)}"
+    if own:
+        first = ", ".join(f"{n} by {plain(d)}" for n, d in list(own.items())[:NAMED])
+        rest = f" and {len(own) - NAMED} more" if len(own) > NAMED else ""
+        said += f"; nodes of these numbers are in the model, but elsewhere: {first}{rest}"
+    return (said,)
 
 
 def _apart(pairs: Sequence[Pair], reach: float, share: float) -> str:

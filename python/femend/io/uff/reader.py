@@ -53,6 +53,19 @@ class UniversalFile:
         xyz = np.array(list(place.values()), dtype=np.float64).reshape(-1, 3)
         return frozen(ids), frozen(xyz)
 
+    def displacement_systems(self) -> NDArray[np.int64]:
+        """Numbers (n,) of the displacement systems of the nodes of `node_table`, 0 for the basic one."""
+        found: dict[int, int] = {}
+        for block in self.nodes:
+            found.update(zip(block.ids.tolist(), block.systems[:, 1].tolist()))
+        return frozen(np.array(list(found.values()), dtype=np.int64))
+
+    def node_unit(self) -> float | None:
+        """The length unit of the nodes in m as data set 164 states it; None where it does not, or not one for all."""
+        units = [self.units_at(block.record) for block in self.nodes]
+        stated = {1 / u.length for u in units if u is not None}
+        return stated.pop() if len(stated) == 1 and None not in units else None
+
     def __repr__(self) -> str:
         n_nodes = sum(b.ids.size for b in self.nodes)
         unknown = sorted({n for n, _ in self.unknown})
