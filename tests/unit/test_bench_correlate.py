@@ -18,8 +18,9 @@ from click.testing import CliRunner
 from femend import Dof, correlate_study, functions_of, model_modes, read_model, update_study, write_uff
 from femend.bench import CorrelationRun
 from femend.bench.compared import _faults
+from femend.bench.placed import Placed, placed_sensors
 from femend.cli import main
-from femend.data import FRF
+from femend.data import FRF, Geometry
 from femend.errors import FormatError, PairingError, RecordingError, StudyError
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -209,6 +210,11 @@ def test_a_turned_geometry_in_millimetres_is_brought_onto_the_model(tmp_path: Pa
     assert "applied to the sensors' places and directions" in told
     assert run["modes"].n_pairs == 4
     assert min(r.mac for r in run["modes"].comparison.table.rows) > 0.9999
+    # an update tells it too, and that it was applied
+    updated = update_study(path).result
+    assert updated["sensors"]["alignment"]["applied"]
+    assert "test Y is model -X" in " ".join(updated["warnings"])
+    assert "applied to the sensors' places and directions" in " ".join(updated["warnings"])
     text = path.read_text()
     path.write_text(text + "[correlation]\nalign = false\n")
     left = correlate_study(path).prepared.placed
@@ -243,6 +249,22 @@ def test_a_point_that_is_off_is_named(tmp_path: Path) -> None:
     assert "check the units and the frame of the test geometry, and these node numbers" in told
     assert not run.prepared.placed.applied
     assert run["modes"].n_pairs == 4
+
+
+def test_a_symmetric_geometry_is_told_only_where_a_turn_is_to_be_decided() -> None:
+    xyz = np.array([(x, y, 0.0) for x in (0.0, 1.0, 2.0) for y in (0.0, 1.0, 2.0)])
+    model = SimpleNamespace(is_scalar=np.zeros(9, dtype=bool), node_ids=np.arange(1, 10), xyz=xyz)
+    dofs = tuple(Dof(900 + n, 3) for n in range(9))
+
+    def placed(at: np.ndarray) -> Placed:
+        measured = SimpleNamespace(name="modes", dofs=dofs, geometry=Geometry(900 + np.arange(9), at))
+        return placed_sensors([measured], model)
+
+    assert not any("turns" in text for text in placed(xyz).warnings)
+    moved = placed(xyz + np.array([0.0, 0.0, 5.0]))
+    assert moved.applied
+    assert [p.dof.node for p in moved.pairing] == list(range(1, 10))
+    assert any("turns or shifts fit as well" in text and "was taken" in text for text in moved.warnings)
 
 
 def test_what_a_diagnosis_says_of_a_file_of_modes(tmp_path: Path) -> None:

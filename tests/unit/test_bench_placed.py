@@ -71,7 +71,7 @@ def test_coordinates_that_lie_on_nodes_are_left_there_though_they_fit_elsewhere(
 
 
 def test_sensors_on_two_storeys_are_not_moved_down_a_storey() -> None:
-    at = TOWER[np.isin(TOWER[:, 2], (1.0, 2.0))]
+    at = TOWER[np.isin(TOWER[:, 2], (2.0, 3.0))]
     placed = placed_sensors([measured(at)], model_at(TOWER))
     assert not placed.applied
     np.testing.assert_array_equal(found_at(placed, model_at(TOWER)), at)

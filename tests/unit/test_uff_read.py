@@ -192,6 +192,12 @@ def test_nodes_in_any_order_and_units(put) -> None:  # type: ignore[no-untyped-d
     ids, xyz = file.node_table()
     assert ids.tolist() == [7, 3, 2]
     np.testing.assert_allclose(xyz, [[1.0, -0.25, 0.0], [0.0, 0.0, 0.5], [0.1, 0.2, 0.3]], rtol=1e-12)
+    assert file.node_unit() == 1e-3
+    # the third column of data set 15, as of 2411, is the displacement system
+    assert read_uff(
+        put(text.replace("3         0         0", "3         0         7").encode())
+    ).displacement_systems().tolist() == [0, 7, 0]
+    assert read_uff(put(text[text.index("    15") - 7 :].encode())).node_unit() is None
 
 
 def test_trace_lines_and_elements(put) -> None:  # type: ignore[no-untyped-def]
