@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from femend import Dof, correlate_study, model_modes, read_model, update_study
+from femend import Channel, Dof, Recording, TimeData, correlate_study, model_modes, read_model, update_study
 from femend.bench.placed import Placed, placed_sensors
 from femend.correlate import align_points
-from femend.data import Geometry
+from femend.data import Geometry, Test
 from femend.errors import PairingError
+from femend.estimate import pair_test
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from bench_study import Recorded, study_text, write_modes
@@ -186,3 +187,11 @@ def test_directions_at_nodes_with_displacement_systems_are_told(tmp_path: Path) 
             "sensor node 2 has displacement system 7 (CD) in the model while the test file states the basic system for "
             "it (and 3 likewise): directions are read in the displacement system of the model's node; if they were"
         )
+    # so does what a diagnosis pairs; nothing is said where the file states the node's own system
+    channels = tuple(Channel(d, "acceleration", "m/s^2") for d in dofs)
+    for systems, n in ((np.zeros(3), 1), (np.array([7, 7, 0]), 0)):
+        geometry = Geometry(np.array([2, 3, 4]), np.array(list(places.values())), systems.astype(np.int64))
+        recording = Recording(
+            "r", TimeData("r", 0.01, np.ones((9, 50)), channels), excitation="unknown", geometry=geometry
+        )
+        assert len(pair_test(Test((recording,)), model).warnings) == n
