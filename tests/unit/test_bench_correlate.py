@@ -426,3 +426,14 @@ def test_damping_ratios_in_per_cent_or_left_out_are_told(
     told = [w for w in warnings if "damping ratio" in w]
     assert [said in w for w in told if said] == [True] * bool(said)
     assert bool(told) is (said is not None)
+
+
+def test_shapes_of_a_file_that_are_complex_are_told(tmp_path: Path) -> None:
+    freq, phi = truth_modes(tmp_path)
+    shapes = phi.astype(complex)
+    shapes[:, 1] *= np.exp(1j * np.linspace(0.0, 2.0, len(DOFS)))
+    write_modes(tmp_path / "modes.uff", freq, shapes, DOFS)
+    (told,) = (w for w in correlate_study(modes_study(tmp_path)).result["warnings"] if "complex" in w)
+    assert told.startswith(f"recording 'modes': the shape at {freq[1]:.4g}")
+    write_modes(tmp_path / "modes.uff", freq, phi, DOFS)
+    assert not any("complex" in w for w in correlate_study(modes_study(tmp_path)).result["warnings"])

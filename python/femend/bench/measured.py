@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.bench.coarse import longer_pieces, too_coarse
+from femend.correlate import mpc
 from femend.data import FRF, Geometry, IdentifiedModes, Recording, Spectra
 from femend.data.bands import within_band
 from femend.diagnose.staged.prepare import FEWEST_LINES, excited_band, frf_data
@@ -39,6 +40,8 @@ TooSlow = Callable[[], tuple[str, ...]]
 
 # damping ratios above this in the middle are those of no structure that is tested for its modes
 PLAUSIBLE_ZETA = 0.2
+# MPC below which a shape is told as complex, as of modal tests
+REAL = 0.8
 # how the report says where modes came from
 FRFS, ALONE, READ = "identified from FRFs", "identified from responses alone", "read from data sets 55"
 
@@ -108,7 +111,10 @@ def _modes_of(
     if read is not None:
         modes, geometry, notes = read
         modes = _in_band(modes, band)
-        told = tuple(f"recording {recording.name!r}: {n}" for n in (*notes, *_damping_doubts(modes, study)))
+        told = tuple(
+            f"recording {recording.name!r}: {n}"
+            for n in (*notes, *_damping_doubts(modes, study), *_complex_shapes(modes))
+        )
         if not modes.n_modes:
             return f"recording {recording.name!r} has no mode in the band {_text(band)}"
         return MeasuredModes(*about, modes, READ, frf=_frfs_beside(recording, study), geometry=geometry, warnings=told)
@@ -148,6 +154,20 @@ def _damping_doubts(modes: IdentifiedModes, study: Study) -> list[str]:
             'the damping ratios of all its modes are 0, as of a file without them: leave "damping" out of responses'
         ]
     return []
+
+
+def _complex_shapes(modes: IdentifiedModes) -> list[str]:
+    """That shapes of a file are far from real ones, which they are compared with."""
+    real = mpc(modes.shapes) if modes.n_modes and np.iscomplexobj(modes.shapes) else np.ones(modes.n_modes)
+    odd = np.flatnonzero(real < REAL)
+    if not odd.size:
+        return []
+    which = ", ".join(f"{plain(modes.freq[i])} Hz (MPC {plain(real[i], 2)})" for i in odd)
+    noun, verb = ("shapes", "are") if odd.size > 1 else ("shape", "is")
+    return [
+        f"the {noun} at {which} {verb} complex, and the nearest real one "
+        "is compared: local damping, neighbours not separated, channels that are late, or phases lost on the way"
+    ]
 
 
 def _of_responses(full: Recording, about: About, band: Band, too_slow: TooSlow) -> MeasuredModes | str:
