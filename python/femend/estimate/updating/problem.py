@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend.correlate import mac, pair_modes
 from femend.errors import UpdatingError
+from femend.estimate.updating.close_modes import reach
 from femend.estimate.updating.responses import Compared, Mates, Response
 from femend.estimate.updating.state import State, System
 from femend.estimate.updating.unknown import limits
@@ -54,7 +55,7 @@ class ModeTest:
         if freq.size < n:
             raise UpdatingError(f"{n} modes were measured and the model gives {freq.size}; ask it for more")
         if self.phi is None or self.by == "order":
-            return Mates(np.argsort(np.argsort(self.freq)), np.ones(n))
+            return Mates(np.argsort(np.argsort(self.freq)), np.ones(n), self.freq)
         there = np.isfinite(self.phi).all(axis=1)
         phi = state.value("phi")
         if phi.shape[0] != self.phi.shape[0]:
@@ -63,7 +64,7 @@ class ModeTest:
         mate, agreement = np.full(n, -1), np.zeros(n)
         for pair in found.pairs:
             mate[pair.a], agreement[pair.a] = pair.b, pair.agreement
-        return Mates(mate, agreement)
+        return Mates(mate, agreement, self.freq)
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,10 +237,10 @@ class Problem:
             pairs = None
             if c.test is not None and count is not None:
                 pairs = c.test.mates(state)
-                pairs = Mates(np.where(count, pairs.mate, -1), pairs.mac)
+                pairs = dataclasses.replace(pairs, mate=np.where(count, pairs.mate, -1))
             mates.append(pairs)
             if slopes:
-                state.need(0 if pairs is None else int(pairs.mate.max(initial=-1)) + 1)
+                state.need(0 if pairs is None else reach(pairs.mate, state.value("freq")))
             own = [r.compare(state, pairs, slopes) for r in c.responses]
             parts += own
             if slopes:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.errors import UpdatingError
+from femend.estimate.updating.close_modes import CloseMode, close_modes, mixed
 from femend.estimate.updating.state import State
 
 __all__ = [
@@ -29,15 +30,23 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Mates:
-    """Model mode `mate` (n_test,) of each test mode, -1 for none; `mac` (n_test,) of the pair."""
+    """Model mode `mate` (n_test,) of each test mode, -1 for none; `mac` (n_test,) of the pair; `freq` (n_test,) of the
+    test modes in Hz, None where they are not told and none of them count as close."""
 
     mate: NDArray[np.int64]
     mac: FloatArray
+    freq: FloatArray | None = None
 
     @property
     def test(self) -> NDArray[np.int64]:
         """Test modes that have a mate."""
         return np.flatnonzero(self.mate >= 0)
+
+    def close(self, state: State, n_sensors: int) -> tuple[tuple[CloseMode, ...], ...]:
+        """For each of `test` the modes of `state` that its shape at `n_sensors` may hold besides its mate's."""
+        if self.freq is None:
+            return ((),) * self.test.size
+        return close_modes(self.mate, self.freq, state.value("freq"), n_sensors)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +126,10 @@ class ShapeDifferences:
 
     The computed shape is scaled to the test shape: by weighted least squares (the modal scale factor), or, with
     `reference` (n_test,), so that both agree at that sensor (by row), which is then left out: the eigenvector
-    difference of Dong, Wang and co-workers. NaN marks a sensor that was not there. Raises UpdatingError for complex
-    shapes, sizes that do not fit and deviations that are not above 0.
+    difference of Dong, Wang and co-workers. NaN marks a sensor that was not there. Close modes (within 2 % in the test
+    or the model) are compared as one space, since their shapes are any mixture (`close_modes`), but with `reference`,
+    where shapes are single ones. Raises UpdatingError for complex shapes, sizes that do not fit and deviations that are
+    not above 0.
     """
 
     phi: FloatArray
@@ -146,9 +157,13 @@ class ShapeDifferences:
         pairs = needed(mates, self.name)
         phi = state.value("phi")
         d = state.slope("phi") if slopes else None
-        parts = [
-            self._one(int(t), phi[:, pairs.mate[t]], None if d is None else d[:, :, pairs.mate[t]]) for t in pairs.test
-        ]
+        parts = []
+        for t, close in zip(pairs.test, pairs.close(state, phi.shape[0]), strict=True):
+            mate = int(pairs.mate[t])
+            if close and self.reference is None:
+                parts.append(self._of_space(int(t), mate, close, state, slopes))
+            else:
+                parts.append(self._one(int(t), phi[:, mate], None if d is None else d[:, :, mate]))
         if not parts:
             return Compared(np.zeros(0), None if d is None else np.zeros((d.shape[0], 0)))
         return Compared(
@@ -170,23 +185,61 @@ class ShapeDifferences:
             return residual, ((a * dx - a / pivot * dx[:, [q]] * x) * w)[:, keep]
         y, x, w = y[there], x[there], w[there]
         dx = None if dx is None else dx[:, there]
-        xw, yw = x * w, y * w
-        norm = max(float(xw @ xw), np.finfo(float).tiny)
-        a = float(xw @ yw) / norm
-        residual = a * xw - yw
-        if dx is None:
-            return residual, None
-        dxw = dx * w
-        da = (dxw @ yw - 2 * a * (dxw @ xw)) / norm
+        return _scaled(x * w, y * w, None if dx is None else dx * w, None)
+
+    def _of_space(
+        self, t: int, mate: int, close: tuple[CloseMode, ...], state: State, slopes: bool
+    ) -> tuple[FloatArray, FloatArray | None]:
+        there = np.isfinite(self.phi[:, t])
+        return _beyond(self.phi[there, t], 1.0 / self.sd[there, t], there, mate, close, state, slopes)
+
+
+def _beyond(
+    y: FloatArray,
+    w: FloatArray,
+    there: NDArray[np.bool_],
+    mate: int,
+    close: tuple[CloseMode, ...],
+    state: State,
+    slopes: bool,
+) -> tuple[FloatArray, FloatArray | None]:
+    """What a measured shape `y` (n_there,) times `w` has beyond the mate's and what `close` modes may add to it, and
+    its derivatives (n_parameters, n_there)."""
+    modes = [mate, *(c.mode for c in close)]
+    vectors = np.vstack([y * w, state.value("phi")[there][:, modes].T * w])
+    if not slopes:
+        (yw, xw), _ = mixed(vectors, None, None, close)
+        return _scaled(xw, yw, None, None)
+    d = state.slope("phi")[:, there][:, :, modes].transpose(0, 2, 1) * w
+    df = state.slope("freq")
+    gaps = np.stack([c.ahead * df[:, c.mode] + c.behind * df[:, mate] for c in close], axis=1)
+    (yw, xw), both = mixed(vectors, np.concatenate([np.zeros_like(d[:, :1]), d], axis=1), gaps, close)
+    assert both is not None
+    return _scaled(xw, yw, both[:, 1], both[:, 0])
+
+
+def _scaled(
+    xw: FloatArray, yw: FloatArray, dxw: FloatArray | None, dyw: FloatArray | None
+) -> tuple[FloatArray, FloatArray | None]:
+    """a x - y with the factor a of least squares, and its derivatives; `dyw` is None for a y that does not change."""
+    norm = max(float(xw @ xw), np.finfo(float).tiny)
+    a = float(xw @ yw) / norm
+    residual = a * xw - yw
+    if dxw is None:
+        return residual, None
+    da = (dxw @ yw - 2 * a * (dxw @ xw)) / norm
+    if dyw is None:
         return residual, a * dxw + da[:, None] * xw
+    da = da + dyw @ xw / norm
+    return residual, a * dxw + da[:, None] * xw - dyw
 
 
 @dataclass(frozen=True, eq=False)
 class MacDifferences:
     """(1 - sqrt(MAC)) / sqrt(MAC) of shapes `phi` (n_sensors, n_test) over `sd` (n_test,) (Moller and Friberg 1998).
 
-    NaN marks a sensor that was not there, in all modes. Its derivative vanishes where the shapes agree, so it says
-    little near the answer: shape differences say more.
+    NaN marks a sensor that was not there, in all modes. Close modes are compared as one space, as shape differences
+    are. Its derivative vanishes where the shapes agree, so it says little near the answer: shape differences say more.
     """
 
     phi: FloatArray
@@ -205,12 +258,28 @@ class MacDifferences:
         y, x = self.phi[there][:, t], state.value("phi")[there][:, m]
         xx, yy, xy = (x * x).sum(0), (y * y).sum(0), (x * y).sum(0)
         root = np.maximum(np.abs(xy) / np.sqrt(np.maximum(xx * yy, 1e-300)), 1e-6)
-        residual = (1.0 / root - 1.0) / self.sd[t]
+        spaces = {k: c for k, c in enumerate(pairs.close(state, int(there.sum()))) if c}
         if not slopes:
-            return Compared(residual, None)
+            for k, close in spaces.items():
+                root[k] = self._of_space(int(t[k]), int(m[k]), close, state, False)[0]
+            return Compared((1.0 / root - 1.0) / self.sd[t], None)
         dx = state.slope("phi")[:, there][:, :, m]
         droot = root * ((dx * y).sum(1) / np.where(xy == 0, 1e-300, xy) - (dx * x).sum(1) / xx)
-        return Compared(residual, -droot / root**2 / self.sd[t])
+        for k, close in spaces.items():
+            root[k], droot[:, k] = self._of_space(int(t[k]), int(m[k]), close, state, True)
+        return Compared((1.0 / root - 1.0) / self.sd[t], -droot / root**2 / self.sd[t])
+
+    def _of_space(
+        self, t: int, mate: int, close: tuple[CloseMode, ...], state: State, slopes: bool
+    ) -> tuple[float, FloatArray]:
+        """Root of the share of a shape that its mate and what `close` modes may add explain, with its derivatives."""
+        there = np.asarray(np.isfinite(self.phi).all(axis=1))
+        y = self.phi[there, t]
+        w = np.full(y.size, 1.0 / (self.sd[t] * np.abs(y).max()))
+        beyond, d = _beyond(y, w, there, mate, close, state, slopes)
+        whole = float((y * w) @ (y * w))
+        root = np.sqrt(max(1.0 - float(beyond @ beyond) / whole, 1e-12))
+        return root, np.zeros(0) if d is None else -(d @ beyond) / whole / root
 
 
 @dataclass(frozen=True, eq=False)
