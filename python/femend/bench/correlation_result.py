@@ -10,6 +10,7 @@ import numpy as np
 from femend.analysis.tam import TamTable
 from femend.bench.compared import Compared
 from femend.bench.doubted import MEND_FIRST, TIME_FIRST, doubted_levels, doubted_sensors, doubted_times
+from femend.bench.doubted_frequencies import FREQUENCIES_FIRST, doubted_frequencies, far_pairs
 from femend.bench.measured import MeasuredModes
 from femend.bench.orthogonal import orthogonality_result
 from femend.bench.placed import Placed
@@ -30,6 +31,9 @@ def correlation_result(
     """The content of correlation.json; `tams` are the orthogonalities of what is `compared`, `runs` those of a
     rotor."""
     faults, times = doubted_sensors(compared), doubted_times(prepared, compared, runs)
+    factors = doubted_frequencies(compared)
+    first = "; ".join([*([TIME_FIRST] if times else []), *([FREQUENCIES_FIRST] if factors else [])])
+    warnings = [*prepared.warnings, *times, *factors, *far_pairs(compared), *faults, *doubted_levels(compared)]
     return {
         "format": FORMAT,
         "title": prepared.study.title,
@@ -39,10 +43,8 @@ def correlation_result(
             for c, t in zip(compared, tams, strict=True)
         ],
         "runs": [run_result(r) for r in runs],
-        "warnings": [*prepared.warnings, *times, *faults, *doubted_levels(compared), *(r.why for r in runs if r.why)],
-        "advice": "; ".join(
-            filter(None, [TIME_FIRST if times else "", _advice(compared, faults), *(run_advice(r) for r in runs)])
-        ),
+        "warnings": [*warnings, *(r.why for r in runs if r.why)],
+        "advice": "; ".join(filter(None, [first, _advice(compared, faults), *(run_advice(r) for r in runs)])),
     }
 
 

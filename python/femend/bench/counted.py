@@ -101,7 +101,10 @@ def counted_modes(prepared: Prepared, before: Sequence[Compared]) -> tuple[Count
             f"no measured mode counts: {said}; check sensors, directions and supports (`femend correlate`), or name "
             "modes in [updating]"
         )
-    return tuple(c for c in found if c.freq.size)
+    kept = [c for c in found if c.freq.size]
+    # what a recording lost all of its modes by is told with the others
+    lost = tuple(text for c in found if not c.freq.size for text in c.left_out)
+    return (replace(kept[0], left_out=(*kept[0].left_out, *lost)), *kept[1:])
 
 
 def _groups(fit: Sequence[MeasuredModes]) -> list[list[MeasuredModes]]:

@@ -51,15 +51,11 @@ def update_page(run: UpdateRun, info: dict[str, Any], files: Sequence[str]) -> P
     if held:
         b, a = (percent(_mean(held, k, "freq_error"), sign=False) for k in ("before", "after"))
         facts.append(Fact("Held out", f"{b} → {a}", "mean frequency error of recordings that had no part"))
-    head = f"{len(result['parameters'])} parameters updated"
-    if np.isfinite(after):
-        met = f"{percent(after, sign=False)}, before to {percent(before, sign=False)}"
-        head += f": measured frequencies are met to {met}"
     return Page(
         study.title,
         "femend update",
-        head,
-        (result["status"], BADGES[result["status"]]),
+        _headline(result),
+        _badge(result),
         facts,
         sentence(result["advice"]),
         [sentence(w) for w in result["warnings"]],
@@ -76,6 +72,25 @@ def update_page(run: UpdateRun, info: dict[str, Any], files: Sequence[str]) -> P
         info,
         files,
     )
+
+
+def _headline(result: dict[str, Any]) -> str:
+    """How many parameters were updated on how many of the measured modes, and how these are met."""
+    n, counted, measured = len(result["parameters"]), result["modes"]["counted"], result["modes"]["measured"]
+    head = f"{n} parameter{'s' * (n > 1)} updated"
+    before, after = result["fit"]["freq_error"]["before"], result["fit"]["freq_error"]["after"]
+    if not np.isfinite(after):
+        return head
+    met = f"met to {percent(after, sign=False)}, before to {percent(before, sign=False)}"
+    if counted < measured:
+        return f"{head} on {counted} of {measured} measured modes, whose frequencies are {met}"
+    return f"{head}: measured frequencies are {met}"
+
+
+def _badge(result: dict[str, Any]) -> tuple[str, str]:
+    """The status; what is doubtful as a whole is not green, however well the search went."""
+    colour = BADGES[result["status"]]
+    return result["status"], "warn" if result["doubtful"] and colour == "good" else colour
 
 
 def _mean(recordings: Sequence[dict[str, Any]], when: str, key: str) -> float:

@@ -11,12 +11,14 @@ from femend.bench.compared import Compared
 from femend.bench.correlation_result import comparison_result, placed_result
 from femend.bench.counted import Counted
 from femend.bench.doubted import MEND_FIRST, TIME_FIRST, doubted_levels, doubted_sensors, doubted_times
+from femend.bench.doubted_frequencies import FREQUENCIES_FIRST, doubted_frequencies, far_pairs
 from femend.bench.drawn import Drawn
+from femend.bench.left import Unmet, what_is_left
 from femend.bench.starts import Starts
 from femend.bench.surface_start import SurfaceStart
+from femend.bench.update_advice import MODAL, few_modes, mesh_advice, update_advice
 from femend.correlate import match_frfs
 from femend.estimate.updating import Sensitivity, UpdatedDeck, UpdateResult
-from femend.study.bench_settings import UpdatingSettings
 
 if TYPE_CHECKING:
     from femend.bench.correlate import Prepared
@@ -24,12 +26,6 @@ if TYPE_CHECKING:
 __all__ = ["FORMAT", "update_result"]
 
 FORMAT = "femend-update/1"
-# a held-out recording is met worse when its error grows by more than this share
-WORSE = 0.02
-# rms of what is left, in deviations, from which it is told that they do not explain it
-LEFT = 3.0
-# a frequency so many times freq_sd off is told by itself
-FREQ_LEFT = 5.0
 
 
 def update_result(
@@ -45,32 +41,26 @@ def update_result(
     surface: SurfaceStart | None = None,
 ) -> dict[str, Any]:
     """The content of updating.json."""
-    settings = prepared.study.updating
     recordings = [_recording(b, a) for b, a in zip(before, after, strict=True)]
-    faults, times = doubted_sensors(before), doubted_times(prepared, before)
-    warnings = [*prepared.warnings, *times, *faults, *doubted_levels(before, of_all=True)]
-    warnings += [text for c in counted for text in c.left_out]
-    warnings += [text for one in (surface, starts) if one is not None for text in one.warnings()]
-    more = [text for one in (surface, starts, drawn) if one is not None for text in one.advice()]
+    unmet = what_is_left(found, counted)
+    more = [one for one in (surface, starts, drawn) if one is not None]
+    advice = [
+        *update_advice(found, told, recordings, unmet),
+        *([mesh_advice(prepared, counted)] if unmet.off else []),
+        *(text for one in more for text in one.advice()),
+    ]
+    warnings = [text for one in (surface, starts) if one is not None for text in one.warnings()]
     warnings += deck.warnings
     return {
         "format": FORMAT,
         "title": prepared.study.title,
         "status": found.status,
-        "advice": "; ".join(
-            [
-                *([TIME_FIRST] if times else []),
-                *([MEND_FIRST] if faults else []),
-                *_advice(found, told, recordings),
-                *_frequencies_left(found, settings),
-                *more,
-            ]
-        ),
+        **_said(prepared, counted, before, advice, warnings),
         "iterations": len(found.history) - 1,
         "cost": {"before": found.before.cost, "after": found.after.cost},
         "squares": {"before": found.before.squares, "after": found.after.squares, "values": found.after.n_values},
         "log_evidence": found.log_evidence,
-        "parameters": _parameters(prepared, told, found),
+        "parameters": _parameters(prepared, told, found, unmet),
         "correlation_of_estimates": _correlation(found.covariance),
         "not_told_apart": [
             {"condition": c.condition, "parameters": list(c.names), "weights": list(c.weights)} for c in told.collinear
@@ -80,14 +70,44 @@ def update_result(
         "starts": None if starts is None else starts.as_dict(),
         "posterior": None if drawn is None else drawn.as_dict(),
         "fit": _fit(found),
-        "responses": list(settings.responses),
+        "left": unmet.as_list(),
+        "responses": list(prepared.study.updating.responses),
         "counted": [_counted(c) for c in counted],
         "recordings": recordings,
         "history": [
             {"cost": i.cost, "squares": i.squares, "radius": i.radius, "notes": list(i.notes)} for i in found.history
         ],
         "sensors": placed_result(prepared.placed),
-        "warnings": list(dict.fromkeys(warnings)),
+    }
+
+
+def _said(
+    prepared: Prepared,
+    counted: Sequence[Counted],
+    before: Sequence[Compared],
+    advice: Sequence[str],
+    warnings: Sequence[str],
+) -> dict[str, Any]:
+    """How many modes count, whether the update is `doubtful` as a whole, and all advice and warnings: those of the
+    measurement first, then those of what was found."""
+    n_counted = sum(c.freq.size for c in counted)
+    measured = n_counted + sum(len(c.left_out) for c in counted)
+    few = few_modes(n_counted, measured) if MODAL & set(prepared.study.updating.responses) else []
+    faults, times, factors = doubted_sensors(before), doubted_times(prepared, before), doubted_frequencies(before)
+    first = [
+        *few,
+        *([TIME_FIRST] if times else []),
+        *([FREQUENCIES_FIRST] if factors else []),
+        *([MEND_FIRST] if faults else []),
+    ]
+    told = [*prepared.warnings, *times, *factors, *faults, *doubted_levels(before, of_all=True)]
+    told += far_pairs([b for b in before if b.measured.role == "validate"])
+    told += [text for c in counted for text in c.left_out]
+    return {
+        "doubtful": bool(few or times or factors),
+        "modes": {"measured": measured, "counted": n_counted},
+        "advice": "; ".join(text for text in [*first, *advice] if text),
+        "warnings": list(dict.fromkeys([*told, *warnings])),
     }
 
 
@@ -108,7 +128,7 @@ def _fit(found: UpdateResult) -> dict[str, Any]:
     }
 
 
-def _parameters(prepared: Prepared, told: Sensitivity, found: UpdateResult) -> dict[str, Any]:
+def _parameters(prepared: Prepared, told: Sensitivity, found: UpdateResult, unmet: Unmet) -> dict[str, Any]:
     """Every unknown; those of the deck have a factor, positions and damping have a value."""
     determined = set(found.determined())
     units = {u.name: u.unit for u in found.problem.unknowns.items}
@@ -122,6 +142,7 @@ def _parameters(prepared: Prepared, told: Sensitivity, found: UpdateResult) -> d
         out[row.name] = {
             **kind,
             "sd": row.sd,
+            "widened_sd": row.sd * unmet.widened[row.name],
             "before": row.before,
             "prior_sd": prior.get(row.name),
             "moved_by_prior_sd": row.z,
@@ -196,59 +217,3 @@ def _summary(c: Compared) -> dict[str, Any]:
             "frf_error_db": float(np.sqrt(np.mean(db**2))),
         }
     return found
-
-
-def _left(found: UpdateResult) -> float:
-    """Rms of what is left, in deviations."""
-    return float(np.sqrt(found.after.squares / max(found.after.n_values, 1)))
-
-
-def _frequencies_left(found: UpdateResult, settings: UpdatingSettings) -> list[str]:
-    """Frequencies that stay far off though shapes, which are known less well and are more, keep the mean down."""
-    if "frequencies" not in settings.responses or _left(found) > LEFT:
-        return []  # the latter is told of all
-    off = [(abs(r.freq_after / r.freq - 1), r) for r in found.modes() if np.isfinite(r.freq_after)]
-    worst, row = max(off, key=lambda pair: pair[0], default=(0.0, None))
-    if row is None or worst <= FREQ_LEFT * settings.freq_sd:
-        return []
-    times = worst / settings.freq_sd
-    return [
-        f"mode {row.mode} of {row.configuration} stays {100 * worst:.2f} % off in frequency, {times:.0f} times "
-        "freq_sd: the parameters do not meet the frequencies together; is another part uncertain too, or does the "
-        "model lack something (`femend diagnose` looks for it)?"
-    ]
-
-
-def _advice(found: UpdateResult, told: Sensitivity, recordings: Sequence[dict[str, Any]]) -> list[str]:
-    said = [found.advice] if found.advice else []
-    left = _left(found)
-    if left > LEFT:
-        said.append(
-            f"what is left is {left:.1f} times the deviations on average: these are too tight ([updating] freq_sd, "
-            "shape_sd ...), modes are paired wrongly, or the model lacks something (`femend diagnose` looks for it); "
-            "the parameters are less sure than their deviations say"
-        )
-    lost = found.unpaired()
-    if lost:
-        modes = ", ".join(f"{c} {n}" for c, n in lost[:6])
-        said.append(f"measured modes without a mate of the asked MAC at the end: {modes}")
-    far = found.left_prior()
-    if far:
-        said.append(
-            f"{', '.join(far)} moved further than two prior deviations: is the prior right, or do they make up for "
-            "something the model lacks?"
-        )
-    groups = [" and ".join(c.names) for c in told.collinear]
-    if groups:
-        said.append(f"the data tell only combinations of {'; '.join(groups)}: join them, or measure more")
-    if told.insensitive:
-        said.append(f"the data hardly see {', '.join(told.insensitive)}, which stay at their prior")
-    for r in recordings:
-        b, a = r["before"]["freq_error"], r["after"]["freq_error"]
-        if r["role"] == "validate" and np.isfinite([a, b]).all() and a > b + WORSE * max(b, 1e-6) and a > 1e-3:
-            said.insert(
-                0,
-                f"the held-out recording {r['recording']!r} is met worse than before ({100 * b:.2f} % to {100 * a:.2f} "
-                "% of its frequencies): do not use the update without finding out why",
-            )
-    return said

@@ -76,6 +76,9 @@ def update_text(result: dict[str, Any]) -> str:
     """An update: status, parameters, modes before and after, and what to do."""
     cost = result["cost"]
     costs = f"cost {number(cost['before'])} -> {number(cost['after'])}"
+    modes = result["modes"]
+    if modes["counted"] < modes["measured"]:
+        costs += f"; {modes['counted']} of {modes['measured']} measured modes count{'s' * (modes['counted'] == 1)}"
     parts = [f"{result['status']} after {result['iterations']} steps, {costs}", ""]
     rows = []
     for name, p in result["parameters"].items():

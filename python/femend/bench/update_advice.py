@@ -1,0 +1,90 @@
+"""What is to be done after an update, as its page and updating.json say it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from femend.bench.counted import Counted
+from femend.bench.left import Unmet
+from femend.estimate.updating import Sensitivity, UpdateResult
+from femend.model import affordable_refinement
+from femend.numerals import plain
+
+if TYPE_CHECKING:
+    from femend.bench.correlate import Prepared
+
+__all__ = ["MODAL", "few_modes", "mesh_advice", "update_advice"]
+
+# responses that are of modes
+MODAL = frozenset({"frequencies", "shapes", "mac", "damping"})
+# of the measured modes less than this share counts: the update is not one of the test
+FEW = 0.5
+# a held-out recording is met worse when its error grows by more than this share
+WORSE = 0.02
+
+
+def few_modes(counted: int, measured: int) -> list[str]:
+    """That less than half of the measured modes count, where that is so."""
+    if counted >= FEW * measured:
+        return []
+    return [
+        f"only {counted} of {measured} measured modes count{'s' * (counted == 1)}: what was found is told by these "
+        "alone, and may be chance; find out first why the others do not (`femend correlate`: sensors and their "
+        "directions, units of the frequencies, supports)"
+    ]
+
+
+def mesh_advice(prepared: Prepared, counted: Sequence[Counted]) -> str:
+    """How far the deck's own mesh puts frequencies off, where that is told cheaply and is more than `freq_sd`; ""
+    otherwise."""
+    counting = [c for c in counted if c.freq.size]
+    if not counting:
+        return ""
+    first = counting[0]
+    finer = affordable_refinement(prepared.models.of(first.configuration), float(first.freq.max()))
+    if finer is None or finer.mesh_error is None:
+        return ""
+    error = finer.mesh_error
+    worst = int(np.nanargmax(np.abs(error.error)))
+    off = float(error.error[worst])
+    if abs(off) <= prepared.study.updating.freq_sd:
+        return ""
+    return (
+        f"the deck's own mesh puts frequencies up to {plain(100 * off, 2, signed=True)} % off "
+        f"({plain(error.freq[worst])} Hz, {plain(error.converged[worst])} Hz refined; `femend.mesh_error`), which "
+        "parameters make up for if they can: refine it before the update"
+    )
+
+
+def update_advice(
+    found: UpdateResult, told: Sensitivity, recordings: Sequence[dict[str, Any]], unmet: Unmet
+) -> list[str]:
+    """What the search, what it left `unmet`, parameters and held-out recordings ask for."""
+    said = [text for text in (found.advice, unmet.text(found)) if text]
+    lost = found.unpaired()
+    if lost:
+        modes = ", ".join(f"{c} {n}" for c, n in lost[:6])
+        said.append(f"measured modes without a mate of the asked MAC at the end: {modes}")
+    far = found.left_prior()
+    if far:
+        said.append(
+            f"{', '.join(far)} moved further than two prior deviations: is the prior right, or do they make up for "
+            "something the model lacks?"
+        )
+    groups = [" and ".join(c.names) for c in told.collinear]
+    if groups:
+        said.append(f"the data tell only combinations of {'; '.join(groups)}: join them, or measure more")
+    if told.insensitive:
+        said.append(f"the data hardly see {', '.join(told.insensitive)}, which stay at their prior")
+    for r in recordings:
+        b, a = r["before"]["freq_error"], r["after"]["freq_error"]
+        if r["role"] == "validate" and np.isfinite([a, b]).all() and a > b + WORSE * max(b, 1e-6) and a > 1e-3:
+            said.insert(
+                0,
+                f"the held-out recording {r['recording']!r} is met worse than before ({100 * b:.2f} % to {100 * a:.2f} "
+                "% of its frequencies): do not use the update without finding out why",
+            )
+    return said

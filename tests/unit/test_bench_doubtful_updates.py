@@ -1,0 +1,117 @@
+"""Updates that say less than they seem to: of few modes, with frequencies off by one factor or some that stay unmet."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femend import Dof, correlate_study, model_modes, read_model, update_study
+from femend.bench import UpdateRun
+from femend.bench.page import render_page
+from femend.bench.update_content import update_page
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from bench_study import RECORDINGS, SENSORS, TRUE_E, study_text, write_modes, write_study
+from small_study import deck
+
+DOFS = tuple(Dof(n, 3) for n in SENSORS)
+
+
+def study(folder: Path, factor: float = 1.0, odd: int = 0) -> Path:
+    """Modes of the true beam at frequencies times a `factor`, and `odd` ones that are none of its."""
+    (folder / "model.bdf").write_text(deck(TRUE_E))
+    modes = model_modes(read_model(folder / "model.bdf"), n_modes=3)
+    phi = modes.phi[[modes.dofs.index(d) for d in DOFS]]
+    (folder / "model.bdf").write_text(deck())
+    jagged = [np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0]) for _ in range(odd)]
+    freq = np.array([*modes.freq * factor, *(modes.freq[0] * factor * (0.2 + 0.1 * np.arange(odd)))])
+    write_modes(folder / "tip.uff", freq, np.column_stack([phi, *jagged]), DOFS)
+    path = folder / "study.toml"
+    path.write_text(study_text(RECORDINGS[:1], ""))
+    return path
+
+
+def page(run: UpdateRun) -> tuple[str, str]:
+    """Headline and colour of the badge."""
+    made = update_page(run, {}, ())
+    return made.headline, made.badge[1]
+
+
+def test_an_update_on_few_of_the_measured_modes_is_not_green(tmp_path: Path) -> None:
+    run = update_study(study(tmp_path, odd=4))
+    assert run.result["modes"] == {"measured": 7, "counted": 3}
+    assert run.result["advice"].startswith("only 3 of 7 measured modes count: what was found is told by these alone")
+    assert run.result["status"] == "converged"
+    assert run.result["doubtful"]
+    head, colour = page(run)
+    assert "on 3 of 7 measured modes, whose frequencies are met to" in head
+    assert colour == "warn"
+    assert "; 3 of 7 measured modes count" in repr(run)
+
+
+def test_all_modes_counting_are_told_as_before(tmp_path: Path) -> None:
+    run = update_study(study(tmp_path))
+    assert not run.result["doubtful"]
+    head, colour = page(run)
+    assert "parameters updated: measured frequencies are met to" in head
+    assert colour == "good"
+    assert run.result["advice"] == ""
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [
+        (2 * np.pi, "about 2 pi: they look like rad/s"),
+        (1 / 60.0, "about 1/60"),
+        (1 / (2 * np.pi), "about 1/(2 pi)"),
+        (4.0, "check units, modulus, density"),
+    ],
+)
+def test_frequencies_that_are_all_off_by_one_factor_are_told(factor: float, said: str, tmp_path: Path) -> None:
+    """A data set 55 in rad/s, for one: shapes are right, and no parameter makes up for a factor of six."""
+    found = correlate_study(study(tmp_path, factor)).result
+    told = [w for w in found["warnings"] if said in w]
+    assert len(told) == 1, found["warnings"]
+    assert told[0].startswith("recording 'tip': 3 of 3 measured modes have the model's shapes at ")
+    assert found["advice"].startswith("mend the frequencies that are all off by one factor first")
+    assert not any("hardly are one mode" in w for w in found["warnings"])
+
+
+def test_one_pair_far_apart_is_told(tmp_path: Path) -> None:
+    path = study(tmp_path)
+    modes = model_modes(read_model(tmp_path / "model.bdf"), n_modes=3)
+    phi = modes.phi[[modes.dofs.index(d) for d in DOFS]]
+    write_modes(tmp_path / "tip.uff", modes.freq * np.array([1.0, 0.5, 1.0]), phi, DOFS)
+    told = [w for w in correlate_study(path).result["warnings"] if "hardly are one mode" in w]
+    assert len(told) == 1
+    assert "is paired with the model's mode 2" in told[0]
+    assert "+100 % off" in told[0]
+
+
+def test_frequencies_that_stay_unmet_are_told_beside_shapes_that_are_met(tmp_path: Path) -> None:
+    """Each kind by itself, with what that makes of the parameters' deviations."""
+    path = write_study(tmp_path)
+    text = (tmp_path / "model.bdf").read_text()
+    (tmp_path / "model.bdf").write_text(text.replace("CONM2,100,9,,0.1", "CONM2,100,9,,0.035"))
+    found = update_study(path).result
+    frequencies, shapes = found["left"]
+    assert (frequencies["response"], frequencies["values"], frequencies["off"]) == ("frequencies", 3, True)
+    assert (shapes["response"], shapes["off"]) == ("shapes", False)
+    assert "frequencies of tip are left 5.1 times their deviations off (rms of 3, mode 3 by 6.8" in found["advice"]
+    assert "the parameters' deviations are too narrow, about 8.8 times as wide" in found["advice"]
+    for p in found["parameters"].values():
+        assert 5 * p["sd"] < p["widened_sd"] < 10 * p["sd"]
+
+
+def test_what_is_met_widens_nothing(tmp_path: Path) -> None:
+    run = update_study(study(tmp_path))
+    assert not any(k["off"] for k in run.result["left"])
+    assert all(p["widened_sd"] == pytest.approx(p["sd"]) for p in run.result["parameters"].values())
+
+
+def test_the_page_can_be_written(tmp_path: Path) -> None:
+    run = update_study(study(tmp_path, odd=4))
+    assert "on 3 of 7 measured modes" in render_page(update_page(run, {}, ()))
