@@ -16,6 +16,9 @@ __all__ = ["design", "prior_quantiles"]
 FloatArray = NDArray[np.float64]
 # a prior without bounds is covered to this many deviations
 COVERED = 2.0
+# of the way from the mean to a lower limit that is the only one, this share is left between it and the points: with
+# next to no stiffness modes are others
+KEPT = 0.05
 
 
 def design(unknowns: Unknowns, n: int, *, over: Literal["bounds", "prior"] = "bounds", seed: int = 0) -> FloatArray:
@@ -39,8 +42,9 @@ def design(unknowns: Unknowns, n: int, *, over: Literal["bounds", "prior"] = "bo
 def _ends(unknowns: Unknowns) -> tuple[FloatArray, FloatArray]:
     lower, upper = limits(unknowns)
     sd = np.array([u.sd for u in unknowns.items])
-    low = np.where(np.isfinite(lower), lower, unknowns.mean - COVERED * sd)
     high = np.where(np.isfinite(upper), upper, unknowns.mean + COVERED * sd)
+    least = np.maximum(unknowns.mean - COVERED * sd, (1 - KEPT) * lower + KEPT * unknowns.mean)
+    low = np.where(np.isfinite(lower) & np.isfinite(upper), lower, least)
     # a positive unknown with a lower bound of 0 has no lower end of its logarithm
     bad = ~(np.isfinite(low) & np.isfinite(high))
     if bad.any():

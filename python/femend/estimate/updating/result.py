@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from femend.correlate import mac
 from femend.estimate.updating.history import Iteration
 from femend.estimate.updating.problem import Evaluation, Problem
-from femend.estimate.updating.unknown import limits
+from femend.estimate.updating.unknown import LEAST_FACTOR, limits
 from femend.numerals import plain
 
 __all__ = ["ModeRow", "ParameterRow", "Status", "UpdateResult"]
@@ -74,7 +74,22 @@ class UpdateResult:
     def advice(self) -> str:
         """What the status asks for, "" if nothing; where the model failed on the last step, how."""
         failed = [n for n in self.history[-1].notes if n.startswith("no ")] if self.status == "stalled" else []
-        return "; ".join([ADVICE[self.status], *failed[-1:]])
+        gone = self._gone()
+        held = (
+            [
+                f"{', '.join(gone)} ran to 0 and {'are' if len(gone) > 1 else 'is'} held at {LEAST_FACTOR:g}: does it "
+                "make up for something else that is too stiff or too heavy, or is there nothing of it? give bounds, or "
+                "leave it out"
+            ]
+            if gone
+            else []
+        )
+        return "; ".join(text for text in [ADVICE[self.status], *held, *failed[-1:]] if text)
+
+    def _gone(self) -> list[str]:
+        """Factors that stand at the least that a factor may be."""
+        items = zip(self.problem.unknowns.items, self.at_bound, self.p, strict=True)
+        return [u.name for u, at, p in items if at and u.bounds == (LEAST_FACTOR, np.inf) and u.value(p) < 1]
 
     @property
     def p(self) -> FloatArray:

@@ -12,9 +12,12 @@ from femend.errors import UpdatingError
 from femend.model import Model, Morph, Parameter
 from femend.model.unknowns import Unknown, Unknowns
 
-__all__ = ["amplitude", "factor", "factors_of", "limits", "smooth", "spans", "unknowns_of"]
+__all__ = ["LEAST_FACTOR", "amplitude", "factor", "factors_of", "limits", "smooth", "spans", "unknowns_of"]
 
 FloatArray = NDArray[np.float64]
+
+# a stiffness or mass is above 0; with a thousandth of it, it has no part in what is measured
+LEAST_FACTOR = 1e-3
 
 
 def factor(
@@ -22,8 +25,9 @@ def factor(
 ) -> Unknown:
     """A factor around 1 with the relative 1-sigma `sd` (infinite: no prior) and `bounds` on the factor.
 
-    A `logarithmic` factor stays positive, and `sd` is that of its logarithm: for values of which only the order of
-    magnitude is known. Raises UpdatingError for an `sd` that is not above 0.
+    Without bounds it is kept at a thousandth or more, since stiffness and mass are above 0. A `logarithmic` factor has
+    no such limit and stays positive, and `sd` is that of its logarithm: for values of which only the order of magnitude
+    is known. Raises UpdatingError for an `sd` that is not above 0.
 
     >>> factor("E", 0.05, (0.8, 1.2)).value(1.1)
     1.1
@@ -32,12 +36,17 @@ def factor(
         raise UpdatingError(f"the prior of {name!r} has a standard deviation of {sd:g}; it takes one above 0")
     if logarithmic:
         return Unknown(name, 1.0, True, 0.0, sd, bounds=bounds)
-    return Unknown(name, 1.0, False, 1.0, sd, bounds=bounds)
+    return Unknown(name, 1.0, False, 1.0, sd, bounds=bounds or (LEAST_FACTOR, np.inf))
 
 
 def factors_of(parameters: Iterable[Parameter]) -> Unknowns:
-    """One factor for each of a deck's `parameters`, with the prior and bounds it was declared with."""
-    return Unknowns.of([factor(p.name, p.prior_sd, p.bounds) for p in parameters])
+    """One factor for each of a deck's `parameters`, with the prior and bounds it was declared with; a lower bound of 0,
+    at which a deck cannot be solved, is taken to be a thousandth."""
+    found = []
+    for p in parameters:
+        bounds = None if p.bounds is None else (p.bounds[0] or min(LEAST_FACTOR, 0.5 * p.bounds[1]), p.bounds[1])
+        found.append(factor(p.name, p.prior_sd, bounds))
+    return Unknowns.of(found)
 
 
 def amplitude(morph: Morph) -> Unknown:
