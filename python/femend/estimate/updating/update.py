@@ -25,6 +25,9 @@ Active = tuple[NDArray[np.bool_] | None, ...]
 # usual constants of a trust region (Nocedal and Wright, Numerical Optimization, algorithm 4.1)
 ACCEPT, POOR, GOOD = 1e-4, 0.25, 0.75
 SMALLEST_RADIUS = 1e-8
+# a promised decrease of the cost below which no step need be found: it moves no unknown by more than a hundredth of its
+# deviation, and trial points of large models differ by as much from rounding
+SETTLED = 1e-4
 
 
 @dataclass
@@ -57,7 +60,8 @@ def update(
     is a box of `radius` spans (`spans`); it is taken when it lowers the cost. After each the modes are paired anew, and
     measured modes that have found a mate join. The search ends when the linearised problem promises less than
     `tolerance`^2 of the cost or a step of less than `tolerance` spans ("converged", "at bound" with unknowns at their
-    limits), when no step lowers the cost ("stalled"), after `iterations` ("limit"), or when `stop` of an iteration is
+    limits), when no step lowers the cost ("stalled"; "converged" where less than 1e-4 is promised, a hundredth of the
+    unknowns' deviations), after `iterations` ("limit"), or when `stop` of an iteration is
     True ("stopped").
 
     `history` is a file that keeps every iteration; with `resume` the search goes on from it where it exists. A point at
@@ -182,6 +186,9 @@ def _advance(
                 search.radius = 0.25 * length
                 continue
             return None
+    # a minimum beside which costs are rounding, or where modes part, lets no step pass either
+    if not notes and best_step(residual, jacobian, lower - here.p, upper - here.p, scale)[1] <= SETTLED:
+        return "converged"
     # what stood in the way would be lost with the step that was not taken
     last = search.iterations[-1]
     search.iterations[-1] = replace(last, notes=(*last.notes, *dict.fromkeys(notes)))
