@@ -72,7 +72,7 @@ def _close(j: int, own: int, freq: FloatArray, free: float) -> CloseMode:
 
 
 def reach(mate: NDArray[np.int64], freq: FloatArray) -> int:
-    """How many of the lowest modes hold all mates (n_test,) and those close to them in `freq` (n_modes,)."""
+    """How many of the lowest modes hold all of `mate` (n_test,), and those close to them in `freq` (n_modes,)."""
     mates = mate[mate >= 0]
     if not mates.size:
         return 0
@@ -87,8 +87,8 @@ def mixed(
     (n_parameters, 2, n) where `slopes` are given.
 
     Rows of `vectors` (2 + n_close, n), all over the deviations of the sensors, are the measured shape, the mate and the
-    close modes; `slopes` (n_parameters, 2 + n_close, n) their derivatives, `gaps` (n_parameters, n_close) those of the
-    gaps.
+    close modes; `slopes` (n_parameters, 2 + n_close, n) are their derivatives, `gaps` (n_parameters, n_close) those of
+    the gaps.
     """
     z = vectors.copy()
     first = d = slopes
