@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from femend.bench.compared import Compared
+from femend.bench.compared import OFF, Compared
 from femend.bench.measured import ALONE
 from femend.correlate.tables import ModeRow
 from femend.numerals import plain
@@ -14,8 +14,6 @@ from femend.numerals import plain
 __all__ = ["FREQUENCIES_FIRST", "doubted_frequencies", "far_pairs"]
 
 FREQUENCIES_FIRST = "mend the frequencies that are all off by one factor first: parameters cannot make up for it"
-# frequencies that are off by this factor, or its inverse, are not those of a model that is only somewhat wrong
-OFF = 1.5
 # ratios nearer than this to their median, as logarithms, are one factor: a model before its update is off by as much
 ONE = 0.2
 # pairs that have to tell a factor, and the share of all of them
