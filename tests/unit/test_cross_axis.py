@@ -449,5 +449,6 @@ def test_masses_are_sought_from_afar_where_no_force_in_one_direction_explains(
     opened = [at for one in located for at in [linear_at(given, one, False)[1]] if at is not None]
     # both directions are of one node
     masses = [t.candidate for t in masses_from_afar(given, located, opened)]
-    assert [round(c.values["m"], 3) for c in masses] == ([0.1] if missing else [])
+    # the beams' own error, which this record has and a structure has not, is taken off
+    assert [c.values["m"] for c in masses] == pytest.approx([0.1] if missing else [], rel=0.02)
     assert all(c.chosen < 1.2 and c.prior < 20 for c in masses)

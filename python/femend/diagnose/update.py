@@ -97,9 +97,7 @@ def update_model(
     given = modelled(model, records, zeta)
     tell("update the parameters")
     start = _updated(*given)
-    own = _on_its_own_mesh(start, records, zeta)
-    if own is not None:
-        return own
+    start = _on_its_own_mesh(start, records, zeta) or start
     crossing = start.crossing if _by_sensors(start) else None
     return crossing if crossing is not None and _explains(crossing.null, start.null) else start
 
