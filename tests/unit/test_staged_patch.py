@@ -18,6 +18,7 @@ DECK = """BEGIN BULK
 GRID,1,,0.,0.,0.
 GRID,2,,0.,0.,.1
 CBUSH,9,9,1,2,,,,0
+CBUSH,10,9,1,2,,,,0
 {bush}
 SPC1,1,123456,1
 CONM2,7,2,,1.5

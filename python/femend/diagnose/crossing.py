@@ -9,6 +9,7 @@ import numpy as np
 
 from femend.diagnose.known_force import forces_beside
 from femend.diagnose.locate import FINAL_LINES, Located, grounded, hypothesis_of, locate, refitted
+from femend.diagnose.sensed import sensed_places
 from femend.diagnose.update import AT_NOISE, CLEARLY, UpdatedModel, sensors_in_doubt
 from femend.estimate import Fit
 from femend.model import Place
@@ -51,8 +52,12 @@ def _in_all_directions(start: UpdatedModel, located: Sequence[Located]) -> list[
     them, so that the fits begin from afar."""
     model, problem = start.reduced.model, start.problem.sparing(FINAL_LINES)
     least = min(len(r.y) for r in problem.records)
-    chosen = [(mass_place(model, one.place.nodes[0]), one.fit.p) for one in grounded(located)]
-    chosen = [(place, p) for place, p in chosen if 1 < place.n_w < least]
+    chosen = [
+        (place, one.fit.p)
+        for one in grounded(located)
+        for place in sensed_places(problem, start.reduced, [mass_place(model, one.place.nodes[0])])
+        if 1 < place.n_w < least
+    ]
     mean, none = problem.prior(start.reduced)[0], np.zeros(0)
     fits = [problem.continuation(hypothesis_of(place, start.reduced), [(mean, none), (p, none)]) for place, p in chosen]
     return [fit for fit in fits if fit is not None]

@@ -25,6 +25,7 @@ from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.pairs import Searched
 from femend.diagnose.ranked import Ranked, tempered, told_simply
 from femend.diagnose.second import hidden_by_each_other, look_further
+from femend.diagnose.sensed import sensed_places
 from femend.diagnose.settings import Settings
 from femend.diagnose.shares import unclear
 from femend.diagnose.so_far import SoFar
@@ -59,7 +60,7 @@ def diagnose_records(
     tell = progress or SilentProgress()
     start = so_far.start = update_model(model, records, zeta, tell.start)
     tell.start("list the places")
-    places = find_places(start.reduced.model)
+    places = sensed_places(start.problem, start.reduced, find_places(start.reduced.model))
     tell.start("locate what is missing", len(places))
     located = locate(start.problem, start.reduced, places, start.null)
     quieter = quieter_records(start.problem, located)

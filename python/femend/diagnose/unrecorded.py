@@ -24,6 +24,7 @@ from femend.diagnose.locate import Located, hypothesis_of, locate, refitted, squ
 from femend.diagnose.noise import quieter_records
 from femend.diagnose.nonlinear import simulate_candidate
 from femend.diagnose.screen import is_many
+from femend.diagnose.sensed import sensed_places
 from femend.diagnose.settings import Settings
 from femend.diagnose.update import UpdatedModel, modelled, updated_by
 from femend.errors import RecordingError
@@ -93,7 +94,7 @@ def locate_drive(
         )
     tell.start("reduce the model")
     bare, reduced, problem = modelled(model, records, zeta)
-    places = find_places(bare)
+    places = sensed_places(problem, reduced, find_places(bare))
     drives = [place for place in places if place.kind == "ground" and place.n_w == 1]
     tell.start("locate the drive", len(drives))
     (resting,) = problem.fit([Hypothesis(reduced, np.zeros((0, reduced.r)))], iterations=0)
