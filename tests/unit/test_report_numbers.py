@@ -244,6 +244,9 @@ def test_headline_takes_the_fit_error_where_nothing_was_held_out() -> None:
 
 def test_certainty_does_not_claim_more_than_it_is_given() -> None:
     assert words.certainty(0.999) == "more than 99 % among the hypotheses tried"
+    law = {"physics": "clearance", "probability": 0.95}
+    assert words.sure_text(law, "missing-physics") == "95 % among the hypotheses tried"
+    assert words.sure_text(law, "located-not-named").endswith("tried, of which none explains all that is left")
     assert words.certainty(0.6) == "60 % among the hypotheses tried, not certain"
     assert words.certainty(0.3).endswith("tentative")
     assert words.certainty(None) == "no probability given"

@@ -29,7 +29,7 @@ def summary(result: Mapping[str, Any]) -> str:
         if len(findings) > 1:  # else the headline says it
             name = words.physics_name(str(finding.get("physics", "")), words.mapping(finding.get("parameters")))
             parts.append(f"finding   {name} {words.place_text(words.mapping(finding.get('location')))}")
-        parts.append(f"certainty {words.sure_text(finding)}")
+        parts.append(f"certainty {words.sure_text(finding, str(result.get('verdict', '')))}")
         if words.is_unnamed(finding) and (nearest := words.considered_text(finding)):
             parts.append(f"          {nearest}")
         parts += [f"          {name} {value}" for name, value in words.how_much(finding)]

@@ -97,7 +97,7 @@ def _findings(result: Mapping[str, Any]) -> list[dict[str, Any]]:
             {
                 "what": words.sentence(words.misplaced_text(finding)) or _name(physics, parameters),
                 "where": words.place_text(location),
-                "sure": words.sentence(words.sure_text(finding)),
+                "sure": words.sentence(words.sure_text(finding, str(result.get("verdict", "")))),
                 "span": span,
                 "also": also[:6],
                 "also_more": max(0, len(also) - 6),

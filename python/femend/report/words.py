@@ -170,15 +170,17 @@ def is_unnamed(finding: Mapping[str, Any]) -> bool:
     return not finding.get("physics") or bool(finding.get("class"))
 
 
-def sure_text(finding: Mapping[str, Any]) -> str:
-    """How sure a finding is, in words; of one without a name, that it has none.
+def sure_text(finding: Mapping[str, Any], verdict: str = "") -> str:
+    """How sure a finding is, in words; of one without a name, that it has none, and of the likeliest law of a `verdict`
+    without a name, that it does not explain what is left.
 
     >>> sure_text({"physics": "", "probability": 0.0})
     'no name: none of the laws tried explains it well enough'
     """
     if is_unnamed(finding):
         return "no name: none of the laws tried explains it well enough"
-    return certainty(number(finding.get("probability")))
+    said = certainty(number(finding.get("probability")))
+    return f"{said}, of which none explains all that is left" if verdict == "located-not-named" else said
 
 
 def considered_text(finding: Mapping[str, Any]) -> str:
