@@ -52,7 +52,11 @@ def stands_out(found: Diagnosis, best: Ranked) -> bool:
     settings, before, after = found.settings, found.null_chosen.chosen, best.candidate.chosen
     far = before > settings.far and after < 0.5 * before
     gain = found.null_score - best.score
-    return bool(far and gain > TELLING * settings.gain_cost and share_taken(found, best) >= settings.partly)
+    # what one recording says of parameters that another one needs may be little, where all together are explained
+    explained = found.null.score <= settings.consistent and found.null.prior <= settings.bent * settings.gain_cost
+    return bool(
+        far and not explained and gain > TELLING * settings.gain_cost and share_taken(found, best) >= settings.partly
+    )
 
 
 def share_taken(found: Diagnosis, best: Ranked) -> float:

@@ -20,6 +20,8 @@ __all__ = ["as_sensors_are"]
 # prior cost of a model beside a free force, in `CLEARLY`, up to which it explains the recordings with that, and what is
 # left at most, as a share of its misfit, with what sensors pick up where it does not
 WITHIN, MOST = 2.0, 0.5
+# misfit below which the noise that shares add is none: what moves across under a force that no sensor holds down
+BELIEVABLE = 0.25
 
 
 def as_sensors_are(
@@ -43,7 +45,8 @@ def as_sensors_are(
     crossing, there = _moved_by_the_best(crossing, locate(crossing.problem, crossing.reduced, places, crossing.null))
     left = there[0].fit if there else crossing.null
     explained = best.score > AT_NOISE and _explains(left) and left.cost < best.cost - CLEARLY
-    return (crossing, there) if explained or left.score < MOST * best.score else (start, located)
+    believable = left.score > BELIEVABLE
+    return (crossing, there) if believable and (explained or left.score < MOST * best.score) else (start, located)
 
 
 def _in_all_directions(start: UpdatedModel, located: Sequence[Located]) -> list[Fit]:

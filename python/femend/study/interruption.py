@@ -40,7 +40,8 @@ def _told(run: StudyRun, step: str, out: Path | None) -> str:
     settled += f", {len(d.located)} ranked places" if d.located else ""
     settled += f", {len(d.ranked)} laws judged so far" if d.ranked else ""
     kept = "`run` has" if out is None else f"written to {out}:"
-    return (
-        f'interrupted in the step "{step}"; {kept} {settled} (verdict undetermined, status interrupted); what the '
-        "model lacks, if anything, is not decided: run the same again to its end for a verdict"
-    )
+    if d.verdict == "undetermined":
+        decided = "what the model lacks, if anything, is not decided: run the same again to its end for a verdict"
+    else:
+        decided = "whether the model lacks more than that is not decided: run the same again to its end for it"
+    return f'interrupted in the step "{step}"; {kept} {settled} (verdict {d.verdict}, status interrupted); {decided}'
