@@ -10,7 +10,6 @@ are cut in two along every edge before that.
 from __future__ import annotations
 
 import os
-import re
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from femend.errors import DeckError, ModelError
 from femend.io.deck import next_id, read_deck
+from femend.model.deck_changes import real
 from femend.model.model import Model, model_of
 from femend.model.places import held_rows
 from femend.model.solid_parts import PARTS
@@ -220,7 +220,7 @@ class _Refined:
         if pins:
             one[pins + 1] = other[pins] = ""
         for k in range(offsets, offsets + 3) if offsets else ():
-            one[k + 3] = other[k] = repr(sum(_number(fields[at]) for at in (k, k + 3)) / 2)
+            one[k + 3] = other[k] = repr(sum(real(fields[at]) for at in (k, k + 3) if fields[at]) / 2)
         self.replaced.append((card, eid))
         self._card([card, *one])
         self._card([card, *other])
@@ -283,11 +283,6 @@ class _Refined:
 
 def _key(*corners: int) -> Nodes:
     return tuple(sorted(corners))
-
-
-def _number(text: str) -> float:
-    """A field of a card in bulk data, where the exponent may stand without its letter; 0 where it is blank."""
-    return float(re.sub(r"(?<=[0-9.])([+-])", r"e\1", text.upper().replace("D", "E").replace("E", "")) or 0.0)
 
 
 def _edges(card: str, nodes: Sequence[int]) -> Iterator[tuple[int, int]]:
