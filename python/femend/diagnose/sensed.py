@@ -22,7 +22,7 @@ __all__ = ["sensed_places"]
 # share of what a direction and the sensors could have in common in a mode from which it is sensed: rounding is 1e-12,
 # and planes that couple by a thousandth of each other have as much
 SENSED = 1e-7
-# share of the largest motion in a mode below which what a direction moves there is rounding
+# share of the sensors' largest motion in a mode below which what a direction moves there is rounding
 ROUNDING = 1e-11
 
 
@@ -35,11 +35,12 @@ def sensed_places(problem: Problem, reduced: ReducedModel, places: Sequence[Plac
     except ModelError:
         return list(places)
     rows = sorted({int(g) for r in problem.records for g in r.out_rows})
-    seen = _over_largest(np.abs(reduced.rows(rows) @ Q)).max(axis=0)
+    out = np.abs(reduced.rows(rows) @ Q)
+    seen = _over_largest(out).max(axis=0)
     into = np.abs(directions(reduced, places) @ Q)
     # what no mode of the basis moves, as along bars, is rounding too
     size = np.array([np.linalg.norm(x) for place in places for x in place.g_values])
-    moved = into.max(axis=1, initial=0.0) > ROUNDING * size * np.abs(reduced.V @ Q).max()
+    moved = into.max(axis=1, initial=0.0) > ROUNDING * size * out.max()
     sensed = moved & ((_over_largest(into) * seen).max(axis=1, initial=0.0) > SENSED)
     first = np.cumsum([0, *(place.n_w for place in places)])
     found = [_as_sensed(place, sensed[i : i + place.n_w]) for place, i in zip(places, first, strict=False)]

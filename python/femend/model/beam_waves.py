@@ -116,13 +116,15 @@ class Beam:
         return value if value > NONE * float(np.abs(self.M).max()) else 0.0
 
 
-def beam_errors(model: Model, V: FloatArray, omega: FloatArray) -> Iterator[tuple[int, FloatArray, FloatArray]]:
+def beam_errors(
+    model: Model, V: FloatArray, Q: FloatArray, omega: FloatArray
+) -> Iterator[tuple[int, FloatArray, FloatArray]]:
     """What each beam adds to the relative errors (m,) of modes of circular frequencies `omega` (m,) rad/s with
-    mass-normalised shapes `V` (n_g, m): its id, the error, positive where it makes a mode too high, and the radians
-    k h (m,) of its wave, once for each kind of wave, at the deck's values."""
+    mass-normalised shapes `Q` (r, m) in the basis `V` (n_g, r): its id, the error, positive where it makes a mode
+    too high, and the radians k h (m,) of its wave, once for each kind of wave, at the deck's values."""
     for eid, card, nodes in model.fe.elements():
         beam = beam_of(model, eid, card, nodes) if eid and card in BEAMS else None
-        for error, kh in () if beam is None else beam.errors(omega, V[beam.rows]):
+        for error, kh in () if beam is None else beam.errors(omega, V[beam.rows] @ Q):
             yield eid, error, kh
 
 

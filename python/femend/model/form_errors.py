@@ -229,7 +229,7 @@ def _known(reduced: ReducedModel, omega: FloatArray, Q: FloatArray, top: float) 
     """`FormErrors.beams` of the elastic modes `omega` (r,), `Q` (r, r) up to `top` (Hz); nothing where none counts."""
     own = np.flatnonzero((omega > 1e-3 * omega.max(initial=0.0)) & (omega <= 2 * np.pi * top))
     error = np.zeros(len(own))
-    for _, part, _ in beam_errors(reduced.model, reduced.V @ Q[:, own], omega[own]):
+    for _, part, _ in beam_errors(reduced.model, reduced.V, Q[:, own], omega[own]):
         error += part
     if not (np.abs(error) > COUNTS * MODE_SD).any():
         return ()

@@ -128,7 +128,7 @@ def mode_resolution(reduced: ReducedModel, f_max: float) -> Resolution:
         elif eid:
             others |= card in (*SHELLS, *QUADRATIC)
             kinetic += _kinetic(model, reduced, eid, Q)
-    for eid, error, kh in beam_errors(model, reduced.V @ Q, omega):
+    for eid, error, kh in beam_errors(model, reduced.V, Q, omega):
         told.add(eid, error, kh, MODE_SD)
     # of a refined mesh the linear elements are the finer ones, whose error is known mode by mode
     if linear and not others and model.refines is None:
