@@ -323,6 +323,7 @@ def test_two_poles_of_different_shapes_are_no_split_mode() -> None:
     def told(shapes: list[list[complex]]) -> list[str]:
         modes = SimpleNamespace(poles=poles, freq=np.abs(poles) / (2 * np.pi), n_modes=2, participation=None)
         modes.shapes = np.array(shapes).T
+        modes.dofs = (Dof(1, 1), Dof(2, 1), Dof(1, 2), Dof(2, 2))
         test: Any = SimpleNamespace(modes=modes, mpc=np.array([0.7, 1.0]), driving_points=(), mass_sd_share=0.0)
         return _split_modes(test)
 

@@ -11,7 +11,7 @@ from femend.numerals import plain
 
 __all__ = ["advice_on"]
 
-# MAC of two poles from which they may be one mode: shapes of two sides of a structure, or planes, share less
+# share of their axes from which two poles may be one mode: of sways along two axes, a bandwidth apart, neither is
 ONE_SHAPE = 0.5
 
 
@@ -72,7 +72,7 @@ def _split_modes(test: ModalTest) -> list[str]:
     their shapes are complex, and the residue at a driving point is not that of a positive mass (2 i omega_d A > 0).
     """
     poles, freq = test.modes.poles, test.modes.freq
-    off, alike = _driving_point_angle(test), _automac(test.modes.shapes)
+    off, alike = _driving_point_angle(test), _common_axes(test)
     said = []
     for r in range(poles.size - 1):
         for q in range(r + 1, poles.size):
@@ -89,10 +89,13 @@ def _split_modes(test: ModalTest) -> list[str]:
     return said
 
 
-def _automac(shapes: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """MAC of every two of the shapes (n_dof, n_modes)."""
-    unit = shapes / np.maximum(np.linalg.norm(shapes, axis=0), 1e-300)
-    return np.asarray(np.abs(unit.conj().T @ unit) ** 2)
+def _common_axes(test: ModalTest) -> NDArray[np.float64]:
+    """How far every two of the modes move in the same axes (n_modes, n_modes), 0 for sways along two of them, 1 for
+    shapes in the same ones: the roots of their shares of motion an axis, multiplied and summed."""
+    axis = np.array([0 if d is None else d.component for d in test.modes.dofs])
+    power = np.abs(test.modes.shapes) ** 2
+    share = np.array([power[axis == c].sum(axis=0) for c in np.unique(axis)]) / np.maximum(power.sum(axis=0), 1e-300)
+    return np.asarray(np.sqrt(share).T @ np.sqrt(share))
 
 
 def _driving_point_angle(test: ModalTest) -> NDArray[np.float64]:
