@@ -115,8 +115,8 @@ def compare_recording(
     comparison = compare_modes(test, modes, places=places, mac_min=mac_min)
     a, b = comparison.pairing.a, comparison.pairing.b
     phi_a, phi_b = comparison.phi_a[:, a], comparison.phi_b[:, b]
-    found = Compared(measured, test, modes, comparison, None, None, None, (), automac(comparison.phi_a))
-    found = replace(found, scaled=_scaled(comparison, test, modes))
+    scaled = _scaled(comparison, test, modes)
+    found = Compared(measured, test, modes, comparison, None, None, None, (), automac(comparison.phi_a), scaled)
     if a.size and len(comparison.match.dofs) > 1:
         found = replace(
             found,

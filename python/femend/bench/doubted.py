@@ -36,10 +36,11 @@ MEND_FIRST = "mend the sensors that look mistaken before anything is updated"
 
 def doubted_sensors(compared: Sequence[Compared]) -> list[str]:
     """Sensors that look reversed or exchanged in the paired modes of each recording, or a factor off in all of them."""
-    told = [
-        (c.measured.name, text) for c in compared for text in [f.text for f in c.faults] + [s.text for s in c.scaled]
-    ]
-    return [f"recording {name!r}: {text}" for name, text in told]
+    told: list[str] = []
+    for c in compared:
+        texts = [*(f.text for f in c.faults), *(s.text for s in c.scaled)]
+        told += [f"recording {c.measured.name!r}: {text}" for text in texts]
+    return told
 
 
 def doubted_levels(compared: Sequence[Compared], *, of_all: bool = False) -> list[str]:
@@ -47,9 +48,9 @@ def doubted_levels(compared: Sequence[Compared], *, of_all: bool = False) -> lis
     sensors too, or `of_all` alone."""
     told = []
     for c in compared:
-        if c.measured.frf is not None and c.frf is not None:
-            names = [str(channel.dof) for channel in c.measured.frf.outputs]
-            frf = c.measured.frf
+        frf = c.measured.frf
+        if frf is not None and c.frf is not None:
+            names = [str(channel.dof) for channel in frf.outputs]
             doubts = level_doubts(frf.H, c.frf.H, names, _clear(frf), frf.freq)
             told += [f"recording {c.measured.name!r}: {d.text}" for d in doubts if not (of_all and d.channel)]
     return told

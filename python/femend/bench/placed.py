@@ -12,6 +12,7 @@ from femend.bench.measured import MeasuredModes
 from femend.bench.placed_words import shift_words, told_of
 from femend.bench.runs import MeasuredRun
 from femend.correlate import Alignment, align_points
+from femend.data.geometry import stated
 from femend.dof import Dof
 from femend.errors import CorrelationError, PairingError
 from femend.model import Model, Pair, Pairing, pair_sensors
@@ -53,7 +54,8 @@ def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model
     sensor that is far from every node, with what the alignment says.
     """
     sensors = tuple(dict.fromkeys(d for m in measured for d in m.dofs))
-    places, systems, unit = _stated(measured)
+    places, systems = stated(m.geometry for m in measured)
+    unit = _unit(measured)
     grid = ~model.is_scalar
     ids, xyz = model.node_ids[grid], model.xyz[grid]
     nodes = [n for n in dict.fromkeys(d.node for d in sensors) if n in places]
@@ -113,20 +115,10 @@ def _one_by_one(measured: Sequence[MeasuredModes | MeasuredRun], model: Model, a
     return Placed(pairing, first.alignment, first.applied, told)
 
 
-def _stated(
-    measured: Sequence[MeasuredModes | MeasuredRun],
-) -> tuple[dict[int, FloatArray], dict[int, int], float | None]:
-    """Places and displacement systems by test node, and the length unit that all files state, None without one."""
-    places: dict[int, FloatArray] = {}
-    systems: dict[int, int] = {}
-    units = set()
-    for m in measured:
-        if m.geometry is not None:
-            places.update(zip(m.geometry.ids.tolist(), m.geometry.xyz, strict=True))
-            units.add(m.geometry.unit)
-            if m.geometry.systems is not None:
-                systems.update(zip(m.geometry.ids.tolist(), m.geometry.systems.tolist(), strict=True))
-    return places, systems, units.pop() if len(units) == 1 else None
+def _unit(measured: Sequence[MeasuredModes | MeasuredRun]) -> float | None:
+    """The length unit that the files of all geometries state; None without one."""
+    units = {m.geometry.unit for m in measured if m.geometry is not None}
+    return units.pop() if len(units) == 1 else None
 
 
 def _with_frames(pairing: Pairing, model: Model, systems: Mapping[int, int]) -> Pairing:

@@ -48,7 +48,7 @@ def mesh_advice(prepared: Prepared, counted: Sequence[Counted]) -> str:
     if finer is None or finer.mesh_error is None:
         return ""
     error = finer.mesh_error
-    worst = int(np.nanargmax(np.abs(error.error)))
+    worst = error.worst
     off = float(error.error[worst])
     if abs(off) <= prepared.study.updating.freq_sd:
         return ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from femend.data._arrays import frozen
 from femend.errors import RecordingError
 
-__all__ = ["Geometry"]
+__all__ = ["Geometry", "stated"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,3 +42,15 @@ class Geometry:
 
     def __repr__(self) -> str:
         return f"Geometry({self.ids.size} nodes)"
+
+
+def stated(geometries: Iterable[Geometry | None]) -> tuple[dict[int, NDArray[np.float64]], dict[int, int]]:
+    """Coordinates and displacement systems of all nodes of some `geometries`, by node; of several the last counts."""
+    places: dict[int, NDArray[np.float64]] = {}
+    systems: dict[int, int] = {}
+    for one in geometries:
+        if one is not None:
+            places.update(zip(one.ids.tolist(), one.xyz, strict=True))
+            if one.systems is not None:
+                systems.update(zip(one.ids.tolist(), one.systems.tolist(), strict=True))
+    return places, systems

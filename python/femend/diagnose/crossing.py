@@ -55,12 +55,9 @@ def _in_all_directions(start: UpdatedModel, located: Sequence[Located]) -> list[
     them, so that the fits begin from afar."""
     model, problem = start.reduced.model, start.problem.sparing(FINAL_LINES)
     least = min(len(r.y) for r in problem.records)
-    chosen = [
-        (place, one.fit.p)
-        for one in grounded(located)
-        for place in sensed_places(problem, start.reduced, [mass_place(model, one.place.nodes[0])])
-        if 1 < place.n_w < least
-    ]
+    at = {one.place.nodes[0]: one.fit.p for one in grounded(located)}
+    masses = sensed_places(problem, start.reduced, [mass_place(model, node) for node in at])
+    chosen = [(place, at[place.nodes[0]]) for place in masses if 1 < place.n_w < least]
     mean, none = problem.prior(start.reduced)[0], np.zeros(0)
     fits = [problem.continuation(hypothesis_of(place, start.reduced), [(mean, none), (p, none)]) for place, p in chosen]
     return [fit for fit in fits if fit is not None]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.data import Channel, Recording, Test
+from femend.data.geometry import stated
 from femend.errors import PairingError, RecordingError
 from femend.estimate.frf import frf_lines_of
 from femend.estimate.lines import FitRecord
@@ -44,17 +45,12 @@ def pair_test(test: Test, model: Model) -> Pairing:
     """Every sensor and shaker of a test with its DOF of the model; raises PairingError, which names the recording."""
     channels: list[Channel] = []
     whose: dict[str, str] = {}
-    places: dict[int, FloatArray] = {}
-    systems: dict[int, int] = {}
     for recording in test:
         for channel in (*recording.sensors, *recording.inputs):
             channels.append(channel)
             named = f", channel {channel.name!r}" if channel.name else ""
             whose.setdefault(str(channel.dof), f"recording {recording.name!r}{named}")
-        if recording.geometry is not None:
-            places.update(zip(recording.geometry.ids.tolist(), recording.geometry.xyz))
-            if recording.geometry.systems is not None:
-                systems.update(zip(recording.geometry.ids.tolist(), recording.geometry.systems.tolist()))
+    places, systems = stated(recording.geometry for recording in test)
     grid = ~model.is_scalar
     try:
         pairing = pair_sensors(channels, model.node_ids[grid], model.xyz[grid], sensor_xyz=places)

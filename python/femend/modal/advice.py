@@ -12,7 +12,7 @@ from femend.numerals import plain
 __all__ = ["advice_on"]
 
 # share of their axes from which two poles may be one mode: of sways along two axes, a bandwidth apart, neither is
-ONE_SHAPE = 0.5
+IN_COMMON = 0.5
 
 
 def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str, tuple[str, ...]]:
@@ -72,11 +72,11 @@ def _split_modes(test: ModalTest) -> list[str]:
     their shapes are complex, and the residue at a driving point is not that of a positive mass (2 i omega_d A > 0).
     """
     poles, freq = test.modes.poles, test.modes.freq
-    off, alike = _driving_point_angle(test), _common_axes(test)
+    off, common = _driving_point_angle(test), _common_axes(test)
     said = []
     for r in range(poles.size - 1):
         for q in range(r + 1, poles.size):
-            if abs(poles[q] - poles[r]) > 2 * (abs(poles[r].real) + abs(poles[q].real)) or alike[r, q] < ONE_SHAPE:
+            if abs(poles[q] - poles[r]) > 2 * (abs(poles[r].real) + abs(poles[q].real)) or common[r, q] < IN_COMMON:
                 continue
             complex_, mass = min(test.mpc[r], test.mpc[q]), max(off[r], off[q])
             if complex_ < 0.9 or mass > 45:

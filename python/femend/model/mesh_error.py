@@ -57,6 +57,11 @@ class MeshError:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(elastic, self.freq / self.converged - 1.0, np.nan)
 
+    @property
+    def worst(self) -> int:
+        """The mode that is furthest off, from 0."""
+        return int(np.nanargmax(np.abs(self.error)))
+
     def text(self) -> str:
         """The modes as a table."""
         lines = [f"{'mode':>5} {'deck Hz':>10} {'refined Hz':>11} {'converged Hz':>13} {'error %':>8} {'MAC':>6}"]

@@ -18,11 +18,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.errors import DeckError, ModelError
+from femend.errors import ModelError
 from femend.io.deck import next_id, read_deck
 from femend.model.deck_changes import real
 from femend.model.model import Model, model_of
 from femend.model.places import held_rows
+from femend.model.section_fields import is_tapered
 from femend.model.solid_parts import PARTS
 
 __all__ = ["QUADRATIC", "SHELLS", "is_linear", "only_shells", "refined_model", "refined_size", "twice_refined"]
@@ -41,8 +42,6 @@ QUADRATIC = {
 }
 
 
-# what stations of a tapered section are told by
-_STATIONS = ("YES", "YESA", "NO")
 # where cards of beams have, after their name, the first of their two nodes, the pins of the first end and its offset
 # (0: none)
 _ALONG = {"CBAR": (2, 8, 10), "CBEAM": (2, 8, 10), "CROD": (2, 0, 0), "CONROD": (1, 0, 0)}
@@ -207,9 +206,11 @@ class _Refined:
         from the beam. Tapered ones stay, and those whose ends have axes of their own, which their fields count in."""
         a, b = nodes[:2]
         middle = self.middles.get(_key(a, b))
+        if middle is None:
+            return
         fields = [self.model.deck.field_text(card, eid, k).strip() for k in (*range(2, 10), *range(12, 24))]
         turned = not np.allclose(*(self._frames[self.model.index(n)] for n in (a, b)))
-        if middle is None or turned or (card == "CBEAM" and (self._tapered(int(fields[1])) or any(fields[16:]))):
+        if turned or (card == "CBEAM" and (is_tapered(self.model.deck, int(fields[1])) or any(fields[16:]))):
             return
         first, pins, offsets = _ALONG[card]
         self.parts[eid] = (eid, self._next_element())
@@ -224,16 +225,6 @@ class _Refined:
         self.replaced.append((card, eid))
         self._card([card, *one])
         self._card([card, *other])
-
-    def _tapered(self, pid: int) -> bool:
-        """Whether a section may change along its beam: its card then says at which stations stresses are asked for."""
-        for card in ("PBEAM", "PBEAML"):
-            try:
-                told = [self.model.deck.field_text(card, pid, k).strip().upper() for k in range(12, 200)]
-            except DeckError:
-                continue
-            return any(text in _STATIONS for text in told)
-        return True
 
     def _rigid(self, first: int, components: str, hung: set[int], known: set[int]) -> None:
         """A further RBE2 with the middles of edges and faces whose corners all hang on the same point."""

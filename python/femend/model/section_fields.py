@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from femend import _core
+from femend.errors import DeckError
 
-__all__ = ["beam_fields", "bush_fields", "corner_fields", "ply_fields"]
+__all__ = ["beam_fields", "bush_fields", "corner_fields", "is_tapered", "ply_fields"]
 
 # first field of the values of end A of a PBEAM, and where they stand behind that, as at every station
 _END_A = 4
 _STATION = {"A": 0, "I1": 1, "I2": 2, "J": 4}
 _STATIONS = ("YES", "YESA", "NO")
+# fields of a tapered section that its stations are looked for in
+_TAPERED = 200
 # flags of the groups of a PBUSH, each in field 3 of a line before its values
 _GROUPS = {"k": "K", "c": "B"}
 # K, B, GE, M and RCV
@@ -43,6 +46,17 @@ def beam_fields(deck: _core.Deck, id_: int, quantity: str) -> list[int]:
         starts.append(10 * row + 4)
         row += 2 if word == "YES" else 1
     return [start + _STATION[quantity] for start in starts]
+
+
+def is_tapered(deck: _core.Deck, pid: int) -> bool:
+    """Whether a section may change along its beam: its PBEAM or PBEAML then says at which stations stresses are asked
+    for; so may one on any other card."""
+    for card in ("PBEAM", "PBEAML"):
+        try:
+            return any(_word(deck, card, pid, k) in _STATIONS for k in range(12, _TAPERED))
+        except DeckError:
+            continue
+    return True
 
 
 def ply_fields(deck: _core.Deck, card: str, id_: int) -> list[int]:

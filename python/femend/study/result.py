@@ -103,7 +103,7 @@ def _mesh_off(error: MeshError | None) -> list[str]:
     """That a mesh that stood aside for a refined one is off by more than a few per cent."""
     if error is None or not np.nanmax(np.abs(error.error)) > MESH_OFF:
         return []
-    worst = int(np.nanargmax(np.abs(error.error)))
+    worst = error.worst
     size = f"{plain(100 * error.error[worst], 2, signed=True)} %"
     return [
         f"the deck's mesh puts frequencies up to {size} off (mode {worst + 1}: {plain(error.freq[worst])} Hz, "
