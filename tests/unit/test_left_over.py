@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
-from femend.study.left_over import left_beside, left_over
+from femend.data import Channel
+from femend.study.left_over import left_beside, left_over, shares_above
+from femend.study.predictions import Prediction
 
 
 def row(name: str, floor: float | None, left: float | None, role: str = "fit") -> dict[str, Any]:
@@ -37,3 +40,17 @@ def test_laws_that_leave_much_of_a_recording_are_told_with_that() -> None:
     assert "still leaves 16 % of high, 8 times its noise" in said
     assert left_beside("missing-physics", rows[:1]) == ""
     assert left_beside("located-not-named", rows) == ""
+
+
+def test_what_lies_above_the_band_asks_for_no_mesh() -> None:
+    t = np.arange(1000) * 1e-3
+    slow, quick = np.sin(2 * np.pi * 20 * t), np.sin(2 * np.pi * 300 * t)
+    channel = Channel(None, "acceleration", "m/s^2", "a")
+    made = {"nominal": np.array([slow]), "parameters": np.array([slow * 0.9]), "final": np.array([slow])}
+    above = shares_above([Prediction("high", "fit", 1e-3, (channel,), made, np.array([slow + 0.3 * quick]))], 100.0)
+    assert above["high"] == pytest.approx(0.9)
+    rows = [row("high", 0.1, 0.3)]
+    said = left_over("parameters-only", rows, 100.0, above)
+    assert "90 % of its square lies above 100 Hz" in said
+    assert "mesh" not in said
+    assert "refine the mesh" in left_over("parameters-only", rows, 100.0, {"high": 0.3})

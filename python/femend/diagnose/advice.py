@@ -65,12 +65,13 @@ def only_beginning(sigma: float, nonlinear: bool = True) -> str:
     reach = f"the law explains about the first {first} s of the recordings to the noise, and less of the rest: "
     if not nonlinear:
         return reach + (
-            "something beside the law is missing that was not found. Predictions of whole recordings are off: add "
-            "sensors where the mismatch map is high, or a recording at another level"
+            "something beside the law is missing that was not found. How far predictions are off, the errors of "
+            "held-out recordings tell: add sensors where the mismatch map is high, or a recording at another level"
         )
     return reach + (
         "no simulation stays with motion that depends on its past so much (impacts do that), or something beside the "
-        "law is missing. Predictions of whole recordings are off: record short bursts from rest to check it"
+        "law is missing. How far predictions are off, the errors of held-out recordings tell: record short bursts from "
+        "rest to check it"
     )
 
 

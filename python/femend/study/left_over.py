@@ -5,26 +5,54 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from femend.numerals import plain
 from femend.report.noise import BEYOND_NOISE, farthest_from_noise
+from femend.study.predictions import Prediction
 
-__all__ = ["left_beside", "left_over"]
+__all__ = ["left_beside", "left_over", "shares_above"]
 
 # error beside laws, in units of the noise, from which it is told
 BESIDE_LAWS = 3.0
 
 
-def left_over(verdict: str, fit: Sequence[Mapping[str, Any]]) -> str:
-    """What has to be said beside silence where the updated model leaves clearly more than noise."""
+def shares_above(predictions: Sequence[Prediction], f_end: float) -> dict[str, float]:
+    """By recording, the share (0 to 1) of what the updated model leaves of its samples that lies above `f_end` (Hz);
+    nothing of FRFs, whose errors count in the band alone, and of what holds no responses."""
+    found = {}
+    for one in predictions:
+        if one.recorded is None or one.frf is not None:
+            continue
+        left = one.stages["parameters"][one.counted] - one.recorded[one.counted]
+        power = np.sum(np.abs(np.fft.rfft(left - left.mean(axis=1, keepdims=True), axis=1)) ** 2, axis=0)
+        above = power[np.fft.rfftfreq(left.shape[1], one.dt) > f_end]
+        found[one.name] = float(above.sum() / power.sum()) if power.sum() > 0 else 0.0
+    return found
+
+
+def left_over(
+    verdict: str, fit: Sequence[Mapping[str, Any]], f_end: float = np.inf, above: Mapping[str, float] | None = None
+) -> str:
+    """What has to be said beside silence where the updated model leaves clearly more than noise. `above` says by
+    recording which share of it lies above the end of the fitted band, `f_end` (Hz), where models are not compared."""
     if verdict not in ("consistent", "parameters-only"):
         return ""
     times, worst = farthest_from_noise(fit, "parameters")
     if worst is None or times < BEYOND_NOISE:
         return ""
+    name = worst["recording"]
+    share = (above or {}).get(name, 0.0)
+    left = f"the updated model leaves {plain(times, 2)} times the noise of {name}"
+    if times * np.sqrt(1 - share) < BEYOND_NOISE:
+        return (
+            f"{left}; {plain(100 * share, 3)} % of its square lies above {plain(f_end, 3)} Hz, where the force excites "
+            "too little for models to be compared: below that it is noise. If those frequencies matter, record with a "
+            "force that reaches them"
+        )
     return (
-        f"the updated model leaves {plain(times, 2)} times the noise of {worst['recording']}, which no law at one "
-        "place explains clearly enough to be told; the mesh or the idealisation may leave that much: refine the mesh "
-        "and see whether it shrinks, or record more sensors"
+        f"{left}, which no law at one place explains clearly enough to be told; the mesh or the idealisation may leave "
+        "that much: refine the mesh and see whether it shrinks, or record more sensors"
     )
 
 
