@@ -33,7 +33,7 @@ from femend.report.words import by_importance, mapping, parameter_text, physics_
 from femend.study.curves import restoring_force
 from femend.study.picture import markers, mesh_picture
 from femend.study.predictions import nrmse
-from femend.study.run import StudyRun
+from femend.study.study_run import StudyRun
 
 ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / "python" / "docs" / "diagnosis.png"

@@ -23,7 +23,8 @@ from femend.estimate import fit_records, pair_test
 from femend.model import Model, Parameter, read_model
 from femend.model.places import find_places
 from femend.study import load_study
-from femend.study.run import StudyRun, diagnose
+from femend.study.run import diagnose
+from femend.study.study_run import StudyRun
 
 Array = NDArray[np.float64]
 

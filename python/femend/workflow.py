@@ -21,7 +21,6 @@ from femend.bench import correlate as correlate_bench
 from femend.bench import pretest as pretest_bench
 from femend.bench import update as update_bench
 from femend.cli.summary import summary
-from femend.cli.table import table
 from femend.data import FRF, Test
 from femend.diagnose import Diagnosis, Settings
 from femend.diagnose.diagnosis import explain
@@ -37,12 +36,14 @@ from femend.physics import Physics, selected
 from femend.report.numbers import ratio
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
+from femend.report.text_table import table
 from femend.study import Study
 from femend.study.content import report_content
 from femend.study.predictions import STAGES, Prediction, predict_all
 from femend.study.result import result_of
-from femend.study.run import StudyRun, diagnose
-from femend.study.staged_run import StagedRun
+from femend.study.run import diagnose
+from femend.study.staged_study_run import StagedRun
+from femend.study.study_run import StudyRun
 
 __all__ = [
     "Check",

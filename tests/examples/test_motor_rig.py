@@ -14,7 +14,7 @@ from femend.model.configured import free_model
 from femend.model.model import read_model
 from femend.study.run import diagnose
 from femend.study.staged_content import ods_correlation
-from femend.study.staged_run import StagedRun
+from femend.study.staged_study_run import StagedRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from rigs import Rig, write_rig

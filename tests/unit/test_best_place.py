@@ -13,7 +13,7 @@ from femend.diagnose.moved import moved
 from femend.diagnose.nonlinear import judge_nonlinear, refit_nonlinear
 from femend.diagnose.pairs import alike
 from femend.diagnose.terms import Term
-from femend.study.run import StudyRun
+from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import Truth, diagnosed, searched

@@ -14,7 +14,8 @@ from femend import read_uff, write_uff
 from femend.report.headline import headline
 from femend.study.corrections import corrections_of, left_out_unseen
 from femend.study.plausible import doubts_found
-from femend.study.run import StudyRun, diagnose
+from femend.study.run import diagnose
+from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -25,8 +25,9 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
 from femend.estimate import pair_test
 from femend.study import load_study
+from femend.study.channels_sound import with_warnings
 from femend.study.plausible import doubts_of
-from femend.study.sound import deck_warnings, with_warnings
+from femend.study.sound import deck_warnings
 
 FREQ = np.linspace(5.0, 100.0, 300)
 SHAPES = np.array([[0.4, 1.0, 0.9], [0.7, 0.3, -1.0], [0.9, -0.6, 0.2], [1.0, -1.0, 0.8]])

@@ -12,7 +12,7 @@ from femend.diagnose.equal_pairs import _left, likeliest_equal
 from femend.diagnose.locate import LINES, Located, cost_of, hypothesis_of
 from femend.diagnose.pairs import Searched, plain
 from femend.model import Place
-from femend.study.run import StudyRun
+from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import searched

@@ -22,7 +22,7 @@ from femend.report.page import render
 from femend.report.plots import draw_mismatch, figure
 from femend.study.content import report_content
 from femend.study.curves import accepted, restoring_force
-from femend.study.run import StudyRun
+from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

@@ -22,7 +22,7 @@ from femend.diagnose.recovered import ENDS, without_ends
 from femend.estimate import Problem
 from femend.model import Place
 from femend.physics import physics
-from femend.study.run import StudyRun
+from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import searched

@@ -13,7 +13,7 @@ import pytest
 from femend.diagnose import other_split
 from femend.diagnose.other_split import chosen_where_it_shows
 from femend.diagnose.pairs import Searched
-from femend.study.run import StudyRun
+from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import searched

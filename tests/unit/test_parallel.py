@@ -12,7 +12,7 @@ import pytest
 from femend.diagnose.parallel import _others, what_is_left
 from femend.diagnose.terms import Term
 from femend.physics import physics
-from femend.study.run import StudyRun
+from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import Truth, diagnosed, searched

@@ -18,7 +18,8 @@ from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.plain_error import further_off, plain_errors, silenced
 from femend.diagnose.settings import Settings
 from femend.diagnose.verdict import decide
-from femend.study.run import StudyRun, diagnose
+from femend.study.run import diagnose
+from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import NOISE, Truth, diagnosed, force, recording, respond, write_study

@@ -33,7 +33,7 @@ from femend.diagnose.settings import Settings
 from femend.diagnose.terms import relaxing
 from femend.diagnose.together import shows
 from femend.diagnose.update import UpdatedModel
-from femend.study.run import StudyRun
+from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import searched

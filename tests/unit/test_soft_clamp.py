@@ -21,7 +21,8 @@ from femend.estimate import Fit
 from femend.model import Model, Place, ReducedModel, find_places, form_errors, read_model, reduce_model
 from femend.model.freed import freed, own_stiffness, reactions
 from femend.study.patch import on_new_supports
-from femend.study.run import StudyRun, diagnose
+from femend.study.run import diagnose
+from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study

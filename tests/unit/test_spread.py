@@ -9,7 +9,7 @@ import pytest
 
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.spread import Spread, spread
-from femend.study.run import StudyRun
+from femend.study.study_run import StudyRun
 
 
 def with_covariance(found: Diagnosis, factor: float) -> Diagnosis:

@@ -14,7 +14,8 @@ import pytest
 
 from femend import functions_of, load_study, read_recording, write_uff
 from femend.model import read_model
-from femend.study.run import StudyRun, diagnose
+from femend.study.run import diagnose
+from femend.study.study_run import StudyRun
 from femend.study.tables import laws
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -16,7 +16,7 @@ from femend.diagnose.ranked import Ranked
 from femend.diagnose.terms import Term, Terms, fit_terms
 from femend.diagnose.together import fitted_together, told_plainly
 from femend.physics import physics
-from femend.study.run import StudyRun
+from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from small_study import Truth, diagnosed

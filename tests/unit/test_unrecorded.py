@@ -15,8 +15,9 @@ from femend.estimate import FitRecord, Hypothesis, fit_records, noise_of, pair_t
 from femend.model import read_model
 from femend.study import load_study
 from femend.study.left_out import in_band
-from femend.study.run import StudyRun, diagnose
-from femend.study.staged_run import StagedRun
+from femend.study.run import diagnose
+from femend.study.staged_study_run import StagedRun
+from femend.study.study_run import StudyRun
 
 STIFFER = (7.35e10, 6.8e10)
 

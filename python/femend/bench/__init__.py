@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from femend.bench.correlate import CorrelationRun, correlate
-from femend.bench.pretest import PretestRun, pretest
-from femend.bench.update import UpdateRun, update
+from femend.bench.correlate import correlate
+from femend.bench.correlation_run import CorrelationRun
+from femend.bench.pretest import pretest
+from femend.bench.pretest_run import PretestRun
+from femend.bench.update import update
+from femend.bench.update_run import UpdateRun
 
 __all__ = ["CorrelationRun", "PretestRun", "UpdateRun", "correlate", "pretest", "update"]

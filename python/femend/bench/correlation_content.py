@@ -20,7 +20,8 @@ from femend.report.figures import frf_figure
 from femend.report.words import sentence
 
 if TYPE_CHECKING:
-    from femend.bench.correlate import CorrelationRun, Prepared
+    from femend.bench.correlation_run import CorrelationRun
+    from femend.bench.prepared import Prepared
 
 __all__ = ["correlation_page", "frf_drawings", "mode_rows", "prepared_mesh", "write_tables"]
 

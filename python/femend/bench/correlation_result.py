@@ -18,7 +18,7 @@ from femend.bench.run_compared import ComparedRun
 from femend.bench.run_result import run_advice, run_result
 
 if TYPE_CHECKING:
-    from femend.bench.correlate import Prepared
+    from femend.bench.prepared import Prepared
 
 __all__ = ["FORMAT", "comparison_result", "correlation_result", "placed_result"]
 

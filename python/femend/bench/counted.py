@@ -22,7 +22,7 @@ from femend.numerals import plain
 from femend.study.study import Study
 
 if TYPE_CHECKING:
-    from femend.bench.correlate import Prepared
+    from femend.bench.prepared import Prepared
 
 __all__ = ["Counted", "counted_modes"]
 

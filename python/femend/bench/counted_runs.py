@@ -17,7 +17,7 @@ from femend.estimate.updating import Configuration, OrderDifferences, deck_syste
 from femend.estimate.updating.order_responses import across
 
 if TYPE_CHECKING:
-    from femend.bench.correlate import Prepared
+    from femend.bench.prepared import Prepared
 
 __all__ = ["CountedRun", "counted_runs", "run_configuration", "turned_as_found"]
 

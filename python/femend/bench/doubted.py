@@ -24,7 +24,7 @@ from femend.study.plausible_output import time_axis_doubts
 from femend.study.sampled import too_slow_for_modes
 
 if TYPE_CHECKING:
-    from femend.bench.correlate import Prepared
+    from femend.bench.prepared import Prepared
 
 __all__ = ["MEND_FIRST", "TIME_FIRST", "doubted_levels", "doubted_sensors", "doubted_times"]
 

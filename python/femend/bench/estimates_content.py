@@ -16,7 +16,7 @@ from femend.report import plots
 from femend.report.content import Picture
 
 if TYPE_CHECKING:
-    from femend.bench.update import UpdateRun
+    from femend.bench.update_run import UpdateRun
 
 __all__ = ["estimate_sections", "estimate_tables"]
 

@@ -25,8 +25,8 @@ from femend.numerals import plain
 from femend.progress import Progress
 from femend.signal import estimate_frf, periodic_frf
 from femend.signal.suited import blows, suited_frf
+from femend.study.channels_sound import with_warnings
 from femend.study.sampled import too_slow_for_band, too_slow_for_modes
-from femend.study.sound import with_warnings
 from femend.study.study import Study, StudyRecording
 
 __all__ = ["MeasuredModes", "measured_modes"]

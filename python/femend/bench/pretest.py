@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.bench.explanations import Explanations, told_apart
+from femend.bench.explanations import told_apart
 from femend.bench.models import Models
 from femend.bench.page import render_page
 from femend.bench.places import Targets, found_places, found_targets
 from femend.bench.pretest_content import pretest_page, write_tables
 from femend.bench.pretest_result import pretest_result
+from femend.bench.pretest_run import Plan, PretestRun
 from femend.bench.rehearsal import rehearse
 from femend.bench.steps import Steps, write_json
 from femend.dof import Dof
@@ -24,11 +23,9 @@ from femend.estimate.updating import deck_system, unknowns_of
 from femend.io import OutputDirectory, refuse_unwritable
 from femend.model import Model
 from femend.pretest import (
-    ExciterChoice,
     MassLoading,
     Placement,
     PlannedTest,
-    VirtualTest,
     driving_point_residues,
     effective_independence,
     exciters,
@@ -45,58 +42,12 @@ from femend.study.sound import deck_warnings
 from femend.study.study import AS_MODELLED, Study
 from femend.threads import one_blas_thread
 
-__all__ = ["PretestRun", "pretest"]
+__all__ = ["pretest"]
 
 FloatArray = NDArray[np.float64]
 
 # what the command writes: entries of these names from an earlier run are replaced
 OWNED = ("pretest.json", "pretest.html", "pretest.run.json", "pretest.*.csv")
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """What was planned: `targets`, all `places` with the `placement` among them, `others` by the other methods (None
-    where one does not apply), the `planned` test (None without parameters), where to excite (`driven`, rows of the
-    places `drives`), the driving-point residues of these, relative to each mode's largest, what the sensors' mass does,
-    and which `explanations` it tells apart (None where the study asks for none)."""
-
-    targets: Targets
-    places: tuple[Dof, ...]
-    placement: Placement
-    others: dict[str, Placement]
-    planned: PlannedTest | None
-    drives: tuple[Dof, ...]
-    driven: ExciterChoice
-    residues: FloatArray
-    loading: MassLoading | None
-    explanations: Explanations | None = None
-
-    @property
-    def sensors(self) -> tuple[Dof, ...]:
-        """The chosen sensors, those already placed among them."""
-        return self.placement.dofs(self.places)
-
-    @property
-    def exciters(self) -> tuple[Dof, ...]:
-        """Where to excite, in the order of choice."""
-        return tuple(self.drives[i] for i in self.driven.rows)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class PretestRun:
-    """A finished plan of a test: `study`, `model`, the `plan`, its rehearsal on the model (`virtual`, None where it
-    was not asked for or not possible), and the `result` as it is written."""
-
-    study: Study
-    model: Model
-    plan: Plan
-    virtual: VirtualTest | None
-    result: dict[str, Any]
-
-    def __repr__(self) -> str:
-        from femend.bench.words import pretest_text
-
-        return pretest_text(self.result)
 
 
 @one_blas_thread

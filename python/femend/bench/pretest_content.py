@@ -16,7 +16,7 @@ from femend.report.words import sentence
 from femend.units import unit_system
 
 if TYPE_CHECKING:
-    from femend.bench.pretest import PretestRun
+    from femend.bench.pretest_run import PretestRun
 
 __all__ = ["pretest_page", "write_tables"]
 

@@ -17,7 +17,7 @@ from femend.pretest.exciters import RESIDUE_MIN
 from femend.study.study import Study
 
 if TYPE_CHECKING:
-    from femend.bench.pretest import Plan
+    from femend.bench.pretest_run import Plan
 
 __all__ = ["FORMAT", "largest_off_diagonal", "pretest_result"]
 

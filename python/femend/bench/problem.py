@@ -33,7 +33,7 @@ from femend.estimate.updating import (
 from femend.study.study import Study
 
 if TYPE_CHECKING:
-    from femend.bench.correlate import Prepared
+    from femend.bench.prepared import Prepared
 
 __all__ = ["study_problem"]
 

@@ -19,8 +19,8 @@ from femend.estimate.joint import Run, ods_frf
 from femend.io.recordings import read_modes
 from femend.numerals import plain
 from femend.signal import modal_peaks, peak_frequencies
+from femend.study.channels_sound import with_warnings
 from femend.study.sampled import too_slow_for_band
-from femend.study.sound import with_warnings
 from femend.study.study import Study, StudyRecording
 
 __all__ = ["UPDATE", "MeasuredRun", "in_order", "measured_runs", "without_runs"]

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from femend.bench.compared import Compared
-from femend.bench.correlate import Prepared, prepare
 from femend.bench.counted import Counted, counted_modes
 from femend.bench.counted_runs import CountedRun, counted_runs, turned_as_found
 from femend.bench.drawn import Drawn, draw_posterior_of
 from femend.bench.page import render_page
+from femend.bench.prepared import Prepared, prepare
 from femend.bench.problem import study_problem
-from femend.bench.run_compared import ComparedRun
 from femend.bench.run_update_result import runs_result
 from femend.bench.runs import UPDATE
 from femend.bench.small_problem import small_problem
@@ -23,11 +21,10 @@ from femend.bench.steps import Steps, write_json
 from femend.bench.surface_start import SurfaceStart, start_on_surface
 from femend.bench.update_content import update_page, write_tables
 from femend.bench.update_result import update_result
+from femend.bench.update_run import UpdateRun
 from femend.estimate.updating import (
     Iteration,
     Problem,
-    Sensitivity,
-    UpdatedDeck,
     UpdateResult,
     sensitivities,
     updated_deck,
@@ -40,58 +37,12 @@ from femend.progress import Progress, SilentProgress
 from femend.study.study import Study
 from femend.threads import one_blas_thread
 
-__all__ = ["UpdateRun", "update"]
+__all__ = ["update"]
 
 # searches at most in which forces of a rotor are told anew
 ROUNDS = 3
 # what the command writes: entries of these names from an earlier run are replaced
 OWNED = ("updating.json", "updating.html", "updating.run.json", "updating.*.csv", "model.updated.*", "model.diff")
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class UpdateRun:
-    """A finished update: what was `prepared` and `counted`, the `problem` with what its data can tell
-    (`sensitivity`), what was `found`, every fit and validate recording compared `before` and `after`, the changed
-    `deck`, and the `result` as it is written; the searches from other `starts` and the `drawn` posterior where the
-    study asks for them, and the response `surface` that told where to begin. Where the study asks for orders, the
-    rotor's runs that count (`counted_runs`), and all of them compared before and after (`runs_before`,
-    `runs_after`)."""
-
-    prepared: Prepared
-    counted: tuple[Counted, ...]
-    problem: Problem
-    sensitivity: Sensitivity
-    found: UpdateResult
-    before: tuple[Compared, ...]
-    after: tuple[Compared, ...]
-    deck: UpdatedDeck
-    result: dict[str, Any]
-    starts: Starts | None = None
-    drawn: Drawn | None = None
-    surface: SurfaceStart | None = None
-    counted_runs: tuple[CountedRun, ...] = ()
-    runs_before: tuple[ComparedRun, ...] = ()
-    runs_after: tuple[ComparedRun, ...] = ()
-
-    @property
-    def study(self) -> Study:
-        """The study."""
-        return self.prepared.study
-
-    @property
-    def factors(self) -> dict[str, float]:
-        """Factors of the deck's parameters by name."""
-        return {p.name: self.found.values[p.name] for p in self.study.parameters}
-
-    @property
-    def amplitudes(self) -> dict[str, float]:
-        """Amplitudes of the study's morphs by name."""
-        return {m.name: self.found.values[m.name] for m in self.study.updating.morph}
-
-    def __repr__(self) -> str:
-        from femend.bench.words import update_text
-
-        return update_text(self.result)
 
 
 @one_blas_thread

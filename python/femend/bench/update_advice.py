@@ -14,7 +14,7 @@ from femend.model import affordable_refinement
 from femend.numerals import plain
 
 if TYPE_CHECKING:
-    from femend.bench.correlate import Prepared
+    from femend.bench.prepared import Prepared
 
 __all__ = ["MODAL", "few_modes", "mesh_advice", "update_advice"]
 

@@ -19,7 +19,7 @@ from femend.report.figures import interval
 from femend.report.words import sentence
 
 if TYPE_CHECKING:
-    from femend.bench.update import UpdateRun
+    from femend.bench.update_run import UpdateRun
 
 __all__ = ["update_page", "write_tables"]
 

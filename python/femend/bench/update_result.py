@@ -21,7 +21,7 @@ from femend.correlate import match_frfs
 from femend.estimate.updating import Sensitivity, UpdatedDeck, UpdateResult
 
 if TYPE_CHECKING:
-    from femend.bench.correlate import Prepared
+    from femend.bench.prepared import Prepared
 
 __all__ = ["FORMAT", "update_result"]
 

@@ -7,8 +7,8 @@ from typing import Any
 from femend.bench.page import deviation, fixed, number, percent
 from femend.bench.run_update_content import run_lines
 from femend.bench.runs import in_order
-from femend.cli.table import table
 from femend.numerals import plain
+from femend.report.text_table import table
 
 __all__ = ["correlation_text", "pretest_text", "update_text"]
 

@@ -8,8 +8,8 @@ import click
 
 from femend.cli.diagnose import run_study
 from femend.cli.summary import read_result, summary
-from femend.cli.table import table
 from femend.report.numbers import ratio
+from femend.report.text_table import table
 
 __all__ = ["demo"]
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import click
 import numpy as np
 
-from femend.cli.table import table
 from femend.data import FRF, Geometry, IdentifiedModes, Recording, Spectra, TimeData
 from femend.errors import DeckError, FormatError
 from femend.numerals import plain
 from femend.report.numbers import significant
+from femend.report.text_table import table
 
 __all__ = ["inspect"]
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from femend.cli.table import table
 from femend.errors import RecordingError
 from femend.io.tables import Table, read_table
 from femend.io.tables.axis import FREQ, frequencies, named, time_axis
 from femend.report.numbers import significant
+from femend.report.text_table import table
 
 __all__ = ["table_text"]
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from femend.cli.table import table
 from femend.report.numbers import pretty_unit, significant
+from femend.report.text_table import table
 from femend.units import SYSTEMS, unit_system
 
 if TYPE_CHECKING:

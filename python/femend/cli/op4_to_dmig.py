@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from femend.cli.table import table
 from femend.report.numbers import significant
+from femend.report.text_table import table
 
 if TYPE_CHECKING:
     from femend.io.superelement import Superelement

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from femend.cli.table import table
 from femend.report import words
 from femend.report.headline import headline
 from femend.report.numbers import factor_as_percent, ratio
+from femend.report.text_table import table
 
 __all__ = ["read_result", "summary"]
 

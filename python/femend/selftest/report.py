@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from femend.selftest.score import COLUMNS, Outcome, Share, bin_of, false_claims, grouped
 
 if TYPE_CHECKING:
-    from femend.selftest.run import Selftest
+    from femend.selftest.found import Selftest
 
 __all__ = ["as_dict", "as_html", "as_text"]
 

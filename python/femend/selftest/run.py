@@ -7,7 +7,7 @@ import signal
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -16,27 +16,15 @@ from femend.errors import ConvergenceError, FemendError, StudyError
 from femend.io.atomic import write_atomic
 from femend.progress import Progress, SilentProgress
 from femend.selftest.case import make_case, places_of, write_case
+from femend.selftest.found import Selftest
 from femend.selftest.plan import Plan, read_plan
 from femend.selftest.report import as_dict, as_html
 from femend.selftest.score import Outcome, judge
 from femend.study.load import load_study
 
-__all__ = ["FORMAT", "Selftest", "run_selftest"]
+__all__ = ["FORMAT", "run_selftest"]
 
 FORMAT = "femend-selftest/1"
-
-
-@dataclass(frozen=True)
-class Selftest:
-    """A self-test as far as it came: the study's title, seed, cases asked for, outcomes in order, cases that could
-    not be made or diagnosed with the reason, and whether it was interrupted."""
-
-    title: str
-    seed: int
-    asked: int
-    outcomes: tuple[Outcome, ...]
-    failed: dict[int, str]
-    interrupted: bool = False
 
 
 def run_selftest(

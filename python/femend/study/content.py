@@ -14,7 +14,7 @@ from femend.study.picture import markers, mesh_picture
 from femend.study.references import references
 
 if TYPE_CHECKING:
-    from femend.study.run import StudyRun
+    from femend.study.study_run import StudyRun
 
 __all__ = ["report_content"]
 

@@ -20,7 +20,7 @@ from femend.units import UnitSystem, unit_system
 
 if TYPE_CHECKING:
     from femend.diagnose import Diagnosis
-    from femend.study.run import StudyRun
+    from femend.study.study_run import StudyRun
 
 __all__ = ["accepted", "frf_estimate", "frf_overlays", "restoring_force", "time_overlays"]
 

@@ -11,7 +11,7 @@ from femend.report.content import FrfOverlay
 from femend.study.predictions import STAGES, Prediction
 
 if TYPE_CHECKING:
-    from femend.study.run import StudyRun
+    from femend.study.study_run import StudyRun
 
 __all__ = ["measured_frf_overlays"]
 

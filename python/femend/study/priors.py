@@ -5,12 +5,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
+from femend.model import Parameter
 from femend.numerals import plain
-
-if TYPE_CHECKING:
-    from femend.study.study import Parameter
 
 __all__ = ["bounds_told", "prior_doubts"]
 

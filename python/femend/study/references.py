@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from femend.study.run import StudyRun
+    from femend.study.study_run import StudyRun
 
 __all__ = ["references"]
 

@@ -31,15 +31,17 @@ from femend.study.interruption import StudyInterrupted, nothing_settled
 from femend.study.load import load_study
 from femend.study.patch import deck_cards, deck_changes, on_new_supports
 from femend.study.plausible import Doubted, doubts_found
-from femend.study.predictions import Prediction, predict_all, write_predictions
+from femend.study.predictions import predict_all, write_predictions
 from femend.study.priors import bounds_told
 from femend.study.result import result_of
 from femend.study.sound import warnings_of
-from femend.study.staged_run import StagedRun, diagnose_staged, is_staged
+from femend.study.staged_run import diagnose_staged, is_staged
+from femend.study.staged_study_run import StagedRun
 from femend.study.steps import Steps
 from femend.study.study import Study
+from femend.study.study_run import StudyRun
 
-__all__ = ["StudyRun", "diagnose"]
+__all__ = ["diagnose"]
 
 
 # why recordings of a force nobody recorded are taken as ambient vibration
@@ -49,20 +51,6 @@ NO_ONE_FORCE = (
     f"no force was recorded, and no one force along an axis of a node explains the responses: {ONLY_MODES}; check the "
     'sensors, or say excitation = "ambient" where many forces act'
 )
-
-
-@dataclass(frozen=True, eq=False)
-class StudyRun:
-    """A finished run: the study, model, recordings and pairing, the diagnosis, its predictions and its result."""
-
-    study: Study
-    model: Model
-    test: Test
-    pairing: Pairing
-    records: list[FitRecord]
-    diagnosis: Diagnosis
-    predictions: list[Prediction]
-    result: dict[str, Any]
 
 
 def diagnose(

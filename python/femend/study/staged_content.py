@@ -20,7 +20,7 @@ from femend.units import unit_system
 
 if TYPE_CHECKING:
     from femend.diagnose.staged import RunResult
-    from femend.study.staged_run import StagedRun
+    from femend.study.staged_study_run import StagedRun
 
 __all__ = ["ods_correlation", "staged_content"]
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from femend.diagnose.staged import Stage
-    from femend.study.staged_run import StagedRun
+    from femend.study.staged_study_run import StagedRun
 
 __all__ = ["PICTURES", "not_drawn", "staged_pictures"]
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,6 @@ from femend import _core
 from femend.data import Test
 from femend.diagnose.staged import (
     ConfigurationSpec,
-    Flow,
     Setup,
     StagedData,
     run_stages,
@@ -39,38 +37,23 @@ from femend.study.corrections import Correction, Corrections, corrections_of, le
 from femend.study.deck_told import deck_told
 from femend.study.mended import mended, without
 from femend.study.plausible import doubts_found
-from femend.study.predictions import Prediction, write_predictions
+from femend.study.predictions import write_predictions
 from femend.study.sound import deck_warnings, warnings_of
 from femend.study.staged_content import staged_content
 from femend.study.staged_doubts import not_held_out, taken_back, without_use
 from femend.study.staged_patch import staged_cards, staged_changes, staged_factors
 from femend.study.staged_predictions import predict_staged
 from femend.study.staged_result import staged_result
+from femend.study.staged_study_run import StagedRun
 from femend.study.steps import Steps
 from femend.study.study import Study
 from femend.threads import one_blas_thread
 
-__all__ = ["StagedRun", "diagnose_staged", "is_staged"]
+__all__ = ["diagnose_staged", "is_staged"]
 
 FloatArray = NDArray[np.float64]
 # damped motion of the updated model without additions need not be followed to the last digit
 PLAIN_STEPS = 5
-
-
-@dataclass(frozen=True, eq=False)
-class StagedRun:
-    """A finished staged run: study, free model, recordings, the flow with terms and the one without, and results."""
-
-    study: Study
-    model: Model
-    test: Test
-    pairing: Pairing
-    setup: Setup
-    data: StagedData
-    final: Flow
-    plain: Flow
-    predictions: list[Prediction]
-    result: dict[str, Any]
 
 
 def is_staged(study: Study) -> bool:

@@ -11,7 +11,7 @@ from femend.io.channel_map import ChannelMap
 from femend.io.recordings import read_recording
 from femend.model import Parameter
 from femend.study.bench_settings import CorrelationSettings, PretestSettings, UpdatingSettings
-from femend.study.sound import with_warnings
+from femend.study.channels_sound import with_warnings
 
 __all__ = ["AS_MODELLED", "Configuration", "Study", "StudyRecording"]
 

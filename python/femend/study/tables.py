@@ -18,7 +18,7 @@ from femend.study.curves import accepted
 if TYPE_CHECKING:
     from femend.diagnose import Diagnosis
     from femend.diagnose.split import Split
-    from femend.study.run import StudyRun
+    from femend.study.study_run import StudyRun
 
 __all__ = ["checks", "laws", "notes", "parameters", "places"]
 

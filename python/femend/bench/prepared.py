@@ -1,0 +1,111 @@
+"""A study read for correlation or updating."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from femend.analysis.model_modes import model_modes
+from femend.bench.compared import Compared, compare_recording
+from femend.bench.measured import MeasuredModes, measured_modes
+from femend.bench.models import LOWEST, Models
+from femend.bench.placed import Placed, placed_sensors
+from femend.bench.run_compared import ComparedRun, compare_run
+from femend.bench.runs import MeasuredRun, measured_runs, without_runs
+from femend.bench.steps import Steps
+from femend.errors import RecordingError
+from femend.model import Model
+from femend.study.added_masses import added_mass_doubts
+from femend.study.load import load_study
+from femend.study.sound import deck_warnings
+from femend.study.study import Study
+
+__all__ = ["Prepared", "prepare"]
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A study read for correlation or updating: the models of its configurations, the measured modes of its fit and
+    validate recordings, its sensors placed on the first model, and what is to be told; `runs` are the operating shapes
+    of its rotor's runs where they were asked for."""
+
+    study: Study
+    models: Models
+    measured: tuple[MeasuredModes, ...]
+    placed: Placed
+    warnings: tuple[str, ...]
+    runs: tuple[MeasuredRun, ...] = ()
+
+    @property
+    def model(self) -> Model:
+        """The model of the first recording."""
+        first: MeasuredModes | MeasuredRun = self.measured[0] if self.measured else self.runs[0]
+        return self.models.of(first.configuration)
+
+    def compare(self, measured: MeasuredModes, factors: Mapping[str, float] | None = None) -> Compared:
+        """The `measured` modes of a recording against the model in its configuration, at `factors` of its
+        parameters and amplitudes of its morphs by name."""
+        return compare_recording(
+            measured,
+            self.models.of(measured.configuration),
+            self.placed.places,
+            zeta=self.study.damping_ratio,
+            mac_min=self.study.correlation.mac_min,
+            factors=factors,
+        )
+
+    def compare_run(self, measured: MeasuredRun, factors: Mapping[str, float] | None = None) -> ComparedRun:
+        """The operating shapes of a `measured` run against the model in its configuration, at `factors` as of
+        `compare`."""
+        return compare_run(
+            measured,
+            self.models.of(measured.configuration),
+            self.placed.places,
+            zeta=self.study.damping_ratio,
+            mac_min=self.study.correlation.mac_min,
+            factors=factors,
+        )
+
+
+def prepare(
+    study_path: Path,
+    steps: Steps,
+    use: str,
+    *,
+    morphs: bool = False,
+    runs: Callable[[Study], bool] = lambda study: False,
+) -> Prepared:
+    """Reads a study with its deck and recordings, identifies modes and places the sensors; raises what these raise, and
+    RecordingError where no recording to fit can be compared.
+
+    `use` is what all this is for ("an update"), as messages say it; the models have the study's `morphs`, and
+    operating shapes are taken from rotor's `runs`, where the study asks for that."""
+    with steps.step("read the study and the deck"):
+        study = load_study(study_path, use=use)
+        models = Models(study, morphs)
+        used = [r.configuration for r in study.recordings if r.role != "predict"]
+        first = next(iter(models.all(used).values()))
+    with steps.info.step("identify modes"):  # which tells its progress recording by recording
+        measured, passed = measured_modes(study, steps.progress, lambda: model_modes(first, n_modes=LOWEST).freq)
+    turned: tuple[MeasuredRun, ...] = ()
+    if runs(study) and any(r.excitation == "rotating" for r in study.recordings):
+        with steps.step("take operating shapes from runs"):
+            turned, lost = measured_runs(study)
+    else:
+        lost = () if runs(study) else without_runs(study, use)
+    passed = (*passed, *lost)
+    every: tuple[MeasuredModes | MeasuredRun, ...] = (*measured, *turned)
+    if not any(m.role == "fit" for m in every):
+        why = "; ".join(passed) or "there is none with role fit"
+        raise RecordingError(f"no recording to fit shows a mode: {why}; widen [correlation] band, or record longer")
+    with steps.step("place sensors"):
+        placed = placed_sensors(every, first, align=study.correlation.align)
+    told = [
+        *deck_warnings(study, first.deck),
+        *added_mass_doubts(study, first),
+        *placed.warnings,
+        *passed,
+        *(w for m in every for w in m.warnings),
+    ]
+    return Prepared(study, models, measured, placed, tuple(dict.fromkeys(told)), turned)

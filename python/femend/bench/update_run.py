@@ -1,0 +1,64 @@
+"""A finished update."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from femend.bench.compared import Compared
+from femend.bench.counted import Counted
+from femend.bench.counted_runs import CountedRun
+from femend.bench.drawn import Drawn
+from femend.bench.prepared import Prepared
+from femend.bench.run_compared import ComparedRun
+from femend.bench.starts import Starts
+from femend.bench.surface_start import SurfaceStart
+from femend.bench.words import update_text
+from femend.estimate.updating import Problem, Sensitivity, UpdatedDeck, UpdateResult
+from femend.study.study import Study
+
+__all__ = ["UpdateRun"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class UpdateRun:
+    """A finished update: what was `prepared` and `counted`, the `problem` with what its data can tell
+    (`sensitivity`), what was `found`, every fit and validate recording compared `before` and `after`, the changed
+    `deck`, and the `result` as it is written; the searches from other `starts` and the `drawn` posterior where the
+    study asks for them, and the response `surface` that told where to begin. Where the study asks for orders, the
+    rotor's runs that count (`counted_runs`), and all of them compared before and after (`runs_before`,
+    `runs_after`)."""
+
+    prepared: Prepared
+    counted: tuple[Counted, ...]
+    problem: Problem
+    sensitivity: Sensitivity
+    found: UpdateResult
+    before: tuple[Compared, ...]
+    after: tuple[Compared, ...]
+    deck: UpdatedDeck
+    result: dict[str, Any]
+    starts: Starts | None = None
+    drawn: Drawn | None = None
+    surface: SurfaceStart | None = None
+    counted_runs: tuple[CountedRun, ...] = ()
+    runs_before: tuple[ComparedRun, ...] = ()
+    runs_after: tuple[ComparedRun, ...] = ()
+
+    @property
+    def study(self) -> Study:
+        """The study."""
+        return self.prepared.study
+
+    @property
+    def factors(self) -> dict[str, float]:
+        """Factors of the deck's parameters by name."""
+        return {p.name: self.found.values[p.name] for p in self.study.parameters}
+
+    @property
+    def amplitudes(self) -> dict[str, float]:
+        """Amplitudes of the study's morphs by name."""
+        return {m.name: self.found.values[m.name] for m in self.study.updating.morph}
+
+    def __repr__(self) -> str:
+        return update_text(self.result)

@@ -1,0 +1,115 @@
+"""What is doubtful about a recording's channels: refused where nothing is left of them, else told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from femend.data import FRF, Recording
+from femend.data.recording import RESPONSES
+from femend.errors import RecordingError, SignalError
+from femend.numerals import plain
+from femend.signal import check_signals
+from femend.signal.mains import mains_hum
+
+__all__ = ["with_warnings"]
+
+# mean of an acceleration or a force from which it is told, in its rms about that mean
+OFFSET = 0.3
+# share of a channel's rms from which a line of the mains is told
+HUM = 0.02
+# per cent of a record that are its beginning
+BEGINNING = 1
+
+
+def with_warnings(recording: Recording) -> Recording:
+    """`recording` with what `check_signals` finds on its channels as `warnings`, each with channel and time.
+
+    A response that stands still would be taken for a node of every shape: SignalError. So would an FRF that is zero on
+    all lines: RecordingError. Weak channels and clipped or held stretches are warnings.
+    """
+    if isinstance(recording.data, FRF):
+        _no_empty_frf(recording, recording.data)
+        return recording
+    if not recording.is_time:
+        return recording
+    data = recording.time
+    told = []
+    for fault in check_signals(data):
+        if fault.kind == "dead" and data.channels[fault.row].quantity in RESPONSES:
+            raise SignalError(
+                f"{fault.text}: leave the dead channel out of the recording",
+                recording=recording.name,
+                channel=fault.channel,
+                time=fault.start,
+            )
+        told.append(fault.text)
+    told += [*_offsets(recording), *_preloads(recording), *_hum(recording)]
+    return replace(recording, warnings=(*recording.warnings, *told))
+
+
+def _offsets(recording: Recording) -> list[str]:
+    """Accelerations that do not swing about zero: what is shaken comes back, so that a mean is the sensor's."""
+    data, told = recording.time, []
+    for row in data.rows("acceleration"):
+        channel, y = data.channels[row], data.values[row]
+        mean, swing = float(y.mean()), float(y.std())
+        if abs(mean) <= OFFSET * swing:
+            continue
+        share = abs(mean) / float(np.hypot(mean, swing))
+        told.append(
+            f"recording {recording.name!r}: channel {channel.text} has a mean of {plain(mean)} {channel.unit} and "
+            f"swings about it by {plain(swing)} {channel.unit} rms: no model predicts an offset, so it alone is an "
+            f"error of {plain(share, 2)} in this channel; take it off before (a sensor that shows gravity is off by 1 "
+            "g)"
+        )
+    return told
+
+
+def _preloads(recording: Recording) -> list[str]:
+    """Forces with a mean from their beginning on, as a preload or a sensor's offset is; one that sets in is none."""
+    data, told = recording.time, []
+    for row in data.rows("force"):
+        channel, x = data.channels[row], data.values[row]
+        mean, swing = float(x.mean()), float(x.std())
+        if abs(mean) <= OFFSET * swing or abs(float(x[: BEGINNING * x.size // 100 + 1].mean())) < 0.5 * abs(mean):
+            continue
+        told.append(
+            f"recording {recording.name!r}: channel {channel.text} has a mean of {plain(mean)} {channel.unit} from its "
+            f"beginning on and swings about it by {plain(swing)} {channel.unit} rms: it would set the model in motion, "
+            "and a structure that rests under it does not move; take it off before"
+        )
+    return told
+
+
+def _hum(recording: Recording) -> list[str]:
+    """Lines of the mains in responses whose force is measured and does not hold them."""
+    data, told = recording.time, []
+    if recording.excitation != "measured":
+        return []
+    for hum in mains_hum(data):
+        if hum.share < HUM:
+            continue
+        channel = data.channels[hum.row]
+        told.append(
+            f"recording {recording.name!r}: channel {channel.text} holds a line of {plain(hum.freq, 4)} Hz with "
+            f"{plain(hum.level)} {channel.unit} rms, {plain(100 * hum.share, 2)} % of all it shows, which the force "
+            "does not hold: hum of the mains (a ground loop, an unshielded cable), or a machine nearby. A model would "
+            "have to make a force of it: mend the wiring, or filter the line off before"
+        )
+    return told
+
+
+def _no_empty_frf(recording: Recording, frf: FRF) -> None:
+    empty = np.argwhere(~frf.H.any(axis=0))
+    if empty.size:
+        i, j = (int(v) for v in empty[0])
+        dead = f"{frf.outputs[i].dof} / {frf.inputs[j].dof}"
+        raise RecordingError(
+            f"recording {recording.name!r}: the FRF {dead} is 0 on all {len(frf.freq)} lines"
+            f"{f', and so are {len(empty) - 1} others' if len(empty) > 1 else ''}; a sensor or a blow is missing: "
+            "leave its response or force out",
+            recording=recording.name,
+            channel=dead,
+        )
