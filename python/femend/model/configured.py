@@ -22,7 +22,8 @@ from scipy.sparse import csc_array
 from femend import _core
 from femend.errors import ModelError
 from femend.model.linear_terms import LinearTerm, SpeedPower
-from femend.model.model import Model, Parameter, model_of
+from femend.model.model import Model, model_of
+from femend.model.parameter import Parameter
 from femend.model.parameter_moves import forces_of_moves, missed
 from femend.model.reduction import MODES_ABOVE, _core_modes, _polynomial
 from femend.model.supports import held_rows

@@ -7,7 +7,8 @@ from functools import cached_property
 
 from femend import _core
 from femend.errors import DeckError
-from femend.model.model import Model, Parameter
+from femend.model.model import Model
+from femend.model.parameter import Parameter
 from femend.model.section_fields import beam_fields, bush_fields, corner_fields, ply_fields
 
 __all__ = ["Place", "parameter_fields"]

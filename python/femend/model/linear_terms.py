@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array, csc_array
 
 from femend.model.bushes import BushGroup
-from femend.model.model import Model, Parameter
+from femend.model.model import Model
+from femend.model.parameter import Parameter
 from femend.model.supports import SupportRegion
 from femend.model.unknowns import Unknown
 

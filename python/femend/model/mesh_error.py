@@ -10,17 +10,18 @@ and shapes are off with them; where it can be afforded, solids are halved before
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.errors import FemendError
+from femend.model.known_mesh import MeshError
 from femend.model.model import Model
 from femend.model.reduction import core_modes
 from femend.model.refined import only_shells, refined_model, refined_size, twice_refined
 
-__all__ = ["MeshError", "affordable_refinement", "mesh_error"]
+__all__ = ["affordable_refinement", "mesh_error"]
 
 FloatArray = NDArray[np.float64]
 
@@ -35,43 +36,6 @@ RICHARDSON = 1.0 / 3.0
 # nodes up to which a diagnosis takes the refined model in place of the deck's: it is solved anew for every place that
 # is looked into, which takes up to a second each at this size
 MOST_NODES = 3000
-
-
-@dataclass(frozen=True, eq=False)
-class MeshError:
-    """Frequencies in Hz (n,) of the deck's modes `freq`, of the `refined` model's, and what a mesh without error would
-    have (`converged`); NaN where no refined mode has the shape. `mac` (n,) compares the shapes at the deck's nodes;
-    `halved` says whether the refined solids are of half the size too."""
-
-    freq: FloatArray
-    refined: FloatArray
-    converged: FloatArray
-    mac: FloatArray
-    halved: bool = False
-
-    @property
-    def error(self) -> FloatArray:
-        """Relative error (n,) of the deck's frequencies, positive where they are too high; NaN without a pair, and for
-        rigid-body modes."""
-        elastic = self.freq > 1e-3 * self.freq.max(initial=0.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(elastic, self.freq / self.converged - 1.0, np.nan)
-
-    @property
-    def worst(self) -> int:
-        """The mode that is furthest off, from 0."""
-        return int(np.nanargmax(np.abs(self.error)))
-
-    def text(self) -> str:
-        """The modes as a table."""
-        lines = [f"{'mode':>5} {'deck Hz':>10} {'refined Hz':>11} {'converged Hz':>13} {'error %':>8} {'MAC':>6}"]
-        columns = (self.freq, self.refined, self.converged, 100.0 * self.error, self.mac)
-        for i, (f, r, c, e, m) in enumerate(zip(*columns, strict=True), 1):
-            shown = [f"{v:{how}}" if np.isfinite(v) else "-" for v, how in ((r, ".5g"), (c, ".5g"), (e, "+.2f"))]
-            lines.append(f"{i:>5} {f:>10.5g} {shown[0]:>11} {shown[1]:>13} {shown[2]:>8} {m:>6.2f}")
-        return "\n".join(lines)
-
-    __str__ = text
 
 
 def mesh_error(model: Model, f_max: float) -> MeshError:

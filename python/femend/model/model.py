@@ -18,32 +18,17 @@ from femend.model.morph import Morph
 from femend.model.moved import amplitudes_of, moved_nodes
 from femend.model.near_ids import near_ids
 from femend.model.node_fields import NodeFields, node_fields
+from femend.model.parameter import Parameter
 from femend.model.target_words import in_words
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-    from femend.model.mesh_error import MeshError
-    from femend.model.resolution import Unresolved
+    from femend.model.known_mesh import MeshError, Unresolved
 
-__all__ = ["Model", "Parameter", "read_model"]
+__all__ = ["Model", "read_model"]
 
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """A factor on values of the deck: `property` of the `target` ("material", "property_id", "elements", "mass") `ids`.
-
-    `prior_sd` is the relative 1-sigma of what the deck says, `bounds` the relative limits or None.
-    """
-
-    name: str
-    property: str
-    target: str
-    ids: tuple[int, ...]
-    prior_sd: float = 0.10
-    bounds: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
 from femend.errors import GeometryError, ModelError
+from femend.model.morph import Morph
+from femend.model.node_fields import NodeFields
 from femend.numerals import plain
-
-if TYPE_CHECKING:
-    from femend.model.model import Model
 
 __all__ = ["amplitude_limits", "amplitudes_of", "moved_nodes"]
 
@@ -23,7 +22,23 @@ FloatArray = NDArray[np.float64]
 HALVINGS = 10
 
 
-def amplitudes_of(model: Model, amplitudes: Mapping[str, float] | None = None) -> FloatArray:
+class Morphed(Protocol):
+    """A model as far as its nodes move: its matrices, its morphs, and these together on all nodes that move."""
+
+    @property
+    def fe(self) -> _core.FeModel:
+        """The model's matrices."""
+
+    @property
+    def morphs(self) -> tuple[Morph, ...]:
+        """What moves its nodes."""
+
+    @property
+    def fields(self) -> NodeFields:
+        """The morphs together."""
+
+
+def amplitudes_of(model: Morphed, amplitudes: Mapping[str, float] | None = None) -> FloatArray:
     """Amplitudes (n_morphs,) in the order of the morphs of `model` from `amplitudes` by name (0 where not given).
 
     Raises ModelError for a name that is no morph and a number that is not finite.
@@ -39,7 +54,7 @@ def amplitudes_of(model: Model, amplitudes: Mapping[str, float] | None = None) -
     return values
 
 
-def moved_nodes(model: Model, amplitudes: FloatArray) -> _core.MovedNodes:
+def moved_nodes(model: Morphed, amplitudes: FloatArray) -> _core.MovedNodes:
     """What the morphs of `model` at `amplitudes` (n_morphs,) change in its matrices.
 
     Raises GeometryError naming the element that has no shape there and the amplitudes up to which all have one, and
@@ -80,7 +95,7 @@ def _last_good(at: Callable[[float], object], error: GeometryError) -> tuple[flo
     return low, error
 
 
-def amplitude_limits(model: Model, name: str, reach: float) -> tuple[float, float]:
+def amplitude_limits(model: Morphed, name: str, reach: float) -> tuple[float, float]:
     """Amplitudes, from -`reach` to `reach` at most, between which all elements of `model` keep their shape when the
     morph `name` moves alone: to 0.1 % of `reach`.
 

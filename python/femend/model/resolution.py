@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 
 from femend.model.beam_waves import beam_errors
 from femend.model.form_errors import MESH_SD, MODE_SD, basis_modes
+from femend.model.known_mesh import Unresolved
 from femend.model.model import Model
 from femend.model.reduction import ReducedModel
 from femend.model.refined import QUADRATIC, SHELLS, is_linear
-from femend.numerals import plain
 
-__all__ = ["Resolution", "Unresolved", "mode_resolution", "unresolved"]
+__all__ = ["Resolution", "mode_resolution", "unresolved"]
 
 FloatArray = NDArray[np.float64]
 
@@ -49,41 +49,6 @@ class Resolution:
     excess: FloatArray
     points: FloatArray
     element: NDArray[np.int64]
-
-
-@dataclass(frozen=True, slots=True)
-class Unresolved:
-    """A band whose upper part the mesh does not follow.
-
-    `freq` (Hz) is of the first mode that it puts `error` (relative) off, `points` the elements a wavelength there of
-    the element that adds most to it, of property `pid`; `limit` (Hz) is where lines end that are used, 0 where even the
-    first mode of the band is off and nothing is left out; `share` is what of the recorded power is left out.
-    """
-
-    freq: float
-    error: float
-    points: float
-    pid: int
-    limit: float
-    share: float = 0.0
-
-    @property
-    def text(self) -> str:
-        """The warning."""
-        seen = (
-            f"the mesh has {plain(self.points, 2)} points a wavelength at {plain(self.freq, 3)} Hz, which puts a mode "
-            f"there {plain(100 * self.error, 2, signed=True)} % off"
-        )
-        where = f"refine property {self.pid}" if self.pid else "refine the mesh"
-        where += ", or let its masses be consistent (PARAM,COUPMASS,1)" if self.error < 0 else ""
-        if self.limit == 0:
-            return f"{seen}; it is the first mode of the band, so that no lines are left out: {where}"
-        # of bending waves, whose length goes with the square root of the frequency
-        there = self.points * np.sqrt(self.freq / self.limit)
-        return (
-            f"{seen}; up to {plain(self.limit, 3)} Hz it has {plain(there, 2)} or more: lines above are left out, "
-            f"{plain(100 * self.share, 2)} % of the recorded power; {where}"
-        )
 
 
 def unresolved(reduced: ReducedModel, band: tuple[float, float]) -> Unresolved | None:

@@ -12,7 +12,7 @@ from femend.errors import ModelError
 from femend.model.near_ids import near_ids
 
 if TYPE_CHECKING:
-    from femend.model.model import Parameter
+    from femend.model.parameter import Parameter
 
 __all__ = ["in_words"]
 
