@@ -16,12 +16,14 @@ from femend.diagnose.staged import staged_data
 from femend.diagnose.staged.loads import FEWEST_LINES, ods_lines_of
 from femend.diagnose.staged.prepare import RunData, run_data
 from femend.diagnose.staged.select import Rival, Round
+from femend.diagnose.staged.settings import StagedSettings
 from femend.diagnose.staged.words import _decisions, remark_on_run
 from femend.errors import RecordingError
 from femend.estimate.joint import ModesBlock
 from femend.report.plots import paper_style
 from femend.study import staged_content, staged_pictures
 from femend.study.staged_content import _pictures
+from femend.study.staged_doubts import runs_left
 from femend.study.staged_result import _verdict
 
 RATE = 256.0
@@ -156,6 +158,13 @@ def told_of(flow: Any, *, warnings: tuple[str, ...] = (), modes: tuple[str, ...]
     )
     setup: Any = None
     return _verdict(setup, data, flow, [])
+
+
+def test_what_a_run_leaves_beyond_its_noise_and_the_form_of_the_model_is_told() -> None:
+    said = runs_left(staged(0.13, 0.012), StagedSettings())
+    assert said.startswith("13 % of runup stays unexplained, 4 times what its noise (1.2 %)")
+    assert runs_left(staged(0.07, 0.012), StagedSettings()) == ""
+    assert runs_left(staged(0.13, 0.1), StagedSettings()) == ""
 
 
 def test_ambient_vibration_is_asked_for_where_there_is_none() -> None:

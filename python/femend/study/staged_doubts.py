@@ -17,11 +17,13 @@ from femend.diagnose.staged.stages import Stage
 from femend.numerals import plain
 from femend.study.predictions import Prediction
 
-__all__ = ["clear_rival", "not_held_out", "places_left", "taken_back", "without_use"]
+__all__ = ["clear_rival", "not_held_out", "places_left", "runs_left", "taken_back", "without_use"]
 
 # ln evidence above the best without a term from which on nothing may be said to be missing no more: odds of twelve to
 # one; and by how many times the deviation of a frequency and the form of the model a mode has to be off beside it
 CLEARLY, OFF = 2.5, 3.0
+# what is left of a run, in units of its noise and the form of the model, from which it is told
+LEFT = 3.0
 # share by which the error of recordings has to fall with what is named
 FALLS = 0.05
 # what is tried at nodes
@@ -50,6 +52,24 @@ def clear_rival(flow: Flow, settings: StagedSettings) -> str:
             "record longer, with more sensors around that place, or a hammer test with its force"
         )
     return ""
+
+
+def runs_left(flow: Flow, settings: StagedSettings) -> str:
+    """That of a run more is left than its noise and the form of the model explain, of the one that is left furthest;
+    nothing where none is."""
+    times, worst = 0.0, None
+    for stage in flow.stages:
+        if stage.run is not None:
+            left = stage.unexplained / float(np.hypot(stage.noise, settings.model_run))
+            times, worst = max((times, worst), (left, stage), key=lambda found: found[0])
+    if worst is None or times < LEFT:
+        return ""
+    return (
+        f"{plain(100 * worst.unexplained, 2)} % of {worst.recordings[0]} stays unexplained, {plain(times, 2)} times "
+        f"what its noise ({plain(100 * worst.noise, 2)} %) and the form of the model allow: something else shows there "
+        "that was not found, or none of what was tried explains it clearly enough; more sensors on the rotor and its "
+        "supports, or a run to a higher speed, would tell more"
+    )
 
 
 def _rival(decision: Round) -> tuple[Rival, float] | None:

@@ -17,7 +17,7 @@ from femend.study.findings import alternatives
 from femend.study.predictions import STAGES, Prediction
 from femend.study.priors import bounds_told
 from femend.study.result import FORMAT
-from femend.study.staged_doubts import clear_rival, places_left
+from femend.study.staged_doubts import clear_rival, places_left, runs_left
 from femend.units import UnitSystem, unit_system
 
 __all__ = ["staged_result"]
@@ -109,7 +109,8 @@ def _verdict(setup: Setup, data: StagedData, flow: Flow, findings: list[dict[str
         if worst > setup.settings.adequate:
             left = f"the best terms leave {plain(worst, 2)} times what noise and the form of the model explain"
             return "located-not-named", f"{left}; {advice}" if advice else left
-        return "missing-physics", "; ".join(filter(None, [places_left(setup, flow), advice]))
+        left = runs_left(flow, setup.settings)
+        return "missing-physics", "; ".join(filter(None, [places_left(setup, flow), left, advice]))
     rival = clear_rival(flow, setup.settings)
     if rival:
         return "undetermined", "; ".join(filter(None, [rival, advice]))
@@ -127,6 +128,7 @@ def _verdict(setup: Setup, data: StagedData, flow: Flow, findings: list[dict[str
     for parameter in setup.free.parameters:
         i = posterior.unknowns.index(parameter.name)
         moved.append(abs(posterior.p[i]) / parameter.prior_sd)
+    advice = "; ".join(filter(None, [runs_left(flow, setup.settings), advice]))
     if max(moved, default=0.0) > FAR:
         return "located-not-named", advice
     return ("parameters-only" if max(moved, default=0.0) > MOVED else "consistent"), advice
