@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from femend.diagnose.accepted import accepted, bends, stands_out
+from femend.diagnose.accepted import accepted, as_drawn, bends, stands_out
 from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.ranked import Ranked, tempered
@@ -148,3 +148,23 @@ def test_a_loop_with_a_knee_nearly_sharp_is_friction_where_that_leaves_hardly_mo
     loop, friction = ranked("bouc_wen", 1.0, 10.0), ranked("coulomb_friction", left, 10.0)
     loop = replace(loop, candidate=replace(loop.candidate, values={"n": n}), score=friction.score - 100.0)
     assert names(simple_first([loop, friction], Settings()))[0] == told
+
+
+@pytest.mark.parametrize(
+    ("factor", "sd", "fitted", "drawn"), [(0.986, 0.3, 1.0, True), (0.8, 0.05, 1.0, False), (0.8, 0.05, 9.0, True)]
+)
+def test_a_part_whose_interval_holds_the_deck_s_value_is_as_drawn(
+    factor: float, sd: float, fitted: float, drawn: bool
+) -> None:
+    """A control whose recordings follow their force in part was told a joint of 0.986 +- 0.30 times its stiffness."""
+    law = ranked("viscous_damper", 1.0, 10.0).candidate
+    part = replace(
+        law,
+        physics=None,
+        name="joint_stiffness",
+        values={"factor": factor},
+        covariance=np.array([[sd**2]]),
+        fitted=fitted,
+    )
+    assert as_drawn(part) is drawn
+    assert not as_drawn(replace(part, physics=physics("viscous_damper")))

@@ -4,16 +4,28 @@ from __future__ import annotations
 
 import numpy as np
 
+from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.evidence import fall
 from femend.diagnose.levels import depends_on_level
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.shares import needed_share, share_explained
 
-__all__ = ["TELLING", "accepted", "adequate", "bends", "clearly_missing", "share_taken", "stands_out"]
+__all__ = [
+    "TELLING",
+    "accepted",
+    "adequate",
+    "as_drawn",
+    "bends",
+    "clearly_missing",
+    "share_taken",
+    "stands_out",
+]
 
 # gain, in `gain_cost`, from which a law is told though it explains part of what is wrong
 TELLING = 10.0
+# half a 90 % interval, in standard deviations
+INTERVAL = 1.645
 
 
 def accepted(found: Diagnosis, best: Ranked) -> bool:
@@ -57,6 +69,15 @@ def stands_out(found: Diagnosis, best: Ranked) -> bool:
     return bool(
         far and not explained and gain > TELLING * settings.gain_cost and share_taken(found, best) >= settings.partly
     )
+
+
+def as_drawn(part: Candidate) -> bool:
+    """Whether the factor of a member, region or connection, fitted to all recordings, has an interval that holds 1: what one of them
+    asked for, the others do not show."""
+    if part.physics is not None or part.covariance is None:
+        return False
+    sd = standard_deviations(part.covariance) * np.sqrt(max(1.0, part.fitted))
+    return bool(np.all(np.abs(np.log(list(part.values.values()))) < INTERVAL * sd))
 
 
 def share_taken(found: Diagnosis, best: Ranked) -> float:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.diagnose.accepted import accepted, adequate, bends, clearly_missing, share_taken, stands_out
+from femend.diagnose.accepted import accepted, adequate, as_drawn, bends, clearly_missing, share_taken, stands_out
 from femend.diagnose.advice import BENT, LATER, PART_OF_A_FORCE, PART_OF_ALL, beside_laws
 from femend.diagnose.candidates import Candidate, standard_deviations
 from femend.diagnose.collapse import collapsed
@@ -85,6 +85,13 @@ def _one_law(found: Diagnosis, best: Ranked, named: bool) -> Diagnosis:
         (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
         if fit is not None:
             refitted = _refitted_part(candidate, fit)
+    if best.located is not None and best.located.place.scaled and as_drawn(refitted):
+        factor = plain(next(iter(refitted.values.values())), 3)
+        return _no_law(
+            found,
+            f"a factor on the stiffness {best.located.place.where} explains the data that chose best, but is {factor} "
+            "when fitted to all recordings, which is as drawn within its interval",
+        )
     bent = bends(found, best)
     enough = named and adequate(found, best) and not bent
     verdict = "missing-physics" if enough else "located-not-named"
