@@ -72,8 +72,8 @@ def stands_out(found: Diagnosis, best: Ranked) -> bool:
 
 
 def as_drawn(part: Candidate) -> bool:
-    """Whether the factor of a member, region or connection, fitted to all recordings, has an interval that holds 1: what one of them
-    asked for, the others do not show."""
+    """Whether the factor of a member, region or connection, fitted to all recordings, has an interval that holds 1:
+    what one of them asked for, the others do not show."""
     if part.physics is not None or part.covariance is None:
         return False
     sd = standard_deviations(part.covariance) * np.sqrt(max(1.0, part.fitted))

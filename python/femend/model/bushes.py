@@ -54,7 +54,7 @@ def bush_groups(model: Model) -> tuple[BushGroup, ...]:
 
 
 def _group(model: Model, pid: int, members: list[tuple[int, tuple[int, int]]]) -> BushGroup | None:
-    xyz = dict(zip(model.node_ids.tolist(), model.xyz))
+    xyz = model.xyz_of
     rows, maps, lengths, axes = [], [], [], []
     stiffness = None
     for eid, (a, b) in members:

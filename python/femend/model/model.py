@@ -87,6 +87,11 @@ class Model:
         """Coordinates (n, 3) in the basic system; scalar points have none and stand in the middle of the others."""
         return self.fe.xyz
 
+    @cached_property
+    def xyz_of(self) -> dict[int, FloatArray]:
+        """Coordinates (3,) of every node by its id, as `xyz`."""
+        return dict(zip(self.node_ids.tolist(), self.xyz, strict=True))
+
     def index(self, node: int) -> int:
         """Position of a node in the g-set; raises PairingError where the model has no such node."""
         at = self._positions.get(int(node))

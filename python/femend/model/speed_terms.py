@@ -36,7 +36,7 @@ def rotor_between(model: Model, nodes: Sequence[int], axis: int, reference: floa
     eq. 2.24). Omega counts positive about +axis by the right hand; `reference` rad/s is the highest speed. Raises
     ModelError where the bearings do not lie apart along the shaft.
     """
-    xyz = dict(zip(model.node_ids.tolist(), model.xyz))
+    xyz = model.xyz_of
     ordered = sorted(nodes, key=lambda n: float(xyz[n][axis]))
     first, last = ordered[0], ordered[-1]
     length = float(xyz[last][axis] - xyz[first][axis])

@@ -55,7 +55,7 @@ def held_rows(free: Model, held: Model) -> NDArray[np.int64]:
 def nodal_areas(model: Model) -> dict[int, float]:
     """Share of every node in the area of the shells around it (a quarter of each quadrangle, a third of each
     triangle)."""
-    xyz = dict(zip(model.node_ids.tolist(), model.xyz))
+    xyz = model.xyz_of
     share: dict[int, float] = {}
     for _, card, nodes in model.fe.elements():
         if card not in SHELLS:

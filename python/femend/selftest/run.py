@@ -144,7 +144,7 @@ def _one(plan: Plan, places: Any, folder: Path, seed: int, index: int) -> Outcom
         result = diagnose(study, out=own / "diagnosis", seed=seed).result
     except FemendError as error:
         return f"not diagnosed: {error}"
-    xyz = {int(n): x for n, x in zip(plan.model.node_ids, plan.model.xyz, strict=True)}
+    xyz = plan.model.xyz_of
     outcome = judge(index + 1, case.truth, result, xyz, round(time.perf_counter() - since, 2))
     write_atomic(own / "outcome.json", json.dumps(asdict(outcome)))
     return outcome

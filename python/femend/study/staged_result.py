@@ -200,7 +200,7 @@ def _location(setup: Setup, term: LinearTerm) -> dict[str, Any]:
     region = next((r for rs in setup.regions.values() for r in rs if r.nodes == term.nodes), None)
     if term.area <= 0.0 or region is None:
         return where
-    at = dict(zip(setup.free.node_ids.tolist(), setup.free.xyz))
+    at = setup.free.xyz_of
     xyz = np.array([at[n] for n in region.nodes])
     centre = region.areas @ xyz / region.area
     apart = np.linalg.norm(xyz - centre, axis=1)

@@ -50,7 +50,7 @@ def speed_rivals(
     a property, along each axis and along all, and members, whose stiffness changes up to `reference` rad/s.
     """
     free, limit = setup.free, setup.settings.most_places
-    xyz = dict(zip(free.node_ids.tolist(), free.xyz))
+    xyz = free.xyz_of
     along = [float(xyz[n][axis]) for n in bearings]
     found = [rotor_between(free, bearings, axis, reference)] if max(along) > min(along) else []
     found += [disc_at_node(free, n, axis, reference) for n in _on_shaft(setup, bearings, axis)]

@@ -22,6 +22,6 @@ def with_elements(setup: Setup) -> set[int]:
 def on_the_line(setup: Setup, nodes: Iterable[int], bearing: int, axis: int) -> list[int]:
     """Those of the `nodes` that lie on the line through a `bearing` along `axis` (0, 1, 2), in their order."""
     free = setup.free
-    xyz = dict(zip(free.node_ids.tolist(), free.xyz, strict=True))
+    xyz = free.xyz_of
     off = OFF_AXIS * float(np.ptp(free.xyz, axis=0).max())
     return [n for n in nodes if n in xyz and np.linalg.norm(np.delete(xyz[n] - xyz[bearing], axis)) <= off]

@@ -47,7 +47,7 @@ def places_tried(setup: Setup, configuration: str, sensors: Sequence[Dof]) -> tu
         for n, k in zip(free.node_ids.tolist(), entries, strict=True)
         if (k == 1).all() and n in used and n not in held and n not in own
     ]
-    xyz = dict(zip(free.node_ids.tolist(), free.xyz, strict=True))
+    xyz = free.xyz_of
     return own, _spread(others, [xyz[n] for n in own], xyz, setup.settings.most_screened), len(others)
 
 
