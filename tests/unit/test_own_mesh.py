@@ -35,7 +35,7 @@ def recorded(truth: Model, deck: Model, nodes: tuple[int, ...]) -> FitRecord:
     rows = np.array([6 * deck.index(node) + 2 for node in nodes])
     omega, phi = small_study.dense_modes(truth)
     keep = omega < 2 * np.pi * 4 * F_MAX
-    seen = phi[rows][:, keep]
+    seen = phi[[6 * truth.index(node) + 2 for node in nodes]][:, keep]
     n = int(RATE * SECONDS)
     rng = np.random.default_rng(1)
     freq = np.fft.rfftfreq(n, 1 / RATE)

@@ -106,8 +106,8 @@ def record(model: Model, top: float) -> FitRecord:
 
 
 def test_lines_above_are_left_out_and_their_power_is_told(tmp_path: Path) -> None:
-    model = bars(tmp_path / "m.bdf", 3)
-    top = 1.1 * frequencies(model, 4)[3]
+    model = bars(tmp_path / "m.bdf", 2)
+    top = 1.1 * frequencies(bars(tmp_path / "fine.bdf", 12), 4)[3]
     used, reduced, problem = modelled(model, [record(model, top)], 0.01)
     missed = used.unresolved
     assert missed is not None

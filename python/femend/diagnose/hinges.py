@@ -15,7 +15,7 @@ import numpy as np
 from femend.diagnose.dressed import without_own_unknowns
 from femend.diagnose.judge import Given, Tried
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
-from femend.model import Place
+from femend.model import Model, Place
 from femend.model.places import inner_joints
 
 __all__ = ["inside"]
@@ -29,7 +29,8 @@ def inside(given: Given, tried: Sequence[Tried], known: set[tuple[tuple[int, ...
     """Joints inside the members among what was `tried` that may stand for one, without those `known` by their nodes and
     direction, to which they are added: stretches of a member overlap."""
     members = [t for t in tried if t.found.place.kind == "member"]
-    weak = [t.found for t in members if t.candidate.values["factor"] < WEAK or _short(t.found.place)]
+    model = given.reduced.model
+    weak = [t.found for t in members if t.candidate.values["factor"] < WEAK or _short(t.found.place, model)]
     found = []
     for joint in (joint for member in weak for joint in _hinges(given, member)):
         key = joint.place.nodes, joint.place.direction
@@ -39,16 +40,16 @@ def inside(given: Given, tried: Sequence[Tried], known: set[tuple[tuple[int, ...
     return found
 
 
-def _short(member: Place) -> bool:
-    """Whether it is a short stretch of a longer member."""
-    return member.unlikely and len(member.elements) <= SHORT
+def _short(member: Place, model: Model) -> bool:
+    """Whether it is a short stretch of a longer member, by the deck's elements."""
+    return member.unlikely and len(model.drawn_elements(member.elements)) <= SHORT
 
 
 def _hinges(given: Given, member: Located) -> list[Located]:
     """The cuts inside a member at which a free force leaves least, from where its factor brought the model's
     unknowns."""
     problem, reduced = given.split.whole, given.reduced
-    places = inner_joints(reduced.model.as_drawn, member.place)
+    places = inner_joints(reduced.model, member.place)
     p = without_own_unknowns(member.fit.p, reduced, member.place.n_own)
     few = [place for place in places if place.n_w < min(r.y.shape[0] for r in problem.records)]
     fits = problem.fit([hypothesis_of(place, reduced) for place in few], [(p, np.zeros(0))] * len(few))

@@ -265,9 +265,9 @@ def _linear(model: Model) -> set[str]:
 
 def _refined_sds(reduced: ReducedModel, mode_sd: float) -> tuple[float, ...]:
     """`FormErrors.first_sds` of a refined model: of the modes whose error in the deck's mesh is known; `mode_sd` of the
-    others. Nothing of a model that is not refined."""
+    others. Nothing of a model that is not refined, nor of one of beams, whose error was no part of `mode_sd`."""
     error = reduced.model.mesh_error
-    if error is None:
+    if error is None or not _linear(reduced.model.as_drawn):
         return ()
     beside = REFINED_MODE_SD if error.halved or only_shells(reduced.model.as_drawn) else QUADRATIC_MODE_SD
     sds = []

@@ -56,8 +56,9 @@ class Unresolved:
     """A band whose upper part the mesh does not follow.
 
     `freq` (Hz) is of the first mode that it puts `error` (relative) off, `points` the elements a wavelength there of
-    the element that adds most to it, of property `pid`; `limit` (Hz) is where lines end that are used, 0 where even the
-    first mode of the band is off and nothing is left out; `share` is what of the recorded power is left out.
+    the element that adds most to it, of property `pid`, as the deck has them; `limit` (Hz) is where lines end that are
+    used, 0 where even the first mode of the band is off and nothing is left out; `share` is what of the recorded power
+    is left out; `cut` says that the mode is off although the elements were refined.
     """
 
     freq: float
@@ -66,13 +67,14 @@ class Unresolved:
     pid: int
     limit: float
     share: float = 0.0
+    cut: bool = False
 
     @property
     def text(self) -> str:
         """The warning."""
         seen = (
             f"the mesh has {plain(self.points, 2)} points a wavelength at {plain(self.freq, 3)} Hz, which puts a mode "
-            f"there {plain(100 * self.error, 2, signed=True)} % off"
+            f"there {plain(100 * self.error, 2, signed=True)} % off{' even refined' if self.cut else ''}"
         )
         where = f"refine property {self.pid}" if self.pid else "refine the mesh"
         where += ", or let its masses be consistent (PARAM,COUPMASS,1)" if self.error < 0 else ""

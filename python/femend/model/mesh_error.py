@@ -1,4 +1,5 @@
-"""The error of a deck's own mesh, mode by mode, from the same model with its linear shells and solids refined once.
+"""The error of a deck's own mesh, mode by mode, from the same model with its linear shells and solids, and beams too
+long for their waves, refined once.
 
 Elements that interpolate linearly are too stiff or too soft by an amount that depends on the mode (bending about either
 axis, torsion, stretching, plate bending have each their own) and that no parameter of the structure can make up for.
@@ -9,13 +10,14 @@ and shapes are off with them; where it can be afforded, solids are halved before
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.errors import FemendError
+from femend.model.coarse_beams import coarse_beams
 from femend.model.known_mesh import MeshError
 from femend.model.model import Model
 from femend.model.reduction import core_modes
@@ -39,11 +41,12 @@ MOST_NODES = 3000
 
 
 def mesh_error(model: Model, f_max: float) -> MeshError:
-    """Error of the mesh of `model` in its modes up to `f_max` (Hz), by refining its linear shells and solids.
+    """Error of the mesh of `model` in its modes up to `f_max` (Hz), by refining its linear shells and solids, and beams
+    that put one of these modes off by more than a quarter of a per cent.
 
-    Both models are at the deck's values. Where shells alone were refined, whose error is of second order in the size
-    of the elements, it is extrapolated to none (Richardson 1911); quadratic solids are taken as they are, of half the
-    size where the model then has no more than 3000 nodes.
+    Both models are at the deck's values. Where shells but no solids were refined, whose error is of second order in the
+    size of the elements, it is extrapolated to none (Richardson 1911); quadratic solids are taken as they are, of half
+    the size where the model then has no more than 3000 nodes, and so are beams, of whose error a sixteenth is left.
     Raises ModelError where nothing can be refined, DeckError or ModelError where the refined deck cannot be built, and
     OSError where the deck's files are gone.
 
@@ -53,13 +56,14 @@ def mesh_error(model: Model, f_max: float) -> MeshError:
         2     87.834      87.488        87.372    +0.53   1.00
         3     103.69      102.86        102.58    +1.08   1.00
     """
-    return _refined(model, f_max)[1]
+    return _refined(model, f_max, coarse_beams(model, f_max))[1]
 
 
-def _refined(model: Model, f_max: float) -> tuple[Model, MeshError]:
-    """The refined model, its solids halved where that is affordable, and the error of the deck's up to `f_max` (Hz)."""
-    twice = None if only_shells(model) else twice_refined(model, MOST_NODES)
-    finer = refined_model(model) if twice is None else twice
+def _refined(model: Model, f_max: float, beams: Collection[int]) -> tuple[Model, MeshError]:
+    """The refined model, `beams` cut and its solids halved where that is affordable, and the error of the deck's up to
+    `f_max` (Hz)."""
+    twice = None if only_shells(model) else twice_refined(model, MOST_NODES, beams)
+    finer = refined_model(model, beams) if twice is None else twice
     return finer, replace(_compared(finer, model, f_max), halved=twice is not None)
 
 
@@ -69,10 +73,15 @@ def affordable_refinement(model: Model, f_max: float) -> Model | None:
     None where there is nothing to refine, where it would cost too much (more than `MOST_NODES` nodes), and where the
     refined model cannot be built or none of its modes is one of the deck's.
     """
-    if not 0 < refined_size(model) <= MOST_NODES or model.morphs:
+    if len(model.node_ids) > MOST_NODES or model.morphs:
         return None
     try:
-        finer, found = _refined(model, ABOVE * f_max)
+        beams = coarse_beams(model, f_max)
+        if refined_size(model, beams) > MOST_NODES:
+            beams = frozenset()
+        if not 0 < refined_size(model, beams) <= MOST_NODES:
+            return None
+        finer, found = _refined(model, ABOVE * f_max, beams)
     except (FemendError, OSError, ValueError, np.linalg.LinAlgError):
         return None
     return replace(finer, mesh_error=found) if np.isfinite(found.error).any() else None
@@ -90,7 +99,7 @@ def _compared(finer: Model, model: Model, f_max: float) -> MeshError:
     rows, columns = _paired(likeness)
     refined, converged = np.full(len(freq), np.nan), np.full(len(freq), np.nan)
     refined[rows] = finer_freq[columns]
-    beyond = RICHARDSON if only_shells(model) else 0.0
+    beyond = RICHARDSON if only_shells(model) and refined_size(model) else 0.0
     square = finer_freq[columns] ** 2 + beyond * (finer_freq[columns] ** 2 - freq[rows] ** 2)
     converged[rows] = np.sqrt(np.maximum(square, 0.0))
     mac = likeness.max(axis=1, initial=0.0)

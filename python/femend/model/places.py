@@ -128,7 +128,7 @@ def find_places(model: Model, top: Topology | None = None) -> list[Place]:
             places += _end_places(model, top, joint, eid, end)
     for a, b, chain in top.members:
         parameter = _scaled_by(model, chain[0])
-        for start, end, part in [(a, b, chain), *_parts(top, a, chain)]:
+        for start, end, part in [(a, b, chain), *_parts(model, top, a, chain)]:
             label = f"member between nodes {start} and {end}"
             places.append(
                 Place("member", (start, end), "", label, elements=part, label=label, parameter=parameter,
@@ -154,25 +154,25 @@ def inner_joints(model: Model, member: Place) -> list[Place]:
     return found
 
 
-def _parts(top: Topology, first: int, chain: tuple[int, ...]) -> list[tuple[int, int, tuple[int, ...]]]:
-    """Stretches of a long member with their end nodes: what is weak need not be so from joint to joint.
+def _parts(model: Model, top: Topology, first: int, chain: tuple[int, ...]) -> list[tuple[int, int, tuple[int, ...]]]:
+    """Stretches of a long member with their end nodes, which the deck has: what is weak need not be so from joint to
+    joint.
 
     A half of it, a third and so on down to a twelfth, each moved by a third of itself; of a member of few elements
-    there are none.
+    of the deck there are none.
     """
-    n = len(chain)
-    if n < PARTED:
-        return []
     nodes = [first]
     for eid in chain:
         a, b = top.beams[eid]
         nodes.append(b if a == nodes[-1] else a)
+    drawn = set(model.drawn(nodes))
+    cuts = [k for k, node in enumerate(nodes) if node in drawn]
+    n = len(cuts) - 1
+    if n < PARTED:
+        return []
     lengths = sorted({max(1, round(n / parts)) for parts in (2, 3, 4, 6, 8, 12)}, reverse=True)
-    return [
-        (nodes[i], nodes[i + length], chain[i : i + length])
-        for length in lengths
-        for i in range(0, n - length + 1, max(1, length // 3))
-    ]
+    pairs = ((cuts[i], cuts[i + length]) for length in lengths for i in range(0, n - length + 1, max(1, length // 3)))
+    return [(nodes[i], nodes[j], chain[i:j]) for i, j in pairs]
 
 
 def _grounds(model: Model, top: Topology) -> list[Place]:

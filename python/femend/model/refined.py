@@ -1,17 +1,17 @@
-"""The user's deck with linear shells and solids refined once; all else stands as it is.
+"""The user's deck with linear shells and solids, and coarse beams, refined once; all else stands as it is.
 
 Solids of straight edges get nodes in the middle of their edges (CHEXA 20, CPENTA 15, CTETRA 10, CPYRAM 13), shells are
 cut in two along every edge. Nodes of the deck keep their ids, so that both models can be compared there. An edge whose
 ends are both held is held in its middle, one whose ends hang on the same RBE2 hangs on it. Beams along an edge that is
-cut are cut there too; all others, springs, masses, RBE3 and MPCs stand as they are. Once more refined, the solids too
-are cut in two along every edge before that.
+cut are cut there too, and others that are asked for (`coarse_beams`); the rest, springs, masses, RBE3 and MPCs stand as
+they are. Once more refined, the solids too are cut in two along every edge before that.
 """
 
 from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -42,6 +42,8 @@ QUADRATIC = {
 }
 
 
+# of a beam of unit length, motion of its middle that is none
+STILL = 1e-6
 # where cards of beams have, after their name, the first of their two nodes, the pins of the first end and its offset
 # (0: none)
 _ALONG = {"CBAR": (2, 8, 10), "CBEAM": (2, 8, 10), "CROD": (2, 0, 0), "CONROD": (1, 0, 0)}
@@ -53,56 +55,76 @@ def is_linear(card: str, n_nodes: int) -> bool:
     return corners == n_nodes
 
 
-def refined_size(model: Model) -> int:
-    """Nodes that the refined model would have; 0 where there is nothing to refine."""
+def refined_size(model: Model, beams: Collection[int] = ()) -> int:
+    """Nodes that the refined model would have with `beams` cut too; 0 where there is nothing to refine."""
     new: set[Nodes] = set()
     centres = 0
-    for _, card, nodes in model.fe.elements():
+    for eid, card, nodes in model.fe.elements():
         if is_linear(card, len(nodes)):
             new.update(_key(*edge) for edge in _edges(card, nodes))
             centres += card == "CQUAD4"
+        elif eid in beams:
+            new.add(_key(*nodes[:2]))
     return len(model.node_ids) + len(new) + centres if new else 0
 
 
+def held_inside(model: Model, nodes: Sequence[int], held: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which components (6,) the middle of a beam between two `nodes`, of the same axes, is held in: those in which both
+    ends are (`held` (n_g,)) and none of their free motions moves it. So a frame stays in its plane, and what spans two
+    supports sags."""
+    at = [model.index(n) for n in nodes]
+    x = np.asarray(model.fe.frames)[at[0]].T @ (model.xyz[at[1]] - model.xyz[at[0]])
+    x /= max(float(np.linalg.norm(x)), 1e-300)
+    along, turned = np.outer(x, x), np.cross(np.eye(3), x).T
+    # size of what motions of an end do to the middle, of cubic shapes over a unit length
+    moves = np.abs(np.block([[np.eye(3) / 2, turned / 8], [1.5 * turned, along / 2 - (np.eye(3) - along) / 4]]))
+    both = held.reshape(-1, 6)[at].all(axis=0)
+    return np.asarray(both & (moves[:, ~both].max(axis=1, initial=0.0) < STILL))
+
+
 def only_shells(model: Model) -> bool:
-    """Whether what would be refined are shells alone."""
+    """Whether no solids would be refined."""
     return not any(card in QUADRATIC and is_linear(card, len(nodes)) for _, card, nodes in model.fe.elements())
 
 
-def refined_model(model: Model) -> Model:
+def refined_model(model: Model, beams: Collection[int] = ()) -> Model:
     """The refined model, with the deck's SPC set, added masses and parameters, without morphs; nodes of the deck come
-    first in it, in their order.
+    first in it, in their order. Of `beams`, which are ids, those along no edge are cut too, but for what `_beam` says.
 
     Raises ModelError for a model that has nothing to refine, DeckError or ModelError for a deck whose cards cannot be
     put in place of others, and OSError for files that cannot be read again.
     """
     # the files are read when the deck is made and not again
     with tempfile.TemporaryDirectory(prefix="femend-refined-") as folder:
-        return _refined(model, Path(folder))
+        return _refined(model, Path(folder), beams)
 
 
-def twice_refined(model: Model, most_nodes: int) -> Model | None:
+def twice_refined(model: Model, most_nodes: int, beams: Collection[int] = ()) -> Model | None:
     """The model with its linear solids first cut in two along every edge, then refined as by `refined_model`, with
     shells cut in two each time; None where it would have more than `most_nodes` nodes. Raises what `refined_model`
     does."""
-    if refined_size(model) > most_nodes:  # so many has the one in between alone
+    if refined_size(model, beams) > most_nodes:  # so many has the one in between alone
         return None
     with tempfile.TemporaryDirectory(prefix="femend-refined-") as folder:
         halved = _refined(model, Path(folder) / "halved", halve=True)
-        if refined_size(halved) > most_nodes:
+        whole = set(beams) - set(halved.parts)
+        if refined_size(halved, whole) > most_nodes:
             return None
-        finer = _refined(halved, Path(folder) / "finer")
+        finer = _refined(halved, Path(folder) / "finer", whole)
     again = finer.parts
     parts = {eid: tuple(p for own in pieces for p in again.get(own, (own,))) for eid, pieces in halved.parts.items()}
     return replace(finer, refines=model, parts=parts)
 
 
-def _refined(model: Model, folder: Path, *, halve: bool = False) -> Model:
+def _refined(model: Model, folder: Path, beams: Collection[int] = (), *, halve: bool = False) -> Model:
     """The refined model from files in `folder`; with `halve` its solids are cut and stay linear."""
-    refined = _Refined(model, halve)
+    refined = _Refined(model, halve, frozenset(beams))
     refined.cut()
     if not refined.replaced:
-        raise ModelError("the model has no shells or solids with nodes at their corners alone; nothing can be refined")
+        raise ModelError(
+            "the model has no shells or solids with nodes at their corners alone, nor coarse beams that can be cut; "
+            "nothing can be refined"
+        )
     deck = read_deck(_written(model, refined, folder))
     parameters = [
         replace(p, ids=tuple(part for eid in p.ids for part in refined.parts.get(eid, (eid,))))
@@ -119,14 +141,17 @@ def _refined(model: Model, folder: Path, *, halve: bool = False) -> Model:
 @dataclass
 class _Refined:
     """New cards, the ones they replace as (card, id), and the elements that each one became where they are several
-    (`parts`); new nodes in the `middles` of others. With `halve` solids are cut like shells."""
+    (`parts`); new nodes in the `middles` of others, and in those of `beams` that are no edges (`insides`). With `halve`
+    solids are cut like shells."""
 
     model: Model
     halve: bool = False
+    beams: frozenset[int] = frozenset()
     replaced: list[tuple[str, int]] = field(default_factory=list)
     cards: list[str] = field(default_factory=list)
     middles: dict[Nodes, int] = field(default_factory=dict)
     parts: dict[int, Nodes] = field(default_factory=dict)
+    insides: dict[Nodes, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         deck = self.model.deck
@@ -202,16 +227,18 @@ class _Refined:
             self._card([card, str(own), pid, *map(str, part), *after])
 
     def _beam(self, eid: int, card: str, nodes: Nodes) -> None:
-        """Two beams in place of one along an edge that was cut, the first with its id: its new middle would bend away
-        from the beam. Tapered ones stay, and those whose ends have axes of their own, which their fields count in."""
+        """Two beams in place of one that is asked for, or along an edge that was cut, whose new middle would bend away
+        from it; the first has its id. Tapered ones stay, and those whose ends have axes of their own, which their
+        fields count in."""
         a, b = nodes[:2]
-        middle = self.middles.get(_key(a, b))
-        if middle is None:
+        edge = self.middles.get(_key(a, b))
+        if edge is None and eid not in self.beams:
             return
         fields = [self.model.deck.field_text(card, eid, k).strip() for k in (*range(2, 10), *range(12, 24))]
         turned = not np.allclose(*(self._frames[self.model.index(n)] for n in (a, b)))
         if turned or (card == "CBEAM" and (is_tapered(self.model.deck, int(fields[1])) or any(fields[16:]))):
             return
+        middle = self._inside(a, b) if edge is None else edge
         first, pins, offsets = _ALONG[card]
         self.parts[eid] = (eid, self._next_element())
         one, other = fields.copy(), fields.copy()
@@ -232,19 +259,25 @@ class _Refined:
         if new:
             self._card(["RBE2", str(self._next_element()), str(first), components, *map(str, new)])
 
+    def _inside(self, a: int, b: int) -> int:
+        """The node in the middle of all beams between two others."""
+        key = _key(a, b)
+        if key not in self.insides:
+            self.insides[key] = self._new(key, held_inside(self.model, key, self._held))
+        return self.insides[key]
+
     def _at(self, *corners: int) -> int:
         """The node in the middle of `corners`; of one the node itself."""
         key = _key(*corners)
         if len(key) > 1 and key not in self.middles:
-            self.middles[key] = self._new(key)
+            self.middles[key] = self._new(key, np.all(self._held[[self.model.index(n) for n in key]], axis=0))
         return self.middles[key] if len(key) > 1 else key[0]
 
-    def _new(self, corners: Nodes) -> int:
-        """A node in the middle of others, held where all of them are."""
+    def _new(self, corners: Nodes, held: NDArray[np.bool_]) -> int:
+        """A node in the middle of others, `held` (6,) as they are."""
         at = [self.model.index(n) for n in corners]
         x, y, z = self.model.xyz[at].mean(axis=0)
         cd = {self._frame(n) for n in corners}
-        held = np.all(self._held[at], axis=0)
         if len(cd) > 1:  # axes differ: only what is held in all directions is held in any
             held = np.repeat([held[:3].all(), held[3:].all()], 3)
         components = "".join(str(c + 1) for c in np.flatnonzero(held))

@@ -64,13 +64,16 @@ def unresolved(reduced: ReducedModel, band: tuple[float, float]) -> Unresolved |
     first = int(bad[0])
     before = found.freq[:first][found.freq[:first] >= band[0]]
     limit = float(np.sqrt(before[-1] * found.freq[first])) if before.size else 0.0
-    pids = {eid: pid for eid, _, pid, _ in reduced.model.deck.elements()}
+    model, element = reduced.model, int(found.element[first])
+    pids = {eid: pid for eid, _, pid, _ in model.deck.elements()}
+    pieces = len(model.parts.get(model.drawn_elements([element])[0], (element,)))
     return Unresolved(
         float(found.freq[first]),
         float(found.error[first]),
-        float(found.points[first]),
-        pids.get(int(found.element[first])) or 0,
+        float(found.points[first]) / pieces,
+        pids.get(element) or 0,
         limit,
+        cut=pieces > 1,
     )
 
 

@@ -109,7 +109,7 @@ def _mesh_off(error: MeshError | None) -> list[str]:
     return [
         f"the deck's mesh puts frequencies up to {size} off (mode {worst + 1}: {plain(error.freq[worst])} Hz, "
         f"{plain(error.converged[worst])} Hz refined), which no parameter should make up for; a refined mesh was used "
-        "for all but the errors as given: refine the deck's shells and solids before it is used elsewhere"
+        "for all but the errors as given: refine the deck before it is used elsewhere"
     ]
 
 
