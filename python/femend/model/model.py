@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,20 +72,27 @@ class Model:
         whole = {part: eid for eid, parts in self.parts.items() for part in parts}
         return tuple(dict.fromkeys(whole.get(eid, eid) for eid in elements))
 
-    @property
+    @cached_property
     def node_ids(self) -> NDArray[np.int64]:
-        """Ids of all nodes (n,), in the order of the g-set, scalar points included."""
-        return self.fe.node_ids
+        """Ids of all nodes (n,), in the order of the g-set, scalar points included; not to be written to."""
+        return _kept(self.fe.node_ids)
 
-    @property
+    @cached_property
     def is_scalar(self) -> NDArray[np.bool_]:
         """Which of `node_ids` are scalar points (n,): one DOF each, in no direction and at no place."""
-        return np.asarray(np.isin(self.node_ids, self.fe.scalar_points))
+        return _kept(np.asarray(np.isin(self.node_ids, self.fe.scalar_points)))
 
-    @property
+    @cached_property
     def xyz(self) -> FloatArray:
-        """Coordinates (n, 3) in the basic system; scalar points have none and stand in the middle of the others."""
-        return self.fe.xyz
+        """Coordinates (n, 3) in the basic system; scalar points have none and stand in the middle of the others. Not to
+        be written to: the core makes them anew each time it is asked, and large models are asked node by node."""
+        return _kept(self.fe.xyz)
+
+    @cached_property
+    def frames(self) -> FloatArray:
+        """Displacement frames (n, 3, 3) of all nodes, row i of each its local axis i in basic coordinates; not to be
+        written to."""
+        return _kept(self.fe.frames)
 
     @cached_property
     def xyz_of(self) -> dict[int, FloatArray]:
@@ -243,6 +250,12 @@ def model_of(
         raise in_words(error, deck, parameters) from None
     model = Model(deck, fe, tuple(parameters), units, spc, tuple(added_mass))
     return model.with_morphs(morphs) if morphs else model
+
+
+def _kept(values: NDArray[Any]) -> NDArray[Any]:
+    """Values that are asked for again and again, so that nobody may change them."""
+    values.flags.writeable = False
+    return values
 
 
 def _specs(parameters: Sequence[Parameter]) -> list[tuple[str, str, str, list[int]]]:

@@ -38,7 +38,7 @@ class Between:
     @classmethod
     def of(cls, model: Model, held: NDArray[np.bool_]) -> Between:
         """For the nodes of a model; `held` (n_g,) are the DOFs of the g-set that cannot move."""
-        return cls(model, held, model.xyz, np.asarray(model.fe.frames))
+        return cls(model, held, model.xyz, model.frames)
 
     def fixed(self, node: int) -> bool:
         """Whether a node cannot move in any direction."""

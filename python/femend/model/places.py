@@ -224,7 +224,7 @@ def _scaled_by(model: Model, eid: int) -> int | None:
 def _end_places(model: Model, top: Topology, joint: int, eid: int, end: int) -> list[Place]:
     rows, K, _ = model.fe.element_matrices(eid, np.ones(len(model.parameters)))
     axes, length = model.fe.element_frame(eid)
-    node_frame = model.fe.frames[model.index(joint)]
+    node_frame = model.frames[model.index(joint)]
     own = _rows(model, joint)
     position = [int(np.flatnonzero(rows == r)[0]) for r in own]
     clamped = bool(top.held[own].any()) and bool(top.held[own[:3]].all())
@@ -276,7 +276,7 @@ def _moved_supports(model: Model, held: Sequence[int]) -> list[Place]:
     next to a support share with it is left out.
     """
     nodes = set(held)
-    frames = np.asarray(model.fe.frames)
+    frames = model.frames
     driving = [eid for eid, _, own in model.fe.elements() if nodes.intersection(own)]
     ones = np.ones(len(model.parameters))
     places = []
@@ -302,7 +302,7 @@ def _bases(model: Model, top: Topology) -> list[Place]:
     absolute ones."""
     T = model.transformation()
     _, M = model.matrices()
-    frames = np.asarray(model.fe.frames)
+    frames = model.frames
     grids = model.node_ids[~model.is_scalar].tolist()
     held = [n for n in grids if top.held[_rows(model, n)[:3]].all()]
     places = []

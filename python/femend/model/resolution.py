@@ -143,7 +143,7 @@ def _differences(
     """Radians an element (n,) of the waves of modes Q (r, n) over shells and solids: by how much nodes at the ends of
     an edge differ against how much they move, each element by its size."""
     top, bottom = np.zeros(Q.shape[1]), np.zeros(Q.shape[1])
-    frames = np.asarray(model.fe.frames)
+    frames = model.frames
     for card in {card for _, card, _ in elements}:
         at = np.array([[model.index(n) for n in nodes] for _, own, nodes in elements if own == card], dtype=np.int64)
         used, local = np.unique(at, return_inverse=True)

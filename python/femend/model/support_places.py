@@ -103,7 +103,7 @@ def _place(
 def _rigid(model: Model, held: NDArray[np.bool_], at: list[int], c: int) -> dict[int, float]:
     """Held DOFs of a region, nodes at the positions `at`, in a unit translation along basic axis c, or rotation about
     its middle by axis c - 3; the same about a line of nodes or a single node is none but where rotations are held."""
-    xyz, frames = model.xyz, np.asarray(model.fe.frames)
+    xyz, frames = model.xyz, model.frames
     middle = xyz[at].mean(axis=0)
     axis = np.eye(3)[c % 3]
     motion: dict[int, float] = {}

@@ -14,6 +14,8 @@ use crate::small::Mat;
 use crate::system::{Increment, Part, Parts, refill};
 use femend_linalg::Pattern;
 use rayon::prelude::*;
+use std::collections::HashMap;
+use std::sync::OnceLock;
 
 /// Elements evaluated at once before they are scattered; bounds the memory of element matrices.
 pub(crate) const BATCH: usize = 4096;
@@ -56,6 +58,8 @@ pub struct Model {
     pub(crate) affine: Option<Affine>,
     /// What moving nodes reaches, where the model was made for it.
     pub(crate) reach: Option<Reach>,
+    /// Index of every element by its id, and whether it is a mass: large models are asked element by element.
+    by_id: OnceLock<HashMap<(Id, bool), usize>>,
 }
 
 /// Matrices that are affine in all factors.
@@ -135,6 +139,7 @@ impl Model {
             fixed: Parts::default(),
             affine: None,
             reach,
+            by_id: OnceLock::new(),
             nodes,
             elements,
             a_rows,
@@ -257,8 +262,14 @@ impl Model {
     /// # Errors
     /// [`FemError::UnknownElement`].
     pub fn element_index(&self, id: Id) -> Result<usize, FemError> {
-        let find =
-            |mass: bool| self.elements.iter().position(|e| e.id == id && id != 0 && e.is_mass() == mass);
+        let by_id = self.by_id.get_or_init(|| {
+            let mut all = HashMap::with_capacity(self.elements.len());
+            for (index, e) in self.elements.iter().enumerate().filter(|(_, e)| e.id != 0) {
+                all.entry((e.id, e.is_mass())).or_insert(index);
+            }
+            all
+        });
+        let find = |mass: bool| by_id.get(&(id, mass)).copied();
         find(false).or_else(|| find(true)).ok_or(FemError::UnknownElement { id })
     }
 
