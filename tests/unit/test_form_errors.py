@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from femend.diagnose.joint import open_joint
 from femend.estimate import Problem
 from femend.model import ReducedModel, find_places, form_errors, read_model, reduce_model
 from femend.model.form_errors import GYRATION, LUMP_SD, MASS_SD, SD, STIFFNESS_SD
+from femend.model.reduction import extend_model
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -78,6 +80,20 @@ def test_one_member_softer_moves_the_modes_as_its_own_stiffness_does(reduced: Re
     band = omega0 < 2 * np.pi * F_MAX
     np.testing.assert_allclose(found[band], expected[band], rtol=0, atol=0.05 * np.abs(expected[band]).max())
     assert np.abs(expected[band]).max() > 1e-4
+
+
+def test_errors_in_a_wider_basis_are_those_of_the_one_within(reduced: ReducedModel) -> None:
+    errors = form_errors(reduced, F_MAX)
+    errors = replace(errors, mesh=F_MAX)
+    within = errors.on(reduced)
+    loads = np.random.default_rng(0).standard_normal((reduced.model.fe.n_a, 3))
+    wider = extend_model(within.bare(), loads)
+    assert wider.r == within.r + 3
+    whole, known = errors.on(wider), errors.on(wider, within)
+    assert known.names == whole.names
+    p = whole.prior_sd * np.random.default_rng(1).standard_normal(len(whole.names))
+    for found, expected in zip(at(known, p), at(whole, p), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 def test_a_problem_takes_the_errors_with_their_prior(reduced: ReducedModel) -> None:

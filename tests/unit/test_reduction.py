@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.sparse import diags_array
 
 from femend.errors import ModelError
-from femend.model import Model, Parameter, ReducedModel, read_model, reduce_model
-from femend.model.reduction import extend_model, static_responses
+from femend.model import Model, Parameter, ReducedModel, read_model, reduce_model, reduction
+from femend.model.reduction import added, extend_model, joined, project_model, static_responses
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -102,6 +102,69 @@ def test_a_thickness_is_a_polynomial(tmp_path: Path, factor: float) -> None:
     assert 3.0 in powers
 
 
+@pytest.mark.parametrize("what", ["t", "nu"])
+def test_a_large_model_is_projected_as_a_small_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str) -> None:
+    (tmp_path / "plate.bdf").write_text(PLATE)
+    parameter = Parameter("p", what, *(("property_id", (1,)) if what == "t" else ("material", (1,))))
+    model = read_model(tmp_path / "plate.bdf", parameters=[parameter])
+    V_a = np.random.default_rng(0).standard_normal((model.fe.n_a, 5))
+    V = np.asarray(model.transformation() @ V_a)
+    small = project_model(model, V_a, V)
+    monkeypatch.setattr(reduction, "LARGE", 10)
+    large = project_model(model, V_a, V)
+    assert [term.exponents for term in large.terms] == [term.exponents for term in small.terms]
+    for factor in (0.7, 1.0, 1.25):
+        for found, expected in zip(
+            system_at(large, np.array([factor])), system_at(small, np.array([factor])), strict=True
+        ):
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.abs(expected).max())
+
+
+def test_vectors_join_a_large_basis_as_a_small_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    n = 60
+    rng = np.random.default_rng(0)
+    M = diags_array(rng.uniform(0.5, 2.0, n)).tocsc()
+    phi = joined(np.zeros((n, 0)), rng.standard_normal((n, 5)), M)
+    static = rng.standard_normal((n, 9))
+    # nearly in the basis, near each other, in the basis, as one before, nothing; of sizes far apart
+    static[:, 1] = phi @ rng.standard_normal(5) + 1e-5 * static[:, 1]
+    static[:, 2] = static[:, 0] + 1e-5 * static[:, 2]
+    static[:, 3] = phi @ rng.standard_normal(5)
+    static[:, 4] = 3 * static[:, 0] - static[:, 2]
+    static[:, 5] = 0.0
+    static *= np.geomspace(1e-8, 1e8, 9)
+    small = joined(phi, static, M)
+    monkeypatch.setattr(reduction, "LARGE", 10)
+    monkeypatch.setattr(reduction, "AT_ONCE", 4)
+    large = joined(phi, static, M)
+    assert small.shape[1] == large.shape[1] == 5 + 6
+    np.testing.assert_allclose(large.T @ (M @ large), np.eye(11), atol=1e-13)
+    # one vector after the other spans the same
+    np.testing.assert_allclose(np.abs(np.sum(large * (M @ small), axis=0)), 1.0, atol=1e-8)
+    np.testing.assert_allclose(added(phi, static, M).T @ (M @ phi), 0.0, atol=1e-13)
+
+
+def test_as_many_modes_as_there_are_sensors_are_worked_out_once(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    K, M = model.matrices()
+    wanted = [(f_max, at_least) for f_max in (1.0, F_MAX, 1e4) for at_least in (2, 6)]
+    few = [reduction._modes(K, M, *each) for each in wanted]
+    calls: list[int | None] = []
+    own = reduction._core_modes
+
+    def counted(K: object, M: object, f_max: float | None, n: int | None = None) -> tuple[object, ...]:
+        calls.append(n)
+        return own(K, M, f_max, n)
+
+    monkeypatch.setattr(reduction, "MANY", 1)
+    monkeypatch.setattr(reduction, "_core_modes", counted)
+    for each, (omega, phi) in zip(wanted, few, strict=True):
+        calls.clear()
+        found = reduction._modes(K, M, *each)
+        np.testing.assert_array_equal(found[0], omega)
+        np.testing.assert_array_equal(found[1], phi)
+        assert len(calls) == 1 or omega[-1] > found[0][each[1] + 1]
+
+
 def test_a_part_with_a_factor_of_its_own(model: Model) -> None:
     reduced = reduce_model(model, F_MAX, [6 * model.index(13) + 2])
     rows, K_e, _ = model.fe.element_matrices(3, np.ones(2))
@@ -147,12 +210,14 @@ def test_an_extended_basis_is_that_of_a_reduction_with_the_loads(model: Model) -
     for factors in ((1.0, 1.0), (1.2, 0.8)):
         own, other = (
             receptance(
-                *system_at(reduced, np.array(factors)), np.vstack([reduced.V[g_rows], loads.T @ reduced.V_a]).T, freq
+                *system_at(reduced, np.array(factors)),
+                np.vstack([reduced.V[g_rows], loads.T @ np.asarray(reduced.V_a)]).T,
+                freq,
             )
             for reduced in (made, whole)
         )
         np.testing.assert_allclose(own, other, atol=1e-5 * np.abs(other).max())
-    np.testing.assert_allclose(made.V, model.transformation() @ made.V_a, atol=1e-12)
+    np.testing.assert_allclose(made.V, model.transformation() @ np.asarray(made.V_a), atol=1e-12)
 
 
 def test_many_parameters_are_held_by_combinations_of_what_they_do(

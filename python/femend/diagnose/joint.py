@@ -113,5 +113,6 @@ def _patterns(places: Sequence[Place], reduced: ReducedModel) -> FloatArray:
 def with_loads(reduced: ReducedModel, loads: FloatArray, f_max: float, g_rows: list[int]) -> ReducedModel:
     """The model in a basis that holds the static responses to `loads` (n_a, m) too."""
     if reduced.model.fe.n_a >= LARGE and not (reduced.extra or reduced.attached):
-        return dressed(extend_model(reduced.bare(), loads), reduced)
+        wider = extend_model(reduced.bare(), loads)
+        return wider if reduced.form is None else reduced.form.on(wider, reduced)
     return dressed(reduce_model(reduced.model, f_max, g_rows, loads), reduced)

@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.evidence import fall
+from femend.diagnose.joint import with_loads
 from femend.diagnose.judge import Given, ToBeat, null_candidate
 from femend.diagnose.ranked import effective_values, score
 from femend.diagnose.receptances import on_lines
 from femend.dof import Dof
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel, reduce_model
+from femend.model.reduction import LARGE
 from femend.threads import at_once
 
 __all__ = ["LoadFinding", "try_loads", "with_force"]
@@ -71,7 +73,7 @@ def try_loads(problem: Problem, given: Given, null: Fit, alone: ToBeat, *, turne
     reduced, settings = given.reduced, given.settings
     model = reduced.model
     own = {(int(r.in_rows[0]), float(r.in_signs[0])) for r in problem.records}
-    moving = np.linalg.norm(reduced.V, axis=1) > 0
+    moving = np.linalg.norm(np.asarray(reduced.V), axis=1) > 0
     rows = [6 * i + c for i in range(len(model.as_drawn.node_ids)) for c in range(3) if moving[6 * i + c]]
     rows = [row for row in rows if not turned or row in {at for at, _ in own}]
     few = problem.sparing(LINES).untuned().pressed()
@@ -139,9 +141,7 @@ def _moved(record: FitRecord, row: int, sign: float) -> FitRecord:
 def _follow(problem: Problem, given: Given, row: int, sign: float) -> LoadFinding | None:
     """The finding of the force at a row of the g-set; None where the model breaks down with it."""
     reduced = given.reduced
-    g_rows = sorted({row, *(int(g) for r in problem.records for g in r.out_rows)})
-    own = reduce_model(reduced.model, problem.band[1], g_rows)
-    own = own if reduced.form is None else reduced.form.on(own)
+    own = _with_force_at(row, reduced, problem)
 
     def moved(p: Problem) -> Problem:
         return p.on([_moved(r, row, sign) for r in p.records])
@@ -156,6 +156,16 @@ def _follow(problem: Problem, given: Given, row: int, sign: float) -> LoadFindin
     direction = Dof(node, row % 6 + 1, int(sign)).direction
     values: dict[str, tuple[float | str | None, str]] = {"node": (node, ""), "direction": (direction, "")}
     return LoadFinding("load_misplaced", (node,), direction, values, candidate, fit, moved(problem), value)
+
+
+def _with_force_at(row: int, reduced: ReducedModel, problem: Problem) -> ReducedModel:
+    """The model in a basis that holds the static responses to forces at a row of the g-set and at the sensors."""
+    model = reduced.model
+    g_rows = sorted({row, *(int(g) for r in problem.records for g in r.out_rows)})
+    if model.fe.n_a >= LARGE:
+        return with_loads(reduced, model.transformation()[[row]].T.toarray(), problem.band[1], g_rows)
+    own = reduce_model(model, problem.band[1], g_rows)
+    return own if reduced.form is None else reduced.form.on(own)
 
 
 def with_force(record: FitRecord, row: int, force: NDArray[np.float64]) -> FitRecord:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.model.model import Model
+from femend.model.wider import Basis
 
 __all__ = ["BEAMS", "Beam", "beam_errors", "beam_of"]
 
@@ -117,7 +118,7 @@ class Beam:
 
 
 def beam_errors(
-    model: Model, V: FloatArray, Q: FloatArray, omega: FloatArray
+    model: Model, V: Basis, Q: FloatArray, omega: FloatArray
 ) -> Iterator[tuple[int, FloatArray, FloatArray]]:
     """What each beam adds to the relative errors (m,) of modes of circular frequencies `omega` (m,) rad/s with
     mass-normalised shapes `Q` (r, m) in the basis `V` (n_g, r): its id, the error, positive where it makes a mode
@@ -155,5 +156,5 @@ def _end(model: Model, rows: NDArray[np.int64], node: int) -> FloatArray:
     """What takes translations and rotations (6,) of a node in basic coordinates to an element's rows (n, 6)."""
     index = model.index(node)
     whole = np.zeros((6, 6))
-    whole[:3, :3] = whole[3:, 3:] = np.asarray(model.fe.frames)[index].T
+    whole[:3, :3] = whole[3:, 3:] = model.frames[index].T
     return np.asarray(np.where((rows // 6 == index)[:, None], whole[rows % 6], 0.0))

@@ -23,7 +23,7 @@ from scipy.sparse import coo_array, csr_array
 from femend.model.beam_waves import beam_errors
 from femend.model.model import Model
 from femend.model.places import topology
-from femend.model.reduction import MODES_ABOVE, ReducedModel, Term
+from femend.model.reduction import LARGE, MODES_ABOVE, ReducedModel, Term
 from femend.model.refined import QUADRATIC, is_linear, only_shells
 from femend.model.supports import connected
 
@@ -69,6 +69,8 @@ HALVED = 0.25
 LEAVES = 1 / 3
 # largest relative error of a mode's frequency that is taken for known: its estimate is of first order
 KNOWN = 0.1
+# part of a mode in other vectors of a basis that begins with it which is rounding
+ROUNDING = 1e-6
 # share of MODE_SD from which it is worth taking off
 COUNTS = 0.05
 # frequencies that agree to this are of the same mode of the same model
@@ -114,11 +116,15 @@ class FormErrors:
         """Relative standard deviation by which each of the first n modes' frequencies may be off by itself (n,)."""
         return np.array([*self.first_sds[:n], *[self.mode_sd] * (n - len(self.first_sds))])
 
-    def on(self, reduced: ReducedModel) -> ReducedModel:
+    def on(self, reduced: ReducedModel, within: ReducedModel | None = None) -> ReducedModel:
         """The reduced model with one more unknown, of prior mean zero, for every combination and for the mesh, and
-        without what its beams are known to add to its frequencies."""
+        without what its beams are known to add to its frequencies.
+
+        `within` is a model with these errors whose basis is the first part of this one: what they do to the modes up to
+        `top`, which it holds, is the same in both, and is not worked out again.
+        """
         reduced = self._without_beams(reduced)
-        parts = self._parts(reduced)
+        parts = self._parts(reduced, within)
         if not parts:
             return reduced
         first = len(reduced.names)
@@ -165,10 +171,12 @@ class FormErrors:
         shapes = reduced.as_drawn()[1] @ Q
         return reduced.without((shapes * (omega**2 * (1 - (1 + error) ** -2))) @ shapes.T)
 
-    def _parts(self, reduced: ReducedModel) -> list[tuple[FloatArray, FloatArray]]:
-        """Changes of K and M (r, r) by one standard deviation of every unknown."""
+    def _parts(self, reduced: ReducedModel, within: ReducedModel | None) -> list[tuple[FloatArray, FloatArray]]:
+        """Changes of K and M (r, r) by one standard deviation of every unknown; `within` as of `on`."""
         parts: list[tuple[FloatArray, FloatArray]] = []
-        if len(self.weights):
+        if within is not None:
+            parts += _widened(within, len(self.weights), reduced.r)
+        elif len(self.weights):
             parts += _among_modes(reduced, self.top, _combined(reduced, self.units, self.weights))
         if self.mesh > 0:
             dK = _mesh_stiffness(reduced, self.mesh, self.mesh_sd)
@@ -376,7 +384,34 @@ def _among_modes(
     omega, Q = basis_modes(reduced)
     own = Q[:, omega <= 2 * np.pi * top]
     onto = own @ (own.T @ reduced.as_drawn()[1])
-    return [(onto.T @ dK @ onto, onto.T @ dM @ onto) for dK, dM in parts]
+    among = [(onto.T @ dK @ onto, onto.T @ dM @ onto) for dK, dM in parts]
+    # a basis that begins with these modes has nothing but rounding elsewhere, which nobody need go through
+    n = own.shape[1]
+    if reduced.model.fe.n_a < LARGE or np.abs(own[n:]).max(initial=0.0) > ROUNDING:
+        return among
+    return [(_first(dK, n), _first(dM, n)) for dK, dM in among]
+
+
+def _first(A: FloatArray, n: int) -> FloatArray:
+    """The matrix with nothing but its first n rows and columns."""
+    out = np.zeros_like(A)
+    out[:n, :n] = A[:n, :n]
+    return out
+
+
+def _widened(within: ReducedModel, n: int, r: int) -> list[tuple[FloatArray, FloatArray]]:
+    """Changes of K and M (r, r) by one standard deviation of the first n combinations, from those of a model in the
+    first vectors of the basis."""
+    first, more = within.names.index("form 1") if n else 0, (0, r - within.r)
+    # what a cut takes off comes after what it is taken off from
+    of = {term.exponents: term for term in reversed(within.terms)}
+    parts = []
+    for i in range(n):
+        term = of[((first + i, 1.0),)]
+        assert term.K is not None
+        assert term.M is not None
+        parts.append((SD * np.pad(term.K, more), SD * np.pad(term.M, more)))
+    return parts
 
 
 def _combined(

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.model.wider import Basis
+
 __all__ = ["AXES", "Place"]
 
 FloatArray = NDArray[np.float64]
@@ -95,7 +97,7 @@ class Place:
         """Number of direction vectors."""
         return len(self.g_rows)
 
-    def w(self, V: FloatArray, V_a: FloatArray) -> FloatArray:
+    def w(self, V: Basis, V_a: Basis) -> FloatArray:
         """Direction vectors (n_w, r) in a basis V (n_g, r), V_a (n_a, r): unit force patterns (a cut: B, unscaled)."""
         if not self.g_rows:
             return np.zeros((0, V.shape[1]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,12 +12,14 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.errors import ModelError
+from femend.model.factor_parts import DEGREE, SAMPLES, coefficients, factor_parts, sandwich
 from femend.model.finite_modes import finite_modes
 from femend.model.free_body import RIGID
 from femend.model.model import Model
 from femend.model.one_pattern import on_one_pattern
 from femend.model.parameter_moves import forces_of_moves, missed
 from femend.model.unsolvable import no_solution, told_of
+from femend.model.wider import Basis, WiderBasis, onto
 
 __all__ = [
     "LARGE",
@@ -37,12 +40,11 @@ FloatArray = NDArray[np.float64]
 MODES_ABOVE = 3.0
 # vectors that leave less than this of their own length outside the span of the others add nothing
 RANK_TOLERANCE = 1e-6
-# independent DOFs from which static responses are computed with the core's factorisation
-LARGE = 5000
-# a parameter's stiffness is taken as a polynomial of this degree in its factor (a thickness enters with its cube)
-DEGREE = 3
-# factors at which it is computed for that
-SAMPLES = (0.6, 1.0, 1.3, 1.6)
+# independent DOFs from which static responses are computed with the core's factorisation, projections are of sparse
+# coefficients of the parameters' factors, and vectors join a basis some at a time, so many
+LARGE, AT_ONCE = 5000, 16
+# modes at least, from which these are computed before it is looked whether there are more in the band
+MANY = 40
 # share of the lowest elastic frequency that the springs give on which a free body hangs
 SUSPENDED = 1e-4
 
@@ -68,8 +70,8 @@ class ReducedModel:
     """
 
     model: Model
-    V: FloatArray
-    V_a: FloatArray
+    V: Basis
+    V_a: Basis
     K_fixed: FloatArray
     M_fixed: FloatArray
     terms: tuple[Term, ...]
@@ -162,8 +164,8 @@ def reduce_model(model: Model, f_max: float, g_rows: Sequence[int], loads: Float
     `g_rows` are DOFs of the g-set whose static response is kept (sensors, shakers), `loads` (n_a, m) further force
     patterns. Raises SingularModelError naming the DOFs that have neither stiffness nor mass.
     """
-    T = model.transformation()
-    K, M = model.matrices()
+    T, large = model.transformation(), model.fe.n_a >= LARGE
+    K, M = (factor_parts(model).K, factor_parts(model).M) if large else model.matrices()
     try:
         omega, phi = _modes(K, M, MODES_ABOVE * f_max, len(set(g_rows)))
     except ModelError as error:
@@ -171,7 +173,10 @@ def reduce_model(model: Model, f_max: float, g_rows: Sequence[int], loads: Float
     patterns = T[sorted(set(g_rows))].T.toarray()
     if loads is not None and loads.size:
         patterns = np.hstack([patterns, loads])
-    V_a = _basis(K, M, omega, phi, patterns, forces_of_moves(model, omega, phi, f_max))
+    held = _Held.of(K + static_shift(omega) * M)
+    if large:
+        _kept[model] = held
+    V_a = _basis(held, M, phi, patterns, forces_of_moves(model, omega, phi, f_max))
     return _suspended(project_model(model, V_a, np.asarray(T @ V_a)))
 
 
@@ -182,8 +187,13 @@ def core_modes(K: Any, M: Any, f_max: float) -> tuple[FloatArray, FloatArray]:
 
 
 def _modes(K: Any, M: Any, f_max: float, at_least: int) -> tuple[FloatArray, FloatArray]:
-    freq, phi, _, _ = _core_modes(K, M, f_max)
-    if len(freq) < at_least + 2:
+    """All modes up to `f_max` (Hz), and two more than `at_least`."""
+    # of many the number comes first, since it is seldom too small: modes are worked out once
+    many = at_least > MANY
+    freq, phi, _, _ = _core_modes(K, M, None, at_least + 2) if many else _core_modes(K, M, f_max)
+    if many and freq[-1] <= f_max:
+        freq, phi, _, _ = _core_modes(K, M, f_max)
+    if not many and len(freq) < at_least + 2:
         freq, phi, _, _ = _core_modes(K, M, None, at_least + 2)
     return 2 * np.pi * np.asarray(freq), np.asarray(phi)
 
@@ -204,13 +214,12 @@ def _core_modes(K: Any, M: Any, f_max: float | None, n: int | None = None) -> tu
         return _core.modes(*pattern, k, m, n_modes=all_of_them, f_max=f_max)
 
 
-def _basis(K: Any, M: Any, omega: FloatArray, phi: FloatArray, patterns: FloatArray, moving: FloatArray) -> FloatArray:
+def _basis(held: _Held, M: Any, phi: FloatArray, patterns: FloatArray, moving: FloatArray) -> FloatArray:
     """Modes, what the static responses to `patterns` (n_a, m) add to them, and what the answers to the forces `moving`
     (n_a, k) of parameters still do."""
-    held, n = K + static_shift(omega) * M, patterns.shape[1]
-    answers = static_responses(held, np.hstack([patterns, moving]))
+    n, answers = patterns.shape[1], held.responses(np.hstack([patterns, moving]))
     V = joined(phi, answers[:, :n], M)
-    return joined(V, missed(held, V, answers[:, n:]), M)
+    return joined(V, missed(held.A, V, answers[:, n:]), M)
 
 
 def static_shift(omega: FloatArray) -> float:
@@ -228,6 +237,12 @@ def joined(phi: FloatArray, static: FloatArray, M: Any, tolerance: float = RANK_
     V = np.empty((len(phi), phi.shape[1] + static.shape[1]), order="F")
     V[:, : phi.shape[1]] = phi
     n = phi.shape[1]
+    if len(phi) >= LARGE:
+        for first in range(0, static.shape[1], AT_ONCE):
+            new = added(V[:, :n], static[:, first : first + AT_ONCE], M, tolerance)
+            V[:, n : n + new.shape[1]] = new
+            n += new.shape[1]
+        return V[:, :n]
     for column in static.T:
         vector = column.copy()
         length = np.sqrt(max(vector @ (M @ vector), 0.0))
@@ -240,17 +255,63 @@ def joined(phi: FloatArray, static: FloatArray, M: Any, tolerance: float = RANK_
     return V[:, :n]
 
 
+def added(phi: Basis, static: FloatArray, M: Any, tolerance: float = RANK_TOLERANCE) -> FloatArray:
+    """What the columns of `static` add to the M-orthonormal basis `phi`, as `joined` has it, without the basis: few
+    columns and a large basis, so that both are gone through for all columns at once."""
+    size = np.sqrt(np.maximum((static * (M @ static)).sum(axis=0), 0.0))
+    new = static / np.where(size > 0, size, 1.0)
+    for _ in range(2):
+        # twice, since what is left of a column may be a millionth of it, and no more exact than that
+        new = new - phi @ onto(phi, M @ new)
+        new = new @ _independent(new.T @ (M @ new), tolerance)
+        tolerance = 0.0
+    return new
+
+
+def _independent(gram: FloatArray, tolerance: float) -> FloatArray:
+    """Combinations (m, k) of vectors with products `gram` (m, m) that are orthonormal, of each vector and those before
+    it; none for a vector of which at most `tolerance` lies outside."""
+    C = np.zeros((len(gram), 0))
+    for own in np.eye(len(gram)):
+        for _ in range(2):
+            own = own - C @ (C.T @ (gram @ own))
+        left = np.sqrt(max(float(own @ gram @ own), 0.0))
+        if left > tolerance and left > 0:
+            C = np.column_stack([C, own / left])
+    return C
+
+
 def static_responses(A: Any, loads: FloatArray) -> FloatArray:
     """A⁻¹ times `loads` (n, m) for a sparse symmetric matrix (n, n)."""
-    if A.shape[0] < LARGE:
-        from scipy.sparse.linalg import splu
+    return _Held.of(A).responses(loads)
 
-        return np.asarray(splu(A.tocsc()).solve(np.ascontiguousarray(loads)))
-    # scipy orders for unsymmetric matrices: the factor of a large frame would outgrow the memory
-    A = A.tocsc()
-    A.sort_indices()
-    factor = _core.Factor(A.indptr.astype(np.int64), A.indices.astype(np.int64), A.data)
-    return np.asarray(factor.solve(np.ascontiguousarray(loads)))
+
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """A stiffness A (n, n) that holds a structure, factorised."""
+
+    A: Any
+    factor: Any
+
+    @classmethod
+    def of(cls, A: Any) -> _Held:
+        if A.shape[0] < LARGE:
+            from scipy.sparse.linalg import splu
+
+            return cls(A, splu(A.tocsc()))
+        # scipy orders for unsymmetric matrices: the factor of a large frame would outgrow the memory
+        columns = A.tocsc()
+        columns.sort_indices()
+        indptr, indices = columns.indptr.astype(np.int64), columns.indices.astype(np.int64)
+        return cls(A, _core.Factor(indptr, indices, columns.data))
+
+    def responses(self, loads: FloatArray) -> FloatArray:
+        """A⁻¹ times `loads` (n, m)."""
+        return np.asarray(self.factor.solve(np.ascontiguousarray(loads)))
+
+
+# of every large model the one its last reduction made: bases of it are extended again and again
+_kept: weakref.WeakKeyDictionary[Model, _Held] = weakref.WeakKeyDictionary()
 
 
 def extend_model(reduced: ReducedModel, loads: FloatArray) -> ReducedModel:
@@ -259,48 +320,44 @@ def extend_model(reduced: ReducedModel, loads: FloatArray) -> ReducedModel:
 
     Only what is new is projected: of a large model a whole reduction takes twenty times as long.
     """
-    model, r = reduced.model, reduced.r
-    K, M = model.matrices()
-    V_a = joined(reduced.V_a, static_responses(K + static_shift(2 * np.pi * reduced.freq) * M, loads), M)
-    new = np.ascontiguousarray(V_a[:, r:])
+    model, V_a, parts = reduced.model, reduced.V_a, factor_parts(reduced.model)
+    held = _kept.get(model)
+    if held is None:
+        held = _kept[model] = _Held.of(parts.K + static_shift(2 * np.pi * reduced.freq) * parts.M)
+    new = added(V_a, held.responses(loads), parts.M)
     if not new.shape[1]:
         return reduced
 
-    def columns(factors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        named = dict(zip((p.name for p in model.parameters), factors.tolist(), strict=True))
-        k, m = model.matrices(named)
-        return np.asarray(V_a.T @ (k @ new)), np.asarray(V_a.T @ (m @ new))
+    r, shape = reduced.r, (reduced.r + new.shape[1], new.shape[1])
+
+    def border(A: Any) -> FloatArray:
+        moved = A @ new
+        corner = new.T @ moved
+        return np.vstack([onto(V_a, moved), 0.5 * (corner + corner.T)])
 
     def bordered(old: FloatArray, column: FloatArray) -> FloatArray:
-        return np.block([[old, column[:r]], [column[:r].T, 0.5 * (column[r:] + column[r:].T)]])
+        return np.block([[old, column[:r]], [column[:r].T, column[r:]]])
 
-    ones = np.ones(len(model.parameters))
-    k_fixed, m_fixed = columns(ones)
-    parts = []
-    for i in range(len(ones)):
-        sampled = [columns(np.where(np.arange(len(ones)) == i, factor, 1.0)) for factor in SAMPLES]
-        parts.append([_coefficients(np.array([pair[which] for pair in sampled])) for which in (0, 1)])
+    fixed = [border(parts.K), border(parts.M)]
     terms = []
     for term in reduced.terms:
         ((i, power),) = term.exponents
-        dk, dm = (parts[i][which][int(power)] for which in (0, 1))
-        k_fixed, m_fixed = k_fixed - (0.0 if term.K is None else dk), m_fixed - (0.0 if term.M is None else dm)
-        terms.append(
-            replace(
-                term,
-                K=None if term.K is None else bordered(term.K, dk),
-                M=None if term.M is None else bordered(term.M, dm),
-            )
-        )
-    made = replace(
+        own = parts.powers[i].get(int(power), (None, None))
+        made: list[FloatArray | None] = []
+        for which, (old, A) in enumerate(zip((term.K, term.M), own, strict=True)):
+            column = np.zeros(shape) if old is None or A is None else border(A)
+            fixed[which] = fixed[which] - column
+            made.append(None if old is None else bordered(old, column))
+        terms.append(replace(term, K=made[0], M=made[1]))
+    out = replace(
         reduced,
-        V=np.hstack([reduced.V, np.asarray(model.transformation() @ new)]),
-        V_a=np.ascontiguousarray(V_a),
-        K_fixed=bordered(reduced.K_fixed, k_fixed),
-        M_fixed=bordered(reduced.M_fixed, m_fixed),
+        V=WiderBasis(reduced.V, np.asarray(model.transformation() @ new)),
+        V_a=WiderBasis(V_a, new),
+        K_fixed=bordered(reduced.K_fixed, fixed[0]),
+        M_fixed=bordered(reduced.M_fixed, fixed[1]),
         terms=tuple(terms),
     )
-    return replace(made, freq=_frequencies(made))
+    return replace(out, freq=_frequencies(out))
 
 
 def _frequencies(reduced: ReducedModel) -> FloatArray:
@@ -316,7 +373,7 @@ def project_model(model: Model, V_a: FloatArray, V: FloatArray) -> ReducedModel:
     n = len(model.parameters)
     ones = np.ones(n)
     V_a = np.ascontiguousarray(V_a)
-    K, M = (np.asarray(x) for x in model.fe.project(ones, V_a)[0][:2])
+    K, M = _projected(model, V_a)
     K_fixed, M_fixed, terms = K.copy(), M.copy(), []
     for i in range(n):
         for degree, (dK, dM) in _polynomial(model, V_a, ones, i, K, M).items():
@@ -341,6 +398,15 @@ def project_model(model: Model, V_a: FloatArray, V: FloatArray) -> ReducedModel:
     )
 
 
+def _projected(model: Model, V_a: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """K and M (r, r) at the deck's values in the basis `V_a` (n_a, r)."""
+    if len(V_a) >= LARGE:
+        parts = factor_parts(model)
+        return sandwich(parts.K, V_a), sandwich(parts.M, V_a)
+    K, M = model.fe.project(np.ones(len(model.parameters)), V_a)[0][:2]
+    return np.asarray(K), np.asarray(M)
+
+
 def _suspended(reduced: ReducedModel) -> ReducedModel:
     """The `reduced` model of a free body on the springs it hangs on: free decays of a mode of 0 Hz have no frequency,
     and a ten-thousandth of the lowest elastic one is below any band."""
@@ -363,14 +429,21 @@ def _polynomial(
     Exact for every property that enters as a polynomial (all but nu); nu is met at the factors used, which bracket any
     sensible prior.
     """
-    Ks, Ms = [], []
-    for factor in SAMPLES:
-        factors = ones.copy()
-        factors[i] = factor
-        k, m = model.fe.project(factors, V)[0][:2]
-        Ks.append(np.asarray(k))
-        Ms.append(np.asarray(m))
-    all_k, all_m = _coefficients(np.array(Ks)), _coefficients(np.array(Ms))
+    if len(V) >= LARGE:
+        own = factor_parts(model).powers[i]
+        found = [own.get(degree, (None, None)) for degree in range(DEGREE + 1)]
+        all_k, all_m = (
+            [np.zeros_like(K) if A is None else sandwich(A, V) for A in of] for of in zip(*found, strict=True)
+        )
+    else:
+        Ks, Ms = [], []
+        for factor in SAMPLES:
+            factors = ones.copy()
+            factors[i] = factor
+            k, m = model.fe.project(factors, V)[0][:2]
+            Ks.append(np.asarray(k))
+            Ms.append(np.asarray(m))
+        all_k, all_m = coefficients(np.array(Ks)), coefficients(np.array(Ms))
     parts = {}
     for degree in range(1, DEGREE + 1):
         dK, dM = all_k[degree], all_m[degree]
@@ -385,9 +458,3 @@ def _polynomial(
             "value, or another one of the property, is 0 in the deck"
         )
     return parts
-
-
-def _coefficients(sampled: FloatArray) -> list[FloatArray]:
-    """Coefficients over powers 0..3 of a factor from values (4, ...) at `SAMPLES`."""
-    inverse = np.linalg.inv(np.vander(np.array(SAMPLES), DEGREE + 1, increasing=True))
-    return [np.asarray(np.tensordot(row, sampled, 1)) for row in inverse]

@@ -71,8 +71,9 @@ class ModelSide:
         T = self.model.transformation()
         pattern = np.asarray(T.T @ loads)
         basis = reduce_model(self.model, self.f_max, self._targets(), pattern)
-        K, M, C = self._matrices(basis.V_a)
-        X = _solved(K, M, C, freq, np.asarray(basis.V_a.T @ pattern)[None])
+        V_a = np.asarray(basis.V_a)
+        K, M, C = self._matrices(V_a)
+        X = _solved(K, M, C, freq, np.asarray(V_a.T @ pattern)[None])
         out = basis.rows(self.rows, self.signs)
         return self._responses(freq, out @ X, names, units)
 
@@ -102,10 +103,11 @@ class ModelSide:
         inertia, drag = np.asarray(M @ static)[loose], np.asarray(C @ static)[loose]
         basis = reduce_model(self.model, self.f_max, self._targets(), inertia)
         V = np.zeros((free.fe.n_a, basis.r))
-        V[loose] = basis.V_a
-        Kq, Mq, Cq = self._matrices(basis.V_a)
+        V_a = np.asarray(basis.V_a)
+        V[loose] = V_a
+        Kq, Mq, Cq = self._matrices(V_a)
         s = (2j * np.pi * freq)[:, None, None]
-        drive = -((basis.V_a.T @ inertia)[None] * s**2 + s * (basis.V_a.T @ drag)[None])
+        drive = -((V_a.T @ inertia)[None] * s**2 + s * (V_a.T @ drag)[None])
         q = _solved(Kq, Mq, Cq, freq, drive)
         T = free.transformation()[self.rows]
         out, own = np.asarray(T @ V) * self.signs[:, None], np.asarray(T @ static) * self.signs[:, None]
