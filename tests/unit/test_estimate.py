@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from femend.diagnose.closed_loop import upsampled
 from femend.errors import RecordingError
-from femend.estimate import FitRecord, Hypothesis, Problem, check_sampling, noise_of, period_of, spectral_lines
+from femend.estimate import Fit, FitRecord, Hypothesis, Problem, check_sampling, noise_of, period_of, spectral_lines
 from femend.model import ReducedModel, read_model, reduce_model
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
+
+fit_module = import_module("femend.estimate.fit")
 
 DT = 1 / 512
 
@@ -121,19 +125,26 @@ def test_sampling_is_checked_against_band_and_model(reduced: ReducedModel) -> No
         check_sampling([good], (5.0, 150.0), np.array([1e-8, 400.0, 900.0]))
 
 
-def test_a_fit_that_breaks_down_at_its_start_is_none_and_a_continuation_begins_anew(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "model.bdf").write_text(small_study.deck())
-    model = read_model(tmp_path / "model.bdf", parameters=list(small_study.PARAMETERS))
+def of_a_cantilever(folder: Path) -> tuple[Problem, Hypothesis]:
+    """A record of a cantilever that lacks nothing, and that hypothesis."""
+    (folder / "model.bdf").write_text(small_study.deck())
+    model = read_model(folder / "model.bdf", parameters=list(small_study.PARAMETERS))
     u = small_study.force(1.0, 3, 1024)
-    y = small_study.respond(tmp_path, small_study.Truth(), u)
+    y = small_study.respond(folder, small_study.Truth(), u)
     rows = np.array([6 * model.index(node) + 2 for node in small_study.SENSORS])
     at = np.array([6 * model.index(small_study.SHAKER) + 2])
     record = FitRecord("one", u[None], y, 1 / small_study.RATE, at, rows, np.ones(1), np.ones(4), 0.01 * y.std(axis=1))
     reduced = reduce_model(model, small_study.BAND[1], sorted({*rows.tolist(), int(at[0])}))
     problem = Problem([record], small_study.BAND, 0.01, 3)
     nothing = Hypothesis(reduced, np.zeros((0, reduced.r)))
+    return problem, nothing
+
+
+def test_a_fit_that_breaks_down_at_its_start_is_none_and_a_continuation_begins_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem, nothing = of_a_cantilever(tmp_path)
+    reduced = nothing.reduced
     far = problem.prior(reduced)[0] + 1e3
     assert problem.fit([nothing], [(far, np.zeros(0))]) == [None]
     whole = problem.continuation(nothing)
@@ -150,3 +161,31 @@ def test_a_fit_that_breaks_down_at_its_start_is_none_and_a_continuation_begins_a
     assert again is not None
     assert calls.count(0.0) == 2
     assert again.score == pytest.approx(whole.score, rel=0.01)
+
+
+def test_many_sensors_are_followed_on_fewer_lines_and_fitted_on_all(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem, nothing = of_a_cantilever(tmp_path)
+    whole = problem.continuation(nothing)
+    assert whole is not None
+    monkeypatch.setattr(fit_module, "SENSORS", 3)
+    monkeypatch.setattr(fit_module, "FOLLOWED_LINES", 80)
+    lines: list[int] = []
+    fit = Problem.fit
+
+    def counted(self: Problem, *args: Any, **more: Any) -> list[Fit | None]:
+        lines.append(len(self.lines(nothing.reduced, more.get("sigma", 0.0))[0].s))
+        return fit(self, *args, **more)
+
+    monkeypatch.setattr(Problem, "fit", counted)
+    found = problem.continuation(nothing)
+    assert found is not None
+    n = len(problem.lines(nothing.reduced)[0].s)
+    assert max(lines[:-1]) <= 80 < n == lines[-1]
+    assert found.cost == pytest.approx(whole.cost, rel=1e-3)
+    np.testing.assert_allclose(found.p, whole.p, atol=1e-2)
+    # a problem on few lines stays on them
+    lines.clear()
+    assert problem.thinned(40).continuation(nothing) is not None
+    assert max(lines) <= 40

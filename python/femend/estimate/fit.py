@@ -36,6 +36,9 @@ CONTINUED, SAME = 3, 0.01
 TUNED_ABOVE = 1.1
 # sensors up to which a search takes all the lines it is given, and the fewest lines a mode of the band with more
 SENSORS, FEWEST_A_MODE = 40, 3
+# lines a record on which fits of so many sensors come from far off, and cost there, as a multiple of the least, up to
+# which minima end on all lines
+FOLLOWED_LINES, NEARLY = 500, 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -329,9 +332,9 @@ class Problem:
         from each stage to the next.
         """
         starts = [self._start(hypothesis)] if starts is None else starts
-        at = starts
+        at, few = starts, self._few()
         for factor, held in CONTINUATION:
-            problem = self.pressed() if factor > 0 else self
+            problem = few.pressed() if factor > 0 else few
             fits = problem.fit(
                 [hypothesis] * len(at), at, sigma=factor * self.scale(), iterations=iterations, held=held
             )
@@ -341,4 +344,16 @@ class Problem:
                 break
             go_on = (fits[0], *(fit for fit in done[:most] if fit is not fits[0]))
             at = [(fit.p, fit.x) for fit in go_on if fit is not None]
+        if done and few is not self:
+            near = [fit for fit in done if fit.cost <= NEARLY * done[0].cost]
+            again = self.fit([hypothesis] * len(near), [(fit.p, fit.x) for fit in near], iterations=iterations)
+            done = _different(again) or done
         return done[0] if done else None
+
+    def _few(self) -> Problem:
+        """The problem in which a fit from far off is followed: itself, or, where more than `SENSORS` sensors give as
+        many values, on fewer lines."""
+        if min((r.y.shape[0] for r in self.records), default=0) <= SENSORS:
+            return self
+        few: Problem = self.kept("few", lambda: self.sparing(FOLLOWED_LINES))
+        return self if self.limit is not None and self.limit <= (few.limit or 0) else few
