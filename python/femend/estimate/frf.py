@@ -109,16 +109,15 @@ def _left(freq: FloatArray, H: ComplexArray) -> FloatArray:
     powers = np.column_stack([np.ones(n), d, d**2])
     size = np.maximum(np.sqrt((np.abs(H) ** 2).mean(axis=0)), 1e-300)
     G = H / size
-    A = np.zeros((n * n_out, 3 * n_out + 2), dtype=complex)
-    for o in range(n_out):
-        rows = slice(o * n, (o + 1) * n)
-        A[rows, 3 * o : 3 * o + 3] = powers
-        A[rows, -2:] = -G[:, [o]] * powers[:, 1:]
-    x = np.linalg.lstsq(A, G.T.ravel(), rcond=None)[0]
-    below = 1 + powers[:, 1:] @ x[-2:]
+    # the numerators, three unknowns a response, take what lies in the powers; the shared two are left
+    Q = np.linalg.qr(powers)[0]
+    columns = np.stack([G, *(-G * power[:, None] for power in powers.T[1:])])
+    columns = columns - Q @ (Q.T @ columns)
+    beside = columns[1:].reshape(2, -1)
+    a = np.linalg.lstsq(beside.T, columns[0].ravel(), rcond=None)[0]
+    left = columns[0] - (a @ beside).reshape(n, n_out)
     # noise enters the equation times the denominator; dividing each line by it would blow up where it is small
-    left = np.column_stack([G[:, o] * below - powers @ x[3 * o : 3 * o + 3] for o in range(n_out)])
-    left /= np.sqrt((np.abs(below) ** 2).mean())
+    left /= np.sqrt((np.abs(1 + powers[:, 1:] @ a) ** 2).mean())
     freedom = n - 3 - 2 / n_out
     return np.asarray((np.abs(left) ** 2).sum(axis=0) / freedom * size**2)
 
