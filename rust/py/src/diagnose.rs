@@ -30,6 +30,18 @@ fn complex_rows(v: Vec<Complex64>, n: usize) -> ndarray::Array2<Complex64> {
     ndarray::Array2::from_shape_vec((k, n), v).unwrap_or_default()
 }
 
+/// Rows and columns without anything from which leaving them out pays.
+const WORTH: usize = 64;
+
+/// A symmetric part without the last rows and columns that hold nothing, where these are many.
+fn leading(a: Dense) -> Dense {
+    let n = (0..a.ncols()).rev().find(|&j| a.col(j).iter().any(|v| *v != 0.0)).map_or(0, |j| j + 1);
+    if n + WORTH > a.ncols() {
+        return a;
+    }
+    Dense::from_vec(n, n, (0..n).flat_map(|j| a.col(j)[..n].iter().copied()).collect())
+}
+
 type TermArgument<'py> =
     (Vec<(usize, f64)>, Option<PyReadonlyArray2<'py, f64>>, Option<PyReadonlyArray2<'py, f64>>);
 
@@ -61,8 +73,8 @@ impl System {
                 .into_iter()
                 .map(|(exponents, k, m)| Term {
                     exponents,
-                    k: k.as_ref().map(dense),
-                    m: m.as_ref().map(dense),
+                    k: k.as_ref().map(dense).map(leading),
+                    m: m.as_ref().map(dense).map(leading),
                 })
                 .collect(),
             n_par,

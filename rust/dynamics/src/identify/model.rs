@@ -1,7 +1,7 @@
 //! Modes of the reduced model at given unknowns, and their derivatives.
 
 use super::adjoint::OfDecays;
-use super::system::System;
+use super::system::{System, Term};
 use femend_linalg::{Dense, LinalgError, gemm, gemm_tn};
 
 /// Modes of the reduced model at given unknowns.
@@ -178,14 +178,36 @@ pub(crate) struct Model {
     pub slopes: Option<Slopes>,
 }
 
+/// Adds a part, which may be one of the first rows and columns alone.
 fn add(to: &mut Dense, factor: f64, part: &Dense) {
-    to.data_mut().iter_mut().zip(part.data()).for_each(|(a, b)| *a += factor * b);
+    for j in 0..part.ncols() {
+        to.col_mut(j).iter_mut().zip(part.col(j)).for_each(|(a, b)| *a += factor * b);
+    }
+}
+
+/// Sum of the products of all entries of a part, likewise, with those of a matrix.
+fn product(part: &Dense, a: &Dense) -> f64 {
+    let mut sum = 0.0;
+    for j in 0..part.ncols() {
+        part.col(j).iter().zip(a.col(j)).for_each(|(x, y)| sum += x * y);
+    }
+    sum
+}
+
+/// The upper `n` rows.
+pub(super) fn top(a: &Dense, n: usize) -> Dense {
+    Dense::from_vec(n, a.ncols(), (0..a.ncols()).flat_map(|j| a.col(j)[..n].iter().copied()).collect())
 }
 
 fn sandwich(q: &Dense, a: &Dense) -> Dense {
     let mut aq = Dense::zeros(a.nrows(), q.ncols());
     gemm(&mut aq, 0.0, 1.0, a, q);
     gemm_tn(q, &aq)
+}
+
+/// A part, which may be one of the first vectors of the basis alone, between modes `q` (r, n).
+fn among(q: &Dense, part: &Dense) -> Dense {
+    if part.ncols() == q.nrows() { sandwich(q, part) } else { sandwich(&top(q, part.ncols()), part) }
 }
 
 impl System {
@@ -249,14 +271,28 @@ impl System {
         self.tuned(p, modal).gather(&mut stiffness, &mut mass, damping, decays);
         let qt = modal.q.transposed();
         let (stiffness, mass) = (sandwich(&qt, &stiffness), mass.map(|m| sandwich(&qt, &m)));
-        let with = |a: &Dense, b: &Dense| a.data().iter().zip(b.data()).map(|(a, b)| a * b).sum::<f64>();
         let mut all = vec![0.0; self.n_par];
         for (term, factor) in self.terms.iter().zip(self.factors(p)) {
-            let own = term.k.as_ref().map_or(0.0, |k| with(k, &stiffness));
-            let moved = term.m.as_ref().zip(mass.as_ref()).map_or(0.0, |(m, mass)| with(m, mass));
+            let own = term.k.as_ref().map_or(0.0, |k| product(k, &stiffness));
+            let moved = term.m.as_ref().zip(mass.as_ref()).map_or(0.0, |(m, mass)| product(m, mass));
             term.exponents.iter().for_each(|(i, a)| all[*i] += a * factor * (own + moved));
         }
         all
+    }
+
+    /// What parameter `i` moves of one part of all terms, as large as the largest of these; none where it moves nothing.
+    fn moved(&self, i: usize, factors: &[f64], part: fn(&Term) -> Option<&Dense>) -> Option<Dense> {
+        let slope = |(term, factor): (&Term, &f64)| -> f64 {
+            term.exponents.iter().filter(|(j, _)| *j == i).map(|(_, a)| a * factor).sum()
+        };
+        let own = || {
+            let parts = self.terms.iter().zip(factors).map(move |one| (part(one.0), slope(one)));
+            parts.filter_map(|(part, slope)| part.filter(|_| slope != 0.0).map(|part| (part, slope)))
+        };
+        let n = own().map(|(part, _)| part.ncols()).max()?;
+        let mut all = Dense::zeros(n, n);
+        own().for_each(|(part, slope)| add(&mut all, slope, part));
+        Some(all)
     }
 
     /// Derivatives of K, M and C at the unknowns `p` between the lowest `n_modes` modes there.
@@ -266,23 +302,10 @@ impl System {
         let tuned = self.tuned(p, modal);
         let mut slopes = Slopes { n_modes, groups: Vec::new() };
         for i in 0..self.n_par {
-            let mut k = Dense::zeros(self.r, self.r);
-            let mut m: Option<Dense> = None;
-            for (term, factor) in self.terms.iter().zip(&factors) {
-                let slope: f64 =
-                    term.exponents.iter().filter(|(j, _)| *j == i).map(|(_, a)| a * factor).sum();
-                if slope == 0.0 {
-                    continue;
-                }
-                if let Some(part) = &term.k {
-                    add(&mut k, slope, part);
-                }
-                if let Some(part) = &term.m {
-                    add(m.get_or_insert_with(|| Dense::zeros(self.r, self.r)), slope, part);
-                }
-            }
-            let mut dk = sandwich(q, &k);
-            let dm = m.map(|m| sandwich(q, &m));
+            let moved =
+                |part: fn(&Term) -> Option<&Dense>| self.moved(i, &factors, part).map(|a| among(q, &a));
+            let mut dk = moved(|t| t.k.as_ref()).unwrap_or_else(|| Dense::zeros(n_modes, n_modes));
+            let dm = moved(|t| t.m.as_ref());
             let damping = tuned.follow(&mut dk, dm.as_ref());
             slopes.push(i, &dk, dm.as_ref(), damping);
         }

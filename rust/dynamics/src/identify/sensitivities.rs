@@ -1,7 +1,7 @@
 //! Columns of the Gauss-Newton matrix of one record: what each unknown does to the weighted accelerations.
 
 use super::arrays::{Split, Workspace, update, update2};
-use super::model::{Modal, Slopes};
+use super::model::{Modal, Slopes, top};
 use super::normal::Step;
 use super::prepared::Prepared;
 use super::projector::Projector;
@@ -9,11 +9,6 @@ use super::response::Response;
 use super::shapes::Shapes;
 use super::system::System;
 use femend_linalg::Dense;
-
-/// The upper `n` rows.
-fn top(a: &Dense, n: usize) -> Dense {
-    Dense::from_vec(n, a.ncols(), (0..a.ncols()).flat_map(|j| a.col(j)[..n].iter().copied()).collect())
-}
 
 /// Writes the columns of one record.
 pub(super) struct Sensitivities<'a> {

@@ -8,9 +8,9 @@ use femend_linalg::Dense;
 pub struct Term {
     /// (parameter, exponent): the part is multiplied by exp(sum exponent * theta).
     pub exponents: Vec<(usize, f64)>,
-    /// Part of the stiffness (r, r), if any.
+    /// Part of the stiffness, if any: (r, r), or (n, n) where it is one between the first n vectors of the basis alone.
     pub k: Option<Dense>,
-    /// Part of the mass (r, r), if any.
+    /// Part of the mass, likewise.
     pub m: Option<Dense>,
 }
 
@@ -53,7 +53,7 @@ impl System {
         expect_square("fixed mass", &self.m_fixed, self.r)?;
         for term in &self.terms {
             for part in [&term.k, &term.m].into_iter().flatten() {
-                expect_square("a parameter's part of K or M", part, self.r)?;
+                expect_square("a parameter's part of K or M", part, part.ncols().min(self.r))?;
             }
             if let Some((i, _)) = term.exponents.iter().find(|(i, _)| *i >= self.n_par) {
                 return Err(IdentifyError::Shape { what: "parameters", found: self.n_par, expected: i + 1 });
