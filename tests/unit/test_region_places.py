@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +12,11 @@ from scipy.linalg import eigh
 
 from femend.diagnose.dressed import with_own
 from femend.diagnose.locate import hypothesis_of
-from femend.diagnose.region_stiffness import region_stiffness
+from femend.diagnose.region_stiffness import prepare_regions, region_stiffness
 from femend.model import Model, Parameter, Place, find_places, read_model, reduce_model
 from femend.model.refined import refined_model
+
+region_stiffness_module = import_module("femend.diagnose.region_stiffness")  # it has a function of that name
 
 NX, NY, SIDE = 12, 8, 0.025
 LEFT = Parameter("E_left", "E", "material", (1,))
@@ -143,3 +147,26 @@ def test_stiffness_follows_the_basis_it_is_asked_for(tmp_path: Path) -> None:
             K += reduced.V[rows].T @ Ke @ reduced.V[rows]
         np.testing.assert_allclose(region_stiffness(place, reduced), K, rtol=0, atol=1e-9 * np.abs(K).max())
     assert hypothesis_of(place, reduced).reduced.members == (place,)
+
+
+def test_regions_of_a_large_model_are_made_of_the_cells_they_share(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = plate(tmp_path)
+    reduced = reduce_model(model, 900.0, [6 * 110 + 2])
+    alone = [region_stiffness(place, reduced) for place in regions(model)]
+    monkeypatch.setattr(region_stiffness_module, "LARGE", 10)
+    together = regions(model)
+    projected: list[int] = []
+    own = region_stiffness_module._assembled
+
+    def counted(elements: Sequence[int], model: Model) -> object:
+        projected.extend(elements)
+        return own(elements, model)
+
+    monkeypatch.setattr(region_stiffness_module, "_assembled", counted)
+    prepare_regions(together, reduced)
+    assert sorted(projected) == sorted({eid for place in together for eid in place.elements})
+    for place, K in zip(together, alone, strict=True):
+        np.testing.assert_allclose(region_stiffness(place, reduced), K, rtol=0, atol=1e-9 * np.abs(K).max())
+    assert len(projected) == NX * NY

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +26,11 @@ from scipy.sparse import csr_array
 from femend import _core
 from femend.diagnose.dressed import MEMBER_SD
 from femend.diagnose.receptances import at_sensors, on_lines
-from femend.diagnose.region_stiffness import region_stiffness
+from femend.diagnose.region_stiffness import prepare_regions, region_stiffness
 from femend.errors import ModelError
 from femend.estimate import Problem
 from femend.model import Place, ReducedModel
+from femend.threads import at_once
 
 __all__ = ["directions", "linear_costs", "pair_costs"]
 
@@ -39,8 +41,8 @@ ComplexArray = NDArray[np.complex128]
 STEP = 1e-5
 # decay of a window that has closed at a record's end, in that from which it has
 CLOSED = 1.01
-# places whose systems of equations are held at once
-AT_ONCE = 2048
+# places whose systems of equations are held at once: few enough to stay in cache
+AT_ONCE = 512
 # directions of the sensors' answers with less than this share of the strongest are left out; of residuals far above the
 # noise with less, so that what is lost of their squares stays below one
 NEGLIGIBLE = 1e-3
@@ -60,7 +62,9 @@ def directions(reduced: ReducedModel, places: Sequence[Place]) -> FloatArray:
         if some:
             start = np.cumsum([0, *(len(g) for _, g, _ in some)])
             columns, values = np.hstack([g for _, g, _ in some]), np.hstack([x for *_, x in some])
-            W[[i for i, *_ in some]] = csr_array((values, columns, start), shape=(len(some), len(basis))) @ basis
+            W[[i for i, *_ in some]] = csr_array((values, columns, start), shape=(len(some), len(basis))) @ np.asarray(
+                basis
+            )
     return W
 
 
@@ -105,6 +109,26 @@ class _Linear:
         vectors' entries, by which answers are judged."""
         return replace(self, lines=[line.freed(beside, size) for line in self.lines])
 
+    @cached_property
+    def products(self) -> list[tuple[FloatArray, int]]:
+        """Of every line the columns that direction vectors are multiplied with, real parts and then imaginary ones
+        (r, 2 n_c): the `n_f` strong directions of the answers, and what all have in common with J and e."""
+        made = []
+        for line in self.lines:
+            assert line.F is not None
+            right = np.hstack([line.F, line.H @ line.J.conj(), (line.H @ line.e.conj())[:, None]])
+            made.append((np.hstack([right.real, right.imag]), line.F.shape[1]))
+        return made
+
+    @cached_property
+    def normal(self) -> tuple[FloatArray, FloatArray]:
+        """Matrix (n_p, n_p) and right side (n_p,) of the normal equations without any force."""
+        shared, pulled = np.diag(self.curvature), -self.pull
+        for line in self.lines:
+            shared = shared + np.real(line.J.conj().T @ line.J)
+            pulled = pulled + np.real(line.J.conj().T @ line.e)
+        return shared, pulled
+
 
 def _step(
     answers: Callable[[FloatArray], list[ComplexArray]], p: FloatArray, unknown: int
@@ -136,8 +160,8 @@ def _linear(problem: Problem, reduced: ReducedModel, sigma: float, p: FloatArray
 
     here = answers(p)
     slopes = [np.zeros((*y.shape, len(moving)), dtype=complex) for y in here]
-    for i, unknown in enumerate(moving):
-        step, there = _step(answers, p, int(unknown))
+    steps = at_once(lambda unknown: _step(answers, p, int(unknown)), moving.tolist())
+    for i, (step, there) in enumerate(steps):
         for slope, y, y0 in zip(slopes, there, here, strict=True):
             slope[:, :, i] = (y - y0) / step
     omega, zeta, Q = (np.asarray(x) for x in system.modal(p))
@@ -199,12 +223,18 @@ def linear_costs(
     costs = np.full(len(places), np.inf)
     first = np.cumsum([0, *(place.n_w for place in places)])
     for n_w in sorted({place.n_w for place in places} - {0}):
-        own = np.array([i for i, place in enumerate(places) if place.n_w == n_w])
-        for some in np.array_split(own, 1 + len(own) * n_w // AT_ONCE):
+
+        def of(some: NDArray[np.int64], n_w: int = n_w) -> FloatArray:
             at = first[some][:, None] + np.arange(n_w)
-            costs[some] = _of_forces(linear, WQ[at.ravel()], n_w, len(free))
+            return _of_forces(linear, WQ[at.ravel()], n_w, len(free))
+
+        own = np.array([i for i, place in enumerate(places) if place.n_w == n_w])
+        # the first in this thread: what all have in common is made once
+        begun, *chunks = np.array_split(own, 1 + len(own) * n_w // AT_ONCE)
+        costs[own] = np.concatenate([of(begun), *at_once(of, chunks)])
     members = [i for i, place in enumerate(places) if place.scaled and not place.springs]
     if members:
+        prepare_regions([places[i] for i in members], reduced)
         costs[members] = _of_members(linear, reduced, [places[i] for i in members], len(free))
     return costs
 
@@ -212,25 +242,18 @@ def linear_costs(
 def _of_forces(linear: _Linear, W: FloatArray, n_w: int, n_free: int) -> FloatArray:
     """Costs (n,) of places with `n_w` directions each, W (n n_w, r) in modal coordinates."""
     n, n_p = len(W) // n_w, len(linear.pull)
-    A = np.zeros((n, n_p, n_p))
-    g = np.zeros((n, n_p))
-    squares = np.zeros(n)
-    shared, pulled, blocks = np.diag(linear.curvature), -linear.pull, []
-    for line in linear.lines:
-        # columns: strong directions of the answers, and what they have in common with J and e
-        assert line.F is not None
-        right = np.hstack([line.F, line.H @ line.J.conj(), (line.H @ line.e.conj())[:, None]])
-        n_f, n_c = line.F.shape[1], right.shape[1]
-        both = (W @ np.hstack([right.real, right.imag])).reshape(n, n_w, -1)
+    g, squares, blocks = np.zeros((n, n_p)), np.zeros(n), []
+    for line, (right, n_f) in zip(linear.lines, linear.products, strict=True):
+        n_c = right.shape[1] // 2
+        both = (W @ right).reshape(n, n_w, -1)
         b = both[..., n_f : n_c - 1] - 1j * both[..., n_c + n_f : -1]
         c = both[..., n_c - 1] - 1j * both[..., -1]
         b, c = _whitened(both[..., :n_f], both[..., n_c : n_c + n_f], b, c)
         factor = line.n_out / max(line.n_out - n_w - n_free, 1)
-        shared = shared + np.real(line.J.conj().T @ line.J)
-        pulled = pulled + np.real(line.J.conj().T @ line.e)
         squares += factor * (float(np.vdot(line.e, line.e).real) - (np.abs(c) ** 2).sum(axis=1))
         g -= np.real(np.einsum("jwp,jw->jp", b.conj(), c))
         blocks.append(b)
+    shared, pulled = linear.normal
     stacked = np.concatenate(blocks, axis=1)
     stacked = np.concatenate([stacked.real, stacked.imag], axis=1)
     A = shared - np.matmul(stacked.transpose(0, 2, 1), stacked)
