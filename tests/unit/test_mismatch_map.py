@@ -6,6 +6,7 @@ import re
 import runpy
 import sys
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,19 @@ def test_a_force_at_the_true_place_leaves_least(spring: StudyRun, found: Mismatc
     assert found.share.max() <= 1.0
     far = found.share[found.nodes == 13][0]
     assert far > 3 * found.share.min()
+
+
+def test_with_many_sensors_fewer_nodes_are_tried(spring: StudyRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = import_module("femend.diagnose.mismatch")
+    monkeypatch.setattr(module, "MOST", 40)
+    few = mismatch_map(spring.diagnosis)
+    monkeypatch.setattr(module, "SENSORS", 1)
+    many = mismatch_map(spring.diagnosis)
+    assert few is not None
+    assert many is not None
+    assert 2 <= len(many[0]) < len(few[0])
+    # the best place is among them
+    assert many[0][np.argmin(many[1])] == 7
 
 
 def test_shares_are_those_of_the_places_that_were_fitted_to_their_end(spring: StudyRun, found: MismatchMap) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.locate import Located, fitted, hypothesis_of, squares_of
+from femend.estimate.fit import SENSORS
 from femend.model import Place, find_places
 from femend.threads import one_blas_thread
 
@@ -20,8 +21,9 @@ if TYPE_CHECKING:
 
 __all__ = ["mismatch_map"]
 
-# lines a record; places up to which the unknowns take a step from the best one's, and up to which every node is tried:
-# a place takes 5 ms with a step and 1 ms without (plate of 221 nodes, 9 sensors)
+# lines a record; places up to which the unknowns take a step from the best one's, and up to which every node is tried,
+# fewer with more sensors than `SENSORS`: a place takes 5 ms with a step and 1 ms without (plate of 221 nodes, 9
+# sensors)
 LINES, REFITTED, MOST = 100, 300, 1500
 
 
@@ -39,7 +41,8 @@ def mismatch_map(diagnosis: Diagnosis) -> tuple[NDArray[np.int64], NDArray[np.fl
     problem, reduced = diagnosis.problem.sparing(LINES), diagnosis.reduced
     room = min(r.y.shape[0] for r in problem.records) - 1 - problem.n_free
     places = [p for p in find_places(reduced.model) if p.n_w == 1 and p.kind in ("ground", "end", "clamp", "support")]
-    places = _spread([p for p in places if len(p.nodes) == 1], start) if room >= 1 else []
+    most = MOST * SENSORS // max(room + 1, SENSORS)
+    places = _spread([p for p in places if len(p.nodes) == 1], start, most) if room >= 1 else []
     hypotheses = [hypothesis_of(p, reduced) for p in places]
     starts = [(i, start.fit.p) for i in range(len(places))]
     fits = fitted(problem, hypotheses, starts, 0.0, int(len(places) <= REFITTED), places)
@@ -63,9 +66,9 @@ def _start(diagnosis: Diagnosis) -> Located | None:
     return next((f for f in diagnosis.located if f.place.n_w == 1 and len(f.fit.p) == n), None)
 
 
-def _spread(places: list[Place], start: Located) -> list[Place]:
-    """At most about `MOST` of the places: every k-th node, and the best place's."""
+def _spread(places: list[Place], start: Located, most: int) -> list[Place]:
+    """At most about so many of the places: every k-th node, and the best place's."""
     nodes = sorted({p.nodes[0] for p in places})
-    step = -(-len(places) // MOST)
+    step = -(-len(places) // most)
     kept = {*nodes[::step], *start.place.nodes}
     return [p for p in places if p.nodes[0] in kept]
