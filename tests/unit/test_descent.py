@@ -129,6 +129,22 @@ def test_a_bent_valley_is_followed(tmp_path: Path) -> None:
     np.testing.assert_allclose(reached.z, 1.0, atol=1e-3)
 
 
+def test_steps_that_are_not_foreseen_to_gain_are_not_simulated(tmp_path: Path) -> None:
+    """At the end of the valley no step is; a descent from there has seen where it begins and nothing else."""
+    seen: list[Array] = []
+
+    class Counted(_Valley):
+        def at(self, *points: Array) -> list[Reached]:
+            seen.extend(points)
+            return super().at(*points)
+
+    loop, _ = _loop(tmp_path, "cubic_stiffness", {"k3": 1.0}, 0.0)
+    reached = Counted(loop, np.zeros(2), np.full(2, 1e3), 0, True).run(np.ones(2), 40, thorough=True)
+    assert reached is not None
+    assert len(seen) == 1
+    assert reached.H is not None
+
+
 class _Torn(_Valley):
     """The valley with derivatives that numbers hold, but not their squares."""
 

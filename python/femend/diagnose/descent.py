@@ -29,6 +29,8 @@ L = TypeVar("L", bound=Loop)
 
 SMALL = 1e-6
 LARGEST_STEP = 0.7
+# fall of the cost below which a step is not worth its simulation: this, and this share of it times the cost
+WORTH = 1e-2
 # multiples of the damping that are tried, together those in one line, and its factor where they lead down
 TRIED = (((1.0, 0.1),), ((30.0, 10.0), (1000.0, 300.0)))
 # share of the gain foreseen below which a step is bent, and the change by that, against the step, up to which it is
@@ -115,7 +117,7 @@ class Descent(Generic[L]):
             reached = self._tried(now, J, H, g, damping)
             there, taken = (now, 1.0) if reached is None else reached
             gained = now.cost - there.cost
-            little = gained < 1e-2 * (1 + 1e-2 * now.cost)
+            little = gained < _worth(now.cost)
             if little and carried:
                 now, J = replace(there, H=H), None  # derivatives of where it was may be to blame
                 continue
@@ -159,10 +161,14 @@ class Descent(Generic[L]):
     ) -> tuple[Reached, float] | None:
         """Where a step leads, and the factor on the damping after it; two shorter steps are tried where the whole one
         does not lead down, and None is returned where these do not either. Steps that gain less than foreseen are tried
-        bent too."""
-        for factors in TRIED:
-            damped = [H + damping * factor * np.diag(np.diag(H)) for factor, _ in factors]
+        bent too; those that are not foreseen to gain what counts are not simulated."""
+        for of_line in TRIED:
+            damped = [H + damping * factor * np.diag(np.diag(H)) for factor, _ in of_line]
             steps = [np.clip(_solved(A, -g), -LARGEST_STEP, LARGEST_STEP) for A in damped]
+            told = [i for i, step in enumerate(steps) if _foreseen(step, H, g) >= _worth(now.cost)]
+            if not told:
+                continue
+            factors, damped, steps = [of_line[i] for i in told], [damped[i] for i in told], [steps[i] for i in told]
             reached = self._beyond(now, steps)
             bends = [self._bent(now, *tried, J, H, g) for tried in zip(reached, damped, steps, strict=True)]
             bent = [(i, step) for i, step in enumerate(bends) if step is not None]
@@ -186,8 +192,7 @@ class Descent(Generic[L]):
         """A step of the damped matrix A bent by how far the residual it led to is from the one foreseen (geodesic
         acceleration, Transtrum and Sethna 2012, eq. 6, its second derivative taken over the whole step); None where it
         gained as foreseen, or would be bent too far."""
-        foreseen = -float(2 * g @ step + step @ H @ step)
-        if now.cost - there.cost >= FORESEEN * foreseen or not np.isfinite(there.cost):
+        if now.cost - there.cost >= FORESEEN * _foreseen(step, H, g) or not np.isfinite(there.cost):
             return None
         bend = -TEMPERING * _solved(A, J.T @ (there.e - now.e - J @ step))
         return np.asarray(step + bend) if self._length(bend) < BENT * self._length(step) else None
@@ -207,6 +212,16 @@ class Descent(Generic[L]):
         if self.everything and not exactly:
             J = np.hstack([linearised_columns(self.loop, p, x, now.histories), J])
         return np.where(np.isfinite(J), J, 0.0)
+
+
+def _worth(cost: float) -> float:
+    """Fall of a cost that is worth a step."""
+    return WORTH * (1 + WORTH * cost)
+
+
+def _foreseen(step: FloatArray, H: FloatArray, g: FloatArray) -> float:
+    """Fall of the cost that half its gradient `g` (n,) and matrix `H` (n, n) foretell for a step (n,)."""
+    return -float(2 * g @ step + step @ H @ step)
 
 
 def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
