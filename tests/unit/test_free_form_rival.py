@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from femend import _core
-from femend.diagnose import Diagnosis
+from femend.diagnose import Diagnosis, free_form_rival
 from femend.diagnose.diagnosis import explain
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
 from femend.diagnose.predict import predict_candidate
@@ -112,3 +114,35 @@ def test_damping_over_displacement_needs_the_products() -> None:
 
 def test_the_free_form_has_no_name_in_the_contract() -> None:
     assert physics("free_form").reported == ""
+
+
+@pytest.mark.parametrize(("few", "further", "steps"), [(1700.0, 0.0, [3]), (1500.0, 450.0, [3, 10])])
+def test_a_free_form_far_behind_the_law_it_rivals_is_given_up(
+    monkeypatch: pytest.MonkeyPatch, few: float, further: float, steps: list[int]
+) -> None:
+    """The law leaves a misfit of 0.9; the free form 17 after its first steps, or 15 and after its further ones 4.5."""
+    taken: list[int] = []
+
+    class Run:
+        loop = SimpleNamespace(substeps=4, size=lambda: 100.0)
+
+        def at(self, z: Any) -> Any:
+            return [SimpleNamespace(z=z, e=np.array([40.0]), cost=1600.0)]
+
+        def on(self, loop: Any, everything: bool) -> Any:
+            return self
+
+        def run(self, z: Any, iterations: int) -> Any:
+            taken.append(iterations)
+            left = few if len(taken) == 1 else further
+            return SimpleNamespace(z=z, e=np.array([left**0.5]), cost=left)
+
+    start = SimpleNamespace(start=lambda: np.zeros(1))
+    monkeypatch.setattr(free_form_rival, "_starts", lambda problem, base: [(np.zeros(1), start)])
+    monkeypatch.setattr(free_form_rival, "_loop", lambda *a: None)
+    monkeypatch.setattr(free_form_rival, "replace", lambda loop, **changes: loop)
+    monkeypatch.setattr(free_form_rival, "_descent", lambda loop, everything: Run())
+    law = SimpleNamespace(joint=0, sigma=0.0, fitted=0.9)
+    base, split = SimpleNamespace(candidate=law, recovered=0), SimpleNamespace(fitting=None)
+    assert free_form_rival._fitted(cast(Any, split), cast(Any, base), Settings(), 1000.0, 0.0) is None
+    assert taken == steps

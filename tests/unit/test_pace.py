@@ -28,14 +28,18 @@ def test_laws_far_behind_one_that_explained_whole_records_elsewhere_are_given_up
 
     def widened(before: Any, sigma: float) -> Any:
         followed.append((before.name, sigma))
-        cost = {"right": 100.0, "near": 350.0, "far": 450.0}[before.name]
+        cost = {"right": 100.0, "near": 350.0, "far": 450.0, "hopeless": 100.0}[before.name]
         return run(before.name, cost, (*before.path, (sigma, cost)))
+
+    def begun(problem: Any, joint: Any, recovered: Any, name: str, start: Any, sigma: float, pace: Pace) -> Any:
+        cost = 17000.0 if name == "hopeless" else 1000.0
+        return run(name, cost, ((sigma, cost),))
 
     def fitted(*names: str) -> list[str]:
         followed.clear()
         made = {
             "windows": lambda problem: [10.0, 3.0, 0.0],
-            "_begun": lambda problem, joint, recovered, name, start, sigma: run(name, 1000.0),
+            "_begun": begun,
             "_best_of_each": lambda runs: runs,
             "_widened": widened,
             "_candidate": lambda loop, start, name, reached, covariance: SimpleNamespace(
@@ -51,9 +55,35 @@ def test_laws_far_behind_one_that_explained_whole_records_elsewhere_are_given_up
     pace = Pace()
     # before a law explains whole records nothing is given up for it
     assert fitted("far") == ["far"]
+    assert fitted("hopeless") == ["hopeless"]
+    pace = Pace()
     assert fitted("right") == ["right"]
+    assert fitted("hopeless") == []
     assert fitted("near", "far") == ["near"]
     assert followed == [("near", 3.0), ("far", 3.0), ("near", 0.0)]
+
+
+@pytest.mark.parametrize(("cost", "steps"), [(1500.0, [2, 4]), (17000.0, [2]), (17000.0, [6])])
+def test_starts_outdone_by_a_law_elsewhere_are_given_up_soon(
+    monkeypatch: pytest.MonkeyPatch, cost: float, steps: list[int]
+) -> None:
+    """Those that are not, and all before a law explains whole records, go on."""
+    taken: list[int] = []
+
+    def run(z: Any, iterations: int) -> Any:
+        taken.append(iterations)
+        return SimpleNamespace(z=z, cost=cost)
+
+    pace = Pace()
+    pace.keep([(10.0, 1000.0)] if 2 in steps else [])
+    monkeypatch.setattr(nonlinear, "loop_of", lambda *a: (nonlinear.Pace(), np.zeros(1)))
+    monkeypatch.setattr(nonlinear.Descent, "around", lambda *a: SimpleNamespace(run=run))
+    monkeypatch.setattr(nonlinear, "replace", lambda loop, **changes: loop)
+    recovered = cast(Any, SimpleNamespace(fit=SimpleNamespace(p=np.zeros(2))))
+    given = cast(Any, None)
+    begun = nonlinear._begun(given, given, recovered, "clearance", given, 10.0, pace)
+    assert taken == steps
+    assert (begun is None) == (steps == [2])
 
 
 @pytest.mark.parametrize(("fell", "share", "runs"), [(0.0, 0.5, 0), (0.01, 0.9, 1), (0.01, 0.5, 6)])

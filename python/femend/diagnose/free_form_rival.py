@@ -19,7 +19,7 @@ from femend.diagnose.closed_loop import COARSE, COMPANION_SD, FINE, ClosedLoop
 from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.joint import Joint
 from femend.diagnose.nonlinear import judge_nonlinear, simulate_candidate
-from femend.diagnose.pace import OUTDONE
+from femend.diagnose.pace import OUTDONE, OUTDONE_SOON
 from femend.diagnose.ranked import Ranked, score
 from femend.diagnose.recovered import Recovered
 from femend.diagnose.settings import Settings
@@ -123,7 +123,9 @@ def _fitted(split: Split, base: Ranked, settings: Settings, n_values: float, sig
     if not runs:
         return None
     descent, reached = min(runs, key=lambda run: run[1].cost)
-    for substeps, steps in ((COARSE, FURTHER), (FINE, LAST)):
+    for substeps, steps, most in ((COARSE, FURTHER, OUTDONE_SOON), (FINE, LAST, OUTDONE)):
+        if base.candidate.sigma == sigma and _misfit(descent, reached) > most * max(base.candidate.fitted, 1.0):
+            return None  # with all its freedom it is far behind the law on the records that both are fitted to
         descent = descent.on(replace(descent.loop, substeps=substeps), everything=True)
         more = descent.run(reached.z, steps)
         if more is None:
@@ -183,7 +185,7 @@ def _candidate(descent: Descent[ClosedLoop], reached: Reached) -> Candidate:
         x,
         _determined(descent, reached),
         loop.problem.prior_cost(loop.joint.reduced, p),
-        float(reached.e @ reached.e) / loop.size(),
+        _misfit(descent, reached),
         np.nan,
         k,
         c,
@@ -191,6 +193,11 @@ def _candidate(descent: Descent[ClosedLoop], reached: Reached) -> Candidate:
         extra={"k_scale": loop.scale[0], "c_scale": loop.scale[1]},
         sigma=loop.sigma,
     )
+
+
+def _misfit(descent: Descent[ClosedLoop], reached: Reached) -> float:
+    """Mean weighted square that a force leaves."""
+    return float(reached.e @ reached.e) / descent.loop.size()
 
 
 def _determined(descent: Descent[ClosedLoop], reached: Reached) -> int:

@@ -14,7 +14,7 @@ from femend.diagnose.closed_loop import COARSE, ClosedLoop, History, loop_of
 from femend.diagnose.descent import Descent, Reached
 from femend.diagnose.joint import Joint
 from femend.diagnose.motion import motion
-from femend.diagnose.pace import Pace
+from femend.diagnose.pace import OUTDONE_SOON, Pace
 from femend.diagnose.recovered import Recovered
 from femend.estimate import FitRecord, Problem
 from femend.estimate.lines import TEMPERING
@@ -36,6 +36,8 @@ FloatArray = NDArray[np.float64]
 
 # steps of every start, starts that are followed, their further steps, and steps with all unknowns
 FEW, FOLLOWED, FIRST, JOINT = 6, 7, 5, 10
+# steps of a start after which it is given up where a law of another place has outdone it
+SOON = 2
 # as many steps more, so often, while they take at least this share of the cost of a law that leaves more than this
 AGAIN, FALLING, FAR = 6, 0.2, 2.0
 # share of the cost that a last step took away below which no more steps are made
@@ -70,7 +72,7 @@ class _Run:
     start: Start
     descent: Descent[ClosedLoop]
     reached: Reached
-    # costs with everything free in the windows it came through, by their decays
+    # costs in the windows it came through, by their decays
     path: tuple[tuple[float, float], ...] = ()
 
     @property
@@ -99,12 +101,13 @@ def fit_nonlinear(
     first, *wider = windows(problem)
 
     def begin(laws: Sequence[tuple[str, Start]]) -> list[_Run]:
-        made = at_once(lambda law: _begun(problem, joint, recovered, *law, first), laws)
+        made = at_once(lambda law: _begun(problem, joint, recovered, *law, first, pace), laws)
         return [run for run in made if run is not None]
 
     started = begin(begun)
     started += begin(_weaker_too(started))
     runs, lost = _best_of_each(started)[:FOLLOWED], []
+    runs = [run for run in runs if not pace.outdone(first, run.reached.cost, OUTDONE_SOON)]
     for sigma in wider:
         ahead: list[_Run] = []
         for run, new in _all_widened(runs, sigma):
@@ -128,16 +131,24 @@ def fit_nonlinear(
     return list(kept.values())
 
 
-def _begun(problem: Problem, joint: Joint, recovered: Recovered, name: str, start: Start, sigma: float) -> _Run | None:
+def _begun(
+    problem: Problem, joint: Joint, recovered: Recovered, name: str, start: Start, sigma: float, pace: Pace
+) -> _Run | None:
     """A start after its first steps in the window exp(-sigma t), of a weaker law where it cannot be simulated as it was
-    read off: one that softens has motion without bounds from some size on. None where none can be."""
+    read off: one that softens has motion without bounds from some size on. None where none can be, and where the `pace`
+    of laws at other places has outdone it soon."""
     for share in (1.0, *WEAKER):
         begun = start if share == 1.0 else _weaker(start, share)
         loop, x = loop_of(problem, joint, begun, recovered)
         descent = Descent.around(replace(loop, sigma=sigma, substeps=COARSE), x, False)
-        reached = descent.run(np.concatenate([recovered.fit.p, x]), FEW)
+        soon = SOON if pace.is_set(sigma) else 0
+        reached = descent.run(np.concatenate([recovered.fit.p, x]), soon or FEW)
+        if reached is not None and pace.outdone(sigma, reached.cost, OUTDONE_SOON):
+            return None
+        if reached is not None and soon:
+            reached = descent.run(reached.z, FEW - soon)
         if reached is not None:
-            return _Run(name, begun, descent, reached)
+            return _Run(name, begun, descent, reached, ((sigma, reached.cost),))
     return None
 
 
