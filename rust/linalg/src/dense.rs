@@ -206,7 +206,7 @@ fn tall(a: MatRef<'_, f64>, columns: usize) -> bool {
     columns <= LANES && columns > LANES / 2 && a.nrows() >= 8 * LANES
 }
 
-/// C = beta C + alpha A B, rows of C in parallel.
+/// C = beta C + alpha A B, rows of C in parallel; with beta = 0 what C held is of no account, were it not finite.
 ///
 /// # Panics
 /// When the shapes do not fit.
@@ -215,18 +215,29 @@ pub fn gemm(c: &mut Dense, beta: f64, alpha: f64, a: &Dense, b: &Dense) {
     if c.data.is_empty() {
         return;
     }
-    if beta != 1.0 {
+    if a.ncols == 0 && beta == 0.0 {
+        return c.data.fill(0.0);
+    }
+    if beta != 0.0 && beta != 1.0 {
         c.data.iter_mut().for_each(|v| *v *= beta);
     }
     let (a, b) = (a.view(), b.view());
-    c.view_mut().par_row_chunks_mut(ROWS).enumerate().for_each(|(chunk, c)| {
+    let product = |chunk: usize, mut c: MatMut<'_, f64>| {
         let a = a.subrows(chunk * ROWS, c.nrows());
         if tall(a, b.ncols()) {
+            if beta == 0.0 {
+                c.fill(0.0);
+            }
             skinny::add_product(c, alpha, a, b);
         } else {
-            matmul(c, Accum::Add, a, b, alpha, Par::Seq);
+            let accum = if beta == 0.0 { Accum::Replace } else { Accum::Add };
+            matmul(c, accum, a, b, alpha, Par::Seq);
         }
-    });
+    };
+    if c.nrows <= ROWS {
+        return product(0, c.view_mut());
+    }
+    c.view_mut().par_row_chunks_mut(ROWS).enumerate().for_each(|(chunk, c)| product(chunk, c));
 }
 
 /// Aᵀ B with the long dimension cut into fixed chunks, partial products added in order.
@@ -342,6 +353,19 @@ mod tests {
         for r in [0, 4096, 9000] {
             let plain: f64 = before[(r, 1)] - 2.0 * (0..7).map(|i| a[(r, i)] * g[(i, 1)]).sum::<f64>();
             assert!((c[(r, 1)] - plain).abs() < 1e-11);
+        }
+    }
+
+    /// In one part and in several, with few columns, with many, and with none to add.
+    #[test]
+    fn a_product_takes_the_place_of_what_is_not_finite() {
+        for (rows, depth, columns) in [(700, 39, 6), (700, 39, 20), (9001, 7, 3), (700, 0, 6)] {
+            let (a, b) = (noise(rows, depth), noise(depth, columns));
+            let (mut c, mut d) = (noise(rows, columns), Dense::zeros(rows, columns));
+            c.data_mut().fill(f64::NAN);
+            gemm(&mut c, 0.0, -0.3, &a, &b);
+            gemm(&mut d, 1.0, -0.3, &a, &b);
+            assert!(c.data().iter().zip(d.data()).all(|(x, y)| (x - y).abs() < 1e-12));
         }
     }
 

@@ -69,8 +69,7 @@ impl Split {
 
     /// This array times a real matrix, into an array that exists; what it held is of no account, were it not finite.
     pub fn times_into(&self, b: &Dense, y: &mut Self) {
-        y.data.data_mut().fill(0.0);
-        gemm(&mut y.data, 1.0, 1.0, &self.data, b);
+        gemm(&mut y.data, 0.0, 1.0, &self.data, b);
     }
 
     /// Re Σ a b̄ over all lines, for every column a of this array and every b of the other.

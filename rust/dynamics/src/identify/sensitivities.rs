@@ -1,6 +1,6 @@
 //! Columns of the Gauss-Newton matrix of one record: what each unknown does to the weighted accelerations.
 
-use super::arrays::{Split, Workspace, update, update2};
+use super::arrays::{Split, Workspace, update, update_real, update2};
 use super::model::{Modal, Slopes, top};
 use super::normal::Step;
 use super::prepared::Prepared;
@@ -9,6 +9,18 @@ use super::response::Response;
 use super::shapes::Shapes;
 use super::system::System;
 use femend_linalg::Dense;
+
+/// What a closed loop answers at the sensors to a change -1 of each coordinate, with their weights, columns as those of
+/// [`Response::h`]; none where no loop is closed.
+fn weighted_answer(at: &Prepared<'_>, response: &Response, ws: &mut Workspace) -> Split {
+    let n_out = at.n_out();
+    let mut answer = ws.split(at.n_lines(), response.to_change.n_columns());
+    for j in 0..answer.n_columns() {
+        let weight = at.weight.col(j % n_out);
+        update_real(answer.col_mut(j), response.to_change.col(j), weight, |_, a, w| a * w);
+    }
+    answer
+}
 
 /// Writes the columns of one record.
 pub(super) struct Sensitivities<'a> {
@@ -22,6 +34,8 @@ pub(super) struct Sensitivities<'a> {
     gq: Split,
     /// What comes of a change of the modal response at sensors and coordinates.
     y: Split,
+    /// What a closed loop answers at the sensors to a change -1 of each coordinate, with the sensors' weights.
+    answer: Split,
     /// Coordinates of what is projected, of no further use.
     along: Vec<f64>,
 }
@@ -47,7 +61,8 @@ impl<'a> Sensitivities<'a> {
         let mut columns = ws.take(at.n_rows(), system.n_unknowns() + n_law);
         let along = vec![0.0; 2 * at.n_lines() * response.n_free];
         let (projector, shapes) = (step.projector.as_ref(), &step.shapes);
-        let mut this = Self { at, response, projector, shapes, modal, q, gq, y, along };
+        let answer = weighted_answer(at, response, ws);
+        let mut this = Self { at, response, projector, shapes, modal, q, gq, y, answer, along };
         this.parameters(slopes, &mut columns, ws);
         this.tuned(system, &mut columns);
         this.damping(system, &mut columns);
@@ -57,7 +72,7 @@ impl<'a> Sensitivities<'a> {
             let to = (columns.col_mut(system.n_unknowns() + j), &mut this.along[..]);
             Projector::fill(projector, at, &y, to);
         }
-        [this.q, this.gq, this.y].into_iter().for_each(|a| ws.give(a.into_dense()));
+        [this.q, this.gq, this.y, this.answer].into_iter().for_each(|a| ws.give(a.into_dense()));
         columns
     }
 
@@ -103,16 +118,13 @@ impl<'a> Sensitivities<'a> {
     /// Writes to a column what changes -d of the modal response come to, with d at the sensors and coordinates in `y`.
     fn write(&mut self, column: &mut [f64]) {
         let (at, n_out) = (self.at, self.at.n_out());
-        if self.response.closed.is_some() {
-            for s in 0..n_out {
-                update(self.y.col_mut(s), at.s2.col(0), |y, s2| -s2 * y);
-            }
-            let d = self.y.columns(n_out, self.response.n_w);
-            self.response.feed_back(&d, &mut self.y);
-            return Projector::fill(self.projector, self.at, &self.y, (column, &mut self.along));
-        }
         for (s, (part, _)) in at.sensors(column).enumerate() {
-            update2(part, self.y.col(s), at.weighted_s2.col(s), |_, y, ws2| -ws2 * y);
+            let (re, im) = part;
+            update2((&mut *re, &mut *im), self.y.col(s), at.weighted_s2.col(s), |_, y, ws2| -ws2 * y);
+            for i in 0..self.answer.n_columns() / n_out {
+                let (answer, d) = (self.answer.col(i * n_out + s), self.y.col(n_out + i));
+                update2((&mut *re, &mut *im), answer, d, |y, answer, d| y + answer * d);
+            }
         }
         if let Some(p) = self.projector {
             p.project(column, &mut self.along);
