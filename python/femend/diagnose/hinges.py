@@ -15,7 +15,7 @@ import numpy as np
 from femend.diagnose.dressed import without_own_unknowns
 from femend.diagnose.judge import Given, Tried
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
-from femend.model import Model, Place
+from femend.model import Place
 from femend.model.places import inner_joints
 
 __all__ = ["inside"]
@@ -29,8 +29,7 @@ def inside(given: Given, tried: Sequence[Tried], known: set[tuple[tuple[int, ...
     """Joints inside the members among what was `tried` that may stand for one, without those `known` by their nodes and
     direction, to which they are added: stretches of a member overlap."""
     members = [t for t in tried if t.found.place.kind == "member"]
-    model = given.reduced.model
-    weak = [t.found for t in members if t.candidate.values["factor"] < WEAK or _short(t.found.place, model)]
+    weak = [t.found for t in members if t.candidate.values["factor"] < WEAK or _short(t.found.place, given)]
     found = []
     for joint in (joint for member in weak for joint in _hinges(given, member)):
         key = joint.place.nodes, joint.place.direction
@@ -40,9 +39,9 @@ def inside(given: Given, tried: Sequence[Tried], known: set[tuple[tuple[int, ...
     return found
 
 
-def _short(member: Place, model: Model) -> bool:
+def _short(member: Place, given: Given) -> bool:
     """Whether it is a short stretch of a longer member, by the deck's elements."""
-    return member.unlikely and len(model.drawn_elements(member.elements)) <= SHORT
+    return member.unlikely and len(given.reduced.model.drawn_elements(member.elements)) <= SHORT
 
 
 def _hinges(given: Given, member: Located) -> list[Located]:
