@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from femend.diagnose.hinges import inside
+from femend.diagnose.locate import locate
 from femend.diagnose.update import update_model
 from femend.model import Model, Parameter, affordable_refinement, find_places, mesh_error, read_model, reduce_model
 from femend.model.coarse_beams import coarse_beams
@@ -151,3 +155,15 @@ def test_a_frame_is_met_with_the_mesh_that_its_recordings_follow(tmp_path: Path,
     assert (model.refines is None) == own
     assert start.null.score < 1.2
     assert start.null.prior < 20
+
+
+def test_joints_inside_a_cut_member_are_at_the_decks_nodes(tmp_path: Path) -> None:
+    deck = frame(tmp_path / "m.bdf", 3)
+    start = update_model(deck, [recorded(frame(tmp_path / "f.bdf", 6), deck, (2, 2008, 3, 2016))], 0.01)
+    assert start.reduced.model.refines is deck
+    member = next(p for p in find_places(start.reduced.model) if p.kind == "member" and p.nodes == (2, 3))
+    found = locate(start.problem, start.reduced, [member], start.null)
+    given = SimpleNamespace(reduced=start.reduced, split=SimpleNamespace(whole=start.problem))
+    weak = SimpleNamespace(found=found[0], candidate=SimpleNamespace(values={"factor": 0.1}))
+    joints = inside(cast("Any", given), [cast("Any", weak)], set())
+    assert {joint.place.nodes for joint in joints} == {(2008,), (2016,)}
