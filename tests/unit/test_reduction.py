@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy.sparse import diags_array
 
 from femend.errors import ModelError
-from femend.model import Model, Parameter, ReducedModel, read_model, reduce_model, reduction
-from femend.model.reduction import added, extend_model, joined, project_model, static_responses
+from femend.model import Model, Parameter, ReducedModel, read_model, reduce_model, reduction, static_basis
+from femend.model.reduction import extend_model, project_model
+from femend.model.static_basis import added, joined, static_responses
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -111,6 +112,7 @@ def test_a_large_model_is_projected_as_a_small_one(tmp_path: Path, monkeypatch: 
     V = np.asarray(model.transformation() @ V_a)
     small = project_model(model, V_a, V)
     monkeypatch.setattr(reduction, "LARGE", 10)
+    monkeypatch.setattr(static_basis, "LARGE", 10)
     large = project_model(model, V_a, V)
     assert [term.exponents for term in large.terms] == [term.exponents for term in small.terms]
     for factor in (0.7, 1.0, 1.25):
@@ -134,8 +136,8 @@ def test_vectors_join_a_large_basis_as_a_small_one(monkeypatch: pytest.MonkeyPat
     static[:, 5] = 0.0
     static *= np.geomspace(1e-8, 1e8, 9)
     small = joined(phi, static, M)
-    monkeypatch.setattr(reduction, "LARGE", 10)
-    monkeypatch.setattr(reduction, "AT_ONCE", 4)
+    monkeypatch.setattr(static_basis, "LARGE", 10)
+    monkeypatch.setattr(static_basis, "AT_ONCE", 4)
     large = joined(phi, static, M)
     assert small.shape[1] == large.shape[1] == 5 + 6
     np.testing.assert_allclose(large.T @ (M @ large), np.eye(11), atol=1e-13)
@@ -193,7 +195,7 @@ def test_static_responses_of_a_large_matrix_are_those_of_a_small_one(monkeypatch
     A = diags_array([np.full(n - 1, -1.0), np.full(n, 2.5), np.full(n - 1, -1.0)], offsets=[-1, 0, 1]).tocsc()
     loads = rng.standard_normal((n, 3))
     small = static_responses(A, loads)
-    monkeypatch.setattr("femend.model.reduction.LARGE", 10)
+    monkeypatch.setattr("femend.model.static_basis.LARGE", 10)
     np.testing.assert_allclose(static_responses(A, loads), small, rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(A @ small, loads, rtol=1e-12, atol=1e-14)
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from femend.diagnose.dressed import dressed
 from femend.estimate import Hypothesis
 from femend.model import Place, ReducedModel, reduce_model
-from femend.model.reduction import LARGE, extend_model
+from femend.model.reduction import extend_model
+from femend.model.static_basis import LARGE
 
 __all__ = ["Joint", "enlarged", "open_joint", "open_joints", "with_loads"]
 

@@ -18,7 +18,7 @@ from femend.diagnose.receptances import on_lines
 from femend.dof import Dof
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel, reduce_model
-from femend.model.reduction import LARGE
+from femend.model.static_basis import LARGE
 from femend.threads import at_once
 
 __all__ = ["LoadFinding", "try_loads", "with_force"]

@@ -23,8 +23,9 @@ from scipy.sparse import coo_array, csr_array
 from femend.model.beam_waves import beam_errors
 from femend.model.model import Model
 from femend.model.places import topology
-from femend.model.reduction import LARGE, MODES_ABOVE, ReducedModel, Term
+from femend.model.reduction import MODES_ABOVE, ReducedModel, Term
 from femend.model.refined import QUADRATIC, is_linear, only_shells
+from femend.model.static_basis import LARGE
 from femend.model.supports import connected
 
 __all__ = ["MESH_SD", "MODE_SD", "FormErrors", "basis_modes", "form_errors"]

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from femend.errors import ModelError
 from femend.model.model import Model
 from femend.model.place import AXES, Place
-from femend.model.reduction import ReducedModel, Term, project_model, static_responses
+from femend.model.reduction import ReducedModel, Term, project_model
+from femend.model.static_basis import static_responses
 
 __all__ = ["SPRING_SD", "freed", "reactions", "with_springs"]
 
