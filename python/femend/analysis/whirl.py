@@ -25,7 +25,7 @@ class WhirlMeter:
         nodes = np.array([d.node for d in system.dofs])
         if self.model is not None:
             ids = self.model.node_ids
-            self._frames = self.model.fe.frames
+            self._frames = self.model.frames
             self._T: Any = self.model.transformation()
         else:
             ids = np.unique(nodes)

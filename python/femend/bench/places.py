@@ -98,7 +98,7 @@ def _table(model: Model, modes: ModeSet) -> TargetModes:
 
     _, M = model.matrices()
     fe = model.fe
-    R = base_directions(fe.dof_nodes, fe.dof_components, fe.node_ids, fe.frames)
+    R = base_directions(fe.dof_nodes, fe.dof_components, fe.node_ids, model.frames)
     rows = [Dof(int(n), int(c)) for n, c in zip(fe.dof_nodes, fe.dof_components, strict=True)]
     known = {(d.node, d.component): i for i, d in enumerate(modes.dofs)}
     index = np.array([known.get((d.node, d.component), -1) for d in rows])

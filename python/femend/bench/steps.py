@@ -62,7 +62,7 @@ def write_csv(path: Path, header: Sequence[str], rows: Sequence[Sequence[Any]]) 
 
 def marker(dof: Any, model: Model, label: str = "") -> Marker:
     """A sensor or shaker at a DOF of the `model`, as the mesh is drawn with, called `label`."""
-    axis = model.fe.frames[model.index(dof.node)][(dof.component - 1) % 3] * dof.sign
+    axis = model.frames[model.index(dof.node)][(dof.component - 1) % 3] * dof.sign
     x, y, z = (float(v) for v in axis)
     return Marker(str(dof), dof.node, label, 0.0, (x, y, z))
 

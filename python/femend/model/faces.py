@@ -188,5 +188,5 @@ def nodal_loads(surface: Surface, pressure: FloatArray) -> FloatArray:
             for i, share in zip(face, N, strict=True):
                 forces[i] += share * local
     found = np.zeros((len(model.node_ids), 6, p.shape[1]))
-    found[:, :3] = np.einsum("nij,njm->nim", model.fe.frames, forces)
+    found[:, :3] = np.einsum("nij,njm->nim", model.frames, forces)
     return np.asarray(found.reshape(-1, p.shape[1]))

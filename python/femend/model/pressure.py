@@ -68,7 +68,7 @@ def modal_patterns(surface: Surface, phi: FloatArray, names: tuple[str, ...] = (
     n_g = 6 * len(surface.model.node_ids)
     if phi.ndim != 2 or len(phi) != n_g:
         raise ModelError(f"shapes of shape {phi.shape} for a model of {n_g} DOFs; they must be (n_g, n_modes)")
-    frames = surface.model.fe.frames[surface.at]
+    frames = surface.model.frames[surface.at]
     moved = phi.reshape(-1, 6, phi.shape[1])[surface.at, :3]
     basic = np.einsum("nij,nim->njm", frames, moved)
     values = np.einsum("nj,njm->nm", surface.normals(), basic)

@@ -73,7 +73,7 @@ def held_inside(model: Model, nodes: Sequence[int], held: NDArray[np.bool_]) -> 
     ends are (`held` (n_g,)) and none of their free motions moves it. So a frame stays in its plane, and what spans two
     supports sags."""
     at = [model.index(n) for n in nodes]
-    x = np.asarray(model.fe.frames)[at[0]].T @ (model.xyz[at[1]] - model.xyz[at[0]])
+    x = model.frames[at[0]].T @ (model.xyz[at[1]] - model.xyz[at[0]])
     x /= max(float(np.linalg.norm(x)), 1e-300)
     along, turned = np.outer(x, x), np.cross(np.eye(3), x).T
     # size of what motions of an end do to the middle, of cubic shapes over a unit length
@@ -157,7 +157,7 @@ class _Refined:
         deck = self.model.deck
         self._node, self._element = deck.next_id("node"), next_id(deck, "element")
         self._held = held_rows(self.model).reshape(-1, 6)
-        self._frames = self.model.fe.frames
+        self._frames = self.model.frames
         self._cd: dict[int, str] = {}
 
     def cut(self) -> None:

@@ -69,7 +69,7 @@ def rigid_motions(model: Model) -> FloatArray:
     for axis in range(3):
         R[:, :3, 3 + axis] = np.cross(np.eye(3)[axis], xyz) / size
         R[:, 3 + axis, 3 + axis] = 1 / size
-    frames = np.asarray(model.fe.frames)[grid]
+    frames = model.frames[grid]
     R[:, :3], R[:, 3:] = frames @ R[:, :3], frames @ R[:, 3:]
     return R.reshape(-1, 6)
 

@@ -21,7 +21,7 @@ def other_frames(pairing: Pairing, model: Model, systems: Mapping[int, int]) -> 
     ones, where the test file states another system for the test node (`systems`, 0 for basic): one sentence or none."""
     if not systems:
         return ()
-    frames = model.fe.frames
+    frames = model.frames
     found: dict[int, tuple[int, int]] = {}
     for pair in pairing:
         stated, node = systems.get(pair.sensor.node), pair.dof.node

@@ -152,7 +152,7 @@ def _between(
         return []
     kind, scalar, name = kinds[physics]
     at = model.index(a), model.index(b)
-    if where["direction"] in _AXES and all(np.array_equal(model.fe.frames[i], np.eye(3)) for i in at):
+    if where["direction"] in _AXES and all(np.array_equal(model.frames[i], np.eye(3)) for i in at):
         component = _AXES[where["direction"]]
         return [f"{scalar},{id_},{values[name]:.6E},{a},{component},{b},{component}"]
     if where["direction"] or not np.any(model.xyz[at[0]] != model.xyz[at[1]]):

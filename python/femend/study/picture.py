@@ -77,7 +77,7 @@ def _markers(channels: Iterable[Channel], model: Model, pairing: Pairing) -> tup
         if channel.dof is None or str(channel.dof) in found:
             continue
         pair = pairing[channel.dof]
-        axis = model.fe.frames[model.index(pair.dof.node)][(pair.dof.component - 1) % 3] * pair.dof.sign
+        axis = model.frames[model.index(pair.dof.node)][(pair.dof.component - 1) % 3] * pair.dof.sign
         found[str(channel.dof)] = Marker(
             str(pair.dof), pair.dof.node, _label(channel, pair.distance), pair.distance, _vector(axis)
         )

@@ -293,7 +293,7 @@ def mode_shapes(run: StagedRun) -> Figure | None:
             axis.set_axis_off()
             continue
         g = (model.V @ psi[:, i]).reshape(-1, 6)[:, :3]
-        motion = np.einsum("nij,ni->nj", model.model.fe.frames, g)
+        motion = np.einsum("nij,ni->nj", model.model.frames, g)
         plots.draw_shape(axis, mesh, motion, title=f"{abs(lam[i]) / (2 * np.pi):.2f} Hz")
     return made
 

@@ -246,7 +246,7 @@ def _rigid(free: Model, held: NDArray[np.int64], directions: Sequence[str], node
     index = {int(n): i for i, n in enumerate(free.node_ids)}
     x = free.xyz[[index[int(n)] for n in at_node]]
     centre = free.xyz[[index[int(n)] for n in sorted({int(n) for n in at_node[moving]})]].mean(axis=0)
-    frames = free.fe.frames[[index[int(n)] for n in at_node]]
+    frames = free.frames[[index[int(n)] for n in at_node]]
     found = np.zeros((len(held), len(directions)))
     for j, text in enumerate(directions):
         number, sign = parse_direction(text)

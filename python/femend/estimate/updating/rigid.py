@@ -20,7 +20,7 @@ def motions(model: Model) -> FloatArray:
     for row, (i, c) in enumerate(zip(at, fe.dof_components - 1, strict=True)):
         if scalar[i]:
             continue
-        axis, x = fe.frames[i][c % 3], fe.xyz[i]
+        axis, x = model.frames[i][c % 3], model.xyz[i]
         if c < 3:
             R[row, :3], R[row, 3:] = axis, np.cross(x, axis)
         else:
@@ -30,7 +30,7 @@ def motions(model: Model) -> FloatArray:
 
 def motion_slopes(model: Model) -> FloatArray:
     """Derivatives (n_morphs, n_a, 6) of `motions` with respect to the amplitudes."""
-    fields, frames = model.fields, model.fe.frames
+    fields, frames = model.fields, model.frames
     out = np.zeros((len(model.morphs), model.fe.n_a, 6))
     place = {int(n): i for i, n in enumerate(fields.nodes)}
     for row, (node, c) in enumerate(zip(model.fe.dof_nodes.tolist(), model.fe.dof_components - 1, strict=True)):

@@ -54,7 +54,7 @@ def motion_of_model(model: Model, shape: ArrayLike) -> NDArray[Any]:
     if values.shape != (model.fe.n_a,):
         raise ValueError(f"a shape of {values.shape} for a model of {model.fe.n_a} free DOFs; give one column")
     moved = np.asarray(model.transformation() @ values).reshape(-1, 6)[:, :3]
-    return np.einsum("nij,ni->nj", model.fe.frames, moved)  # row i of a frame is its axis i
+    return np.einsum("nij,ni->nj", model.frames, moved)  # row i of a frame is its axis i
 
 
 def draw_shape(
