@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femend.data import Channel
-from femend.study.left_over import left_beside, left_over, shares_above
+from femend.study.left_over import left_beside, left_over, share_above
 from femend.study.predictions import Prediction
 
 
@@ -47,10 +47,12 @@ def test_what_lies_above_the_band_asks_for_no_mesh() -> None:
     slow, quick = np.sin(2 * np.pi * 20 * t), np.sin(2 * np.pi * 300 * t)
     channel = Channel(None, "acceleration", "m/s^2", "a")
     made = {"nominal": np.array([slow]), "parameters": np.array([slow * 0.9]), "final": np.array([slow])}
-    above = shares_above([Prediction("high", "fit", 1e-3, (channel,), made, np.array([slow + 0.3 * quick]))], 100.0)
-    assert above["high"] == pytest.approx(0.9)
+    seen = Prediction("high", "fit", 1e-3, (channel,), made, np.array([slow + 0.3 * quick]))
+    assert share_above(seen, 100.0) == pytest.approx(0.9)
     rows = [row("high", 0.1, 0.3)]
-    said = left_over("parameters-only", rows, 100.0, above)
+    said = left_over("parameters-only", rows, [seen], 100.0)
     assert "90 % of its square lies above 100 Hz" in said
     assert "mesh" not in said
-    assert "refine the mesh" in left_over("parameters-only", rows, 100.0, {"high": 0.3})
+    less = Prediction("high", "fit", 1e-3, (channel,), made, np.array([slow + 0.0655 * quick]))
+    assert share_above(less, 100.0) == pytest.approx(0.3, abs=0.01)
+    assert "refine the mesh" in left_over("parameters-only", rows, [less], 100.0)

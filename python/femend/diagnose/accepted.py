@@ -76,7 +76,7 @@ def as_drawn(part: Candidate) -> bool:
     what one of them asked for, the others do not show."""
     if part.physics is not None or part.covariance is None:
         return False
-    sd = standard_deviations(part.covariance) * np.sqrt(max(1.0, part.fitted))
+    sd = standard_deviations(part.covariance, left=part.fitted)
     return bool(np.all(np.abs(np.log(list(part.values.values()))) < INTERVAL * sd))
 
 

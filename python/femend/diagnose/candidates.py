@@ -112,10 +112,10 @@ class Candidate:
         return self.physics is not None and self.physics.kind == "nonlinear"
 
 
-def standard_deviations(covariance: NDArray[np.floating[Any]], n: int | None = None) -> FloatArray:
+def standard_deviations(covariance: NDArray[np.floating[Any]], n: int | None = None, left: float = 1.0) -> FloatArray:
     """Standard deviations (n,) of the first unknowns of a covariance, of all without `n`; rounding may have left a
-    variance below zero."""
-    return np.asarray(np.sqrt(np.maximum(np.diag(covariance)[:n], 0.0)))
+    variance below zero. They are inflated by the mean weighted square that is `left` where that is above the noise."""
+    return np.asarray(np.sqrt(np.maximum(np.diag(covariance)[:n], 0.0)) * np.sqrt(max(1.0, left)))
 
 
 def laws_for(kind: str) -> list[tuple[str, Physics]]:

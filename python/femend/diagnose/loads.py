@@ -17,8 +17,7 @@ from femend.diagnose.ranked import effective_values, score
 from femend.diagnose.receptances import on_lines
 from femend.dof import Dof
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem
-from femend.model import ReducedModel, reduce_model
-from femend.model.static_basis import LARGE
+from femend.model import ReducedModel
 from femend.threads import at_once
 
 __all__ = ["LoadFinding", "try_loads", "with_force"]
@@ -141,7 +140,9 @@ def _moved(record: FitRecord, row: int, sign: float) -> FitRecord:
 def _follow(problem: Problem, given: Given, row: int, sign: float) -> LoadFinding | None:
     """The finding of the force at a row of the g-set; None where the model breaks down with it."""
     reduced = given.reduced
-    own = _with_force_at(row, reduced, problem)
+    g_rows = sorted({row, *(int(g) for r in problem.records for g in r.out_rows)})
+    pattern = reduced.model.transformation()[[row]].T.toarray()
+    own = with_loads(reduced, pattern, problem.band[1], g_rows)
 
     def moved(p: Problem) -> Problem:
         return p.on([_moved(r, row, sign) for r in p.records])
@@ -156,16 +157,6 @@ def _follow(problem: Problem, given: Given, row: int, sign: float) -> LoadFindin
     direction = Dof(node, row % 6 + 1, int(sign)).direction
     values: dict[str, tuple[float | str | None, str]] = {"node": (node, ""), "direction": (direction, "")}
     return LoadFinding("load_misplaced", (node,), direction, values, candidate, fit, moved(problem), value)
-
-
-def _with_force_at(row: int, reduced: ReducedModel, problem: Problem) -> ReducedModel:
-    """The model in a basis that holds the static responses to forces at a row of the g-set and at the sensors."""
-    model = reduced.model
-    g_rows = sorted({row, *(int(g) for r in problem.records for g in r.out_rows)})
-    if model.fe.n_a >= LARGE:
-        return with_loads(reduced, model.transformation()[[row]].T.toarray(), problem.band[1], g_rows)
-    own = reduce_model(model, problem.band[1], g_rows)
-    return own if reduced.form is None else reduced.form.on(own)
 
 
 def with_force(record: FitRecord, row: int, force: NDArray[np.float64]) -> FitRecord:

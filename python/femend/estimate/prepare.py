@@ -15,7 +15,7 @@ from femend.estimate.frf import frf_lines_of
 from femend.estimate.lines import FitRecord
 from femend.estimate.noise import fewest_samples, noise_of
 from femend.model import Model, Pairing, pair_sensors
-from femend.model.free_body import RIGID
+from femend.model.free_body import elastic
 from femend.model.sensor_frames import other_frames
 from femend.numerals import plain
 from femend.signal.calculus import DERIVATIVES
@@ -93,7 +93,7 @@ def check_sampling(records: Sequence[FitRecord], band: tuple[float, float], freq
 
     `freq` (r,) are all of the model's natural frequencies that matter, in Hz.
     """
-    elastic = freq[freq > RIGID * freq.max(initial=0.0)]
+    moving = elastic(freq)
     for r in records:
         if r.frf is not None:
             continue  # lines as they were measured: nothing was sampled here
@@ -105,10 +105,10 @@ def check_sampling(records: Sequence[FitRecord], band: tuple[float, float], freq
                 f"end; record at {plain(2.5 * band[1])} Hz or more, or leave the recording out{NOT_ITS_RATE}",
                 recording=r.name,
             )
-        if elastic.size and elastic.min() > rate / 2:
+        if moving.size and moving.min() > rate / 2:
             raise RecordingError(
                 f"{said} and its band is {plain(band[0])} to {plain(band[1])} Hz: too slow for the model, whose lowest "
-                f"mode is at {plain(elastic.min())} Hz; record at {plain(2.5 * elastic.min())} Hz or more, or correct "
+                f"mode is at {plain(moving.min())} Hz; record at {plain(2.5 * moving.min())} Hz or more, or correct "
                 f"the model{NOT_ITS_RATE}",
                 recording=r.name,
             )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from femend.model.beam_waves import beam_errors, beam_of
 from femend.model.form_errors import COUNTS, MODE_SD
+from femend.model.free_body import is_elastic
 from femend.model.model import Model
 from femend.model.places import held_rows
 from femend.model.reduction import core_modes
@@ -37,7 +38,7 @@ def coarse_beams(model: Model, f_max: float) -> frozenset[int]:
     if not bending:
         return frozenset()
     freq, phi = core_modes(*model.matrices(), f_max)
-    elastic = freq > 1e-3 * freq.max(initial=0.0)
+    elastic = is_elastic(freq)
     omega, V = 2 * np.pi * freq[elastic], np.asarray(model.transformation() @ phi[:, elastic])
     total: FloatArray = np.zeros(len(omega))
     most: dict[int, float] = {}

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
 from femend.model.beam_waves import beam_errors
+from femend.model.free_body import is_elastic
 from femend.model.model import Model
 from femend.model.places import topology
 from femend.model.reduction import MODES_ABOVE, ReducedModel, Term
@@ -198,7 +199,7 @@ def form_errors(reduced: ReducedModel, f_max: float, *, mesh_as_built: bool = Fa
     if not units:
         return FormErrors((), np.zeros((0, 0)), mesh, mode_sd, first_sds, mesh_sd, top, beams)
     n_band = max(1, int((omega < 1.1 * 2 * np.pi * f_max).sum()))
-    first = omega > 1e-3 * omega.max()
+    first = is_elastic(omega)
     own = np.flatnonzero(first[:n_band])
     square = omega[own, None] ** 2
     gap = np.maximum(np.abs(omega[None, :] ** 2 - square), APART * square)
@@ -236,7 +237,7 @@ def _heavy_enough(
 
 def _known(reduced: ReducedModel, omega: FloatArray, Q: FloatArray, top: float) -> tuple[tuple[float, float], ...]:
     """`FormErrors.beams` of the elastic modes `omega` (r,), `Q` (r, r) up to `top` (Hz); nothing where none counts."""
-    own = np.flatnonzero((omega > 1e-3 * omega.max(initial=0.0)) & (omega <= 2 * np.pi * top))
+    own = np.flatnonzero(is_elastic(omega) & (omega <= 2 * np.pi * top))
     error = np.zeros(len(own))
     for _, part, _ in beam_errors(reduced.model, reduced.V, Q[:, own], omega[own]):
         error += part

@@ -19,7 +19,7 @@ from femend.errors import ModelError
 from femend.model.model import Model
 from femend.model.place import AXES, Place
 from femend.model.reduction import ReducedModel, Term, project_model
-from femend.model.static_basis import static_responses
+from femend.model.static_basis import static_responses, static_shift
 
 __all__ = ["SPRING_SD", "freed", "reactions", "with_springs"]
 
@@ -76,16 +76,10 @@ def freed(reduced: ReducedModel, rows: Sequence[int]) -> ReducedModel:
     new = [row for row in rows if not reduced.V[row].any()]
     if new:
         inside = np.flatnonzero(np.isin(g, own))
-        V_a = _extended(V_a, free, _positions(free, new), inside, _shift(reduced))
+        V_a = _extended(V_a, free, _positions(free, new), inside, static_shift(2 * np.pi * reduced.freq))
     made = project_model(free, V_a, np.asarray(free.transformation() @ V_a))
     made = replace(made, model=reduced.model, V_a=made.V[own])
     return made if reduced.beams is None else made.without(reduced.beams)
-
-
-def _shift(reduced: ReducedModel) -> float:
-    """A square of a circular frequency well below the first elastic mode, for structures that are free elsewhere."""
-    elastic = reduced.freq[reduced.freq > 1e-3 * reduced.freq.max()]
-    return float((0.2 * np.pi * elastic.min()) ** 2) if elastic.size else 1.0
 
 
 def _extended(V: FloatArray, free: Model, at: NDArray[np.int64], inside: NDArray[np.int64], shift: float) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.model.free_body import is_elastic
 from femend.numerals import plain
 
 __all__ = ["MeshError", "Unresolved"]
@@ -30,9 +31,8 @@ class MeshError:
     def error(self) -> FloatArray:
         """Relative error (n,) of the deck's frequencies, positive where they are too high; NaN without a pair, and for
         rigid-body modes."""
-        elastic = self.freq > 1e-3 * self.freq.max(initial=0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(elastic, self.freq / self.converged - 1.0, np.nan)
+            return np.where(is_elastic(self.freq), self.freq / self.converged - 1.0, np.nan)
 
     @property
     def worst(self) -> int:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from femend.model.beam_waves import beam_errors
 from femend.model.form_errors import MESH_SD, MODE_SD, basis_modes
+from femend.model.free_body import is_elastic
 from femend.model.known_mesh import Unresolved
 from femend.model.model import Model
 from femend.model.reduction import ReducedModel
@@ -34,8 +35,6 @@ FloatArray = NDArray[np.float64]
 LIMIT = 2.0
 # relative error of a frequency in linear shells and solids over (k h)^2: ten elements a wavelength make it 2 % too high
 LINEAR = 0.05
-# below this share of the highest frequency a mode is one of a rigid body
-RIGID = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +83,7 @@ def mode_resolution(reduced: ReducedModel, f_max: float) -> Resolution:
     """
     model = reduced.model
     omega, Q = basis_modes(reduced)
-    kept = np.flatnonzero((omega > RIGID * omega.max(initial=0.0)) & (omega <= 2 * np.pi * f_max))
+    kept = np.flatnonzero(is_elastic(omega) & (omega <= 2 * np.pi * f_max))
     omega, Q = omega[kept], Q[:, kept]
     told = _Told.nothing(len(kept))
     kinetic = np.zeros(len(kept))

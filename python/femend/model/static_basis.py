@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
+from femend.model.free_body import is_elastic
 from femend.model.wider import Basis, onto
 
 __all__ = ["LARGE", "Held", "added", "joined", "static_responses", "static_shift"]
@@ -25,7 +26,7 @@ LARGE, AT_ONCE = 5000, 16
 def static_shift(omega: FloatArray) -> float:
     """The w at which (K + w M)⁻¹ answers as good as statically, regular for free structures too: well below the square
     of the first elastic of the circular frequencies `omega` (n,)."""
-    elastic = omega[omega > 1e-3 * omega.max()]
+    elastic = omega[is_elastic(omega)]
     return float((0.1 * elastic.min()) ** 2) if elastic.size else 1.0
 
 

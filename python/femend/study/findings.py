@@ -209,7 +209,7 @@ def _law_parameters(diagnosis: Diagnosis, best: Candidate, open_place: bool) -> 
 def _part_parameters(best: Candidate, system: UnitSystem, least: float) -> dict[str, Any]:
     """A member's factor, which has no unit, or the stiffnesses k1 to k6 of a soft clamp; `least` as of `OFF_LAW`."""
     told = {}
-    ln_sd = None if best.covariance is None else standard_deviations(best.covariance) * np.sqrt(max(1.0, best.fitted))
+    ln_sd = None if best.covariance is None else standard_deviations(best.covariance, left=best.fitted)
     for i, (name, value) in enumerate(best.values.items()):
         spring = name in DIRECTIONS
         unit = (
@@ -236,7 +236,7 @@ def _law_sd(best: Candidate, names: Sequence[str], J: NDArray[np.float64] | None
     else:
         scale = np.array([best.values[name] for name in best.physics.parameter_names])
         covariance = best.covariance * np.outer(scale, scale)
-    sd = standard_deviations(covariance) * np.sqrt(max(1.0, best.fitted))
+    sd = standard_deviations(covariance, left=best.fitted)
     return dict(zip(names, sd.tolist(), strict=True))
 
 

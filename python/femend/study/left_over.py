@@ -11,38 +11,35 @@ from femend.numerals import plain
 from femend.report.noise import BEYOND_NOISE, farthest_from_noise
 from femend.study.predictions import Prediction
 
-__all__ = ["left_beside", "left_over", "shares_above"]
+__all__ = ["left_beside", "left_over", "share_above"]
 
 # error beside laws, in units of the noise, from which it is told
 BESIDE_LAWS = 3.0
 
 
-def shares_above(predictions: Sequence[Prediction], f_end: float) -> dict[str, float]:
-    """By recording, the share (0 to 1) of what the updated model leaves of its samples that lies above `f_end` (Hz);
-    nothing of FRFs, whose errors count in the band alone, and of what holds no responses."""
-    found = {}
-    for one in predictions:
-        if one.recorded is None or one.frf is not None:
-            continue
-        left = one.stages["parameters"][one.counted] - one.recorded[one.counted]
-        power = np.sum(np.abs(np.fft.rfft(left - left.mean(axis=1, keepdims=True), axis=1)) ** 2, axis=0)
-        above = power[np.fft.rfftfreq(left.shape[1], one.dt) > f_end]
-        found[one.name] = float(above.sum() / power.sum()) if power.sum() > 0 else 0.0
-    return found
+def share_above(prediction: Prediction, f_end: float) -> float:
+    """Share (0 to 1) of what the updated model leaves of a recording's samples that lies above `f_end` (Hz); 0 of FRFs,
+    whose errors count in the band alone, and of what holds no responses."""
+    if prediction.recorded is None or prediction.frf is not None:
+        return 0.0
+    left = prediction.stages["parameters"][prediction.counted] - prediction.recorded[prediction.counted]
+    power = np.sum(np.abs(np.fft.rfft(left - left.mean(axis=1, keepdims=True), axis=1)) ** 2, axis=0)
+    above = power[np.fft.rfftfreq(left.shape[1], prediction.dt) > f_end]
+    return float(above.sum() / power.sum()) if power.sum() > 0 else 0.0
 
 
 def left_over(
-    verdict: str, fit: Sequence[Mapping[str, Any]], f_end: float = np.inf, above: Mapping[str, float] | None = None
+    verdict: str, fit: Sequence[Mapping[str, Any]], predictions: Sequence[Prediction] = (), f_end: float = np.inf
 ) -> str:
-    """What has to be said beside silence where the updated model leaves clearly more than noise. `above` says by
-    recording which share of it lies above the end of the fitted band, `f_end` (Hz), where models are not compared."""
+    """What has to be said beside silence where the updated model leaves clearly more than noise. Above the end of the
+    fitted band, `f_end` (Hz), models are not compared: what is left there of the `predictions` is told as such."""
     if verdict not in ("consistent", "parameters-only"):
         return ""
     times, worst = farthest_from_noise(fit, "parameters")
     if worst is None or times < BEYOND_NOISE:
         return ""
     name = worst["recording"]
-    share = (above or {}).get(name, 0.0)
+    share = next((share_above(p, f_end) for p in predictions if p.name == name), 0.0)
     left = f"the updated model leaves {plain(times, 2)} times the noise of {name}"
     if times * np.sqrt(1 - share) < BEYOND_NOISE:
         return (

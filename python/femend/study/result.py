@@ -19,7 +19,7 @@ from femend.model.place import AXES
 from femend.numerals import plain
 from femend.report.headline import INTERRUPTED
 from femend.study.findings import ALSO, findings, rounded
-from femend.study.left_over import left_beside, left_over, shares_above
+from femend.study.left_over import left_beside, left_over
 from femend.study.predictions import STAGES, Prediction, motion_error
 from femend.study.sensors_off import sensors_off
 
@@ -66,7 +66,6 @@ def result_of(
     # those of the fit know what their sensors may hold of the motion across them, and have those alone that count
     known = {r.name: r for r in diagnosis.problem.records if r.across is not None or r.crossed}
     floors = [known.get(r.name, r) for r in records]
-    f_end = diagnosis.problem.band[1]
     fit = [_fit(p, floors, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     return {
         "format": FORMAT,
@@ -76,7 +75,7 @@ def result_of(
         "fit": fit,
         "status": _status(diagnosis),
         "advice": diagnosis.advice
-        or left_over(diagnosis.verdict, fit, f_end, shares_above(predictions, f_end))
+        or left_over(diagnosis.verdict, fit, predictions, diagnosis.problem.band[1])
         or ("" if diagnosis.by_load else left_beside(diagnosis.verdict, fit)),
         "warnings": list(warnings),
     }
@@ -217,5 +216,5 @@ def _model_sd(diagnosis: Diagnosis) -> np.ndarray:
     if best is not None and best.p_sd is not None:
         return np.asarray(np.hypot(best.p_sd * np.sqrt(max(1.0, best.fitted)), OFF_MODEL))
     null = diagnosis.null
-    own = standard_deviations(np.linalg.pinv(null.hessian))
-    return np.asarray(np.hypot(own * np.sqrt(max(1.0, null.score)), OFF_MODEL))
+    own = standard_deviations(np.linalg.pinv(null.hessian), left=null.score)
+    return np.asarray(np.hypot(own, OFF_MODEL))

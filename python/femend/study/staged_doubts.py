@@ -57,11 +57,9 @@ def clear_rival(flow: Flow, settings: StagedSettings) -> str:
 def runs_left(flow: Flow, settings: StagedSettings) -> str:
     """That of a run more is left than its noise and the form of the model explain, of the one that is left furthest;
     nothing where none is."""
-    times, worst = 0.0, None
-    for stage in flow.stages:
-        if stage.run is not None:
-            left = stage.unexplained / float(np.hypot(stage.noise, settings.model_run))
-            times, worst = max((times, worst), (left, stage), key=lambda found: found[0])
+    runs = [stage for stage in flow.stages if stage.run is not None]
+    left = [(stage.unexplained / float(np.hypot(stage.noise, settings.model_run)), stage) for stage in runs]
+    times, worst = max(left, key=lambda found: found[0], default=(0.0, None))
     if worst is None or times < LEFT:
         return ""
     return (
