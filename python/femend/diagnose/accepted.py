@@ -72,12 +72,13 @@ def stands_out(found: Diagnosis, best: Ranked) -> bool:
 
 
 def as_drawn(part: Candidate) -> bool:
-    """Whether the factor of a member, region or connection, fitted to all recordings, has an interval that holds 1:
-    what one of them asked for, the others do not show."""
+    """Whether the factor of a member, region or connection, fitted to all recordings, has an interval that holds 1, or
+    the stiffness of a bedding one that holds 0: what one of them asked for, the others do not show."""
     if part.physics is not None or part.covariance is None:
         return False
     sd = standard_deviations(part.covariance, left=part.fitted)
-    return bool(np.all(np.abs(np.log(list(part.values.values()))) < INTERVAL * sd))
+    away = [1.0 if name == "k" else abs(float(np.log(value))) for name, value in part.values.items()]
+    return bool(np.all(np.array(away) < INTERVAL * sd))
 
 
 def share_taken(found: Diagnosis, best: Ranked) -> float:

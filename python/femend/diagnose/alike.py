@@ -37,8 +37,8 @@ def with_look_alikes(
 
     Where two look-alikes move differently, a law at one does not do what it would do at the other, so that both are
     worth trying. A free force at a wrong place may leave a little less than one at the right place, since it also takes
-    up what is wrong with the rest of the model; no law does that, so that the other kinds are tried too. Members, which
-    have no force, are tried in any case.
+    up what is wrong with the rest of the model; no law does that, so that the other kinds are tried too. Members and
+    beddings, which have no force, are tried in any case.
     """
     kept: list[Located] = []
     twins: list[Place] = []
@@ -49,7 +49,8 @@ def with_look_alikes(
         of: min((f.cost for f, s in zip(found, several, strict=True) if s is of), default=0.0) for of in (True, False)
     }
     reach = {of: cost * (1 + settings.further) + settings.reach for of, cost in least.items()}
-    members = [one for one in found if one.place.scaled][: settings.members]
+    members = [one for one in found if one.place.scaled and not one.place.bed][: settings.members]
+    members += [one for one in found if one.place.bed][: settings.beddings]
     for n, one in enumerate(found):
         new = kind[n] not in kind[:n] and one.cost < reach[several[n]] and len(set(kind[: n + 1])) <= settings.kinds
         wanted = len(kept) < settings.places or new or any(one is m for m in members)

@@ -36,6 +36,7 @@ from femend.diagnose.update import UpdatedModel, update_model
 from femend.diagnose.verdict import decide
 from femend.estimate import FitRecord
 from femend.model import Model, Place, find_places
+from femend.model.bed_places import bed_places
 from femend.progress import Progress, SilentProgress
 from femend.threads import one_blas_thread
 
@@ -60,7 +61,8 @@ def diagnose_records(
     tell = progress or SilentProgress()
     start = so_far.start = update_model(model, records, zeta, tell.start)
     tell.start("list the places")
-    places = sensed_places(start.problem, start.reduced, find_places(start.reduced.model))
+    listed = [*find_places(start.reduced.model), *bed_places(start.reduced, start.problem.band[1])]
+    places = sensed_places(start.problem, start.reduced, listed)
     tell.start("locate what is missing", len(places))
     located = locate(start.problem, start.reduced, places, start.null)
     quieter = quieter_records(start.problem, located)

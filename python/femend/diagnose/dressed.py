@@ -39,8 +39,8 @@ def dressed(bare: ReducedModel, like: ReducedModel) -> ReducedModel:
 
 
 def with_own(place: Place, reduced: ReducedModel) -> ReducedModel:
-    """The model with the unknowns of a place that are part of it: a factor on a member's or region's stiffness, a
-    spring's stiffness, or the springs of a soft clamp under DOFs set free.
+    """The model with the unknowns of a place that are part of it: a factor on a member's, region's or bedding's
+    stiffness, a spring's stiffness, or the springs of a soft clamp under DOFs set free.
 
     Raises ModelError for a clamp that no SPC set holds.
     """
@@ -52,13 +52,14 @@ def with_own(place: Place, reduced: ReducedModel) -> ReducedModel:
         K = place.spring * (B.T @ B)
         sprung = replace(reduced, K_fixed=reduced.K_fixed + K).with_part("spring", K, None, SPRING_SD)
         return replace(sprung, members=(*sprung.members, place))
-    split = reduced.with_part("member", member_stiffness(place, reduced), place.parameter, MEMBER_SD)
+    sd = SPRING_SD if place.bed else MEMBER_SD
+    split = reduced.with_part("member", member_stiffness(place, reduced), place.parameter, sd)
     return replace(split, members=(*reduced.members, place))
 
 
 def member_stiffness(place: Place, reduced: ReducedModel) -> FloatArray:
-    """Stiffness of a member or region in the basis (r, r), at the deck's values."""
-    if place.kind == "region":
+    """Stiffness of a member, region or bedding in the basis (r, r), at the deck's values."""
+    if place.kind in ("region", "bed"):
         return region_stiffness(place, reduced)
     model = reduced.model
     ones = np.ones(len(model.parameters))

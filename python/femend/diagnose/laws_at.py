@@ -79,14 +79,17 @@ def linear_at(
     given: Given, found: Located, masses_alone: bool, before: Sequence[Tried] = ()
 ) -> tuple[list[Tried], Opened | None]:
     """All linear laws at a place, or those of a mass alone, and the place opened; a member has its stiffness factor
-    alone. None but a mass, which resists in all directions, where a law of those tried `before` beats all."""
+    alone, a bedding its stiffness. None but a mass, which resists in all directions, where a law of those tried
+    `before` beats all."""
     split, reduced, g_rows, updated = given.split, given.reduced, given.g_rows, given.updated
     if found.place.scaled:
         found = in_own_basis(split.whole, reduced, g_rows, found)
-        member = null_candidate(split, found.fit, "joint_stiffness")
+        member = null_candidate(split, found.fit, found.place.part_law)
         # a member may be weaker than it is drawn; one that would have to be stiffer stands in for something else. What
-        # a bush is worth, nobody knows
-        told = member.values["factor"] < 1.0 or found.place.kind == "connection"
+        # a bush is worth, nobody knows; a bedding is there or not
+        told = found.place.kind == "connection" or (
+            member.values["k"] > 0.0 if found.place.bed else member.values["factor"] < 1.0
+        )
         return [Tried(member, found, None)] if told else [], None
     joint = open_joint(found.place, reduced, split.whole.band[1], g_rows)
     recovered = recover(split.reading, joint, found.fit.p)

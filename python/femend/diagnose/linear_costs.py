@@ -289,7 +289,8 @@ def _whitened(
 
 
 def _of_members(linear: _Linear, reduced: ReducedModel, members: Sequence[Place], n_free: int) -> FloatArray:
-    """Costs of members and regions with a factor on their stiffness; in the exponent: it is one as the deck has it."""
+    """Costs of members, regions and beddings with a factor on their stiffness; in the exponent: it is one as the deck
+    has it."""
     ones = np.ones(len(reduced.model.parameters))
     q = np.array([line.q for line in linear.lines]).T
     both = np.hstack([q.real, q.imag])
@@ -304,7 +305,7 @@ def _of_members(linear: _Linear, reduced: ReducedModel, members: Sequence[Place]
     for some in np.array_split(np.arange(len(members)), 1 + len(members) // 256):
         Z = np.zeros((len(some), len(q), n_k), dtype=complex)
         for z, i in zip(Z, some, strict=True):
-            if members[i].kind == "region":
+            if members[i].kind in ("region", "bed"):
                 f = linear.Q.T @ (region_stiffness(members[i], reduced) @ (linear.Q @ both))
                 z -= f[:, :n_k] + 1j * f[:, n_k:]
                 continue

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.beddings import likely_beddings
 from femend.diagnose.classes import similarity
 from femend.diagnose.dressed import with_own, with_own_unknowns, without_own_unknowns
 from femend.diagnose.preference import preference
@@ -41,6 +42,8 @@ FloatArray = NDArray[np.float64]
 FIRST_SIGMA, FIRST_STEPS = 8.0, 4
 # how many places reach the next stage: members, places with one unknown force a line, places with several
 FIRST_STAGE, SECOND_STAGE, LAST_STAGE, FULL_LINES = (40, 60, 16), (16, 28, 8), (8, 16, 3), (4, 10, 2)
+# beddings that go on from the last stages to all lines
+BEDDINGS = 2
 # places that come to the last stage from whole records, the lines and steps by which they are chosen
 LATE, LATE_LINES, LATE_STEPS = (4, 14, 0), 100, 3
 # of these steps the first is taken from all places, the others from this share of them, and so many at least
@@ -123,14 +126,16 @@ def locate(
     free = sum(b.n_w for b in beside) + problem.n_free
     # with a force nobody recorded free too, several more explain much at any place
     most = n_out - 1 if problem.load is None else max(n_out // 2, 1 + free)
-    todo = [p for p in places if p.n_w + free <= most]
+    todo = [p for p in places if p.n_w + free <= most and not p.bed]
     many = is_many(todo)
     second, last, late_quota = (FEW_SECOND, FEW_LAST, FEW_LATE) if many else (SECOND_STAGE, LAST_STAGE, LATE)
     free_too = [*beside, *([] if problem.load is None else [problem.load])]
     todo = (screened if many else without_poor_regions)(problem, reduced, todo, null, free_too)
-    hypotheses = [hypothesis_of(p, reduced, beside) for p in todo]
     few = problem.sparing(LINES)
     plain, damped = problem.sparing(FEWEST_LINES).untuned().pressed(), few.pressed()
+    beds = likely_beddings(plain, few, reduced, [p for p in places if p.bed], beside)
+    todo += [place for place, _ in beds]
+    hypotheses = [hypothesis_of(p, reduced, beside) for p in todo]
     kin = Kin.of(problem, reduced, todo, null)
     stages = (
         (plain, 8.0, 5, second),
@@ -142,6 +147,7 @@ def locate(
         ranked = fitted(lines, hypotheses, keep, factor * problem.scale(), iterations, todo)
         ranked = _best(ranked, todo, kin, quota)
         keep = [(i, f.p) for i, f in ranked]
+    keep += [(todo.index(place), p) for place, p in beds]
     late = problem.sparing(LATE_LINES)
     keep += _late(late, hypotheses, todo, kin, null.p, reduced, late_quota)
     ranked = fitted(few, hypotheses, keep, 0.0, 15, todo)
@@ -207,7 +213,7 @@ def _first_glance(
     update has made up for much with the wrong parameters, the second where the deck itself is far off.
     """
     bare = reduced if reduced.form is None else reduced.bare()
-    hypotheses = {i: hypothesis_of(places[i], bare, beside) for i in kin.first(places)}
+    hypotheses = {i: hypothesis_of(places[i], bare, beside) for i in kin.first(places) if not places[i].bed}
     own, form = len(reduced.model.parameters), len(reduced.names) - len(bare.names)
     updated = np.concatenate([null.p[:own], null.p[own + form :]])
     starts = [
@@ -230,7 +236,8 @@ def _late(
     """Further places for the last stage, with their starts: the best after few steps from unknowns `p` of the model
     `of` on whole records. Strongly damped lines see the beginning of a record alone, where what is small or late does
     not show; the updated model is near enough to the truth just where it is small."""
-    keep = [(i, _with_own(p, of, hypotheses[i].reduced)) for i in kin.first(places) if places[i].n_w <= 1]
+    first = [i for i in kin.first(places) if places[i].n_w <= 1 and not places[i].bed]
+    keep = [(i, _with_own(p, of, hypotheses[i].reduced)) for i in first]
     ranked = fitted(lines, hypotheses, keep, 0.0, LATE_FIRST, places)
     keep = [(i, f.p) for i, f in ranked[: max(LATE_LEAST, round(LATE_SHARE * len(ranked)))]]
     ranked = fitted(lines, hypotheses, keep, 0.0, LATE_STEPS - LATE_FIRST, places)
@@ -266,11 +273,11 @@ def _best(
     ranked: Sequence[tuple[int, Fit]], places: Sequence[Place], kin: Kin, quota: tuple[int, int, int]
 ) -> list[tuple[int, Fit]]:
     """The first of the members, of the places with one force and of those with several, as many of each as `quota`
-    says, none of them like another."""
+    says, and of the beddings, none of them like another."""
     kept: list[tuple[int, Fit]] = []
-    left = list(quota)
+    left = [*quota, BEDDINGS]
     for i, fit in ranked:
-        group = min(places[i].n_w, 2)
+        group = 3 if places[i].bed else min(places[i].n_w, 2)
         if left[group] > 0 and not any(kin.alike(i, j) for j, _ in kept):
             kept.append((i, fit))
             left[group] -= 1
@@ -280,7 +287,7 @@ def _best(
 @dataclass(frozen=True, eq=False)
 class Kin:
     """How alike places with one force move the sensors, `position` of each place in `matrix`; members are alike by the
-    elements they share."""
+    elements they share, beddings by their rows of the g-set."""
 
     position: dict[int, int]
     matrix: FloatArray
@@ -290,7 +297,7 @@ class Kin:
     def of(cls, problem: Problem, reduced: ReducedModel, places: Sequence[Place], null: Fit) -> Kin:
         """The kin of `places`, compared at the unknowns of the fit `null`."""
         single = [i for i, p in enumerate(places) if p.n_w == 1]
-        elements = {i: frozenset(p.elements) for i, p in enumerate(places) if p.scaled}
+        elements = {i: _held_by(p) for i, p in enumerate(places) if p.scaled}
         if not single:
             return cls({}, np.zeros((0, 0)), elements)
         few = problem.on(problem.records[:1]).thinned(COMPARED_LINES)
@@ -328,6 +335,11 @@ class Kin:
         row = self.matrix[self.position[i]]
         like = [j for j, n in self.position.items() if j != i and row[n] > ALIKE]
         return sorted(like, key=lambda j: (-round(float(row[self.position[j]]), 2), preference(places[j])))[:EXPANDED]
+
+
+def _held_by(place: Place) -> frozenset[int]:
+    """Elements of a place with a factor; of a bedding its rows, below zero since they are no elements."""
+    return frozenset([*place.elements, *(-1 - int(g) for _, rows, _ in place.bed for g in rows)])
 
 
 def cost_of(problem: Problem, fit: Fit, sigma: float) -> float:

@@ -1,4 +1,4 @@
-"""Stiffness of a region's elements in a basis: of thousands of elements together, made once for every basis."""
+"""Stiffness of a region's elements, or of a bedding, in a basis: of thousands together, made once for every basis."""
 
 from __future__ import annotations
 
@@ -63,7 +63,12 @@ def _in_basis(whole: csr_array, reduced: ReducedModel) -> FloatArray:
 
 
 def elements_stiffness(place: Place, model: Model) -> csr_array:
-    """Stiffness (n_g, n_g) of the place's elements at the deck's values."""
+    """Stiffness (n_g, n_g) of the place's elements at the deck's values, or of its bedding."""
+    if place.bed:
+        rows, values = [g for _, g, _ in place.bed], [x for _, _, x in place.bed]
+        start = np.cumsum([0, *(len(g) for g in rows)])
+        B = csr_array((np.hstack(values), np.hstack(rows), start), shape=(len(place.bed), model.fe.n_g))
+        return csr_array(B.T @ B)
     return _assembled(place.elements, model)
 
 

@@ -18,6 +18,7 @@ class Settings:
         reach: cost by which a place may be worse than the best (in tempered log-posterior units) to be tried so.
         further: the same as a share of the best one's cost, in addition.
         members: members whose stiffness factor is tried in any case: a factor explains less than a free force.
+        beddings: the same of elastic beddings under lines and areas.
         nonlinear_places: places at which nonlinear laws are tried too.
         refined: candidates that are fitted with all unknowns together.
         gain_cost: fall of the score (tempered log posterior on unseen data) that a law must bring.
@@ -60,6 +61,7 @@ class Settings:
     reach: float = 100.0
     further: float = 0.1
     members: int = 3
+    beddings: int = 2
     nonlinear_places: int = 3
     refined: int = 3
     gain_cost: float = 40.0

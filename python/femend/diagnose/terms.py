@@ -335,7 +335,8 @@ def _made(loop: TermsLoop, reached: _End) -> Terms:
         if term.member:
             place = term.located.place
             own = slice(member, member + place.n_own)
-            own_covariance = None if covariance is None else covariance[own, own]
+            told = place.slopes(p[own])
+            own_covariance = None if covariance is None else covariance[own, own] * np.outer(told, told)
             candidate = replace(
                 term.candidate, values=place.values(p[own]), p=p, fitted=fitted, covariance=own_covariance
             )

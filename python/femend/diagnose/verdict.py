@@ -131,13 +131,14 @@ def _refitted_part(candidate: Candidate, fit: Fit) -> Candidate:
     """A part of the model (a member, a soft clamp) at its fit to all records, with the covariance of its unknowns."""
     reduced = fit.hypothesis.reduced
     covariance, own = np.asarray(np.linalg.pinv(fit.hessian), dtype=np.float64), own_span(reduced)
+    told = reduced.members[-1].slopes(fit.p[own]) if reduced.members else np.ones(0)
     return replace(
         candidate,
         values=own_values(reduced, fit.p),
         p=fit.p,
         fitted=fit.score,
         p_sd=standard_deviations(covariance, len(fit.p)),
-        covariance=covariance[own, own] if reduced.members else None,
+        covariance=covariance[own, own] * np.outer(told, told) if reduced.members else None,
         converged=fit.converged,
     )
 

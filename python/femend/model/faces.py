@@ -13,7 +13,7 @@ from femend.errors import ModelError
 from femend.model.model import Model
 from femend.model.near_ids import near_ids
 
-__all__ = ["Surface", "nodal_loads", "surface_of"]
+__all__ = ["SHELLS", "SOLIDS", "Surface", "nodal_loads", "solid_faces", "surface_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -98,7 +98,7 @@ def surface_of(model: Model, nodes: Collection[int]) -> Surface:
         if card in SHELLS and set(own[: SHELLS[card]]) <= wanted:
             shells.append(tuple(index[n] for n in own[: SHELLS[card]]))
         elif card in SOLIDS:
-            for corners, face in _solid_faces(card, own):
+            for corners, face in solid_faces(card, own):
                 key = frozenset(corners)
                 seen[key] = seen.get(key, 0) + 1
                 if key <= wanted:
@@ -113,7 +113,7 @@ def surface_of(model: Model, nodes: Collection[int]) -> Surface:
     return Surface(model, (*shells, *free), into)
 
 
-def _solid_faces(card: str, nodes: list[int]) -> Iterator[tuple[tuple[int, ...], tuple[int, ...]]]:
+def solid_faces(card: str, nodes: list[int]) -> Iterator[tuple[tuple[int, ...], tuple[int, ...]]]:
     """Corners of every face and all of its nodes; a face with a middle node missing counts as linear."""
     n_corners, faces = SOLIDS[card]
     middle = {}

@@ -23,7 +23,7 @@ class Place:
 
     Attributes:
         kind: "ground", "pair", "end", "clamp", "support" and "region" (of shells and solids), "member", "connection"
-            (bushes and springs of the deck) or "base".
+            (bushes and springs of the deck), "bed" (a line or area on an elastic bedding) or "base".
         nodes: ids of the nodes that name the place.
         direction: "X" ... "RZ", "R" for all rotations, "" where none applies.
         to: what it connects to: "ground", a node id as text, or a member as text.
@@ -40,6 +40,8 @@ class Place:
         spring: stiffness in deck units around which a spring along its direction vectors is sought that is part of the
             model; 0 elsewhere.
         independent: whether g_rows are rows of the independent DOFs instead of the g-set.
+        bed: of a bedding, of every node its id, and the rows of the g-set and values, in square roots of deck units of
+            stiffness, of the spring to ground around which it is sought.
     """
 
     kind: str
@@ -57,12 +59,23 @@ class Place:
     support: float = 0.0
     springs: tuple[tuple[int, float], ...] = ()
     spring: float = 0.0
+    bed: tuple[tuple[int, NDArray[np.int64], FloatArray], ...] = ()
 
     @property
     def scaled(self) -> bool:
-        """Whether a factor on the stiffness of its elements is what may be off: a member, a region of shells or solids,
-        or a bush or spring."""
-        return self.kind in ("member", "region", "connection")
+        """Whether a factor on a stiffness is what may be off: on that of the elements of a member, a region of shells
+        or solids, a bush or spring, or on that of a bedding, of which the deck has none (so that k + bed is scaled)."""
+        return self.kind in ("member", "region", "connection", "bed")
+
+    @property
+    def part_law(self) -> str:
+        """What the factor that may be off is called."""
+        return "support_stiffness" if self.bed else "joint_stiffness"
+
+    @property
+    def bed_stiffness(self) -> float:
+        """Stiffness in all (deck units) around which a bedding is sought."""
+        return float(sum(x @ x for _, _, x in self.bed))
 
     @property
     def n_own(self) -> int:
@@ -76,8 +89,10 @@ class Place:
         return self.n_own > 0
 
     def values(self, x: FloatArray) -> dict[str, float]:
-        """The factor of what is there, the stiffness k of a spring, or k1 to k6 by the component they act in, at
-        the logarithms `x` (n_own,) of its unknowns."""
+        """The factor of what is there, the stiffness k of a bedding or a spring, or k1 to k6 by the component they act
+        in, at the logarithms `x` (n_own,) of its unknowns."""
+        if self.bed:
+            return {"k": float(self.bed_stiffness * np.expm1(x[0]))}
         if self.scaled:
             return {"factor": float(np.exp(x[0]))}
         if self.spring:
@@ -86,11 +101,17 @@ class Place:
 
     def logarithms(self, values: Mapping[str, float]) -> FloatArray:
         """Unknowns (n_own,) at `values` as given by `values`."""
+        if self.bed:
+            return np.log1p([values["k"] / self.bed_stiffness])
         if self.scaled:
             return np.log([values["factor"]])
         if self.spring:
             return np.log([values["k"] / self.spring])
         return np.log([values[f"k{row % 6 + 1}"] / k for row, k in self.springs])
+
+    def slopes(self, x: FloatArray) -> FloatArray:
+        """By what the logarithms of `values` change with the unknowns `x` (n_own,), (n_own,): 1 but for a bedding."""
+        return np.asarray(1 / -np.expm1(-x)) if self.bed else np.ones(len(x))
 
     @property
     def n_w(self) -> int:

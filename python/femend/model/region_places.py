@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from femend.model.model import Model
 from femend.model.place import Place
 
-__all__ = ["region_places", "scaled_by"]
+__all__ = ["Group", "boxes", "pieces", "region_places", "scaled_by"]
 
 FloatArray = NDArray[np.float64]
 Elements = tuple[int, ...]
@@ -55,7 +55,7 @@ def region_places(model: Model) -> list[Place]:
 
 
 @dataclass(frozen=True, eq=False)
-class _Group:
+class Group:
     """The shells and solids of one property with their nodes and middles `at` (n, 3), and `others` of that property."""
 
     elements: Elements
@@ -63,12 +63,12 @@ class _Group:
     at: FloatArray
     others: Elements = ()
 
-    def some(self, which: Sequence[int]) -> _Group:
+    def some(self, which: Sequence[int]) -> Group:
         """Those at the positions `which`."""
-        return _Group(tuple(self.elements[i] for i in which), tuple(self.nodes[i] for i in which), self.at[list(which)])
+        return Group(tuple(self.elements[i] for i in which), tuple(self.nodes[i] for i in which), self.at[list(which)])
 
 
-def _groups(model: Model) -> dict[int, _Group]:
+def _groups(model: Model) -> dict[int, Group]:
     """Elements with stiffness by their property."""
     property_of = {eid: pid or 0 for eid, _, pid, _ in model.deck.elements()}
     found: dict[int, tuple[list[tuple[int, tuple[int, ...]]], list[int]]] = {}
@@ -81,11 +81,11 @@ def _groups(model: Model) -> dict[int, _Group]:
     groups, xyz = {}, model.xyz
     for pid, (mine, others) in sorted(found.items()):
         at = np.array([xyz[[model.index(n) for n in nodes]].mean(axis=0) for _, nodes in mine]).reshape(-1, 3)
-        groups[pid] = _Group(tuple(e for e, _ in mine), tuple(n for _, n in mine), at, tuple(others))
+        groups[pid] = Group(tuple(e for e, _ in mine), tuple(n for _, n in mine), at, tuple(others))
     return groups
 
 
-def _of_parameters(model: Model, groups: dict[int, _Group]) -> set[frozenset[int]]:
+def _of_parameters(model: Model, groups: dict[int, Group]) -> set[frozenset[int]]:
     """The elements whose stiffness each parameter changes; elements of one property are all changed or none, where it
     does not name elements."""
     covered = set()
@@ -111,22 +111,22 @@ def _changes(model: Model, eid: int, ones: FloatArray, factors: FloatArray) -> b
     return not np.allclose(changed, K, rtol=1e-9, atol=1e-12 * np.abs(K).max(initial=0.0))
 
 
-def _regions(groups: dict[int, _Group]) -> Iterator[tuple[int, Elements, bool]]:
+def _regions(groups: dict[int, Group]) -> Iterator[tuple[int, Elements, bool]]:
     """Property, elements, and whether it is a patch, of every region: the largest kinds first."""
-    pieces = {pid: [group.some(w) for w in _pieces(group)] for pid, group in groups.items()}
+    connected = {pid: [group.some(w) for w in pieces(group)] for pid, group in groups.items()}
     for pid, group in groups.items():
         yield pid, group.elements, False
-    for pid, own in pieces.items():
+    for pid, own in connected.items():
         for piece in own:
             yield pid, piece.elements, False
     for parts in PATCHES:
-        for pid, own in pieces.items():
+        for pid, own in connected.items():
             for piece in own:
-                for patch in _patches(piece, parts):
+                for patch in _cubes(piece, parts):
                     yield pid, patch, True
 
 
-def _pieces(group: _Group) -> list[list[int]]:
+def pieces(group: Group) -> list[list[int]]:
     """Positions of the elements of each connected piece: those that share nodes."""
     names = {n: i for i, n in enumerate(sorted({n for nodes in group.nodes for n in nodes}))}
     element = np.repeat(np.arange(len(group.nodes)), [len(nodes) for nodes in group.nodes])
@@ -137,25 +137,31 @@ def _pieces(group: _Group) -> list[list[int]]:
     return [np.flatnonzero(labels == label).tolist() for label in np.unique(labels)]
 
 
-def _patches(piece: _Group, parts: int) -> Iterator[Elements]:
+def _cubes(piece: Group, parts: int) -> Iterator[Elements]:
     """Connected patches of a piece in boxes `parts` to its longest side, as near to cubes as they fill it."""
+    sides = np.ptp(piece.at, axis=0)
+    yield from boxes(piece, np.maximum(np.rint(sides / max(float(sides.max()), 1e-300) * parts), 1).astype(int))
+
+
+def boxes(piece: Group, per_side: NDArray[np.int64]) -> Iterator[Elements]:
+    """Connected patches of a piece in boxes that overlap by half, `per_side` (3,) of them side by side along each
+    axis."""
     if len(piece.elements) < PARTED:
         return
-    low, sides = piece.at.min(axis=0), np.ptp(piece.at, axis=0)
     # the middles of the outer elements are half an element inside
-    per_side = np.maximum(np.rint(sides / max(float(sides.max()), 1e-300) * parts), 1).astype(int)
+    low, sides = piece.at.min(axis=0), np.ptp(piece.at, axis=0)
     share = np.clip((piece.at - low) / np.maximum(sides, 1e-300), 0.0, 1.0)
     steps = [np.arange(2 * n - 1) / (2 * n) for n in per_side]
     for start in product(*steps):
         first = np.array(start)
         inside = ((share >= first - 1e-9) & (share <= first + 1 / per_side + 1e-9)).all(axis=1)
         patch = piece.some(np.flatnonzero(inside).tolist())
-        for which in _pieces(patch) if len(patch.elements) else []:
+        for which in pieces(patch) if len(patch.elements) else []:
             if len(which) >= FEWEST:
                 yield patch.some(which).elements
 
 
-def _place(model: Model, group: _Group, pid: int, elements: Elements, *, unlikely: bool) -> Place:
+def _place(model: Model, group: Group, pid: int, elements: Elements, *, unlikely: bool) -> Place:
     """The region as a place, named by the nodes at its corners."""
     own = set(elements)
     nodes = sorted({n for e, nodes in zip(group.elements, group.nodes, strict=True) if e in own for n in nodes})

@@ -70,12 +70,16 @@ def place_text(location: Mapping[str, Any]) -> str:
     'at node 4 in Z, to ground'
     >>> place_text({"nodes": [15, 16], "to": "ground", "region": list(range(1, 31))})
     'over 30 nodes around nodes 15–16'
+    >>> place_text({"nodes": [1, 9], "to": "ground", "direction": "Z", "region": [1, 3, 9], "shares": [1 / 3] * 3})
+    'under 3 nodes between nodes 1–9 in Z, to ground'
     """
     nodes = [int(n) for n in location.get("nodes") or ()]
     direction = str(location.get("direction") or "")
     to = location.get("to")
     in_direction = "" if not direction else " in rotation" if direction == "R" else f" in {direction}"
     region = location.get("region") or ()
+    if location.get("shares"):
+        return f"under {len(region)} nodes between {nodes_text(nodes)}{in_direction}, to ground"
     if len(region) > len(nodes):
         return f"over {len(region)} nodes around {nodes_text(nodes)}{in_direction}"
     if not nodes:
@@ -218,7 +222,10 @@ def how_much(finding: Mapping[str, Any]) -> list[tuple[str, str]]:
     if misplaced_text(finding):
         return []
     physics, parameters = str(finding.get("physics") or ""), mapping(finding.get("parameters"))
-    return [parameter_text(name, entry, physics) for name, entry in by_importance(parameters)]
+    told = [parameter_text(name, entry, physics) for name, entry in by_importance(parameters)]
+    # of a bedding the stiffness is that of all its springs
+    whole = " in all" if mapping(finding.get("location")).get("shares") else ""
+    return [(f"{label}{whole}", text) for label, text in told]
 
 
 def percent(probability: Any) -> str:

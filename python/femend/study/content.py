@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from femend.diagnose.mismatch import mismatch_map
@@ -52,13 +53,18 @@ def report_content(run: StudyRun, info: dict[str, Any]) -> ReportContent:
 def _further_places(result: dict[str, Any]) -> tuple[tuple[tuple[int, ...], str], ...]:
     """Nodes and direction of every finding after the first."""
     places = [words.mapping(finding.get("location")) for finding in words.rows(result.get("findings"))[1:]]
-    return tuple((tuple(int(n) for n in p.get("nodes") or ()), str(p.get("direction") or "")) for p in places)
+    return tuple((_nodes(p), str(p.get("direction") or "")) for p in places)
+
+
+def _nodes(location: Mapping[str, Any]) -> tuple[int, ...]:
+    """All nodes of a place, of a line or area not its ends alone."""
+    return tuple(int(n) for n in location.get("region") or location.get("nodes") or ())
 
 
 def _place(result: dict[str, Any]) -> tuple[tuple[int, ...], tuple[int, ...], str]:
     """Nodes and direction of the first finding, and the nodes the recordings cannot tell from them."""
     findings = words.rows(result.get("findings"))
     location = words.mapping(findings[0].get("location")) if findings else {}
-    nodes = tuple(int(n) for n in location.get("nodes") or ())
+    nodes = _nodes(location)
     also = dict.fromkeys(int(n) for place in location.get("also_possible") or () for n in place)
     return nodes, tuple(n for n in also if n not in nodes), str(location.get("direction") or "")

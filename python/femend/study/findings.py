@@ -173,6 +173,10 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
     if place.place.kind in ("region", "connection"):
         # of what the factor is; the nodes are the corners of a region
         said["elements"] = list(diagnosis.reduced.model.drawn_elements(place.place.elements))
+    if place.place.bed:
+        # all nodes with the shares of the stiffness; `nodes` are its ends or corners
+        said["region"] = [node for node, _, _ in place.place.bed]
+        said["shares"] = [rounded(float(x @ x) / place.place.bed_stiffness) for _, _, x in place.place.bed]
     # with several effects the force at one place is not what its fit says
     sensor = None if diagnosis.further is not None else _next_sensor(diagnosis, place, rivals[:ALSO])
     return said if sensor is None else {**said, "next_sensor": sensor}
@@ -207,13 +211,14 @@ def _law_parameters(diagnosis: Diagnosis, best: Candidate, open_place: bool) -> 
 
 
 def _part_parameters(best: Candidate, system: UnitSystem, least: float) -> dict[str, Any]:
-    """A member's factor, which has no unit, or the stiffnesses k1 to k6 of a soft clamp; `least` as of `OFF_LAW`."""
+    """A member's factor, which has no unit, the stiffness k of a bedding, or k1 to k6 of a soft clamp; `least` as of
+    `OFF_LAW`."""
     told = {}
     ln_sd = None if best.covariance is None else standard_deviations(best.covariance, left=best.fitted)
     for i, (name, value) in enumerate(best.values.items()):
-        spring = name in DIRECTIONS
+        spring = name == "k" or name in DIRECTIONS
         unit = (
-            physics("compliant_support").parameters[0].unit(system, rotational="R" in DIRECTIONS[name])
+            physics("compliant_support").parameters[0].unit(system, rotational="R" in DIRECTIONS.get(name, ""))
             if spring
             else ""
         )

@@ -37,7 +37,8 @@ def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
         words = ", ".join(
             f"{name} = {value} {finding['parameters'][name]['unit']}".strip() for name, value in values.items()
         )
-        at = " ".join(filter(None, (", ".join(str(n) for n in where["nodes"]), where["direction"])))
+        named = where["region"] if where.get("shares") else where["nodes"]
+        at = " ".join(filter(None, (", ".join(str(n) for n in named), where["direction"])))
         name = finding["physics"] or "unnamed"
         words = words or finding.get("class", "")
         cards = _term(model, (id_, pid), finding["physics"], where, values)
@@ -125,7 +126,10 @@ def _is_set(model: Model, id_: int) -> bool:
 
 
 def _term(model: Model, ids: tuple[int, int], physics: str, where: dict[str, Any], values: dict[str, Any]) -> list[str]:
-    """Cards of a spring, dashpot or mass, with the `ids` of an element and a property; none where none fit."""
+    """Cards of a spring, dashpot or mass, or of the springs of a bedding, with the `ids` of an element and a property;
+    none where none fit."""
+    if where.get("shares"):
+        return _bedding(model, ids[0], where, values["k"])
     if len(where["nodes"]) == 2:
         return _between(model, ids, physics, where, values)
     id_ = ids[0]
@@ -139,6 +143,16 @@ def _term(model: Model, ids: tuple[int, int], physics: str, where: dict[str, Any
     if physics == "added_mass":
         return [f"CONM2,{id_},{node},,{values['m']:.6E}"]
     return []
+
+
+def _bedding(model: Model, id_: int, where: dict[str, Any], k: float) -> list[str]:
+    """Springs to ground under all nodes of a bedding, of its stiffness `k` in all; none where displacements of a node
+    are not told along the basic axes."""
+    nodes, component = where["region"], _AXES[where["direction"]]
+    if not all(np.array_equal(model.frames[model.index(n)], np.eye(3)) for n in nodes):
+        return []
+    each = enumerate(zip(nodes, where["shares"], strict=True))
+    return [f"CELAS2,{id_ + i},{k * share:.6E},{n},{component}" for i, (n, share) in each]
 
 
 def _between(

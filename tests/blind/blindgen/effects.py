@@ -355,29 +355,6 @@ def joint_stiffness(sc: Scene) -> Effect:
     )
 
 
-def weak_patch(sc: Scene) -> Effect:
-    """A rectangle of a plate's cells, within one of its groups, whose stiffness is down by 30-60 %."""
-    s, rng = sc.s, sc.rng
-    if not isinstance(s, Plate) or s.layers > 1:
-        raise Unsuitable("no plate of two halves")
-    half, ny = s.cells[0] // 2, s.cells[1]
-    wide, high = int(rng.integers(half // 2, half + 1)), int(rng.integers(ny // 3, ny // 2 + 1))
-    i0 = half * int(rng.integers(2)) + int(rng.integers(half - wide + 1))
-    j0 = int(rng.integers(ny - high + 1))
-    factor = rng.uniform(0.4, 0.7)
-    return Effect(
-        "joint_stiffness",
-        [s.node(i, j) for j in (j0, j0 + high) for i in (i0, i0 + wide)],
-        "",
-        "",
-        (1.0, 1.0),
-        lambda x: {"factor": factor},
-        change=lambda x: Change(patch=(i0, i0 + wide, j0, j0 + high, factor)),
-        fixed=True,
-        extra={"kind": "patch"},
-    )
-
-
 def compliant_support(sc: Scene) -> Effect:
     """One clamp gives way in rotation, in translation along an axis, or both."""
     s, rng = sc.s, sc.rng
@@ -473,28 +450,3 @@ def load_misplaced(sc: Scene) -> Effect:
         fixed=True,
         extra={"true": (n, c)},
     )
-
-
-CATALOGUE: dict[str, Callable[[Scene], Effect]] = {
-    f.__name__: f
-    for f in (
-        support_stiffness,
-        viscous_damper,
-        viscoelastic,
-        structural_damping,
-        tuned_absorber,
-        quadratic_damping,
-        cubic_stiffness,
-        clearance,
-        bilinear_stiffness,
-        coulomb_friction,
-        bouc_wen,
-        added_mass,
-        joint_stiffness,
-        weak_patch,
-        compliant_support,
-        base_motion,
-        unmeasured_force,
-        load_misplaced,
-    )
-}

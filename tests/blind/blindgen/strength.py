@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .effects import CATALOGUE, Effect, Unsuitable
+from .catalogue import CATALOGUE
+from .effects import Effect, Unsuitable
 from .integrate import Modal
 from .outside import outside
 from .respond import Parts, modal_of, record, scene
