@@ -181,7 +181,7 @@ def _of_area(surface: _Surface, faces: Sequence[int], xyz: dict[int, FloatArray]
     nodes = tuple(sorted(share))
     at = np.array([xyz[n] for n in nodes])
     flat = [k for k in range(3) if k != surface.axis]
-    signs = [(a, b) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
+    signs = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))  # around
     middle = at.mean(axis=0)
     ends = [nodes[int(np.argmax(np.round((at - middle)[:, flat] @ np.array(sign), 9)))] for sign in signs]
     return _Stretch(nodes, np.array([share[n] for n in nodes]), tuple(dict.fromkeys(ends)), (surface.axis,),

@@ -37,8 +37,7 @@ def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
         words = ", ".join(
             f"{name} = {value} {finding['parameters'][name]['unit']}".strip() for name, value in values.items()
         )
-        named = where["region"] if where.get("shares") else where["nodes"]
-        at = " ".join(filter(None, (", ".join(str(n) for n in named), where["direction"])))
+        at = " ".join(filter(None, (", ".join(str(n) for n in where["nodes"]), where["direction"])))
         name = finding["physics"] or "unnamed"
         words = words or finding.get("class", "")
         cards = _term(model, (id_, pid), finding["physics"], where, values)
@@ -46,7 +45,8 @@ def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
         cards += [f"CELAS2,{id_ + i},{k:.6E},{node},{component}" for i, (node, component, k) in enumerate(springs)]
         id_, pid = id_ + len(cards), pid + 1
         of = f" (elements {', '.join(map(str, where['elements']))})" if where.get("elements") else ""
-        lines += [f"$ femend: {name} at node {at} to {where['to'] or 'nothing'}{of}", f"$ femend: {words}", *cards]
+        place = f"under {len(where['region'])} nodes between" if where.get("shares") else "at node"
+        lines += [f"$ femend: {name} {place} {at} to {where['to'] or 'nothing'}{of}", f"$ femend: {words}", *cards]
     soft = _soft(result)
     return lines + (_supports(model, soft) if soft else [])
 
