@@ -178,6 +178,20 @@ def test_a_reversed_sensor_is_named(tmp_path: Path) -> None:
     assert updated["advice"].startswith("mend the sensors")
 
 
+def test_a_tip_upside_down_among_five_sensors_is_named_and_no_other(tmp_path: Path) -> None:
+    """It makes the first shape look like the second: pairs by shape are of other modes, and told nothing."""
+    model = model_modes(read_model(modes_study(tmp_path).parent / "model.bdf"), n_modes=8)
+    dofs = tuple(Dof(n, 3) for n in (5, 7, 9, 11, 13))
+    seen = [k for k in range(8) if np.abs(model.phi[:, k] @ np.array([d.component == 3 for d in model.dofs])) > 1e-6][
+        :5
+    ]
+    phi = model.phi[np.ix_([model.dofs.index(d) for d in dofs], seen)]
+    phi[4] *= -1
+    write_modes(tmp_path / "modes.uff", 1.04 * model.freq[seen], phi, dofs)
+    run = correlate_study(tmp_path / "study.toml")
+    assert [(f.kind, f.names) for f in run["modes"].faults] == [("reversed", ("13:+Z",))]
+
+
 def branched(folder: Path) -> tuple[Path, dict[int, np.ndarray]]:
     """A study of modes of the cantilever with a branch, so that its nodes are not in line; their coordinates."""
     lines = deck().splitlines()

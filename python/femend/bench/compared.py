@@ -23,6 +23,7 @@ from femend.correlate import (
     compare_frfs,
     compare_modes,
     ecomac,
+    fault_pairs,
     macco,
     scaled_sensors,
     sensor_faults,
@@ -140,11 +141,14 @@ def _scaled(comparison: ModeComparison, test: ModeSet, modes: ModeSet) -> tuple[
 
 def _faults(comparison: ModeComparison, test: ModeSet, modes: ModeSet) -> tuple[SensorFault, ...]:
     """Sensors that look reversed or exchanged in the pairs whose frequencies go together: of a mode that the model has
-    not the likest shape far off accuses sensors."""
-    pairs = [p for p in comparison.pairing.pairs if 1 / OFF < modes.freq[p.b] / test.freq[p.a] < OFF]
+    not the likest shape far off accuses sensors. Where a few of them make shapes look like those of other modes, the
+    pairs are those without the mistake."""
+    phi_a, phi_b = comparison.phi_a, comparison.phi_b
+    pairs = [(p.a, p.b) for p in comparison.pairing.pairs if 1 / OFF < modes.freq[p.b] / test.freq[p.a] < OFF]
     try:
-        phi_a, phi_b = comparison.phi_a[:, [p.a for p in pairs]], comparison.phi_b[:, [p.b for p in pairs]]
-        return sensor_faults(phi_a, phi_b, comparison.match.dofs)[0]
+        cured = fault_pairs(phi_a, phi_b, test.freq, modes.freq, far=OFF)
+        a, b = cured if cured is not None else np.array(pairs, dtype=np.int64).reshape(-1, 2).T
+        return sensor_faults(phi_a[:, a], phi_b[:, b], comparison.match.dofs)[0]
     except CorrelationError:
         return ()  # too few sensors or modes to tell
 

@@ -7,6 +7,7 @@ from femend.correlate.assurance import automac, dac, mac, macx, msf, principal_c
 from femend.correlate.by_dof import DofElimination, comac, ecomac, eliminate_dofs, macco
 from femend.correlate.clusters import align_cluster, close_groups
 from femend.correlate.complexity import mcf, mcf_area, mean_phase, mpc, mpd
+from femend.correlate.fault_pairs import fault_pairs
 from femend.correlate.labelled import DofMatch, ModeComparison, compare_modes, mac_of_modes, match_dofs
 from femend.correlate.labelled_frf import FrfComparison, MatchedFrf, compare_frfs, match_frfs
 from femend.correlate.orthogonality import cross_orthogonality, orthogonality
@@ -44,6 +45,7 @@ __all__ = [
     "ecomac",
     "eliminate_dofs",
     "faac",
+    "fault_pairs",
     "fdac",
     "frac",
     "lac",
