@@ -178,6 +178,21 @@ def test_exciters_drive_before_they_tell_modes_apart() -> None:
         exciters(phi, omega, 1, residue_min=2.0)
 
 
+def test_exciters_drive_most_modes_where_axes_do_not_couple() -> None:
+    """Rows 0 to 4 move in modes 1, 2 and 4 alone, rows 5 to 9 in 3 and 5: no row drives all, and rounding decided."""
+    x = np.linspace(0.2, 1.0, 5)
+    phi = np.zeros((10, 5))
+    phi[:5, [0, 1, 3]] = np.column_stack([x**2, x**2 * (1.5 * x - 1), x**2 * (x - 0.5)])
+    phi[5:, [2, 4]] = np.column_stack([x**2, x**2 * (x - 0.7)])
+    phi += 1e-12 * np.array([1, 2, 3, 4, 1, 9, 5, 5, 5, 1])[:, None]
+    omega = np.array([10.0, 30.0, 40.0, 90.0, 130.0])
+    one = exciters(phi, omega, 1)
+    assert one.rows == (4,)  # the tip along the axis in which three modes move
+    both = exciters(phi, omega, 2)
+    assert both.rows == (4, 9)
+    assert both.excitation.min() == pytest.approx(1.0)
+
+
 def test_sensor_mass_is_exact_with_all_modes() -> None:
     from scipy.linalg import eigh
 

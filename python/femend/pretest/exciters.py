@@ -26,6 +26,8 @@ FloatArray = NDArray[np.float64]
 RESIDUE_MIN = 0.02
 # where no place drives all modes so well, those count that come this near to the best one (6 dB)
 _NEAR = 0.5
+# a best place whose least residue is below this share of what it should be drives some modes not at all
+_NONE = 0.1
 _POWER = {"receptance": 1, "mobility": 0, "accelerance": -1}
 
 
@@ -112,13 +114,14 @@ def exciters(
 
     Each mode's driving-point residues (`kind`) are taken relative to its largest among the `allowed` rows (mask or
     numbers). Rows are added one by one. A row has to drive first: the least excited mode, by its best exciter, to
-    `residue_min`, or where no row does, to half of what the best one does. The least residue is what keeps exciters off
-    the nodal lines of all modes (Kientzy, Richardson and Blakely 1989, "Using finite element data to set up modal
-    tests"; Imamovic's non-optimum driving point); the indicator does not see them, being a ratio: where all modes
-    hardly move alike it is as good as where all move well. Of the rows that drive, the one is taken with which fewest
-    modes have an indicator above `indicator_max` (`mode_indicator` with `zeta` and `outputs`), then the least excited
-    mode is excited best, as a worst case is what a test fails by. Raises PretestError where nothing moves, where more
-    are wanted than there are places, and for a `residue_min` that is not from 0 to 1.
+    `residue_min`, or where no row does, to half of what the best one does. Where no row drives all modes to a tenth of
+    `residue_min`, as where they move along different axes, the rows that drive most modes count, by those. The least
+    residue is what keeps exciters off the nodal lines of all modes (Kientzy, Richardson and Blakely 1989, "Using finite
+    element data to set up modal tests"; Imamovic's non-optimum driving point); the indicator does not see them, being a
+    ratio: where all modes hardly move alike it is as good as where all move well. Of the rows that drive, the one is
+    taken with which fewest modes have an indicator above `indicator_max` (`mode_indicator` with `zeta` and `outputs`),
+    then the least excited mode is excited best, as a worst case is what a test fails by. Raises PretestError where
+    nothing moves, where more are wanted than there are places, and for a `residue_min` that is not from 0 to 1.
 
     >>> phi = np.array([[1.0, 0.0], [0.8, 0.7], [0.0, 1.0]])
     >>> exciters(phi, [10.0, 20.0], 1).rows  # the others are on a node of one mode
@@ -139,14 +142,18 @@ def exciters(
     while len(chosen) < n_exciters:
         free = [int(r) for r in rows if int(r) not in chosen]
         driven = {r: relative[[*chosen, r]].max(axis=0) for r in free}
-        enough = min(residue_min, _NEAR * max(float(d.min()) for d in driven.values()))
+        best = max(float(d.min()) for d in driven.values())
+        # below that no row drives all modes, as of planes that do not couple
+        enough = residue_min if best < _NONE * residue_min else min(residue_min, _NEAR * best)
+        count = {r: int((d >= enough).sum()) for r, d in driven.items()}
         options = []
         for r in free:
-            if driven[r].min() < enough:
+            if count[r] < max(count.values()):
                 continue
             seen = mode_indicator(phi, omega, zeta, [*chosen, r], outputs)
             hidden = int((seen > indicator_max).sum())
-            options.append((hidden, -float(driven[r].min()), -float(driven[r].mean()), r))
+            least = float(driven[r][driven[r] >= enough].min(initial=1.0))
+            options.append((hidden, -least, -float(driven[r].mean()), r))
         chosen.append(min(options)[3])
     return ExciterChoice(tuple(chosen), mode_indicator(phi, omega, zeta, chosen, outputs), relative[chosen].max(axis=0))
 
