@@ -239,9 +239,12 @@ def test_a_record_of_a_few_samples(folder: Path) -> None:
         ('units = "SI"', "units = SI", ("line 5", "'units = SI'", "text stands in quotes")),
         ('file = "low.uff"', 'file = "data\\low.uff"', ("line", "write paths with / or in single quotes")),
         ("ratio = 0.01", "ratio = 0,01", ("'ratio = 0,01'", "decimals have a point")),
+        ("ratio = 0.01", "ratio = .01", ("'ratio = .01'", "a decimal point stands between digits")),
+        ("ratio = 0.01", "ratio = 1.", ("'ratio = 1.'", "5.0, not 5. or .5")),
+        ("[damping]", "[correlation]\nband = [5., 400.0]\n[damping]", ("'band = [5., 400.0]'", "between digits")),
         ("ratio = 0.01", "ratio = 1 %", ("shares are numbers, 1 % is 0.01",)),
     ],
-    ids=["no quotes", "backslash", "decimal comma", "percent"],
+    ids=["no quotes", "backslash", "decimal comma", "point first", "point last", "in an array", "percent"],
 )
 def test_toml_that_is_none_shows_the_line(folder: Path, old: str, new: str, words: tuple[str, ...]) -> None:
     replace_in(folder / "study.toml", old, new)

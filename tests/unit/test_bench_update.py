@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from femend import Dof, functions_of, read_model, update_study, write_uff
+from femend import Dof, functions_of, model_modes, read_model, update_study, write_uff
 from femend.bench import UpdateRun
 from femend.cli import main
 from femend.errors import StudyError, UpdatingError
@@ -149,8 +149,6 @@ def test_proportional_damping(tmp_path: Path) -> None:
 def test_recordings_of_one_configuration_are_solved_for_once(tmp_path: Path) -> None:
     """With other sensors too; each by itself, and both as one problem of separate systems, say the same."""
     (tmp_path / "model.bdf").write_text(deck(TRUE_E))
-    from femend import model_modes
-
     modes = model_modes(read_model(tmp_path / "model.bdf"), n_modes=3)
     (tmp_path / "model.bdf").write_text(deck())
     for name, dofs, scale in (("one", DOFS[:5], 1.002), ("two", DOFS[2:], 0.998)):
@@ -219,8 +217,6 @@ def test_chosen_modes_alone_count(folder: Path, run: UpdateRun, tmp_path: Path) 
 
 def test_repeated_tests_are_weighed_by_their_scatter(tmp_path: Path) -> None:
     (tmp_path / "model.bdf").write_text(deck(TRUE_E))
-    from femend import model_modes
-
     modes = model_modes(read_model(tmp_path / "model.bdf"), n_modes=3)
     phi = modes.phi[[modes.dofs.index(d) for d in DOFS]]
     (tmp_path / "model.bdf").write_text(deck())
@@ -267,11 +263,26 @@ def test_what_cannot_be_posed(folder: Path, run: UpdateRun, tmp_path: Path) -> N
     assert not (tmp_path / "out").exists()
 
 
+def test_a_refused_update_says_what_of_the_test_looks_mistaken(tmp_path: Path) -> None:
+    """Frequencies in 1/min at the model's shapes: none counts, and that is why."""
+    (tmp_path / "model.bdf").write_text(deck())
+    own = tmp_path / "study.toml"
+    own.write_text(study_text(RECORDINGS[:1], ""))
+    modes = model_modes(read_model(tmp_path / "model.bdf"), n_modes=5)
+    phi = modes.phi[[modes.dofs.index(d) for d in DOFS]]
+    write_modes(tmp_path / "tip.uff", modes.freq * 60, phi, DOFS)
+    with pytest.raises(UpdatingError) as refused:
+        update_study(own)
+    said = str(refused.value)
+    assert "they look like 1/min; give them in Hz" in said.partition("does not count")[0]
+    # three modes say why they do not count, and not all of them
+    assert said.count("does not count") == 3
+    assert said.endswith("and so 2 more")
+
+
 def test_modes_without_a_near_mate_do_not_count_and_are_told(tmp_path: Path) -> None:
     """A second pole of a resonance, and a mode the model lacks, must not pull the parameters."""
     (tmp_path / "model.bdf").write_text(deck(TRUE_E))
-    from femend import model_modes
-
     modes = model_modes(read_model(tmp_path / "model.bdf"), n_modes=3)
     phi = modes.phi[[modes.dofs.index(d) for d in DOFS]]
     (tmp_path / "model.bdf").write_text(deck())

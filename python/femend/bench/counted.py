@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.bench.compared import Compared
+from femend.bench.doubted import doubted_sensors, doubted_times
+from femend.bench.doubted_frequencies import doubted_frequencies
 from femend.bench.measured import MeasuredModes
 from femend.correlate import compare_modes
 from femend.data import FRF, ModeSet
@@ -30,6 +32,8 @@ FloatArray = NDArray[np.float64]
 
 # least damping ratio that a share of it is taken of, for its deviation
 LEAST_ZETA = 1e-4
+# modes of which it is told why they do not count, where none does
+TOLD = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,15 +100,22 @@ def counted_modes(prepared: Prepared, before: Sequence[Compared]) -> tuple[Count
     if set(study.updating.responses) == {"frfs"}:
         return tuple(found)
     if not any(c.freq.size for c in found):
-        said = "; ".join(text for c in found for text in c.left_out)
-        raise UpdatingError(
-            f"no measured mode counts: {said}; check sensors, directions and supports (`femend correlate`), or name "
-            "modes in [updating]"
-        )
+        raise UpdatingError(_none_counts(prepared, before, [text for c in found for text in c.left_out]))
     kept = [c for c in found if c.freq.size]
     # what a recording lost all of its modes by is told with the others
     lost = tuple(text for c in found if not c.freq.size for text in c.left_out)
     return (replace(kept[0], left_out=(*kept[0].left_out, *lost)), *kept[1:])
+
+
+def _none_counts(prepared: Prepared, before: Sequence[Compared], left_out: Sequence[str]) -> str:
+    """That no mode counts: what of the test looks mistaken, if anything does, and why modes were left out."""
+    doubts = [*doubted_times(prepared, before), *doubted_frequencies(before), *doubted_sensors(before)]
+    said = "; ".join([*doubts, *left_out[:TOLD]])
+    more = f"; and so {len(left_out) - TOLD} more" if len(left_out) > TOLD else ""
+    mend = (
+        "" if doubts else "; check sensors, directions and supports (`femend correlate`), or name modes in [updating]"
+    )
+    return f"no measured mode counts: {said}{more}{mend}"
 
 
 def _groups(fit: Sequence[MeasuredModes]) -> list[list[MeasuredModes]]:

@@ -8,6 +8,8 @@ from pathlib import Path
 __all__ = ["toml_hint"]
 
 _LINE = re.compile(r"\(at line (\d+), column \d+\)")
+# a number that begins or ends with its point, not inside quotes
+_BARE_POINT = re.compile(r"^[^\"'#]*?(?<![\d.])(?:\d+\.(?![\d.])|\.\d)")
 
 
 def toml_hint(said: str, file: Path) -> str:
@@ -22,6 +24,8 @@ def toml_hint(said: str, file: Path) -> str:
         hint = "; write paths with / or in single quotes"
     elif re.match(r"[A-Za-z_]", value):
         hint = "; text stands in quotes"
+    elif _BARE_POINT.search(value):
+        hint = "; a decimal point stands between digits: 5.0, not 5. or .5"
     elif re.match(r"[\d.+-]*\d,\d", value):
         hint = "; decimals have a point"
     elif re.match(r"[\d.+-]+\s*%", value):
