@@ -204,7 +204,7 @@ def read_model(
     path: str | os.PathLike[str],
     *,
     units: str = "SI",
-    parameters: Sequence[str | Parameter] = (),
+    parameters: str | Parameter | Sequence[str | Parameter] = (),
     prior_sd: float = 0.10,
     spc: int | None = None,
 ) -> Model:
@@ -213,9 +213,11 @@ def read_model(
     A parameter is a `Parameter` or a text: "E:1" is E of material 1, "rho:1,2" the density of two materials together,
     "I1:12" a property of card 12, "m:7" the mass element 7; `prior_sd` is the relative standard deviation of those
     given as text. `spc` selects a constraint set other than the deck's own. Raises DeckError for a deck that cannot be
-    read and ModelError for a model that cannot be used or a parameter that means nothing.
+    read, ModelError for a model that cannot be used or a parameter that means nothing, and UnitError for `units` that
+    are none.
     """
-    found = [p if isinstance(p, Parameter) else _parameter(p, prior_sd) for p in parameters]
+    given = [parameters] if isinstance(parameters, (str, Parameter)) else parameters
+    found = [p if isinstance(p, Parameter) else _parameter(p, prior_sd) for p in given]
     return read_deck(Path(path), units=units, parameters=found, spc=spc)
 
 

@@ -13,7 +13,7 @@ from femend.correlate.pairing import ModePairing, pair_modes
 from femend.correlate.tables import ModeTable, mode_table
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
-from femend.errors import PairingError
+from femend.errors import CorrelationError, PairingError
 
 __all__ = ["DofMatch", "ModeComparison", "compare_modes", "mac_of_modes", "match_dofs"]
 
@@ -128,7 +128,7 @@ def compare_modes(
 
     `places` and `rotations` as in `match_dofs`; `mac_min`, `closeness`, `frequency_weight` as in `pair_modes`. A mode
     whose motion at the shared DOFs stays below 1e-4 of its largest motion anywhere is said to be unseen and not
-    paired. Raises PairingError where no DOF is shared.
+    paired. Raises PairingError where no DOF is shared, and CorrelationError for what is no ModeSet.
 
     >>> phi = [[1.0, 1.0], [1.0, -1.0]]
     >>> test = ModeSet([9.0, 12.0], [0.01, 0.02], phi, (Dof(1, 3), Dof(2, 3)))
@@ -136,6 +136,12 @@ def compare_modes(
     >>> [round(row.freq_difference, 3) for row in compare_modes(test, model).table.rows]
     [0.111, 0.05]
     """
+    for given in (a, b):
+        if not isinstance(given, ModeSet):
+            raise CorrelationError(
+                f"`compare_modes` takes two ModeSet, and a {type(given).__name__} was given: those of a model are "
+                "`femend.model_modes(model)`, those of a modal test `test.modes.to_mode_set()`"
+            )
     match = match_dofs(a.dofs, b.dofs, places=places, rotations=rotations)
     phi_a, phi_b = a.phi[match.rows_a], match.sign[:, None] * b.phi[match.rows_b]
     pairing = pair_modes(

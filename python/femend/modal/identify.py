@@ -54,8 +54,8 @@ def identify_modes(
     Deviations of frequency and damping are the square root of the fit's variance (from its residual, which counts
     neighbouring lines that go together as one) plus the squared scatter of pLSCF over the orders.
 
-    Raises RecordingError for a band without lines, channels without DOF, a DOF twice among the responses, an unknown
-    `residuals`; finding nothing is the status "no modes".
+    Raises RecordingError for what holds no FRFs, a band without lines, channels without DOF, a DOF twice among the
+    responses, an unknown `residuals`; finding nothing is the status "no modes".
 
     >>> from femend.data import Channel
     >>> f, p = np.linspace(1.0, 20.0, 191), -0.6 + 60j
@@ -69,6 +69,11 @@ def identify_modes(
     if isinstance(frf, Recording):
         geometry = frf.geometry if geometry is None else geometry
         frf = frf.frf
+    if not isinstance(frf, FRF):
+        raise RecordingError(
+            f"modal test: a {type(frf).__name__} was given; it takes FRFs or one recording of them, as "
+            "`femend.read_recording(file)` gives it"
+        )
     if residuals not in RESIDUALS:
         raise RecordingError(f"modal test: residuals {residuals!r} is none of {', '.join(RESIDUALS)}")
     used = _used_lines(frf, band)

@@ -20,6 +20,7 @@ from femend.model.near_ids import near_ids
 from femend.model.node_fields import NodeFields, node_fields
 from femend.model.parameter import Parameter
 from femend.model.target_words import in_words
+from femend.units import unit_system
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -228,8 +229,9 @@ def read_model(
 
     `spc` selects a constraint set other than the deck's own, `added_mass` adds (node, mass) pairs, `morphs` are
     geometry that may be updated. Raises DeckError for a deck that cannot be read and ModelError for a model that cannot
-    be used or a parameter without target; for morphs as `Model.with_morphs`.
+    be used or a parameter without target, UnitError for `units` that are none; for morphs as `Model.with_morphs`.
     """
+    unit_system(units)
     deck = _core.Deck.read(str(path))
     return model_of(deck, units=units, parameters=parameters, spc=spc, added_mass=added_mass, morphs=morphs)
 

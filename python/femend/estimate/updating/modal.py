@@ -297,7 +297,7 @@ def modal_system(
 
 def deck_system(
     model: Model,
-    sensors: Sequence[Dof],
+    sensors: Sequence[Dof | str],
     n_modes: int,
     *,
     shapes: bool = True,
@@ -305,8 +305,8 @@ def deck_system(
     inertia: bool = False,
     damping: bool = False,
 ) -> ModalSystem | DenseSystem:
-    """A deck with parameters and morphs, seen at `sensors` in their signed directions; `inertia` asks for mass and
-    centre of gravity.
+    """A deck with parameters and morphs, seen at `sensors` in their signed directions (a `Dof` or its text, "3:-Z");
+    `inertia` asks for mass and centre of gravity.
 
     `n_modes`, `shapes`, `frfs`, `damping` as of `ModalSystem`; a morph is a parameter that is 0 as the deck stands.
     DOFs that the deck holds have no mass here: read it with `spc=0` for the inertia. Raises PairingError for a sensor
@@ -316,10 +316,11 @@ def deck_system(
     from scipy.sparse import csr_array, diags_array
 
     T = csr_array(model.transformation())
-    signs = diags_array(np.array([float(d.sign) for d in sensors]))
-    B = signs @ T[[model.row(d) for d in sensors]]
+    dofs = [Dof.parse(d) if isinstance(d, str) else d for d in sensors]
+    signs = diags_array(np.array([float(d.sign) for d in dofs]))
+    B = signs @ T[[model.row(d) for d in dofs]]
     if model.morphs:
-        _check_morphs(model, sensors)
+        _check_morphs(model, dofs)
         still = {m.name: 0.0 for m in model.morphs}
         rigid, turning = (motions(model), motion_slopes(model)) if inertia else (None, None)
         B = csr_array(B)

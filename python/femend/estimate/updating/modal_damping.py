@@ -32,6 +32,11 @@ class DampingRatios:
         object.__setattr__(self, "zeta", np.asarray(self.zeta, dtype=np.float64))
         object.__setattr__(self, "sd", deviation(self.sd, self.zeta.shape, self.name))
 
+    @property
+    def n_modes(self) -> int:
+        """Number of measured modes."""
+        return self.zeta.size
+
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
         """Residuals of the paired modes of `state`, in the order of the test modes of `mates`."""
         pairs = needed(mates, self.name)

@@ -80,7 +80,8 @@ class Configuration:
     """One state of the structure: its `system`, what was measured there, and which unknowns are which parameters.
 
     A parameter takes the unknown of its own name; `links` give another one (its own in this configuration, or shared
-    under another name) or a `Link`. Parameters without unknown stay at the system's default, 1 if it has none.
+    under another name) or a `Link`. Parameters without unknown stay at the system's default, 1 if it has none. Raises
+    UpdatingError for responses of another number of modes than the `test`.
     """
 
     name: str
@@ -88,6 +89,17 @@ class Configuration:
     responses: tuple[Response, ...]
     test: ModeTest | None = None
     links: Mapping[str, str | Link] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.test is None:
+            return
+        for response in self.responses:
+            modes = getattr(response, "n_modes", self.test.freq.size)
+            if modes != self.test.freq.size:
+                raise UpdatingError(
+                    f"{self.name}: {response.name} are of {modes} modes, the test has {self.test.freq.size}: give "
+                    "every response the modes of the test, in its order, or the test those of the responses"
+                )
 
     def powers(self, unknowns: Unknowns) -> list[tuple[float, list[tuple[int, float]]]]:
         """(scale, [(unknown, power)]) for every parameter; raises UpdatingError for a link to no unknown or

@@ -104,6 +104,11 @@ class Frequencies:
             raise UpdatingError(f"{self.name}: {self.of!r} cannot be compared; take frequency, eigenvalue or logarithm")
         object.__setattr__(self, "sd", deviation(self.sd, self.freq.shape, self.name))
 
+    @property
+    def n_modes(self) -> int:
+        """Number of measured modes."""
+        return self.freq.size
+
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
         """Residuals of the paired modes of `state`, in the order of the test modes of `mates`."""
         pairs = needed(mates, self.name)
@@ -151,6 +156,11 @@ class ShapeDifferences:
                 raise UpdatingError(f"{self.name}: {len(self.reference)} references for {self.phi.shape[1]} modes")
             sd[list(self.reference), np.arange(self.phi.shape[1])] = 1.0  # it has no part in the residual
         object.__setattr__(self, "sd", deviation(sd, self.phi.shape, self.name))
+
+    @property
+    def n_modes(self) -> int:
+        """Number of measured modes."""
+        return int(self.phi.shape[1])
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
         """Residuals of the paired shapes of `state`, mode after mode of `mates`."""
@@ -249,6 +259,11 @@ class MacDifferences:
     def __post_init__(self) -> None:
         object.__setattr__(self, "phi", np.asarray(self.phi, dtype=np.float64))
         object.__setattr__(self, "sd", deviation(self.sd, (self.phi.shape[1],), self.name))
+
+    @property
+    def n_modes(self) -> int:
+        """Number of measured modes."""
+        return int(self.phi.shape[1])
 
     def compare(self, state: State, mates: Mates | None, slopes: bool) -> Compared:
         """Residuals of the paired shapes of `state`, in the order of the test modes of `mates`."""
