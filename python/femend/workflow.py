@@ -380,7 +380,9 @@ def update_study(
     for them; with a folder `out` everything is written there, the changed deck too.
 
     `history` is a file that keeps every iteration, from which a run that was stopped goes on. Raises what
-    `correlate_study` raises, and UpdatingError for a problem that cannot be posed and a history of another one.
+    `correlate_study` raises, and UpdatingError for a problem that cannot be posed and a history of another one. Stopped
+    by hand after the search, while it follows other starts or draws, it writes what was found and raises
+    `femend.bench.UpdateInterrupted` (a KeyboardInterrupt) with it.
     """
     return update_bench(
         Path(study), None if out is None else Path(out), history=None if history is None else Path(history)

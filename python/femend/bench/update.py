@@ -10,6 +10,7 @@ from typing import Any
 from femend.bench.counted import Counted, counted_modes
 from femend.bench.counted_runs import CountedRun, counted_runs, turned_as_found
 from femend.bench.drawn import Drawn, draw_posterior_of
+from femend.bench.interruption import UpdateInterrupted, search_stopped, what_is_lacking
 from femend.bench.page import render_page
 from femend.bench.prepared import Prepared, prepare
 from femend.bench.problem import study_problem
@@ -61,7 +62,9 @@ def update(
     folder is made where there is none); where it is there, the search goes on from it (the one from the deck, where
     there are more starts). Raises OSError where something cannot be written, the errors of the readers (StudyError,
     DeckError, FormatError, RecordingError, PairingError, ModelError), and UpdatingError for a problem that cannot
-    be posed: no mode with a mate, fewer values than unknowns; nothing is written then.
+    be posed: no mode with a mate, fewer values than unknowns; nothing is written then. Stopped by hand
+    (KeyboardInterrupt) after the search from the deck, while it follows other starts or draws, it writes what was found
+    and raises UpdateInterrupted with it; before, nothing is written, and the error says what `history` kept.
     """
     if out is not None:
         refuse_unwritable(out, owned=OWNED)
@@ -80,7 +83,7 @@ def update(
     surface, found = _first(prepared.study, problem, steps, history)
     found, runs = _as_found(prepared, counted, runs, found, steps)
     problem = found.problem
-    starts, drawn = _more(prepared.study, problem, found, counted, steps)
+    starts, drawn, stopped = _more(prepared.study, problem, found, counted, steps)
     found = found if starts is None else starts.taken
     with steps.step("compare what was found"):
         model = prepared.models.of(counted[0].configuration if counted else runs[0].measured.configuration)
@@ -91,6 +94,8 @@ def update(
         result = update_result(prepared, counted, told, found, before, after, deck, starts, drawn, surface)
         result["runs"] = runs_result(runs, found, runs_before, runs_after)
         result["warnings"] += passed
+        if stopped:
+            result["warnings"].insert(0, f"interrupted by hand: {what_is_lacking(stopped)}")
     run = UpdateRun(
         prepared, counted, problem, told, found, before, after, deck, result, starts, drawn, surface, runs, runs_before,
         runs_after,
@@ -99,6 +104,8 @@ def update(
         with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
             _write(run, folder, steps)
     progress.done()
+    if stopped:
+        raise UpdateInterrupted(run, stopped, None if out is None else Path(out))
     return run
 
 
@@ -115,7 +122,10 @@ def _first(
     if history is not None:
         Path(history).absolute().parent.mkdir(parents=True, exist_ok=True)
     with steps.step("update parameters"):
-        found = search(problem, start, iterations=most, history=history, resume=True, stop=stop)
+        try:
+            found = search(problem, start, iterations=most, history=history, resume=True, stop=stop)
+        except KeyboardInterrupt:
+            raise search_stopped(None if history is None else Path(history)) from None
     if start is None:
         return surface, found
     # what stood before is the deck, wherever the search began
@@ -160,25 +170,29 @@ def _of_the_deck(model: Model, found: UpdateResult) -> dict[str, float]:
 
 def _more(
     study: Study, problem: Problem, first: UpdateResult, counted: Sequence[Counted], steps: Steps
-) -> tuple[Starts | None, Drawn | None]:
-    """Searches from other starts, and draws from the posterior, as far as the study asks for them."""
+) -> tuple[Starts | None, Drawn | None, str]:
+    """Searches from other starts, and draws from the posterior, as far as the study asks for them and nobody stops it:
+    then the step is told, and what was done before it is kept."""
     settings = study.updating
     sampled = settings.posterior == "sampled"
+    starts, drawn, now = None, None, ""
     if settings.starts == 1 and not sampled:
-        return None, None
-    with steps.step("reduce the models"):
-        freq_sd = min((float((c.freq_sd / c.freq).min()) for c in counted if c.freq.size), default=settings.freq_sd)
-        small = small_problem(problem, freq_sd, settings.seed)
-    starts, drawn = None, None
-    if settings.starts > 1:
-        with steps.step("search from other starts", settings.starts):
-            starts = search_from_starts(problem, first, settings, small, steps.progress.advance)
-    if sampled:
-        with steps.step("draw from the posterior"):
-            drawn = draw_posterior_of(
-                first if starts is None else starts.taken, settings, small, steps.progress.advance
-            )
-    return starts, drawn
+        return None, None, now
+    try:
+        with steps.step(now := "reduce the models"):
+            freq_sd = min((float((c.freq_sd / c.freq).min()) for c in counted if c.freq.size), default=settings.freq_sd)
+            small = small_problem(problem, freq_sd, settings.seed)
+        if settings.starts > 1:
+            with steps.step(now := "search from other starts", settings.starts):
+                starts = search_from_starts(problem, first, settings, small, steps.progress.advance)
+        if sampled:
+            with steps.step(now := "draw from the posterior"):
+                drawn = draw_posterior_of(
+                    first if starts is None else starts.taken, settings, small, steps.progress.advance
+                )
+    except KeyboardInterrupt:
+        return starts, drawn, now
+    return starts, drawn, ""
 
 
 def _telling(progress: Progress) -> Any:

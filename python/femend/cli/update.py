@@ -25,7 +25,8 @@ def update(study: Path, out: Path, history: Path | None, quiet: bool) -> None:
     as it stands, draws from the posterior, and positions that may change too. Recordings with role validate only show
     whether it helped. Written are updating.json, updating.html, model.updated.bdf with the changed
     values where they stood, model.diff, and tables as CSV. It adds nothing to the model: what is missing in it,
-    `femend diagnose` finds.
+    `femend diagnose` finds. Interrupted (Ctrl-C) while it follows other starts or draws, it writes what was found
+    before; --history keeps the steps of the search itself.
     """
     from femend.bench import update as run  # imported here: the other commands need none of it
 
