@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -180,13 +181,28 @@ def test_directions_at_nodes_with_displacement_systems_are_told(tmp_path: Path) 
     modes = model_modes(model, n_modes=3)
     dofs = tuple(Dof(n, c) for n in (2, 3, 4) for c in (1, 2, 3))
     places = {n: tuple(model.xyz[model.index(n)]) for n in (2, 3, 4)}
-    write_modes(tmp_path / "modes.uff", modes.freq, modes.phi[[modes.dofs.index(d) for d in dofs]], dofs, places=places)
-    for result in (correlate_study(tmp_path / "study.toml").result, update_study(tmp_path / "study.toml").result):
-        (told,) = (w for w in result["warnings"] if "displacement system" in w)
-        assert told.startswith(
-            "sensor node 2 has displacement system 7 (CD) in the model while the test file states the basic system for "
-            "it (and 3 likewise): directions are read in the displacement system of the model's node; if they were"
+
+    def said(phi: np.ndarray) -> list[list[str]]:
+        write_modes(tmp_path / "modes.uff", modes.freq, phi, dofs, places=places)
+        runs = (correlate_study(tmp_path / "study.toml"), update_study(tmp_path / "study.toml"))
+        return [[w for w in run.result["warnings"] if "displacement system" in w] for run in runs]
+
+    # the shapes themselves say that the directions are those of the nodes, and that they are basic ones
+    own = modes.phi[[modes.dofs.index(d) for d in dofs]]
+    assert said(own) == [[], []]
+    basic = own.copy()
+    for first, node in ((0, 2), (3, 3)):
+        basic[first : first + 3] = model.frames[model.index(node)].T @ own[first : first + 3]
+    for told in said(basic):
+        assert re.match(
+            r"sensors at node 2, 3 were recorded in basic axes, .* MAC is 0\.\d+ so and 1 in basic axes", told[0]
         )
+        assert len(told) == 1
+    # motion along Z, and at the node that has no system, suits both alike
+    alike = own.copy()
+    alike[[0, 1, 3, 4]] = 0.0
+    for told in said(alike):
+        assert [w[:60] for w in told] == ["sensor node 2 has displacement system 7 (CD) in the model wh"]
     # so does what a diagnosis pairs; nothing is said where the file states the node's own system
     channels = tuple(Channel(d, "acceleration", "m/s^2") for d in dofs)
     for systems, n in ((np.zeros(3), 1), (np.array([7, 7, 0]), 0)):

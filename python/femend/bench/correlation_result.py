@@ -10,6 +10,7 @@ import numpy as np
 from femend.analysis.tam import TamTable
 from femend.bench.compared import Compared
 from femend.bench.doubted import MEND_FIRST, TIME_FIRST, doubted_levels, doubted_sensors, doubted_times
+from femend.bench.doubted_frames import with_frames_settled
 from femend.bench.doubted_frequencies import FREQUENCIES_FIRST, doubted_frequencies, far_pairs
 from femend.bench.measured import MeasuredModes
 from femend.bench.orthogonal import orthogonality_result
@@ -33,7 +34,8 @@ def correlation_result(
     faults, times = doubted_sensors(compared), doubted_times(prepared, compared, runs)
     factors = doubted_frequencies(compared)
     first = "; ".join([*([TIME_FIRST] if times else []), *([FREQUENCIES_FIRST] if factors else [])])
-    warnings = [*prepared.warnings, *times, *factors, *far_pairs(compared), *faults, *doubted_levels(compared)]
+    told = with_frames_settled(prepared, compared, prepared.warnings)
+    warnings = [*told, *times, *factors, *far_pairs(compared), *faults, *doubted_levels(compared)]
     return {
         "format": FORMAT,
         "title": prepared.study.title,

@@ -11,6 +11,7 @@ from femend.bench.compared import Compared
 from femend.bench.correlation_result import comparison_result, placed_result
 from femend.bench.counted import Counted
 from femend.bench.doubted import MEND_FIRST, TIME_FIRST, doubted_levels, doubted_sensors, doubted_times
+from femend.bench.doubted_frames import with_frames_settled
 from femend.bench.doubted_frequencies import FREQUENCIES_FIRST, doubted_frequencies, far_pairs
 from femend.bench.drawn import Drawn
 from femend.bench.left import Unmet, what_is_left
@@ -100,7 +101,8 @@ def _said(
         *([FREQUENCIES_FIRST] if factors else []),
         *([MEND_FIRST] if faults else []),
     ]
-    told = [*prepared.warnings, *times, *factors, *faults, *doubted_levels(before, of_all=True)]
+    settled = with_frames_settled(prepared, before, prepared.warnings)
+    told = [*settled, *times, *factors, *faults, *doubted_levels(before, of_all=True)]
     told += far_pairs([b for b in before if b.measured.role == "validate"])
     told += [text for c in counted for text in c.left_out]
     return {

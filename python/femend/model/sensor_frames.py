@@ -10,17 +10,17 @@ from femend.errors import DeckError
 from femend.model.model import Model
 from femend.model.pairing import Pairing
 
-__all__ = ["other_frames"]
+__all__ = ["frames_in_question", "other_frames"]
 
 # nodes that a sentence names at most
 NAMED = 6
 
 
-def other_frames(pairing: Pairing, model: Model, systems: Mapping[int, int]) -> tuple[str, ...]:
-    """What is to be told of sensors of `pairing` whose nodes in `model` have displacement axes that differ from basic
-    ones, where the test file states another system for the test node (`systems`, 0 for basic): one sentence or none."""
+def frames_in_question(pairing: Pairing, model: Model, systems: Mapping[int, int]) -> dict[int, tuple[int, int]]:
+    """Nodes of the `model` that have sensors of `pairing`, and displacement axes that differ from basic ones, with the
+    number of their system there and of the other one that the test file states (`systems`, 0 for basic)."""
     if not systems:
-        return ()
+        return {}
     frames = model.frames
     found: dict[int, tuple[int, int]] = {}
     for pair in pairing:
@@ -30,6 +30,13 @@ def other_frames(pairing: Pairing, model: Model, systems: Mapping[int, int]) -> 
         own = _system(model, node)
         if own != stated:
             found[node] = own, stated
+    return found
+
+
+def other_frames(pairing: Pairing, model: Model, systems: Mapping[int, int]) -> tuple[str, ...]:
+    """What is to be told of sensors of `pairing` whose nodes in `model` have displacement axes that differ from basic
+    ones, where the test file states another system for the test node (`systems`, 0 for basic): one sentence or none."""
+    found = frames_in_question(pairing, model, systems)
     if not found:
         return ()
     first, (own, stated) = next(iter(found.items()))
