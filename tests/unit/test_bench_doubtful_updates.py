@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from femend import Dof, correlate_study, model_modes, read_model, update_study
 from femend.bench import UpdateRun
+from femend.bench.left import Left, Unmet
 from femend.bench.page import render_page
+from femend.bench.paired_otherwise import paired_otherwise
 from femend.bench.update_content import update_page
+from femend.estimate.updating.result import ModeRow
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from bench_study import RECORDINGS, SENSORS, TRUE_E, study_text, write_modes, write_study
@@ -115,3 +120,25 @@ def test_what_is_met_widens_nothing(tmp_path: Path) -> None:
 def test_the_page_can_be_written(tmp_path: Path) -> None:
     run = update_study(study(tmp_path, odd=4))
     assert "on 3 of 7 measured modes" in render_page(update_page(run, {}, ()))
+
+
+def test_a_mode_fitted_as_another_than_it_is_shown_as_is_told() -> None:
+    """Modes that count are paired among themselves in the fit, and beside all others in the tables."""
+    fitted = [ModeRow("tip", 1, 11.3, 13.7, 11.31, 0.9, 0.91, 1), ModeRow("tip", 2, 20.0, 21.0, 20.01, 0.9, 0.98, 2)]
+    table = [SimpleNamespace(a=1, freq_b=27.7, mac=0.72), SimpleNamespace(a=3, freq_b=20.01, mac=0.98)]
+    compared = SimpleNamespace(
+        measured=SimpleNamespace(name="tip"), comparison=SimpleNamespace(table=SimpleNamespace(rows=table))
+    )
+    counted = SimpleNamespace(name="tip", numbers=(2, 4), sources=("tip",))
+    found: Any = SimpleNamespace(modes=lambda: fitted)
+    (told,) = paired_otherwise(found, [cast(Any, counted)], [cast(Any, compared)])
+    assert told.startswith("recording 'tip': mode 2 at 11.3 Hz was fitted with the model's mode at 11.31 Hz (MAC 0.91)")
+    assert "paired with that at 27.7 Hz (MAC 0.72)" in told
+
+
+def test_deviations_that_hardly_widen_are_not_called_too_narrow() -> None:
+    """Few frequencies that are not met beside hundreds of shape values widened deviations "about 1 times"."""
+    off = Left("tip", "frequencies", 2, 29.0, True, 800.0)
+    found: Any = SimpleNamespace(determined=lambda: ["E"], sd={"E": 0.01})
+    assert "too narrow" not in Unmet((off,), {"E": 1.004}).text(found)
+    assert "too narrow, about 1.2 times as wide" in Unmet((off,), {"E": 1.2}).text(found)

@@ -163,7 +163,11 @@ def test_sensors_keep_their_distance(tmp_path: Path) -> None:
         ('placed = ["77:+Z"]', r"\[pretest\] placed: the model has no node 77"),
         ('placed = ["1:+Z"]', r"\[pretest\] placed: 1:\+Z stands still in all target modes"),
         ("nodes = [1]", r"\[pretest\] nodes: none of the 3 allowed places moves in the target modes"),
-        ("nodes = [4]", r"8 sensors are wanted; 0 are placed and \d places are allowed"),
+        ("nodes = [4]", r"\[pretest\] sensors = 8 are wanted, and there are \d places for them: take fewer"),
+        (
+            "spacing = 50.0",
+            r"there are \d places for them \(\d+ places are thinned out to \d, 50 apart\): .* less spacing",
+        ),
         ('method = "effective independence"\nsensors = 2', r"2 sensors cannot tell 8 target modes apart"),
         ("exciter_nodes = [99]", r"\[pretest\] exciter_nodes: the model has no node 99"),
     ],

@@ -29,6 +29,8 @@ LEFT = 2.0
 CHANCE = 1e-3
 # a single value that is left so many deviations off is told by itself
 ONE_LEFT = 5.0
+# a factor on deviations that is told
+WIDER = 1.05
 # values named
 NAMED = 3
 # degrees of freedom below which nothing is left to judge by
@@ -85,7 +87,7 @@ class Unmet:
         if not self.off:
             return ""
         said = "; ".join(k.text for k in self.off)
-        wide = {n: w for n, w in self.widened.items() if n in found.determined() and np.isfinite(w) and w > 1}
+        wide = {n: w for n, w in self.widened.items() if n in found.determined() and np.isfinite(w) and w >= WIDER}
         narrow = ""
         if wide:
             sd = found.sd

@@ -105,6 +105,11 @@ def _model(study: Study) -> tuple[Model, Model]:
 def _plan(study: Study, model: Model, targets: Targets) -> tuple[Plan, tuple[str, ...]]:
     s = study.pretest
     places, told = found_places(model, targets, s)
+    if len(places) < s.sensors:
+        raise PretestError(
+            f"[pretest] sensors = {s.sensors} are wanted, and there are {len(places)} places for them"
+            f"{''.join(f' ({why})' for why in told)}: take fewer, or allow more nodes, directions or less spacing"
+        )
     phi = targets.shapes(places)
     planned = None
     if model.parameters or model.morphs:

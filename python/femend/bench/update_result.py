@@ -15,6 +15,7 @@ from femend.bench.doubted_frames import with_frames_settled
 from femend.bench.doubted_frequencies import FREQUENCIES_FIRST, doubted_frequencies, far_pairs
 from femend.bench.drawn import Drawn
 from femend.bench.left import Unmet, what_is_left
+from femend.bench.paired_otherwise import paired_otherwise
 from femend.bench.starts import Starts
 from femend.bench.surface_start import SurfaceStart
 from femend.bench.update_advice import MODAL, few_modes, mesh_advice, update_advice
@@ -51,7 +52,7 @@ def update_result(
         *(text for one in more for text in one.advice()),
     ]
     warnings = [text for one in (surface, starts) if one is not None for text in one.warnings()]
-    warnings += deck.warnings
+    warnings += [*deck.warnings, *paired_otherwise(found, counted, after)]
     return {
         "format": FORMAT,
         "title": prepared.study.title,
