@@ -13,6 +13,7 @@ from femend.bench.models import LOWEST, Models
 from femend.bench.placed import Placed, placed_sensors
 from femend.bench.run_compared import ComparedRun, compare_run
 from femend.bench.runs import MeasuredRun, measured_runs, without_runs
+from femend.bench.same_twice import same_twice
 from femend.bench.steps import Steps
 from femend.errors import RecordingError
 from femend.model import Model
@@ -106,6 +107,7 @@ def prepare(
         *added_mass_doubts(study, first),
         *placed.warnings,
         *passed,
+        *same_twice(measured),
         *(w for m in every for w in m.warnings),
     ]
     return Prepared(study, models, measured, placed, tuple(dict.fromkeys(told)), turned)
