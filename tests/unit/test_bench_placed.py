@@ -182,7 +182,7 @@ def test_directions_at_nodes_with_displacement_systems_are_told(tmp_path: Path) 
     dofs = tuple(Dof(n, c) for n in (2, 3, 4) for c in (1, 2, 3))
     places = {n: tuple(model.xyz[model.index(n)]) for n in (2, 3, 4)}
 
-    def said(phi: np.ndarray) -> list[list[str]]:
+    def said(phi: np.ndarray, places: dict[int, Any] | None = places) -> list[list[str]]:
         write_modes(tmp_path / "modes.uff", modes.freq, phi, dofs, places=places)
         runs = (correlate_study(tmp_path / "study.toml"), update_study(tmp_path / "study.toml"))
         return [[w for w in run.result["warnings"] if "displacement system" in w] for run in runs]
@@ -198,6 +198,9 @@ def test_directions_at_nodes_with_displacement_systems_are_told(tmp_path: Path) 
             r"sensors at node 2, 3 were recorded in basic axes, .* MAC is 0\.\d+ so and 1 in basic axes", told[0]
         )
         assert len(told) == 1
+    # a file without a geometry states no system: the shapes say it all the same
+    assert said(basic, None) == said(basic)
+    assert said(own, None) == [[], []]
     # motion along Z, and at the node that has no system, suits both alike
     alike = own.copy()
     alike[[0, 1, 3, 4]] = 0.0

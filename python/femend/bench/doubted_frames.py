@@ -28,14 +28,15 @@ CLEAR = 0.05
 
 def with_frames_settled(prepared: Prepared, compared: Sequence[Compared], warnings: Sequence[str]) -> list[str]:
     """The `warnings` with those of displacement systems answered, where the shapes of all that is `compared` suit one
-    set of axes clearly better: those that the directions are read in are right, and nothing is told, or basic ones are.
-    """
+    set of axes clearly better: those that the directions are read in are right, and nothing is told, or basic ones are,
+    which is told of files that state no systems too."""
     systems = stated(m.geometry for m in prepared.measured)[1]
     pairing, model = prepared.placed.pairing, prepared.model
-    nodes = frames_in_question(pairing, model, systems)
+    # of a file that states no systems the shapes are asked too
+    nodes = frames_in_question(pairing, model, {p.sensor.node: systems.get(p.sensor.node, 0) for p in pairing})
     if not nodes or not compared:
         return list(warnings)
-    (asked,) = other_frames(pairing, model, systems)
+    asked = other_frames(pairing, model, systems)
     own = float(np.mean([_suits(c, c.comparison) for c in compared]))
     try:
         basic = float(np.mean([_suits(c, _in_basic_axes(prepared, c, nodes)) for c in compared]))
@@ -49,7 +50,8 @@ def with_frames_settled(prepared: Prepared, compared: Sequence[Compared], warnin
         "basic axes; turn the shapes or functions into these systems before they are exported, or give the nodes the "
         "basic system (CD 0) in the deck, with supports and springs at them turned to match"
     )
-    return [told if asked in w else w for w in warnings if asked not in w or basic > own]
+    rest = [w for w in warnings if not any(text in w for text in asked)]
+    return [told, *rest] if basic > own else rest
 
 
 def _named(nodes: Collection[int]) -> str:
