@@ -23,6 +23,8 @@ CLEAR = 0.5
 TELLS, MODES = 0.85, 3
 # fewer sensors may be changed into anything
 SENSORS = 4
+# of more sensors only signs are tried: two that are exchanged among so many hardly change what a shape looks like
+EXCHANGED = 300
 # changes whose modes are assigned one to one, the likeliest of all
 TRIED = 20
 # changes that are looked at at once
@@ -39,8 +41,8 @@ def fault_pairs(
     Hz) with the largest sum of MAC. That sign or exchange of two sensors is taken that raises the sum most, and the
     next one after it, for a third of the sensors at most. What comes out counts where all measured modes have a mate,
     with a mean MAC of 0.85, and where without any one of the changes no others do nearly as well: `sensor_faults` then
-    judges the sensors by these pairs. Nothing is told of fewer than four sensors or three modes. Raises
-    CorrelationError for sizes that do not fit and values that are not finite.
+    judges the sensors by these pairs. Nothing is told of fewer than four sensors or three modes; of more than 300
+    sensors no exchanges are tried. Raises CorrelationError for sizes that do not fit and values that are not finite.
 
     >>> phi = np.array([[1, 1, 1, 1], [2, 1, -1, -2], [3, -1, -1, 3], [4, -2, 2, -1.0]])
     >>> turned = phi * [[1], [1], [1], [-1]]
@@ -95,7 +97,7 @@ def _short(y: NDArray, x: NDArray, near: NDArray[np.bool_]) -> float:
 def _change(y: NDArray, x: NDArray, near: NDArray[np.bool_], used: set[int]) -> tuple[tuple[int, ...], NDArray] | None:
     """Rows of the sign or exchange by which the pairs' MAC rises most, and the shapes with it; None if none does."""
     free = np.array([i for i in range(len(y)) if i not in used], dtype=np.int64)
-    i, j = (free[k] for k in np.triu_indices(free.size, 1))
+    i, j = (free[k] for k in np.triu_indices(free.size if len(y) <= EXCHANGED else 0, 1))
     rows = [(int(r),) for r in free] + [(int(p), int(q)) for p, q in zip(i, j, strict=True)]
     # what a change takes from the products of the shapes is one product of two vectors each
     left, right = np.concatenate([2 * x[free], x[i] - x[j]]).conj(), np.concatenate([y[free], y[i] - y[j]])
