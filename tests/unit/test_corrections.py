@@ -12,7 +12,7 @@ import pytest
 
 from femend import read_uff, write_uff
 from femend.report.headline import headline
-from femend.study.corrections import corrections_of, left_out_unseen
+from femend.study.corrections import Corrections, corrections_of, left_out_unseen
 from femend.study.plausible import doubts_found
 from femend.study.run import diagnose
 from femend.study.study_run import StudyRun
@@ -99,6 +99,38 @@ def test_sound_recordings_have_no_corrections_and_a_force_reversed_is_a_finding(
     result = run(recorded(tmp_path / "b", {0: -1.0}, ())).result
     assert (result["verdict"], result["findings"][0]["physics"]) == ("missing-physics", "load_misplaced")
     assert "corrections" not in result
+
+
+def noisy(folder: Path, level: float, share: float) -> tuple[list[Doubted], Corrections]:
+    """What is doubted and corrected where the sensor at node 7 shows a `share` of its motion, and noise of `level`
+    times that."""
+    rng = np.random.default_rng(7)
+    study = load_study(small_study.write_study(folder, small_study.Truth(E=E_TRUE, more=SPRING)))
+    for name in small_study.LEVELS:
+        functions = list(read_uff(folder / f"{name}.uff").functions)
+        if len(functions) < 3:
+            continue  # the force alone, to be predicted
+        y = np.real(functions[2].y)
+        functions[2] = replace(functions[2], y=share * y + level * float(y.std()) * rng.standard_normal(y.size))
+        write_uff(folder / f"{name}.uff", functions)
+    model, test = read_model(study.model_file, parameters=study.parameters), study.read_recordings()
+    pairing = pair_test(test, model)
+    found = list(doubts_found(model, test, pairing, study.damping_ratio).of_recordings)
+    return found, corrections_of(model, pairing, study.damping_ratio, test, found)
+
+
+def test_a_sensor_that_shows_noise_alone_is_left_out(tmp_path: Path) -> None:
+    found, right = noisy(tmp_path, 1e-3, 0.0)
+    assert [(one.doubt.kind, one.doubt.channel) for one in found] == [("silent", "7:+Z")]
+    assert right.left_out == ("7:+Z",)
+    assert right.advice.startswith("7:+Z was left out: the sensor 7:+Z shows nothing of what the forces do")
+    assert all("7:+Z" not in {str(c.dof) for c in r.sensors} for r in right.test)
+
+
+def test_a_noisy_sensor_stays_since_its_noise_weighs_it(tmp_path: Path) -> None:
+    found, right = noisy(tmp_path, 1.0, 1.0)
+    assert not [one for one in found if one.doubt.kind == "silent"]
+    assert right.left_out == ()
 
 
 def judged(folder: Path, change: Callable[[Doubted], Doubted], more: tuple[str, ...] = SPRING) -> object:

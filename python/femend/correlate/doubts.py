@@ -57,7 +57,7 @@ _NEAR = 1.35
 @dataclass(frozen=True, slots=True)
 class Doubt:
     """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign", "time axis", "twice",
-    "held", "unrelated" or "exchanged"), the `channel` by name ("" for all), and the sentence.
+    "held", "unrelated", "silent" or "exchanged"), the `channel` by name ("" for all), and the sentence.
 
     `factor` is what is shown times what should be (-1 upside down), None where no factor is the mistake; `order` are
     the names of exchanged sensors, each of which shows what the next one should, the last what the first one should.

@@ -44,6 +44,8 @@ STRAINED = 1000.0
 BEYOND = 100.0
 # how near a factor has to come to that of units
 NEAR_UNITS = 1.2
+# how many times what a silent sensor shows the model updated on the others has to move there
+UNHEARD = 3.0
 # sensors that have to stay at least, and their share of all
 FEWEST, SHARE = 2, 0.5
 
@@ -76,6 +78,8 @@ class Correction:
         elif doubt.order:
             circle = " in a circle, each with the next" if len(doubt.order) > 2 else ""
             what = f"the sensors {', '.join(doubt.order[:-1])} and {doubt.order[-1]} are exchanged{circle}"
+        elif doubt.kind == "silent":
+            what = f"the sensor {doubt.channel} shows nothing of what the forces do"
         elif doubt.kind == "sensor level":
             what = f"the sensor {doubt.channel} shows {plain(factor)} times what it should"
         else:
@@ -142,7 +146,7 @@ class Corrections:
 def corrections_of(model: Model, pairing: Pairing, zeta: float, test: Test, found: Sequence[Doubted]) -> Corrections:
     """Which of the doubts `found` in recordings with their force are confirmed by the `model`, whose modes have the
     damping ratio `zeta`."""
-    cured = [one for one in found if one.doubt.factor is not None or one.doubt.order]
+    cured = [one for one in found if one.doubt.factor is not None or one.doubt.order or one.doubt.kind == "silent"]
     if not cured:
         return Corrections(test)
     axis = [one for one in cured if one.doubt.kind == "time axis"]
@@ -153,7 +157,7 @@ def corrections_of(model: Model, pairing: Pairing, zeta: float, test: Test, foun
         whole = []  # a force the other way round is a load that the diagnosis names
     single = [one for one in cured if one.doubt.kind not in WHOLE]
     if not _enough(test, _names(single)):
-        whole, single = cured, []
+        whole, single = [one for one in cured if one.doubt.kind != "silent"], []
     trial = _Trial(model, pairing, zeta, without(test, _names(single)))
     try:
         told = _whole(trial, whole)
@@ -275,6 +279,10 @@ def _single(trial: _Trial, test: Test, doubted: Sequence[Doubted]) -> tuple[Corr
     told = []
     for one in doubted:
         names = _names([one])
+        if one.doubt.kind == "silent":
+            if _unheard(before[one.doubt.channel]):
+                told.append(Correction(one))
+            continue
         after = trial.squares(mended(test, [one]))
         if one.doubt.kind == "sensor level":
             one = _times(one, _factor([after[name] for name in names]))
@@ -283,6 +291,12 @@ def _single(trial: _Trial, test: Test, doubted: Sequence[Doubted]) -> tuple[Corr
         if _of_units(one) and errors[1] <= min(limit, enough * errors[0]):
             told.append(Correction(one, *errors))
     return tuple(told)
+
+
+def _unheard(squares: FloatArray) -> bool:
+    """Whether the model moves far more than what a sensor shows, by its squares (3,)."""
+    error, recorded, both = squares
+    return bool(error - recorded + 2 * both > UNHEARD**2 * recorded)
 
 
 def _of_units(one: Doubted) -> bool:

@@ -4,7 +4,7 @@ directions is told, since a fit would make a parameter or a missing part of it."
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,9 @@ ABOVE, LEAST = 2.0, 30
 # quarters and more on twelve generated cases, none of noise
 RELATED = 0.02
 # doubts that frequencies which are off do not raise
-APART = ("twice", "unrelated", "held")
+APART = ("twice", "unrelated", "held", "silent")
+# how many times what a sensor shows, noise and all, the model moves there from which it says nothing
+SILENT = 5.0
 # share of the nodes that move without any mass from which a density is thought to be missing
 MASSLESS = 0.5
 
@@ -203,9 +205,15 @@ def _against(data: FrfData, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
     w, W = 2 * np.pi * data.freq[:, None], 2 * np.pi * modes.freq
     gain = -(w**2) / (W**2 - w**2 + 2j * modes.zeta * W * w)
     H = np.einsum("or,fr,ir->foi", out, gain, into)
+    quiet = _unrelated(data) or _silent(data, H)
+    # what says nothing is not compared
+    told_of = {doubt.channel for doubt in quiet}
+    heard = [i for i, dof in enumerate(data.outputs) if str(dof) not in told_of]
+    data = replace(data, H=data.H[:, heard], noise=data.noise[:, heard], outputs=tuple(data.outputs[i] for i in heard))
+    out, H = out[heard], H[:, heard]
     outputs = [str(d) for d in data.outputs]
     told = twice_doubts(data.H, data.outputs)
-    also = [*_unrelated(data), *_still(data, out, into)]
+    also = [*quiet, *_still(data, out, into)]
     if _unmoved(into).all():
         return [*told, *also]
     shapes = Shapes(modes.freq, modes.zeta, out, into)
@@ -229,6 +237,25 @@ def _unrelated(data: FrfData) -> list[Doubt]:
         "from the force; check the table of channels, the cables, and that all channels were recorded together"
     )
     return [Doubt("unrelated", "", text)]
+
+
+def _silent(data: FrfData, H: ComplexArray) -> list[Doubt]:
+    """Doubts about sensors that show noise alone where the model's FRFs `H` are far above it, beside others that show
+    what the forces do: a cable or a mount is broken, or a range is wrong."""
+    told = []
+    for i in range(len(data.outputs)):
+        clear = float((np.abs(data.H[:, i]) > CLEAR * data.noise[:, i]).mean())
+        shown, model = (float(np.sqrt(np.mean(np.abs(a[:, i]) ** 2))) for a in (data.H, H))
+        if clear >= RELATED or model <= SILENT * shown:
+            continue
+        times = f"{plain(model / shown, 2)} times" if shown > 0 else "without end"
+        text = (
+            f"the sensor {data.outputs[i]} shows nothing of what the forces do ({plain(100 * clear, 2)} % of the "
+            f"values of its FRFs stand clear of their noise), where the deck moves {times} as much: check its cable, "
+            "mount and range, unless something holds the structure there"
+        )
+        told.append(Doubt("silent", str(data.outputs[i]), text))
+    return told
 
 
 def _still(data: FrfData, out: FloatArray, into: FloatArray) -> list[Doubt]:
