@@ -308,7 +308,8 @@ def _units(model: Model) -> tuple[_Unit, ...]:
     """Members, patches of other elements, and lumps."""
     top = topology(model)
     ones = np.ones(len(model.parameters))
-    groups = [(tuple(chain), STIFFNESS_SD, MASS_SD, 0.0) for _, _, chain in top.members]
+    members = [*(tuple(chain) for _, _, chain in top.members), *((eid,) for eid in top.rods)]
+    groups = [(chain, STIFFNESS_SD, MASS_SD, 0.0) for chain in members]
     diagonal = float(np.linalg.norm(np.ptp(model.xyz, axis=0)))
     others: dict[int, list[int]] = {}
     sections = {eid: pid for eid, _, pid, _ in model.deck.elements()}

@@ -23,6 +23,7 @@ from femend.model.model import Model
 from femend.model.pair_places import joint_pairs
 from femend.model.place import AXES, Place
 from femend.model.region_places import region_places
+from femend.model.rod_places import struts
 from femend.model.support_places import support_places
 
 __all__ = ["Place", "Topology", "find_places", "inner_joints", "stretches", "topology"]
@@ -36,12 +37,13 @@ PARTED = 4
 
 @dataclass(eq=False)
 class Topology:
-    """Members and joints of the beams of a model."""
+    """Members and joints of the beams of a model, and its rods, which are a member each, by their element ids."""
 
     joints: list[int] = field(default_factory=list)
     ends: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
     members: list[tuple[int, int, tuple[int, ...]]] = field(default_factory=list)
     beams: dict[int, tuple[int, int]] = field(default_factory=dict)
+    rods: dict[int, tuple[int, int]] = field(default_factory=dict)
     held: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
 
@@ -53,7 +55,7 @@ def held_rows(model: Model) -> NDArray[np.bool_]:
 
 def topology(model: Model) -> Topology:
     """Joints (where members meet, end, turn, change section, carry a mass or a support), and members between them."""
-    top = Topology(held=held_rows(model))
+    top = Topology(held=held_rows(model), rods=struts(model))
     other: set[int] = set()
     for eid, card, nodes in model.fe.elements():
         if card in _BEAMS:
@@ -134,9 +136,14 @@ def find_places(model: Model, top: Topology | None = None) -> list[Place]:
                 Place("member", (start, end), "", label, elements=part, label=label, parameter=parameter,
                       unlikely=part is not chain)
             )  # fmt: skip
+    for eid, ends in top.rods.items():
+        label = f"rod {eid} between nodes {ends[0]} and {ends[1]}"
+        places.append(Place("member", ends, "", label, elements=(eid,), label=label, parameter=_scaled_by(model, eid)))
     places += support_places(model, top.held, list(top.ends))
     places += region_places(model)
-    pairs = joint_pairs(model, top.held, top.joints, (frozenset((a, b)) for a, b, _ in top.members))
+    joints = list(dict.fromkeys([*top.joints, *(node for ends in top.rods.values() for node in ends)]))
+    joined = [*((a, b) for a, b, _ in top.members), *top.rods.values()]
+    pairs = joint_pairs(model, top.held, joints, map(frozenset, joined))
     places += pairs
     places += gap_places(model, top.held, pairs)
     places += connection_places(model, top.held, places)
