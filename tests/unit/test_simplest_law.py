@@ -151,7 +151,15 @@ def test_a_loop_with_a_knee_nearly_sharp_is_friction_where_that_leaves_hardly_mo
 
 
 @pytest.mark.parametrize(
-    ("factor", "sd", "fitted", "drawn"), [(0.986, 0.3, 1.0, True), (0.8, 0.05, 1.0, False), (0.8, 0.05, 9.0, True)]
+    ("factor", "sd", "fitted", "drawn"),
+    [
+        (0.986, 0.3, 1.0, True),
+        (0.8, 0.05, 1.0, False),
+        (0.8, 0.06, 9.0, True),
+        # a broken rod, and one grown rigid: how little is left of what it was the recordings do not tell, nor have to
+        (0.0008, 5.0, 1.0, False),
+        (1250.0, 5.0, 1.0, False),
+    ],
 )
 def test_a_part_whose_interval_holds_the_deck_s_value_is_as_drawn(
     factor: float, sd: float, fitted: float, drawn: bool

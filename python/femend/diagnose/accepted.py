@@ -73,11 +73,15 @@ def stands_out(found: Diagnosis, best: Ranked) -> bool:
 
 def as_drawn(part: Candidate) -> bool:
     """Whether the factor of a member, region or connection, fitted to all recordings, has an interval that holds 1, or
-    the stiffness of a bedding one that holds 0: what one of them asked for, the others do not show."""
+    the stiffness of a bedding one that holds 0: what one of them asked for, the others do not show.
+
+    Told is the interval of a factor below 1, and of the inverse of one above: next to nothing that is left of a
+    stiffness, or of a compliance, may be any small number, and its logarithm has no end.
+    """
     if part.physics is not None or part.covariance is None:
         return False
     sd = standard_deviations(part.covariance, left=part.fitted)
-    away = [1.0 if name == "k" else abs(float(np.log(value))) for name, value in part.values.items()]
+    away = [1.0 if name == "k" else float(np.expm1(abs(np.log(value)))) for name, value in part.values.items()]
     return bool(np.all(np.array(away) < INTERVAL * sd))
 
 
