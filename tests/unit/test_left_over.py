@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femend.data import Channel
-from femend.study.left_over import left_beside, left_over, share_above
+from femend.study.left_over import left_beside, left_beside_sine, left_over, share_above
 from femend.study.predictions import Prediction
 
 
@@ -40,6 +40,22 @@ def test_laws_that_leave_much_of_a_recording_are_told_with_that() -> None:
     assert "still leaves 16 % of high, 8 times its noise" in said
     assert left_beside("missing-physics", rows[:1]) == ""
     assert left_beside("located-not-named", rows) == ""
+
+
+def test_a_sine_along_one_axis_that_leaves_much_is_no_place_to_look() -> None:
+    """An unbalance that turned was told as a force of 3.8 times its size at another node, and nothing beside it."""
+    sine: dict[str, Any] = {
+        "physics": "unmeasured_force",
+        "location": {"nodes": [22], "direction": "Z"},
+        "parameters": {"frequency": {"value": 17.31}, "amplitude": {"value": 22.9}},
+    }
+    rows = [{"recording": "low", "role": "fit", "noise_floor": 0.02, "parameters": 0.58, "final": 0.22}]
+    said = left_beside_sine(sine, rows)
+    assert "at node 22 along Z leaves 22 % of low, 11 times its noise" in said
+    assert "not where to look" in said
+    assert left_beside_sine(sine, [{**rows[0], "final": 0.05}]) == ""
+    assert left_beside_sine({**sine, "parameters": {"frequency": {"value": None}}}, rows) == ""
+    assert left_beside_sine({**sine, "physics": "load_misplaced", "parameters": {}}, rows) == ""
 
 
 def test_what_lies_above_the_band_asks_for_no_mesh() -> None:

@@ -11,7 +11,7 @@ from femend.numerals import plain
 from femend.report.noise import BEYOND_NOISE, farthest_from_noise
 from femend.study.predictions import Prediction
 
-__all__ = ["left_beside", "left_over", "share_above"]
+__all__ = ["left_beside", "left_beside_sine", "left_over", "share_above"]
 
 # error beside laws, in units of the noise, from which it is told
 BESIDE_LAWS = 3.0
@@ -63,4 +63,21 @@ def left_beside(verdict: str, fit: Sequence[Mapping[str, Any]]) -> str:
         f"with what is told the model still leaves {plain(100 * worst['final'], 2)} % of {worst['recording']}, "
         f"{plain(times, 2)} times its noise: something else that was not found shows there, or motion that depends on "
         "its past too much to be followed; predictions of such recordings are that far off"
+    )
+
+
+def left_beside_sine(finding: Mapping[str, Any], fit: Sequence[Mapping[str, Any]]) -> str:
+    """What has to be said beside a harmonic force that nobody recorded, an entry of findings, where it leaves much of a
+    recording: one force along one axis of a node comes near others that it is not, and has another place and size."""
+    frequency = finding["parameters"].get("frequency", {}).get("value")
+    times, worst = farthest_from_noise(fit, "final")
+    if finding["physics"] != "unmeasured_force" or frequency is None or worst is None or times < BESIDE_LAWS:
+        return ""
+    where = finding["location"]
+    return (
+        f"something acts at {plain(frequency, 3)} Hz, but a single force at node {where['nodes'][0]} along "
+        f"{where['direction']} leaves {plain(100 * worst['final'], 2)} % of {worst['recording']}, {plain(times, 2)} "
+        "times its noise: it acts along two axes at once, as an unbalance does that turns, at several nodes, or its "
+        "amplitude changes. Node and amplitude are those of the one force that comes nearest, not where to look: look "
+        "for what runs at that frequency, stop it and record again, or record its force"
     )

@@ -19,7 +19,7 @@ from femend.model.place import AXES
 from femend.numerals import plain
 from femend.report.headline import INTERRUPTED
 from femend.study.findings import ALSO, findings, rounded
-from femend.study.left_over import left_beside, left_over
+from femend.study.left_over import left_beside, left_beside_sine, left_over
 from femend.study.predictions import STAGES, Prediction, motion_error
 from femend.study.sensors_off import sensors_off
 
@@ -67,16 +67,20 @@ def result_of(
     known = {r.name: r for r in diagnosis.problem.records if r.across is not None or r.crossed}
     floors = [known.get(r.name, r) for r in records]
     fit = [_fit(p, floors, diagnosis.problem.band) for p in predictions if p.recorded is not None]
+    found = findings(diagnosis)
+    beside = left_beside(diagnosis.verdict, fit)
+    if diagnosis.by_load:
+        beside = "".join(left_beside_sine(one, fit) for one in found)
     return {
         "format": FORMAT,
         "verdict": diagnosis.verdict,
-        "findings": findings(diagnosis),
+        "findings": found,
         "parameters": _parameters(diagnosis),
         "fit": fit,
         "status": _status(diagnosis),
         "advice": diagnosis.advice
         or left_over(diagnosis.verdict, fit, predictions, diagnosis.problem.band[1])
-        or ("" if diagnosis.by_load else left_beside(diagnosis.verdict, fit)),
+        or beside,
         "warnings": list(warnings),
     }
 
