@@ -179,10 +179,10 @@ def tower(path: Path) -> ReducedModel:
 
 
 def lightest(reduced: ReducedModel) -> float:
-    """Smallest eigenvalue of the mass that 50 draws of all errors leave, of each up to three deviations."""
+    """Smallest eigenvalue of the mass that 400 draws of all errors leave, of each up to three deviations."""
     with_errors = form_errors(reduced, 200.0).on(reduced)
     n, own = len(with_errors.names), len(reduced.names)
-    draws = np.random.default_rng(1).normal(0.0, SD, (50, n))
+    draws = np.random.default_rng(1).normal(0.0, SD, (400, n))
     draws[:, :own] = 0.0
     return float(min(np.linalg.eigvalsh(at(with_errors, np.clip(p, -3 * SD, 3 * SD))[1])[0] for p in draws))
 

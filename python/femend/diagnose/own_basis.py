@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.dressed import own_span
 from femend.diagnose.joint import with_loads
 from femend.diagnose.locate import Located, hypothesis_of, squares_of
 from femend.diagnose.region_stiffness import elements_stiffness
@@ -24,13 +25,27 @@ __all__ = ["in_own_basis"]
 
 FloatArray = NDArray[np.float64]
 
+# weighted square left, in units of the noise, from which a fit may have ended beside the right one
+FAR = 2.0
+
 
 def in_own_basis(problem: Problem, reduced: ReducedModel, g_rows: list[int], found: Located) -> Located:
     """The place `found` (a member or a region), fitted again in a basis with the answers to the forces by which its
     elements hold the modes of the band; as it was where the model breaks down there. `reduced` is the model without its
-    factor."""
+    factor.
+
+    Where that stays far from the noise, the fit begins from the deck's values too, beside the factor: what else was
+    unknown may have made up for the place while its factor was not yet what it is.
+    """
     own = with_loads(reduced, _forces(found.place, reduced, problem.band[1]), problem.band[1], g_rows)
-    (fit,) = problem.fit([hypothesis_of(found.place, own)], [(found.fit.p, np.zeros(0))])
+    hypothesis, nothing = hypothesis_of(found.place, own), np.zeros(0)
+    (fit,) = problem.fit([hypothesis], [(found.fit.p, nothing)])
+    if fit is None or fit.score > FAR:
+        p = problem.prior(hypothesis.reduced)[0].copy()
+        own_unknowns = own_span(hypothesis.reduced)
+        p[own_unknowns] = found.fit.p[own_unknowns]
+        (again,) = problem.fit([hypothesis], [(p, nothing)])
+        fit = min((f for f in (fit, again) if f is not None), key=lambda f: f.cost, default=None)
     if fit is None:
         return found
     return replace(found, fit=fit, squares=squares_of(problem, fit, 0.0))
