@@ -17,6 +17,7 @@ from femend.diagnose import update
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import FitRecord
 from femend.model import Model, Parameter, affordable_refinement, read_model, reduce_model
+from femend.model.known_mesh import Unresolved
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parent))
@@ -79,12 +80,28 @@ def test_the_decks_own_mesh_is_not_taken_where_it_has_to_leave_its_priors(
     finer = replace(reduced, model=replace(deck, refines=deck))
     own = UpdatedModel(cast(Any, None), reduced, cast(Any, SimpleNamespace(score=1.1, prior=prior, cost=5000.0)), [])
     beaten = cast(Any, SimpleNamespace(score=13.6, prior=8577.0, cost=58635.0))
-    monkeypatch.setattr(update, "modelled", lambda *given, mesh_as_built: given)
+    monkeypatch.setattr(update, "modelled", lambda *given, as_built_in: given)
     monkeypatch.setattr(update, "_updated", lambda *given: own)
     monkeypatch.setattr(update, "_better_as_given", lambda start: as_given)
-    found = update._on_its_own_mesh(UpdatedModel(cast(Any, None), finer, beaten, []), [], 0.01)
+    problem = cast(Any, SimpleNamespace(band=(20.0, F_MAX)))
+    found = update._on_its_own_mesh(UpdatedModel(problem, finer, beaten, []), [], 0.01)
     assert (found is not None) == taken
     assert found is None or found.reduced.model.simulated
+
+
+def test_the_decks_own_mesh_is_held_against_the_refined_one_in_its_band(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # it follows the modes of a part of the band alone, and explained that with 8 % of the power of the recordings
+    deck = read_model(bricks(tmp_path / "m.bdf"), parameters=E)
+    record = recorded(deck, deck, tuple(int(n) for n in deck.node_ids[-4:]))
+    monkeypatch.setattr(update, "affordable_refinement", lambda *given: None)
+    limited = Unresolved(freq=400.0, error=0.02, points=2.9, pid=1, limit=0.5 * F_MAX)
+    monkeypatch.setattr(update, "unresolved", lambda *given: limited)
+    assert update.modelled(deck, [record], 0.01)[2].band[1] == 0.5 * F_MAX
+    model, _, problem = update.modelled(deck, [record], 0.01, as_built_in=(20.0, F_MAX))
+    assert problem.band == (20.0, F_MAX)
+    assert model.unresolved is None
 
 
 def test_no_update_is_worth_more_than_a_deck_that_explains_the_recordings(tmp_path: Path) -> None:

@@ -163,7 +163,7 @@ def _on_its_own_mesh(start: UpdatedModel, records: Sequence[FitRecord], zeta: fl
     drawn = _as_built(start)
     if drawn is None or (start.null.score <= AT_NOISE and start.null.prior <= CLEARLY):
         return None
-    own = _updated(*modelled(drawn, records, zeta, mesh_as_built=True))
+    own = _updated(*modelled(drawn, records, zeta, as_built_in=start.problem.band))
     if not _explains(own.null, start.null) and not _better_as_given(start):
         return None
     return replace(own, reduced=replace(own.reduced, model=replace(own.reduced.model, simulated=True)))
@@ -194,27 +194,30 @@ def _better_as_given(start: UpdatedModel) -> bool:
 
 
 def modelled(
-    model: Model, records: Sequence[FitRecord], zeta: float, *, mesh_as_built: bool = False
+    model: Model, records: Sequence[FitRecord], zeta: float, *, as_built_in: tuple[float, float] | None = None
 ) -> tuple[Model, ReducedModel, Problem]:
-    """The model, refined where that is cheap enough, its reduction without what its beams are known to leave out, both
-    unless the structure is `mesh_as_built` (recordings simulated with the deck), for the band of the records, and the
-    problem of what the records hold but rest, whose band ends where the mesh no longer follows the modes
-    (`Model.unresolved` then says so); raises RecordingError as `update_model`."""
+    """The model, refined where that is cheap enough, its reduction without what its beams are known to leave out, for
+    the band of the records, and the problem of what the records hold but rest, whose band ends where the mesh no longer
+    follows the modes (`Model.unresolved` then says so); raises RecordingError as `update_model`.
+
+    All as drawn where the structure is taken to have the mesh's errors (recordings simulated with the deck): in the
+    band `as_built_in` (Hz) of the model it is held against, for in a narrower one much less has to be explained.
+    """
     if not records:
         raise RecordingError('no recording with role = "fit"; name at least one')
     records = [at_work(r) for r in records]
-    band, g_rows = used_band(records), _rows(records)
-    finer = affordable_refinement(model, band[1]) if not mesh_as_built and model.refines is None else None
+    band, g_rows = used_band(records) if as_built_in is None else as_built_in, _rows(records)
+    finer = affordable_refinement(model, band[1]) if as_built_in is None and model.refines is None else None
     model = model if finer is None else finer
     reduced = reduce_model(model, band[1], g_rows)
     check_sampling(records, band, reduced.freq)
     band = modelled_band(band, records, reduced.freq)
-    missed = unresolved(reduced, band)
+    missed = unresolved(reduced, band) if as_built_in is None else None
     if missed is not None:
         model, band = _left_out(model, records, band, missed)
         reduced = reduce_model(model, band[1], g_rows)
     records = without_crossed(records, reduced, band, zeta)
-    reduced = form_errors(reduced, band[1], mesh_as_built=mesh_as_built).on(reduced)
+    reduced = form_errors(reduced, band[1], mesh_as_built=as_built_in is not None).on(reduced)
     n_tuned = max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum()))
     return model, reduced, Problem(records, band, zeta, n_tuned)
 
