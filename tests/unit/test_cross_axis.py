@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from femend.data import Channel
 from femend.diagnose import crossing, update
+from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.judge import Given
 from femend.diagnose.known_force import forces_beside
 from femend.diagnose.laws_at import linear_at, masses_from_afar
-from femend.diagnose.locate import hypothesis_of, locate
+from femend.diagnose.locate import locate
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import split_records
 from femend.diagnose.update import _updated, modelled, update_model

@@ -13,7 +13,8 @@ import pytest
 from femend import _core
 from femend.diagnose import Diagnosis, free_form_rival
 from femend.diagnose.diagnosis import explain
-from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.diagnose.dressed import hypothesis_of
+from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.predict import predict_candidate
 from femend.diagnose.settings import Settings
 from femend.diagnose.update import update_model

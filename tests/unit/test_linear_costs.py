@@ -12,8 +12,9 @@ from femend.demo import STUDY
 from femend.diagnose import loads, screen
 from femend.diagnose.alike import _answers, _not_beyond, look_alikes
 from femend.diagnose.classes import distinct, similarity
+from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.linear_costs import _closing, _step, directions, linear_costs, pair_costs
-from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.screen import is_many, screened
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.errors import ModelError

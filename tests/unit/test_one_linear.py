@@ -12,7 +12,8 @@ import pytest
 
 from femend.diagnose import one_linear as one_linear_module
 from femend.diagnose import together
-from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.diagnose.dressed import hypothesis_of
+from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.moved import moved
 from femend.diagnose.nonlinear import windows
 from femend.diagnose.one_linear import _beside, one_linear

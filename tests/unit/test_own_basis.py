@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import small_study
-from femend.diagnose.dressed import own_span
-from femend.diagnose.locate import Located, hypothesis_of
+from femend.diagnose.dressed import hypothesis_of, own_span
+from femend.diagnose.locate import Located
 from femend.diagnose.own_basis import in_own_basis
 from femend.diagnose.update import update_model
 from femend.estimate import fit_records, pair_test

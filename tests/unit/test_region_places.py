@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from femend.diagnose.dressed import with_own
-from femend.diagnose.locate import hypothesis_of
+from femend.diagnose.dressed import hypothesis_of, with_own
 from femend.diagnose.region_stiffness import prepare_regions, region_stiffness
 from femend.model import Model, Parameter, Place, find_places, read_model, reduce_model
 from femend.model.refined import refined_model

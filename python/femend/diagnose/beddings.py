@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.dressed import with_own
+from femend.diagnose.dressed import hypothesis_of, with_form
 from femend.diagnose.linear_costs import linear_costs
-from femend.estimate import Hypothesis, Problem
+from femend.estimate import Problem
 from femend.model import Place, ReducedModel
 
 __all__ = ["likely_beddings"]
@@ -35,20 +35,19 @@ def likely_beddings(
     the model's unknowns that they lead to on whole records: `plain` is the problem without unknowns of single modes,
     `few` the one with all."""
     bare = reduced if reduced.form is None else reduced.bare()
-    w = np.vstack([np.zeros((0, reduced.r)), *(b.w(reduced.V, reduced.V_a) for b in beside)])
     kept: dict[Place, FloatArray] = {}
     for factor in SIGMAS:
         sigma = factor * plain.scale()
         some = _screened(plain, bare, places, sigma, beside)
-        fits = plain.fit([Hypothesis(with_own(p, bare), w) for p in some], sigma=sigma, iterations=STEPS)
+        fits = plain.fit([hypothesis_of(p, bare, beside) for p in some], sigma=sigma, iterations=STEPS)
         done = [(place, fit) for place, fit in zip(some, fits, strict=True) if fit is not None]
         near = NEAR * min((fit.cost for _, fit in done), default=0.0)
         for place, fit in sorted(done, key=lambda one: one[1].cost)[:KEPT]:
             if fit.cost <= near:
-                kept.setdefault(place, _with_form(fit.p, bare, reduced))
+                kept.setdefault(place, with_form(fit.p, bare, reduced))
     found = []
     for place, p in kept.items():
-        hypothesis = Hypothesis(with_own(place, reduced), w)
+        hypothesis = hypothesis_of(place, reduced, beside)
         followed = few.continuation(hypothesis, [(few.tuned_like(p, hypothesis.reduced), np.zeros(0))])
         found += [] if followed is None else [(place, followed.p)]
     return found
@@ -63,9 +62,3 @@ def _screened(
     none, deck = np.zeros((0, reduced.r)), plain.prior(reduced)[0]
     costs = linear_costs(plain, reduced, places, none, deck, sigma=sigma, beside=beside)
     return [places[i] for i in sorted(np.argsort(costs, kind="stable")[:SCREENED].tolist())]
-
-
-def _with_form(p: FloatArray, bare: ReducedModel, reduced: ReducedModel) -> FloatArray:
-    """Unknowns `p` (n_p,) of the model without form errors, as the one with them has them: none."""
-    own = len(bare.names)
-    return np.concatenate([p[:own], np.zeros(len(reduced.names) - own), p[own:]])

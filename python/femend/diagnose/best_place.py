@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import KINDS, Candidate
+from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.linear import refit_linear
-from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.moved import moved
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.pairs import Searched, alike, plain

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.known_force import forces_beside
-from femend.diagnose.locate import FINAL_LINES, Located, grounded, hypothesis_of, locate, refitted
+from femend.diagnose.locate import FINAL_LINES, Located, grounded, locate, refitted
 from femend.diagnose.sensed import sensed_places
 from femend.diagnose.update import AT_NOISE, CLEARLY, UpdatedModel, sensors_in_doubt
 from femend.estimate import Fit

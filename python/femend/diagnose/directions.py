@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from femend.diagnose.locate import LINES, SEVERAL_WORTH, Located, fitted, hypothesis_of, order, refitted, squares_of
+from femend.diagnose.dressed import hypothesis_of
+from femend.diagnose.locate import LINES, SEVERAL_WORTH, Located, fitted, order, refitted, squares_of
 from femend.estimate import Fit, Problem
 from femend.model import Place, ReducedModel
 

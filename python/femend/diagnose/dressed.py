@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.region_stiffness import region_stiffness
+from femend.estimate import Hypothesis
 from femend.model import Place, ReducedModel
 from femend.model.freed import freed, with_springs
 
 __all__ = [
     "dressed",
+    "hypothesis_of",
     "member_stiffness",
     "own_span",
     "own_values",
     "with_attached",
+    "with_form",
     "with_own",
     "with_own_unknowns",
     "without_own_unknowns",
@@ -57,6 +61,17 @@ def with_own(place: Place, reduced: ReducedModel) -> ReducedModel:
     return replace(split, members=(*reduced.members, place))
 
 
+def hypothesis_of(place: Place, reduced: ReducedModel, beside: Sequence[Place] = ()) -> Hypothesis:
+    """Law-free hypothesis of a place: a free force along its directions, or unknowns of a part of the model (a member's
+    factor, a soft clamp's springs); with free forces at the places `beside` too."""
+    if place.part:
+        reduced = with_own(place, reduced)
+    w = [b.w(reduced.V, reduced.V_a) for b in beside]
+    if place.part:
+        return Hypothesis(reduced, np.vstack([np.zeros((0, reduced.r)), *w]))
+    return Hypothesis(reduced, np.vstack([place.w(reduced.V, reduced.V_a), *w]))
+
+
 def member_stiffness(place: Place, reduced: ReducedModel) -> FloatArray:
     """Stiffness of a member, region or bedding in the basis (r, r), at the deck's values."""
     if place.kind in ("region", "bed"):
@@ -93,6 +108,13 @@ def without_own_unknowns(p: FloatArray, reduced: ReducedModel, n_own: int) -> Fl
     has them."""
     n = len(reduced.names)
     return np.concatenate([p[:n], p[n + n_own :]])
+
+
+def with_form(p: FloatArray, bare: ReducedModel, reduced: ReducedModel) -> FloatArray:
+    """Unknowns `p` (n_p,) of the `bare` model, without form errors, and of places that were added to it, as the model
+    `reduced` with form errors has them: none, where these stand after the parameters."""
+    own = len(bare.model.parameters)
+    return np.concatenate([p[:own], np.zeros(len(reduced.names) - len(bare.names)), p[own:]])
 
 
 def own_span(reduced: ReducedModel) -> slice:

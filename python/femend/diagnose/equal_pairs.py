@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.known_force import ReadOff, read_off
 from femend.diagnose.linear_costs import directions, pair_costs
-from femend.diagnose.locate import LINES, Located, cost_of, hypothesis_of
+from femend.diagnose.locate import LINES, Located, cost_of
 from femend.diagnose.preference import LIKELIER, preference, with_one_force
 from femend.diagnose.recovered import in_time, without_ends
 from femend.estimate import Fit, Problem

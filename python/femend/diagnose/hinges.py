@@ -12,9 +12,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from femend.diagnose.dressed import without_own_unknowns
+from femend.diagnose.dressed import hypothesis_of, without_own_unknowns
 from femend.diagnose.judge import Given, Tried
-from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.diagnose.locate import Located, squares_of
 from femend.model import Place
 from femend.model.places import inner_joints
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.beddings import likely_beddings
 from femend.diagnose.classes import similarity
-from femend.diagnose.dressed import with_own, with_own_unknowns, without_own_unknowns
+from femend.diagnose.dressed import hypothesis_of, with_form, with_own_unknowns, without_own_unknowns
 from femend.diagnose.preference import preference
 from femend.diagnose.screen import is_many, screened, without_poor_regions
 from femend.estimate import Fit, Hypothesis, Problem
@@ -28,7 +28,6 @@ __all__ = [
     "cost_of",
     "fitted",
     "grounded",
-    "hypothesis_of",
     "locate",
     "order",
     "refitted",
@@ -92,17 +91,6 @@ class Located:
     def cost(self) -> float:
         """Prior of unknowns and place, plus tempered squares as if no force had been projected out."""
         return self.fit.prior + self.squares + (UNLIKELY if self.place.unlikely else 0.0)
-
-
-def hypothesis_of(place: Place, reduced: ReducedModel, beside: Sequence[Place] = ()) -> Hypothesis:
-    """Law-free hypothesis of a place: a free force along its directions, or unknowns of a part of the model (a member's
-    factor, a soft clamp's springs); with free forces at the places `beside` too."""
-    if place.part:
-        reduced = with_own(place, reduced)
-    w = [b.w(reduced.V, reduced.V_a) for b in beside]
-    if place.part:
-        return Hypothesis(reduced, np.vstack([np.zeros((0, reduced.r)), *w]))
-    return Hypothesis(reduced, np.vstack([place.w(reduced.V, reduced.V_a), *w]))
 
 
 def squares_of(problem: Problem, fit: Fit, sigma: float) -> float:
@@ -221,7 +209,7 @@ def _first_glance(
     ]
     found = fitted(plain, hypotheses, starts, FIRST_SIGMA * plain.scale(), FIRST_STEPS, places)
     kept = _best(found, places, kin, FIRST_STAGE)
-    return [(i, np.concatenate([f.p[:own], np.zeros(form), f.p[own:]])) for i, f in kept]
+    return [(i, with_form(f.p, bare, reduced)) for i, f in kept]
 
 
 def _late(

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.locate import Located, fitted, hypothesis_of, squares_of
+from femend.diagnose.dressed import hypothesis_of
+from femend.diagnose.locate import Located, fitted, squares_of
 from femend.estimate.fit import SENSORS
 from femend.model import Place, find_places
 from femend.threads import one_blas_thread

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.judge import Given, to_beat
-from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.name import name_physics
 from femend.diagnose.ranked import Ranked, told_simply
 from femend.diagnose.settings import Settings

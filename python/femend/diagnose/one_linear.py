@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import KINDS, Start, laws_for, starts
-from femend.diagnose.dressed import with_own
+from femend.diagnose.dressed import hypothesis_of, with_own
 from femend.diagnose.joint import enlarged, open_joint
 from femend.diagnose.judge import Given
 from femend.diagnose.known_force import rows_of
-from femend.diagnose.locate import Located, hypothesis_of, locate, shortlist, squares_of
+from femend.diagnose.locate import Located, locate, shortlist, squares_of
 from femend.diagnose.name import name_physics
 from femend.diagnose.pairs import Searched, alike, others, plain, with_members
 from femend.diagnose.parallel import starting

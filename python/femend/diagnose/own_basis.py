@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.dressed import own_span
+from femend.diagnose.dressed import hypothesis_of, own_span
 from femend.diagnose.joint import with_loads
-from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.region_stiffness import elements_stiffness
 from femend.estimate import Problem
 from femend.estimate.fit import TUNED_ABOVE

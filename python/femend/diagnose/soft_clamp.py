@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.candidates import standard_deviations
-from femend.diagnose.dressed import own_span, with_own_unknowns
-from femend.diagnose.locate import Located, hypothesis_of, squares_of
+from femend.diagnose.dressed import hypothesis_of, own_span, with_own_unknowns
+from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.split import Split
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.estimate.fit import TUNED_ABOVE

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.classes import similarity
+from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.evidence import fall
 from femend.diagnose.known_force import Known, last_force
 from femend.diagnose.linear import closed_by
-from femend.diagnose.locate import Located, hypothesis_of, locate, refitted, squares_of
+from femend.diagnose.locate import Located, locate, refitted, squares_of
 from femend.diagnose.noise import quieter_records
 from femend.diagnose.nonlinear import simulate_candidate
 from femend.diagnose.screen import is_many

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.model.faces import SHELLS, SOLIDS, solid_faces
+from femend.model.faces import outer_faces
 from femend.model.form_errors import basis_modes
 from femend.model.free_body import is_elastic
 from femend.model.model import Model
@@ -60,7 +60,8 @@ def bed_places(reduced: ReducedModel, f_max: float) -> list[Place]:
     most `MAX_BEDS`, that something moves in modes up to `f_max` (Hz)."""
     model = reduced.model
     omega, Q = basis_modes(reduced)
-    band = is_elastic(omega) & (omega <= 2 * np.pi * max(f_max, float(omega[is_elastic(omega)].min()) / (2 * np.pi)))
+    elastic = is_elastic(omega)
+    band = elastic & (omega <= max(2 * np.pi * f_max, omega[elastic].min()))
     shapes, stiffness = reduced.V @ Q[:, band], omega[band] ** 2
     held = held_rows(model)
     places: list[Place] = []
@@ -68,12 +69,13 @@ def bed_places(reduced: ReducedModel, f_max: float) -> list[Place]:
     for stretch in _stretches(model.as_drawn):
         for axis in stretch.axes:
             place = _place(model, stretch, axis, held)
-            if place is None or (axis, frozenset(n for n, _, _ in place.bed)) in taken:
+            if place is None:
                 continue
-            moved = sum(np.abs(x @ shapes[rows]) ** 2 for _, rows, x in place.bed)
-            if np.max(moved) <= ROUNDING * float((shapes**2).max()):
+            key = axis, frozenset(n for n, _, _ in place.bed)
+            moved = sum((x @ shapes[rows]) ** 2 for _, rows, x in place.bed)
+            if key in taken or np.max(moved) <= ROUNDING * float((shapes**2).max()):
                 continue
-            taken.add((axis, frozenset(n for n, _, _ in place.bed)))
+            taken.add(key)
             scale = np.sqrt(SOUGHT * float((stiffness / np.maximum(moved, 1e-300)).min()))
             places.append(replace(place, bed=tuple((n, rows, scale * x) for n, rows, x in place.bed)))
             if len(places) == MAX_BEDS:
@@ -104,7 +106,8 @@ def _stretches(model: Model) -> Iterator[_Stretch]:
     """Lines and areas of the deck, whole ones before parts."""
     xyz = {int(n): x for n, x in zip(model.node_ids, model.xyz, strict=True)}
     top = topology(model)
-    surfaces = [*_shells(model, xyz), *_skin(model, xyz)]
+    shells, skin = ([corners for corners, _ in faces] for faces in outer_faces(model))
+    surfaces = [*_surfaces(shells, xyz, shell=True), *_surfaces(skin, xyz, shell=False)]
     edges = [edge for faces in surfaces if faces.shell for edge in _free_edges(faces.corners)]
     lines = [*_straight(list(top.beams.values()), xyz), *_straight(edges, xyz)]
     for line in lines:
@@ -139,18 +142,6 @@ class _Surface:
         return np.array([np.mean([xyz[n] for n in face], axis=0) for face in self.corners])
 
 
-def _shells(model: Model, xyz: dict[int, FloatArray]) -> list[_Surface]:
-    faces = [tuple(own[: SHELLS[card]]) for _, card, own in model.fe.elements() if card in SHELLS]
-    return _surfaces(faces, xyz, shell=True)
-
-
-def _skin(model: Model, xyz: dict[int, FloatArray]) -> list[_Surface]:
-    """Free faces of solids: those that belong to no second one."""
-    faces = [c for _, card, own in model.fe.elements() if card in SOLIDS for c, _ in solid_faces(card, own)]
-    seen = Counter(frozenset(face) for face in faces)
-    return _surfaces([face for face in faces if seen[frozenset(face)] == 1], xyz, shell=False)
-
-
 def _surfaces(faces: Sequence[tuple[int, ...]], xyz: dict[int, FloatArray], *, shell: bool) -> list[_Surface]:
     """Faces that look along one axis, on one side of a body, and hang together."""
     found = []
@@ -167,8 +158,8 @@ def _surfaces(faces: Sequence[tuple[int, ...]], xyz: dict[int, FloatArray], *, s
 
 def _normal(corners: Sequence[FloatArray]) -> FloatArray:
     """Normal (3,) of a face, as long as its area."""
-    a, b, c, d = (*corners, corners[0])[:4] if len(corners) == 3 else corners[:4]
-    return np.asarray(0.5 * np.cross(c - a, d - b if len(corners) == 4 else b - a)) * (1 if len(corners) == 4 else -1)
+    x = np.array(corners) - corners[0]
+    return np.asarray(0.5 * np.cross(x, np.roll(x, -1, axis=0)).sum(axis=0))
 
 
 def _of_area(surface: _Surface, faces: Sequence[int], xyz: dict[int, FloatArray]) -> _Stretch:

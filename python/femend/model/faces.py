@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import chain
@@ -13,9 +14,11 @@ from femend.errors import ModelError
 from femend.model.model import Model
 from femend.model.near_ids import near_ids
 
-__all__ = ["SHELLS", "SOLIDS", "Surface", "nodal_loads", "solid_faces", "surface_of"]
+__all__ = ["Surface", "nodal_loads", "outer_faces", "surface_of"]
 
 FloatArray = NDArray[np.float64]
+# corners of a face, and all its nodes
+Face = tuple[tuple[int, ...], tuple[int, ...]]
 
 SHELLS = {"CQUAD4": 4, "CQUADR": 4, "CTRIA3": 3, "CTRIAR": 3}
 # corners of the faces, outward by the right hand, and the middle node of each edge (Nastran's order)
@@ -91,19 +94,10 @@ def surface_of(model: Model, nodes: Collection[int]) -> Surface:
         raise ModelError(
             f"the model has no node {unknown[0]} ({len(unknown)} such nodes; {near}); give nodes of the deck"
         )
-    shells: list[tuple[int, ...]] = []
-    solids: list[tuple[frozenset[int], tuple[int, ...]]] = []
-    seen: dict[frozenset[int], int] = {}
-    for _, card, own in model.fe.elements():
-        if card in SHELLS and set(own[: SHELLS[card]]) <= wanted:
-            shells.append(tuple(index[n] for n in own[: SHELLS[card]]))
-        elif card in SOLIDS:
-            for corners, face in solid_faces(card, own):
-                key = frozenset(corners)
-                seen[key] = seen.get(key, 0) + 1
-                if key <= wanted:
-                    solids.append((key, tuple(index[n] for n in face)))
-    free = [face for key, face in solids if seen[key] == 1]
+    shells, free = (
+        [tuple(index[n] for n in face) for corners, face in faces if wanted.issuperset(corners)]
+        for faces in outer_faces(model)
+    )
     if not shells and not free:
         raise ModelError(
             f"no shell and no free face of a solid lies between the {len(wanted)} nodes {sorted(wanted)[:6]}...; give "
@@ -113,7 +107,22 @@ def surface_of(model: Model, nodes: Collection[int]) -> Surface:
     return Surface(model, (*shells, *free), into)
 
 
-def solid_faces(card: str, nodes: list[int]) -> Iterator[tuple[tuple[int, ...], tuple[int, ...]]]:
+def outer_faces(model: Model) -> tuple[list[Face], list[Face]]:
+    """Shells, and the faces of solids that belong to no second one: the corners (ids) of each, for solids outward by
+    the right hand, and all of its nodes as `Surface.faces` has them."""
+    shells: list[Face] = []
+    solids: list[Face] = []
+    for _, card, own in model.fe.elements():
+        if card in SHELLS:
+            corners = tuple(own[: SHELLS[card]])
+            shells.append((corners, corners))
+        elif card in SOLIDS:
+            solids += _solid_faces(card, own)
+    seen = Counter(frozenset(corners) for corners, _ in solids)
+    return shells, [face for face in solids if seen[frozenset(face[0])] == 1]
+
+
+def _solid_faces(card: str, nodes: list[int]) -> Iterator[Face]:
     """Corners of every face and all of its nodes; a face with a middle node missing counts as linear."""
     n_corners, faces = SOLIDS[card]
     middle = {}

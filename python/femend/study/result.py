@@ -68,9 +68,8 @@ def result_of(
     floors = [known.get(r.name, r) for r in records]
     fit = [_fit(p, floors, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     found = findings(diagnosis)
-    beside = left_beside(diagnosis.verdict, fit)
-    if diagnosis.by_load:
-        beside = "".join(left_beside_sine(one, fit) for one in found)
+    sines = "".join(left_beside_sine(one, fit) for one in found)
+    beside = sines if diagnosis.by_load else left_beside(diagnosis.verdict, fit)
     return {
         "format": FORMAT,
         "verdict": diagnosis.verdict,
