@@ -19,12 +19,13 @@ def struts(model: Model) -> dict[int, tuple[int, int]]:
     Without those along an edge or a diagonal of a shell or solid or beside a beam: they stiffen what is there, and are
     weak with it.
     """
-    rods: dict[int, tuple[int, int]] = {}
+    elements = model.fe.elements()
+    rods = {eid: (nodes[0], nodes[1]) for eid, card, nodes in elements if card in _RODS}
+    if not rods:
+        return rods
     at: dict[int, set[int]] = {}
-    for i, (eid, card, nodes) in enumerate(model.fe.elements()):
-        if card in _RODS:
-            rods[eid] = (nodes[0], nodes[1])
-        elif card.startswith(_BODIES):
+    for i, (_, card, nodes) in enumerate(elements):
+        if card.startswith(_BODIES):
             for node in nodes:
                 at.setdefault(node, set()).add(i)
     nothing: set[int] = set()
