@@ -12,7 +12,8 @@ from tests.small_study import Truth, deck, dense_modes, diagnosed, updated
 from femend.diagnose.beddings import likely_beddings
 from femend.diagnose.dressed import with_own
 from femend.model import Model, Place, ReducedModel, read_model, reduce_model
-from femend.model.bed_places import bed_places
+from femend.model.bed_extents import BedExtents
+from femend.model.bed_places import Beds, bed_places
 from femend.model.refined import refined_model
 from femend.report.words import how_much, place_text
 from femend.study.patch import deck_cards
@@ -133,3 +134,44 @@ def test_a_bedding_is_told_with_its_stiffness_and_written_as_springs(tmp_path: P
     assert [(int(c[3]), int(c[4])) for c in cards] == [(n, 3) for n in where["region"]]
     assert sum(float(c[2]) for c in cards) == pytest.approx(k["value"], rel=1e-3)
     assert float(cards[1][2]) == pytest.approx(2 * float(cards[0][2]), rel=1e-3)
+
+
+def test_ends_of_a_line_move_by_a_node(tmp_path: Path) -> None:
+    reduced = reduce_model(plate(tmp_path), 300.0, [6 * 60 + 2])
+    beds = Beds(reduced, 300.0)
+    extents = BedExtents(beds)
+    half = along(bed_places(reduced, 300.0), 59, 63)
+    near = {p.nodes for p in extents.next_to(half)}
+    assert near - {half.nodes} == {(58, 63), (60, 63), (59, 62), (58, 62), (60, 62)}  # 63 is the last of the edge
+    other = next(p for p in extents.next_to(half) if p.nodes == (58, 62))
+    assert shares(other)[60] == pytest.approx(2 * shares(other)[62])
+
+
+def test_sides_of_an_area_move_by_a_row_of_faces(tmp_path: Path) -> None:
+    reduced = reduce_model(plate(tmp_path), 300.0, [6 * 60 + 2])
+    extents = BedExtents(Beds(reduced, 300.0))
+    half = along(bed_places(reduced, 300.0), 5, 9, 59, 63)
+    near = {frozenset(p.nodes) for p in extents.next_to(half)}
+    assert {frozenset((4, 9, 58, 63)), frozenset((6, 9, 60, 63)), frozenset((4, 8, 58, 62))} <= near
+    assert frozenset((14, 18, 59, 63)) in near  # without its lowest row
+
+
+def test_beddings_about_a_spring_are_small_ones_at_its_node(tmp_path: Path) -> None:
+    reduced = reduce_model(plate(tmp_path), 300.0, [6 * 60 + 2])
+    extents = BedExtents(Beds(reduced, 300.0))
+    inside, edge = (Place("ground", (n,), "Z", "ground") for n in (32, 59))
+    assert {n for n, _, _ in extents.about(inside)[0].bed} == {22, 23, 24, 31, 32, 33, 40, 41, 42}
+    assert {p.nodes for p in extents.about(edge) if len(p.nodes) == 2} == {(58, 60), (57, 61), (55, 63)}
+    assert extents.about(Place("ground", (32,), "RX", "ground")) == []
+
+
+ELSEWHERE = Truth(E=(7.3e10, 6.8e10), more=tuple(f"CELAS2,{900 + n},{k},{n},3" for n, k in
+                  ((8, 10000.0), (9, 20000.0), (10, 20000.0), (11, 10000.0))))  # fmt: skip
+
+
+def test_a_bedding_of_none_of_the_parts_is_found_from_the_nearest_law(tmp_path: Path) -> None:
+    run = diagnosed(tmp_path, ELSEWHERE)
+    (finding,) = run.result["findings"]
+    k = finding["parameters"]["k"]
+    assert (finding["physics"], finding["location"]["region"]) == ("support_stiffness", [8, 9, 10, 11])
+    assert abs(k["value"] - 60000.0) < 1.645 * k["sd"] < 9000.0

@@ -176,3 +176,13 @@ def test_a_part_whose_interval_holds_the_deck_s_value_is_as_drawn(
     )
     assert as_drawn(part) is drawn
     assert not as_drawn(replace(part, physics=physics("viscous_damper")))
+
+
+def test_a_spring_goes_before_a_bedding_about_it_that_hardly_leaves_less() -> None:
+    at, elsewhere = (Place("ground", (node,), "Z", "ground") for node in (9, 3))
+    bed = Place("bed", (8, 10), "Z", "ground", bed=tuple((n, np.array([6 * n + 2]), np.ones(1)) for n in (8, 9, 10)))
+    spring, beside = (ranked("support_stiffness", 1.02, 20.0, place) for place in (at, elsewhere))
+    hardly, clearly = (ranked("support_stiffness", chosen, 20.0, bed) for chosen in (1.0, 0.9))
+    assert first(hardly, spring)[0] is not hardly
+    assert first(hardly, beside)[0] is hardly
+    assert first(clearly, spring)[0] is clearly

@@ -30,6 +30,7 @@ from femend.diagnose.settings import Settings
 from femend.diagnose.shares import unclear
 from femend.diagnose.so_far import SoFar
 from femend.diagnose.split import split_records, weaker_first
+from femend.diagnose.stretched import with_other_ends
 from femend.diagnose.time_axis import force_shift
 from femend.diagnose.unmeasured import plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
@@ -148,6 +149,7 @@ def _one_effect(task: _Task) -> Diagnosis:
     plainly = worth and plainly_unmeasured(given, located)
     if worth and not plainly:
         given, alone, ranked, sigma = _named(task, short, alone)
+        ranked = with_other_ends(given, ranked) if sigma == 0 else ranked
         task.so_far.ranked = list(ranked)
         if load is None and explained and sigma == 0 and _lacking(alone, ranked, settings):
             # no law is behind the force that explains so much: it may stand in for a load that acts elsewhere after all

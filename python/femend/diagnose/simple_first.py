@@ -38,13 +38,14 @@ def simple_first(ranked: list[Ranked], settings: Settings) -> list[Ranked]:
 
 
 def simplest_linear(ranked: list[Ranked], settings: Settings) -> list[Ranked]:
-    """Puts a linear law with fewer parameters before the best one at the same place, where this does not bring
-    against it what a law has to bring against none."""
+    """Puts a linear law with fewer parameters before the best one at the same place, and a spring to ground before a
+    bedding that holds its node, where this does not bring against it what a law has to bring against none."""
     for r in ranked:
         first = next((f for f in ranked if not f.candidate.nonlinear), None)
-        if first is None or r.candidate.nonlinear or not _same_place(r.located.place, first.located.place):
+        if first is None or r.candidate.nonlinear:
             continue
-        if r.candidate.n_law < first.candidate.n_law and not _won(first, r, settings):
+        simpler = _same_place(r.located.place, first.located.place) and r.candidate.n_law < first.candidate.n_law
+        if (simpler or _part_of(r, first)) and not _won(first, r, settings):
             ahead = replace(r, score=first.score)
             # what the other lacks of the evidence that a law has to bring
             lacks = max(settings.gain_cost - (r.score - first.score), 0.0)
@@ -58,6 +59,13 @@ def _won(rich: Ranked, simple: Ranked, settings: Settings) -> bool:
     less = fall(simple.candidate.chosen, rich.candidate.chosen)
     relieved = simple.candidate.prior - rich.candidate.prior
     return settings.wins(simple.score - rich.score, less, relieved)
+
+
+def _part_of(spring: Ranked, bedding: Ranked) -> bool:
+    """Whether one law is a spring to ground at a node that the other, a bedding, holds along the same direction."""
+    at, bed = spring.located.place, bedding.located.place
+    holds = spring.candidate.name == "support_stiffness" and at.kind == "ground" and at.direction == bed.direction
+    return holds and any(node in at.nodes for node, _, _ in bed.bed)
 
 
 def _same_place(a: Place, b: Place) -> bool:

@@ -156,14 +156,15 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
         for found in (diagnosis.located if diagnosis.further is None else ())
         if found.cost - place.cost < diagnosis.settings.margin and found.place.kind != "base"
     ]
+    beds = [] if diagnosis.further is not None else _beddings(diagnosis, place)
     covered = set(place.place.nodes)
-    for other in (*sorted(place.alike, key=lambda p: p.unlikely), *close):
+    for other in (*beds, *sorted(place.alike, key=lambda p: p.unlikely), *close):
         nodes = group.get(other.nodes[0], other.nodes) if other in like else other.nodes
-        pair = other.kind == "pair" and set(nodes) != set(place.place.nodes)
-        if list(nodes) not in others and (pair or not covered.issuperset(other.nodes)):
+        several = other.kind in ("pair", "bed") and set(nodes) != set(place.place.nodes)
+        if list(nodes) not in others and (several or not covered.issuperset(other.nodes)):
             others.append(list(nodes))
-            rivals.append(other)
-            covered.update(other.nodes)
+            rivals += [] if other.bed else [other]
+            covered.update(() if other.bed else other.nodes)
     said = {
         "nodes": list(place.place.nodes),
         "to": place.place.to,
@@ -180,6 +181,16 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
     # with several effects the force at one place is not what its fit says
     sensor = None if diagnosis.further is not None else _next_sensor(diagnosis, place, rivals[:ALSO])
     return said if sensor is None else {**said, "next_sensor": sensor}
+
+
+def _beddings(diagnosis: Diagnosis, place: Located) -> list[Place]:
+    """Beddings on which the law at a place, a spring to ground or a bedding, was tried and is not told apart."""
+    told = next((r for r in diagnosis.ranked if r.located.place is place.place), None)
+    if told is None or told.candidate.name != "support_stiffness":
+        return []
+    near = told.score + diagnosis.settings.gain_cost
+    beds = [r.located.place for r in diagnosis.ranked if r.located.place.bed and r.score < near]
+    return [bed for bed in beds if bed is not place.place]
 
 
 def _next_sensor(diagnosis: Diagnosis, place: Located, rivals: Sequence[Place]) -> dict[str, Any] | None:
