@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,7 +16,9 @@ from femend.bench import UpdateRun
 from femend.bench.left import Left, Unmet
 from femend.bench.page import render_page
 from femend.bench.paired_otherwise import paired_otherwise
+from femend.bench.update_advice import missing_modes
 from femend.bench.update_content import update_page
+from femend.bench.words import update_text
 from femend.estimate.updating.result import ModeRow
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -109,12 +112,47 @@ def test_frequencies_that_stay_unmet_are_told_beside_shapes_that_are_met(tmp_pat
     assert "the parameters' deviations are too narrow, about 8.8 times as wide" in found["advice"]
     for p in found["parameters"].values():
         assert 5 * p["sd"] < p["widened_sd"] < 10 * p["sd"]
+    assert found["wider"] == ["E_root", "E_tip"]
+    assert found["doubtful"]
+
+
+def test_deviations_that_what_is_unmet_widens_stand_beside_the_others(tmp_path: Path) -> None:
+    """The table said 1.034 +- 0.001 where 0.92 was true, and the advice below it that this was 30 times too narrow."""
+    path = write_study(tmp_path)
+    text = (tmp_path / "model.bdf").read_text()
+    (tmp_path / "model.bdf").write_text(text.replace("CONM2,100,9,,0.1", "CONM2,100,9,,0.035"))
+    run = update_study(path, tmp_path / "out")
+    tip = run.result["parameters"]["E_tip"]
+    shown = [line.split() for line in update_text(run.result).splitlines()]
+    header = next(line for line in shown if line[:1] == ["parameter"])
+    assert " ".join(header).startswith("parameter value sd sd with misfit prior sd")
+    row = next(line for line in shown if line[:1] == ["E_tip"])
+    assert [float(x) for x in row[2:4]] == pytest.approx([tip["sd"], tip["widened_sd"]], rel=0.05)
+    assert "± with misfit" in (tmp_path / "out" / "updating.html").read_text()
+    with (tmp_path / "out" / "updating.parameters.csv").open() as file:
+        table = {line["parameter"]: line for line in csv.DictReader(file)}
+    assert float(table["E_tip"]["sd with misfit"]) == pytest.approx(tip["widened_sd"], rel=1e-3)
+
+
+def test_modes_that_miss_their_frfs_come_first() -> None:
+    """Parameters that were fitted to some of the modes in a band, neighbours taken for others."""
+    poor = SimpleNamespace(name="h1", role="fit", test=SimpleNamespace(error=0.78, noise_share=0.02))
+    noisy = SimpleNamespace(name="h2", role="fit", test=SimpleNamespace(error=0.3, noise_share=0.25))
+    held = SimpleNamespace(name="h3", role="validate", test=poor.test)
+    (told,) = missing_modes(cast(Any, [poor, noisy, held]))
+    assert told.startswith(
+        "the modes that were found leave 78 % of the FRFs of 'h1' (scatter explains 2 %) unexplained"
+    )
+    assert "narrow [correlation] band" in told
+    assert missing_modes(cast(Any, [noisy, held])) == []
 
 
 def test_what_is_met_widens_nothing(tmp_path: Path) -> None:
     run = update_study(study(tmp_path))
     assert not any(k["off"] for k in run.result["left"])
     assert all(p["widened_sd"] == pytest.approx(p["sd"]) for p in run.result["parameters"].values())
+    assert run.result["wider"] == []
+    assert "with misfit" not in update_text(run.result)
 
 
 def test_the_page_can_be_written(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from femend.estimate.updating import (
     Problem,
     Response,
     ShapeDifferences,
+    State,
     Unknowns,
     affine_matrices,
     factor,
@@ -112,3 +113,19 @@ def test_a_crowd_at_few_sensors_is_no_space() -> None:
     freq = np.array([9.0, 9.01, 9.02, 9.03])
     assert close_modes(np.array([0]), np.array([9.0]), freq, 5) == ((),)
     assert len(close_modes(np.array([0]), np.array([9.0]), freq, 8)[0]) == 3
+
+
+def test_a_poorly_measured_mode_keeps_its_mate_beside_a_close_one() -> None:
+    """Two measured modes 2 Hz apart are one space, in which the mate of the second explains the first as well; to leave
+    no mode of the model that looks a little like the second unused, these two changed mates (MAC 0 of the first)."""
+    e = np.eye(6)
+    phi = np.column_stack([e[0], e[1], e[2], 0.9 * e[1] + 0.43 * e[3]])
+    test = ModeTest(np.array([146.0, 148.0]), np.column_stack([0.85 * e[0] + 0.53 * e[4], e[1]]))
+    mates = test.mates(State({"freq": np.array([144.0, 148.0, 160.0, 190.0]), "phi": phi}, lambda n: {}))
+    assert mates.mate.tolist() == [0, 1]
+    # a mode without a mate still takes what is left over, and says how poor that is
+    lost = ModeTest(np.array([146.0, 148.0]), np.column_stack([e[5] + 0.1 * e[2], e[1]]))
+    mates = lost.mates(State({"freq": np.array([144.0, 148.0, 160.0, 190.0]), "phi": phi}, lambda n: {}))
+    assert mates.mate[1] == 1
+    assert mates.mate[0] not in (-1, 1)
+    assert mates.mac[0] < 0.5

@@ -216,6 +216,8 @@ def test_what_cannot_follow_is_refused(tmp_path: Path) -> None:
         deck_system(model, [Dof.parse("3:+Z")], 2, inertia=True)
     with pytest.raises(UpdatingError, match="no parameter 'nowhere'"):
         updated_deck(model, {"nowhere": 1.0})
+    with pytest.raises(UpdatingError, match="the amplitude of the morph 'arm' is nan"):
+        updated_deck(model, {"arm": float("nan")})
     truss = tmp_path / "truss.bdf"
     truss.write_text(
         "BEGIN BULK\nMAT1,1,2.1E11,,.3\nPROD,1,1,1.E-4\nGRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,2.,0.,0.\n"

@@ -72,3 +72,13 @@ def test_factors_of_two_parameters_of_one_field_are_multiplied(tmp_path: Path) -
     new = updated_deck(read_model(tmp_path / "m.bdf", parameters=parameters), {"E": 0.9, "E too": 0.5})
     (text,) = (content.decode() for content in new.files.values())
     assert "MAT1    1       9.45+10 " in text
+
+
+@pytest.mark.parametrize("factor", [-2.0, 0.0, float("nan"), float("inf")])
+def test_factors_that_no_stiffness_has_are_refused(tmp_path: Path, factor: float) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "m.bdf").write_text(MAIN)
+    (tmp_path / "parts" / "props.bdf").write_text(PROPS)
+    model = read_model(tmp_path / "m.bdf", parameters=[Parameter("E", "E", "material", (1,))])
+    with pytest.raises(UpdatingError, match=f"the factor of 'E' is {factor:g}: .*give one above 0, 1 for no change"):
+        updated_deck(model, {"E": factor})

@@ -82,12 +82,23 @@ class Unmet:
             for k in self.kinds
         ]
 
+    def wide(self, found: UpdateResult) -> dict[str, float]:
+        """The factors on deviations of parameters that the data tell, where these would have to be wider."""
+        if not self.off:
+            return {}
+        told = found.determined()
+        return {n: w for n, w in self.widened.items() if n in told and np.isfinite(w) and w >= WIDER}
+
+    def believable(self, found: UpdateResult) -> bool:
+        """Whether the parameters' deviations hold, within the factor at which a kind of response is off."""
+        return max(self.wide(found).values(), default=1.0) < LEFT
+
     def text(self, found: UpdateResult) -> str:
         """What is off, what that means for the parameters, and what to do; "" where nothing is."""
         if not self.off:
             return ""
         said = "; ".join(k.text for k in self.off)
-        wide = {n: w for n, w in self.widened.items() if n in found.determined() and np.isfinite(w) and w >= WIDER}
+        wide = self.wide(found)
         narrow = ""
         if wide:
             sd = found.sd

@@ -10,13 +10,15 @@ import numpy as np
 from femend.bench.counted import Counted
 from femend.bench.left import Unmet
 from femend.estimate.updating import Sensitivity, UpdateResult
+from femend.modal.parts import misses
 from femend.model import affordable_refinement
 from femend.numerals import plain
 
 if TYPE_CHECKING:
+    from femend.bench.measured import MeasuredModes
     from femend.bench.prepared import Prepared
 
-__all__ = ["MODAL", "few_modes", "mesh_advice", "update_advice"]
+__all__ = ["MODAL", "few_modes", "mesh_advice", "missing_modes", "update_advice"]
 
 # responses that are of modes
 MODAL = frozenset({"frequencies", "shapes", "mac", "damping"})
@@ -34,6 +36,23 @@ def few_modes(counted: int, measured: int) -> list[str]:
         f"only {counted} of {measured} measured modes count{'s' * (counted == 1)}: what was found is told by these "
         "alone, and may be chance; find out first why the others do not (`femend correlate`: sensors and their "
         "directions, units of the frequencies, supports)"
+    ]
+
+
+def missing_modes(measured: Sequence[MeasuredModes]) -> list[str]:
+    """That modes of recordings the update is fitted to were not found, where their FRFs say so."""
+    found = [(m.name, m.test) for m in measured if m.role == "fit" and m.test is not None]
+    poor = [
+        f"{plain(100 * t.error, 2)} % of the FRFs of {name!r} (scatter explains {plain(100 * t.noise_share, 2)} %)"
+        for name, t in found
+        if misses(t.error**2, 1.0, t.noise_share**2)
+    ]
+    if not poor:
+        return []
+    return [
+        f"the modes that were found leave {', '.join(poor)} unexplained: some are missing, and neighbours stand for "
+        "them; parameters may be off by more than their deviations: narrow [correlation] band to what the modes "
+        "explain (`femend correlate` draws their FRFs), and update on that"
     ]
 
 

@@ -100,12 +100,13 @@ def _mean(recordings: Sequence[dict[str, Any]], when: str, key: str) -> float:
 
 def _parameters(run: UpdateRun) -> Section:
     rows = []
+    wider = ["± with misfit"] if run.result["wider"] else []
     for name, p in run.result["parameters"].items():
         factor = p.get("factor")
         value = f"{factor:.4f}" if factor is not None else f"{number(p['value'])} {p['unit']}".strip()
-        sd, before = (
-            percent(p[k], 2 if k == "sd" else 1, sign=False) if factor is not None else number(p[k], 2)
-            for k in ("sd", "prior_sd")
+        sd, wide, before = (
+            percent(p[k], 1 if k == "prior_sd" else 2, sign=False) if factor is not None else number(p[k], 2)
+            for k in ("sd", "widened_sd", "prior_sd")
         )
         rows.append(
             [
@@ -113,20 +114,28 @@ def _parameters(run: UpdateRun) -> Section:
                 value,
                 "–" if factor is None else percent(factor - 1),
                 sd,
+                *[wide for _ in wider],
                 before,
                 fixed(p["moved_by_prior_sd"], 1),
                 percent(p["learned"], 0, sign=False),
                 ("the data" if p["determined"] else "the prior") + (", at its limit" if p["at_bound"] else ""),
-                "" if factor is None else Svg(interval(factor, p["sd"], p["prior_sd"])),
+                "" if factor is None else Svg(interval(factor, p["widened_sd" if wider else "sd"], p["prior_sd"])),
             ]
         )
-    header = ("parameter", "factor", "change", "± now", "± before", "moved, prior sd", "learned", "told by", "")
+    header = (
+        "parameter", "factor", "change", "± now", *wider, "± before", "moved, prior sd", "learned", "told by", "",
+    )  # fmt: skip
+    wide_too = (
+        " What is left unmet asks for wider deviations than those of the measurement: the interval has them."
+        if wider
+        else ""
+    )
     return Section(
         "Parameters: prior to posterior",
         f"Factors of the deck's values{_positions(run)}. Grey: the prior, one and two standard deviations; blue: the "
-        "estimate with its 95 % interval (Laplace). A parameter is told by the data where they take away more than "
-        "half of its prior variance.",
-        [Table(header, rows, "lrrrrrrll")],
+        f"estimate with its 95 % interval (Laplace).{wide_too} A parameter is told by the data where they take away "
+        "more than half of its prior variance.",
+        [Table(header, rows, "lrrr" + "r" * len(wider) + "rrrll")],
         _sensitivity(run),
         notes=[f"not told apart: {' '.join(f'{w:+.2f} {n}' for n, w in zip(c.names, c.weights, strict=True))} "
                f"(condition index {c.condition:.0f})" for c in run.sensitivity.collinear],
@@ -255,11 +264,21 @@ def _deck(run: UpdateRun) -> Section:
 def write_tables(folder: Path, run: UpdateRun) -> list[str]:
     """Tables of parameters and modes as CSV into `folder`; gives the names of the files."""
     parameters = [
-        [n, p.get("factor", p.get("value")), p["sd"], p["before"], p["prior_sd"], p["moved_by_prior_sd"], p["learned"],
-         "data" if p["determined"] else "prior"]
+        [n, p.get("factor", p.get("value")), p["sd"], p["widened_sd"], p["before"], p["prior_sd"],
+         p["moved_by_prior_sd"], p["learned"], "data" if p["determined"] else "prior"]
         for n, p in run.result["parameters"].items()
     ]  # fmt: skip
-    header = ("parameter", "value", "sd", "before", "prior sd", "moved by prior sd", "learned", "told by")
+    header = (
+        "parameter",
+        "value",
+        "sd",
+        "sd with misfit",
+        "before",
+        "prior sd",
+        "moved by prior sd",
+        "learned",
+        "told by",
+    )
     write_csv(folder / "updating.parameters.csv", header, parameters)
     keys = ("mode", "freq", "freq_before", "freq_after", "error_before", "error_after", "mac_before", "mac_after")
     modes = [[r["recording"], r["role"], *(m[k] for k in keys)] for r in run.result["recordings"] for m in r["modes"]]

@@ -18,7 +18,7 @@ from femend.bench.left import Unmet, what_is_left
 from femend.bench.paired_otherwise import paired_otherwise
 from femend.bench.starts import Starts
 from femend.bench.surface_start import SurfaceStart
-from femend.bench.update_advice import MODAL, few_modes, mesh_advice, update_advice
+from femend.bench.update_advice import MODAL, few_modes, mesh_advice, missing_modes, update_advice
 from femend.correlate import match_frfs
 from femend.estimate.updating import Sensitivity, UpdatedDeck, UpdateResult
 
@@ -57,11 +57,12 @@ def update_result(
         "format": FORMAT,
         "title": prepared.study.title,
         "status": found.status,
-        **_said(prepared, counted, before, advice, warnings),
+        **_said(prepared, counted, before, advice, warnings, unmet.believable(found)),
         "iterations": len(found.history) - 1,
         "cost": {"before": found.before.cost, "after": found.after.cost},
         "squares": {"before": found.before.squares, "after": found.after.squares, "values": found.after.n_values},
         "log_evidence": found.log_evidence,
+        "wider": sorted(unmet.wide(found)),
         "parameters": _parameters(prepared, told, found, unmet),
         "correlation_of_estimates": _correlation(found.covariance),
         "not_told_apart": [
@@ -89,15 +90,19 @@ def _said(
     before: Sequence[Compared],
     advice: Sequence[str],
     warnings: Sequence[str],
+    believable: bool,
 ) -> dict[str, Any]:
-    """How many modes count, whether the update is `doubtful` as a whole, and all advice and warnings: those of the
+    """How many modes count, whether the update is `doubtful` as a whole (as one is whose deviations are not
+    `believable`), and all advice and warnings: those of the
     measurement first, then those of what was found."""
     n_counted = sum(c.freq.size for c in counted)
     measured = n_counted + sum(len(c.left_out) for c in counted)
     few = few_modes(n_counted, measured) if MODAL & set(prepared.study.updating.responses) else []
     faults, times, factors = doubted_sensors(before), doubted_times(prepared, before), doubted_frequencies(before)
+    missing = missing_modes(prepared.measured)
     first = [
         *few,
+        *missing,
         *([TIME_FIRST] if times else []),
         *([FREQUENCIES_FIRST] if factors else []),
         *([MEND_FIRST] if faults else []),
@@ -107,7 +112,7 @@ def _said(
     told += far_pairs([b for b in before if b.measured.role == "validate"])
     told += [text for c in counted for text in c.left_out]
     return {
-        "doubtful": bool(few or times or factors),
+        "doubtful": bool(few or missing or times or factors) or not believable,
         "modes": {"measured": measured, "counted": n_counted},
         "advice": "; ".join(text for text in [*first, *advice] if text),
         "warnings": list(dict.fromkeys([*told, *warnings])),

@@ -10,7 +10,10 @@ from femend.bench.runs import in_order
 from femend.numerals import plain
 from femend.report.text_table import table
 
-__all__ = ["correlation_text", "pretest_text", "update_text"]
+__all__ = ["WIDER_SD", "correlation_text", "pretest_text", "update_text"]
+
+# how deviations are called that allow for what an update leaves unmet
+WIDER_SD = "sd with misfit"
 
 
 def correlation_text(result: dict[str, Any]) -> str:
@@ -81,14 +84,16 @@ def update_text(result: dict[str, Any]) -> str:
         costs += f"; {modes['counted']} of {modes['measured']} measured modes count{'s' * (modes['counted'] == 1)}"
     parts = [f"{result['status']} after {result['iterations']} steps, {costs}", ""]
     rows = []
+    wider = [WIDER_SD] if result["wider"] else []
     for name, p in result["parameters"].items():
         factor = p.get("factor")
         rows.append(
             [name, number(p["value"]) if factor is None else f"{factor:.4f}", number(p["sd"], 2),
-             number(p["prior_sd"], 2), fixed(p["moved_by_prior_sd"], 1),
+             *[number(p["widened_sd"], 2) for _ in wider], number(p["prior_sd"], 2), fixed(p["moved_by_prior_sd"], 1),
              ("data" if p["determined"] else "prior") + (", at its limit" if p["at_bound"] else "")]
         )  # fmt: skip
-    parts.append(table(["parameter", "value", "sd", "prior sd", "moved by", "told by"], rows, "lrrrrl"))
+    header = ["parameter", "value", "sd", *wider, "prior sd", "moved by", "told by"]
+    parts.append(table(header, rows, "lrr" + "r" * len(wider) + "rrl"))
     parts += _estimates(result)
     for r in result["recordings"]:
         used = "used to fit" if r["role"] == "fit" else "held out"

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.modal.indicators import lines_near
+from femend.modal.parts import misses
 from femend.modal.result import ModalTest
 from femend.numerals import plain
 
@@ -30,7 +31,7 @@ def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str
     if not converged:
         doubtful = True
         said.append("the fit of poles and shapes did not settle; narrow the band to fewer modes")
-    if test.error > 0.2 and test.error > 3 * test.noise_share:
+    if misses(test.error**2, 1.0, test.noise_share**2):
         doubtful = True
         said.append(
             f"the resynthesis misses {100 * test.error:.0f} % of the FRFs, where scatter from line to line explains "

@@ -13,20 +13,17 @@ from femend.dof import Dof
 from femend.errors import RecordingError
 from femend.modal.advice import advice_on
 from femend.modal.checks import SensorCheck, driving_point_checks, reciprocity_checks, rigid_body_check, swap_check
-from femend.modal.choose import DroppedMode, choose_modes, pole_deviations
+from femend.modal.choose import pole_deviations
 from femend.modal.indicators import contributions, mpc, mpd
 from femend.modal.lsfd import RESIDUALS, ModalFit, derivative_power, synthesise
-from femend.modal.plscf import PoleTable, plscf_poles
+from femend.modal.parts import FEWEST_LINES, find_modes
 from femend.modal.refine import RefinedModes
 from femend.modal.result import ModalTest
 from femend.modal.scaling import DrivingPoint, driving_points, modal_masses, scale_by_driving_points
-from femend.modal.stabilisation import Stabilisation, stabilise
+from femend.modal.stabilisation import Stabilisation
 from femend.threads import one_blas_thread
 
 __all__ = ["identify_modes", "line_noise"]
-
-# lines of a band that modes are looked for in at least: fewer are explained by residual terms and a mode of noise
-FEWEST_LINES = 12
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -46,10 +43,11 @@ def identify_modes(
 
     `frf` is an FRF of any kind, or a recording of one; every channel needs a DOF. The smaller side is taken as the
     references: with one output and many inputs (roving hammer) the shapes live on the inputs, by reciprocity. Steps:
-    pLSCF up to `max_order` (None: 60, fewer for few lines), clusters of stable poles, fit of the modal model with
-    `residuals` ("both", "upper", "lower", "none" of the terms for modes outside the band), choice of the modes with
-    damping up to `max_zeta`, scaling by the driving points, sensor checks. `geometry` (default: the recording's) lets
-    the rigid-body check look for sensors that are upside down or swapped.
+    pLSCF up to `max_order` (None: 60, fewer for few lines, and in parts of a band that holds too many modes for it),
+    clusters of stable poles, fit of the modal model with `residuals` ("both", "upper", "lower", "none" of the terms for
+    modes outside the band), choice of the modes with damping up to `max_zeta`, scaling by the driving points, sensor
+    checks. `geometry` (default: the recording's) lets the rigid-body check look for sensors that are upside down or
+    swapped.
 
     Deviations of frequency and damping are the square root of the fit's variance (from its residual, which counts
     neighbouring lines that go together as one) plus the squared scatter of pLSCF over the orders.
@@ -81,29 +79,15 @@ def identify_modes(
     responses, references = _dofs(used, roved)
     H = used.H if roved == "outputs" else used.H.transpose(0, 2, 1)
     noise = line_noise(H)
-    diagram = stabilise(_poles(used.freq, H / noise[:, None], max_order), max_zeta=max_zeta)
-    fitted, dropped = _chosen(used, H, noise, diagram, residuals, max_zeta)
+    found = find_modes(used.freq, H, derivative_power(used.kind), noise, max_order, residuals, max_zeta)
+    diagram, fitted = found.diagram, found.fitted
     points = driving_points(responses, references)
     fit = _scaled(fitted.fit, points)
     modes = _modes(replace(fitted, fit=fit), diagram, responses, references, bool(points))
     test = _assembled(used, H, noise, modes, fit, roved, diagram, points)
-    test = replace(test, dropped=dropped, checks=_checks(used, modes, geometry))
+    test = replace(test, dropped=found.dropped, checks=_checks(used, modes, geometry))
     status, advice = advice_on(test, fitted.converged, fitted.correlation)
     return replace(test, status=status, advice=advice)
-
-
-def _chosen(
-    frf: FRF, H: Complex, noise: Real, diagram: Stabilisation, residuals: str, max_zeta: float
-) -> tuple[RefinedModes, tuple[DroppedMode, ...]]:
-    """The fitted modes by frequency, and the candidates that were dropped."""
-    candidates = diagram.chosen
-    poles = np.array([c.pole for c in candidates], dtype=np.complex128)
-    participation = np.array([c.participation for c in candidates], dtype=np.complex128)
-    participation = participation.reshape(len(candidates), H.shape[2])
-    d = derivative_power(frf.kind)
-    fitted, dropped = choose_modes(frf.freq, H, d, poles, participation, residuals, noise, max_zeta)
-    order = np.argsort(np.abs(fitted.fit.poles), kind="stable")
-    return replace(fitted, fit=_ordered(fitted.fit, order), pole_cov=fitted.pole_cov[order]), dropped
 
 
 def line_noise(H: Complex) -> Real:
@@ -156,17 +140,6 @@ def _dofs(frf: FRF, roved: str) -> tuple[tuple[Dof, ...], tuple[Dof, ...]]:
             )
         seen.add(dof.unsigned)
     return responses, references
-
-
-def _poles(freq: Real, H: Complex, max_order: int | None) -> PoleTable:
-    """Four lines per order leave room for noise; short bands get what orders the count of lines allows, up to 16."""
-    if max_order is None:
-        max_order = max(min(60, freq.size // 4), min(16, freq.size // 2 - 1))
-    return plscf_poles(freq, H, max(2, max_order))
-
-
-def _ordered(fit: ModalFit, order: NDArray) -> ModalFit:
-    return replace(fit, poles=fit.poles[order], shapes=fit.shapes[:, order], participation=fit.participation[order])
 
 
 def _scaled(fit: ModalFit, points: tuple[DrivingPoint, ...]) -> ModalFit:

@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from femend.errors import UpdatingError
 from femend.io.atomic import write_atomic
 from femend.io.deck import patch_deck
@@ -62,12 +64,20 @@ def updated_deck(model: Model, factors: Mapping[str, float]) -> UpdatedDeck:
 
     Comments, includes, formats and column widths stay; numbers have as many digits as their columns hold. The new deck
     is read again and compared with the updated model (`faults` of what is given back). Raises UpdatingError for a name
-    that is no parameter and DeckError for a value that its columns cannot hold.
+    that is no parameter, a factor that is not above 0 and an amplitude that is no number, and DeckError for a value
+    that its columns cannot hold.
     """
     names, morphs = [p.name for p in model.parameters], [m.name for m in model.morphs]
     for name in factors:
         if name not in names and name not in morphs:
             raise UpdatingError(f"the deck has no parameter {name!r}; there are {', '.join(names + morphs)}")
+        if name in names and not (np.isfinite(factors[name]) and factors[name] > 0):
+            raise UpdatingError(
+                f"the factor of {name!r} is {factors[name]:g}: what it stands for in the deck is multiplied by it; "
+                "give one above 0, 1 for no change"
+            )
+        if name in morphs and not np.isfinite(factors[name]):
+            raise UpdatingError(f"the amplitude of the morph {name!r} is {factors[name]:g}; give a number, 0 for none")
     changes = deck_changes(model, {n: {"factor": float(factors.get(n, 1.0))} for n in names})
     changes += grid_changes(model, {n: float(factors.get(n, 0.0)) for n in morphs})
     files = patch_deck(model.deck, changes)

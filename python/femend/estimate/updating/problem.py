@@ -46,7 +46,8 @@ class ModeTest:
                 raise UpdatingError(f"{self.freq.size} test frequencies and shapes {self.phi.shape}; one column each")
 
     def mates(self, state: State) -> Mates:
-        """The best one-to-one pairing with the modes of `state`, however poor: `mac` says how good each pair is.
+        """The best one-to-one pairing with the modes of `state`, then of those left over, however poor: `mac` says how
+        good each pair is.
 
         Raises UpdatingError where the model gives fewer modes than were measured.
         """
@@ -60,10 +61,16 @@ class ModeTest:
         phi = state.value("phi")
         if phi.shape[0] != self.phi.shape[0]:
             raise UpdatingError(f"shapes were measured at {self.phi.shape[0]} sensors, the model gives {phi.shape[0]}")
-        found = pair_modes(self.phi[there], phi[there], self.freq, np.maximum(freq, 1e-9), mac_min=0.0)
+        test, model, high = self.phi[there], phi[there], np.maximum(freq, 1e-9)
         mate, agreement = np.full(n, -1), np.zeros(n)
-        for pair in found.pairs:
-            mate[pair.a], agreement[pair.a] = pair.b, pair.agreement
+        # pairs first: to find a mate for a mode that has none, however poor, is no reason to part others
+        for mac_min in (MAC_MIN, 0.0):
+            rest = np.flatnonzero(mate < 0)
+            free = np.setdiff1d(np.arange(freq.size), mate)
+            if not rest.size:
+                break
+            for p in pair_modes(test[:, rest], model[:, free], self.freq[rest], high[free], mac_min=mac_min).pairs:
+                mate[rest[p.a]], agreement[rest[p.a]] = free[p.b], p.agreement
         return Mates(mate, agreement, self.freq)
 
 
