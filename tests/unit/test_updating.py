@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from dataclasses import replace
 from itertools import pairwise
@@ -120,6 +121,38 @@ def test_a_history_is_gone_on_from(tmp_path: Path) -> None:
     path.write_text("{}")
     with pytest.raises(UpdatingError, match="no history"):
         update(problem, history=path, resume=True)
+
+
+def test_a_history_of_another_problem_says_what_differs(tmp_path: Path) -> None:
+    problem, path = chain_problem(), tmp_path / "run.json"
+    update(problem, history=path, iterations=1)
+
+    def said(other: Problem) -> str:
+        with pytest.raises(UpdatingError, match="put that back to go on from it, or start anew with another file") as e:
+            read_history(path, other)
+        return str(e.value)
+
+    prior = said(chain_problem(sd=0.2))
+    assert "(parameter 'k1': prior_sd was 0.3, is 0.2; parameter 'k2': prior_sd was 0.3, is 0.2; " in prior
+    assert "bounds" not in prior
+    assert "precision" not in prior
+    assert "parameter 'm': bounds was 0.4, 2, is 0.4, 3" in said(chain_problem(bounds=(0.4, 3.0)))
+    one, chained = problem.configurations[0], problem.configurations[0].responses
+    fewer = replace(problem, unknowns=Unknowns.of(problem.unknowns.items[:3]))
+    assert "(parameter 'm' is there no longer)" in said(fewer)
+    frequencies, shapes = chained
+    assert isinstance(frequencies, Frequencies)
+    moved = replace(frequencies, freq=frequencies.freq * np.array([1.0, 1.001, 1.0, 1.0]))
+    other = replace(problem, configurations=(replace(one, responses=(moved, shapes)),))
+    assert "(frequencies of chain: freq has other values (4 values from " in said(other)
+    assert "shapes of chain is there no longer" in said(
+        replace(problem, configurations=(replace(one, responses=(frequencies,)),))
+    )
+    # a file of before, which told nothing of its problem
+    kept = json.loads(path.read_text())
+    del kept["told"]
+    path.write_text(json.dumps(kept))
+    assert "(unknowns, priors, limits or data differ)" in said(chain_problem(sd=0.2))
 
 
 def test_a_search_that_is_cut_off_says_so() -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femend.errors import UpdatingError
 from femend.estimate.updating.problem import Problem
+from femend.estimate.updating.problem_told import differences, told_problem
 from femend.io.atomic import write_atomic
 
 __all__ = ["Iteration", "read_history", "write_history"]
@@ -37,6 +38,7 @@ def write_history(path: str | Path, problem: Problem, iterations: list[Iteration
         "format": FORMAT,
         "problem": problem.fingerprint,
         "unknowns": list(problem.unknowns.names),
+        "told": told_problem(problem),
         "status": status,
         "iterations": [asdict(i) for i in iterations],
     }
@@ -44,7 +46,8 @@ def write_history(path: str | Path, problem: Problem, iterations: list[Iteration
 
 
 def read_history(path: str | Path, problem: Problem) -> list[Iteration]:
-    """The iterations kept in `path`; raises UpdatingError where they are not of this `problem` or cannot be read."""
+    """The iterations kept in `path`; raises UpdatingError where they are not of this `problem`, naming what differs, or
+    cannot be read."""
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
         found = [
@@ -59,12 +62,13 @@ def read_history(path: str | Path, problem: Problem) -> list[Iteration]:
             for i in content["iterations"]
         ]
         same = content["format"] == FORMAT and content["problem"] == problem.fingerprint
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        differ = differences(content["told"], problem) if not same and content.get("told") else ""
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
         raise UpdatingError(f"{path} is no history of an updating run: {error}") from error
     if not same:
         raise UpdatingError(
-            f"{path} is the history of another problem (unknowns, priors, limits or data differ): start anew with "
-            "another file"
+            f"{path} is the history of another problem ({differ or 'unknowns, priors, limits or data differ'}): put "
+            "that back to go on from it, or start anew with another file"
         )
     if not found or not np.isfinite(found[-1].p).all():
         raise UpdatingError(f"{path} holds no iteration to go on from; start anew with another file")
