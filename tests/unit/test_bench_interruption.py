@@ -11,8 +11,9 @@ import pytest
 from click.testing import CliRunner
 
 from femend import model_modes, read_model, update_study
-from femend.bench import UpdateInterrupted
+from femend.bench import UpdateInterrupted, update
 from femend.cli import main
+from femend.progress import SilentProgress
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from bench_study import SENSORS, TABLES, Recorded, study_text, write_modes
@@ -65,6 +66,27 @@ def test_starts_and_draws_that_are_stopped_leave_what_was_found(
     assert "interrupted by hand" in (tmp_path / "out" / "updating.html").read_text().lower()
     assert (tmp_path / "out" / "model.updated.bdf").is_file()
     assert stopped.value.run.found.status == written["status"]
+
+
+class Impatient(SilentProgress):
+    """Ctrl-C once two starts are done."""
+
+    def start(self, step: str, total: int | None = None) -> None:
+        self.left = 2 if step == "search from other starts" else 10**6
+
+    def advance(self, n: int = 1) -> None:
+        self.left -= n
+        if not self.left:
+            raise KeyboardInterrupt
+
+
+def test_starts_that_were_done_are_kept(study: Path, tmp_path: Path) -> None:
+    with pytest.raises(UpdateInterrupted, match="only 2 of 3 starts were followed to their end, and what comes after"):
+        update(study, tmp_path / "out", Impatient())
+    written = json.loads((tmp_path / "out" / "updating.json").read_text())
+    assert written["warnings"][0].startswith("interrupted by hand: only 2 of 3 starts were followed to their end")
+    assert (written["starts"]["starts"], written["starts"]["end_there"]) == (2, 2)
+    assert written["posterior"] is None
 
 
 def test_the_command_says_where_the_result_is(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

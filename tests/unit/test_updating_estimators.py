@@ -17,6 +17,7 @@ from femend.estimate.updating import (
     ModeTest,
     Problem,
     ShapeDifferences,
+    StartsInterrupted,
     Unknowns,
     Values,
     design,
@@ -230,6 +231,37 @@ def test_many_starts_tell_of_minima_and_failures() -> None:
     assert np.isnan(many.ends[3, 0])
     with pytest.raises(UpdatingError, match="none of 1 starts"):
         multi_start(problem, starts=np.array([[1.9]]))
+
+
+@pytest.mark.parametrize("reduced", [False, True])
+def test_starts_that_are_stopped_give_what_those_before_gave(reduced: bool) -> None:
+    problem = chain_problem(sd=0.5)
+    small = reduced_problem(problem).problem if reduced else None
+    starts = np.random.default_rng(2).uniform(0.7, 1.4, (5, 4))
+    done: list[int] = []
+
+    def told() -> None:
+        done.append(1)
+        if len(done) == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(StartsInterrupted, match="interrupted after 3 of 5 starts") as stopped:
+        multi_start(problem, starts=starts, small=small, told=told)
+    assert len(done) == 3
+    found, whole = stopped.value.found, multi_start(problem, starts=starts[:3], small=small, n_polished=1)
+    np.testing.assert_array_equal(found.starts, starts[:3])
+    np.testing.assert_allclose(found.ends, whole.ends, rtol=1e-9)
+    assert found.best.problem is problem
+    assert found.best.after.cost == pytest.approx(whole.best.after.cost, rel=1e-9)
+
+    def at_once() -> None:
+        raise KeyboardInterrupt
+
+    # nothing is given back where nothing was found
+    torn = Problem(problem.unknowns, problem.configurations)
+    with pytest.raises(KeyboardInterrupt) as plain:
+        multi_start(torn, starts=np.full((2, 4), np.nan), told=at_once)
+    assert not isinstance(plain.value, StartsInterrupted)
 
 
 def test_a_design_covers_values_and_priors() -> None:

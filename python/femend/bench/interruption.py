@@ -19,15 +19,19 @@ class UpdateInterrupted(KeyboardInterrupt):
     to, None for none.
     """
 
-    def __init__(self, run: UpdateRun, step: str, out: Path | None) -> None:
+    def __init__(self, run: UpdateRun, step: str, out: Path | None, partly: str = "") -> None:
         where = "is in `run`" if out is None else f"was written to {out}"
-        super().__init__(f'interrupted in the step "{step}"; what was found before {where}: {what_is_lacking(step)}')
+        lacking = what_is_lacking(step, partly)
+        super().__init__(f'interrupted in the step "{step}"; what was found before {where}: {lacking}')
         self.run = run
         self.out = out
 
 
-def what_is_lacking(step: str) -> str:
-    """What a result lacks that was stopped in the `step`."""
+def what_is_lacking(step: str, partly: str = "") -> str:
+    """What a result lacks that was stopped in the `step`, of which it has a part where `partly` says what is missing of
+    it."""
+    if partly:
+        return f"{partly}, and what comes after it is missing; run the same again to its end for them"
     return f'the step "{step}" and what comes after it are missing; run the same again to its end for them'
 
 

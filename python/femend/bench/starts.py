@@ -8,7 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from femend.estimate.updating import MultiStart, Problem, Reduction, UpdateResult, design, multi_start, spans
+from femend.estimate.updating import (
+    MultiStart,
+    Problem,
+    Reduction,
+    StartsInterrupted,
+    UpdateResult,
+    design,
+    multi_start,
+    spans,
+)
 from femend.estimate.updating.multistart import SAME
 from femend.numerals import plain
 from femend.study.bench_settings import UpdatingSettings
@@ -25,13 +34,24 @@ CLOSE = 6.0
 @dataclass(frozen=True, eq=False)
 class Starts:
     """Searches from many starts, the first of which is the deck as it stands: all of them (`many`), the one that is
-    `taken`, the reduction they were made in (None: the models as they are), and the number of the start, from 0, whose
-    search was taken."""
+    `taken`, the reduction they were made in (None: the models as they are), the number of the start, from 0, whose
+    search was taken, and how many starts were `asked` for where it was stopped by hand (0: it was not)."""
 
     many: MultiStart
     taken: UpdateResult
     small: Reduction | None
     at_start: int = 0
+    asked: int = 0
+
+    @property
+    def lacking(self) -> str:
+        """What is missing since it was stopped by hand; "" where it was not."""
+        done = len(self.many.starts)
+        if not self.asked:
+            return ""
+        if done == self.asked:
+            return "minima of the starts were not all gone on from in the full models"
+        return f"only {done} of {self.asked} starts were followed to their end"
 
     @property
     def at(self) -> int | None:
@@ -111,21 +131,28 @@ def search_from_starts(
     all; where one ends lower than `first`, the search from the deck, its end is taken.
 
     With `small` the searches are made in reduced models, and their different ends gone on from in the full ones. `told`
-    is called when a start is done. Raises UpdatingError where all starts fail.
+    is called when a start is done. Stopped by hand once one is, it gives those that are. Raises UpdatingError where all
+    starts fail.
     """
     unknowns = problem.unknowns
     points = np.vstack([unknowns.mean, design(unknowns, settings.starts - 1, seed=settings.seed)])
-    many = multi_start(
-        problem,
-        starts=points,
-        small=None if small is None else small.problem,
-        iterations=settings.iterations,
-        told=told,
-    )
+    asked = 0
+    try:
+        many = multi_start(
+            problem,
+            starts=points,
+            small=None if small is None else small.problem,
+            iterations=settings.iterations,
+            told=told,
+        )
+    except StartsInterrupted as stopped:
+        many, asked = stopped.found, stopped.asked
     for minimum in many.minima[:1]:
         best = minimum.result
+        if small is not None and best.problem is small.problem:
+            break  # stopped before it was gone on from: its cost is no cost of the full models
         lost, before = len(best.unpaired()), len(first.unpaired())
         if lost < before or (lost == before and best.after.cost < first.after.cost - NEAR):
             # the run that tells of a minimum is that of the first of its starts
-            return Starts(many, replace(best, before=first.before), small, minimum.starts[0])
-    return Starts(many, first, small)
+            return Starts(many, replace(best, before=first.before), small, minimum.starts[0], asked)
+    return Starts(many, first, small, asked=asked)

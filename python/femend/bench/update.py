@@ -84,6 +84,7 @@ def update(
     found, runs = _as_found(prepared, counted, runs, found, steps)
     problem = found.problem
     starts, drawn, stopped = _more(prepared.study, problem, found, counted, steps)
+    partly = "" if starts is None else starts.lacking
     found = found if starts is None else starts.taken
     with steps.step("compare what was found"):
         model = prepared.models.of(counted[0].configuration if counted else runs[0].measured.configuration)
@@ -95,7 +96,7 @@ def update(
         result["runs"] = runs_result(runs, found, runs_before, runs_after)
         result["warnings"] += passed
         if stopped:
-            result["warnings"].insert(0, f"interrupted by hand: {what_is_lacking(stopped)}")
+            result["warnings"].insert(0, f"interrupted by hand: {what_is_lacking(stopped, partly)}")
     run = UpdateRun(
         prepared, counted, problem, told, found, before, after, deck, result, starts, drawn, surface, runs, runs_before,
         runs_after,
@@ -105,7 +106,7 @@ def update(
             _write(run, folder, steps)
     progress.done()
     if stopped:
-        raise UpdateInterrupted(run, stopped, None if out is None else Path(out))
+        raise UpdateInterrupted(run, stopped, None if out is None else Path(out), partly)
     return run
 
 
@@ -185,6 +186,8 @@ def _more(
         if settings.starts > 1:
             with steps.step(now := "search from other starts", settings.starts):
                 starts = search_from_starts(problem, first, settings, small, steps.progress.advance)
+            if starts.lacking:
+                return starts, None, now
         if sampled:
             with steps.step(now := "draw from the posterior"):
                 drawn = draw_posterior_of(

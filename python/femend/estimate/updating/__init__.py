@@ -12,7 +12,7 @@ from femend.estimate.updating.mean_shapes import mean_shapes
 from femend.estimate.updating.modal import ModalSystem, deck_system, modal_system
 from femend.estimate.updating.modal_damping import DampingRatios
 from femend.estimate.updating.morphed import MorphedMatrices
-from femend.estimate.updating.multistart import Minimum, MultiStart, multi_start
+from femend.estimate.updating.multistart import Minimum, MultiStart, StartsInterrupted, multi_start
 from femend.estimate.updating.ods_responses import OdsDifferences
 from femend.estimate.updating.order_responses import OrderDifferences
 from femend.estimate.updating.population import Population, update_population
@@ -98,6 +98,7 @@ __all__ = [
     "scatter_of",
     "Collinear",
     "Sensitivity",
+    "StartsInterrupted",
     "collinear_groups",
     "sensitivities",
     "Response",

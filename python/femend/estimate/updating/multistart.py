@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from threading import Event
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from femend.estimate.updating.unknown import spans
 from femend.estimate.updating.update import update
 from femend.threads import one_blas_thread
 
-__all__ = ["Minimum", "MultiStart", "multi_start"]
+__all__ = ["Minimum", "MultiStart", "StartsInterrupted", "multi_start"]
 
 FloatArray = NDArray[np.float64]
 # ends closer than this in spans are one minimum
@@ -71,23 +72,91 @@ def multi_start(
     With `small`, the same problem in reduced models (`reduced_problem`), the searches are made there, and only the best
     `n_polished` different minima are gone on from in `problem`: every end is moved along with its minimum. `iterations`
     and `tolerance` are those of `update`, `workers` the number of threads. `told` is called when a start is done. A
-    start that fails is told of, the others go on. Raises UpdatingError where all fail.
+    start that fails is told of, the others go on. Raises UpdatingError where all fail. Stopped by hand
+    (KeyboardInterrupt) once a start is done, it raises StartsInterrupted with those that are, and goes on with the best
+    of them alone in `problem` first.
 
     Each start is followed with modes paired in the order of frequency, then by shape. Where that does not explain the
     data (squares above `EXPLAINED` a value) it is followed with modes paired by shape alone as well, and the better end
     taken: modes that change places lead the first way astray, shapes that are far from their own the second.
     """
     points = design(problem.unknowns, n, seed=seed) if starts is None else np.asarray(starts, dtype=np.float64)
-    inner = problem if small is None else small
+    search = _Search(problem if small is None else small, iterations, tolerance)
+    stopped = _searched(search, points, workers, told)
+    done = sorted(search.done)
+    if stopped and not any(isinstance(search.done[i], UpdateResult) for i in done):
+        raise stopped
+    found = [(k, search.done[i]) for k, i in enumerate(done)]
+    polished = 0 if small is None else 1 if stopped else n_polished
+    many, stopped_later = _collected(problem, points[done], found, small is not None, polished, search)
+    if stopped or stopped_later:
+        raise StartsInterrupted(many, len(points)) from (stopped or stopped_later)
+    return many
 
-    def one(p: FloatArray) -> UpdateResult | str:
-        end = _follow(inner, p, iterations, tolerance)
-        if told is not None:
-            told()
-        return end
+
+class StartsInterrupted(KeyboardInterrupt):
+    """Searches from many starts that were stopped by hand.
+
+    Attributes: `found`, what the starts that were done gave, as if there had been no others; `asked`, the number of
+    starts there were to be.
+    """
+
+    def __init__(self, found: MultiStart, asked: int) -> None:
+        super().__init__(f"interrupted after {len(found.starts)} of {asked} starts; what these gave is in `found`")
+        self.found = found
+        self.asked = asked
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """How starts are followed in `problem`, what those that are `done` gave by number, and whether to `stop`."""
+
+    problem: Problem
+    iterations: int
+    tolerance: float
+    done: dict[int, UpdateResult | str] = field(default_factory=dict)
+    stop: Event = field(default_factory=Event)
+
+    def update(self, problem: Problem, p: FloatArray) -> UpdateResult:
+        """One search, which ends with its step once it is to stop: whoever waits for it has gone."""
+        return update(
+            problem, p, iterations=self.iterations, tolerance=self.tolerance, stop=lambda _: self.stop.is_set()
+        )
+
+
+def _searched(
+    search: _Search, points: FloatArray, workers: int, told: Callable[[], None] | None
+) -> KeyboardInterrupt | None:
+    """Follows all `points`; gives the interruption where it was stopped by hand."""
+
+    def one(start: tuple[int, FloatArray]) -> None:
+        if search.stop.is_set():
+            return
+        end = _follow(search, start[1])
+        if not search.stop.is_set():
+            search.done[start[0]] = end
+            if told is not None:
+                told()
 
     with ThreadPoolExecutor(workers) as pool:
-        found = list(enumerate(pool.map(one, points)))
+        try:
+            list(pool.map(one, enumerate(points)))
+        except KeyboardInterrupt as stopped:
+            search.stop.set()
+            return stopped
+    return None
+
+
+def _collected(
+    problem: Problem,
+    points: FloatArray,
+    found: list[tuple[int, UpdateResult | str]],
+    reduced: bool,
+    n_polished: int,
+    search: _Search,
+) -> tuple[MultiStart, KeyboardInterrupt | None]:
+    """The minima of what was `found`, where that was in a `reduced` problem the best `n_polished` of them gone on from
+    in `problem`, and the interruption where that was stopped by hand."""
     failures = {i: r for i, r in found if isinstance(r, str)}
     good = [(i, r) for i, r in found if isinstance(r, UpdateResult)]
     if not good:
@@ -95,27 +164,37 @@ def multi_start(
     ends, cost = np.full(points.shape, np.nan), np.full(len(points), np.inf)
     for i, r in good:
         ends[i], cost[i] = r.p, r.after.cost
+    stopped: KeyboardInterrupt | None = None
     minima: list[Minimum] = []
+    rest: list[Minimum] = []
+    search.stop.clear()
     for k, (first, members) in enumerate(_grouped(good, spans(problem.unknowns))):
+        if reduced and (stopped or k >= n_polished):
+            # their costs are the small model's, so that they come last
+            rest.append(Minimum(first, tuple(members)))
+            continue
         result = first
-        if small is not None and k < n_polished:
+        if reduced:
             try:
-                then = update(problem, first.p, iterations=iterations, tolerance=tolerance)
+                then = search.update(problem, first.p)
             except FemendError as error:
                 failures |= {i: str(error) for i in members}
+                continue
+            except KeyboardInterrupt as error:
+                stopped = error
+                rest.append(Minimum(first, tuple(members)))
                 continue
             result = _joined(first, then, "from here on in the full model")
             for i in members:
                 ends[i], cost[i] = result.p, result.after.cost
         minima.append(Minimum(result, tuple(members)))
-    # minima that were not gone on from in the full model come last: their costs are the small model's
-    done = minima if small is None else minima[:n_polished]
-    order = sorted(done, key=lambda m: (len(m.result.unpaired()), m.result.after.cost))
-    return MultiStart(points, ends, cost, (*order, *minima[len(done) :]), failures)
+    order = sorted(minima, key=lambda m: (len(m.result.unpaired()), m.result.after.cost))
+    return MultiStart(points, ends, cost, (*order, *rest), failures), stopped
 
 
-def _follow(problem: Problem, p: FloatArray, iterations: int, tolerance: float) -> UpdateResult | str:
+def _follow(search: _Search, p: FloatArray) -> UpdateResult | str:
     """The better end of the two ways from a start, or what went wrong."""
+    problem = search.problem
     by_shape = any(
         c.test is not None and c.test.phi is not None and c.test.by == "shape" for c in problem.configurations
     )
@@ -123,9 +202,9 @@ def _follow(problem: Problem, p: FloatArray, iterations: int, tolerance: float) 
     trouble = ""
     for ways in ((problem.by_order(), problem), (problem,)) if by_shape else ((problem,),):
         try:
-            result = update(ways[0], p, iterations=iterations, tolerance=tolerance)
+            result = search.update(ways[0], p)
             for way in ways[1:]:
-                then = update(way, result.p, iterations=iterations, tolerance=tolerance)
+                then = search.update(way, result.p)
                 result = _joined(result, then, "from here on modes are paired by shape")
         except (FemendError, ArithmeticError) as error:
             trouble = str(error)
