@@ -18,6 +18,7 @@ from femend.bench.steps import Steps
 from femend.errors import RecordingError
 from femend.model import Model
 from femend.study.added_masses import added_mass_doubts
+from femend.study.gathered import gathered
 from femend.study.load import load_study
 from femend.study.sound import deck_warnings
 from femend.study.study import Study
@@ -108,6 +109,6 @@ def prepare(
         *placed.warnings,
         *passed,
         *same_twice(measured),
-        *(w for m in every for w in m.warnings),
+        *gathered(w for m in every for w in m.warnings),
     ]
     return Prepared(study, models, measured, placed, tuple(dict.fromkeys(told)), turned)

@@ -112,28 +112,44 @@ def _driving_point_angle(test: ModalTest) -> NDArray[np.float64]:
 
 
 def _poor_modes(test: ModalTest) -> list[str]:
-    said = []
+    """What is poor about modes, each fault in one sentence for all modes that have it."""
+    poor: dict[str, list[tuple[int, str]]] = {"complex": [], "local": [], "coherence": [], "driving": []}
     for r in range(test.modes.n_modes):
-        name = f"mode {r + 1} at {plain(test.modes.freq[r])} Hz"
         if test.mpc[r] < 0.8:
-            said.append(
-                f"{name}: shape is complex (MPC {test.mpc[r]:.2f}, mean phase deviation {test.mpd[r]:.0f} degrees); "
-                "it is local damping, a neighbour not separated, or noise"
-            )
+            poor["complex"].append((r, f"MPC {test.mpc[r]:.2f}, mean phase deviation {test.mpd[r]:.0f} degrees"))
         size = np.abs(test.modes.shapes[:, r])
         if size.size >= 4 and np.sort(size)[-2] < 0.05 * size.max():
-            said.append(
-                f"{name}: only {test.modes.dofs[int(np.argmax(size))]} moves; it is local, or that channel is from "
-                "another place or test"
-            )
+            poor["local"].append((r, str(test.modes.dofs[int(np.argmax(size))])))
         if test.measured.coherence is not None:
             lines = lines_near(test.measured.freq, test.modes.poles[r])
             typical = float(np.median(test.measured.coherence[lines]))
             if typical < 0.7:
-                said.append(f"{name}: the coherence around it is {typical:.2f}; average more, or look for nonlinearity")
+                poor["coherence"].append((r, f"{typical:.2f}"))
         if test.mass_sd_share[r] > 0.2:
-            said.append(
-                f"{name}: the driving point hardly moves, its modal mass is known to "
-                f"{100 * min(float(test.mass_sd_share[r]), 9.99):.0f} % only"
-            )
-    return said
+            poor["driving"].append((r, f"{100 * min(float(test.mass_sd_share[r]), 9.99):.0f} %"))
+    return [_said_of(test, kind, found) for kind, found in poor.items() if found]
+
+
+def _said_of(test: ModalTest, kind: str, found: list[tuple[int, str]]) -> str:
+    """One fault of a `kind`, of the modes that were `found` with it and how far each has it."""
+    name = [f"{r + 1} at {plain(test.modes.freq[r])} Hz" for r, _ in found]
+    if len(found) == 1:
+        told = found[0][1]
+        return (
+            f"mode {name[0]}: "
+            + {
+                "complex": f"shape is complex ({told}); it is local damping, a neighbour not separated, or noise",
+                "local": f"only {told} moves; it is local, or that channel is from another place or test",
+                "coherence": f"the coherence around it is {told}; average more, or look for nonlinearity",
+                "driving": f"the driving point hardly moves, its modal mass is known to {told} only",
+            }[kind]
+        )
+    return (
+        f"modes {', '.join(f'{n} ({told})' for n, (_, told) in zip(name, found, strict=True))}: "
+        + {
+            "complex": "shapes are complex; it is local damping, neighbours not separated, or noise",
+            "local": "one channel alone moves; they are local, or it is from another place or test",
+            "coherence": "the coherence around them is low; average more, or look for nonlinearity",
+            "driving": "the driving point hardly moves, their modal masses are known to these shares only",
+        }[kind]
+    )
