@@ -20,6 +20,7 @@ PAGES = (
     ),
     *(f"python/docs/{name}.md" for name in ("elements", "output_only", "pretest", "recordings", "selftest", "signals")),
     "python/docs/complex_modes.md",
+    "python/docs/study.md",
     "python/docs/updating.md",
 )
 
