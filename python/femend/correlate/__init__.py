@@ -11,7 +11,7 @@ from femend.correlate.fault_pairs import fault_pairs
 from femend.correlate.labelled import DofMatch, ModeComparison, compare_modes, mac_of_modes, match_dofs
 from femend.correlate.labelled_frf import FrfComparison, MatchedFrf, compare_frfs, match_frfs
 from femend.correlate.orthogonality import cross_orthogonality, orthogonality
-from femend.correlate.pairing import ModePair, ModePairing, pair_modes
+from femend.correlate.pairing import ModePair, ModePairing, best_mates, pair_modes
 from femend.correlate.responses import coherence_criterion, csac, csf, faac, fdac, frac, lac, rvac
 from femend.correlate.scaled_sensors import ScaledSensor, scaled_sensors
 from femend.correlate.sensor_faults import SensorFault, sensor_faults
@@ -33,6 +33,7 @@ __all__ = [
     "align_cluster",
     "align_points",
     "automac",
+    "best_mates",
     "close_groups",
     "coherence_criterion",
     "comac",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from femend.correlate.assurance import mac, subspace_mac
 from femend.correlate.clusters import close_groups
 from femend.errors import CorrelationError
 
-__all__ = ["ModePair", "ModePairing", "pair_modes"]
+__all__ = ["ModePair", "ModePairing", "best_mates", "pair_modes"]
 
 # Of the longest shape: what is shorter is rounding, and the mode does not move at the DOFs compared. Far below any
 # difference in scale, since shapes may be scaled one by one; who knows the whole mode gives `seen_a`, `seen_b`.
@@ -23,6 +24,8 @@ _UNSEEN = 1e-14
 _OWN_SHARE = 1e-3
 # A rival that agrees by less than this less is not told apart; shapes of a MAC above the other one are one shape.
 _NEAR, _ALIKE = 0.1, 0.9
+# Modes nearer to each other in frequency, relatively, are one space; what a factor of e in frequency weighs in MAC.
+_CLOSENESS, _FREQUENCY_WEIGHT = 0.02, 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +75,8 @@ def pair_modes(
     freq_b: ArrayLike | None = None,
     *,
     mac_min: float = 0.5,
-    closeness: float = 0.02,
-    frequency_weight: float = 0.1,
+    closeness: float = _CLOSENESS,
+    frequency_weight: float = _FREQUENCY_WEIGHT,
     weight: Any = None,
     seen_a: ArrayLike | None = None,
     seen_b: ArrayLike | None = None,
@@ -105,7 +108,70 @@ def pair_modes(
         raise CorrelationError(f"shapes of {a.shape} and {b.shape}: one pairing takes (n_dof, n_modes) of each")
     if not 0 <= mac_min < 1:
         raise CorrelationError(f"mac_min is {mac_min}; a MAC to ask of a pair is in [0, 1)")
-    unseen_a, unseen_b = _unseen(a, seen_a), _unseen(b, seen_b)
+    unseen = _unseen(a, seen_a), _unseen(b, seen_b)
+    found = _found(a, b, freq_a, freq_b, mac_min, closeness, frequency_weight, weight, unseen)
+    pairs = _pairs(found.chosen, found.own, found.agreement, *found.clusters)
+    rest_a, rest_b = _rest(a, [p.a for p in pairs], unseen[0]), _rest(b, [p.b for p in pairs], unseen[1])
+    notes = _notes(pairs, a, *unseen) + tuple(why for i, why in found.told.items() if i in rest_a)
+    return ModePairing(pairs, rest_a, rest_b, *unseen, notes)
+
+
+def best_mates(
+    phi_a: ArrayLike, phi_b: ArrayLike, freq_a: ArrayLike, freq_b: ArrayLike, *, mac_min: float = 0.5
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """The mate (n_a,) of every mode of `phi_a` (n_dof, n_a) among those of `phi_b` (n_dof, n_b >= n_a), and how far
+    they agree (n_a,): the pairs of `pair_modes`, and for modes without one the best of what is left over, however poor;
+    -1 with 0 for modes that do not move at the DOFs. `freq_a` (n_a,), `freq_b` (n_b,) in Hz.
+
+    What searches ask for thousands of times: it says nothing in words. Raises CorrelationError as `pair_modes` does.
+
+    >>> best_mates([[1.0, 0.2], [0.0, 1.0]], [[0.1, 1.0], [1.0, 0.1]], [1.0, 2.0], [1.0, 2.0])[0]
+    array([1, 0])
+    """
+    a, b = shape_pair(phi_a, phi_b)
+    unseen = _unseen(a, None), _unseen(b, None)
+    found = _found(a, b, freq_a, freq_b, mac_min, _CLOSENESS, _FREQUENCY_WEIGHT, None, unseen)
+    mate, agreement = np.full(a.shape[1], -1), np.zeros(a.shape[1])
+    for i, j in found.chosen:
+        mate[i], agreement[i] = j, found.agreement[i, j]
+    if len(found.chosen) < a.shape[1]:
+        rest = np.flatnonzero(mate < 0)
+        free = np.ones(b.shape[1], dtype=np.bool_)
+        free[mate[mate >= 0]] = False
+        at = np.ix_(rest, np.flatnonzero(free))
+        left = _assign(found.agreement[at], found.own[at], found.distance[at], 0.0, _FREQUENCY_WEIGHT)
+        for i, j in left:
+            mate[rest[i]] = at[1][0, j]
+            agreement[rest[i]] = found.agreement[rest[i], mate[rest[i]]]
+    return mate, agreement
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """The pairs that were `chosen`, what was `told` of modes that lost one, MAC (`own`), `agreement` and `distance` in
+    frequency (n_a, n_b), and the `clusters` of both sets."""
+
+    chosen: list[tuple[int, int]]
+    told: dict[int, str]
+    own: NDArray[np.float64]
+    agreement: NDArray[np.float64]
+    distance: NDArray[np.float64]
+    clusters: tuple[NDArray[np.int64], NDArray[np.int64]]
+
+
+def _found(
+    a: NDArray[Any],
+    b: NDArray[Any],
+    freq_a: ArrayLike | None,
+    freq_b: ArrayLike | None,
+    mac_min: float,
+    closeness: float,
+    frequency_weight: float,
+    weight: Any,
+    unseen: tuple[tuple[int, ...], tuple[int, ...]],
+) -> _Found:
+    """The pairs of two sets of shapes, as `pair_modes` says."""
+    unseen_a, unseen_b = unseen
     own = _of_seen(np.nan_to_num(mac(a, b, weight)), unseen_a, unseen_b)
     if freq_a is None or freq_b is None:
         frequency_weight = 0.0
@@ -118,12 +184,9 @@ def pair_modes(
         agreement = _with_clusters(own, _root(weight, a), _root(weight, b), cluster_a, cluster_b)
         agreement, distance = _of_seen(agreement, unseen_a, unseen_b), _log_distance(fa, fb)
     clusters = cluster_a, cluster_b
-    alike = _AlikeModes(mac(a, a, weight), mac(b, b, weight), len(a))
+    alike = _AlikeModes(a, b, weight)
     chosen, told = _settled(agreement, own, distance, alike, clusters, mac_min, frequency_weight)
-    pairs = _pairs(chosen, own, agreement, cluster_a, cluster_b)
-    rest_a, rest_b = _rest(a, [p.a for p in pairs], unseen_a), _rest(b, [p.b for p in pairs], unseen_b)
-    notes = _notes(pairs, a, unseen_a, unseen_b) + tuple(why for i, why in told.items() if i in rest_a)
-    return ModePairing(pairs, rest_a, rest_b, unseen_a, unseen_b, notes)
+    return _Found(chosen, told, own, agreement, distance, clusters)
 
 
 def _settled(
@@ -182,13 +245,20 @@ def _assign(
     ]
 
 
-@dataclass(frozen=True, slots=True)
 class _AlikeModes:
-    """MACs of the modes of either set among themselves, (n_a, n_a) and (n_b, n_b), at `n_dof` DOFs."""
+    """MACs of the modes of either set among themselves, (n_a, n_a) and (n_b, n_b), once they are asked for."""
 
-    a: NDArray[np.float64]
-    b: NDArray[np.float64]
-    n_dof: int
+    def __init__(self, phi_a: NDArray[Any], phi_b: NDArray[Any], weight: Any) -> None:
+        self._phi_a, self._phi_b, self._weight = phi_a, phi_b, weight
+        self.n_dof = len(phi_a)
+
+    @cached_property
+    def a(self) -> NDArray[np.float64]:
+        return mac(self._phi_a, self._phi_a, self._weight)
+
+    @cached_property
+    def b(self) -> NDArray[np.float64]:
+        return mac(self._phi_b, self._phi_b, self._weight)
 
 
 def _contradicted(

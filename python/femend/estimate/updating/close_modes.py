@@ -50,18 +50,23 @@ def close_modes(
     [1, 0]
     """
     paired = np.flatnonzero(mate >= 0)
+    apart, gaps = _gaps(freq[mate[paired]], freq), _gaps(test[paired], test[paired])
+    model, measured = apart < CLOSENESS, gaps < CLOSENESS
     out = []
-    for t in paired:
-        own = int(mate[t])
-        apart = np.abs(freq - freq[own]) / np.maximum(np.maximum(freq, freq[own]), 1e-300)
-        near = {int(j): 0.0 for j in np.flatnonzero(apart < CLOSENESS) if j != own}
-        for other in paired:
-            gap = abs(test[other] - test[t]) / max(test[other], test[t], 1e-300)
-            if other != t and gap < CLOSENESS:
-                near[int(mate[other])] = ((CLOSENESS - gap) / gap) ** 2 if gap > 0 else np.inf
+    for row, own in enumerate(mate[paired].tolist()):
+        near = {int(j): 0.0 for j in np.flatnonzero(model[row]) if j != own}
+        for other in np.flatnonzero(measured[row]):
+            gap = float(gaps[row, other])
+            if other != row:
+                near[int(mate[paired[other]])] = ((CLOSENESS - gap) / gap) ** 2 if gap > 0 else np.inf
         crowd = len(near) + 1 > max(2, n_sensors // 2) or len(near) + 1 >= n_sensors
         out.append(() if crowd else tuple(_close(j, own, freq, free) for j, free in near.items()))
     return tuple(out)
+
+
+def _gaps(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Distances of frequencies (n_a, n_b), relative to the higher of two."""
+    return np.asarray(np.abs(a[:, None] - b) / np.maximum(np.maximum(a[:, None], b), 1e-300))
 
 
 def _close(j: int, own: int, freq: FloatArray, free: float) -> CloseMode:

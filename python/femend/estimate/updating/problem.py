@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femend.correlate import mac, pair_modes
+from femend.correlate import best_mates, mac
 from femend.errors import UpdatingError
 from femend.estimate.updating.close_modes import reach
 from femend.estimate.updating.responses import Compared, Mates, Response
@@ -61,16 +61,8 @@ class ModeTest:
         phi = state.value("phi")
         if phi.shape[0] != self.phi.shape[0]:
             raise UpdatingError(f"shapes were measured at {self.phi.shape[0]} sensors, the model gives {phi.shape[0]}")
-        test, model, high = self.phi[there], phi[there], np.maximum(freq, 1e-9)
-        mate, agreement = np.full(n, -1), np.zeros(n)
         # pairs first: to find a mate for a mode that has none, however poor, is no reason to part others
-        for mac_min in (MAC_MIN, 0.0):
-            rest = np.flatnonzero(mate < 0)
-            free = np.setdiff1d(np.arange(freq.size), mate)
-            if not rest.size:
-                break
-            for p in pair_modes(test[:, rest], model[:, free], self.freq[rest], high[free], mac_min=mac_min).pairs:
-                mate[rest[p.a]], agreement[rest[p.a]] = free[p.b], p.agreement
+        mate, agreement = best_mates(self.phi[there], phi[there], self.freq, np.maximum(freq, 1e-9), mac_min=MAC_MIN)
         return Mates(mate, agreement, self.freq)
 
 
