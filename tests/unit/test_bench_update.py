@@ -277,7 +277,7 @@ def test_a_refused_update_says_what_of_the_test_looks_mistaken(tmp_path: Path) -
     assert "they look like 1/min; give them in Hz" in said.partition("does not count")[0]
     # three modes say why they do not count, and not all of them
     assert said.count("does not count") == 3
-    assert said.endswith("and so 2 more")
+    assert said.endswith("and 2 more")
 
 
 def test_modes_without_a_near_mate_do_not_count_and_are_told(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from femend.data.mode_set import ModeSet
 from femend.dof import Dof
 from femend.errors import SingularModelError
 from femend.model import Model
+from femend.numerals import listed
 
 __all__ = ["ComplexSolver", "complex_modes"]
 
@@ -53,7 +54,7 @@ class ComplexSolver:
             )
         except SingularModelError as error:
             moving = tuple(str(system.dofs[int(row)]) for row in error.dofs)
-            shown = ", ".join(moving[:12]) + (f" and {len(moving) - 12} more" if len(moving) > 12 else "")
+            shown = listed(moving, 12)
             message = (
                 f"{len(moving)} DOF(s) move without stiffness and without mass: {shown}; constrain them, or give them "
                 "stiffness or mass"

@@ -13,6 +13,7 @@ from femend import _core
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
 from femend.errors import SingularModelError
+from femend.numerals import listed
 
 __all__ = ["SolvedModes", "modes_memory", "solve_modes"]
 
@@ -94,7 +95,7 @@ def solve_modes(
         )
     except SingularModelError as error:
         moving = tuple(str(names[int(row)]) for row in error.dofs)
-        shown = ", ".join(moving[:12]) + (f" and {len(moving) - 12} more" if len(moving) > 12 else "")
+        shown = listed(moving, 12)
         message = (
             f"{len(moving)} DOF(s) move without stiffness and without mass: {shown}; constrain them, or give them "
             "stiffness or mass"

@@ -20,7 +20,7 @@ from femend.errors import StudyError, UpdatingError
 from femend.estimate.frf import ORDER, frf_lines_of
 from femend.estimate.picked_up import ACROSS_SD
 from femend.estimate.updating import scatter_of
-from femend.numerals import plain
+from femend.numerals import listed, plain
 from femend.study.study import Study
 
 if TYPE_CHECKING:
@@ -110,12 +110,11 @@ def counted_modes(prepared: Prepared, before: Sequence[Compared]) -> tuple[Count
 def _none_counts(prepared: Prepared, before: Sequence[Compared], left_out: Sequence[str]) -> str:
     """That no mode counts: what of the test looks mistaken, if anything does, and why modes were left out."""
     doubts = [*doubted_times(prepared, before), *doubted_frequencies(before), *doubted_sensors(before)]
-    said = "; ".join([*doubts, *left_out[:TOLD]])
-    more = f"; and so {len(left_out) - TOLD} more" if len(left_out) > TOLD else ""
+    said = "; ".join(text for text in [*doubts, listed(left_out, TOLD, "; ")] if text)
     mend = (
         "" if doubts else "; check sensors, directions and supports (`femend correlate`), or name modes in [updating]"
     )
-    return f"no measured mode counts: {said}{more}{mend}"
+    return f"no measured mode counts: {said}{mend}"
 
 
 def _groups(fit: Sequence[MeasuredModes]) -> list[list[MeasuredModes]]:

@@ -15,7 +15,7 @@ from femend.dof import Dof
 from femend.errors import FemendError
 from femend.model import Model
 from femend.model.sensor_frames import frames_in_question, other_frames
-from femend.numerals import plain
+from femend.numerals import listed, plain
 
 if TYPE_CHECKING:
     from femend.bench.prepared import Prepared
@@ -55,8 +55,7 @@ def with_frames_settled(prepared: Prepared, compared: Sequence[Compared], warnin
 
 
 def _named(nodes: Collection[int]) -> str:
-    first = [str(n) for n in nodes][:6]
-    return ", ".join(first) + (f" and {len(nodes) - 6} more" if len(nodes) > 6 else "")
+    return listed(nodes, 6)
 
 
 def _suits(c: Compared, comparison: ModeComparison) -> float:

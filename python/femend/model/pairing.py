@@ -13,7 +13,7 @@ from femend.data import Channel
 from femend.dof import Dof
 from femend.errors import PairingError
 from femend.model.near_ids import near_ids
-from femend.numerals import plain
+from femend.numerals import listed, plain
 
 __all__ = ["PAIRING_TOLERANCE", "Pair", "Pairing", "pair_sensors"]
 
@@ -147,25 +147,22 @@ def _by_place(pairs: Sequence[Pair], own: Mapping[int, float], round_off: float)
         )
     nodes = {p.sensor.node: p for p in pairs}
     far = max(pairs, key=lambda p: p.distance)
-    named = ", ".join(f"{n} with {p.dof.node}" for n, p in list(nodes.items())[:NAMED])
-    more = f" and {len(nodes) - NAMED} more" if len(nodes) > NAMED else ""
-    said = f"sensors at {len(nodes)} test nodes are paired with the nearest nodes of the model: {named}{more}"
+    named = listed((f"{n} with {p.dof.node}" for n, p in nodes.items()), NAMED)
+    said = f"sensors at {len(nodes)} test nodes are paired with the nearest nodes of the model: {named}"
     said += ", each at its place" if far.distance <= round_off else f"; {far.sensor.node} is the farthest{away(far)}"
     if own:
-        first = ", ".join(f"{n} by {plain(d)}" for n, d in list(own.items())[:NAMED])
-        rest = f" and {len(own) - NAMED} more" if len(own) > NAMED else ""
-        said += f"; nodes of these numbers are in the model, but elsewhere: {first}{rest}"
+        first = listed((f"{n} by {plain(d)}" for n, d in own.items()), NAMED)
+        said += f"; nodes of these numbers are in the model, but elsewhere: {first}"
     return (said,)
 
 
 def _apart(pairs: Sequence[Pair], reach: float, share: float) -> str:
     """What is said of `pairs` by id whose test node lies elsewhere."""
     far = {p.dof.node: p.distance for p in sorted(pairs, key=lambda p: -p.distance)}
-    named = [f"node {n} by {plain(d)}" for n, d in list(far.items())[:NAMED]]
-    more = f" and {len(far) - NAMED} more" if len(far) > NAMED else ""
+    named = listed((f"node {n} by {plain(d)}" for n, d in far.items()), NAMED)
     return (
         "sensors are paired with the model's nodes of their numbers though the test's coordinates lie elsewhere: "
-        f"{', '.join(named)}{more} (the tolerance is {plain(reach)}, {100 * share:g} % of the model's diagonal): check "
+        f"{named} (the tolerance is {plain(reach)}, {100 * share:g} % of the model's diagonal): check "
         "the units and the frame of the test geometry, and these node numbers"
     )
 

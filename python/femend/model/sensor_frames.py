@@ -9,6 +9,7 @@ import numpy as np
 from femend.errors import DeckError
 from femend.model.model import Model
 from femend.model.pairing import Pairing
+from femend.numerals import listed
 
 __all__ = ["frames_in_question", "other_frames"]
 
@@ -40,9 +41,8 @@ def other_frames(pairing: Pairing, model: Model, systems: Mapping[int, int]) -> 
     if not found:
         return ()
     first, (own, stated) = next(iter(found.items()))
-    others = [str(n) for n in found][1:NAMED]
-    more = f" and {len(found) - NAMED} more" if len(found) > NAMED else ""
-    also = f" (and {', '.join(others)}{more} likewise)" if others else ""
+    others = listed(list(found)[1:], NAMED - 1)
+    also = f" (and {others} likewise)" if others else ""
     named = f"displacement system {own} (CD)" if own else "displacement axes of its own"
     return (
         f"sensor node {first} has {named} in the model while the test file states "

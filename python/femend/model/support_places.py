@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from femend.model.model import Model
 from femend.model.place import AXES, Place
 from femend.model.supports import connected
+from femend.numerals import listed
 
 __all__ = ["support_places"]
 
@@ -94,8 +95,7 @@ def _place(
     keep = np.array(sorted(row for row, value in force.items() if value != 0.0), dtype=np.int64)
     w = np.array([force[int(row)] for row in keep]) / S
     own = model.drawn(region)
-    shown = ", ".join(str(n) for n in own[:4]) + (f" and {len(own) - 4} more" if len(own) > 4 else "")
-    label = f"support at node{'s' if len(own) > 1 else ''} {shown}, {AXES[c]}"
+    label = f"support at node{'s' if len(own) > 1 else ''} {listed(own, 4)}, {AXES[c]}"
     (parameter,) = scaled
     return Place("support", own, AXES[c], "ground", (keep,), (w,), None, parameter, tuple(elements), label, support=S)
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.model.model import Model
+from femend.numerals import listed
 
 __all__ = ["SupportRegion", "connected", "held_rows", "nodal_areas", "support_regions"]
 
@@ -38,8 +39,7 @@ class SupportRegion:
     @property
     def name(self) -> str:
         """The region by its first nodes."""
-        shown = ", ".join(str(n) for n in self.nodes[:4])
-        return f"nodes {shown}" + (f" and {len(self.nodes) - 4} more" if len(self.nodes) > 4 else "")
+        return f"nodes {listed(self.nodes, 4)}"
 
 
 def held_rows(free: Model, held: Model) -> NDArray[np.int64]:

@@ -8,7 +8,7 @@ from femend.dof import Dof
 from femend.errors import ModelError, SingularModelError
 from femend.model.model import Model
 from femend.model.negative import negative_values
-from femend.numerals import plain
+from femend.numerals import listed, plain
 from femend.units import unit_system
 
 __all__ = ["no_solution", "told_of"]
@@ -46,16 +46,13 @@ def _singular(error: SingularModelError, model: Model) -> SingularModelError:
     """The core's `error` with the model's names for its rows."""
     rows = [int(row) for row in error.dofs]
     moving = tuple(str(Dof(int(model.fe.dof_nodes[i]), int(model.fe.dof_components[i]))) for i in rows)
-    more = f" and {len(moving) - SHOWN} more" if len(moving) > SHOWN else ""
     return SingularModelError(
         f"the model is singular: {len(moving)} DOF(s) move without stiffness and without mass: "
-        f"{', '.join(moving[:SHOWN])}{more}; constrain them, or give them stiffness or mass",
+        f"{listed(moving, SHOWN)}; constrain them, or give them stiffness or mass",
         dofs=moving,
     )
 
 
 def _values(model: Model, otherwise: str) -> str:
     """The values of the deck that are below nothing, else what to look for `otherwise`."""
-    found = negative_values(model.deck)
-    more = [f"and {len(found) - VALUES} more"] if len(found) > VALUES else []
-    return "; ".join([*found[:VALUES], *more]) or otherwise
+    return listed(negative_values(model.deck), VALUES, "; ") or otherwise

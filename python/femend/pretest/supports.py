@@ -15,6 +15,7 @@ from femend.estimate.updating import affine_matrices, modal_system
 from femend.model import Model
 from femend.model.linear_terms import diagonal
 from femend.model.supports import held_rows
+from femend.numerals import listed
 from femend.pretest.information import PlannedTest
 
 __all__ = ["GivingSupport", "support_modes", "with_state"]
@@ -36,10 +37,10 @@ class GivingSupport:
     @property
     def name(self) -> str:
         """What it is, whatever its stiffness."""
-        more = len(self.nodes) - NAMED
-        at = ", ".join(map(str, self.nodes[:NAMED])) + (f" and {more} more" if more > 0 else "")
         how = "released" if self.k is None else "on springs"
-        return f"support at {at} {how} in {', '.join(COMPONENTS[c - 1] for c in self.components)}"
+        return (
+            f"support at {listed(self.nodes, NAMED)} {how} in {', '.join(COMPONENTS[c - 1] for c in self.components)}"
+        )
 
 
 def support_modes(

@@ -12,7 +12,7 @@ from femend.diagnose import Diagnosis
 from femend.estimate import crossed
 from femend.estimate.picked_up import ACROSS_SD, GAIN_SD
 from femend.model.place import AXES
-from femend.numerals import plain
+from femend.numerals import listed, plain
 from femend.study.predictions import STAGES, Prediction
 
 __all__ = ["readings", "sensors_off"]
@@ -88,10 +88,9 @@ def _alone(shares: Mapping[str, float], far: Mapping[str, float], across: Mappin
 def _of_the_model(far: Mapping[str, float]) -> str:
     """What is said where sensors read too much or too little by more than they can be off themselves."""
     most = sorted(far, key=lambda name: -abs(far[name]))
-    named = ", ".join(f"{name} {_per_cent(far[name])}" for name in most[:MOST])
-    more = f" and {len(most) - MOST} more" if len(most) > MOST else ""
+    named = listed((f"{name} {_per_cent(far[name])}" for name in most), MOST)
     return (
-        f"against the final model {named}{more} are read, which is more than sensors are off by: some "
+        f"against the final model {named} are read, which is more than sensors are off by: some "
         f"{plain(100 * GAIN_SD)} % ({CALIBRATION}) and {plain(100 * ACROSS_SD)} % of the motion across them ({MOUNT}) "
         "were left free, and noise floors hold as much. It is rather the model that is off near these nodes: check how "
         "parts are idealised and connected there, and the mesh. Whether a sensor is right shows when it is exchanged "

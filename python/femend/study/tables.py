@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.ranked import Ranked
 from femend.estimate import noise_floor
-from femend.numerals import plain
+from femend.numerals import listed, plain
 from femend.report import words
 from femend.report.content import Check, LawRow, ParameterRow, Place
 from femend.report.numbers import significant
@@ -222,8 +222,7 @@ def notes(run: StudyRun) -> tuple[str, ...]:
     ]
     held = list(run.model.fe.auto_constrained)
     if held:
-        more = f" and {len(held) - NAMED} more" if len(held) > NAMED else ""
-        found.append(f"held because nothing resists or loads them: {', '.join(held[:NAMED])}{more}")
+        found.append(f"held because nothing resists or loads them: {listed(held, NAMED)}")
     found += run.pairing.notes
     for recording in run.test:
         found += [f"recording {recording.name}: {note}" for note in recording.notes]

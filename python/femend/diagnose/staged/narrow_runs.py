@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from femend.diagnose.staged.loads import FEWEST_LINES, ods_lines_of
 from femend.diagnose.staged.prepare import RunData
 from femend.diagnose.staged.run_modes import too_short_for_modes
-from femend.numerals import plain
+from femend.numerals import listed, plain
 
 __all__ = ["is_too_narrow", "narrow_runs"]
 
@@ -43,8 +43,7 @@ def _narrow(data: RunData) -> str:
 def _held(runs: Sequence[RunData]) -> str:
     """What is told of runs at held speeds."""
     speeds = [float(run.rev_per_s.mean()) for run in runs]
-    names = ", ".join(repr(run.name) for run in runs[:LISTED])
-    more = f" and {len(runs) - LISTED} more" if len(runs) > LISTED else ""
+    names = listed((repr(run.name) for run in runs), LISTED)
     if len(runs) == 1:
         at, they, todo = (
             f"at {plain(speeds[0])} rev/s",
@@ -54,7 +53,7 @@ def _held(runs: Sequence[RunData]) -> str:
     else:
         at, they, todo = f"at {plain(min(speeds))} to {plain(max(speeds))} rev/s", "they are", ""
     return (
-        f"recording{'s' * (len(runs) > 1)} {names}{more}: the speed is held, {at}, and the forces of a run are told "
+        f"recording{'s' * (len(runs) > 1)} {names}: the speed is held, {at}, and the forces of a run are told "
         f"from {FEWEST_LINES} lines of one recording at least, so that {they} left out{todo}; record a run-up, or all "
         "steps in one file without a stop. `femend correlate` compares held speeds, and `femend update` fits them with "
         "'orders' in [updating] responses"

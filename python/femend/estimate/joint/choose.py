@@ -13,7 +13,7 @@ from femend.errors import LoadError
 from femend.estimate.joint.frf_block import FrfBlock
 from femend.estimate.joint.linearised import Linearised
 from femend.estimate.joint.ods_block import OdsBlock
-from femend.numerals import plain
+from femend.numerals import listed, plain
 
 __all__ = ["DataChoice", "DataPart", "choose_data"]
 
@@ -79,8 +79,7 @@ class DataChoice:
             bands = sorted({part.band for part in self.left_out if part.reason == reason})
             for band in bands:
                 pairs = [part.pair for part in self.left_out if part.reason == reason and part.band == band]
-                more = f" and {len(pairs) - 6} more" if len(pairs) > 6 else ""
-                said.append(f"{plain(band[0])} to {plain(band[1])} Hz: {', '.join(pairs[:6])}{more} left out: {text}")
+                said.append(f"{plain(band[0])} to {plain(band[1])} Hz: {listed(pairs, 6)} left out: {text}")
         return tuple(said)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from femend.estimate.updating.problem import Problem
-from femend.numerals import plain
+from femend.numerals import listed, plain
 
 __all__ = ["differences", "told_problem"]
 
@@ -64,8 +64,7 @@ def differences(then: Mapping[str, Mapping[str, Entry]], problem: Problem) -> st
         ]
         if changed:
             found.append(f"{subject}: {', '.join(changed)}")
-    rest = f"; and {len(found) - NAMED} more" if len(found) > NAMED else ""
-    return "; ".join(found[:NAMED]) + rest
+    return listed(found, NAMED, "; ")
 
 
 def _changed(key: str, then: Entry | None, now: Entry | None) -> str:
