@@ -225,6 +225,7 @@ def test_a_law_that_explains_less_in_a_wider_window_is_kept_in_both(monkeypatch:
         "windows": lambda problem: [10.0, 3.0, 1.0, 0.0],
         "_begun": lambda *a: run(10.0),
         "_best_of_each": lambda runs: runs,
+        "_with_model_free": lambda runs, recovered: runs,
         "_widened": widened,
         "_candidate": candidate,
         "judge_nonlinear": lambda choosing, candidate: candidate,
@@ -243,3 +244,28 @@ def test_a_law_of_the_beginning_alone_says_so() -> None:
     # with linear laws motion does not part from its path
     assert "impacts" not in only_beginning(6.8, nonlinear=False)
     assert "beside the law is missing" in only_beginning(6.8, nonlinear=False)
+
+
+@pytest.mark.parametrize("gets_on", [True, False])
+def test_laws_go_on_in_their_first_window_with_the_model_free(gets_on: bool) -> None:
+    freed: list[bool] = []
+    further = SimpleNamespace(cost=0.4, z=np.ones(1), e=np.array([0.6])) if gets_on else None
+
+    def on(loop: Any, everything: bool) -> Any:
+        freed.append(everything)
+        return SimpleNamespace(loop=loop, run=lambda z, steps: further)
+
+    descent = cast(Any, SimpleNamespace(loop=SimpleNamespace(size=lambda: 1), on=on))
+    held = cast(Any, SimpleNamespace(cost=0.9, z=np.zeros(1), e=np.array([1.0])))
+    begun = nonlinear._Run("clearance", cast(Any, None), descent, held, ((10.0, 0.9),))
+
+    def after(left: float) -> nonlinear._Run:
+        (run,) = nonlinear._with_model_free([begun], cast(Any, SimpleNamespace(fit=SimpleNamespace(score=left))))
+        return run
+
+    assert after(0.9) is begun  # a free force leaves no less
+    assert freed == []
+    went_on = after(0.5)
+    assert freed == [True]
+    assert went_on.reached.cost == (0.4 if gets_on else 0.9)
+    assert went_on.path == ((10.0, 0.9),)  # others begin there with the law alone, too

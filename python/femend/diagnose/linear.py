@@ -283,7 +283,7 @@ def refit_linear(problem: Problem, candidate: Candidate) -> Candidate:
     """The candidate fitted to all records of the problem, with the covariance of its law."""
     assert candidate.joint is not None
     assert candidate.physics is not None
-    (fit,) = problem.fit([closed_by(candidate)], [(candidate.p, candidate.x)], iterations=25, tolerance=1e-3)
+    (fit,) = problem.fit([closed_by(candidate)], [(candidate.p, candidate.x)], iterations=TO_THE_END, tolerance=CLOSELY)
     if fit is None:
         return candidate
     covariance = np.asarray(np.linalg.pinv(fit.hessian), dtype=np.float64)

@@ -60,6 +60,9 @@ WEAKER = (0.3, 0.1)
 AS_WELL = 1.1
 # misfit up to which a law explains a window
 EXPLAINS = 1.5
+# misfit of the best law in the first window, as a multiple of what a free force leaves of the records, from which the
+# model's unknowns, held there, bend the laws
+BENT = 1.3
 # a law whose misfit grows by more than this when the window is widened has motion that cannot be followed any longer
 LOST = 4.0
 
@@ -92,10 +95,11 @@ def fit_nonlinear(
     """The best fits of several laws and starts at a joint, judged on `choosing`.
 
     All starts go a few steps on the beginnings of the records (an exponential window), where paths of motion that later
-    part are still together; those that get on best are followed to wider windows and the whole records, as far as their
-    motion can be followed: impacts may make it depend on its past without limit. A law is kept as it was in the widest
-    window it was followed to and, where it explains less there than before, in the widest that it explains. Laws that
-    the `pace` of those at other places outdoes are left out; those that explain whole records set it.
+    part are still together; those that get on best go on, where they leave more than a free force does with the model's
+    unknowns free there too, to wider windows and the whole records, as far as their motion can be followed: impacts may
+    make it depend on its past without limit. A law is kept as it was in the widest window it was followed to and, where
+    it explains less there than before, in the widest that it explains. Laws that the `pace` of those at other places
+    outdoes are left out; those that explain whole records set it.
     """
     pace = Pace() if pace is None else pace
     first, *wider = windows(problem)
@@ -108,6 +112,7 @@ def fit_nonlinear(
     started += begin(_weaker_too(started))
     runs, lost = _best_of_each(started)[:FOLLOWED], []
     runs = [run for run in runs if not pace.outdone(first, run.reached.cost, OUTDONE_SOON)]
+    runs = _with_model_free(runs, recovered)
     for sigma in wider:
         ahead: list[_Run] = []
         for run, new in _all_widened(runs, sigma):
@@ -200,6 +205,21 @@ def _best_of_each(runs: Sequence[_Run]) -> list[_Run]:
     return sorted(best.values(), key=rank)
 
 
+def _with_model_free(runs: list[_Run], recovered: Recovered) -> list[_Run]:
+    """The runs fitted further in their window with everything free, in rising order of cost, where they leave more than
+    a free force does: the model's unknowns are those that it led to, and what they are off by bends a law that has
+    nothing but itself to make up for it so far that it is lost in the next window."""
+    if not runs or min(run.misfit for run in runs) <= BENT * recovered.fit.score:
+        return runs
+
+    def freed(run: _Run) -> _Run:
+        descent = run.descent.on(run.descent.loop, everything=True)
+        reached = descent.run(run.reached.z, FIRST)
+        return run if reached is None else replace(run, descent=descent, reached=reached)
+
+    return sorted(at_once(freed, runs), key=lambda r: r.reached.cost)
+
+
 def _further(one: Candidate, other: Candidate) -> bool:
     """Whether a fit holds on a wider window than another, or is better on the same."""
     return (one.sigma, one.fitted) < (other.sigma, other.fitted)
@@ -289,10 +309,19 @@ def judge_nonlinear(choosing: Problem, candidate: Candidate, sigma: float | None
 
 
 def refit_nonlinear(problem: Problem, candidate: Candidate, iterations: int = JOINT) -> Candidate:
-    """The candidate fitted to all records of the problem in its window, all unknowns together."""
+    """The candidate fitted to all records of the problem in its window, all unknowns together; in as many steps again
+    while it is above the noise and falls fast."""
     loop = loop_of_candidate(problem, candidate)
     descent = Descent.around(loop, candidate.x, True)
     reached = descent.run(np.concatenate([candidate.p, candidate.x]), iterations, thorough=True)
+    for _ in range(AGAIN):
+        if reached is None or reached.fell < AT_REST or float(reached.e @ reached.e) <= EXPLAINS * loop.size():
+            break
+        further = descent.run(reached.z, iterations, thorough=True)
+        fast = further is not None and further.cost < (1.0 - FALLING) * reached.cost
+        reached = reached if further is None else further
+        if not fast:
+            break
     if reached is None or reached.H is None or candidate.physics is None:
         return candidate
     n_p = len(candidate.p)

@@ -58,6 +58,8 @@ const AS_TOLD: (f64, f64) = (0.1, 4.0);
 const MOST_KEPT: usize = 30;
 /// Trials of a step, with a Gauss-Newton matrix and with one that was taken over.
 const TRIALS: (usize, usize) = (7, 2);
+/// Damping that a descent begins with, and least after a step that did not lower the cost.
+const DAMPING: f64 = 1e-4;
 
 /// Step -(H + lambda diag H)^-1 g; none when the matrix is not positive definite.
 fn step(at: &Evaluation, lambda: f64, longest: f64) -> Option<Vec<f64>> {
@@ -165,7 +167,7 @@ impl<'a> Descent<'a> {
             here.derive(task.system, task.hypothesis, Matrix::Search, ws);
         }
         here.forget_slopes();
-        Ok(Self { task, here, lambda: 1e-4, kept: 0, iterations: 0, converged: false, stuck: false })
+        Ok(Self { task, here, lambda: DAMPING, kept: 0, iterations: 0, converged: false, stuck: false })
     }
 
     /// Cost where it stands.
@@ -182,9 +184,14 @@ impl<'a> Descent<'a> {
         while self.iterations < until.min(last) && !self.converged && !self.stuck {
             let Some((d, mut better)) = self.lower(ws) else {
                 self.stuck = self.kept == 0;
-                if !self.stuck {
+                if self.stuck {
+                    // at a minimum within rounding no step lowers the cost
+                    self.converged = self.at_rest(&self.here);
+                } else {
                     self.here = self.task.derived_again(self.here, Matrix::Search, ws)?;
                     self.kept = 0;
+                    // what the matrix that was taken over failed at says nothing of this one
+                    self.lambda = DAMPING;
                 }
                 continue;
             };
@@ -220,7 +227,7 @@ impl<'a> Descent<'a> {
     fn lower(&mut self, ws: &mut Workspace) -> Option<(Vec<f64>, Point<'a>)> {
         for _ in 0..if self.kept == 0 { TRIALS.0 } else { TRIALS.1 } {
             let Some(d) = step(&self.here.at, self.lambda, self.task.settings.longest) else {
-                self.lambda = (self.lambda * 10.0).max(1e-4);
+                self.lambda = (self.lambda * 10.0).max(DAMPING);
                 continue;
             };
             // A trial point where the model or the law does not exist is a step too far, not an error.
@@ -229,7 +236,7 @@ impl<'a> Descent<'a> {
                 Ok(trial) => trial.give_back(ws),
                 Err(_) => {}
             }
-            self.lambda = (self.lambda * 10.0).max(1e-4);
+            self.lambda = (self.lambda * 10.0).max(DAMPING);
         }
         None
     }
