@@ -188,7 +188,12 @@ def searched(d: Diagnosis, ranked: Sequence[Ranked] | None = None) -> Searched:
 
 def updated(folder: Path, truth: Truth) -> UpdatedModel:
     """The deck in `folder`, updated on the fit recordings of a truth."""
-    study = load_study(write_study(folder, truth))
+    return updated_on(write_study(folder, truth))
+
+
+def updated_on(path: Path) -> UpdatedModel:
+    """The deck updated on the fit recordings of the study at `path`."""
+    study = load_study(path)
     model = read_model(study.model_file, parameters=list(PARAMETERS))
     test = study.read_recordings()
     used = [r for r in test if r.role == "fit"]

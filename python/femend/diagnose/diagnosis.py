@@ -13,6 +13,7 @@ from femend.diagnose.best_place import at_the_best_place
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.crossing import as_sensors_are
 from femend.diagnose.directions import in_other_directions
+from femend.diagnose.each_alone import unlike
 from femend.diagnose.judge import Given, ToBeat, compared_in, to_beat
 from femend.diagnose.levels import depends_on_level
 from femend.diagnose.loads import try_loads
@@ -98,7 +99,12 @@ def explain(
     loud = louder(start, located)
     now, at = (start, located) if loud is None else (loud.start, loud.located)
     so_far.places(now, at)
-    decided = _one_effect(_Task(now, list(at), places, settings, tell, so_far))
+    states = unlike(start, settings)
+    hopeless = bool(states) and not any(one.fit.score <= settings.adequate for one in located)
+    decided = _one_effect(_Task(now, list(at), places, settings, tell, so_far, hopeless))
+    if states and decided.best is None:
+        # nor is there a force that nobody recorded: each recording is explained without
+        return replace(decided, verdict="undetermined", place=None, load=None, advice=states)
     told = decided.verdict in ("missing-physics", "located-not-named")
     # where nothing is told two effects may hide each other from every single law, but not from the misfit
     wrong = told or start.null.score > settings.far
@@ -115,7 +121,8 @@ def explain(
 @dataclass(frozen=True, eq=False)
 class _Task:
     """One effect to be named: from an updated model and the places found for it, of all `places`; `tell` is told of the
-    steps, and `so_far` of what is settled."""
+    steps, and `so_far` of what is settled. Naming may be `hopeless`: no force explains recordings that are not those of
+    one structure."""
 
     start: UpdatedModel
     located: list[Located]
@@ -123,6 +130,7 @@ class _Task:
     settings: Settings
     tell: Progress
     so_far: SoFar
+    hopeless: bool = False
 
     @cached_property
     def given(self) -> Given:
@@ -145,7 +153,7 @@ def _one_effect(task: _Task) -> Diagnosis:
     ranked, sigma = list[Ranked](), 0.0
     # a load that explains the recordings leaves nothing to name
     settled = load is not None and load.fit.score <= settings.consistent
-    worth = not settled and _worth_naming(task) and _could_win(task, alone.candidate)
+    worth = not settled and not task.hopeless and _worth_naming(task) and _could_win(task, alone.candidate)
     plainly = worth and plainly_unmeasured(given, located)
     if worth and not plainly:
         given, alone, ranked, sigma = _named(task, short, alone)
@@ -164,6 +172,8 @@ def _one_effect(task: _Task) -> Diagnosis:
         tempered(ranked, alone.score), None, short[0] if short else None, load, "", settings, start.g_rows,
         alone.n_values, sigma,
     )  # fmt: skip
+    if task.hopeless and load is None:
+        return replace(undecided, verdict="undetermined", place=None)
     return _placed(decide(undecided, plainly), task.places)
 
 
