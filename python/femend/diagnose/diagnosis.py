@@ -32,6 +32,7 @@ from femend.diagnose.shares import unclear
 from femend.diagnose.so_far import SoFar
 from femend.diagnose.split import split_records, weaker_first
 from femend.diagnose.stretched import with_other_ends
+from femend.diagnose.tilted import force_tilt
 from femend.diagnose.time_axis import force_shift
 from femend.diagnose.unmeasured import plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
@@ -71,7 +72,7 @@ def diagnose_records(
     if quieter is not None:
         start = update_model(start.reduced.model, quieter, zeta)
         located = locate(start.problem, start.reduced, places, start.null)
-    moved = force_shift(start, located, places, zeta)
+    moved = force_shift(start, located, places, zeta) or force_tilt(start, located, places, zeta, settings)
     if moved is not None:
         shift, start, located = moved
     start, located = as_sensors_are(start, located, places)

@@ -16,6 +16,7 @@ from femend.diagnose.ranked import Ranked
 from femend.diagnose.second import Further
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
+from femend.diagnose.tilted import ForceTilt
 from femend.diagnose.time_axis import ForceShift
 from femend.diagnose.unrecorded import Driven
 from femend.estimate import Fit, Hypothesis, Problem
@@ -36,8 +37,9 @@ class Diagnosis:
     about the load, `n_values` the effective number of values that scores count on the choosing records, windowed by
     exp(-`sigma` t); `rival` is the free-form force where it beats every named law (`best` is it then); `further` are
     several effects at once where one does not explain enough; `driven` is where the force acts if nobody recorded it;
-    `shift` is that of the force, where it was not recorded on the time axis of the responses: fits are of records with
-    the force moved by it; `interrupted` says that the run was stopped before it could decide.
+    `shift` is that of the force, where it was not recorded on the time axis of the responses or acts along another axis
+    than it is said to: fits are of records with the force moved or turned by it; `interrupted` says that the run was
+    stopped before it could decide.
     """
 
     verdict: str
@@ -62,7 +64,7 @@ class Diagnosis:
     rival: Rival | None = None
     further: Further | None = None
     driven: Driven | None = None
-    shift: ForceShift | None = None
+    shift: ForceShift | ForceTilt | None = None
     interrupted: bool = False
 
     @property

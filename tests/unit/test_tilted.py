@@ -1,0 +1,103 @@
+"""A force that acts a few degrees off the axis it was said to act along."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from femend.diagnose import locate
+from femend.diagnose.settings import Settings
+from femend.diagnose.tilted import ForceTilt, force_tilt
+from femend.diagnose.update import _updated, modelled
+from femend.estimate import FitRecord
+from femend.model import Place, ReducedModel, read_model, reduce_model
+
+Array = NDArray[np.float64]
+BAND, RATE, N = (5.0, 200.0), 1024.0, 2048
+SENSORS = [(7, 1), (5, 1), (3, 1), (7, 2), (5, 2), (4, 2)]
+
+
+def row(node: int, axis: int) -> int:
+    return 6 * (node - 1) + axis
+
+
+OWN = row(5, 1)
+
+
+@pytest.fixture(scope="module")
+def reduced(tmp_path_factory: pytest.TempPathFactory) -> ReducedModel:
+    """A cantilever that bends in Y and in Z."""
+    lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "MAT1,1,7.+10,,0.33,2700.", "PBAR,1,1,4.-4,3.-9,1.2-8,8.-9"]
+    lines += [f"GRID,{i + 1},,{0.1 * i},0.,0." for i in range(7)]
+    lines += [f"CBAR,{i},1,{i},{i + 1},0.,1.,0." for i in range(1, 7)]
+    path = tmp_path_factory.mktemp("beam") / "m.bdf"
+    path.write_text("\n".join([*lines, "SPC1,1,123456,1", "CONM2,90,7,,0.2", "ENDDATA", ""]))
+    model = read_model(path)
+    return reduce_model(model, BAND[1], [row(n, axis) for n in range(2, 8) for axis in (1, 2)])
+
+
+def recorded(reduced: ReducedModel, seed: int, share: float, spring: float = 0.0) -> FitRecord:
+    """Accelerations under a burst at node 5, in Y and a `share` of that in Z, and a spring across Y and Z at node 3."""
+    K, M = reduced.as_drawn()
+    across = reduced.rows(np.array([row(3, 1), row(3, 2)])).sum(axis=0)[None]
+    K = K * (1 + 0.02j) + spring * across.T @ across
+    rng = np.random.default_rng(seed)
+    freq = np.fft.rfftfreq(2 * N, 1 / RATE)
+    burst = np.where(np.arange(2 * N) < 0.5 * N, rng.standard_normal(2 * N), 0.0)
+    U = np.where((freq > BAND[0]) & (freq < BAND[1]), np.fft.rfft(burst), 0)
+    rows = np.array([row(*s) for s in SENSORS])
+    into = reduced.rows(np.array([OWN, OWN + 1]), np.array([1.0, share])).sum(axis=0) / np.hypot(1.0, share)
+    Y = np.zeros((len(rows), freq.size), dtype=complex)
+    for k in np.flatnonzero(U):
+        s = 2j * np.pi * freq[k]
+        Y[:, k] = s**2 * (reduced.rows(rows) @ np.linalg.solve(K + s**2 * M, into * U[k]))
+    y = np.fft.irfft(Y)[:, :N]
+    noise = 0.01 * y.std(axis=1) + 1e-3 * y.std()
+    y = y + noise[:, None] * rng.standard_normal(y.shape)
+    u = np.fft.irfft(U)[None, :N]
+    return FitRecord(str(seed), u, y, 1 / RATE, np.array([OWN]), rows, np.ones(1), np.ones(len(rows)), noise)
+
+
+def found(reduced: ReducedModel, share: float, spring: float = 0.0) -> ForceTilt | None:
+    start = _updated(*modelled(reduced.model, [recorded(reduced, s, share, spring) for s in (0, 1)], 0.01))
+    places = [
+        Place("ground", (n,), "XYZ"[axis], "ground", (np.array([row(n, axis)]),), (np.ones(1),))
+        for n in range(2, 8)
+        for axis in (1, 2)
+    ]
+    pair = (np.array([row(3, 1), row(3, 2)]),)
+    places.append(Place("ground", (3,), "Y", "ground", pair, (np.ones(2),)))
+    located = locate.locate(start.problem, start.reduced, places, start.null)
+    out = force_tilt(start, located, places, 0.01, Settings())
+    if out is None:
+        return None
+    assert out[1].null.score < 1.5 < Settings().far < start.null.score
+    return out[0]
+
+
+@pytest.mark.parametrize("share", [0.1, -0.06])
+def test_a_force_that_is_a_few_degrees_off_is_turned(reduced: ReducedModel, share: float) -> None:
+    tilt = found(reduced, share)
+    assert tilt is not None
+    assert dict(tilt.others)[OWN + 1] == pytest.approx(share, abs=0.003)
+
+
+def test_what_couples_two_directions_elsewhere_turns_nothing(reduced: ReducedModel) -> None:
+    assert found(reduced, 0.0) is None
+    assert found(reduced, 0.0, spring=2e3) is None
+
+
+def test_what_is_said_of_a_force_that_was_turned() -> None:
+    said = ForceTilt(OWN, ((OWN + 1, 0.1), (OWN - 1, -0.05))).text(["a", "b"], 5, 1 / RATE)
+    assert "the force at node 5 acts 6.4° off Y, with 10 % along Z and -5 % along X (recordings 'a', 'b')" in said
+
+
+def test_records_of_other_forces_stay(reduced: ReducedModel) -> None:
+    record, tilt = recorded(reduced, 1, 0.0), ForceTilt(OWN, ((OWN + 1, 0.1),))
+    turned = tilt.driving(replace(record, in_signs=-record.in_signs))
+    np.testing.assert_allclose(turned.u, np.array([-1.0, -0.1])[:, None] / np.hypot(1.0, 0.1) * record.u)
+    assert turned.in_rows.tolist() == [OWN, OWN + 1]
+    assert ForceTilt(row(7, 1), ((row(7, 2), 0.1),)).driving(record) is record
