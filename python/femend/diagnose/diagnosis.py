@@ -104,6 +104,9 @@ def explain(
     hopeless = bool(states) and not any(one.fit.score <= settings.adequate for one in located)
     decided = _one_effect(_Task(now, list(at), places, settings, tell, so_far, hopeless))
     if states and decided.best is None:
+        if decided.verdict == "located-not-named" and not hopeless:
+            # one force at one place explains all of them, too
+            return replace(decided, advice="; ".join(filter(None, [decided.advice, states])))
         # nor is there a force that nobody recorded: each recording is explained without
         return replace(decided, verdict="undetermined", place=None, load=None, advice=states)
     told = decided.verdict in ("missing-physics", "located-not-named")
