@@ -15,7 +15,9 @@ from femend.physics import (
     CATALOGUE,
     FAMILIES,
     FitCoordinates,
+    Physics,
     catalogue,
+    companion_jacobian,
     linear_sizes,
     physics,
     selected,
@@ -264,6 +266,20 @@ def test_companion_is_told_inside_the_law() -> None:
         f = _core.law_force(name, values, d, v, a, 1e-4) + k * d
         merged = with_companion(physics(name), values, k)
         assert _core.law_force(name, merged, d, v, a, 1e-4) == pytest.approx(f, rel=1e-9, abs=1e-9)
+
+
+def test_a_companion_told_inside_a_law_has_its_share_of_the_deviations() -> None:
+    for name in ("bouc_wen", "bilinear_stiffness", "viscoelastic", "cubic_stiffness"):
+        law, values, k = physics(name), VALUES[name], 1.5e4
+        start = np.array([*(values[n] for n in law.parameter_names), k])
+
+        def told(at: np.ndarray, law: Physics = law) -> np.ndarray:
+            own = dict(zip(law.parameter_names, at[:-1].tolist(), strict=True))
+            return np.array(list(with_companion(law, own, float(at[-1])).values()))
+
+        steps = np.diag(1e-5 * np.maximum(np.abs(start), 1e-3))
+        slopes = [(told(start + s) - told(start - s)) / (2 * s.sum()) for s in steps]
+        np.testing.assert_allclose(companion_jacobian(law, values, k), np.array(slopes).T, rtol=1e-5, atol=1e-9)
 
 
 def test_names_that_are_none() -> None:

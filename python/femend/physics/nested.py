@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+from numpy.typing import NDArray
+
 from femend.physics.entry import Physics
 from femend.physics.nested_extended import simpler_extended
 
-__all__ = ["simpler", "with_companion"]
+__all__ = ["companion_jacobian", "simpler", "with_companion"]
 
 # below and above these omega tau a Zener solid is a dashpot and a spring to a few per cent
 _VISCOUS, _ELASTIC = 0.15, 8.0
@@ -84,3 +87,22 @@ def with_companion(physics: Physics, values: Mapping[str, float], k: float) -> d
     elif physics.law == "viscoelastic":
         out["k0"] += k
     return out
+
+
+def companion_jacobian(physics: Physics, values: Mapping[str, float], k: float) -> NDArray[np.float64]:
+    """What `with_companion` gives changes with the law's own `values` and the companion's `k`, (n, n + 1) in the order
+    of the law's parameters, `k` last."""
+    names = physics.parameter_names
+    J = np.eye(len(names), len(names) + 1)
+    if physics.law == "bouc_wen" and k > 0:
+        told = with_companion(physics, values, k)
+        of_k, of_alpha = names.index("k"), names.index("alpha")
+        J[of_k, -1] = 1.0
+        J[of_alpha, of_alpha] = values["k"] / told["k"]
+        J[of_alpha, of_k] = (values["alpha"] - told["alpha"]) / told["k"]
+        J[of_alpha, -1] = (1.0 - told["alpha"]) / told["k"]
+    elif physics.law == "bilinear_stiffness":
+        J[[names.index("k_plus"), names.index("k_minus")], -1] = 1.0
+    elif physics.law == "viscoelastic":
+        J[names.index("k0"), -1] = 1.0
+    return J

@@ -18,7 +18,7 @@ from femend.diagnose.ranked import Ranked, tempered
 from femend.dof import Dof
 from femend.model import Place
 from femend.model.places import Topology, stretches, topology
-from femend.physics import FitCoordinates, physics
+from femend.physics import FitCoordinates, companion_jacobian, physics
 from femend.report.vocabulary import DIRECTIONS
 from femend.study.told import told
 from femend.units import UnitSystem, unit_system
@@ -245,8 +245,10 @@ def _law_sd(best: Candidate, names: Sequence[str], J: NDArray[np.float64] | None
         return {}
     if best.nonlinear and isinstance(best.coordinates, FitCoordinates):
         n = len(best.coordinates.free)
-        J = best.coordinates.jacobian(best.x[:n])
-        covariance = J @ best.covariance[:n, :n] @ J.T
+        own = best.coordinates.jacobian(best.x[:n])
+        told_by = companion_jacobian(best.physics, best.values, best.k)
+        J = np.hstack([told_by[:, :-1] @ own, told_by[:, -1:] * best.extra["k_scale"]])
+        covariance = J @ best.covariance[: n + 1, : n + 1] @ J.T
     elif J is not None:
         covariance = J @ best.covariance @ J.T
     else:
