@@ -204,6 +204,19 @@ def test_a_tentative_name_is_most_likely_missing() -> None:
     assert named == "also considered: contact with a gap (30 %)"
 
 
+def test_a_name_that_another_is_likelier_than_is_possibly_missing() -> None:
+    finding = {
+        "physics": "added_mass", "probability": 0.37, "location": {"nodes": [6], "direction": "Z"},
+        "alternatives": [{"physics": "tuned_absorber", "probability": 0.58}],
+    }  # fmt: skip
+    result = {"verdict": "missing-physics", "findings": [finding]}
+    likelier = "attached oscillator (tuned absorber) (58 %)"
+    assert headline(result) == f"Possibly missing: added mass at node 6 in Z, or {likelier}."
+    assert f"also considered: {likelier}" in summary(result)
+    less = {**finding, "alternatives": [{"physics": "tuned_absorber", "probability": 0.3}]}
+    assert headline({**result, "findings": [less]}) == "Most likely missing: added mass at node 6 in Z."
+
+
 def test_a_misplaced_force_without_its_record_says_where_it_acts() -> None:
     acts = {"node": {"value": 6}, "direction": {"value": "-Z"}}
     finding = {"physics": "load_misplaced", "parameters": acts, "location": {"nodes": [6], "direction": "Z"}}

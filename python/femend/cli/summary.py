@@ -30,7 +30,8 @@ def summary(result: Mapping[str, Any]) -> str:
             name = words.physics_name(str(finding.get("physics", "")), words.mapping(finding.get("parameters")))
             parts.append(f"finding   {name} {words.place_text(words.mapping(finding.get('location')))}")
         parts.append(f"certainty {words.sure_text(finding, str(result.get('verdict', '')))}")
-        if words.is_unnamed(finding) and (nearest := words.considered_text(finding)):
+        unsure = words.is_unnamed(finding) or words.is_tentative(finding)
+        if unsure and (nearest := words.considered_text(finding)):
             parts.append(f"          {nearest}")
         parts += [f"          {name} {value}" for name, value in words.how_much(finding)]
         location = words.mapping(finding.get("location"))

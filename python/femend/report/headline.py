@@ -17,10 +17,11 @@ from femend.report.noise import BEYOND_NOISE, farthest_from_noise
 from femend.report.numbers import factor_as_percent, ratio
 from femend.report.vocabulary import PHYSICS
 from femend.report.words import (
-    TENTATIVE,
     by_importance,
+    is_tentative,
     misplaced_text,
     parameter_text,
+    percent,
     physics_name,
     place_text,
     sentence,
@@ -159,18 +160,27 @@ def _missing(findings: Sequence[Result], result: Result) -> str:
             for name, entry in _told(parameters, len(findings))
         ]
         what = physics_name(physics, parameters)
-        parts.append(", ".join([f"{what} {place_text(mapping(finding.get('location')))}", *values]))
+        parts.append(
+            ", ".join([f"{what} {place_text(mapping(finding.get('location')))}", *values]) + _or_rather(finding)
+        )
     gain = _gain(result, "parameters", "final")
     if misplaced := misplaced_text(findings[0]):
         return f"{sentence(misplaced)}{gain}."
-    lead = "Most likely missing" if any(map(_tentative, findings)) else "Missing"
+    lead = "Most likely missing" if any(map(is_tentative, findings)) else "Missing"
+    if any(map(_or_rather, findings)):
+        lead = "Possibly missing"
     return f"{lead}: {'; and '.join(parts)}{gain}."
 
 
-def _tentative(finding: Result) -> bool:
-    """Whether a finding is less likely than not by its own probability, where it has one."""
-    probability = number(finding.get("probability"))
-    return probability is not None and probability < TENTATIVE
+def _or_rather(finding: Result) -> str:
+    """Another name that all places together make likelier than that of a finding, which is the simplest; empty where
+    there is none."""
+    own = number(finding.get("probability"))
+    other = next(iter(rows(finding.get("alternatives"))), None)
+    likelier = None if other is None else number(other.get("probability"))
+    if other is None or own is None or likelier is None or likelier <= own:
+        return ""
+    return f", or {physics_name(str(other.get('physics', '')))} ({percent(likelier)})"
 
 
 def _told(parameters: Mapping[str, Any], n_findings: int) -> list[tuple[str, Any]]:
@@ -201,7 +211,7 @@ def _open(finding: Result) -> bool:
     """Whether the place of a finding is not to be stated as a fact: others are not told from it, or nothing that acts
     there was found to explain the recordings."""
     return bool(mapping(finding.get("location")).get("also_possible")) or (
-        not finding.get("class") and _tentative(finding)
+        not finding.get("class") and is_tentative(finding)
     )
 
 

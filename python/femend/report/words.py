@@ -20,6 +20,7 @@ __all__ = [
     "certainty",
     "considered_text",
     "how_much",
+    "is_tentative",
     "is_unnamed",
     "mapping",
     "misplaced_text",
@@ -172,6 +173,12 @@ def certainty(probability: float | None) -> str:
 def is_unnamed(finding: Mapping[str, Any]) -> bool:
     """Whether a finding is a place without a name: no law, or a free force of which a class alone is told."""
     return not finding.get("physics") or bool(finding.get("class"))
+
+
+def is_tentative(finding: Mapping[str, Any]) -> bool:
+    """Whether a finding is less likely than not by its own probability, where it has one."""
+    probability = number(finding.get("probability"))
+    return probability is not None and probability < TENTATIVE
 
 
 def sure_text(finding: Mapping[str, Any], verdict: str = "") -> str:
