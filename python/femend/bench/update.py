@@ -66,10 +66,7 @@ def update(
     (KeyboardInterrupt) after the search from the deck, while it follows other starts or draws, it writes what was found
     and raises UpdateInterrupted with it; before, nothing is written, and the error says what `history` kept.
     """
-    if out is not None:
-        refuse_unwritable(out, owned=OWNED)
-    if history is not None:
-        refuse_unwritable_file(history)
+    _refuse_unwritable(out, history)
     progress = progress or SilentProgress()
     steps = Steps(Path(study), progress)
     prepared = prepare(Path(study), steps, UPDATE, morphs=True, runs=lambda s: "orders" in s.updating.responses)
@@ -108,6 +105,14 @@ def update(
     if stopped:
         raise UpdateInterrupted(run, stopped, None if out is None else Path(out), partly)
     return run
+
+
+def _refuse_unwritable(out: str | Path | None, history: str | Path | None) -> None:
+    """Refuses what could not be written at the end, before anything is begun."""
+    if out is not None:
+        refuse_unwritable(out, owned=OWNED)
+    if history is not None:
+        refuse_unwritable_file(history)
 
 
 def _first(
