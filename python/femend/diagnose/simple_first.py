@@ -47,8 +47,8 @@ def simplest_linear(ranked: list[Ranked], settings: Settings) -> list[Ranked]:
         simpler = _same_place(r.located.place, first.located.place) and r.candidate.n_law < first.candidate.n_law
         if (simpler or _part_of(r, first)) and not _won(first, r, settings):
             ahead = replace(r, score=first.score)
-            # what the other lacks of the evidence that a law has to bring
-            lacks = max(settings.gain_cost - (r.score - first.score), 0.0)
+            # what the other lacks of the evidence that a law has to bring; a bedding is no other law
+            lacks = max(settings.gain_cost - (r.score - first.score), 0.0) if simpler else 0.0
             behind = [replace(f, score=f.score + lacks) if f is first else f for f in ranked if f is not r]
             ranked = sorted([ahead, *behind], key=lambda o: o.score)
     return ranked

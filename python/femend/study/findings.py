@@ -188,7 +188,7 @@ def _beddings(diagnosis: Diagnosis, place: Located) -> list[Place]:
     told = next((r for r in diagnosis.ranked if r.located.place is place.place), None)
     if told is None or told.candidate.name != "support_stiffness":
         return []
-    near = told.score + diagnosis.settings.gain_cost
+    near = told.score + diagnosis.settings.margin
     beds = [r.located.place for r in diagnosis.ranked if r.located.place.bed and r.score < near]
     return [bed for bed in beds if bed is not place.place]
 
