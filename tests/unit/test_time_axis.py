@@ -7,32 +7,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.bent_beam import bent_beam, row
 
 from femend.diagnose import locate
 from femend.diagnose.time_axis import ForceShift, force_shift
 from femend.diagnose.update import _updated, modelled
 from femend.estimate import FitRecord
-from femend.model import Place, ReducedModel, read_model, reduce_model
+from femend.model import Place, ReducedModel
 
 Array = NDArray[np.float64]
 BAND, RATE, N = (5.0, 200.0), 1024.0, 2048
 SHAKER, SENSORS = (5, 1), [(7, 1), (5, 1), (4, 1), (3, 1)]
 
 
-def row(node: int, axis: int) -> int:
-    return 6 * (node - 1) + axis
-
-
 @pytest.fixture(scope="module")
 def reduced(tmp_path_factory: pytest.TempPathFactory) -> ReducedModel:
     """A cantilever that bends in Y."""
-    lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "MAT1,1,7.+10,,0.33,2700.", "PBAR,1,1,4.-4,3.-9,1.2-8,8.-9"]
-    lines += [f"GRID,{i + 1},,{0.1 * i},0.,0." for i in range(7)]
-    lines += [f"CBAR,{i},1,{i},{i + 1},0.,1.,0." for i in range(1, 7)]
-    path = tmp_path_factory.mktemp("beam") / "m.bdf"
-    path.write_text("\n".join([*lines, "SPC1,1,123456,1", "CONM2,90,7,,0.2", "ENDDATA", ""]))
-    model = read_model(path)
-    return reduce_model(model, BAND[1], [row(n, 1) for n in range(2, 8)])
+    return bent_beam(tmp_path_factory.mktemp("beam"), (1,), BAND[1])
 
 
 def recorded(reduced: ReducedModel, name: str, seed: int, late: float, spring: float = 0.0) -> FitRecord:
