@@ -65,7 +65,7 @@ def _part_of(spring: Ranked, bedding: Ranked) -> bool:
     """Whether one law is a spring to ground at a node that the other, a bedding, holds along the same direction."""
     at, bed = spring.located.place, bedding.located.place
     holds = spring.candidate.name == "support_stiffness" and at.kind == "ground" and at.direction == bed.direction
-    return holds and any(node in at.nodes for node, _, _ in bed.bed)
+    return holds and not set(at.nodes).isdisjoint(bed.bed_nodes)
 
 
 def _same_place(a: Place, b: Place) -> bool:

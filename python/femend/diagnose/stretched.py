@@ -76,12 +76,11 @@ def _moved(given: Given, best: Ranked) -> Located | None:
     p, k = best.candidate.p, best.candidate.values["k"]
     if place.bed:
         p = without_own_unknowns(p, reduced, place.n_own)
-    seen = {_ends(place)}
     now = _best(given, few, [place] if place.bed else extents.about(place), p, k)
+    if now is None:
+        return None
+    seen = {_ends(place), _ends(now[0])}
     for _ in range(ROUNDS):
-        if now is None:
-            return None
-        seen.add(_ends(now[0]))
         n_own, own = now[0].n_own, own_span(now[1].hypothesis.reduced)
         p, k = without_own_unknowns(now[1].p, reduced, n_own), now[0].values(now[1].p[own])["k"]
         further = [one for one in extents.next_to(now[0]) if _ends(one) not in seen]
@@ -90,14 +89,14 @@ def _moved(given: Given, best: Ranked) -> Located | None:
         if new is None or new[1].cost > now[1].cost - WORTH:
             break
         now = new
-    if now is None or (place.bed and _ends(now[0]) == _ends(place)):
+    if place.bed and _ends(now[0]) == _ends(place):
         return None
     return Located(now[0], now[1], squares_of(few, now[1], 0.0))
 
 
 def _ends(place: Place) -> frozenset[int]:
     """What a bedding holds."""
-    return frozenset(n for n, _, _ in place.bed)
+    return frozenset(place.bed_nodes)
 
 
 def _best(given: Given, few: Problem, beds: Sequence[Place], p: FloatArray, k: float) -> tuple[Place, Fit] | None:

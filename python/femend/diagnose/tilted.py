@@ -148,9 +148,8 @@ def _refined(start: UpdatedModel, updated: UpdatedModel, tilt: ForceTilt, worth:
     if not others:
         return None
     at, own_step = np.array([share for _, share in tilt.others]), STEP * np.eye(len(others))
-    first = cost(at)
+    here = first = cost(at)
     for n in range(ROUNDS):
-        here = cost(at)
         if n >= EARLY and here > worth * first:
             return None
         tried = [_move(cost(at - step), here, cost(at + step)) for step in own_step]
@@ -158,8 +157,9 @@ def _refined(start: UpdatedModel, updated: UpdatedModel, tilt: ForceTilt, worth:
         best = max(range(len(tried)), key=lambda i: tried[i][1])
         move, gain = tried[best]
         at = at + move * own_step[best]
+        here = cost(at) if move else here
         if gain == 0 or abs(move) < CLOSE:
             break
-    if cost(at) > worth * first or not at.any() or np.abs(at).max() >= MOST:
+    if here > worth * first or not at.any() or np.abs(at).max() >= MOST:
         return None
     return with_shares(at)

@@ -56,7 +56,7 @@ class BedExtents:
 
     def next_to(self, bed: Place) -> list[Place]:
         """The bedding with its ends or sides moved by a node or a row of faces, out, in, or to one side."""
-        nodes, xyz = {n for n, _, _ in bed.bed}, self._drawn.xyz
+        nodes, xyz = set(bed.bed_nodes), self._drawn.xyz
         axis = AXES.index(bed.direction)
         made: list[tuple[Stretch, int]] = []
         for line in (line for line in self._drawn.lines if nodes <= set(line)):
@@ -86,7 +86,7 @@ class BedExtents:
         for stretch, axis in made:
             place = self._beds.under(stretch, axis) if axis in stretch.axes else None
             if place is not None:
-                found.setdefault(frozenset(n for n, _, _ in place.bed), place)
+                found.setdefault(frozenset(place.bed_nodes), place)
         return list(found.values())
 
 

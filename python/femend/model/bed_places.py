@@ -41,7 +41,7 @@ def bed_places(reduced: ReducedModel, f_max: float) -> list[Place]:
             place = beds.under(stretch, axis)
             if place is None:
                 continue
-            key = place.direction, frozenset(n for n, _, _ in place.bed)
+            key = place.direction, frozenset(place.bed_nodes)
             if key in taken:
                 continue
             taken.add(key)

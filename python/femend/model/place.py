@@ -73,6 +73,11 @@ class Place:
         return "support_stiffness" if self.bed else "joint_stiffness"
 
     @property
+    def bed_nodes(self) -> tuple[int, ...]:
+        """The nodes that a bedding holds, in their order."""
+        return tuple(node for node, _, _ in self.bed)
+
+    @property
     def bed_stiffness(self) -> float:
         """Stiffness in all (deck units) around which a bedding is sought."""
         return float(sum(x @ x for _, _, x in self.bed))

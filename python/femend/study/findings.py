@@ -176,7 +176,7 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
         said["elements"] = list(diagnosis.reduced.model.drawn_elements(place.place.elements))
     if place.place.bed:
         # all nodes with the shares of the stiffness; `nodes` are its ends or corners
-        said["region"] = [node for node, _, _ in place.place.bed]
+        said["region"] = list(place.place.bed_nodes)
         said["shares"] = [rounded(float(x @ x) / place.place.bed_stiffness) for _, _, x in place.place.bed]
     # with several effects the force at one place is not what its fit says
     sensor = None if diagnosis.further is not None else _next_sensor(diagnosis, place, rivals[:ALSO])
