@@ -136,7 +136,12 @@ def _searched(
         if not search.stop.is_set():
             search.done[start[0]] = end
             if told is not None:
-                told()
+                try:
+                    told()
+                except KeyboardInterrupt:
+                    # this thread takes its next start before the one that waits hears of it
+                    search.stop.set()
+                    raise
 
     with ThreadPoolExecutor(workers) as pool:
         try:
