@@ -1,11 +1,18 @@
-"""A cantilever of six bars, 0.6 m, with a lump at its tip, for studies of the force that shakes it."""
+"""A cantilever of six bars, 0.6 m, with a lump at its tip, for studies of what its recordings are off by."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from femend.model import ReducedModel, read_model, reduce_model
+
+Array = NDArray[np.float64]
+# band (Hz), rate (1/s) and samples of the recordings
+BAND, RATE, N = (5.0, 200.0), 1024.0, 2048
 
 
 def row(node: int, axis: int) -> int:
@@ -21,3 +28,23 @@ def bent_beam(folder: Path, axes: Sequence[int], f_max: float) -> ReducedModel:
     path = folder / "m.bdf"
     path.write_text("\n".join([*lines, "SPC1,1,123456,1", "CONM2,90,7,,0.2", "ENDDATA", ""]))
     return reduce_model(read_model(path), f_max, [row(n, axis) for n in range(2, 8) for axis in axes])
+
+
+def burst(seed: int) -> NDArray[np.complex128]:
+    """Spectrum of a random force in the band that ends after a quarter of twice the recording."""
+    rng = np.random.default_rng(seed)
+    made = np.where(np.arange(2 * N) < 0.5 * N, rng.standard_normal(2 * N), 0.0)
+    freq = np.fft.rfftfreq(2 * N, 1 / RATE)
+    return np.where((freq > BAND[0]) & (freq < BAND[1]), np.fft.rfft(made), 0)
+
+
+def answers(reduced: ReducedModel, U: NDArray[np.complex128], into: Array, rows: Array, spring: Array) -> Array:
+    """Accelerations (n_out, N) at `rows` (n_out, r) of the basis under a force of spectrum `U` (N + 1,) along `into`
+    (r,), with the stiffness `spring` (r, r) beside the structure's, at 2 % of structural damping."""
+    K, M = reduced.as_drawn()
+    K = K * (1 + 0.02j) + spring
+    Y = np.zeros((len(rows), len(U)), dtype=complex)
+    for k in np.flatnonzero(U):
+        s = 2j * np.pi * k * RATE / (2 * N)
+        Y[:, k] = s**2 * (rows @ np.linalg.solve(K + s**2 * M, into * U[k]))
+    return np.asarray(np.fft.irfft(Y)[:, :N])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femend.data import Channel
-from femend.study.left_over import left_beside, left_beside_sine, left_over, share_above
+from femend.study.left_over import left_beside, left_beside_sine, left_over, shares_outside
 from femend.study.predictions import Prediction
 
 
@@ -58,17 +58,30 @@ def test_a_sine_along_one_axis_that_leaves_much_is_no_place_to_look() -> None:
     assert left_beside_sine({**sine, "physics": "load_misplaced", "parameters": {}}, rows) == ""
 
 
+def test_what_lies_below_the_band_is_drift() -> None:
+    t = np.arange(1000) * 1e-3
+    quick = np.sin(2 * np.pi * 20 * t)
+    channel = Channel(None, "acceleration", "m/s^2", "a")
+    made = {"nominal": np.array([quick]), "parameters": np.array([quick]), "final": np.array([quick])}
+    seen = Prediction("high", "fit", 1e-3, (channel,), made, np.array([quick + 0.3 * np.sin(2 * np.pi * 2 * t)]))
+    assert shares_outside(seen, (5.0, 100.0)) == pytest.approx((1.0, 0.0))
+    said = left_over("parameters-only", [row("high", 0.1, 0.3)], [seen], (5.0, 100.0))
+    assert "100 % of its square lies below 5 Hz" in said
+    assert "drift" in said
+    assert "mesh" not in said
+
+
 def test_what_lies_above_the_band_asks_for_no_mesh() -> None:
     t = np.arange(1000) * 1e-3
     slow, quick = np.sin(2 * np.pi * 20 * t), np.sin(2 * np.pi * 300 * t)
     channel = Channel(None, "acceleration", "m/s^2", "a")
     made = {"nominal": np.array([slow]), "parameters": np.array([slow * 0.9]), "final": np.array([slow])}
     seen = Prediction("high", "fit", 1e-3, (channel,), made, np.array([slow + 0.3 * quick]))
-    assert share_above(seen, 100.0) == pytest.approx(0.9)
+    assert shares_outside(seen, (5.0, 100.0)) == pytest.approx((0.0, 0.9))
     rows = [row("high", 0.1, 0.3)]
-    said = left_over("parameters-only", rows, [seen], 100.0)
+    said = left_over("parameters-only", rows, [seen], (5.0, 100.0))
     assert "90 % of its square lies above 100 Hz" in said
     assert "mesh" not in said
     less = Prediction("high", "fit", 1e-3, (channel,), made, np.array([slow + 0.0655 * quick]))
-    assert share_above(less, 100.0) == pytest.approx(0.3, abs=0.01)
-    assert "refine the mesh" in left_over("parameters-only", rows, [less], 100.0)
+    assert shares_outside(less, (5.0, 100.0)) == pytest.approx((0.0, 0.3), abs=0.01)
+    assert "refine the mesh" in left_over("parameters-only", rows, [less], (5.0, 100.0))

@@ -156,6 +156,12 @@ def test_a_model_that_leaves_more_than_noise_is_not_said_to_explain_the_recordin
     )
     little = {**result, "fit": [{**row, "parameters": 0.025, "final": 0.025}]}
     assert headline(little).startswith("Nothing is missing: the model explains the recordings once updated")
+    drifts = {**result, "fit": [{**row, "outside_band": 0.9}]}
+    assert headline(drifts) == (
+        "Nothing is missing in the band that the force excites: the model once updated (E −10.0 %) explains the "
+        "recordings there; outside it low shows more than noise."
+    )
+    assert headline({**result, "fit": [{**row, "outside_band": 0.5}]}) == headline(result)
 
 
 @pytest.mark.parametrize("verdict", ["consistent", "parameters-only"])

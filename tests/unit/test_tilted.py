@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.bent_beam import bent_beam, row
+from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, row
 
 from femend.diagnose import locate
 from femend.diagnose.settings import Settings
@@ -17,7 +17,6 @@ from femend.estimate import FitRecord
 from femend.model import Place, ReducedModel
 
 Array = NDArray[np.float64]
-BAND, RATE, N = (5.0, 200.0), 1024.0, 2048
 SENSORS = [(7, 1), (5, 1), (3, 1), (7, 2), (5, 2), (4, 2)]
 OWN = row(5, 1)
 
@@ -30,22 +29,12 @@ def reduced(tmp_path_factory: pytest.TempPathFactory) -> ReducedModel:
 
 def recorded(reduced: ReducedModel, seed: int, share: float, spring: float = 0.0) -> FitRecord:
     """Accelerations under a burst at node 5, in Y and a `share` of that in Z, and a spring across Y and Z at node 3."""
-    K, M = reduced.as_drawn()
     across = reduced.rows(np.array([row(3, 1), row(3, 2)])).sum(axis=0)[None]
-    K = K * (1 + 0.02j) + spring * across.T @ across
-    rng = np.random.default_rng(seed)
-    freq = np.fft.rfftfreq(2 * N, 1 / RATE)
-    burst = np.where(np.arange(2 * N) < 0.5 * N, rng.standard_normal(2 * N), 0.0)
-    U = np.where((freq > BAND[0]) & (freq < BAND[1]), np.fft.rfft(burst), 0)
-    rows = np.array([row(*s) for s in SENSORS])
+    rows, U = np.array([row(*s) for s in SENSORS]), burst(seed)
     into = reduced.rows(np.array([OWN, OWN + 1]), np.array([1.0, share])).sum(axis=0) / np.hypot(1.0, share)
-    Y = np.zeros((len(rows), freq.size), dtype=complex)
-    for k in np.flatnonzero(U):
-        s = 2j * np.pi * freq[k]
-        Y[:, k] = s**2 * (reduced.rows(rows) @ np.linalg.solve(K + s**2 * M, into * U[k]))
-    y = np.fft.irfft(Y)[:, :N]
+    y = answers(reduced, U, into, reduced.rows(rows), spring * across.T @ across)
     noise = 0.01 * y.std(axis=1) + 1e-3 * y.std()
-    y = y + noise[:, None] * rng.standard_normal(y.shape)
+    y = y + noise[:, None] * np.random.default_rng([seed, 1]).standard_normal(y.shape)
     u = np.fft.irfft(U)[None, :N]
     return FitRecord(str(seed), u, y, 1 / RATE, np.array([OWN]), rows, np.ones(1), np.ones(len(rows)), noise)
 
@@ -80,7 +69,7 @@ def test_what_couples_two_directions_elsewhere_turns_nothing(reduced: ReducedMod
 
 
 def test_what_is_said_of_a_force_that_was_turned() -> None:
-    said = ForceTilt(OWN, ((OWN + 1, 0.1), (OWN - 1, -0.05))).text(["a", "b"], 5, 1 / RATE)
+    said = ForceTilt(OWN, ((OWN + 1, 0.1), (OWN - 1, -0.05))).text(["a", "b"], range(1, 8), 1 / RATE)
     assert "the force at node 5 acts 6.4° off Y, with 10 % along Z and -5 % along X (recordings 'a', 'b')" in said
 
 

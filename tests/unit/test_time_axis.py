@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.bent_beam import bent_beam, row
+from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, row
 
 from femend.diagnose import locate
 from femend.diagnose.time_axis import ForceShift, force_shift
@@ -16,7 +16,7 @@ from femend.estimate import FitRecord
 from femend.model import Place, ReducedModel
 
 Array = NDArray[np.float64]
-BAND, RATE, N = (5.0, 200.0), 1024.0, 2048
+NODES = range(1, 8)
 SHAKER, SENSORS = (5, 1), [(7, 1), (5, 1), (4, 1), (3, 1)]
 
 
@@ -28,22 +28,12 @@ def reduced(tmp_path_factory: pytest.TempPathFactory) -> ReducedModel:
 
 def recorded(reduced: ReducedModel, name: str, seed: int, late: float, spring: float = 0.0) -> FitRecord:
     """Accelerations under a burst, beside a force channel that is `late` by so many samples, with noise of 1 %."""
-    K, M = reduced.as_drawn()
-    at = reduced.rows(np.array([row(3, 1)]))
-    K = K * (1 + 0.02j) + spring * at.T @ at
-    rng = np.random.default_rng(seed)
-    freq = np.fft.rfftfreq(2 * N, 1 / RATE)
-    burst = np.where(np.arange(2 * N) < 0.5 * N, rng.standard_normal(2 * N), 0.0)
-    U = np.where((freq > BAND[0]) & (freq < BAND[1]), np.fft.rfft(burst), 0)
+    at, U, freq = reduced.rows(np.array([row(3, 1)])), burst(seed), np.fft.rfftfreq(2 * N, 1 / RATE)
     rows, into = np.array([row(*s) for s in SENSORS]), np.array([row(*SHAKER)])
-    Y = np.zeros((len(rows), freq.size), dtype=complex)
-    for k in np.flatnonzero(U):
-        s = 2j * np.pi * freq[k]
-        Y[:, k] = s**2 * (reduced.rows(rows) @ np.linalg.solve(K + s**2 * M, reduced.rows(into)[0] * U[k]))
+    y = answers(reduced, U, reduced.rows(into)[0], reduced.rows(rows), spring * at.T @ at)
     shown = np.fft.irfft(U * np.exp(-2j * np.pi * freq * late / RATE))[:N]
-    y = np.fft.irfft(Y)[:, :N]
     noise = 0.01 * y.std(axis=1)
-    y = y + noise[:, None] * rng.standard_normal(y.shape)
+    y = y + noise[:, None] * np.random.default_rng([seed, 1]).standard_normal(y.shape)
     return FitRecord(name, shown[None], y, 1 / RATE, into, rows, np.ones(1), np.ones(len(rows)), noise)
 
 
@@ -70,9 +60,9 @@ def test_a_force_that_was_recorded_late_or_early_is_moved(reduced: ReducedModel,
 
 
 def test_what_is_said_of_a_force_that_was_moved() -> None:
-    said = ForceShift(row(*SHAKER), -5 / RATE).text(["a", "b"], 5, 1 / RATE)
+    said = ForceShift(row(*SHAKER), -5 / RATE).text(["a", "b"], NODES, 1 / RATE)
     assert "node 5 was recorded 4.88 ms (5 samples) too late against the responses (recordings 'a', 'b')" in said
-    assert "1.46 ms (1.5 samples) too early" in ForceShift(row(*SHAKER), 1.5 / RATE).text(["a"], 5, 1 / RATE)
+    assert "1.46 ms (1.5 samples) too early" in ForceShift(row(*SHAKER), 1.5 / RATE).text(["a"], NODES, 1 / RATE)
 
 
 def test_a_force_in_time_and_what_is_missing_at_or_beside_the_shaker_move_nothing(reduced: ReducedModel) -> None:

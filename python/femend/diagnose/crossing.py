@@ -11,7 +11,8 @@ from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.known_force import forces_beside
 from femend.diagnose.locate import FINAL_LINES, Located, grounded, locate, refitted
 from femend.diagnose.sensed import sensed_places
-from femend.diagnose.update import AT_NOISE, CLEARLY, UpdatedModel, sensors_in_doubt
+from femend.diagnose.settings import AT_NOISE, CLEARLY
+from femend.diagnose.update import UpdatedModel, sensors_in_doubt
 from femend.estimate import Fit
 from femend.model import Place
 from femend.model.places import mass_place

@@ -15,9 +15,11 @@ from femend.diagnose.crossing import as_sensors_are
 from femend.diagnose.directions import in_other_directions
 from femend.diagnose.each_alone import unlike
 from femend.diagnose.judge import Given, ToBeat, compared_in, to_beat
+from femend.diagnose.late_sensors import late_sensors
 from femend.diagnose.levels import depends_on_level
 from femend.diagnose.loads import try_loads
 from femend.diagnose.locate import Located, locate, shortlist, squares_of
+from femend.diagnose.loud_sensor import loud_sensor
 from femend.diagnose.more_effects import with_further
 from femend.diagnose.name import name_physics
 from femend.diagnose.nearer import nearer
@@ -72,13 +74,21 @@ def diagnose_records(
     if quieter is not None:
         start = update_model(start.reduced.model, quieter, zeta)
         located = locate(start.problem, start.reduced, places, start.null)
-    moved = force_shift(start, located, places, zeta) or force_tilt(start, located, places, zeta, settings)
-    if moved is not None:
-        shift, start, located = moved
+    mended = (
+        force_shift(start, located, places, zeta)
+        or force_tilt(start, located, places, zeta, settings)
+        or late_sensors(start, located, places, zeta, settings)
+    )
+    if mended is not None:
+        off, start, located = mended
+    loud = loud_sensor(start.problem, start.null, located)
+    if loud is not None:
+        start = update_model(start.reduced.model, loud, zeta)
+        located = locate(start.problem, start.reduced, places, start.null)
     start, located = as_sensors_are(start, located, places)
     so_far.places(start, located)
     out = explain(nearer(start, located, settings), located, places, settings, tell, so_far=so_far)
-    out = so_far.found = out if moved is None else replace(out, shift=shift)
+    out = so_far.found = out if mended is None else replace(out, off=off)
     tell.done()
     return out
 

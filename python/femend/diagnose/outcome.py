@@ -13,11 +13,10 @@ from femend.diagnose.judge import Given
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import Located
 from femend.diagnose.ranked import Ranked
+from femend.diagnose.recorded_off import RecordedOff
 from femend.diagnose.second import Further
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
-from femend.diagnose.tilted import ForceTilt
-from femend.diagnose.time_axis import ForceShift
 from femend.diagnose.unrecorded import Driven
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import ReducedModel
@@ -37,9 +36,8 @@ class Diagnosis:
     about the load, `n_values` the effective number of values that scores count on the choosing records, windowed by
     exp(-`sigma` t); `rival` is the free-form force where it beats every named law (`best` is it then); `further` are
     several effects at once where one does not explain enough; `driven` is where the force acts if nobody recorded it;
-    `shift` is that of the force, where it was not recorded on the time axis of the responses or acts along another axis
-    than it is said to: fits are of records with the force moved or turned by it; `interrupted` says that the run was
-    stopped before it could decide.
+    `off` is what recordings are off by, a force that acted at another time or along another axis, sensors that are
+    late: fits are of records without it; `interrupted` says that the run was stopped before it could decide.
     """
 
     verdict: str
@@ -64,7 +62,7 @@ class Diagnosis:
     rival: Rival | None = None
     further: Further | None = None
     driven: Driven | None = None
-    shift: ForceShift | ForceTilt | None = None
+    off: RecordedOff | None = None
     interrupted: bool = False
 
     @property

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Settings"]
+__all__ = ["AT_NOISE", "CLEARLY", "Settings"]
+
+# misfit up to which a model explains the recordings, and cost by which one has to be better than a simpler one (as
+# `consistent` and `gain_cost` of the settings, where these are not at hand)
+AT_NOISE, CLEARLY = 1.2, 40.0
 
 
 @dataclass(frozen=True, slots=True)

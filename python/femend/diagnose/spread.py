@@ -52,7 +52,7 @@ def spread(found: Diagnosis, record: FitRecord) -> Spread | None:
     Models are drawn from the covariance of all unknowns around the final one, those of the structure and of the laws
     together, and simulated.
     """
-    made = _final(found, found.problem.on([record if found.shift is None else found.shift.driving(record)]))
+    made = _final(found, found.problem.on([record if found.off is None else found.off.driving(record)]))
     if made is None:
         return None
     loop, p, x, covariance = made

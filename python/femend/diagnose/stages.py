@@ -21,11 +21,13 @@ STAGES = ("nominal", "parameters", "final")
 
 def stages(found: Diagnosis, record: FitRecord, order: int = 2) -> dict[str, Values]:
     """Responses of every stage: (n_out, n) for time records, accelerations or another derivative of the displacements
-    by its `order`; (K, n_out) for a column of an FRF. A force that was recorded late or early acts when it did."""
-    record = record if found.shift is None else found.shift.driving(record)
+    by its `order`; (K, n_out) for a column of an FRF. Forces act when and where
+    they did, and sensors show it when they do."""
+    given, record = record, record if found.off is None else found.off.driving(record)
     nominal = predict_linear(found.problem, *found.nominal, np.zeros(0), record, order)
     before = updated(found, record, order)
-    return {"nominal": nominal, "parameters": before, "final": final(found, record, before, order)}
+    made = {"nominal": nominal, "parameters": before, "final": final(found, record, before, order)}
+    return made if found.off is None else {stage: found.off.heard(given, y) for stage, y in made.items()}
 
 
 def updated(found: Diagnosis, record: FitRecord, order: int = 2) -> Values:

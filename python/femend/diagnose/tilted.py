@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.locate import LINES, Located, locate, squares_of
+from femend.diagnose.locate import LINES, Located, cost_alone, locate
+from femend.diagnose.recorded_off import RecordedOff
 from femend.diagnose.settings import Settings
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import FitRecord
@@ -38,7 +39,7 @@ AXES = "XYZ"
 
 
 @dataclass(frozen=True)
-class ForceTilt:
+class ForceTilt(RecordedOff):
     """The force recorded at row `row` of the g-set also acts at the `others`, each a row and the share there of what
     acts at `row`; what was recorded is all of it."""
 
@@ -54,19 +55,15 @@ class ForceTilt:
         u = np.ascontiguousarray((shares / np.linalg.norm(shares))[:, None] * record.u * record.in_signs[0])
         return replace(record, u=u, in_rows=np.array([self.row, *rows]), in_signs=np.ones(len(shares)))
 
-    def on(self, record: FitRecord) -> FitRecord:
-        """The record for fits: the same."""
-        return self.driving(record)
-
     @property
     def angle(self) -> float:
         """The angle in degrees between the axis of the force and the one it is said to act along."""
         return float(np.degrees(np.arctan(np.linalg.norm([share for _, share in self.others]))))
 
-    def text(self, names: Sequence[str], node: int, dt: float) -> str:
-        """What is said of it: the recordings' `names` and the shaker's `node`; the step `dt` (s) plays no part."""
+    def text(self, names: Sequence[str], node_ids: Sequence[int], dt: float) -> str:
+        """What is said of it, as of `RecordedOff`."""
         shares = " and ".join(f"{plain(100 * share, 2)} % along {AXES[row % 6]}" for row, share in self.others if share)
-        listed = ", ".join(repr(n) for n in names)
+        listed, node = ", ".join(repr(n) for n in names), int(node_ids[self.row // 6])
         return (
             f"the force at node {node} acts {plain(self.angle, 2)}° off {AXES[self.row % 6]}, with {shares} "
             f"(recordings {listed}): it was turned by that, also for the predictions. See that the stinger or the "
@@ -103,7 +100,9 @@ def force_tilt(
         min((f.cost for f in located if _at_the_force(f.place, own) == at), default=np.inf) for at in (True, False)
     )
     # places that move the sensors alike do as well with a free force, the shaker's among them
-    if _cost(again) > min(LEFT * _cost(start), elsewhere if elsewhere + settings.reach < here else np.inf):
+    if cost_alone(again.problem, again.null) > min(
+        LEFT * cost_alone(start.problem, start.null), elsewhere if elsewhere + settings.reach < here else np.inf
+    ):
         return None
     return tilt, again, locate(again.problem, again.reduced, places, again.null)
 
@@ -117,11 +116,6 @@ def _move(low: float, here: float, high: float) -> tuple[float, float]:
     move = float(np.clip(-slope / bend, -FAR, FAR)) if bend > 0 else -float(np.sign(slope))
     fall = -slope * move - (0.5 * bend * move**2 if bend > 0 else 0.0)
     return (move, fall) if fall > TELLS else (0.0, 0.0)
-
-
-def _cost(start: UpdatedModel) -> float:
-    """Cost of an updated model, as that of a place."""
-    return start.null.prior + squares_of(start.problem, start.null, 0.0)
 
 
 def _at_the_force(place: Place, row: int) -> bool:

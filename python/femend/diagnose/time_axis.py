@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from femend.diagnose.known_force import read_off
 from femend.diagnose.locate import Located, locate
-from femend.diagnose.update import AT_NOISE, UpdatedModel, update_model
+from femend.diagnose.recorded_off import RecordedOff
+from femend.diagnose.settings import AT_NOISE
+from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import Place
 from femend.numerals import plain
@@ -33,7 +35,7 @@ STEP, ROUNDS, CLOSE = 0.25, 3, 0.01
 
 
 @dataclass(frozen=True)
-class ForceShift:
+class ForceShift(RecordedOff):
     """The force at row `row` of the g-set acts `seconds` later than it was recorded (earlier where negative)."""
 
     row: int
@@ -64,10 +66,10 @@ class ForceShift:
         """Samples at which the moved force is not known."""
         return 0 if record.period > 0 else int(np.ceil(abs(self.seconds) / record.dt))
 
-    def text(self, names: Sequence[str], node: int, dt: float) -> str:
-        """What is said of it: the recordings' `names`, the shaker's `node` and the step `dt` (s) of the recordings."""
+    def text(self, names: Sequence[str], node_ids: Sequence[int], dt: float) -> str:
+        """What is said of it, as of `RecordedOff`."""
         samples, how = plain(abs(self.seconds) / dt, 2), "late" if self.seconds < 0 else "early"
-        listed = ", ".join(repr(n) for n in names)
+        listed, node = ", ".join(repr(n) for n in names), int(node_ids[self.row // 6])
         return (
             f"the force at node {node} was recorded {plain(1e3 * abs(self.seconds), 3)} ms ({samples} samples) too "
             f"{how} against the responses (recordings {listed}): it was moved by that, also for the predictions. See "

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import qmc
 
+from femend.diagnose.loud_sensor import loud_sensor
 from femend.diagnose.predict import predict_model
+from femend.diagnose.settings import AT_NOISE, CLEARLY
 from femend.errors import ModelError, RecordingError
 from femend.estimate import (
     Fit,
@@ -36,8 +38,6 @@ from femend.model.unsolvable import no_solution
 from femend.threads import one_blas_thread
 
 __all__ = [
-    "AT_NOISE",
-    "CLEARLY",
     "DRAWN",
     "UpdatedModel",
     "drawn_starts",
@@ -51,9 +51,6 @@ FloatArray = NDArray[np.float64]
 
 # sets of parameters drawn from their priors from which an update starts beside the deck's
 DRAWN = 7
-# misfit up to which a model explains the recordings, and cost by which the deck's own mesh has to do better than a
-# refined one (as `consistent` and `gain_cost` of the settings)
-AT_NOISE, CLEARLY = 1.2, 40.0
 # error of the deck as it is, as a share of that of the refined and updated one, below which its own mesh is taken
 AS_GIVEN = 0.5
 # standard deviations that no share of motion across a sensor, or of its own, is beyond
@@ -100,7 +97,11 @@ def update_model(
     start = _updated(*given)
     start = _on_its_own_mesh(start, records, zeta) or start
     crossing = start.crossing if _by_sensors(start) else None
-    return crossing if crossing is not None and _explains(crossing.null, start.null) else start
+    if crossing is None or not _explains(crossing.null, start.null):
+        return start
+    # one sensor that is off by itself explains more simply what all that are off a little do
+    loud = loud_sensor(start.problem, start.null)
+    return crossing if loud is None else update_model(start.reduced.model, loud, zeta)
 
 
 def _by_sensors(start: UpdatedModel) -> bool:

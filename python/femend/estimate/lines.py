@@ -75,6 +75,8 @@ class FitRecord:
             where sensors are believed.
         crossed: rows of the g-set of sensors that were left out, each with how many times as much the structure moves
             across it as was recorded along it, and how many times as much the model moves along it as that.
+        loud: rows of the g-set of sensors whose noise was raised to what a model that explains all others leaves of
+            them, each with the factor, and the frequency (Hz) about which most of that stands, NaN where it is spread.
     """
 
     name: str
@@ -92,6 +94,7 @@ class FitRecord:
     start: int = 0
     across: FloatArray | ComplexArray | None = None
     crossed: tuple[tuple[int, float, float], ...] = ()
+    loud: tuple[tuple[int, float, float], ...] = ()
 
     @property
     def source(self) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 
 from femend.report.entries import Result, mapping, number, rows
 from femend.report.mode_words import FrequencyErrors, frequency_errors
-from femend.report.noise import BEYOND_NOISE, farthest_from_noise
+from femend.report.noise import BEYOND_NOISE, farthest_from_noise, outside_alone
 from femend.report.numbers import factor_as_percent, ratio
 from femend.report.vocabulary import PHYSICS
 from femend.report.words import (
@@ -118,9 +118,14 @@ def _left(result: Result) -> str:
     consistent = result.get("verdict") == "consistent"
     gain = error_gain(result, "nominal", "parameters")
     unseen = _gain(result, "nominal", "parameters") if gain is not None and gain.which != FITTED else ""
+    model = f"the model{', updated or not,' if consistent else _updated(result)}"
+    if outside_alone(worst, times):
+        return (
+            f"Nothing is missing in the band that the force excites: {model} explains the recordings there; outside it "
+            f"{worst.get('recording')} shows more than noise{unseen}."
+        )
     return (
-        "Nothing at one place is missing as far as these recordings tell, but the model"
-        f"{', updated or not,' if consistent else _updated(result)} leaves an error of "
+        f"Nothing at one place is missing as far as these recordings tell, but {model} leaves an error of "
         f"{ratio(number(worst.get('parameters')))} on {worst.get('recording')} where noise is "
         f"{ratio(number(worst.get('noise_floor')))}: its mesh or idealisation is off, or more than one thing is "
         f"missing{unseen}."

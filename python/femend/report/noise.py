@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from femend.report.entries import Result, number
 
-__all__ = ["BEYOND_NOISE", "farthest_from_noise", "times_noise"]
+__all__ = ["BEYOND_NOISE", "farthest_from_noise", "outside_alone", "times_noise"]
 
 # error of an updated model, in units of the noise, from which it cannot be said to explain the recordings
 BEYOND_NOISE = 1.5
@@ -17,6 +17,12 @@ def times_noise(row: Result, stage: str) -> float | None:
     that tell no error, or were held out, which have no noise to be measured by."""
     floor, left = number(row.get("noise_floor")), number(row.get(stage))
     return None if row.get("role") != "fit" or not floor or left is None else left / floor
+
+
+def outside_alone(row: Result, times: float) -> bool:
+    """Whether what an updated model leaves of a recording, `times` its noise, is noise without what lies outside the
+    band in which models are compared."""
+    return times * max(1 - (number(row.get("outside_band")) or 0.0), 0.0) ** 0.5 < BEYOND_NOISE
 
 
 def farthest_from_noise(fit: Sequence[Result], stage: str) -> tuple[float, Result | None]:

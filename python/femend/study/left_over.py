@@ -6,50 +6,78 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femend.numerals import plain
 from femend.report.noise import BEYOND_NOISE, farthest_from_noise
 from femend.study.predictions import Prediction
 
-__all__ = ["left_beside", "left_beside_sine", "left_over", "share_above"]
+__all__ = ["left_beside", "left_beside_sine", "left_over", "shares_outside"]
+
+FloatArray = NDArray[np.float64]
 
 # error beside laws, in units of the noise, from which it is told
 BESIDE_LAWS = 3.0
 
 
-def share_above(prediction: Prediction, f_end: float) -> float:
-    """Share (0 to 1) of what the updated model leaves of a recording's samples that lies above `f_end` (Hz); 0 of FRFs,
-    whose errors count in the band alone, and of what holds no responses."""
+def shares_outside(prediction: Prediction, band: tuple[float, float]) -> tuple[float, float]:
+    """Shares (0 to 1) of what the updated model leaves of a recording's samples that lie below and above a `band` (Hz);
+    0 of FRFs, whose errors count in the band alone, and of what holds no responses."""
     if prediction.recorded is None or prediction.frf is not None:
-        return 0.0
+        return 0.0, 0.0
+    freq, power = _left_power(prediction)
+    below, above = (float(power[:, outside].sum()) for outside in (freq < band[0], freq > band[1]))
+    return (below / power.sum(), above / power.sum()) if power.sum() > 0 else (0.0, 0.0)
+
+
+def _left_power(prediction: Prediction) -> tuple[FloatArray, FloatArray]:
+    """Frequencies (K,) in Hz, and the power (n, K) that the updated model leaves of the n sensors that count."""
+    assert prediction.recorded is not None
     left = prediction.stages["parameters"][prediction.counted] - prediction.recorded[prediction.counted]
-    power = np.sum(np.abs(np.fft.rfft(left - left.mean(axis=1, keepdims=True), axis=1)) ** 2, axis=0)
-    above = power[np.fft.rfftfreq(left.shape[1], prediction.dt) > f_end]
-    return float(above.sum() / power.sum()) if power.sum() > 0 else 0.0
+    power = np.abs(np.fft.rfft(left - left.mean(axis=1, keepdims=True), axis=1)) ** 2
+    return np.asarray(np.fft.rfftfreq(left.shape[1], prediction.dt), dtype=np.float64), np.asarray(power)
+
+
+def _mostly(prediction: Prediction, f_low: float) -> str:
+    """The sensor that shows most of what is left below a frequency (Hz); nothing where none does."""
+    freq, power = _left_power(prediction)
+    own = power[:, freq < f_low].sum(axis=1)
+    dof = prediction.channels[prediction.counted[int(np.argmax(own))]].dof
+    return "" if dof is None or own.max() < 0.5 * own.sum() else f", most of it at node {dof.node} {dof.direction}"
 
 
 def left_over(
-    verdict: str, fit: Sequence[Mapping[str, Any]], predictions: Sequence[Prediction] = (), f_end: float = np.inf
+    verdict: str,
+    fit: Sequence[Mapping[str, Any]],
+    predictions: Sequence[Prediction] = (),
+    band: tuple[float, float] = (0.0, np.inf),
 ) -> str:
-    """What has to be said beside silence where the updated model leaves clearly more than noise. Above the end of the
-    fitted band, `f_end` (Hz), models are not compared: what is left there of the `predictions` is told as such."""
+    """What has to be said beside silence where the updated model leaves clearly more than noise. Outside the fitted
+    `band` (Hz) models are not compared: what is left there of the `predictions` is told as such."""
     if verdict not in ("consistent", "parameters-only"):
         return ""
     times, worst = farthest_from_noise(fit, "parameters")
     if worst is None or times < BEYOND_NOISE:
         return ""
     name = worst["recording"]
-    share = next((share_above(p, f_end) for p in predictions if p.name == name), 0.0)
+    own = next((p for p in predictions if p.name == name), None)
+    below, above = (0.0, 0.0) if own is None else shares_outside(own, band)
     left = f"the updated model leaves {plain(times, 2)} times the noise of {name}"
-    if times * np.sqrt(1 - share) < BEYOND_NOISE:
+    if times * np.sqrt(max(1 - below - above, 0.0)) >= BEYOND_NOISE:
         return (
-            f"{left}; {plain(100 * share, 3)} % of its square lies above {plain(f_end, 3)} Hz, where the force excites "
-            "too little for models to be compared: below that it is noise. If those frequencies matter, record with a "
-            "force that reaches them"
+            f"{left}, which no law at one place explains clearly enough to be told; the mesh or the idealisation may "
+            "leave that much: refine the mesh and see whether it shrinks, or record more sensors"
+        )
+    if own is not None and below > above:
+        return (
+            f"{left}; {plain(100 * below, 3)} % of its square lies below {plain(band[0], 3)} Hz, where the force "
+            f"excites too little for models to be compared{_mostly(own, band[0])}: above that it is noise. Sensors "
+            "that drift or show a trend leave such; see to their zero, or record with a high-pass filter"
         )
     return (
-        f"{left}, which no law at one place explains clearly enough to be told; the mesh or the idealisation may leave "
-        "that much: refine the mesh and see whether it shrinks, or record more sensors"
+        f"{left}; {plain(100 * above, 3)} % of its square lies above {plain(band[1], 3)} Hz, where the force excites "
+        "too little for models to be compared: below that it is noise. If those frequencies matter, record with a "
+        "force that reaches them"
     )
 
 

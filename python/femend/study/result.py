@@ -19,9 +19,9 @@ from femend.model.place import AXES
 from femend.numerals import plain
 from femend.report.headline import INTERRUPTED
 from femend.study.findings import ALSO, findings, rounded
-from femend.study.left_over import left_beside, left_beside_sine, left_over
+from femend.study.left_over import left_beside, left_beside_sine, left_over, shares_outside
 from femend.study.predictions import STAGES, Prediction, motion_error
-from femend.study.sensors_off import sensors_off
+from femend.study.sensors_off import loud_sensors, sensors_off
 
 __all__ = ["result_of"]
 
@@ -54,9 +54,10 @@ def result_of(
     warnings = [
         *warnings,
         *_drive(diagnosis),
-        *_shifted(diagnosis),
+        *_recorded_off(diagnosis),
         *_mesh(diagnosis),
         *_left_out(diagnosis),
+        *loud_sensors(diagnosis),
         *sensors_off(diagnosis, predictions),
         *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
         *filter(None, [p.spread.text(p.name) for p in predictions if p.spread is not None]),
@@ -64,7 +65,7 @@ def result_of(
     ]
     warnings += untold(records)
     # those of the fit know what their sensors may hold of the motion across them, and have those alone that count
-    known = {r.name: r for r in diagnosis.problem.records if r.across is not None or r.crossed}
+    known = {r.name: r for r in diagnosis.problem.records if r.across is not None or r.crossed or r.loud}
     floors = [known.get(r.name, r) for r in records]
     fit = [_fit(p, floors, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     found = findings(diagnosis)
@@ -77,20 +78,17 @@ def result_of(
         "parameters": _parameters(diagnosis),
         "fit": fit,
         "status": _status(diagnosis),
-        "advice": diagnosis.advice
-        or left_over(diagnosis.verdict, fit, predictions, diagnosis.problem.band[1])
-        or beside,
+        "advice": diagnosis.advice or left_over(diagnosis.verdict, fit, predictions, diagnosis.problem.band) or beside,
         "warnings": list(warnings),
     }
 
 
-def _shifted(diagnosis: Diagnosis) -> list[str]:
-    """That the force was not recorded on the time axis of the responses."""
-    shift, records = diagnosis.shift, diagnosis.problem.records
-    if shift is None:
+def _recorded_off(diagnosis: Diagnosis) -> list[str]:
+    """What all recordings are off by."""
+    off, records = diagnosis.off, diagnosis.problem.records
+    if off is None:
         return []
-    node = int(diagnosis.reduced.model.node_ids[shift.row // 6])
-    return [shift.text([r.name for r in records], node, records[0].dt)]
+    return [off.text([r.name for r in records], diagnosis.reduced.model.node_ids.tolist(), records[0].dt)]
 
 
 def _mesh(diagnosis: Diagnosis) -> list[str]:
@@ -179,6 +177,8 @@ def _fit(prediction: Prediction, records: list[FitRecord], band: tuple[float, fl
     noise = float(np.sqrt(np.mean(np.square(floors)))) if floors else None
     row: dict[str, Any] = {"recording": prediction.name, "role": prediction.role, "noise_floor": rounded(noise)}
     row.update({stage: rounded(prediction.error(stage)) for stage in STAGES})
+    if prediction.role == "fit" and prediction.frf is None:
+        row["outside_band"] = rounded(sum(shares_outside(prediction, band)))
     return row
 
 

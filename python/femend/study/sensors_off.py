@@ -15,7 +15,7 @@ from femend.model.place import AXES
 from femend.numerals import listed, plain
 from femend.study.predictions import STAGES, Prediction
 
-__all__ = ["readings", "sensors_off"]
+__all__ = ["loud_sensors", "readings", "sensors_off"]
 
 FloatArray = NDArray[np.float64]
 
@@ -51,6 +51,22 @@ def sensors_off(diagnosis: Diagnosis, predictions: Sequence[Prediction] = ()) ->
         f"hold some {plain(100 * ACROSS_SD)} % of the motion across them ({MOUNT}), and not where each is believed as "
         f"it is: such shares were left free, and noise floors hold as much{most_across}{_reads(shares, alone)}"
     ]
+
+
+def loud_sensors(diagnosis: Diagnosis) -> list[str]:
+    """What is told of sensors that show what no model and no force explains, while all others are explained."""
+    model, told = diagnosis.reduced.model, []
+    records = diagnosis.problem.records
+    for row in sorted({row for r in records for row, _, _ in r.loud}):
+        factor, hum = max((factor, hum) for r in records for loud, factor, hum in r.loud if loud == row)
+        how = f", most of it at {plain(hum)} Hz" if np.isfinite(hum) else ""
+        told.append(
+            f"the sensor at node {int(model.node_ids[row // 6])} {AXES[row % 6]} shows {plain(factor, 2)} times its "
+            f"noise beside what the model moves there{how}, which no force at one place explains, while the model "
+            "explains all other sensors to their noise: it counted as noise of this one. See whether it is fixed, its "
+            "cable and connector, and whether it picks up hum or drifts, or exchange it for another sensor"
+        )
+    return told
 
 
 def readings(predictions: Sequence[Prediction]) -> dict[str, float]:
