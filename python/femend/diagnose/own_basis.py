@@ -27,6 +27,8 @@ FloatArray = NDArray[np.float64]
 
 # weighted square left, in units of the noise, from which a fit may have ended beside the right one
 FAR = 2.0
+# steps of a fit, which has far to go where the factor is small: resonances have other frequencies in the own basis
+STEPS = 60
 
 
 def in_own_basis(problem: Problem, reduced: ReducedModel, g_rows: list[int], found: Located) -> Located:
@@ -39,12 +41,12 @@ def in_own_basis(problem: Problem, reduced: ReducedModel, g_rows: list[int], fou
     """
     own = with_loads(reduced, _forces(found.place, reduced, problem.band[1]), problem.band[1], g_rows)
     hypothesis, nothing = hypothesis_of(found.place, own), np.zeros(0)
-    (fit,) = problem.fit([hypothesis], [(found.fit.p, nothing)])
+    (fit,) = problem.fit([hypothesis], [(found.fit.p, nothing)], iterations=STEPS)
     if fit is None or fit.score > FAR:
         p = problem.prior(hypothesis.reduced)[0].copy()
         own_unknowns = own_span(hypothesis.reduced)
         p[own_unknowns] = found.fit.p[own_unknowns]
-        (again,) = problem.fit([hypothesis], [(p, nothing)])
+        (again,) = problem.fit([hypothesis], [(p, nothing)], iterations=STEPS)
         fit = min((f for f in (fit, again) if f is not None), key=lambda f: f.cost, default=None)
     if fit is None:
         return found
