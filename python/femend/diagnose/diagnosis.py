@@ -20,6 +20,7 @@ from femend.diagnose.levels import depends_on_level
 from femend.diagnose.loads import try_loads
 from femend.diagnose.locate import Located, locate, shortlist, squares_of
 from femend.diagnose.loud_sensor import loud_sensor
+from femend.diagnose.low_cut import low_cut
 from femend.diagnose.more_effects import with_further
 from femend.diagnose.name import name_physics
 from femend.diagnose.nearer import nearer
@@ -78,6 +79,7 @@ def diagnose_records(
         force_shift(start, located, places, zeta)
         or force_tilt(start, located, places, zeta, settings)
         or late_sensors(start, located, places, zeta, settings)
+        or low_cut(start, located, places, zeta, settings)
     )
     if mended is not None:
         off, start, located = mended

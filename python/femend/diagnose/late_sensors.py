@@ -14,13 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.data.bands import within_band
-from femend.diagnose.locate import LINES, Located, cost_alone, locate
-from femend.diagnose.predict import predict_linear
+from femend.diagnose.locate import Located
+from femend.diagnose.mended import can_be_off, mended
 from femend.diagnose.recorded_off import RecordedOff
 from femend.diagnose.settings import Settings
-from femend.diagnose.update import UpdatedModel, update_model
-from femend.estimate import Fit, FitRecord, Problem
+from femend.diagnose.shown import Shown, shown_by
+from femend.diagnose.update import UpdatedModel
+from femend.estimate import Fit, FitRecord
 from femend.model import Place
 from femend.model.place import AXES
 from femend.numerals import listed, plain
@@ -30,14 +30,13 @@ __all__ = ["SensorTimes", "late_sensors"]
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-# share of its cost that the updated model has left at most with sensors that are moved; the same of what a scaled shape
-# leaves on every line, before anything is fitted with them moved
-LEFT, WORTH = 0.25, 0.5
+# share of what scaled shapes leave on every line that they leave at most with sensors moved
+WORTH = 0.5
 # the least time that is told, in samples, what is near enough for the next round, and the longest that is looked for,
 # in periods of the band's low end
 LEAST, CLOSE, LONGEST = 0.2, 0.02, 2.0
-# times are read off so many to a sample; rounds in which shapes and times are found, and in which the model is fitted
-FINE, ROUNDS, UPDATES = 20, 30, 12
+# times are read off so many to a sample; rounds in which shapes and times are found
+FINE, ROUNDS = 20, 30
 # sensors from which times of their own are told
 FEWEST = 3
 # sensors that are listed of those that are late by the same
@@ -99,110 +98,60 @@ def late_sensors(
     elsewhere. `zeta` is the starting damping ratio."""
     records = start.problem.records
     rows = sorted({int(row) for r in records for row in r.out_rows})
-    if any(not r.driven or r.frf is not None for r in records):
+    if len(rows) < FEWEST or not can_be_off(start, settings):
         return None
-    if len(rows) < FEWEST or start.null.score <= settings.far:
-        return None
-    shown, reach = _shown(start.problem, start.null, records, rows), LONGEST / start.problem.band[0]
+    shown, reach = shown_by(start.problem, start.null, records, rows), LONGEST / start.problem.band[0]
     first = _by_shapes(shown, len(rows), reach)
     if _left(shown, first) > WORTH * _left(shown, np.zeros(len(rows))):
         return None
-    found = _told(rows, _refined(start, rows, first, reach), records)
-    if found is None:
-        return None
-    again = update_model(start.reduced.model, [found.on(r) for r in records], zeta)
-    closer = _told(rows, _times(_shown(start.problem, again.null, records, rows), len(rows), reach), records)
-    if closer is not None and closer != found:
-        found, again = closer, update_model(start.reduced.model, [closer.on(r) for r in records], zeta)
-    best = min((one.cost for one in located), default=np.inf)
-    if cost_alone(again.problem, again.null) > min(LEFT * cost_alone(start.problem, start.null), best):
-        return None
-    return found, again, locate(again.problem, again.reduced, places, again.null)
 
+    def read(fit: Fit) -> FloatArray:
+        # against the force; those found first are against each other
+        return _times(shown_by(start.problem, fit, records, rows), len(rows), reach)
 
-def _refined(start: UpdatedModel, rows: Sequence[int], times: FloatArray, reach: float) -> FloatArray:
-    """Times (n,) by which the sensors at `rows` are late against the force, from those against each other: the model is
-    fitted on few lines of the records with them moved, from where it was and from the deck, and tells the next ones."""
-    few, records = start.problem.sparing(LINES), start.problem.records
-    (mean, *_), none, null = start.problem.prior(start.reduced), np.zeros(0), start.null
-    p, dt = null.p, min(r.dt for r in records)
-    for _ in range(UPDATES):
-        found = _told(rows, times, records)
-        problem = few if found is None else few.on([found.on(r) for r in few.records])
-        fits = [f for f in problem.fit([null.hypothesis] * 2, [(p, none), (mean, none)], iterations=8) if f is not None]
-        if not fits:
-            break
-        best = min(fits, key=lambda fit: fit.cost)
-        p, before = best.p, times
-        times = _times(_shown(start.problem, best, records, rows), len(rows), reach)
-        if np.abs(times - before).max() < CLOSE * dt:
-            break
-    return times
-
-
-def _told(rows: Sequence[int], times: FloatArray, records: Sequence[FitRecord]) -> SensorTimes | None:
-    """The sensors whose times are told; None where none is."""
     dt = min(r.dt for r in records)
+    return mended(start, located, places, zeta, first, read, lambda times: _told(rows, times, dt), CLOSE * dt)
+
+
+def _told(rows: Sequence[int], times: FloatArray, dt: float) -> SensorTimes | None:
+    """The sensors whose times are told, at a step of `dt` (s); None where none is."""
     off = [(row, float(time)) for row, time in zip(rows, times, strict=True) if abs(time) > LEAST * dt]
     return SensorTimes(tuple(row for row, _ in off), tuple(time for _, time in off)) if off else None
 
 
-@dataclass(frozen=True, eq=False)
-class _Shown:
-    """What sensors recorded, `Y` (n_out, K), and what a model says they move, `M`, on lines of a record of `n` samples
-    of `dt` (s) from line `first` on; `at` (n_out,) numbers the sensors, `weight` (n_out, 1) is by their noise."""
-
-    Y: ComplexArray
-    M: ComplexArray
-    at: NDArray[np.intp]
-    weight: FloatArray
-    first: int
-    n: int
-    dt: float
-
-    def moved(self, times: FloatArray) -> ComplexArray:
-        """The model's spectra (n_out, K) seen later by `times` (s) of all sensors."""
-        omega = 2 * np.pi * (self.first + np.arange(self.M.shape[1])) / (self.n * self.dt)
-        return np.asarray(self.M * np.exp(-1j * omega * times[self.at][:, None]))
-
-    def sizes(self, times: FloatArray) -> ComplexArray:
-        """The factor (K,) of the model's shape on every line that is nearest to what was recorded."""
-        M = self.moved(times)
-        along, size = (np.conj(M) * self.Y * self.weight).sum(axis=0), (np.abs(M) ** 2 * self.weight).sum(axis=0)
-        return np.asarray(along / np.maximum(size, 1e-300))
-
-    def agreement(self, sizes: ComplexArray, at: FloatArray) -> FloatArray:
-        """How well every sensor agrees with the model's shape times `sizes` (K,) if it were late by times `at` (m,): no
-        line counts more than the median one, for a resonance tells least of where it is."""
-        P = np.conj(sizes * self.M) * self.Y
-        size = np.abs(P)
-        usual = np.maximum(np.median(size, axis=1, keepdims=True), 1e-300)
-        P = P / np.maximum(size, usual) / P.shape[1]
-        whole = np.zeros((len(P), self.n * FINE // 2 + 1), dtype=np.complex128)
-        whole[:, self.first : self.first + P.shape[1]] = P
-        course = np.fft.fftshift(np.fft.irfft(whole, self.n * FINE, axis=1), axes=1)
-        t = (np.arange(course.shape[1]) - course.shape[1] // 2) * self.dt / FINE
-        return np.array([np.interp(at, t, one) for one in course])
+def _moved_model(shown: Shown, times: FloatArray) -> ComplexArray:
+    """The model's spectra (n_out, K) seen later by `times` (s) of all sensors."""
+    return np.asarray(shown.M * np.exp(-1j * shown.omega * times[shown.at][:, None]))
 
 
-def _shown(problem: Problem, fit: Fit, records: Sequence[FitRecord], rows: Sequence[int]) -> list[_Shown]:
-    """What the sensors at `rows` recorded, and what a model fitted without a force beside it says, from rest."""
-    made = []
-    for r in records:
-        y = np.asarray(predict_linear(problem, fit.hypothesis, fit.p, np.zeros(0), r))
-        inside = np.flatnonzero(within_band(np.fft.rfftfreq(r.n, r.dt), problem.band))
-        Y, M = (np.fft.rfft(x, axis=1)[:, inside] for x in (r.y, y))
-        at = np.array([rows.index(int(row)) for row in r.out_rows])
-        made.append(_Shown(Y, M, at, 1 / r.noise[:, None] ** 2, int(inside[0]), r.n, r.dt))
-    return made
+def _sizes(shown: Shown, times: FloatArray) -> ComplexArray:
+    """The factor (K,) of the model's shape on every line that is nearest to what was recorded, with sensors late by
+    `times` (s)."""
+    M = _moved_model(shown, times)
+    along, size = (np.conj(M) * shown.Y * shown.weight).sum(axis=0), (np.abs(M) ** 2 * shown.weight).sum(axis=0)
+    return np.asarray(along / np.maximum(size, 1e-300))
 
 
-def _by_shapes(shown: Sequence[_Shown], n: int, reach: float) -> FloatArray:
+def _agreement(shown: Shown, sizes: ComplexArray, at: FloatArray) -> FloatArray:
+    """How well every sensor agrees with the model's shape times `sizes` (K,) if it were late by times `at` (m,): no
+    line counts more than the median one, for a resonance tells least of where it is."""
+    P = np.conj(sizes * shown.M) * shown.Y
+    size = np.abs(P)
+    usual = np.maximum(np.median(size, axis=1, keepdims=True), 1e-300)
+    P = P / np.maximum(size, usual) / P.shape[1]
+    whole = np.zeros((len(P), shown.n * FINE // 2 + 1), dtype=np.complex128)
+    whole[:, shown.first : shown.first + P.shape[1]] = P
+    course = np.fft.fftshift(np.fft.irfft(whole, shown.n * FINE, axis=1), axes=1)
+    t = (np.arange(course.shape[1]) - course.shape[1] // 2) * shown.dt / FINE
+    return np.array([np.interp(at, t, one) for one in course])
+
+
+def _by_shapes(shown: Sequence[Shown], n: int, reach: float) -> FloatArray:
     """Times (n,) within `reach` (s) by which sensors are late against most of them: by the model's shapes alone, whose
     sizes and times are found in turns."""
     times = np.zeros(n)
     for _ in range(ROUNDS):
-        found = _times(shown, n, reach, [one.sizes(times) for one in shown])
+        found = _times(shown, n, reach, [_sizes(one, times) for one in shown])
         found -= np.median(found)
         if np.array_equal(found, times):
             break
@@ -211,20 +160,21 @@ def _by_shapes(shown: Sequence[_Shown], n: int, reach: float) -> FloatArray:
 
 
 def _times(
-    shown: Sequence[_Shown], n: int, reach: float, sizes: Sequence[ComplexArray | float] | None = None
+    shown: Sequence[Shown], n: int, reach: float, sizes: Sequence[ComplexArray | float] | None = None
 ) -> FloatArray:
     """Times (n,) within `reach` (s) at which sensors agree best with the model, its shapes scaled by `sizes`."""
     step = min(one.dt for one in shown) / FINE
     at = np.float64(step) * np.arange(-int(reach / step), int(reach / step) + 1, dtype=np.float64)
     agree = np.zeros((n, len(at)))
     for one, size in zip(shown, [1.0] * len(shown) if sizes is None else sizes, strict=True):
-        agree[one.at] += one.agreement(np.asarray(size, dtype=np.complex128), at)
+        agree[one.at] += _agreement(one, np.asarray(size, dtype=np.complex128), at)
     return at[np.argmax(agree, axis=1)]
 
 
-def _left(shown: Sequence[_Shown], times: FloatArray) -> float:
+def _left(shown: Sequence[Shown], times: FloatArray) -> float:
     """Weighted squares that shapes of the best size on every line leave, with sensors late by `times` (n,)."""
-    return sum(float((np.abs(one.Y - one.sizes(times) * one.moved(times)) ** 2 * one.weight).sum()) for one in shown)
+    left = [one.Y - _sizes(one, times) * _moved_model(one, times) for one in shown]
+    return sum(float((np.abs(e) ** 2 * one.weight).sum()) for one, e in zip(shown, left, strict=True))
 
 
 def _moved(y: FloatArray, samples: FloatArray, n: int) -> FloatArray:
