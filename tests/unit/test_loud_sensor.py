@@ -77,6 +77,8 @@ def test_what_is_missing_is_not_the_fault_of_a_sensor(reduced: ReducedModel) -> 
     loud, _ = started(reduced, HUM)
     explained = [replace(located[0], fit=replace(located[0].fit, misfit=np.ones(2)))]
     assert loud_sensor(loud.problem, loud.null, explained) is None
+    half = [replace(located[0], fit=replace(located[0].fit, misfit=0.5 * loud.null.misfit))]
+    assert loud_sensor(loud.problem, loud.null, half) is None
     three = [
         replace(r, y=r.y[:3], out_rows=r.out_rows[:3], out_signs=r.out_signs[:3], noise=r.noise[:3])
         for r in loud.problem.records

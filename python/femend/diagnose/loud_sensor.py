@@ -23,6 +23,9 @@ ComplexArray = NDArray[np.complex128]
 
 # misfit of a sensor from which it is louder than its noise, as a multiple of what is noise
 LOUD = 4.0
+# share of the misfit that a force at a place leaves at most where something is missing there, though it may leave more
+# than noise: what else the model is off by
+NEARLY = 0.5
 # sensors, the worst ones, that are tried, and sensors that have to stay beside one
 TRIED, FEWEST = 2, 3
 # what makes a sensor mute, as a multiple of its noise
@@ -34,8 +37,9 @@ BESIDE, HUM = 1, 0.5
 def loud_sensor(problem: Problem, null: Fit, located: Sequence[Located] = ()) -> list[FitRecord] | None:
     """The records with the noise of one sensor raised to what the model leaves of it, which `FitRecord.loud` then
     names: where the model `null` explains the others to the noise without it, and neither it nor a force at one of the
-    places `located` explains all. None elsewhere."""
-    if null.score <= AT_NOISE or any(one.fit.score <= AT_NOISE for one in located):
+    places `located` explains most. None elsewhere."""
+    near = max(AT_NOISE, NEARLY * null.score)
+    if null.score <= AT_NOISE or any(one.fit.score <= near for one in located):
         return None
     if any(r.frf is not None or len(r.out_rows) <= FEWEST for r in problem.records):
         return None
