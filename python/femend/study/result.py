@@ -18,6 +18,7 @@ from femend.model import MeshError
 from femend.model.place import AXES
 from femend.numerals import plain
 from femend.report.headline import INTERRUPTED
+from femend.report.noise import BEYOND_NOISE, times_noise
 from femend.study.findings import ALSO, findings, rounded
 from femend.study.left_over import left_beside, left_beside_sine, left_over, shares_outside
 from femend.study.predictions import STAGES, Prediction, motion_error
@@ -177,8 +178,9 @@ def _fit(prediction: Prediction, records: list[FitRecord], band: tuple[float, fl
     noise = float(np.sqrt(np.mean(np.square(floors)))) if floors else None
     row: dict[str, Any] = {"recording": prediction.name, "role": prediction.role, "noise_floor": rounded(noise)}
     row.update({stage: rounded(prediction.error(stage)) for stage in STAGES})
-    if prediction.role == "fit" and prediction.frf is None:
-        row["outside_band"] = rounded(sum(shares_outside(prediction, band)))
+    if (times_noise(row, "parameters") or 0.0) >= BEYOND_NOISE:
+        outside = {"outside_band": rounded(sum(shares_outside(prediction, band)))}
+        row.update(outside if outside["outside_band"] else {})
     return row
 
 
