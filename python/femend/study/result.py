@@ -69,6 +69,8 @@ def result_of(
     known = {r.name: r for r in diagnosis.problem.records if r.across is not None or r.crossed or r.loud}
     floors = [known.get(r.name, r) for r in records]
     fit = [_fit(p, floors, diagnosis.problem.band) for p in predictions if p.recorded is not None]
+    if diagnosis.verdict in ("consistent", "parameters-only"):
+        _note_outside(fit, predictions, diagnosis.problem.band)
     found = findings(diagnosis)
     sines = "".join(left_beside_sine(one, fit) for one in found)
     beside = sines if diagnosis.by_load else left_beside(diagnosis.verdict, fit)
@@ -178,10 +180,15 @@ def _fit(prediction: Prediction, records: list[FitRecord], band: tuple[float, fl
     noise = float(np.sqrt(np.mean(np.square(floors)))) if floors else None
     row: dict[str, Any] = {"recording": prediction.name, "role": prediction.role, "noise_floor": rounded(noise)}
     row.update({stage: rounded(prediction.error(stage)) for stage in STAGES})
-    if (times_noise(row, "parameters") or 0.0) >= BEYOND_NOISE:
-        outside = {"outside_band": rounded(sum(shares_outside(prediction, band)))}
-        row.update(outside if outside["outside_band"] else {})
     return row
+
+
+def _note_outside(fit: Sequence[dict[str, Any]], predictions: Sequence[Prediction], band: tuple[float, float]) -> None:
+    """Adds to rows that the updated model leaves beyond noise how much of that lies outside the band (Hz)."""
+    own = {p.name: p for p in predictions}
+    for row in fit:
+        if (times_noise(row, "parameters") or 0.0) >= BEYOND_NOISE:
+            row["outside_band"] = rounded(sum(shares_outside(own[row["recording"]], band)))
 
 
 def _floor_as_recorded(prediction: Prediction, record: FitRecord, floor: float) -> float:
