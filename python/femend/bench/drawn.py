@@ -100,9 +100,11 @@ def draw_posterior_of(
     found: UpdateResult, settings: UpdatingSettings, small: Reduction | None, told: Callable[[], None] | None = None
 ) -> Drawn:
     """Draws `settings.draws` times from the posterior of the problem of `found`, in reduced models where `small` has
-    them.
+    them, without the modes that its search let go.
 
     `told` is called after every temperature. Raises UpdatingError as `sample` does.
     """
     problem: Problem = found.problem if small is None else small.problem
-    return Drawn(sample(problem, settings.draws, seed=settings.seed, told=told), found, small)
+    return Drawn(
+        sample(problem, settings.draws, seed=settings.seed, counting=found.counting(), told=told), found, small
+    )

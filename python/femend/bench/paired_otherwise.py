@@ -18,12 +18,13 @@ SAME = 1e-4
 def paired_otherwise(found: UpdateResult, counted: Sequence[Counted], after: Sequence[Compared]) -> list[str]:
     """Modes that count, fitted with one mode of the model and compared with another one where all modes of their
     recording are paired together: the tables show the latter, and the fit meets the former."""
-    rows = {(r.configuration, r.mode): r for r in found.modes()}
+    let_go = found.let_go()
+    rows = {(r.configuration, r.mode): r for r in found.modes() if (r.configuration, r.mode) not in let_go}
     shown = {c.measured.name: {r.a + 1: r for r in c.comparison.table.rows} for c in after}
     told = []
     for c in counted:
-        for i, number in enumerate(c.numbers):
-            fitted, compared = rows.get((c.name, i + 1)), shown.get(c.sources[0], {}).get(number)
+        for number in c.numbers:
+            fitted, compared = rows.get((c.name, number)), shown.get(c.sources[0], {}).get(number)
             if len(c.sources) > 1 or fitted is None or compared is None or not fitted.mate:
                 continue
             if abs(compared.freq_b / fitted.freq_after - 1) > SAME:

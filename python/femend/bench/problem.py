@@ -146,7 +146,7 @@ def _configuration(study: Study, c: Counted, seen: _Seen) -> Configuration:
     phi[rows] = c.phi
     phi_sd = np.ones(phi.shape)
     phi_sd[rows] = c.phi_sd
-    test = ModeTest(c.freq, phi) if c.freq.size else None
+    test = ModeTest(c.freq, phi, numbers=c.numbers) if c.freq.size else None
     return Configuration(c.name, seen.system, tuple(_responses(c, study, phi, phi_sd)), test)
 
 

@@ -83,7 +83,8 @@ def update_advice(
 ) -> list[str]:
     """What the search, what it left `unmet`, parameters and held-out recordings ask for."""
     said = [text for text in (found.advice, unmet.text(found)) if text]
-    lost = found.unpaired()
+    let_go = found.let_go()  # the advice of the search tells them
+    lost = [mode for mode in found.unpaired() if mode not in let_go]
     if lost:
         modes = ", ".join(f"{c} {n}" for c, n in lost[:6])
         said.append(f"measured modes without a mate of the asked MAC at the end: {modes}")

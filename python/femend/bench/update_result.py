@@ -57,7 +57,7 @@ def update_result(
         "format": FORMAT,
         "title": prepared.study.title,
         "status": found.status,
-        **_said(prepared, counted, before, advice, warnings, unmet.believable(found)),
+        **_said(prepared, counted, before, advice, warnings, unmet.believable(found), len(found.let_go())),
         "iterations": len(found.history) - 1,
         "cost": {"before": found.before.cost, "after": found.after.cost},
         "squares": {"before": found.before.squares, "after": found.after.squares, "values": found.after.n_values},
@@ -91,12 +91,13 @@ def _said(
     advice: Sequence[str],
     warnings: Sequence[str],
     believable: bool,
+    let_go: int,
 ) -> dict[str, Any]:
     """How many modes count, whether the update is `doubtful` as a whole (as one is whose deviations are not
-    `believable`), and all advice and warnings: those of the
+    `believable`, or whose search `let_go` of so many modes), and all advice and warnings: those of the
     measurement first, then those of what was found."""
-    n_counted = sum(c.freq.size for c in counted)
-    measured = n_counted + sum(len(c.left_out) for c in counted)
+    n_counted = sum(c.freq.size for c in counted) - let_go
+    measured = n_counted + let_go + sum(len(c.left_out) for c in counted)
     few = few_modes(n_counted, measured) if MODAL & set(prepared.study.updating.responses) else []
     faults, times, factors = doubted_sensors(before), doubted_times(prepared, before), doubted_frequencies(before)
     missing = missing_modes(prepared.measured)
@@ -112,7 +113,7 @@ def _said(
     told += far_pairs([b for b in before if b.measured.role == "validate"])
     told += [text for c in counted for text in c.left_out]
     return {
-        "doubtful": bool(few or missing or times or factors) or not believable,
+        "doubtful": bool(few or missing or times or factors or let_go) or not believable,
         "modes": {"measured": measured, "counted": n_counted},
         "advice": "; ".join(text for text in [*first, *advice] if text),
         "warnings": list(dict.fromkeys([*told, *warnings])),
@@ -121,7 +122,8 @@ def _said(
 
 def _fit(found: UpdateResult) -> dict[str, Any]:
     """Mean frequency error and MAC over the modes that count, before and after; NaN where there are none."""
-    rows = found.modes()
+    let_go = found.let_go()
+    rows = [r for r in found.modes() if (r.configuration, r.mode) not in let_go]
 
     def mean(values: list[float]) -> float:
         known = [v for v in values if np.isfinite(v)]

@@ -22,7 +22,8 @@ FORMAT = "femend-updating/1"
 @dataclass(frozen=True, slots=True)
 class Iteration:
     """One accepted point: p, its cost and squares, the radius of the next step, modes (first test mode 0) by
-    configuration with their mates (-1: none), and what happened on the way there, in words."""
+    configuration with their mates (-1: none), and what happened on the way there, in words; `mac` are the modes'
+    agreements with their mates, `let_go` how often each had lost its mate and was let go."""
 
     p: tuple[float, ...]
     cost: float
@@ -30,6 +31,8 @@ class Iteration:
     radius: float
     mates: tuple[tuple[int, ...], ...]
     notes: tuple[str, ...] = ()
+    mac: tuple[tuple[float, ...], ...] = ()
+    let_go: tuple[tuple[int, ...], ...] = ()
 
 
 def write_history(path: str | Path, problem: Problem, iterations: list[Iteration], status: str) -> None:
@@ -58,6 +61,9 @@ def read_history(path: str | Path, problem: Problem) -> list[Iteration]:
                 i["radius"],
                 tuple(tuple(m) for m in i["mates"]),
                 tuple(i["notes"]),
+                # files of earlier versions have neither
+                tuple(tuple(m) for m in i.get("mac", ())),
+                tuple(tuple(m) for m in i.get("let_go", ())),
             )
             for i in content["iterations"]
         ]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from femend.errors import FemendError, UpdatingError
 from femend.estimate.updating.design import design
+from femend.estimate.updating.lost_modes import EXPLAINED
 from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.result import UpdateResult
 from femend.estimate.updating.unknown import spans
@@ -23,8 +24,6 @@ __all__ = ["Minimum", "MultiStart", "StartsInterrupted", "multi_start"]
 FloatArray = NDArray[np.float64]
 # ends closer than this in spans are one minimum
 SAME = 1e-2
-# squares a value: residuals of two deviations
-EXPLAINED = 4.0
 
 
 @dataclass(frozen=True, eq=False)

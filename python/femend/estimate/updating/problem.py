@@ -32,11 +32,14 @@ MAC_MIN = 0.5
 class ModeTest:
     """Measured modes for pairing: `freq` (n_test,) Hz and real `phi` (n_sensors, n_test); NaN marks a sensor that was
     not there. `by` "shape" pairs by MAC (`correlate.pair_modes`), "order" the lowest with the lowest and so on, which
-    is what is left without shapes, and leads further from afar, where no shape looks like its own."""
+    is what is left without shapes, and leads further from afar, where no shape looks like its own. `numbers` (n_test,)
+    are those by which the modes are told, 1 to n_test where none are given.
+    """
 
     freq: FloatArray
     phi: FloatArray | None = None
     by: Literal["shape", "order"] = "shape"
+    numbers: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "freq", np.asarray(self.freq, dtype=np.float64))
@@ -44,6 +47,9 @@ class ModeTest:
             object.__setattr__(self, "phi", np.asarray(self.phi))
             if self.phi.ndim != 2 or self.phi.shape[1] != self.freq.size:
                 raise UpdatingError(f"{self.freq.size} test frequencies and shapes {self.phi.shape}; one column each")
+        object.__setattr__(self, "numbers", tuple(self.numbers) or tuple(range(1, self.freq.size + 1)))
+        if len(self.numbers) != self.freq.size:
+            raise UpdatingError(f"{len(self.numbers)} numbers for {self.freq.size} test frequencies; one each")
 
     def mates(self, state: State) -> Mates:
         """The best one-to-one pairing with the modes of `state`, then of those left over, however poor: `mac` says how

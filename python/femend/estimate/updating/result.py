@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femend.correlate import mac
 from femend.estimate.updating.history import Iteration
+from femend.estimate.updating.lost_modes import Flags, out_of
 from femend.estimate.updating.problem import Evaluation, Problem
 from femend.estimate.updating.unknown import LEAST_FACTOR, limits
 from femend.numerals import plain
@@ -45,7 +46,8 @@ class ParameterRow(NamedTuple):
 
 
 class ModeRow(NamedTuple):
-    """One measured mode: frequency in Hz measured, before and after; MAC before and after; model mode (from 1) after.
+    """One measured mode, by the number its test gives it: frequency in Hz measured, before and after; MAC before and
+    after; model mode (from 1) after.
 
     NaN and 0 where it has no mate, or where no shape was measured."""
 
@@ -72,7 +74,8 @@ class UpdateResult:
 
     @property
     def advice(self) -> str:
-        """What the status asks for, "" if nothing; where the model failed on the last step, how."""
+        """What the status asks for, "" if nothing; where the model failed on the last step, how, and which modes were
+        let go."""
         failed = [n for n in self.history[-1].notes if n.startswith("no ")] if self.status == "stalled" else []
         gone = self._gone()
         held = (
@@ -84,7 +87,30 @@ class UpdateResult:
             if gone
             else []
         )
-        return "; ".join(text for text in [ADVICE[self.status], *held, *failed[-1:]] if text)
+        return "; ".join(text for text in [ADVICE[self.status], *held, self._without(), *failed[-1:]] if text)
+
+    def _without(self) -> str:
+        """That modes were let go during the search, and what they may be."""
+        out = self._out()
+        if not out:
+            return ""
+        who: dict[str, list[str]] = {}
+        for c, i in out:
+            test, mates = self.problem.configurations[c].test, self.after.mates[c]
+            assert test is not None
+            assert mates is not None
+            told = f"{test.numbers[i]} at {plain(test.freq[i])} Hz (MAC {plain(mates.mac[i], 3)})"
+            who.setdefault(self.problem.configurations[c].name, []).append(told)
+        named = "; ".join(f"{name} {', '.join(modes)}" for name, modes in who.items())
+        one = len(out) == 1
+        return (
+            f"measured mode{'' if one else 's'} {named} lost {'its mate' if one else 'their mates'} on the way and "
+            f"{'does' if one else 'do'} not count in what was found: a mode the model lacks, a second pole of one "
+            "resonance, or parameters that have to come nearer first?"
+        )
+
+    def _out(self) -> list[tuple[int, int]]:
+        return out_of(self.after, self.history[-1].let_go)
 
     def _gone(self) -> list[str]:
         """Factors that stand at the least that a factor may be."""
@@ -174,7 +200,7 @@ class UpdateResult:
             for j in range(c.test.freq.size):
                 g, x = f[:, j].tolist(), m[:, j].tolist()
                 mate = int(ends[1].mate[j]) + 1
-                rows.append(ModeRow(c.name, j + 1, float(c.test.freq[j]), g[0], g[1], x[0], x[1], mate))
+                rows.append(ModeRow(c.name, c.test.numbers[j], float(c.test.freq[j]), g[0], g[1], x[0], x[1], mate))
         return rows
 
     def changed_most(self, n: int = 3) -> list[str]:
@@ -191,13 +217,26 @@ class UpdateResult:
         return [r.name for r in self.parameters() if not r.learned <= 0.5 and np.isfinite(r.sd)]
 
     def unpaired(self) -> list[tuple[str, int]]:
-        """(configuration, test mode from 1) of measured modes without a mate at the end."""
+        """(configuration, number of the mode in its test) of measured modes without a mate at the end."""
         return [
-            (c.name, int(i) + 1)
+            (c.name, c.test.numbers[i])
             for c, mates in zip(self.problem.configurations, self.after.mates, strict=True)
             if c.test is not None and mates is not None
             for i in np.flatnonzero((mates.mate < 0) | (mates.mac < self.problem.mac_min))
         ]
+
+    def let_go(self) -> list[tuple[str, int]]:
+        """(configuration, number of the mode in its test) of modes that lost their mate on the way and do not count."""
+        found = [(self.problem.configurations[c], i) for c, i in self._out()]
+        return [(c.name, c.test.numbers[i]) for c, i in found if c.test is not None]
+
+    def counting(self) -> Flags:
+        """Which test modes (n_test,) of each configuration were not let go, None where it has no modes."""
+        out = self._out()
+        return tuple(
+            None if c.test is None else np.array([(k, i) not in out for i in range(c.test.freq.size)], dtype=np.bool_)
+            for k, c in enumerate(self.problem.configurations)
+        )
 
     def __repr__(self) -> str:
         lines = [

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femend.errors import FemendError, UpdatingError
 from femend.estimate.updating.design import prior_quantiles
+from femend.estimate.updating.lost_modes import Flags
 from femend.estimate.updating.moves import TOO_LITTLE, move
 from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.step import root
@@ -69,21 +70,21 @@ def sample(
     n: int = 500,
     *,
     seed: int = 0,
+    counting: Flags | None = None,
     solve_all: Callable[[FloatArray], FloatArray] | None = None,
     told: Callable[[], None] | None = None,
 ) -> Posterior:
     """Draws from the posterior of `problem` by sequential Monte Carlo: `n` particles from the prior, cut off at the
-    bounds, through tempered likelihoods exp(-beta squares / 2) with beta from 0 to 1.
+    bounds, through tempered likelihoods exp(-beta squares / 2) with beta from 0 to 1. Each beta leaves half of the
+    particles effective (Ching and Chen 2007, transitional MCMC); systematic resampling; then moves until the particles
+    are new draws (`moves.move`; a sequential Monte Carlo sampler, Del Moral, Doucet and Jasra 2006). The evidence is
+    the product of the mean weights, its error from their scatter. A model without a solution has no likelihood.
 
-    Each beta leaves half of the particles effective (Ching and Chen 2007, transitional MCMC); systematic resampling;
-    then moves until the particles are new draws (`moves.move`; a sequential Monte Carlo sampler, Del Moral, Doucet and
-    Jasra 2006). The evidence is the product of the mean weights, its error from their scatter. A model without a
-    solution has no likelihood.
-
-    `solve_all` maps points (n, n_unknowns) to squares (n,), where there is something faster than one after the other (a
-    response surface). `seed` makes it repeatable, `told` is called after every temperature. Raises UpdatingError for
-    fewer particles than four for each unknown, an unknown without prior or bounds, where the prior is correlated, and
-    where no particle has a solution.
+    All measured modes count, however they pair, but for those that `counting` (each configuration's (n_test,), None
+    where it has no modes) has as False. `solve_all` maps points (n, n_unknowns) to squares (n,), where there is
+    something faster than one after the other (a response surface). `seed` makes it repeatable, `told` is called after
+    every temperature. Raises UpdatingError for fewer particles than four for each unknown, an unknown without prior or
+    bounds, where the prior is correlated, and where no particle has a solution.
     """
     rng = np.random.default_rng(seed)
     if n < FEWEST * len(problem.unknowns):
@@ -95,7 +96,7 @@ def sample(
     precision = problem.unknowns.precision
     if np.any(precision - np.diag(np.diag(precision))):
         raise UpdatingError("the prior couples unknowns (a field); sample in unknowns that are independent a priori")
-    squares_of = solve_all or (lambda points: _squares(problem, points))
+    squares_of = solve_all or (lambda points: _squares(problem, points, counting))
     R = root(precision)
     prior_of = lambda x: (((x - problem.unknowns.mean) @ R.T) ** 2).sum(axis=1)  # noqa: E731
     u = (rng.permuted(np.tile(np.arange(n)[:, None], (1, len(problem.unknowns))), axis=0) + rng.random((n, 1))) / n
@@ -126,10 +127,12 @@ def sample(
     )
 
 
-def _squares(problem: Problem, points: FloatArray) -> FloatArray:
-    """Squares (n,) one by one, infinite where there is no solution; all measured modes count, however they pair."""
+def _squares(problem: Problem, points: FloatArray, counting: Flags | None) -> FloatArray:
+    """Squares (n,) one by one, infinite where there is no solution; all measured modes count without `counting`."""
     out = np.full(len(points), np.inf)
-    every = tuple(None if c.test is None else np.ones(c.test.freq.size, dtype=np.bool_) for c in problem.configurations)
+    every = counting or tuple(
+        None if c.test is None else np.ones(c.test.freq.size, dtype=np.bool_) for c in problem.configurations
+    )
     for i, p in enumerate(points):
         try:
             out[i] = problem.evaluate(p, active=every).squares

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend.errors import FemendError, UpdatingError
 from femend.estimate.updating.history import Iteration, point, read_history, write_history
+from femend.estimate.updating.lost_modes import Flags, Times, back_again, last_paired, lost, modes_of
 from femend.estimate.updating.problem import Evaluation, Problem
 from femend.estimate.updating.result import Status, UpdateResult
 from femend.estimate.updating.step import best_step, root
@@ -20,7 +21,6 @@ from femend.threads import one_blas_thread
 __all__ = ["update"]
 
 FloatArray = NDArray[np.float64]
-Active = tuple[NDArray[np.bool_] | None, ...]
 
 # usual constants of a trust region (Nocedal and Wright, Numerical Optimization, algorithm 4.1)
 ACCEPT, POOR, GOOD = 1e-4, 0.25, 0.75
@@ -35,9 +35,10 @@ class _Search:
     """What changes during a search."""
 
     here: Evaluation
-    active: Active
+    active: Flags
     radius: float
     iterations: list[Iteration]
+    let_go: Times
 
 
 @one_blas_thread
@@ -58,10 +59,12 @@ def update(
     With finite priors this is the maximum a posteriori estimate with its Laplace covariance, with infinite ones
     weighted least squares. A step is the exact minimum of the linearised problem inside limits and a trust region that
     is a box of `radius` spans (`spans`); it is taken when it lowers the cost. After each the modes are paired anew, and
-    measured modes that have found a mate join. The search ends when the linearised problem promises less than
+    measured modes that have found a mate join. Those that have none where the search ends are let go, which is noted,
+    and it goes on from the last point at which they had one; a mode that has a mate again then counts once more
+    (`lost_modes`). The search ends when the linearised problem promises less than
     `tolerance`^2 of the cost or a step of less than `tolerance` spans ("converged", "at bound" with unknowns at their
     limits), when no step lowers the cost ("stalled"; "converged" where less than 1e-4 is promised, a hundredth of the
-    unknowns' deviations), after `iterations` ("limit"), or when `stop` of an iteration is
+    unknowns' deviations), after `iterations` (of each such search, "limit"), or when `stop` of an iteration is
     True ("stopped").
 
     `history` is a file that keeps every iteration; with `resume` the search goes on from it where it exists. A point at
@@ -79,11 +82,15 @@ def update(
     scale = spans(problem.unknowns)
     if history is not None:
         write_history(history, problem, search.iterations, "running")
-    for _ in range(iterations):
+    left = iterations
+    while left > 0:
+        left -= 1
         done = _advance(problem, search, lower, upper, scale, tolerance)
         if done is not None:
-            status = done
-            break
+            if not _other_modes(problem, search, radius):
+                status = done
+                break
+            left = iterations
         if history is not None:
             write_history(history, problem, search.iterations, "running")
         if stop is not None and stop(search.iterations[-1]):
@@ -116,25 +123,36 @@ def _begin(
         raise UpdatingError(f"the start of {u.name!r} is {u.value(p[i]):g}, outside its bounds {u.bounds}")
     states = problem.states(p)
     active = problem.active(states)
+    let_go: Times = tuple(None if a is None else np.zeros(a.size, dtype=np.int64) for a in active)
     if kept:
         active = tuple(
-            None if a is None else np.asarray(m) >= 0 for a, m in zip(active, _mates_of(kept[-1], active), strict=True)
+            None if a is None else np.asarray(m) >= 0
+            for a, m in zip(active, _kept(kept[-1].mates, active), strict=True)
         )
+        if kept[-1].let_go:
+            let_go = tuple(
+                None if a is None else np.array(n, dtype=np.int64)
+                for a, n in zip(active, _kept(kept[-1].let_go, active), strict=True)
+            )
     here = problem.evaluate(p, slopes=True, active=active, states=states)
-    search = _Search(here, active, radius, list(kept))
+    search = _Search(here, active, radius, list(kept), let_go)
     if not kept:
-        search.iterations.append(_iteration(here, radius, ()))
+        search.iterations.append(_iteration(search, ()))
     return search
 
 
-def _mates_of(iteration: Iteration, active: Active) -> list[tuple[int, ...]]:
-    """The kept mates by configuration, with nothing for configurations without modes."""
-    return [m if a is not None else () for m, a in zip(iteration.mates, active, strict=True)]
+def _kept(of_modes: tuple[tuple[int, ...], ...], active: Flags) -> list[tuple[int, ...]]:
+    """What was kept `of_modes` by configuration, with nothing for configurations without modes."""
+    return [m if a is not None else () for m, a in zip(of_modes, active, strict=True)]
 
 
-def _iteration(here: Evaluation, radius: float, notes: tuple[str, ...]) -> Iteration:
+def _iteration(search: _Search, notes: tuple[str, ...]) -> Iteration:
+    here = search.here
     mates = tuple(() if m is None else tuple(int(i) for i in m.mate) for m in here.mates)
-    return Iteration(tuple(float(x) for x in here.p), here.cost, here.squares, radius, mates, notes)
+    mac = tuple(() if m is None else tuple(float(x) for x in m.mac) for m in here.mates)
+    times = tuple(() if n is None else tuple(n.tolist()) for n in search.let_go)
+    p = tuple(float(x) for x in here.p)
+    return Iteration(p, here.cost, here.squares, search.radius, mates, notes, mac, times)
 
 
 def _enough(problem: Problem, here: Evaluation) -> None:
@@ -197,29 +215,56 @@ def _advance(
 
 def _accept(problem: Problem, search: _Search, trial: Evaluation, notes: list[str]) -> None:
     """Takes a point: measured modes that have found a mate join, changed pairs are noted."""
-    joined: list[NDArray[np.bool_] | None] = []
-    found: list[str] = []
-    for c, old, new in zip(problem.configurations, search.active, problem.active(trial.states), strict=True):
-        both = None if old is None or new is None else old | new
-        if old is not None and both is not None and (both & ~old).any():
-            found.append(
-                f"{c.name}: test modes {', '.join(str(i + 1) for i in np.flatnonzero(both & ~old))} found mates"
-            )
-        joined.append(both)
-    before = search.here.mates
-    there = problem.evaluate(trial.p, slopes=True, active=tuple(joined), states=trial.states)
-    search.here, search.active = there, tuple(joined)
-    notes += found
+    paired = zip(search.active, problem.active(trial.states), search.let_go, strict=True)
+    # those that were let go are looked at where the search ends
+    joined: Flags = tuple(
+        None if old is None or new is None or n is None else old | (new & (n == 0)) for old, new, n in paired
+    )
+    before, old = search.here.mates, search.active
+    there = problem.evaluate(trial.p, slopes=True, active=joined, states=trial.states)
+    search.here, search.active = there, joined
+    newly: Flags = tuple(None if j is None or o is None else j & ~o for j, o in zip(joined, old, strict=True))
+    notes += [f"{text} found a mate" for text in modes_of(problem.configurations, newly, there)]
     for c, old_pairs, new_pairs in zip(problem.configurations, before, search.here.mates, strict=True):
-        if old_pairs is None or new_pairs is None:
+        if c.test is None or old_pairs is None or new_pairs is None:
             continue
         changed = np.flatnonzero((old_pairs.mate != new_pairs.mate) & (old_pairs.mate >= 0))
         notes += [
-            f"{c.name}: test mode {i + 1} paired with model mode {new_pairs.mate[i] + 1}, before with "
+            f"{c.name}: test mode {c.test.numbers[i]} paired with model mode {new_pairs.mate[i] + 1}, before with "
             f"{old_pairs.mate[i] + 1}"
             for i in changed
         ]
-    search.iterations.append(_iteration(search.here, search.radius, tuple(notes)))
+    search.iterations.append(_iteration(search, tuple(notes)))
+
+
+def _other_modes(problem: Problem, search: _Search, radius: float) -> bool:
+    """Lets modes without a mate go where a search has ended, and takes those back that have one again; False where
+    there are none, or too few were left. The search begins anew, with steps of `radius`."""
+    gone = lost(search.here, problem.mac_min)
+    leaving = any(m is not None and m.any() for m in gone)
+    back = gone if leaving else back_again(search.here, search.active, search.let_go, problem.mac_min)
+    if not any(m is not None and m.any() for m in back):
+        return False
+    active: Flags = tuple(None if a is None or m is None else a ^ m for a, m in zip(search.active, back, strict=True))
+    who = "; ".join(modes_of(problem.configurations, back, search.here, with_mac=True))
+    p, note = search.here.p, f"{who} found a mate again"
+    if leaving:
+        at = last_paired(search.iterations, gone, problem.mac_min)
+        where = "from here on" if at is None else f"from step {at} on"
+        p = p if at is None else point(search.iterations[at])
+        note = f"{who} had no mate where the search ended: let go, {where}"
+    try:
+        here = problem.evaluate(p, slopes=True, active=active)
+        _enough(problem, here)
+    except (FemendError, ArithmeticError):
+        return False
+    if leaving:
+        search.let_go = tuple(
+            None if n is None or m is None else n + m.astype(np.int64) for n, m in zip(search.let_go, gone, strict=True)
+        )
+    search.here, search.active, search.radius = here, active, radius
+    search.iterations.append(_iteration(search, (note,)))
+    return True
 
 
 def _at_bound(p: FloatArray, lower: FloatArray, upper: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
