@@ -135,15 +135,25 @@ def test_deviations_that_what_is_unmet_widens_stand_beside_the_others(tmp_path: 
 
 
 def test_modes_that_miss_their_frfs_come_first() -> None:
-    """Parameters that were fitted to some of the modes in a band, neighbours taken for others."""
-    poor = SimpleNamespace(name="h1", role="fit", test=SimpleNamespace(error=0.78, noise_share=0.02))
+    """Parameters that were fitted to some of the modes in a band, neighbours taken for others; where the modes hold
+    is told in Hz."""
+    freq = np.linspace(1.0, 100.0, 397)
+    H = np.ones((freq.size, 1, 1))
+    lines = {
+        "measured": SimpleNamespace(freq=freq, H=H),
+        "resynthesised": SimpleNamespace(H=H * (freq >= 25.0)[:, None, None]),
+    }
+    modes = SimpleNamespace(freq=np.array([30.0, 70.0]))
+    poor = SimpleNamespace(
+        name="h1", role="fit", test=SimpleNamespace(error=0.78, noise_share=0.02, modes=modes, **lines)
+    )
     noisy = SimpleNamespace(name="h2", role="fit", test=SimpleNamespace(error=0.3, noise_share=0.25))
     held = SimpleNamespace(name="h3", role="validate", test=poor.test)
     (told,) = missing_modes(cast(Any, [poor, noisy, held]))
     assert told.startswith(
         "the modes that were found leave 78 % of the FRFs of 'h1' (scatter explains 2 %) unexplained"
     )
-    assert "narrow [correlation] band" in told
+    assert "narrow [correlation] band to what the modes explain: 25 to 100 Hz of 'h1', and update on that" in told
     assert missing_modes(cast(Any, [noisy, held])) == []
 
 

@@ -74,6 +74,15 @@ def test_factors_of_two_parameters_of_one_field_are_multiplied(tmp_path: Path) -
     assert "MAT1    1       9.45+10 " in text
 
 
+def test_a_model_without_parameters_says_how_to_give_them(tmp_path: Path) -> None:
+    """It said "there are " and nothing."""
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "m.bdf").write_text(MAIN)
+    (tmp_path / "parts" / "props.bdf").write_text(PROPS)
+    with pytest.raises(UpdatingError, match="no parameter 'E'; none was given: read_model"):
+        updated_deck(read_model(tmp_path / "m.bdf"), {"E": 0.9})
+
+
 @pytest.mark.parametrize("factor", [-2.0, 0.0, float("nan"), float("inf")])
 def test_factors_that_no_stiffness_has_are_refused(tmp_path: Path, factor: float) -> None:
     (tmp_path / "parts").mkdir()

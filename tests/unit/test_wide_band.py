@@ -10,7 +10,8 @@ import pytest
 
 from femend.data import FRF
 from femend.modal import ModalTest, identify_modes
-from femend.modal.parts import _octaves
+from femend.modal.held_band import held_band
+from femend.modal.parts import octaves
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from modal_models import known_frf, shapes
@@ -51,11 +52,30 @@ def test_an_order_that_is_given_stays_that_of_the_whole_band() -> None:
     assert identify_modes(wide(), max_order=60).error > 0.2
 
 
+def test_it_is_told_where_modes_hold_in_hz() -> None:
+    """The lowest thirteen of these modes are missing; the band that is told holds modes alone that are found."""
+    missed = identify_modes(wide(), max_order=60)
+    band = held_band(missed)
+    assert band is not None
+    low, high = band
+    assert high == missed.measured.freq[-1]
+    assert MODES[0] < low < MODES[-1] / 2
+    inside = MODES[(low <= MODES) & (high >= MODES)]
+    assert np.abs(inside[:, None] / missed.modes.freq - 1).min(axis=1).max() < 1e-3
+    again = identify_modes(wide(), band, max_order=60)
+    assert again.error < 0.05
+    assert any(f"; from {low:.4g} to {high:.4g} Hz the modes found explain them" in text for text in missed.advice)
+
+
+def test_nothing_is_told_of_modes_that_hold_everywhere(test: ModalTest) -> None:
+    assert held_band(test) is None
+
+
 def test_octaves_from_the_upper_end_down_have_the_lines_asked_for() -> None:
     freq = np.linspace(1.0, 100.0, 1000)
-    spans = _octaves(freq, 100)
+    spans = octaves(freq, 100)
     assert spans[0][0] == 0
     assert spans[-1][1] == 1000
     assert all(b - a >= 100 for a, b in spans)
     assert [round(float(freq[a])) for a, _ in spans] == [1, 13, 25, 50]
-    assert _octaves(np.linspace(60.0, 100.0, 1000), 100) == [(0, 1000)]
+    assert octaves(np.linspace(60.0, 100.0, 1000), 100) == [(0, 1000)]

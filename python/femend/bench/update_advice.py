@@ -10,6 +10,7 @@ import numpy as np
 from femend.bench.counted import Counted
 from femend.bench.left import Unmet
 from femend.estimate.updating import Sensitivity, UpdateResult
+from femend.modal.held_band import held_band
 from femend.modal.parts import misses
 from femend.model import affordable_refinement
 from femend.numerals import plain
@@ -42,17 +43,20 @@ def few_modes(counted: int, measured: int) -> list[str]:
 def missing_modes(measured: Sequence[MeasuredModes]) -> list[str]:
     """That modes of recordings the update is fitted to were not found, where their FRFs say so."""
     found = [(m.name, m.test) for m in measured if m.role == "fit" and m.test is not None]
+    missed = [(name, t) for name, t in found if misses(t.error**2, 1.0, t.noise_share**2)]
+    if not missed:
+        return []
     poor = [
         f"{plain(100 * t.error, 2)} % of the FRFs of {name!r} (scatter explains {plain(100 * t.noise_share, 2)} %)"
-        for name, t in found
-        if misses(t.error**2, 1.0, t.noise_share**2)
+        for name, t in missed
     ]
-    if not poor:
-        return []
+    held = [(name, held_band(t)) for name, t in missed]
+    known = [f"{plain(b[0])} to {plain(b[1])} Hz of {name!r}" for name, b in held if b is not None]
+    where = f": {', '.join(known)}" if known else " (`femend correlate` draws their FRFs)"
     return [
         f"the modes that were found leave {', '.join(poor)} unexplained: some are missing, and neighbours stand for "
         "them; parameters may be off by more than their deviations: narrow [correlation] band to what the modes "
-        "explain (`femend correlate` draws their FRFs), and update on that"
+        f"explain{where}, and update on that"
     ]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.modal.held_band import held_band
 from femend.modal.indicators import lines_near
 from femend.modal.parts import misses
 from femend.modal.result import ModalTest
@@ -36,6 +37,7 @@ def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str
         said.append(
             f"the resynthesis misses {100 * test.error:.0f} % of the FRFs, where scatter from line to line explains "
             f"{100 * test.noise_share:.0f} %: modes are missing in {band}, or the structure is not linear"
+            f"{_held(test)}"
         )
     poor = _poor_frfs(test) + _split_modes(test)
     doubtful = doubtful or bool(poor)
@@ -48,6 +50,12 @@ def advice_on(test: ModalTest, converged: bool, correlation: float) -> tuple[str
             "modes are those of that many fewer lines"
         )
     return ("doubtful" if doubtful else "ok"), tuple(said)
+
+
+def _held(test: ModalTest) -> str:
+    """Where the modes do explain the FRFs, in words."""
+    band = held_band(test)
+    return "" if band is None else f"; from {plain(band[0])} to {plain(band[1])} Hz the modes found explain them"
 
 
 def _poor_frfs(test: ModalTest) -> list[str]:

@@ -22,7 +22,7 @@ from femend.modal.plscf import PoleTable, plscf_poles
 from femend.modal.refine import RefinedModes
 from femend.modal.stabilisation import Stabilisation, stabilise
 
-__all__ = ["FEWEST_LINES", "FoundModes", "find_modes", "misses"]
+__all__ = ["FEWEST_LINES", "FoundModes", "find_modes", "misses", "octaves"]
 
 # lines of a band that modes are looked for in at least: fewer are explained by residual terms and a mode of noise
 FEWEST_LINES = 12
@@ -76,7 +76,7 @@ def find_modes(
     found = _found(band, parts)
     while max_order is None:
         missed = _missed(band, found.fitted.fit)
-        finer = [half for part in (_octaves(freq) if len(parts) == 1 else parts) for half in _halves(part, missed)]
+        finer = [half for part in (octaves(freq) if len(parts) == 1 else parts) for half in _halves(part, missed)]
         if len(finer) == len(parts) or not missed.any():
             break
         more = _found(band, finer)
@@ -171,13 +171,14 @@ def _missed(band: _Band, fit: ModalFit) -> NDArray[np.bool_]:
     missed = np.zeros(band.freq.size, dtype=bool)
     if not misses(float(left.sum()), float(size.sum()), scatter * band.freq.size):
         return missed
-    for low, high in _octaves(band.freq, FEWEST_LINES):
+    for low, high in octaves(band.freq, FEWEST_LINES):
         missed[low:high] = misses(float(left[low:high].sum()), float(size[low:high].sum()), scatter * (high - low))
     return missed
 
 
-def _octaves(freq: Real, least: int = LINES_AN_ORDER * ORDER) -> list[Span]:
-    """The octaves of a band from its upper end down; what has less than `least` lines goes with the one above."""
+def octaves(freq: Real, least: int = LINES_AN_ORDER * ORDER) -> list[Span]:
+    """The octaves of a band of lines `freq` (n_freq,) in Hz from its upper end down, as (first line, behind the last);
+    what has less than `least` lines goes with the one above. Raises nothing."""
     octave = np.floor(np.log2(freq[-1] / freq) * (1.0 - 1e-12)).astype(np.int64)
     ends = [freq.size]
     for at in np.nonzero(np.diff(octave))[0][::-1] + 1:

@@ -70,7 +70,9 @@ def updated_deck(model: Model, factors: Mapping[str, float]) -> UpdatedDeck:
     names, morphs = [p.name for p in model.parameters], [m.name for m in model.morphs]
     for name in factors:
         if name not in names and name not in morphs:
-            raise UpdatingError(f"the deck has no parameter {name!r}; there are {', '.join(names + morphs)}")
+            known = ", ".join(names + morphs)
+            there = f"there are {known}" if known else "none was given: read_model(..., parameters=[Parameter(...)])"
+            raise UpdatingError(f"the deck has no parameter {name!r}; {there}")
         if name in names and not (np.isfinite(factors[name]) and factors[name] > 0):
             raise UpdatingError(
                 f"the factor of {name!r} is {factors[name]:g}: what it stands for in the deck is multiplied by it; "
