@@ -91,7 +91,7 @@ def test_what_is_written(run: CorrelationRun, folder: Path) -> None:
     assert not re.search(r'(?:src|href)="https?:', page)
     assert {p.name for p in out.iterdir()} == {
         "correlation.json", "correlation.html", "correlation.run.json", "correlation.modes.csv",
-        "correlation.sensors.csv", "correlation.frfs.csv",
+        "correlation.sensors.csv", "correlation.frfs.csv", "correlation.elements.csv", "correlation.parameters.csv",
     }  # fmt: skip
 
 

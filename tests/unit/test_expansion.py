@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from femend import Dof, model_modes
 from femend.analysis.tam import tam_table
 from femend.correlate import align_points, sensor_faults
 from femend.diagnose.residual_energy import residual_energy
@@ -100,6 +103,16 @@ def test_least_residual_is_the_dense_quadratic_minimum() -> None:
     np.testing.assert_allclose(found.sd[:, 0], np.sqrt(np.diag(np.linalg.inv(H))), rtol=0.02)
 
 
+def test_shapes_at_frequencies_of_the_model_are_its_own() -> None:
+    """The dynamic stiffness is singular there."""
+    found = expand_residual(K, M, ROWS, PHI[ROWS, :3], FREQ[:3], 0.01, model_error=0.05, error_at=ROWS)
+    np.testing.assert_allclose(found.phi, PHI[:, :3], atol=1e-6)
+    assert found.energy.max() < 1e-9
+    # a sensor is told no better than itself, and better with the others
+    assert (found.sd < 0.01).all()
+    assert (found.sd > 0.003).all()
+
+
 def test_deviation_of_the_expansion_holds_for_wrong_models() -> None:
     """Structures whose stiffness is wrong at random: errors of the expansion are of the size that it states."""
     rng = np.random.default_rng(4)
@@ -184,6 +197,41 @@ def test_residual_leads_to_the_wrong_element(beam: Model) -> None:
     assert ranking.rows[0].name == "E4"
     assert ranking.rows[0].change == pytest.approx(-0.3, abs=0.1)
     assert [name for name, _, _ in ranking.chosen] == ["E4"]
+
+
+def test_the_soft_half_of_a_plate_is_found(tmp_path: Path) -> None:
+    """Shells: the system of residual and shape together could not be factored, and was told as too few sensors."""
+    n = 12
+    nodes = [(i, j) for i in range(n + 1) for j in range(n + 1)]
+    number = {at: k + 1 for k, at in enumerate(nodes)}
+    lines = [f"GRID,{number[i, j]},,{i / n:.4f},{j / n:.4f},0." for i, j in nodes]
+    lines += [
+        f"CQUAD4,{k + 1},{1 if i < n // 2 else 2},"
+        f"{number[i, j]},{number[i + 1, j]},{number[i + 1, j + 1]},{number[i, j + 1]}"
+        for k, (i, j) in enumerate((i, j) for i in range(n) for j in range(n))
+    ]
+    lines += [f"MAT1,{k},7.+10,,.33,2700." for k in (1, 2)] + [f"PSHELL,{k},{k},.01,{k}" for k in (1, 2)]
+    lines += [f"SPC1,1,123456,{number[0, j]}" for j in range(n + 1)]
+    path = tmp_path / "plate.bdf"
+    path.write_text("\n".join(["BEGIN BULK", *lines, "ENDDATA"]))
+    parameters = [Parameter(f"E{k}", "E", "material", (k,)) for k in (1, 2)]
+    plate = read_model(path, spc=1, parameters=parameters)
+    true = model_modes(plate, n_modes=6, factors={"E2": 0.8})
+    sensors = [Dof(number[i, j], 3) for i in (3, 6, 9, 12) for j in (0, 4, 8, 12)]
+    at = {(int(a), int(c)): i for i, (a, c) in enumerate(zip(plate.fe.dof_nodes, plate.fe.dof_components, strict=True))}
+    rows = [at[d.node, d.component] for d in sensors]
+    y = true.phi[[true.dofs.index(d) for d in sensors]]
+    sd = np.tile(0.03 * np.abs(y).max(axis=0), (len(rows), 1))
+    found = expand_residual(*plate.matrices(), rows, y, true.freq, sd)
+    energy = residual_energy(plate, found.residual, found.phi)
+    carried = dict.fromkeys(energy.regions, 0.0)
+    for eid, share, density in zip(energy.elements, energy.element, energy.density, strict=True):
+        carried["property 1" if (eid - 1) // n < n // 2 else "property 2"] += share / density
+    density = {name: share / carried[name] for name, share in energy.regions.items()}
+    assert density["property 2"] > 2 * density["property 1"]
+    ranking = rank_parameters(DeckMatrices(plate), rows, y, true.freq, sd, prior_sd=0.1, model_error=found.model_error)
+    assert ranking.rows[0].name == "E2"
+    assert ranking.rows[0].change == pytest.approx(-0.2, abs=0.05)
 
 
 def test_residual_energy_of_all_of_an_element_is_that_of_the_matrices(beam: Model) -> None:

@@ -17,6 +17,8 @@ from femend.bench.prepared import Prepared, prepare
 from femend.bench.run_compared import ComparedRun
 from femend.bench.run_content import write_run_table
 from femend.bench.steps import Steps, write_json
+from femend.bench.where_wrong import where_wrong
+from femend.bench.where_wrong_content import write_where_tables
 from femend.diagnose.staged.shaft import axis_doubt
 from femend.io import OutputDirectory, refuse_unwritable
 from femend.progress import Progress, SilentProgress
@@ -47,10 +49,11 @@ def correlate(study: str | Path, out: str | Path | None = None, progress: Progre
     with steps.step("compare"):
         compared = tuple(prepared.compare(m) for m in prepared.measured)
         tams = tuple(orthogonality_of(c, prepared.models.of(c.measured.configuration)) for c in compared)
+        wrong = tuple(where_wrong(c, prepared.models.of(c.measured.configuration), prepared.study) for c in compared)
         runs = tuple(prepared.compare_run(m) for m in prepared.runs)
-        result = correlation_result(prepared, compared, tams, runs)
+        result = correlation_result(prepared, compared, tams, wrong, runs)
         result["warnings"] += [*_positions(prepared.study), *_axes(prepared, runs)]
-    run = CorrelationRun(prepared, compared, tams, result, runs)
+    run = CorrelationRun(prepared, compared, tams, result, runs, wrong)
     if out is not None:
         with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
             _write(run, folder, steps)
@@ -86,7 +89,11 @@ def _positions(study: Study) -> list[str]:
 
 def _write(run: CorrelationRun, folder: Path, steps: Steps) -> None:
     write_json(folder / "correlation.json", run.result)
-    names = [*write_tables(folder, run.compared), *write_run_table(folder, run.result["runs"])]
+    names = [
+        *write_tables(folder, run.compared),
+        *write_where_tables(folder, run),
+        *write_run_table(folder, run.result["runs"]),
+    ]
     info = steps.info.as_dict()
     page = correlation_page(run, info, ("correlation.json", *names))
     (folder / "correlation.html").write_text(render_page(page), encoding="utf-8")

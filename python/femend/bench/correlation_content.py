@@ -12,6 +12,7 @@ from femend.bench.compared import Compared
 from femend.bench.page import Fact, Page, Section, Table, figures, fixed, number, percent
 from femend.bench.run_content import run_section
 from femend.bench.steps import drawn_model, marker, write_csv
+from femend.bench.where_wrong_content import where_sections
 from femend.correlate import match_frfs
 from femend.data import FRF
 from femend.report import plots
@@ -53,7 +54,11 @@ def correlation_page(done: CorrelationRun, run: dict[str, Any], files: Sequence[
         csac = float(np.mean([f["mean_csac"] for f in frfs]))
         facts.append(Fact("FRFs", f"CSAC {fixed(csac)}", f"CSF {fixed(float(np.mean([f['mean_csf'] for f in frfs])))}"))
     each = zip(compared, result["recordings"], strict=True)
-    sections = [_section(c, r["orthogonality"]) for c, r in each]
+    sections = [
+        section
+        for (c, r), w in zip(each, done.wrong, strict=True)
+        for section in (_section(c, r["orthogonality"]), *where_sections(done, c, w))
+    ]
     sections += [run_section(c, r) for c, r in zip(done.runs, result["runs"], strict=True)]
     said = []
     if compared:

@@ -17,6 +17,7 @@ from femend.bench.orthogonal import orthogonality_result
 from femend.bench.placed import Placed
 from femend.bench.run_compared import ComparedRun
 from femend.bench.run_result import run_advice, run_result
+from femend.bench.where_wrong import WhereWrong, where_wrong_result
 
 if TYPE_CHECKING:
     from femend.bench.prepared import Prepared
@@ -27,10 +28,14 @@ FORMAT = "femend-correlation/1"
 
 
 def correlation_result(
-    prepared: Prepared, compared: Sequence[Compared], tams: Sequence[TamTable | None], runs: Sequence[ComparedRun] = ()
+    prepared: Prepared,
+    compared: Sequence[Compared],
+    tams: Sequence[TamTable | None],
+    wrong: Sequence[WhereWrong | None],
+    runs: Sequence[ComparedRun] = (),
 ) -> dict[str, Any]:
-    """The content of correlation.json; `tams` are the orthogonalities of what is `compared`, `runs` those of a
-    rotor."""
+    """The content of correlation.json; `tams` are the orthogonalities of what is `compared`, `wrong` says where the
+    deck is by each, `runs` are those of a rotor."""
     faults, times = doubted_sensors(compared), doubted_times(prepared, compared, runs)
     factors = doubted_frequencies(compared)
     first = "; ".join([*([TIME_FIRST] if times else []), *([FREQUENCIES_FIRST] if factors else [])])
@@ -41,8 +46,12 @@ def correlation_result(
         "title": prepared.study.title,
         "sensors": placed_result(prepared.placed),
         "recordings": [
-            {**comparison_result(c), "orthogonality": orthogonality_result(t)}
-            for c, t in zip(compared, tams, strict=True)
+            {
+                **comparison_result(c),
+                "orthogonality": orthogonality_result(t),
+                "where_wrong": where_wrong_result(w),
+            }
+            for c, t, w in zip(compared, tams, wrong, strict=True)
         ],
         "runs": [run_result(r) for r in runs],
         "warnings": [*warnings, *(r.why for r in runs if r.why)],

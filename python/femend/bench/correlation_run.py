@@ -10,6 +10,7 @@ from femend.bench.compared import Compared
 from femend.bench.prepared import Prepared
 from femend.bench.run_compared import ComparedRun
 from femend.bench.runs import in_order
+from femend.bench.where_wrong import WhereWrong
 from femend.bench.words import correlation_text
 from femend.study.study import Study
 
@@ -19,14 +20,15 @@ __all__ = ["CorrelationRun"]
 @dataclass(frozen=True, eq=False, repr=False)
 class CorrelationRun:
     """A finished correlation: what was `prepared`, each recording `compared`, the orthogonality of its shapes
-    over reduced masses (`tams`, None where there is none), the rotor's `runs` compared, and the `result` as it is
-    written."""
+    over reduced masses (`tams`, None where there is none), the rotor's `runs` compared, where the deck is `wrong` by
+    each recording (None where that is not looked for), and the `result` as it is written."""
 
     prepared: Prepared
     compared: tuple[Compared, ...]
     tams: tuple[TamTable | None, ...]
     result: dict[str, Any]
     runs: tuple[ComparedRun, ...] = ()
+    wrong: tuple[WhereWrong | None, ...] = ()
 
     @property
     def study(self) -> Study:

@@ -8,6 +8,7 @@ import numpy as np
 
 from femend.analysis.tam import TamTable, tam_table
 from femend.bench.compared import Compared
+from femend.bench.sensor_rows import model_rows, sensor_rows
 from femend.model import Model
 
 __all__ = ["LARGEST", "orthogonality_of", "orthogonality_result"]
@@ -25,24 +26,15 @@ def orthogonality_of(c: Compared, model: Model) -> TamTable | None:
     """
     if model.fe.n_a > LARGEST or not c.n_pairs:
         return None
-    fe, match = model.fe, c.comparison.match
-    row = {(int(n), int(k)): i for i, (n, k) in enumerate(zip(fe.dof_nodes, fe.dof_components, strict=True))}
-    at: dict[int, int] = {}  # row of the model: row of the comparison
-    for i, j in enumerate(match.rows_b.tolist()):
-        dof = c.modes.dofs[j]
-        own = row.get((dof.node, dof.component))
-        if own is not None:
-            at.setdefault(own, i)
-    if len(at) < 2:
+    rows, test = sensor_rows(c, model)
+    if len(rows) < 2:
         return None
-    rows, of = list(at), list(at.values())
     a, b = c.comparison.pairing.a, c.comparison.pairing.b
-    test = (match.sign[:, None] * c.comparison.phi_a)[of][:, a]
     known = {(d.node, d.component): i for i, d in enumerate(c.modes.dofs)}
-    where = [known.get(key, -1) for key in row]
+    where = [known.get(key, -1) for key in model_rows(model)]
     phi = np.where(np.array(where)[:, None] >= 0, c.modes.phi[np.maximum(where, 0)], 0.0)[:, b]
     K, M = model.matrices()
-    return tam_table(K, M, rows, np.real(test), phi, c.modes.freq[b], methods=METHODS)
+    return tam_table(K, M, rows, np.real(test[:, a]), phi, c.modes.freq[b], methods=METHODS)
 
 
 def orthogonality_result(table: TamTable | None) -> list[dict[str, Any]] | None:

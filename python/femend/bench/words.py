@@ -34,6 +34,8 @@ def correlation_text(result: dict[str, Any]) -> str:
         parts.append(table(["test", "model", "f test Hz", "f model Hz", "df", "damping", "MAC"], rows, "rrrrrrr"))
         if "frfs" in r:
             parts.append(f"FRFs: mean CSAC {fixed(r['frfs']['mean_csac'])}, CSF {fixed(r['frfs']['mean_csf'])}")
+        if r["where_wrong"] is not None:
+            parts.append(r["where_wrong"]["said"])
         parts.append("")
     for r in result["runs"]:
         parts += _run(r)

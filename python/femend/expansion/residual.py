@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend.errors import ExpansionError
 from femend.expansion._matrices import measured_rows, same_size, sensor_shapes, sparse
+from femend.expansion.dynamic_residual import DynamicResidual, DynamicStiffness, energy_norm
 from femend.expansion.reductions import guyan
-from femend.expansion.saddle import DynamicResidual, energy_norm
 
 __all__ = ["ResidualExpansion", "expand_residual", "residual_forms"]
 
@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 
 # limits of the model error that is sought
 LEAST_ERROR, LARGEST_ERROR = 1e-4, 1.0
+# what it is walked down by, in its logarithm
+STRIDE = 1.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,8 +87,10 @@ def expand_residual(
     strain = np.array([_start_energy(k, at, y[:, r]) for r in range(f.size)])
     shown = np.asarray(error_at, dtype=np.int64)
 
+    stiffness = [DynamicStiffness(norm, k, m, w, at) for w in (2 * np.pi * f) ** 2]
+
     def run(e: float, energy: FloatArray, deviations: bool) -> ResidualExpansion:
-        return _at_error(k, m, norm, at, y, f, scatter, e, energy, shown if deviations else shown[:0])
+        return _at_error(k, stiffness, y, scatter, e, energy, shown if deviations else shown[:0])
 
     if model_error is None:
         model_error = _sought(lambda e: float(run(e, strain, False).cost.sum()), y.size - y.shape[1])
@@ -111,35 +115,52 @@ def residual_forms(
     norm = energy_norm(k, m)
     omega2 = (2 * np.pi * np.asarray(freq, dtype=np.float64).ravel()) ** 2
     a = expansion.model_error**2 * expansion.strain
-    return [DynamicResidual(norm, k - w * m, at, scatter[:, r], float(a[r])) for r, w in enumerate(omega2)]
+    return [
+        DynamicResidual(DynamicStiffness(norm, k, m, float(w), at), scatter[:, r], float(a[r]))
+        for r, w in enumerate(omega2)
+    ]
 
 
 def _at_error(
-    k: Any, m: Any, norm: Any, at: NDArray[np.int64], y: FloatArray, f: FloatArray, scatter: FloatArray,
-    e: float, strain: FloatArray, shown: NDArray[np.int64],
-) -> ResidualExpansion:  # fmt: skip
-    n, n_modes = k.shape[0], f.size
+    k: Any,
+    stiffness: Sequence[DynamicStiffness],
+    y: FloatArray,
+    scatter: FloatArray,
+    e: float,
+    strain: FloatArray,
+    shown: NDArray[np.int64],
+) -> ResidualExpansion:
+    n, n_modes, at, norm = k.shape[0], len(stiffness), stiffness[0].rows, stiffness[0].norm
     phi, residual, sd = np.zeros((n, n_modes)), np.zeros((n, n_modes)), np.zeros((shown.size, n_modes))
-    for r in range(n_modes):
-        form = DynamicResidual(norm, k - (2 * np.pi * f[r]) ** 2 * m, at, scatter[:, r], float(e**2 * strain[r]))
+    for r, own in enumerate(stiffness):
+        form = DynamicResidual(own, scatter[:, r], float(e**2 * strain[r]))
         residual[:, r], phi[:, r] = form.minimum(y=y[:, r])
         if shown.size:
             sd[:, r] = form.deviation(shown)
     misfit = (phi[at] - y) / scatter
     lost = np.einsum("nm,nm->m", residual, np.asarray(norm @ residual))
-    own = np.einsum("nm,nm->m", phi, np.asarray(k @ phi))
+    energy = np.einsum("nm,nm->m", phi, np.asarray(k @ phi))
     cost = lost / (e**2 * strain) + (misfit**2).sum(axis=0)
-    own = np.where(own > 0, own, strain)
-    return ResidualExpansion(phi, residual, lost / own, misfit, shown, sd, e, cost, own)
+    energy = np.where(energy > 0, energy, strain)
+    return ResidualExpansion(phi, residual, lost / energy, misfit, shown, sd, e, cost, energy)
 
 
 def _sought(cost: Callable[[float], float], expected: float) -> float:
-    """The model error with which the falling `cost` is `expected`."""
-    low, high = np.log(LEAST_ERROR), np.log(LARGEST_ERROR)
-    if cost(LEAST_ERROR) <= expected:
-        return LEAST_ERROR
+    """The model error with which the falling `cost` is `expected`.
+
+    It is walked down to from above: at an error far below the one sought the sensors' share of the system is rounding,
+    and there may be no solution.
+    """
+    high = float(np.log(LARGEST_ERROR))
     if cost(LARGEST_ERROR) >= expected:
         return LARGEST_ERROR
+    while True:
+        low = max(high - STRIDE, float(np.log(LEAST_ERROR)))
+        if cost(float(np.exp(low))) > expected:
+            break
+        if low <= np.log(LEAST_ERROR):
+            return LEAST_ERROR
+        high = low
     while high - low > 0.05:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if cost(float(np.exp(middle))) > expected else (low, middle)
