@@ -62,7 +62,13 @@ def test_eighteen_storeys(script: Callable[[str], ModuleType], shared: Callable[
     assert max(abs(m.freq_after / m.freq - 1) for m in wide.modes()) < 0.01
     assert wide.left_prior() == []
     narrow = update(example.eighteen_storeys(folder, 3))
-    # within 30 % the third mode cannot be met, and the run says where it hurts
+    # the two modes that the authors take are met within their 30 %
+    two = update(example.eighteen_storeys(folder, freq_sd=example.CLOSER_SD))
+    assert max(abs(m.freq_after / m.freq - 1) for m in two.modes()) < 0.005
+    assert min(m.mac_after for m in two.modes()) > 0.99
+    assert two.left_prior() == []
+    # all three cannot be, and the run says where it hurts
+    assert 0.055 < example.least_error(example.eighteen_storeys(folder, 3), 2) < 0.06
     assert narrow.status == "at bound"
     assert narrow.modes()[2].freq_after / narrow.modes()[2].freq < 0.97
 
