@@ -68,9 +68,18 @@ def test_what_is_written_and_said(run: UpdateRun, folder: Path) -> None:
     told = result["response_surface"]
     assert (told["points"], told["failed"], told["terms"], told["begun_there"]) == (12, 0, 6, True)
     assert set(told["minimum"]) == {"E_root", "E_tip"}
+    # frequencies are all but linear in the two over their priors: no part together, and the root makes most
+    share = told["sobol"]
+    assert share["E_root"]["first"] > 0.6
+    assert share["E_root"]["first"] + share["E_tip"]["first"] == pytest.approx(1.0, abs=0.05)
+    assert share["E_root"]["total"] == pytest.approx(share["E_root"]["first"], abs=0.05)
+    # those of the derivatives, in which each prior deviation counts as it does
+    linear = np.square(run.sensitivity.table).sum(axis=0)
+    assert share["E_tip"]["first"] == pytest.approx(linear[1] / linear.sum(), abs=0.05)
     page = (folder / "out" / "updating.html").read_text()
     assert "12 points of a Latin hypercube between the bounds, a quadratic of 6 terms" in page
     assert "The search began at the least point of the response surface." in page
+    assert "has a part in" in page
     assert "surface   12 points" in repr(run)
 
 

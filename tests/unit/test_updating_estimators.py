@@ -156,6 +156,10 @@ def test_sobol_indices_of_a_sum_and_a_product() -> None:
     np.testing.assert_allclose(found.first, [[0.2, 0.8, 0.0], [0.0, 0.0, 0.0]], atol=0.03)
     np.testing.assert_allclose(found.total, [[0.2, 0.8, 0.0], [1.0, 0.0, 1.0]], atol=0.06)
     assert found.n_solved == 1024 * 5
+    # of both as one, variances 5 and 1/4
+    alone, in_all = found.together(np.array([5.0, 0.25]))
+    np.testing.assert_allclose(alone, np.array([1.0, 4.0, 0.0]) / 5.25, atol=0.03)
+    np.testing.assert_allclose(in_all, np.array([1.25, 4.0, 0.25]) / 5.25, atol=0.06)
     with pytest.raises(UpdatingError, match="power of 2"):
         sobol(problem, lambda p: p, 1000)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from femend.bench.drawn import Drawn
-from femend.bench.page import Section, Table, figures, fixed, number
+from femend.bench.page import Section, Table, figures, fixed, number, percent
 from femend.bench.starts import Starts
 from femend.bench.steps import write_csv
 from femend.bench.surface_start import SurfaceStart
@@ -51,7 +51,11 @@ def estimate_tables(folder: Path, run: UpdateRun) -> list[str]:
 def _surface(surface: SurfaceStart) -> Section:
     told = surface.as_dict()
     cost = told["cost"]
-    rows = [[name, number(value, 5)] for name, value in told["minimum"].items()]
+    share = told["sobol"]
+    rows = [
+        [name, number(value, 5), *(percent(share[name][k], 0, sign=False) for k in ("first", "total"))]
+        for name, value in told["minimum"].items()
+    ]
     begun = "The search began there" if told["begun_there"] else "The search began at the deck, which costs less"
     lead = (
         f"The models solved at {told['points']} points of a Latin hypercube between the bounds, a quadratic of "
@@ -60,9 +64,11 @@ def _surface(surface: SurfaceStart) -> Section:
         f"{number(told['spread'], 3)}: {plain(100 * told['left_of_variance'], 2)} % of their variance is left. At its "
         "least point the surface foretells a "
         f"cost of {number(cost['foretold'], 5)}, the models have {number(cost['there'], 5)}, the deck "
-        f"{number(cost['deck'], 5)}. {begun}."
+        f"{number(cost['deck'], 5)}. {begun}. Over the priors each parameter makes so much of the residuals' variance "
+        "by itself, and has a part in so much (Sobol indices of all residuals together)."
     )
-    return Section("Response surface", lead, [Table(("parameter", "at the least point"), rows, "lr")])
+    header = ("parameter", "at the least point", "makes by itself", "has a part in")
+    return Section("Response surface", lead, [Table(header, rows, "lrrr")])
 
 
 def _starts(starts: Starts) -> Section:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.errors import FemendError
-from femend.estimate.updating import Problem, ResponseSurface, response_surface
+from femend.estimate.updating import Problem, ResponseSurface, design, response_surface, sobol
 from femend.numerals import plain
 from femend.study.bench_settings import UpdatingSettings
 
@@ -19,19 +19,24 @@ FloatArray = NDArray[np.float64]
 
 # a surface that leaves more than this share of the residuals' variance at points left out is told of
 POOR = 0.1
+# points of the surface for the shares that unknowns have in it, and residuals that hardly move
+SHARED, ROUNDING = 1024, 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceStart:
     """A response surface, its least point `p` (n_unknowns,) and the costs, squares and prior, with every measured mode
     counting: what the surface has there (`foretold`), what the models have there (`there`) and at the deck (`deck`),
-    infinite where they have no solution."""
+    infinite where they have no solution. `alone`, `in_all` (n_unknowns,) are the shares of the residuals' variance over
+    the priors that an unknown makes by itself and has any part in (Sobol indices of all residuals together)."""
 
     surface: ResponseSurface
     p: FloatArray
     foretold: float
     there: float
     deck: float
+    alone: FloatArray
+    in_all: FloatArray
 
     @property
     def taken(self) -> bool:
@@ -54,6 +59,10 @@ class SurfaceStart:
             "spread": self.surface.spread,
             "left_of_variance": self.left,
             "minimum": dict(zip(unknowns.names, unknowns.values(self.p).tolist(), strict=True)),
+            "sobol": {
+                name: {"first": float(a), "total": float(t)}
+                for name, a, t in zip(unknowns.names, self.alone, self.in_all, strict=True)
+            },
             "cost": {"foretold": self.foretold, "there": self.there, "deck": self.deck},
             "begun_there": self.taken,
         }
@@ -94,7 +103,18 @@ def start_on_surface(problem: Problem, settings: UpdatingSettings) -> SurfaceSta
     p = surface.minimise(seed=settings.seed)
     foretold = float(surface.squares(p)[0]) + problem.prior_cost(p)
     there, deck = (_cost(problem, x) for x in (p, problem.unknowns.mean))
-    return SurfaceStart(surface, p, foretold, there, deck)
+    return SurfaceStart(surface, p, foretold, there, deck, *_shares(problem, surface, settings.seed))
+
+
+def _shares(problem: Problem, surface: ResponseSurface, seed: int) -> tuple[FloatArray, FloatArray]:
+    """Sobol indices of all residuals of the surface together: first order and total (n_unknowns,)."""
+    variance = np.var(surface.residual(design(problem.unknowns, SHARED, seed=seed)), axis=0)
+    # what a residual scatters by rounding has no shares
+    moving = variance > ROUNDING * variance.max(initial=0.0)
+    if not moving.any():
+        return np.zeros(len(problem.unknowns)), np.zeros(len(problem.unknowns))
+    found = sobol(problem, lambda p: surface.residual(p)[:, moving], SHARED, seed=seed)
+    return found.together(variance[moving])
 
 
 def _cost(problem: Problem, p: FloatArray) -> float:

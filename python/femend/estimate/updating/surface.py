@@ -133,6 +133,13 @@ class Sobol:
     total: FloatArray
     n_solved: int
 
+    def together(self, variance: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """First-order and total indices (n_unknowns,) of all outputs as one, of `variance` (n_outputs,) each (Gamboa,
+        Janon, Klein and Lagnoux, "Sensitivity analysis for multidimensional and functional outputs", 2014)."""
+        moving = variance > 0  # an output that does not move has no indices
+        weight = variance[moving] / max(float(variance[moving].sum()), 1e-300)
+        return weight @ self.first[moving], weight @ self.total[moving]
+
 
 def sobol(problem: Problem, outputs: Callable[[FloatArray], FloatArray], n: int = 1024, *, seed: int = 0) -> Sobol:
     """Global sensitivity of `outputs`, which maps points p (n, n_unknowns) to (n, n_outputs), over the priors of
@@ -147,6 +154,9 @@ def sobol(problem: Problem, outputs: Callable[[FloatArray], FloatArray], n: int 
     if n < 2 or n & (n - 1):
         raise UpdatingError(f"{n} points: Sobol' sequences take a power of 2")
     unknowns = problem.unknowns
+    if len(unknowns) == 1:  # which makes all there is
+        one = np.ones((np.asarray(outputs(unknowns.mean[None])).shape[1], 1))
+        return Sobol(unknowns.names, one, one, 1)
     solved = 0
 
     class Quantiles:
