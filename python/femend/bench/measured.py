@@ -29,7 +29,7 @@ from femend.study.channels_sound import with_warnings
 from femend.study.sampled import too_slow_for_band, too_slow_for_modes
 from femend.study.study import Study, StudyRecording
 
-__all__ = ["MeasuredModes", "measured_modes"]
+__all__ = ["ALONE", "FRFS", "MeasuredModes", "measured_modes"]
 
 FloatArray = NDArray[np.float64]
 Band = tuple[float, float] | None

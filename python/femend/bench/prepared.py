@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from femend.analysis.model_modes import model_modes
 from femend.bench.compared import Compared, compare_recording
-from femend.bench.measured import MeasuredModes, measured_modes
+from femend.bench.measured import ALONE, FRFS, MeasuredModes, measured_modes
 from femend.bench.models import LOWEST, Models
 from femend.bench.placed import Placed, placed_sensors
 from femend.bench.run_compared import ComparedRun, compare_run
@@ -20,6 +20,7 @@ from femend.model import Model
 from femend.study.added_masses import added_mass_doubts
 from femend.study.gathered import gathered
 from femend.study.load import load_study
+from femend.study.overlapping import overlaps
 from femend.study.sound import deck_warnings
 from femend.study.study import Study
 
@@ -108,7 +109,16 @@ def prepare(
         *added_mass_doubts(study, first),
         *placed.warnings,
         *passed,
-        *same_twice(measured),
+        *(twice := same_twice(measured)),
+        *_overlapping(study, measured, twice),
         *gathered(w for m in every for w in m.warnings),
     ]
     return Prepared(study, models, measured, placed, tuple(dict.fromkeys(told)), turned)
+
+
+def _overlapping(study: Study, measured: Sequence[MeasuredModes], twice: Sequence[str]) -> list[str]:
+    """Recordings that hold the same stretch of time, where none are told as one test listed twice."""
+    names = {m.name for m in measured if m.how in (FRFS, ALONE)}
+    if twice or len(names) < 2:
+        return []
+    return overlaps([r.read(study.units) for r in study.recordings if r.name in names])

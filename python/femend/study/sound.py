@@ -12,6 +12,7 @@ from femend.model.negative import negative_values
 from femend.model.unselected import unselected_supports
 from femend.study.frf_levels import frf_levels
 from femend.study.gathered import gathered
+from femend.study.overlapping import overlaps
 from femend.study.priors import prior_doubts
 
 if TYPE_CHECKING:
@@ -21,8 +22,10 @@ __all__ = ["deck_warnings", "warnings_of"]
 
 
 def warnings_of(study: Study, deck: _core.Deck, test: Test) -> list[str]:
-    """What is told of the `deck` of a `study`, of the channels of all recordings, and of FRFs that do not agree."""
-    return [*deck_warnings(study, deck), *gathered(w for r in test for w in r.warnings), *frf_levels(test)]
+    """What is told of the `deck` of a `study`, of the channels of all recordings, of recordings that hold the same
+    stretch of time, and of FRFs that do not agree."""
+    channels = gathered(w for r in test for w in r.warnings)
+    return [*deck_warnings(study, deck), *channels, *overlaps(test.recordings), *frf_levels(test)]
 
 
 def deck_warnings(study: Study, deck: _core.Deck) -> list[str]:
