@@ -111,7 +111,7 @@ def prepare(
         *passed,
         *(twice := same_twice(measured)),
         *_overlapping(study, measured, twice),
-        *gathered(w for m in every for w in m.warnings),
+        *gathered((m.name, w) for m in every for w in m.warnings),
     ]
     return Prepared(study, models, measured, placed, tuple(dict.fromkeys(told)), turned)
 

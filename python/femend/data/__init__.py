@@ -12,6 +12,7 @@ from femend.data.mode_set import ModeSet
 from femend.data.ods import ODS
 from femend.data.order_track import OrderTrack
 from femend.data.recording import Recording, Rotating, Test
+from femend.data.remark import Remark
 from femend.data.spectra import Spectra
 from femend.data.speed import Speed
 from femend.data.time_data import TimeData
@@ -29,6 +30,7 @@ __all__ = [
     "OrderTrack",
     "PoleSet",
     "Recording",
+    "Remark",
     "Rotating",
     "Spectra",
     "Speed",

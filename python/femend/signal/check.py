@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.data import Channel, TimeData
+from femend.data import Channel, Remark, TimeData
 from femend.errors import SignalError
 from femend.numerals import plain
 
@@ -154,8 +154,13 @@ def find_gaps(t: FloatArray, values: FloatArray, channels: Sequence[Channel], *,
 def _fault(data: TimeData, row: int, kind: str, first: int, last: int, what: str) -> Fault:
     channel = data.channels[row].text
     start, stop = data.t0 + first * data.dt, data.t0 + (last - 1) * data.dt
-    text = f"recording {data.name!r}: channel {channel} {what} (from {start:.6g} to {stop:.6g} s)"
+    text = Remark(data.name, f"{what} (from {start:.6g} to {stop:.6g} s)", channel, _alike(kind, data.channels[row]))
     return Fault(kind, channel, row, start, stop, last - first, text)
+
+
+def _alike(kind: str, channel: Channel) -> str:
+    """The fault as sentences that tell the same have it: levels in a unit are told apart by it."""
+    return f"{kind} in {channel.unit}" if kind in ("clipped", "held") else kind
 
 
 def _stretches(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:

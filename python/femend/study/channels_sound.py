@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.data import FRF, Recording
+from femend.data import FRF, Recording, Remark
 from femend.data.recording import RESPONSES
 from femend.errors import RecordingError, SignalError
 from femend.numerals import plain
@@ -51,53 +51,59 @@ def with_warnings(recording: Recording) -> Recording:
 
 def _offsets(recording: Recording) -> list[str]:
     """Accelerations that do not swing about zero: what is shaken comes back, so that a mean is the sensor's."""
-    data, told = recording.time, []
+    data = recording.time
+    told: list[str] = []
     for row in data.rows("acceleration"):
         channel, y = data.channels[row], data.values[row]
         mean, swing = float(y.mean()), float(y.std())
         if abs(mean) <= OFFSET * swing:
             continue
         share = abs(mean) / float(np.hypot(mean, swing))
-        told.append(
-            f"recording {recording.name!r}: channel {channel.text} has a mean of {plain(mean)} {channel.unit} and "
+        said = (
+            f"has a mean of {plain(mean)} {channel.unit} and "
             f"swings about it by {plain(swing)} {channel.unit} rms: no model predicts an offset, so it alone is an "
             f"error of {plain(share, 2)} in this channel; take it off before (a sensor that shows gravity is off by 1 "
             "g)"
         )
+        told.append(Remark(recording.name, said, channel.text, f"offset in {channel.unit}"))
     return told
 
 
 def _preloads(recording: Recording) -> list[str]:
     """Forces with a mean from their beginning on, as a preload or a sensor's offset is; one that sets in is none."""
-    data, told = recording.time, []
+    data = recording.time
+    told: list[str] = []
     for row in data.rows("force"):
         channel, x = data.channels[row], data.values[row]
         mean, swing = float(x.mean()), float(x.std())
         if abs(mean) <= OFFSET * swing or abs(float(x[: BEGINNING * x.size // 100 + 1].mean())) < 0.5 * abs(mean):
             continue
-        told.append(
-            f"recording {recording.name!r}: channel {channel.text} has a mean of {plain(mean)} {channel.unit} from its "
+        said = (
+            f"has a mean of {plain(mean)} {channel.unit} from its "
             f"beginning on and swings about it by {plain(swing)} {channel.unit} rms: it would set the model in motion, "
             "and a structure that rests under it does not move; take it off before"
         )
+        told.append(Remark(recording.name, said, channel.text, f"preload in {channel.unit}"))
     return told
 
 
 def _hum(recording: Recording) -> list[str]:
     """Lines of the mains in responses whose force is measured and does not hold them."""
-    data, told = recording.time, []
+    data = recording.time
+    told: list[str] = []
     if recording.excitation != "measured":
         return []
     for hum in mains_hum(data):
         if hum.share < HUM:
             continue
         channel = data.channels[hum.row]
-        told.append(
-            f"recording {recording.name!r}: channel {channel.text} holds a line of {plain(hum.freq, 4)} Hz with "
+        said = (
+            f"holds a line of {plain(hum.freq, 4)} Hz with "
             f"{plain(hum.level)} {channel.unit} rms, {plain(100 * hum.share, 2)} % of all it shows, which the force "
             "does not hold: hum of the mains (a ground loop, an unshielded cable), or a machine nearby. A model would "
             "have to make a force of it: mend the wiring, or filter the line off before"
         )
+        told.append(Remark(recording.name, said, channel.text, f"hum in {channel.unit}"))
     return told
 
 

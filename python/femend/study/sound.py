@@ -24,7 +24,7 @@ __all__ = ["deck_warnings", "warnings_of"]
 def warnings_of(study: Study, deck: _core.Deck, test: Test) -> list[str]:
     """What is told of the `deck` of a `study`, of the channels of all recordings, of recordings that hold the same
     stretch of time, and of FRFs that do not agree."""
-    channels = gathered(w for r in test for w in r.warnings)
+    channels = gathered((r.name, w) for r in test for w in r.warnings)
     return [*deck_warnings(study, deck), *channels, *overlaps(test.recordings), *frf_levels(test)]
 
 
