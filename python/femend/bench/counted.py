@@ -189,12 +189,17 @@ def _selected(c: Counted, prepared: Prepared, solved: Mapping[str, ModeSet]) -> 
         elif abs(model.freq[mates[i]] / f - 1) > study.updating.freq_far:
             off = 100 * (model.freq[mates[i]] / f - 1)
             told.append(
-                f"{who}: its mate is at {plain(model.freq[mates[i]])} Hz, {off:+.0f} % off ([updating] freq_far is "
+                f"{who}: its mate is at {plain(model.freq[mates[i]])} Hz, {_share(off)} % off ([updating] freq_far is "
                 f"{100 * study.updating.freq_far:g} %)"
             )
         else:
             keep.append(i)
     return replace(c.select(keep), left_out=tuple(told))
+
+
+def _share(off: float) -> str:
+    """Per cent with its sign, as many digits as tell it from nothing."""
+    return f"{off:+.0f}" if abs(off) >= 1 else plain(off, 1, signed=True)
 
 
 def _lone(mac: FloatArray, mates: Mapping[int, int], mac_min: float) -> str:
