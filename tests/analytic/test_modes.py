@@ -197,6 +197,28 @@ def test_negative_stiffness_is_told() -> None:
         solve(pencil(K, p.M), n_modes=3)
 
 
+@pytest.mark.parametrize("n", [30, 800])
+def test_a_mass_below_nothing_is_told_with_its_rows(n: int) -> None:
+    p = chain(n)
+    M = p.M.tolil()
+    M[7, 7] = -0.01
+    with pytest.raises(ModelError, match=r"mass is below nothing in a way the model can move \(DOF 7\)"):
+        solve(pencil(p.K, M), n_modes=3)
+    M[7, 7] = M[8, 8] = 1.0
+    M[7, 8] = M[8, 7] = 1.1
+    with pytest.raises(ModelError, match=r"\(DOF 7, DOF 8\)"):
+        solve(pencil(p.K, M), n_modes=3)
+
+
+def test_a_mass_that_no_two_rows_show_to_be_negative_is_told() -> None:
+    p = chain(30)
+    K, M = p.K.tolil(), p.M.tolil()
+    for i, j in ((4, 5), (5, 6), (4, 6)):
+        M[i, j] = M[j, i] = -0.9 * p.M[i, i]
+    with pytest.raises(ModelError, match=r"below nothing in a way the model can move \(DOF [456]\)"):
+        solve(pencil(K, M), n_modes=3)
+
+
 def test_arguments_are_checked() -> None:
     p = chain(10)
     for options, text in [({}, "neither"), ({"n_modes": 0}, "at least one"), ({"f_max": -1.0}, "positive")]:

@@ -53,6 +53,13 @@ MPC = "MPC,1,9,1,1.,9,2,-1."  # keeps the selected set defined where the case is
             SingularModelError,
             ("without stiffness and without mass", "4:+X"),
         ),
+        ([*LINE, "CONM2,9,2,,-900."], ModelError, ("mass of the model is below nothing", "2:+Y", "CONM2 9", "-900.")),
+        ([*LINE, "CONM2,9,2,,1.,,,,,", "+,-9."], ModelError, ("mass of the model is below nothing", "2:+RX")),
+        ([*LINE, "CONM1,9,2,0,1.,20.,1."], ModelError, ("mass of the model is below nothing", "2:+X", "2:+Y")),
+        ([*LINE, "CELAS2,9,-1.+9,2,2"], ModelError, ("negative in 1 way", "CELAS2 9", "-1.+9")),
+        ([*LINE, "PARAM,WTMASS,-1."], DeckError, ("WTMASS = -1", "above 0")),
+        ([*LINE, "CSUPER,1,,2"], DeckError, ("CSUPER", "superelements are not read")),
+        ([*LINE, "CYJOIN,1,C,1"], DeckError, ("CYJOIN", "cyclic")),
     ],
 )
 def test_a_fault_is_told_with_its_element_or_dof(

@@ -73,8 +73,9 @@ def solve_modes(
     `start` (n, k) are shapes near the wanted ones, `symbolic` the symbolic factor of the pattern; both only save time.
 
     Raises SingularModelError naming the DOFs that have neither stiffness nor mass, ModelError for a stiffness with
-    negative eigenvalues or values that are not finite, MemoryLimitError for modes that do not fit into memory (before
-    anything is factorised: `modes_memory`), ConvergenceError, and ValueError for arguments that do not fit.
+    negative eigenvalues, a mass below nothing (with its rows) or values that are not finite, MemoryLimitError for modes
+    that do not fit into memory (before anything is factorised: `modes_memory`), ConvergenceError, and ValueError for
+    arguments that do not fit.
 
     Block Lanczos with shift-invert (Grimes, Lewis and Simon 1994), inertia count by Sylvester's law.
 

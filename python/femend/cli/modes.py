@@ -88,7 +88,8 @@ def _doubts(deck: _core.Deck, units: str, spc: int | None) -> list[str]:
     """What is doubtful about the deck in these units and with this SPC set."""
     from femend.model.material_units import material_doubts
     from femend.model.negative import negative_values
+    from femend.model.unheeded import unheeded
     from femend.model.unselected import unselected_supports
 
     free = unselected_supports(deck) if spc is None else ()
-    return [*material_doubts(deck, units, "--units"), *free, *negative_values(deck)]
+    return [*material_doubts(deck, units, "--units"), *free, *unheeded(deck, spc is None), *negative_values(deck)]

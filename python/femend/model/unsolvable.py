@@ -16,6 +16,8 @@ __all__ = ["no_solution", "told_of"]
 # as many DOFs, and values, are named
 SHOWN, VALUES = 12, 4
 _NEGATIVE = re.compile(r"has (\d+) negative eigenvalue")
+# the core names a dozen rows and tells how many more there are
+_MASS, _ROW, _MORE = re.compile(r"the mass is below nothing"), re.compile(r"DOF (\d+)"), re.compile(r"and (\d+) more")
 
 
 def told_of(error: ValueError, model: Model) -> ValueError:
@@ -23,6 +25,8 @@ def told_of(error: ValueError, model: Model) -> ValueError:
     these say no more."""
     if isinstance(error, SingularModelError):
         return _singular(error, model)
+    if _MASS.search(str(error)):
+        return _negative_mass(error, model)
     negative = _NEGATIVE.search(str(error))
     if negative is None:
         return error
@@ -42,10 +46,24 @@ def no_solution(model: Model) -> ModelError:
     )
 
 
+def _negative_mass(error: ValueError, model: Model) -> ModelError:
+    """The core's `error` with the model's names for its rows, and the values that may be the reason."""
+    names = [_name(model, int(row)) for row in _ROW.findall(str(error))]
+    names += [f"{more} more" for more in _MORE.findall(str(error))]
+    otherwise = "look for negative masses (CONM1, CONM2, CMASS2, DMIG)"
+    return ModelError(
+        f"the mass of the model is below nothing in a way it can move ({listed(names, SHOWN + 1)}), and no modes "
+        f"follow from it: {_values(model, otherwise)}"
+    )
+
+
+def _name(model: Model, row: int) -> str:
+    return str(Dof(int(model.fe.dof_nodes[row]), int(model.fe.dof_components[row])))
+
+
 def _singular(error: SingularModelError, model: Model) -> SingularModelError:
     """The core's `error` with the model's names for its rows."""
-    rows = [int(row) for row in error.dofs]
-    moving = tuple(str(Dof(int(model.fe.dof_nodes[i]), int(model.fe.dof_components[i]))) for i in rows)
+    moving = tuple(_name(model, int(row)) for row in error.dofs)
     return SingularModelError(
         f"the model is singular: {len(moving)} DOF(s) move without stiffness and without mass: "
         f"{listed(moving, SHOWN)}; constrain them, or give them stiffness or mass",

@@ -9,6 +9,7 @@ from femend import _core
 from femend.data import Test
 from femend.model.material_units import material_doubts
 from femend.model.negative import negative_values
+from femend.model.unheeded import unheeded
 from femend.model.unselected import unselected_supports
 from femend.study.frf_levels import frf_levels
 from femend.study.gathered import gathered
@@ -30,8 +31,14 @@ def warnings_of(study: Study, deck: _core.Deck, test: Test) -> list[str]:
 
 def deck_warnings(study: Study, deck: _core.Deck) -> list[str]:
     """What is told of the `deck` of a `study` and of how well it is said to be known: units, supports that are not
-    selected, values below nothing, priors that are hardly meant."""
+    selected, what its case control asks for and does not get, values below nothing, priors that are hardly meant."""
     used = {r.configuration for r in study.recordings if r.role == "fit"}
     own = not used or any(study.configuration(name).spc is None for name in used)
     free = unselected_supports(deck) if own else []
-    return [*material_doubts(deck, study.units), *free, *negative_values(deck), *prior_doubts(study.parameters)]
+    return [
+        *material_doubts(deck, study.units),
+        *free,
+        *unheeded(deck, own),
+        *negative_values(deck),
+        *prior_doubts(study.parameters),
+    ]

@@ -31,6 +31,16 @@ pub enum DynamicsError {
         /// Shift in rad²/s².
         sigma: f64,
     },
+    /// A mass with negative eigenvalues.
+    #[error(
+        "the mass is below nothing in a way the model can move ({}): M is not positive semi-definite, and no modes \
+             follow from it; check negative masses",
+        list(dofs)
+    )]
+    NegativeMass {
+        /// Rows of the matrix that show it.
+        dofs: Vec<usize>,
+    },
     /// Modes that do not fit into memory.
     #[error(
         "{what} need {:.2} GB of memory beside what is in use ({:.2} GB of it for factors, {:.2} GB for vectors), {:.2} GB are \

@@ -211,6 +211,9 @@ pub(crate) fn unresisted(
 }
 
 /// Components to hold so that no direction of the free ones is without all three matrices.
+///
+/// Negative springs and masses load a direction as positive ones do: each matrix counts by the sizes of its eigenvalues,
+/// so that what is below nothing stays in the model, whose solution then says so.
 fn null_components(kinds: &[nalgebra::Matrix3<f64>; 3], free: &[usize]) -> Vec<usize> {
     let mut left = free.to_vec();
     let mut held = Vec::new();
@@ -218,9 +221,11 @@ fn null_components(kinds: &[nalgebra::Matrix3<f64>; 3], free: &[usize]) -> Vec<u
         let n = left.len();
         let mut sum = nalgebra::DMatrix::<f64>::zeros(n, n);
         for kind in kinds {
-            let trace: f64 = free.iter().map(|&c| kind[(c, c)].abs()).sum();
-            if trace > 0.0 {
-                sum += nalgebra::DMatrix::from_fn(n, n, |i, j| kind[(left[i], left[j])] / trace);
+            let block = nalgebra::DMatrix::from_fn(n, n, |i, j| kind[(left[i], left[j])]);
+            let size: f64 = free.iter().map(|&c| kind[(c, c)].abs()).sum();
+            if size > 0.0 || block.amax() > 0.0 {
+                let block = sizes(block);
+                sum += &block / size.max(block.trace());
             }
         }
         let eigen = nalgebra::SymmetricEigen::new(sum);
@@ -235,4 +240,14 @@ fn null_components(kinds: &[nalgebra::Matrix3<f64>; 3], free: &[usize]) -> Vec<u
         held.push(left.remove(best));
     }
     held
+}
+
+/// A matrix with the sizes of its eigenvalues in the place of these: itself where none is negative.
+fn sizes(a: nalgebra::DMatrix<f64>) -> nalgebra::DMatrix<f64> {
+    if a.clone().cholesky().is_some() {
+        return a;
+    }
+    let eigen = nalgebra::SymmetricEigen::new(a);
+    let sized = nalgebra::DMatrix::from_diagonal(&eigen.eigenvalues.abs());
+    &eigen.eigenvectors * sized * eigen.eigenvectors.transpose()
 }

@@ -190,7 +190,9 @@ pub(crate) fn dynamics_error(error: DynamicsError) -> PyErr {
         DynamicsError::Linalg(inner) => linalg_error(inner),
         DynamicsError::Argument(_) => PyValueError::new_err(message),
         DynamicsError::Mechanism { dofs } => singular(message, dofs),
-        DynamicsError::NegativeStiffness { .. } => ModelError::new_err(message),
+        DynamicsError::NegativeStiffness { .. } | DynamicsError::NegativeMass { .. } => {
+            ModelError::new_err(message)
+        }
         DynamicsError::Memory { need, free, .. } => too_large(message, need.total(), Some(free)),
         DynamicsError::NotConverged { .. }
         | DynamicsError::ComplexNotConverged { .. }

@@ -97,6 +97,12 @@ impl PyDeck {
         self.deck.case_control().clone()
     }
 
+    /// Case control of the subcases behind the first, in order, which have no part in the model.
+    #[pyo3(signature = ())]
+    fn later_subcases(&self) -> Vec<(String, String)> {
+        self.deck.later_subcases().to_vec()
+    }
+
     /// PARAM values as written, names in capitals.
     #[pyo3(signature = ())]
     fn params(&self) -> BTreeMap<String, String> {

@@ -8,6 +8,7 @@ mod basis;
 mod finish;
 mod goal;
 mod lanczos;
+mod mass;
 mod need;
 mod product;
 mod shift;

@@ -5,6 +5,16 @@ use femend_linalg::{Dense, SymmetricCsc, gemm_tn};
 use super::product::Compact;
 use crate::DynamicsError;
 
+/// Eigenvalues of C below zero by more than this share of the largest are no rounding of M's terms (which a deck may write
+/// with five digits): M is indefinite.
+const BELOW: f64 = 1e-6;
+
+/// Row with the largest part in a negative xᵀ M x.
+fn most_negative(x: &Dense, mx: &Dense) -> usize {
+    let part = |j: &usize| x[(*j, 0)] * mx[(*j, 0)];
+    (0..x.nrows()).min_by(|i, j| part(i).total_cmp(&part(j))).unwrap_or(0)
+}
+
 /// Full matrix of a sparse one.
 fn full(a: &SymmetricCsc) -> Dense {
     let n = a.n();
@@ -19,6 +29,9 @@ fn full(a: &SymmetricCsc) -> Dense {
 
 /// All finite eigenvalues λ (rising) and vectors of K φ = λ M φ through C = L⁻¹ M L⁻ᵀ with L Lᵀ = K - σM: its eigenvalues
 /// are θ = 1/(λ - σ), and θ = 0 belongs to massless DOFs. Low modes keep full relative accuracy.
+///
+/// # Errors
+/// [`DynamicsError::NegativeMass`] for an M with negative eigenvalues, and what Cholesky and the eigensolution raise.
 pub(crate) fn all_modes(
     k: &SymmetricCsc,
     m: &SymmetricCsc,
@@ -34,6 +47,11 @@ pub(crate) fn all_modes(
     let largest = eigen.values.last().copied().unwrap_or(0.0);
     let finite: Vec<usize> =
         (0..n).rev().filter(|&e| eigen.values[e] > n as f64 * f64::EPSILON * largest).collect();
+    if eigen.values.first().is_some_and(|&v| v < -BELOW * largest.max(-v)) {
+        let mut x = eigen.vectors.select(&[0]);
+        l.solve_lower_in_place(true, &mut x);
+        return Err(DynamicsError::NegativeMass { dofs: vec![most_negative(&x, &m.times(&x))] });
+    }
     let mut phi = eigen.vectors.select(&finite);
     l.solve_lower_in_place(true, &mut phi);
     // Rayleigh quotients of the vectors, M-normalised

@@ -8,6 +8,7 @@ use femend_linalg::{Dense, Symbolic, SymmetricCsc};
 use super::finish::finish;
 use super::goal::{BEYOND, Goal, converge, too_few};
 use super::lanczos::Lanczos;
+use super::mass;
 use super::need;
 use super::product::Compact;
 use super::shift::{self, Shifted};
@@ -71,8 +72,8 @@ pub struct ModesInfo {
 ///
 /// # Errors
 /// [`DynamicsError::Argument`], [`DynamicsError::Mechanism`], [`DynamicsError::NegativeStiffness`],
-/// [`DynamicsError::NotConverged`], [`DynamicsError::Missing`], [`DynamicsError::Linalg`], and [`DynamicsError::Memory`]
-/// before anything is factorised, or before the basis outgrows what is free.
+/// [`DynamicsError::NegativeMass`], [`DynamicsError::NotConverged`], [`DynamicsError::Missing`], [`DynamicsError::Linalg`], and
+/// [`DynamicsError::Memory`] before anything is factorised, or before the basis outgrows what is free.
 pub fn modes(
     symbolic: &Arc<Symbolic>,
     k: &SymmetricCsc,
@@ -90,6 +91,7 @@ pub(crate) fn modes_and_factor(
     options: &ModeOptions,
 ) -> Result<(Modes, Shifted), DynamicsError> {
     let band = check(k, m, options)?;
+    mass::not_negative(m)?;
     need::fits(symbolic, options)?;
     let mut info = ModesInfo { factorisations: 1, ..Default::default() };
     let (mut shifted, free) = match options.sigma {

@@ -9,6 +9,7 @@ pub struct CaseControl {
     params: Vec<(String, String)>,
     subcases: usize,
     continued: bool,
+    later: Vec<(String, String)>,
 }
 
 impl CaseControl {
@@ -35,11 +36,8 @@ impl CaseControl {
         if matches!(name.as_str(), "SUBCASE" | "SUBCOM" | "SYM" | "REPCASE") {
             self.subcases += 1;
         }
-        if self.subcases > 1 {
-            return;
-        }
         let mut rest = line[end..].trim_start();
-        if name == "PARAM" {
+        if name == "PARAM" && self.subcases < 2 {
             let mut words = rest.split(',').map(str::trim).filter(|word| !word.is_empty());
             if let (Some(key), Some(value)) = (words.next(), words.next()) {
                 self.params.push((key.to_ascii_uppercase(), value.to_owned()));
@@ -50,9 +48,17 @@ impl CaseControl {
             rest = rest.find(')').map_or("", |close| rest[close + 1..].trim_start());
         }
         let value = rest.strip_prefix('=').unwrap_or(rest).trim();
-        if name != "SET" {
+        if self.subcases > 1 {
+            self.later.push((name, value.to_owned()));
+        } else if name != "SET" {
             self.commands.insert(name, value.to_owned());
         }
+    }
+
+    /// Commands of the subcases behind the first, in order: they have no part in the model.
+    #[must_use]
+    pub fn later(&self) -> &[(String, String)] {
+        &self.later
     }
 
     /// Name to value, as written.
@@ -94,5 +100,7 @@ mod tests {
         assert_eq!(value("SPC"), Some("2"));
         assert_eq!(value("MPC"), Some("4"));
         assert_eq!(value("METHOD"), Some("7"));
+        let later = [("SUBCASE", "2"), ("SPC", "3")];
+        assert_eq!(case.later(), later.map(|(name, value)| (name.to_owned(), value.to_owned())));
     }
 }

@@ -108,6 +108,12 @@ impl Deck {
         self.content.case.commands()
     }
 
+    /// Case control of the subcases behind the first, in order, which have no part in the model.
+    #[must_use]
+    pub fn later_subcases(&self) -> &[(String, String)] {
+        self.content.case.later()
+    }
+
     /// PARAM values as written, names in capitals; bulk data wins over case control, the last over the first.
     #[must_use]
     pub fn params(&self) -> BTreeMap<String, String> {

@@ -105,6 +105,12 @@ fn options(deck: &Deck) -> Result<Options> {
             _ => {}
         }
     }
+    if options.wtmass <= 0.0 {
+        return Err(deck.selection_error(format!(
+            "PARAM WTMASS = {}, which takes the mass of the whole model away; give a number above 0 (1 leaves masses as they are)",
+            options.wtmass
+        )));
+    }
     Ok(options)
 }
 
