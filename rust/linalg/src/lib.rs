@@ -15,6 +15,7 @@ mod join;
 mod lanes;
 mod memory;
 mod nodes;
+mod numbering;
 mod numeric;
 mod order;
 mod pattern;

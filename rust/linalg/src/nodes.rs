@@ -116,6 +116,21 @@ impl Nodes {
         minimum_degree(&self.ptr, &self.adj)
     }
 
+    /// [`Self::amd`] on the nodes as a sequence of all of them numbers them.
+    pub(crate) fn amd_from(&self, sequence: &[u32]) -> Result<Vec<u32>, LinalgError> {
+        let mut number = vec![0u32; self.len()];
+        sequence.iter().enumerate().for_each(|(k, &g)| number[g as usize] = k as u32);
+        let (mut ptr, mut adj) = (vec![0u32], Vec::with_capacity(self.adj.len()));
+        for &g in sequence {
+            let first = adj.len();
+            adj.extend(self.neighbours(g as usize).iter().map(|&h| number[h as usize]));
+            adj[first..].sort_unstable();
+            ptr.push(adj.len() as u32);
+        }
+        let order = minimum_degree(&ptr, &adj)?;
+        Ok(order.into_iter().map(|k| sequence[k as usize]).collect())
+    }
+
     /// The graph with the nodes' numbers of DOFs as weights.
     pub(crate) fn graph(&self) -> Graph {
         let weights = self.dofs.iter().map(|d| d.len() as u32).collect();

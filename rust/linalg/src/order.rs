@@ -5,8 +5,11 @@
 //! dissection, which hands parts to minimum degree wherever that is cheaper, and keeps the cheaper by its exact number of
 //! operations.
 
+use rayon::prelude::*;
+
 use crate::dissect::nested_dissection;
 use crate::nodes::Nodes;
+use crate::numbering::numberings;
 use crate::{LinalgError, Pattern};
 
 /// Graphs below this many nodes are ordered by minimum degree alone in `Auto`: dissection has nothing to gain.
@@ -17,10 +20,14 @@ const DISSECTION_FROM: usize = 400;
 /// factorisations.
 const SEEDS_FROM: f64 = 8e5;
 
+/// Minimum degree is run from further numberings where it takes at most this many times the operations of dissection: that
+/// is as far as numberings differ.
+const NUMBERINGS_TO: f64 = 1.25;
+
 /// Which ordering to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Ordering {
-    /// The cheaper of minimum degree and nested dissection by exact operation count.
+    /// The cheaper of minimum degree, from several numberings, and nested dissection by exact operation count.
     #[default]
     Auto,
     /// Approximate minimum degree (Amestoy, Davis, Duff 1996).
@@ -75,6 +82,11 @@ impl NodeOrder {
         Self { order, flops, nnz, ordering }
     }
 
+    /// The cheaper of two.
+    fn or(self, other: Self) -> Self {
+        if other.flops < self.flops { other } else { self }
+    }
+
     /// The permutation of DOFs under an order of nodes with the same cost as this one.
     pub(crate) fn expand(&self, nodes: &Nodes, order: &[u32]) -> Permutation {
         let forward: Vec<u32> = order.iter().flat_map(|&g| nodes.dofs[g as usize].iter().copied()).collect();
@@ -95,8 +107,16 @@ fn dissect(nodes: &Nodes) -> NodeOrder {
         return first;
     }
     let (second, third) = rayon::join(|| from(2), || from(3));
-    let cheaper = |a: NodeOrder, b: NodeOrder| if b.flops < a.flops { b } else { a };
-    cheaper(cheaper(first, second), third)
+    first.or(second).or(third)
+}
+
+/// The cheapest of minimum degree from several numberings and what is at hand.
+fn renumbered(nodes: &Nodes, best: NodeOrder) -> Result<NodeOrder, LinalgError> {
+    let from = |sequence: Vec<u32>| {
+        nodes.amd_from(&sequence).map(|order| NodeOrder::new(nodes, order, Ordering::Amd))
+    };
+    let found: Vec<NodeOrder> = numberings(nodes).into_par_iter().map(from).collect::<Result<_, _>>()?;
+    Ok(found.into_iter().fold(best, NodeOrder::or))
 }
 
 /// Orders the graph of nodes.
@@ -111,7 +131,9 @@ pub(crate) fn choose(nodes: &Nodes, ordering: Ordering) -> Result<NodeOrder, Lin
         Ordering::Auto => {
             let (a, b) = rayon::join(amd, nd);
             let a = a?;
-            Ok(if b.flops < a.flops { b } else { a })
+            let near = a.flops < NUMBERINGS_TO * b.flops;
+            let best = a.or(b);
+            if near { renumbered(nodes, best) } else { Ok(best) }
         }
     }
 }
