@@ -20,7 +20,8 @@ SHELL = [*CUBE, "PSHELL,3,1,.01,1,,1"]
 def solve(folder: Path, cards: list[str]) -> None:
     file = folder / "model.bdf"
     held = ["SPC = 1"] if any(card.startswith("SPC") for card in cards) else []
-    file.write_text("\n".join(["SOL 103", "CEND", *held, "MPC = 1", "BEGIN BULK", *cards, "ENDDATA", ""]))
+    direct = ["K2GG = KX"] if any(card.startswith("DMIG") for card in cards) else []
+    file.write_text("\n".join(["SOL 103", "CEND", *held, *direct, "MPC = 1", "BEGIN BULK", *cards, "ENDDATA", ""]))
     model_modes(read_model(file), n_modes=3)
 
 
@@ -57,7 +58,17 @@ MPC = "MPC,1,9,1,1.,9,2,-1."  # keeps the selected set defined where the case is
         ([*LINE, "CONM2,9,2,,1.,,,,,", "+,-9."], ModelError, ("mass of the model is below nothing", "2:+RX")),
         ([*LINE, "CONM1,9,2,0,1.,20.,1."], ModelError, ("mass of the model is below nothing", "2:+X", "2:+Y")),
         ([*LINE, "CELAS2,9,-1.+9,2,2"], ModelError, ("negative in 1 way", "CELAS2 9", "-1.+9")),
+        (
+            [*LINE, "GRID,8,,9.", "CELAS2,8,1.+6,8,2,2,2", "CELAS2,9,-1.+6,8,2"],
+            ModelError,
+            ("negative in 1 way", "CELAS2 9", "-1.+6"),
+        ),
         ([*LINE, "PARAM,WTMASS,-1."], DeckError, ("WTMASS = -1", "above 0")),
+        (  # a multiplier that ties node 2 to ground, without a diagonal term of its own
+            [*LINE, "SPOINT,100", "DMIG,KX,0,6,1,0", "DMIG,KX,100,0,,2,2,1.+6"],
+            ModelError,
+            ("negative in 1 way",),
+        ),
         ([*LINE, "CSUPER,1,,2"], DeckError, ("CSUPER", "superelements are not read")),
         ([*LINE, "CYJOIN,1,C,1"], DeckError, ("CYJOIN", "cyclic")),
     ],

@@ -31,9 +31,10 @@ def told_of(error: ValueError, model: Model) -> ValueError:
     if negative is None:
         return error
     n = int(negative[1])
+    otherwise = "look for springs with a negative stiffness, properties with a sign lost, and multipliers in a DMIG"
     return ModelError(
         f"the stiffness of the model is negative in {n} way{'s' * (n > 1)}, in which it would run away instead of "
-        f"vibrating: {_values(model, 'look for springs with a negative stiffness, and properties with a sign lost')}"
+        f"vibrating: {_values(model, otherwise)}"
     )
 
 

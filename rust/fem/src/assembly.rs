@@ -171,29 +171,34 @@ impl Scatter {
 
 /// Free DOFs (index into `elimination.free`) that no element resists or loads, one per direction without K, M and C.
 ///
-/// K, M and C are positive semidefinite, so a direction in which a node's diagonal block vanishes has a vanishing
-/// column altogether; holding any one component with a share in it changes nothing else.
+/// Where K, M and C are positive semidefinite, a direction in which a node's diagonal block vanishes has a vanishing
+/// column altogether; holding any one component with a share in it changes nothing else. A direct matrix need not be
+/// so (a multiplier that ties two DOFs has no diagonal term): what couples to others stays in the model.
 pub(crate) fn unresisted(
     elimination: &Elimination,
     placements: &[Placement],
     matrices: impl Fn(usize) -> Vec<Mat<f64>>,
 ) -> Vec<usize> {
-    // one 3 x 3 block per node and per translations / rotations and per matrix kind
-    let mut blocks = std::collections::BTreeMap::<usize, [nalgebra::Matrix3<f64>; 3]>::new();
+    // one block per node and per translations / rotations and per matrix kind
+    let mut blocks = std::collections::BTreeMap::<usize, [Block; 3]>::new();
     for &g in &elimination.free {
-        blocks.entry(g / 3).or_insert_with(|| [nalgebra::Matrix3::zeros(); 3]);
+        blocks.entry(g / 3).or_default();
     }
     for (e, placement) in placements.iter().enumerate() {
         for (kind, a) in matrices(e).iter().enumerate() {
             placement.lower(a, |i, j, v| {
                 let g = [i, j].map(|x| elimination.free[placement.dofs[x] as usize]);
                 if g[0] / 3 != g[1] / 3 {
-                    return;
-                }
-                if let Some(block) = blocks.get_mut(&(g[0] / 3)) {
-                    block[kind][(g[0] % 3, g[1] % 3)] += v;
+                    for g in g {
+                        if let Some(block) = blocks.get_mut(&(g / 3)) {
+                            let coupling = &mut block[kind].coupling[g % 3];
+                            *coupling = coupling.max(v.abs());
+                        }
+                    }
+                } else if let Some(block) = blocks.get_mut(&(g[0] / 3)) {
+                    block[kind].own[(g[0] % 3, g[1] % 3)] += v;
                     if i != j {
-                        block[kind][(g[1] % 3, g[0] % 3)] += v;
+                        block[kind].own[(g[1] % 3, g[0] % 3)] += v;
                     }
                 }
             });
@@ -201,13 +206,34 @@ pub(crate) fn unresisted(
     }
     let index: std::collections::HashMap<usize, usize> =
         elimination.free.iter().enumerate().map(|(i, &g)| (g, i)).collect();
+    let largest: [f64; 3] =
+        std::array::from_fn(|k| blocks.values().map(|b| b[k].own.diagonal().amax()).fold(0.0, f64::max));
     let mut out = Vec::new();
     for (block, kinds) in &blocks {
         let free: Vec<usize> = (0..3).filter(|c| index.contains_key(&(3 * block + c))).collect();
-        out.extend(null_components(kinds, &free).iter().map(|c| index[&(3 * block + c)]));
+        let tied = |c: usize| kinds.iter().zip(largest).any(|(kind, largest)| kind.ties(c, largest));
+        let null = null_components(&kinds.each_ref().map(|kind| kind.own), &free);
+        out.extend(null.iter().filter(|&&c| !tied(c)).map(|c| index[&(3 * block + c)]));
     }
     out.sort_unstable();
     out
+}
+
+/// Terms of one matrix at the translations or the rotations of a node.
+#[derive(Default)]
+struct Block {
+    /// Among its own components.
+    own: nalgebra::Matrix3<f64>,
+    /// Largest one of an element to other DOFs, by component.
+    coupling: [f64; 3],
+}
+
+impl Block {
+    /// Whether a component without a diagonal term is coupled to others by more than the rounding of a matrix with
+    /// diagonal terms up to `largest`.
+    fn ties(&self, c: usize, largest: f64) -> bool {
+        self.own[(c, c)] == 0.0 && self.coupling[c] > 1e-12 * largest
+    }
 }
 
 /// Components to hold so that no direction of the free ones is without all three matrices.
