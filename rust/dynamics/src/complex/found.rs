@@ -3,6 +3,7 @@
 use femend_linalg::Dense;
 use num_complex::Complex64;
 
+use super::coinciding::biorthogonal;
 use super::select::Wanted;
 use super::side::Side;
 
@@ -28,7 +29,7 @@ pub struct ComplexModes {
     pub kind: Vec<PoleKind>,
     /// Right vectors (n, m) column after column, ψᴴMψ = 1, largest component real and positive.
     pub right: Vec<Complex64>,
-    /// Left vectors, yᵀ D(λ) = 0, scaled alike.
+    /// Left vectors, yᵀ D(λ) = 0, scaled alike; those of poles that coincide each orthogonal to the others' right ones.
     pub left: Vec<Complex64>,
     /// a = yᵀ (2λM + C + W G) ψ.
     pub modal_a: Vec<Complex64>,
@@ -45,12 +46,12 @@ pub struct ComplexModes {
 pub(super) fn told(wanted: Vec<Wanted>, own: Side, other: Side, n_late: usize) -> ComplexModes {
     let (mut right, mut left) = (Vec::new(), Vec::new());
     let (mut modal_a, mut condition) = (Vec::new(), Vec::new());
-    for (j, w) in wanted.iter().enumerate() {
-        let (mut psi, mut y) = (unstacked(&own.x, j), unstacked(&other.x, j));
-        let masses = [(&psi, &own), (&y, &other)].map(|(x, side)| {
-            let conj: Vec<Complex64> = x.iter().map(|v| v.conj()).collect();
-            side.products.forms(j, &conj).0.re
-        });
+    let [right_mass, mut left_mass] = [&own, &other].map(|side| masses(side, wanted.len()));
+    let mut lefts: Vec<Vec<Complex64>> = (0..wanted.len()).map(|j| unstacked(&other.x, j)).collect();
+    biorthogonal(&wanted, &own, &other, &right_mass, &mut lefts, &mut left_mass);
+    for ((j, w), mut y) in wanted.iter().enumerate().zip(lefts) {
+        let mut psi = unstacked(&own.x, j);
+        let masses = [right_mass[j], left_mass[j]];
         let factors = [scale(&psi, masses[0]), scale(&y, masses[1])];
         psi.iter_mut().for_each(|v| *v *= factors[0]);
         y.iter_mut().for_each(|v| *v *= factors[1]);
@@ -73,6 +74,15 @@ pub(super) fn told(wanted: Vec<Wanted>, own: Side, other: Side, n_late: usize) -
         condition,
         n_late,
     }
+}
+
+/// ψᴴ M ψ of each vector of a side.
+fn masses(side: &Side, count: usize) -> Vec<f64> {
+    let mass = |j: usize| {
+        let conj: Vec<Complex64> = unstacked(&side.x, j).iter().map(|v| v.conj()).collect();
+        side.products.forms(j, &conj).0.re
+    };
+    (0..count).map(mass).collect()
 }
 
 fn unstacked(x: &Dense, j: usize) -> Vec<Complex64> {

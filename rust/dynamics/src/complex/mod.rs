@@ -8,6 +8,7 @@
 //! as many undamped modes at rest, up to the highest pole, as inertia counts.
 
 mod begin;
+mod coinciding;
 mod correction;
 mod found;
 mod krylov;
