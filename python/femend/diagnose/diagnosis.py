@@ -15,18 +15,16 @@ from femend.diagnose.crossing import as_sensors_are
 from femend.diagnose.directions import in_other_directions
 from femend.diagnose.each_alone import unlike
 from femend.diagnose.judge import Given, ToBeat, compared_in, to_beat
-from femend.diagnose.late_sensors import late_sensors
 from femend.diagnose.levels import depends_on_level
 from femend.diagnose.loads import try_loads
 from femend.diagnose.locate import Located, locate, shortlist, squares_of
-from femend.diagnose.loud_sensor import loud_sensor
-from femend.diagnose.low_cut import low_cut
 from femend.diagnose.more_effects import with_further
 from femend.diagnose.name import name_physics
 from femend.diagnose.nearer import nearer
 from femend.diagnose.noise import louder, quieter_records
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.pairs import Searched
+from femend.diagnose.put_right import put_right
 from femend.diagnose.ranked import Ranked, tempered, told_simply
 from femend.diagnose.second import hidden_by_each_other, look_further
 from femend.diagnose.sensed import sensed_places
@@ -35,8 +33,6 @@ from femend.diagnose.shares import unclear
 from femend.diagnose.so_far import SoFar
 from femend.diagnose.split import split_records, weaker_first
 from femend.diagnose.stretched import with_other_ends
-from femend.diagnose.tilted import force_tilt
-from femend.diagnose.time_axis import force_shift
 from femend.diagnose.unmeasured import plainly_unmeasured
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.diagnose.verdict import decide
@@ -75,22 +71,11 @@ def diagnose_records(
     if quieter is not None:
         start = update_model(start.reduced.model, quieter, zeta)
         located = locate(start.problem, start.reduced, places, start.null)
-    mended = (
-        force_shift(start, located, places, zeta)
-        or force_tilt(start, located, places, zeta, settings)
-        or late_sensors(start, located, places, zeta, settings)
-        or low_cut(start, located, places, zeta, settings)
-    )
-    if mended is not None:
-        off, start, located = mended
-    loud = loud_sensor(start.problem, start.null, located)
-    if loud is not None:
-        start = update_model(start.reduced.model, loud, zeta)
-        located = locate(start.problem, start.reduced, places, start.null)
+    off, start, located = put_right(start, located, places, zeta, settings)
     start, located = as_sensors_are(start, located, places)
     so_far.places(start, located)
     out = explain(nearer(start, located, settings), located, places, settings, tell, so_far=so_far)
-    out = so_far.found = out if mended is None else replace(out, off=off)
+    out = so_far.found = out if off is None else replace(out, off=off)
     tell.done()
     return out
 
