@@ -2,7 +2,7 @@
 """How often sensors that are off are found by a diagnosis:  tried_sensors.py CASES... [--most N]
 
 Every case with measured forces and time records is taken as it is (what is found then is false), with a third of its
-sensors a few samples late, with all of them cut off at half the band's low end, and with one that shows 0.3 of its rms
+sensors a few samples late, with all of them cut off at a third of the first resonance, and with one that shows 0.3 of its rms
 of noise, or of 50 Hz, beside its motion. Prints how many of each are found rightly and wrongly.
 """
 
@@ -24,25 +24,27 @@ from femend.diagnose.sensed import sensed_places
 from femend.diagnose.settings import Settings
 from femend.diagnose.update import update_model
 from femend.estimate import FitRecord, fit_records, pair_test, used_band
-from femend.model import find_places, read_model
+from femend.model import find_places, read_model, reduce_model
 from femend.study import load_study
 
-# samples that sensors are late, share of the band's low end that they are cut off at, and what one shows beside motion
-LATE, CUT, BESIDE = (1.0, 4.0), 0.5, 0.3
+# samples that sensors are late, share of the first resonance that they are cut off at, and what one shows beside motion
+LATE, CUT, BESIDE = (1.0, 4.0), 1 / 3, 0.3
 # how near times (in samples) and a cut-off (relative) have to be found
 NEAR, CLOSE = 0.3, 0.25
 HUM = 50.0
+# frequency (Hz) below which nothing resounds
+RIGID = 0.1
 
 
 def spoiled(
-    rng: np.random.Generator, records: Sequence[FitRecord]
+    rng: np.random.Generator, records: Sequence[FitRecord], first: float
 ) -> dict[str, tuple[RecordedOff | int | None, list[FitRecord]]]:
-    """What is wrong and the records with it, by what it is."""
+    """What is wrong and the records with it, by what it is; `first` is the first resonance (Hz) of the deck."""
     rows = sorted({int(row) for r in records for row in r.out_rows})
     dt = min(r.dt for r in records)
     chosen = rng.choice(rows, max(len(rows) // 3, 1), replace=False)
     late = SensorTimes(tuple(int(row) for row in chosen), tuple(dt * rng.uniform(*LATE, len(chosen))))
-    cut = LowCut(CUT * used_band(records)[0])
+    cut = LowCut(CUT * first)
     one = int(rng.choice(rows))
     made: dict[str, tuple[RecordedOff | int | None, list[FitRecord]]] = {"as it is": (None, list(records))}
     for name, off in (("a third late", late), ("all cut off", cut)):
@@ -92,7 +94,9 @@ def main() -> None:
         test = study.read_recordings()
         records = fit_records([r for r in test if r.role == "fit"], model, pair_test(test, model))
         zeta, settings = study.damping_ratio, Settings()
-        for what, (meant, seen) in spoiled(rng, records).items():
+        freq = reduce_model(model, used_band(records)[1], [int(row) for r in records for row in r.out_rows]).freq
+        first = float(freq[freq > RIGID][0])
+        for what, (meant, seen) in spoiled(rng, records, first).items():
             start = update_model(model, seen, zeta)
             places = sensed_places(start.problem, start.reduced, find_places(start.reduced.model))
             located = locate(start.problem, start.reduced, places, start.null)
