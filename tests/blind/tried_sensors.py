@@ -2,8 +2,8 @@
 """How often sensors that are off are found by a diagnosis:  tried_sensors.py CASES... [--most N]
 
 Every case with measured forces and time records is taken as it is (what is found then is false), with a third of its
-sensors a few samples late, with all of them cut off at a third of the first resonance, and with one that shows 0.3 of its rms
-of noise, or of 50 Hz, beside its motion. Prints how many of each are found rightly and wrongly.
+sensors a few samples late, with all of them cut off at a third of the first resonance, and with one that shows 0.3 of
+its rms of noise, or of 50 Hz, beside its motion. Prints how many of each are found rightly and wrongly.
 """
 
 from __future__ import annotations
