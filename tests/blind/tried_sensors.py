@@ -63,8 +63,11 @@ def _beside(rng: np.random.Generator, record: FitRecord, row: int, hum: bool) ->
     return replace(record, y=y)
 
 
-def right(meant: RecordedOff | int | None, off: RecordedOff | None, loud: set[int], dt: float) -> tuple[bool, bool]:
-    """Whether what was found is what was meant, and whether something else was."""
+def right(meant: RecordedOff | int | None, off: RecordedOff | None, records: Sequence[FitRecord]) -> tuple[bool, bool]:
+    """Whether what was found, in `records` that were fitted in the end, is what was meant, and whether something else
+    was; sensors that were left out from the beginning do not count."""
+    loud = {row for r in records for row, _, _ in r.loud}
+    rows, dt = {int(row) for r in records for row in r.out_rows}, min(r.dt for r in records)
     if meant is None:
         return off is None and not loud, off is not None or bool(loud)
     if isinstance(meant, int):
@@ -76,7 +79,7 @@ def right(meant: RecordedOff | int | None, off: RecordedOff | None, loud: set[in
     if not isinstance(off, SensorTimes):
         return False, off is not None
     a, b = (dict(zip(one.rows, one.seconds, strict=True)) for one in (meant, off))
-    good = all(abs(a.get(row, 0.0) - b.get(row, 0.0)) < NEAR * dt for row in {*a, *b})
+    good = all(abs(a.get(row, 0.0) - b.get(row, 0.0)) < NEAR * dt for row in rows)
     return good, not good
 
 
@@ -101,8 +104,7 @@ def main() -> None:
             places = sensed_places(start.problem, start.reduced, find_places(start.reduced.model))
             located = locate(start.problem, start.reduced, places, start.null)
             off, after, _ = put_right(start, located, places, zeta, settings)
-            loud = {row for r in after.problem.records for row, _, _ in r.loud}
-            good, wrong = right(meant, off, loud, min(r.dt for r in records))
+            good, wrong = right(meant, off, after.problem.records)
             print(
                 f"{path.parent.parent.name} {what}: {'right' if good else 'wrong' if wrong else 'nothing'}", flush=True
             )
