@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.model import ReducedModel, read_model, reduce_model
+from femend.estimate import FitRecord
+from femend.model import Place, ReducedModel, read_model, reduce_model
 
 Array = NDArray[np.float64]
 # band (Hz), rate (1/s) and samples of the recordings
@@ -48,3 +49,17 @@ def answers(reduced: ReducedModel, U: NDArray[np.complex128], into: Array, rows:
         s = 2j * np.pi * k * RATE / (2 * N)
         Y[:, k] = s**2 * (rows @ np.linalg.solve(K + s**2 * M, into * U[k]))
     return np.asarray(np.fft.irfft(Y)[:, :N])
+
+
+def record(seed: int, u: Array, y: Array, into: int, rows: NDArray[np.int64], floor: float = 0.0) -> FitRecord:
+    """A recording of a force u (N,) at row `into` of the g-set and accelerations y (n_out, N) at `rows`, with noise of
+    1 % of each, and of a share `floor` of all."""
+    noise = 0.01 * y.std(axis=1) + floor * y.std()
+    y = y + noise[:, None] * np.random.default_rng([seed, 1]).standard_normal(y.shape)
+    at, signs = np.array([into]), np.ones(len(rows))
+    return FitRecord(str(seed), u[None], y, 1 / RATE, at, np.asarray(rows), np.ones(1), signs, noise)
+
+
+def grounds() -> list[Place]:
+    """Places between every free node and the ground, along Y."""
+    return [Place("ground", (n,), "Y", "ground", (np.array([row(n, 1)]),), (np.ones(1),)) for n in range(2, 8)]

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, row
+from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, grounds, record, row
 
 from femend.diagnose import locate
 from femend.diagnose.late_sensors import SensorTimes, late_sensors
 from femend.diagnose.settings import Settings
 from femend.diagnose.update import _updated, modelled
 from femend.estimate import FitRecord
-from femend.model import Place, ReducedModel
+from femend.model import ReducedModel
 
 Array = NDArray[np.float64]
 SENSORS = [row(n, 1) for n in (7, 6, 5, 4, 3)]
@@ -28,24 +28,18 @@ def reduced(tmp_path_factory: pytest.TempPathFactory) -> ReducedModel:
 
 def recorded(reduced: ReducedModel, seed: int, late: dict[int, float], spring: float = 0.0) -> FitRecord:
     """Accelerations under a burst at node 5 of sensors that are `late` by so many samples, with noise of 1 %."""
-    at, rows, into = reduced.rows(np.array([row(3, 1)])), np.array(SENSORS), np.array([row(5, 1)])
+    at, into = reduced.rows(np.array([row(3, 1), row(5, 1)]))[:, None]
+    rows, into = np.array(SENSORS), into[0]
     U, freq = burst(seed), np.fft.rfftfreq(2 * N, 1 / RATE)
-    samples = np.array([late.get(r, 0.0) for r in SENSORS])
-    y = [
-        answers(reduced, U * np.exp(-2j * np.pi * freq * s / RATE), reduced.rows(into)[0], reduced.rows(one[None]), K)[
-            0
-        ]
-        for s, one, K in zip(samples, rows, [spring * at.T @ at] * len(rows), strict=True)
-    ]
-    noise = 0.01 * np.std(y, axis=1)
-    shown = np.array(y) + noise[:, None] * np.random.default_rng([seed, 1]).standard_normal((len(y), N))
-    u = np.fft.irfft(U)[None, :N]
-    return FitRecord(str(seed), u, shown, 1 / RATE, into, rows, np.ones(1), np.ones(len(rows)), noise)
+    later = [np.exp(-2j * np.pi * freq * late.get(r, 0.0) / RATE) for r in SENSORS]
+    out, stiffness = reduced.rows(rows), spring * at.T @ at
+    y = [answers(reduced, U * turn, into, out[i : i + 1], stiffness)[0] for i, turn in enumerate(later)]
+    return record(seed, np.fft.irfft(U)[:N], np.array(y), row(5, 1), rows)
 
 
 def found(reduced: ReducedModel, late: dict[int, float], spring: float = 0.0) -> SensorTimes | None:
     start = _updated(*modelled(reduced.model, [recorded(reduced, s, late, spring) for s in (0, 1)], 0.01))
-    places = [Place("ground", (n,), "Y", "ground", (np.array([row(n, 1)]),), (np.ones(1),)) for n in range(2, 8)]
+    places = grounds()
     located = locate.locate(start.problem, start.reduced, places, start.null)
     out = late_sensors(start, located, places, 0.01, Settings())
     if out is None:

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, row
+from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, grounds, record, row
 
 from femend.diagnose.locate import Located, locate
 from femend.diagnose.loud_sensor import loud_sensor
 from femend.diagnose.update import UpdatedModel, _updated, modelled
 from femend.estimate import FitRecord
-from femend.model import Place, ReducedModel
+from femend.model import ReducedModel
 
 Array = NDArray[np.float64]
 SENSORS = [row(n, 1) for n in (7, 6, 5, 4, 3)]
@@ -32,16 +32,14 @@ def recorded(reduced: ReducedModel, seed: int, beside: Array, spring: float = 0.
     at, rows, into = reduced.rows(np.array([row(3, 1)])), np.array(SENSORS), np.array([row(5, 1)])
     U = burst(seed)
     y = answers(reduced, U, reduced.rows(into)[0], reduced.rows(rows), spring * at.T @ at)
-    noise = 0.01 * y.std(axis=1)
-    y = y + noise[:, None] * np.random.default_rng([seed, 1]).standard_normal(y.shape)
-    y[SENSORS.index(LOUD)] += beside * y[SENSORS.index(LOUD)].std()
-    u = np.fft.irfft(U)[None, :N]
-    return FitRecord(str(seed), u, y, 1 / RATE, into, rows, np.ones(1), np.ones(len(rows)), noise)
+    made = record(seed, np.fft.irfft(U)[:N], y, row(5, 1), rows)
+    made.y[SENSORS.index(LOUD)] += beside * y[SENSORS.index(LOUD)].std()
+    return made
 
 
 def started(reduced: ReducedModel, beside: Array, spring: float = 0.0) -> tuple[UpdatedModel, list[Located]]:
     start = _updated(*modelled(reduced.model, [recorded(reduced, s, beside, spring) for s in (0, 1)], 0.01))
-    places = [Place("ground", (n,), "Y", "ground", (np.array([row(n, 1)]),), (np.ones(1),)) for n in range(2, 8)]
+    places = grounds()
     return start, locate(start.problem, start.reduced, places, start.null)
 
 
@@ -55,13 +53,13 @@ def test_what_one_sensor_shows_alone_counts_as_its_noise(reduced: ReducedModel, 
     start, located = started(reduced, beside)
     records = loud_sensor(start.problem, start.null, located)
     assert records is not None
-    for before, record in zip(start.problem.records, records, strict=True):
-        ((row_, factor, at),) = record.loud
+    for before, after in zip(start.problem.records, records, strict=True):
+        ((row_, factor, at),) = after.loud
         assert row_ == LOUD
         assert at == pytest.approx(hum, abs=0.6, nan_ok=True)
         assert 8.0 < factor < 60.0
-        np.testing.assert_allclose(record.noise / before.noise, np.where(before.out_rows == LOUD, factor, 1.0))
-        np.testing.assert_array_equal(record.y, before.y)
+        np.testing.assert_allclose(after.noise / before.noise, np.where(before.out_rows == LOUD, factor, 1.0))
+        np.testing.assert_array_equal(after.y, before.y)
     again = _updated(start.reduced.model, start.reduced, start.problem.on(records))
     assert again.null.score < 1.2 < start.null.score
     assert loud_sensor(again.problem, again.null) is None

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, row
+from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, grounds, record, row
 
 from femend.diagnose.locate import locate
 from femend.diagnose.low_cut import LowCut, low_cut
 from femend.diagnose.settings import Settings
 from femend.diagnose.update import _updated, modelled
 from femend.estimate import FitRecord
-from femend.model import Place, ReducedModel
+from femend.model import ReducedModel
 
 Array = NDArray[np.float64]
 SENSORS = np.array([row(n, 1) for n in (7, 6, 5, 3)])
@@ -32,17 +32,14 @@ def recorded(reduced: ReducedModel, seed: int, cut: float, spring: float = 0.0) 
     f = np.fft.rfftfreq(2 * N, 1 / RATE)
     U, passed = burst(seed), 1j * f / np.where(f > 0, 1j * f + cut, 1.0)
     y = answers(reduced, U * passed, reduced.rows(into)[0], reduced.rows(SENSORS), spring * at.T @ at)
-    noise = 0.01 * y.std(axis=1)
-    y = y + noise[:, None] * np.random.default_rng([seed, 1]).standard_normal(y.shape)
-    u = np.fft.irfft(U)[None, :N]
-    return FitRecord(str(seed), u, y, 1 / RATE, into, SENSORS, np.ones(1), np.ones(len(SENSORS)), noise)
+    return record(seed, np.fft.irfft(U)[:N], y, row(5, 1), SENSORS)
 
 
 def found(reduced: ReducedModel, cut: float, spring: float = 0.0, *, beside_forces: bool = False) -> LowCut | None:
     """What is found; a free force does what a cut-off does in a beam of three modes, so that it has no say unless
     asked."""
     start = _updated(*modelled(reduced.model, [recorded(reduced, s, cut, spring) for s in (0, 1)], 0.01))
-    places = [Place("ground", (n,), "Y", "ground", (np.array([row(n, 1)]),), (np.ones(1),)) for n in range(2, 8)]
+    places = grounds()
     located = locate(start.problem, start.reduced, places, start.null) if beside_forces else []
     out = low_cut(start, located, places, 0.01, Settings())
     if out is None:

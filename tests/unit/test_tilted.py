@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, row
+from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, record, row
 
 from femend.diagnose import locate
 from femend.diagnose.settings import Settings
@@ -33,10 +33,7 @@ def recorded(reduced: ReducedModel, seed: int, share: float, spring: float = 0.0
     rows, U = np.array([row(*s) for s in SENSORS]), burst(seed)
     into = reduced.rows(np.array([OWN, OWN + 1]), np.array([1.0, share])).sum(axis=0) / np.hypot(1.0, share)
     y = answers(reduced, U, into, reduced.rows(rows), spring * across.T @ across)
-    noise = 0.01 * y.std(axis=1) + 1e-3 * y.std()
-    y = y + noise[:, None] * np.random.default_rng([seed, 1]).standard_normal(y.shape)
-    u = np.fft.irfft(U)[None, :N]
-    return FitRecord(str(seed), u, y, 1 / RATE, np.array([OWN]), rows, np.ones(1), np.ones(len(rows)), noise)
+    return record(seed, np.fft.irfft(U)[:N], y, OWN, rows, 1e-3)
 
 
 def found(reduced: ReducedModel, share: float, spring: float = 0.0) -> ForceTilt | None:

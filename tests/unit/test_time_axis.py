@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, row
+from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, grounds, record, row
 
 from femend.diagnose import locate
 from femend.diagnose.time_axis import ForceShift, force_shift
 from femend.diagnose.update import _updated, modelled
 from femend.estimate import FitRecord
-from femend.model import Place, ReducedModel
+from femend.model import ReducedModel
 
 Array = NDArray[np.float64]
 NODES = range(1, 8)
@@ -29,17 +29,15 @@ def reduced(tmp_path_factory: pytest.TempPathFactory) -> ReducedModel:
 def recorded(reduced: ReducedModel, name: str, seed: int, late: float, spring: float = 0.0) -> FitRecord:
     """Accelerations under a burst, beside a force channel that is `late` by so many samples, with noise of 1 %."""
     at, U, freq = reduced.rows(np.array([row(3, 1)])), burst(seed), np.fft.rfftfreq(2 * N, 1 / RATE)
-    rows, into = np.array([row(*s) for s in SENSORS]), np.array([row(*SHAKER)])
-    y = answers(reduced, U, reduced.rows(into)[0], reduced.rows(rows), spring * at.T @ at)
+    rows = np.array([row(*s) for s in SENSORS])
+    y = answers(reduced, U, reduced.rows(np.array([row(*SHAKER)]))[0], reduced.rows(rows), spring * at.T @ at)
     shown = np.fft.irfft(U * np.exp(-2j * np.pi * freq * late / RATE))[:N]
-    noise = 0.01 * y.std(axis=1)
-    y = y + noise[:, None] * np.random.default_rng([seed, 1]).standard_normal(y.shape)
-    return FitRecord(name, shown[None], y, 1 / RATE, into, rows, np.ones(1), np.ones(len(rows)), noise)
+    return replace(record(seed, shown, y, row(*SHAKER), rows), name=name)
 
 
 def found(reduced: ReducedModel, records: list[FitRecord]) -> ForceShift | None:
     start = _updated(*modelled(reduced.model, records, 0.01))
-    places = [Place("ground", (n,), "Y", "ground", (np.array([row(n, 1)]),), (np.ones(1),)) for n in range(2, 8)]
+    places = grounds()
     located = locate.locate(start.problem, start.reduced, places, start.null)
     out = force_shift(start, located, places, 0.01)
     if out is None:
