@@ -17,7 +17,7 @@ from femend.diagnose.each_alone import unlike
 from femend.diagnose.judge import Given, ToBeat, compared_in, to_beat
 from femend.diagnose.levels import depends_on_level
 from femend.diagnose.loads import try_loads
-from femend.diagnose.locate import Located, locate, shortlist, squares_of
+from femend.diagnose.locate import Located, cost_of, locate, shortlist
 from femend.diagnose.more_effects import with_further
 from femend.diagnose.name import name_physics
 from femend.diagnose.nearer import nearer
@@ -265,7 +265,7 @@ def _worth_naming(task: _Task) -> bool:
     if not task.located:
         return False
     # as if no force had been projected out, as the cost of a place is
-    cost = null.prior + squares_of(task.start.problem, null, 0.0)
+    cost = cost_of(task.start.problem, null, 0.0)
     gain = cost - task.located[0].cost
     return null.score > settings.consistent or gain > max(settings.worth_naming * cost, settings.gain_cost)
 

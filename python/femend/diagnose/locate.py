@@ -25,7 +25,6 @@ __all__ = [
     "FINAL_LINES",
     "Kin",
     "Located",
-    "cost_alone",
     "cost_of",
     "fitted",
     "grounded",
@@ -98,11 +97,6 @@ def squares_of(problem: Problem, fit: Fit, sigma: float) -> float:
     """Tempered squares of a fit scaled to the number of values recorded."""
     lines = problem.lines(fit.hypothesis.reduced, sigma)
     return float(sum(line.share * line.Y.size * misfit for line, misfit in zip(lines, fit.misfit, strict=True)))
-
-
-def cost_alone(problem: Problem, null: Fit) -> float:
-    """Cost of the model as it is, fitted as `null`, beside which a place's is seen."""
-    return null.prior + squares_of(problem, null, 0.0)
 
 
 def locate(

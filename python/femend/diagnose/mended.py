@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.locate import LINES, Located, cost_alone, locate
+from femend.diagnose.locate import LINES, Located, cost_of, locate
 from femend.diagnose.recorded_off import RecordedOff
 from femend.diagnose.settings import Settings
 from femend.diagnose.update import UpdatedModel, update_model
@@ -58,7 +58,7 @@ def mended(
     if closer is not None and closer != off:
         off, again = closer, _updated(start, closer, zeta)
     best = min((one.cost for one in located), default=np.inf)
-    if cost_alone(again.problem, again.null) > min(LEFT * cost_alone(start.problem, start.null), best):
+    if cost_of(again.problem, again.null, 0.0) > min(LEFT * cost_of(start.problem, start.null, 0.0), best):
         return None
     return off, again, locate(again.problem, again.reduced, places, again.null)
 

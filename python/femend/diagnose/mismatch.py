@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.dressed import hypothesis_of
-from femend.diagnose.locate import Located, fitted, squares_of
+from femend.diagnose.locate import Located, cost_of, fitted
 from femend.estimate.fit import SENSORS
 from femend.model import Place, find_places
 from femend.threads import one_blas_thread
@@ -51,11 +51,11 @@ def mismatch_map(diagnosis: Diagnosis) -> tuple[NDArray[np.int64], NDArray[np.fl
     (alone,) = problem.fit([null.hypothesis], [(null.p, null.x)], iterations=0)
     if alone is None or not fits:
         return None
-    before = alone.prior + squares_of(problem, alone, 0.0)
+    before = cost_of(problem, alone, 0.0)
     left: dict[int, float] = {}
     for i, fit in fits:
         node = places[i].nodes[0]
-        share = (fit.prior + squares_of(problem, fit, 0.0)) / before
+        share = cost_of(problem, fit, 0.0) / before
         left[node] = min(left.get(node, 1.0), share)
     nodes = sorted(left)
     return np.array(nodes, dtype=np.int64), np.array([left[n] for n in nodes])

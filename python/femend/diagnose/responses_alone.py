@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from femend.diagnose.accepted import TELLING
 from femend.diagnose.diagnosis import explain
-from femend.diagnose.locate import cost_alone, locate
+from femend.diagnose.locate import cost_of, locate
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.settings import Settings
 from femend.diagnose.so_far import SoFar
@@ -62,7 +62,7 @@ def _one_more_force(driven: Driven, settings: Settings) -> bool:
     if not driven.located:
         return False
     start, first = driven.start, driven.located[0]
-    gain = cost_alone(start.problem, start.null) - first.cost
+    gain = cost_of(start.problem, start.null, 0.0) - first.cost
     return gain > TELLING * settings.gain_cost and first.fit.score < ONE_MORE * start.null.score
 
 

@@ -18,7 +18,7 @@ from femend.diagnose.evidence import deviance
 from femend.diagnose.judge import Given
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
 from femend.diagnose.levels import element_depends_on_level
-from femend.diagnose.locate import Located, locate, shortlist, squares_of
+from femend.diagnose.locate import Located, cost_of, locate, shortlist
 from femend.diagnose.name import name_physics
 from femend.diagnose.one_linear import one_linear
 from femend.diagnose.other_split import chosen_where_it_shows
@@ -323,7 +323,7 @@ def _search(first: Searched, aside: _Aside, places: Sequence[Place]) -> _Beside 
     if null is None:
         return _Beside([], 0.0)
     located = locate(problem, reduced, places, null)
-    gained = null.prior + squares_of(problem, null, 0.0) - min((f.cost for f in located), default=np.inf)
+    gained = cost_of(problem, null, 0.0) - min((f.cost for f in located), default=np.inf)
     if gained < first.settings.gain_cost:
         return None
     short = with_look_alikes(problem, reduced, shortlist(located), places, first.settings)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.locate import LINES, Located, cost_alone, locate
+from femend.diagnose.locate import LINES, Located, cost_of, locate
 from femend.diagnose.recorded_off import RecordedOff
 from femend.diagnose.settings import Settings
 from femend.diagnose.update import UpdatedModel, update_model
@@ -100,8 +100,8 @@ def force_tilt(
         min((f.cost for f in located if _at_the_force(f.place, own) == at), default=np.inf) for at in (True, False)
     )
     # places that move the sensors alike do as well with a free force, the shaker's among them
-    if cost_alone(again.problem, again.null) > min(
-        LEFT * cost_alone(start.problem, start.null), elsewhere if elsewhere + settings.reach < here else np.inf
+    if cost_of(again.problem, again.null, 0.0) > min(
+        LEFT * cost_of(start.problem, start.null, 0.0), elsewhere if elsewhere + settings.reach < here else np.inf
     ):
         return None
     return tilt, again, locate(again.problem, again.reduced, places, again.null)

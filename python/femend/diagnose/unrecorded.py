@@ -21,7 +21,7 @@ from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.evidence import fall
 from femend.diagnose.known_force import Known, last_force
 from femend.diagnose.linear import closed_by
-from femend.diagnose.locate import Located, locate, refitted, squares_of
+from femend.diagnose.locate import Located, cost_of, locate, refitted
 from femend.diagnose.noise import quieter_records
 from femend.diagnose.nonlinear import simulate_candidate
 from femend.diagnose.screen import is_many
@@ -161,7 +161,7 @@ def _at_a_glance(problem: Problem, reduced: ReducedModel, drives: Sequence[Place
     hypotheses = [hypothesis_of(place, bare) for place in drives]
     sigma = GLANCE * problem.scale()
     fits = plain.fit(hypotheses, sigma=sigma, iterations=GLANCE_STEPS)
-    ranked = [(fit.prior + squares_of(plain, fit, sigma), i) for i, fit in enumerate(fits) if fit is not None]
+    ranked = [(cost_of(plain, fit, sigma), i) for i, fit in enumerate(fits) if fit is not None]
     return [(drives[i], problem.prior(reduced)[0]) for _, i in sorted(ranked)]
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from femend.report.entries import Result, mapping, number, rows
 from femend.report.mode_words import FrequencyErrors, frequency_errors
-from femend.report.noise import BEYOND_NOISE, farthest_from_noise, outside_alone
+from femend.report.noise import BEYOND_NOISE, farthest_from_noise, noise_without
 from femend.report.numbers import factor_as_percent, ratio
 from femend.report.vocabulary import PHYSICS
 from femend.report.words import (
@@ -119,7 +119,8 @@ def _left(result: Result) -> str:
     gain = error_gain(result, "nominal", "parameters")
     unseen = _gain(result, "nominal", "parameters") if gain is not None and gain.which != FITTED else ""
     model = f"the model{', updated or not,' if consistent else _updated(result)}"
-    if outside_alone(worst, times):
+    # what lies outside the band in which models are compared
+    if noise_without(times, number(worst.get("outside_band")) or 0.0):
         return (
             f"Nothing is missing in the band that the force excites: {model} explains the recordings there; outside it "
             f"{worst.get('recording')} shows more than noise{unseen}."

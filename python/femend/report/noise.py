@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from femend.report.entries import Result, number
 
-__all__ = ["BEYOND_NOISE", "farthest_from_noise", "outside_alone", "times_noise"]
+__all__ = ["BEYOND_NOISE", "farthest_from_noise", "noise_without", "times_noise"]
 
 # error of an updated model, in units of the noise, from which it cannot be said to explain the recordings
 BEYOND_NOISE = 1.5
@@ -19,10 +19,9 @@ def times_noise(row: Result, stage: str) -> float | None:
     return None if row.get("role") != "fit" or not floor or left is None else left / floor
 
 
-def outside_alone(row: Result, times: float) -> bool:
-    """Whether what an updated model leaves of a recording, `times` its noise, is noise without what lies outside the
-    band in which models are compared."""
-    return times * max(1 - (number(row.get("outside_band")) or 0.0), 0.0) ** 0.5 < BEYOND_NOISE
+def noise_without(times: float, share: float) -> bool:
+    """Whether an error of `times` the noise is noise without a `share` of its square."""
+    return times * max(1 - share, 0.0) ** 0.5 < BEYOND_NOISE
 
 
 def farthest_from_noise(fit: Sequence[Result], stage: str) -> tuple[float, Result | None]:

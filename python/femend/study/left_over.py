@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.numerals import plain
-from femend.report.noise import BEYOND_NOISE, farthest_from_noise
+from femend.report.noise import BEYOND_NOISE, farthest_from_noise, noise_without
 from femend.study.predictions import Prediction
 
 __all__ = ["left_beside", "left_beside_sine", "left_over", "shares_outside"]
@@ -63,7 +63,7 @@ def left_over(
     own = next((p for p in predictions if p.name == name), None)
     below, above = (0.0, 0.0) if own is None else shares_outside(own, band)
     left = f"the updated model leaves {plain(times, 2)} times the noise of {name}"
-    if times * np.sqrt(max(1 - below - above, 0.0)) >= BEYOND_NOISE:
+    if not noise_without(times, below + above):
         return (
             f"{left}, which no law at one place explains clearly enough to be told; the mesh or the idealisation may "
             "leave that much: refine the mesh and see whether it shrinks, or record more sensors"
