@@ -25,6 +25,7 @@ from femend.dof import Dof
 from femend.estimate import FitRecord, Hypothesis, Problem, crossed, noise_floor, with_across
 from femend.estimate.frf import FrfLines
 from femend.estimate.picked_up import ACROSS_SD, GAIN_SD, MOST, Across, PickedUp
+from femend.estimate.power import smoothed
 from femend.model import MeshError, Place, ReducedModel, affordable_refinement, read_model, reduce_model
 from femend.model.form_errors import basis_modes
 from femend.numerals import plain
@@ -224,21 +225,21 @@ def test_what_has_no_column_though_it_shows_counts_as_noise() -> None:
     own = 0.1 * spectra[2]
     spectra[2] = 0
     variance, index = np.ones((n_out, k)), np.arange(0, k, 2)
-    raised, across = Across.of(spectra, variance, index, 0.1, lambda power: power)
+    raised, across = Across.of(spectra, variance, index, 0.1)
     assert across is not None
     assert sorted(across.sensor.tolist()) == list(range(MOST))
     np.testing.assert_array_equal(across.motion, spectra[0][across.sensor][:, index].T)
-    power = np.abs(spectra) ** 2
+    power = [smoothed(np.abs(one) ** 2) for one in spectra]
     np.testing.assert_allclose(raised, 1 + ACROSS_SD**2 * (0.01 * power[0] + power[1]))
     # of next to nothing there is no column, and next to no noise
-    raised, across = Across.of(1e-4 * spectra, variance, index, 0.1, lambda power: power)
+    raised, across = Across.of(1e-4 * spectra, variance, index, 0.1)
     assert across is None
     np.testing.assert_allclose(raised, 1.0, atol=1e-4)
     # of its own motion a sensor is off by twice as much
-    raised, across = Across.of(np.stack([0 * own, 0 * own, own]), variance, index, 0.1, lambda power: power)
+    raised, across = Across.of(np.stack([0 * own, 0 * own, own]), variance, index, 0.1)
     assert across is not None
     np.testing.assert_allclose(across.motion, GAIN_SD / ACROSS_SD * own[across.sensor][:, index].T)
-    np.testing.assert_allclose(raised, 1 + 0.01 * GAIN_SD**2 * np.abs(own) ** 2)
+    np.testing.assert_allclose(raised, 1 + 0.01 * GAIN_SD**2 * smoothed(np.abs(own) ** 2))
 
 
 def test_the_core_takes_out_the_same_shares_as_the_lines(reduced: ReducedModel) -> None:

@@ -85,3 +85,17 @@ def test_what_lies_above_the_band_asks_for_no_mesh() -> None:
     less = Prediction("high", "fit", 1e-3, (channel,), made, np.array([slow + 0.0655 * quick]))
     assert shares_outside(less, (5.0, 100.0)) == pytest.approx((0.0, 0.3), abs=0.01)
     assert "refine the mesh" in left_over("parameters-only", rows, [less], (5.0, 100.0))
+
+
+def test_laws_that_leave_what_lies_outside_the_band_hide_nothing() -> None:
+    """A resonance above the force's band was told as something that had not been found."""
+    t = np.arange(1000) * 1e-3
+    slow, quick = np.sin(2 * np.pi * 20 * t), np.sin(2 * np.pi * 300 * t)
+    channel = Channel(None, "acceleration", "m/s^2", "a")
+    made = {"nominal": np.array([slow]), "parameters": np.array([0.8 * slow]), "final": np.array([slow])}
+    rows = [{"recording": "high", "role": "fit", "noise_floor": 0.05, "parameters": 0.36, "final": 0.3}]
+    seen = Prediction("high", "fit", 1e-3, (channel,), made, np.array([slow + 0.3 * quick]))
+    said = left_beside("missing-physics", rows, [seen], (5.0, 100.0))
+    assert "30 % of high, 6 times its noise; 100 % of its square lies outside 5 to 100 Hz" in said
+    assert "not found" not in said
+    assert "something else that was not found" in left_beside("missing-physics", rows, [seen], (5.0, 400.0))

@@ -23,6 +23,7 @@ from femend.estimate import (
     Problem,
     at_work,
     check_sampling,
+    further_band,
     modelled_band,
     used_band,
     with_across,
@@ -198,8 +199,9 @@ def modelled(
     model: Model, records: Sequence[FitRecord], zeta: float, *, as_built_in: tuple[float, float] | None = None
 ) -> tuple[Model, ReducedModel, Problem]:
     """The model, refined where that is cheap enough, its reduction without what its beams are known to leave out, for
-    the band of the records, and the problem of what the records hold but rest, whose band ends where the mesh no longer
-    follows the modes (`Model.unresolved` then says so); raises RecordingError as `update_model`.
+    the band of the records, with resonances just above it that they show where the mesh follows them, and the problem
+    of what the records hold but rest, whose band ends where the mesh no longer follows the modes (`Model.unresolved`
+    then says so); raises RecordingError as `update_model`.
 
     All as drawn where the structure is taken to have the mesh's errors (recordings simulated with the deck): in the
     band `as_built_in` (Hz) of the model it is held against, for in a narrower one much less has to be explained.
@@ -207,20 +209,36 @@ def modelled(
     if not records:
         raise RecordingError('no recording with role = "fit"; name at least one')
     records = [at_work(r) for r in records]
-    band, g_rows = used_band(records) if as_built_in is None else as_built_in, _rows(records)
-    finer = affordable_refinement(model, band[1]) if as_built_in is None and model.refines is None else None
-    model = model if finer is None else finer
-    reduced = reduce_model(model, band[1], g_rows)
+    built, g_rows = as_built_in is not None, _rows(records)
+    plain = used_band(records) if as_built_in is None else as_built_in
+    band = plain if built else further_band(plain, records)
+    finer, reduced, missed = _refined(model, records, band, g_rows, built)
+    if missed is not None and band != plain:
+        # what lies above the force's power is worth no mesh that does not follow it
+        band = plain
+        finer, reduced, missed = _refined(model, records, band, g_rows, built)
+    model = finer
     check_sampling(records, band, reduced.freq)
     band = modelled_band(band, records, reduced.freq)
-    missed = unresolved(reduced, band) if as_built_in is None else None
     if missed is not None:
         model, band = _left_out(model, records, band, missed)
         reduced = reduce_model(model, band[1], g_rows)
     records = without_crossed(records, reduced, band, zeta)
-    reduced = form_errors(reduced, band[1], mesh_as_built=as_built_in is not None).on(reduced)
+    reduced = form_errors(reduced, band[1], mesh_as_built=built).on(reduced)
     n_tuned = max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum()))
     return model, reduced, Problem(records, band, zeta, n_tuned)
+
+
+def _refined(
+    model: Model, records: Sequence[FitRecord], band: tuple[float, float], g_rows: list[int], as_built: bool
+) -> tuple[Model, ReducedModel, Unresolved | None]:
+    """The model, refined for a `band` (Hz) where that is cheap enough and it is not taken `as_built`, its reduction,
+    and what its mesh does not follow there."""
+    finer = None if as_built or model.refines is not None else affordable_refinement(model, band[1])
+    model = finer or model
+    reduced = reduce_model(model, band[1], g_rows)
+    followed = modelled_band(band, records, reduced.freq)
+    return model, reduced, None if as_built else unresolved(reduced, followed)
 
 
 def sensors_in_doubt(problem: Problem, fit: Fit, beside: ForcesBeside | None = None) -> Problem:

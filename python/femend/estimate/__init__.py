@@ -3,11 +3,12 @@
 from femend.estimate.cross_axis import ForcesBeside, crossed, with_across
 from femend.estimate.fit import Fit, Hypothesis, Problem
 from femend.estimate.left_out import without_crossed
-from femend.estimate.lines import FitRecord, Lines, modelled_band, noise_floor, spectral_lines, used_band
+from femend.estimate.lines import FitRecord, Lines, noise_floor, spectral_lines
 from femend.estimate.noise import noise_of
 from femend.estimate.prepare import check_sampling, fit_records, pair_test, period_of
 from femend.estimate.rest import at_work
 from femend.estimate.swept import in_turn, pressed
+from femend.estimate.used_band import further_band, modelled_band, used_band
 
 __all__ = [
     "ForcesBeside",
@@ -20,6 +21,7 @@ __all__ = [
     "check_sampling",
     "crossed",
     "fit_records",
+    "further_band",
     "in_turn",
     "modelled_band",
     "noise_floor",

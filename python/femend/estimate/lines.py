@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,10 +11,10 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.data.bands import within_band
-from femend.errors import RecordingError
 from femend.estimate.cut_off import cut_off, static_part
-from femend.estimate.frf import FrfLines, useful_band
+from femend.estimate.frf import FrfLines
 from femend.estimate.picked_up import ACROSS_SD, GAIN_SD, Across, PickedUp
+from femend.estimate.power import may_be_noise, smoothed
 from femend.model import ReducedModel
 
 __all__ = [
@@ -23,10 +22,8 @@ __all__ = [
     "Lines",
     "amplitudes",
     "band_power",
-    "modelled_band",
     "noise_floor",
     "spectral_lines",
-    "used_band",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -38,15 +35,6 @@ MODEL_ALLOWANCE = 0.01
 FRF_ALLOWANCE = 0.03
 # neighbouring lines inside a half-power bandwidth carry the same model error: the effective share of the samples
 TEMPERING = 0.1
-# an FRF is used up to this multiple of the model's last natural frequency
-BEYOND_MODES = 1.3
-# responses stand clear of the noise where they are so many times as strong, and so strong a share of their mean
-CLEAR, STRONG = 4.0, 0.05
-# a force reaches down to 0 Hz where its low end is less than this share of its top; such a record is used from this
-# share of the first frequency at which some response stands clear of its noise
-REACHES_DOWN, BELOW_CLEAR = 0.01, 0.5
-# width, in lines, over which a recording's power is smoothed for the allowance
-SMOOTH = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +103,14 @@ class FitRecord:
     def second(self) -> FloatArray:
         """Second derivative (n_in, n) of the forces, as modes far above the band follow them."""
         return static_part(self.u, self.period, self.dt)
+
+    def force_in_doubt(self, freq: FloatArray) -> FloatArray:
+        """Share (K,) of the power of a time record's forces that may be noise, at frequencies `freq` (K,) in Hz."""
+        return np.asarray(np.interp(freq, np.fft.rfftfreq(self.n, self.dt), self._may_be_noise))
+
+    @cached_property
+    def _may_be_noise(self) -> FloatArray:
+        return may_be_noise(self.u, self.dt)
 
     @property
     def level(self) -> float:
@@ -208,66 +204,6 @@ def amplitudes(record: FitRecord) -> tuple[FloatArray, FloatArray]:
     return freq, np.abs(np.fft.rfft(record.y, axis=1))
 
 
-def used_band(records: list[FitRecord]) -> tuple[float, float]:
-    """Band (Hz) that holds the measured forces' power but for half a per cent at the low end and one at the top.
-
-    A blow has power down to 0 Hz, where a structure that is held hardly accelerates: the band begins no lower than an
-    octave below the first response that stands clear of the noise. Of FRFs, and where no force was recorded, it is the
-    band whose responses do. Raises RecordingError for a force that is hardly more than its mean.
-    """
-    low, high = [], []
-    for r in records:
-        if r.frf is not None:
-            first, last = useful_band(r.frf)
-            low.append(first / 0.8)
-            high.append(last / 1.02)
-            continue
-        freq = np.fft.rfftfreq(r.n, r.dt)
-        if not r.driven:
-            first, last = _standing_clear(r)
-            low.append(freq[first])
-            high.append(min(freq[last], 0.47 / r.dt))
-            continue
-        share = np.cumsum((np.abs(np.fft.rfft(r.u, axis=1)) ** 2).sum(axis=0))
-        share /= share[-1]
-        begin, end = (float(freq[np.searchsorted(share, part)]) for part in (0.005, 0.99))
-        if end == 0:
-            raise RecordingError(
-                f"recording {r.name!r}: all but 1 % of the force's power is its mean, which excites nothing: take it "
-                "off before",
-                recording=r.name,
-            )
-        if begin < REACHES_DOWN * end:
-            begin = max(begin, BELOW_CLEAR * float(freq[_standing_clear(r, 0.0)[0]]))
-        low.append(begin)
-        high.append(min(end, 0.47 / r.dt))
-    return 0.8 * float(np.median(low)), 1.02 * float(np.median(high))
-
-
-def _standing_clear(record: FitRecord, strong: float = STRONG) -> tuple[int, int]:
-    """First and last line, but for half a per cent at the low end and one at the top, on which some response is
-    `CLEAR` times as strong as its noise and `strong` times as its own mean: what a force's end that nobody recorded
-    leaves in other lines is above the noise, too."""
-    power = _smoothed(np.abs(np.fft.rfft(record.y, axis=1)) ** 2)
-    least = np.maximum(CLEAR**2 * record.n * record.noise**2, strong**2 * power.mean(axis=1))
-    clear = np.flatnonzero((power > least[:, None]).any(axis=0))
-    if len(clear) == 0:
-        return 0, power.shape[1] - 1
-    return int(clear[int(0.005 * len(clear))]), int(clear[int(0.99 * (len(clear) - 1))])
-
-
-def modelled_band(band: tuple[float, float], records: Sequence[FitRecord], freq: FloatArray) -> tuple[float, float]:
-    """The band (Hz) up to a little above the model's last natural frequency where all records are FRFs.
-
-    An FRF often reaches far beyond the modes of a model with few degrees of freedom, which has nothing to say there.
-    `freq` are the model's natural frequencies, Hz.
-    """
-    if any(r.frf is None for r in records) or not len(freq):
-        return band
-    end = BEYOND_MODES * float(np.max(freq))
-    return (band[0], min(band[1], end)) if end > band[0] else band
-
-
 def spectral_lines(
     record: FitRecord,
     reduced: ReducedModel,
@@ -302,12 +238,12 @@ def spectral_lines(
     shown = Ufull if record.driven else Yfull / record.noise[:, None]
     index = _thinned(index, (np.abs(shown) ** 2).sum(axis=0), step)
     U = Ufull[:, index].T
-    power = np.abs(Yfull) ** 2
-    variance = record.noise[:, None] ** 2 * float((window**2).sum()) + MODEL_ALLOWANCE**2 * _smoothed(power)
+    allowed = MODEL_ALLOWANCE**2 + (record.force_in_doubt(freq) if record.driven else 0.0)
+    variance = record.noise[:, None] ** 2 * float((window**2).sum()) + allowed * smoothed(np.abs(Yfull) ** 2)
     across = None
     if record.across is not None:
         spectra = np.fft.rfft(record.across[:, :, first:] * window, axis=2)
-        variance, across = Across.of(spectra, variance, index, TEMPERING * step, _smoothed)
+        variance, across = Across.of(spectra, variance, index, TEMPERING * step)
     weight = np.ascontiguousarray(1 / np.sqrt(variance[:, index].T))
     chosen = (np.asarray(freq[index]), np.asarray(index, dtype=np.int64), U, Yfull[:, index].T, weight)
     if modal is None or n_tuned == 0 or not record.driven or sigma > _core.closing_sigma(n * record.dt):
@@ -335,23 +271,16 @@ def _of_frf(
     step = max(1, int(round(sigma / (2 * np.pi) / frf.step / 2))) if sigma > 0 else 1
     if limit is not None:
         step = max(step, -(-len(index) // limit))
-    variance = frf.noise**2 * passed + FRF_ALLOWANCE**2 * _smoothed((np.abs(H) ** 2).T).T
+    variance = frf.noise**2 * passed + FRF_ALLOWANCE**2 * smoothed((np.abs(H) ** 2).T).T
     index = _thinned(index, (np.abs(H) ** 2 / variance).sum(axis=1), step)
     across = None
     if record.across is not None and sigma == 0:
         spectra = np.asarray(record.across, dtype=np.complex128)
-        raised, across = Across.of(spectra, variance.T, index, TEMPERING * step, _smoothed)
+        raised, across = Across.of(spectra, variance.T, index, TEMPERING * step)
         variance = raised.T
     weight = np.ascontiguousarray(1 / np.sqrt(variance[index]))
     ones = np.ones((len(index), 1), dtype=complex)
     return _made(record, reduced, sigma, (frf.freq[index], index, ones, H[index], weight), record.n, step, across)
-
-
-def _smoothed(power: FloatArray) -> FloatArray:
-    """Running mean of the power (n_out, K) over SMOOTH lines."""
-    kernel = np.ones(SMOOTH) / SMOOTH
-    padded = np.pad(power, ((0, 0), (SMOOTH // 2, SMOOTH // 2)), "reflect")
-    return np.array([np.convolve(p, kernel, "valid") for p in padded])
 
 
 def _made(

@@ -3,11 +3,12 @@ unknown share of each, eliminated."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from femend.estimate.power import smoothed
 
 __all__ = ["ACROSS_SD", "GAIN_SD", "Across", "PickedUp"]
 
@@ -39,14 +40,13 @@ class Across:
         variance: FloatArray,
         index: NDArray[np.int64],
         share: float,
-        smoothed: Callable[[FloatArray], FloatArray],
     ) -> tuple[FloatArray, Across | None]:
         """The variance (n_out, F) of a record's spectrum with what else counts as noise, and the motion on the lines
         `index` (K,), each with its `share` in the cost, whose shares the lines tell; None where that is none.
 
-        `spectra` (3, n_out, F) are accelerations along the two other axes of every sensor's node and along its own,
-        `smoothed` is how powers (n_out, F) are smoothed over neighbouring lines. What may be picked up of
-        them counts as noise, but for those whose share is told, of which the error of a prediction does.
+        `spectra` (3, n_out, F) are accelerations along the two other axes of every sensor's node and along its own.
+        What may be picked up of them counts as noise, but for those whose share is told, of which the error of a
+        prediction does.
         """
         spectra = spectra * np.array([1.0, 1.0, GAIN_SD / ACROSS_SD])[:, None, None]
         power = np.array([smoothed(np.abs(c) ** 2) for c in spectra])

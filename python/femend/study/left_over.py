@@ -20,20 +20,22 @@ FloatArray = NDArray[np.float64]
 BESIDE_LAWS = 3.0
 
 
-def shares_outside(prediction: Prediction, band: tuple[float, float]) -> tuple[float, float]:
-    """Shares (0 to 1) of what the updated model leaves of a recording's samples that lie below and above a `band` (Hz);
-    0 of FRFs, whose errors count in the band alone, and of what holds no responses."""
-    if prediction.recorded is None or prediction.frf is not None:
+def shares_outside(
+    prediction: Prediction | None, band: tuple[float, float], stage: str = "parameters"
+) -> tuple[float, float]:
+    """Shares (0 to 1) of what a `stage` of the model leaves of a recording's samples that lie below and above a `band`
+    (Hz); 0 of FRFs, whose errors count in the band alone, of what holds no responses, and of nothing."""
+    if prediction is None or prediction.recorded is None or prediction.frf is not None:
         return 0.0, 0.0
-    freq, power = _left_power(prediction)
+    freq, power = _left_power(prediction, stage)
     below, above = (float(power[:, outside].sum()) for outside in (freq < band[0], freq > band[1]))
     return (below / power.sum(), above / power.sum()) if power.sum() > 0 else (0.0, 0.0)
 
 
-def _left_power(prediction: Prediction) -> tuple[FloatArray, FloatArray]:
-    """Frequencies (K,) in Hz, and the power (n, K) that the updated model leaves of the n sensors that count."""
+def _left_power(prediction: Prediction, stage: str = "parameters") -> tuple[FloatArray, FloatArray]:
+    """Frequencies (K,) in Hz, and the power (n, K) that a `stage` of the model leaves of the n sensors that count."""
     assert prediction.recorded is not None
-    left = prediction.stages["parameters"][prediction.counted] - prediction.recorded[prediction.counted]
+    left = prediction.stages[stage][prediction.counted] - prediction.recorded[prediction.counted]
     power = np.abs(np.fft.rfft(left - left.mean(axis=1, keepdims=True), axis=1)) ** 2
     return np.asarray(np.fft.rfftfreq(left.shape[1], prediction.dt), dtype=np.float64), np.asarray(power)
 
@@ -60,8 +62,8 @@ def left_over(
     if worst is None or times < BEYOND_NOISE:
         return ""
     name = worst["recording"]
-    own = next((p for p in predictions if p.name == name), None)
-    below, above = (0.0, 0.0) if own is None else shares_outside(own, band)
+    own = _named(name, predictions)
+    below, above = shares_outside(own, band)
     left = f"the updated model leaves {plain(times, 2)} times the noise of {name}"
     if not noise_without(times, below + above):
         return (
@@ -81,17 +83,38 @@ def left_over(
     )
 
 
-def left_beside(verdict: str, fit: Sequence[Mapping[str, Any]]) -> str:
+def left_beside(
+    verdict: str,
+    fit: Sequence[Mapping[str, Any]],
+    predictions: Sequence[Prediction] = (),
+    band: tuple[float, float] = (0.0, np.inf),
+) -> str:
     """What has to be said beside laws that leave much of a recording: what chose them may not show all that is
-    there."""
+    there. What is left of the `predictions` outside the fitted `band` (Hz), where nothing is compared, is told as
+    such."""
     times, worst = farthest_from_noise(fit, "final")
     if verdict != "missing-physics" or worst is None or times < BESIDE_LAWS:
         return ""
-    return (
+    left = (
         f"with what is told the model still leaves {plain(100 * worst['final'], 2)} % of {worst['recording']}, "
-        f"{plain(times, 2)} times its noise: something else that was not found shows there, or motion that depends on "
-        "its past too much to be followed; predictions of such recordings are that far off"
+        f"{plain(times, 2)} times its noise"
     )
+    outside = sum(shares_outside(_named(worst["recording"], predictions), band, "final"))
+    if noise_without(times, outside):
+        return (
+            f"{left}; {plain(100 * outside, 3)} % of its square lies outside {plain(band[0], 3)} to "
+            f"{plain(band[1], 3)} Hz, where the force excites too little for models to be compared: inside it is noise."
+            " Predictions are that far off outside; if it matters, record with a force that reaches further"
+        )
+    return (
+        f"{left}: something else that was not found shows there, or motion that depends on its past too much to be "
+        "followed; predictions of such recordings are that far off"
+    )
+
+
+def _named(recording: str, predictions: Sequence[Prediction]) -> Prediction | None:
+    """The prediction of a recording; None where there is none."""
+    return next((p for p in predictions if p.name == recording), None)
 
 
 def left_beside_sine(finding: Mapping[str, Any], fit: Sequence[Mapping[str, Any]]) -> str:

@@ -72,8 +72,9 @@ def result_of(
     if diagnosis.verdict in ("consistent", "parameters-only"):
         _note_outside(fit, predictions, diagnosis.problem.band)
     found = findings(diagnosis)
+    seen = predictions, diagnosis.problem.band
     sines = "".join(left_beside_sine(one, fit) for one in found)
-    beside = sines if diagnosis.by_load else left_beside(diagnosis.verdict, fit)
+    beside = sines if diagnosis.by_load else left_beside(diagnosis.verdict, fit, *seen)
     return {
         "format": FORMAT,
         "verdict": diagnosis.verdict,
@@ -81,7 +82,7 @@ def result_of(
         "parameters": _parameters(diagnosis),
         "fit": fit,
         "status": _status(diagnosis),
-        "advice": diagnosis.advice or left_over(diagnosis.verdict, fit, predictions, diagnosis.problem.band) or beside,
+        "advice": diagnosis.advice or left_over(diagnosis.verdict, fit, *seen) or beside,
         "warnings": list(warnings),
     }
 
