@@ -69,8 +69,10 @@ class Searched:
     @property
     def one_force_explains(self) -> bool:
         """Whether a single free force explains whole recordings: nothing acts elsewhere, and a law at its place that
-        does not explain them was lost on the way."""
-        return bool(self.located) and self.located[0].fit.score <= self.settings.adequate
+        does not explain them was lost on the way. Several forces at one place explain what acts near it, and one for
+        which the model has to bend stands in for something else: where either is all that explains, it is not one."""
+        explaining = [f for f in self.located if f.fit.score <= self.settings.adequate]
+        return any(f.place.n_w <= 1 and not self.settings.strains(f.fit.prior) for f in explaining)
 
     @property
     def price(self) -> float:
