@@ -36,11 +36,9 @@ def with_left(monkeypatch: pytest.MonkeyPatch, **left: float) -> None:
 
 
 def one_force_leaves(first: Searched, misfit: float) -> Searched:
-    """The search with a free force at the best place leaving so much."""
-    best = first.located[0]
-    return replace(
-        first, located=[replace(best, fit=cast(Any, SimpleNamespace(score=misfit, p=best.fit.p))), *first.located[1:]]
-    )
+    """The search with a free force at any place leaving so much."""
+    left = [cast(Any, SimpleNamespace(score=misfit, prior=0.0, p=one.fit.p)) for one in first.located]
+    return replace(first, located=[replace(one, fit=fit) for one, fit in zip(first.located, left, strict=True)])
 
 
 def test_what_is_left_elsewhere_has_that_recording_choose(first: Searched, monkeypatch: pytest.MonkeyPatch) -> None:

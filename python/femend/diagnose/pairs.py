@@ -71,8 +71,9 @@ class Searched:
         """Whether a single free force explains whole recordings: nothing acts elsewhere, and a law at its place that
         does not explain them was lost on the way. Several forces at one place explain what acts near it, and one for
         which the model has to bend stands in for something else: where either is all that explains, it is not one."""
-        explaining = [f for f in self.located if f.fit.score <= self.settings.adequate]
-        return any(f.place.n_w <= 1 and not self.settings.strains(f.fit.prior) for f in explaining)
+        settings, simple = self.settings, [f for f in self.located if f.place.n_w <= 1]
+        most = settings.bent * settings.gain_cost
+        return any(f.fit.score <= settings.adequate and f.fit.prior <= most for f in simple)
 
     @property
     def price(self) -> float:

@@ -1,5 +1,6 @@
 """Responses, residuals, sensitivities and least squares."""
 
+from femend.estimate.bands import further_band, modelled_band, used_band
 from femend.estimate.cross_axis import ForcesBeside, crossed, with_across
 from femend.estimate.fit import Fit, Hypothesis, Problem
 from femend.estimate.left_out import without_crossed
@@ -8,7 +9,6 @@ from femend.estimate.noise import noise_of
 from femend.estimate.prepare import check_sampling, fit_records, pair_test, period_of
 from femend.estimate.rest import at_work
 from femend.estimate.swept import in_turn, pressed
-from femend.estimate.used_band import further_band, modelled_band, used_band
 
 __all__ = [
     "ForcesBeside",

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from femend.data import Channel, Recording, Test
 from femend.errors import StudyError
 from femend.estimate import pair_test
+from femend.estimate.bands import used_band
 from femend.estimate.noise import noise_of
 from femend.estimate.prepare import fit_records, period_of
-from femend.estimate.used_band import used_band
 from femend.model import Model, Pairing, affordable_refinement, read_model
 from femend.study import Study
 

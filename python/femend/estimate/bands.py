@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.data.bands import within_band
 from femend.errors import RecordingError
 from femend.estimate.frf import useful_band
 from femend.estimate.lines import FitRecord
@@ -30,6 +31,9 @@ OF_RATE = 0.47
 # a band goes on above the end of the forces' power as far as some response is so strong a share of its mean and no more
 # than this share of the forces' power is noise, by a factor of at least and at most
 RESONANT, NOISE_OF_FORCE, WORTH, AT_MOST = 0.3, 0.01, 1.05, 1.5
+# coherence of all recordings there, over lines with strong responses, from which these answer the force: of resonances
+# it is 0.95 and more, of harmonics of what is nonlinear below 0.8 at most (generated cases, two and three recordings)
+COHERENT = 0.9
 
 
 def used_band(records: Sequence[FitRecord]) -> tuple[float, float]:
@@ -67,20 +71,32 @@ def used_band(records: Sequence[FitRecord]) -> tuple[float, float]:
 
 
 def further_band(band: tuple[float, float], records: Sequence[FitRecord]) -> tuple[float, float]:
-    """The `band` (Hz) of `used_band` and what lies above it of strong responses to a force that is still known; the
-    same one where that is not worth it.
+    """The `band` (Hz) of `used_band` and what lies above it of strong answers to a force that is still known; the same
+    one where that is not worth it, or cannot be told from what a nonlinear structure does by itself there: by several
+    recordings alike in force, sensors and length.
 
     A resonance just above the end of a force's power is driven by the little that the force has there, and may be
     among the strongest of a record.
     """
-    if any(r.frf is not None or not r.driven for r in records):
+    first = records[0]
+    if len(records) < 2 or not all(r.frf is None and len(r.u) == 1 and _alike(r, first) for r in records):
         return band
-    end = WIDER_UP * float(np.median([_known_to(r, band[1] / WIDER_UP) for r in records]))
-    return (band[0], end) if end > WORTH * band[1] else band
+    plain = band[1] / WIDER_UP
+    end = float(np.median([_known_to(r, plain) for r in records]))
+    if end <= WORTH * plain or _coherence(records, (plain, end)) < COHERENT:
+        return band
+    return band[0], WIDER_UP * end
+
+
+def _alike(a: FitRecord, b: FitRecord) -> bool:
+    """Whether two time records are of the same force and sensors on the same axis."""
+    same = np.array_equal(a.out_rows, b.out_rows) and np.array_equal(a.in_rows, b.in_rows)
+    return bool(a.n == b.n and a.dt == b.dt and same)
 
 
 def _known_to(record: FitRecord, end: float) -> float:
-    """Frequency (Hz), not below the `end` of a band, up to which a record has strong responses to a known force."""
+    """Frequency (Hz), not below the `end` of a force's power, up to which a record has strong responses and a known
+    force."""
     freq = np.fft.rfftfreq(record.n, record.dt)
     unknown = freq[(freq > end) & (may_be_noise(record.u, record.dt) > NOISE_OF_FORCE)]
     limits = [
@@ -92,16 +108,38 @@ def _known_to(record: FitRecord, end: float) -> float:
     return max(end, min(limits))
 
 
+def _coherence(records: Sequence[FitRecord], band: tuple[float, float]) -> float:
+    """Mean coherence of the responses of several recordings with their one force, on the lines of a `band` (Hz) with
+    strong responses; 0 where none are."""
+    freq = np.fft.rfftfreq(records[0].n, records[0].dt)
+    inside = within_band(freq, band)
+    crossed, forces, responses = np.zeros(1, dtype=complex), np.zeros(1), np.zeros(1)
+    for r in records:
+        U, Y = np.fft.rfft(r.u, axis=1), np.fft.rfft(r.y, axis=1)
+        level = (np.abs(U) ** 2).mean()
+        crossed = crossed + Y * U.conj() / level
+        forces, responses = forces + np.abs(U) ** 2 / level, responses + np.abs(Y) ** 2 / level
+    of_lines = np.abs(crossed) ** 2 / np.maximum(forces * responses, 1e-300)
+    strong = np.any([_clear(r, RESONANT) for r in records], axis=0) & inside
+    return float(of_lines[strong].mean()) if strong.any() else 0.0
+
+
 def _standing_clear(record: FitRecord, strong: float = STRONG) -> tuple[int, int]:
-    """First and last line, but for half a per cent at the low end and one at the top, on which some response is
-    `CLEAR` times as strong as its noise and `strong` times as its own mean: what a force's end that nobody recorded
-    leaves in other lines is above the noise, too."""
+    """First and last line, but for half a per cent at the low end and one at the top, on which some response is clear
+    of the noise and `strong`."""
+    clear = _clear(record, strong)
+    lines = np.flatnonzero(clear.any(axis=0))
+    if len(lines) == 0:
+        return 0, clear.shape[1] - 1
+    return int(lines[int(0.005 * len(lines))]), int(lines[int(0.99 * (len(lines) - 1))])
+
+
+def _clear(record: FitRecord, strong: float) -> NDArray[np.bool_]:
+    """Where the smoothed power of a response is (n_out, K) `CLEAR` times as strong as its noise and `strong` times as
+    its own mean: what a force's end that nobody recorded leaves in other lines is above the noise, too."""
     power = smoothed(np.abs(np.fft.rfft(record.y, axis=1)) ** 2)
     least = np.maximum(CLEAR**2 * record.n * record.noise**2, strong**2 * power.mean(axis=1))
-    clear = np.flatnonzero((power > least[:, None]).any(axis=0))
-    if len(clear) == 0:
-        return 0, power.shape[1] - 1
-    return int(clear[int(0.005 * len(clear))]), int(clear[int(0.99 * (len(clear) - 1))])
+    return np.asarray(power > least[:, None])
 
 
 def modelled_band(band: tuple[float, float], records: Sequence[FitRecord], freq: FloatArray) -> tuple[float, float]:
