@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, grounds, record, row
 
+from femend.diagnose import mended
 from femend.diagnose.locate import locate
 from femend.diagnose.low_cut import LowCut, low_cut
 from femend.diagnose.settings import Settings
-from femend.diagnose.update import _updated, modelled
+from femend.diagnose.update import UpdatedModel, _updated, modelled, update_model
 from femend.estimate import FitRecord
 from femend.model import ReducedModel
 
@@ -62,6 +64,21 @@ def test_what_is_missing_is_no_cut_off(reduced: ReducedModel) -> None:
     assert found(reduced, 0.0) is None
     assert found(reduced, 0.0, 2e4) is None
     assert found(reduced, 0.0, 1e6) is None
+
+
+def test_updates_are_for_a_cut_off_that_takes_much_away(reduced: ReducedModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What something that is missing makes believe takes little away on few lines, and is not followed further."""
+    made: list[float] = []
+
+    def counted(*args: Any, **more: Any) -> UpdatedModel:
+        made.append(0.0)
+        return update_model(*args, **more)
+
+    monkeypatch.setattr(mended, "update_model", counted)
+    assert found(reduced, 0.0, 1e6) is None
+    assert not made
+    assert found(reduced, 8.0, 1e3) is not None
+    assert made
 
 
 @pytest.mark.parametrize("period", [0, N // 2])

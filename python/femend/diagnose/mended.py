@@ -24,8 +24,8 @@ __all__ = ["can_be_off", "mended"]
 FloatArray = NDArray[np.float64]
 Off = TypeVar("Off", bound=RecordedOff)
 
-# share of its cost that the updated model has left at most
-LEFT = 0.25
+# share of its cost that the updated model has left at most, and of its misfit on few lines, where rounds may end early
+LEFT, PROMISING = 0.25, 0.5
 # rounds, and steps of a fit
 ROUNDS, STEPS = 30, 8
 
@@ -50,8 +50,10 @@ def mended(
     until they change by no more than `close`; with the model updated without it, and where something is missing in
     that, of all `places`. None where nothing is, and where the updated model does not do far better so, and better than
     with a force at one of the places `located`. `zeta` is the starting damping ratio."""
-    off = made(_settled(start, first, read, made, close))
-    if off is None:
+    numbers, promising = _settled(start, first, read, made, close)
+    off = made(numbers)
+    # two updates from afar are for what has come near on few lines
+    if off is None or not promising:
         return None
     again = _updated(start, off, zeta)
     closer = made(read(again.null))
@@ -73,10 +75,13 @@ def _settled(
     read: Callable[[Fit], FloatArray],
     made: Callable[[FloatArray], RecordedOff | None],
     close: float,
-) -> FloatArray:
-    """The numbers of `mended` after its rounds: each fit begins where the one before ended, and from the deck."""
+) -> tuple[FloatArray, bool]:
+    """The numbers of `mended` after its rounds, and whether these leave far less of the few lines they are made on:
+    each fit begins where the one before ended, and from the deck."""
     few, null, none = start.problem.sparing(LINES), start.null, np.zeros(0)
     p, drawn = null.p, start.problem.prior(start.reduced)[0]
+    (as_it_is,) = few.fit([null.hypothesis], [(p, none)], iterations=STEPS)
+    left = np.inf
     for _ in range(ROUNDS):
         off = made(numbers)
         problem = few if off is None else few.on([off.on(r) for r in few.records])
@@ -84,8 +89,8 @@ def _settled(
         best = min((f for f in fits if f is not None), key=lambda fit: fit.cost, default=None)
         if best is None:
             break
-        p, before = best.p, numbers
+        p, before, left = best.p, numbers, best.score
         numbers = read(best)
         if np.abs(numbers - before).max() < close:
             break
-    return numbers
+    return numbers, as_it_is is None or left <= PROMISING * as_it_is.score
