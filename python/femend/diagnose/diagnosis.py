@@ -15,6 +15,7 @@ from femend.diagnose.crossing import as_sensors_are
 from femend.diagnose.directions import in_other_directions
 from femend.diagnose.each_alone import unlike
 from femend.diagnose.judge import Given, ToBeat, compared_in, to_beat
+from femend.diagnose.law_elsewhere import where_it_explains_more
 from femend.diagnose.levels import depends_on_level
 from femend.diagnose.loads import try_loads
 from femend.diagnose.locate import Located, cost_of, locate, shortlist
@@ -227,10 +228,21 @@ def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given,
     all_kinds = replace(settings, places=settings.kinds)
     # of a direction that never came to the fore, nonlinear laws are tried at all kinds of places
     in_others = partial(in_other_directions, start.problem, start.reduced, task.places, start.null)
-    for wider, reach in ((_untried, all_kinds), (in_others, replace(all_kinds, nonlinear_places=settings.kinds))):
+
+    def elsewhere(_: Sequence[Located], had: Sequence[Place]) -> list[Located]:
+        return where_it_explains_more(given, task.places, ranked, alone.score)
+
+    for wider, reach in (
+        (elsewhere, settings),
+        (_untried, all_kinds),
+        (in_others, replace(all_kinds, nonlinear_places=settings.kinds)),
+        (elsewhere, settings),
+    ):
         if sigma > 0 or not unclear(alone, ranked, settings):
             break
         further = with_look_alikes(start.problem, start.reduced, wider(task.located, tried), task.places, reach)
+        if not further:
+            continue
         tried += [one.place for one in further]
         task.tell.start("name it", len(further))
         beaten = min([alone.score, *(r.score for r in ranked)])

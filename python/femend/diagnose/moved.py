@@ -14,10 +14,11 @@ from femend.diagnose.locate import COMPARED_LINES
 from femend.diagnose.pairs import Searched, plain
 from femend.diagnose.receptances import receptances
 from femend.diagnose.terms import Term
-from femend.model import Place
+from femend.estimate import Problem
+from femend.model import Place, ReducedModel
 from femend.physics import FitCoordinates, Parameter
 
-__all__ = ["moved"]
+__all__ = ["moved", "resized"]
 
 FloatArray = NDArray[np.float64]
 
@@ -30,16 +31,24 @@ def moved(first: Searched, term: Term, place: Place) -> Term:
     """
     old = term.place
     assert old is not None
-    ratio = _ratio(first, plain(first, term.candidate.p), old, place)
+    ratio = _ratio(first.problem, first.reduced, plain(first, term.candidate.p), old, place)
     joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
     alike = (old, *(p for p in term.located.alike if p is not place))
     located = replace(term.located, place=place, alike=alike)
     return replace(term, candidate=_scaled(replace(term.candidate, joint=joint), ratio), located=located)
 
 
-def _ratio(first: Searched, p: FloatArray, old: Place, new: Place) -> float:
+def resized(
+    problem: Problem, reduced: ReducedModel, law: Candidate, p: FloatArray, old: Place, new: Place
+) -> Candidate:
+    """A law of one coordinate at the place `old` of the size at which it does the same work at the place `new`, under
+    the recorded forces in the model of unknowns `p` (n_p,) without laws."""
+    return _scaled(law, _ratio(problem, reduced, p, old, new))
+
+
+def _ratio(problem: Problem, reduced: ReducedModel, p: FloatArray, old: Place, new: Place) -> float:
     """How much more one place moves than another under the recorded forces, in the model without laws."""
-    few, reduced = first.problem.thinned(COMPARED_LINES), first.reduced
+    few = problem.thinned(COMPARED_LINES)
     omega, zeta, Q = few.system(reduced).modal(p)
     W = np.vstack([place.w(reduced.V, reduced.V_a)[:1] for place in (old, new)]) @ Q
     power = np.zeros(2)

@@ -22,13 +22,26 @@ from femend.model.model import Model
 from femend.model.pair_places import Between
 from femend.model.place import Place
 
-__all__ = ["facing", "gap_places"]
+__all__ = ["STRUCTURE", "facing", "gap_places", "joined"]
 
 FloatArray = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 # cards of elements that are structure, by their beginnings; those with rotations at their nodes
-_BODIES = ("CBAR", "CBEAM", "CBEND", "CROD", "CONROD", "CTUBE", "CQUAD", "CTRIA", "CHEXA", "CPENTA", "CTETRA", "CPYRAM")
+STRUCTURE = (
+    "CBAR",
+    "CBEAM",
+    "CBEND",
+    "CROD",
+    "CONROD",
+    "CTUBE",
+    "CQUAD",
+    "CTRIA",
+    "CHEXA",
+    "CPENTA",
+    "CTETRA",
+    "CPYRAM",
+)
 _TURNING = ("CBAR", "CBEAM", "CBEND", "CQUAD", "CTRIA")
 # width of a gap between parts: in sizes of the elements there, and as a share of the smaller part's diagonal
 WIDEST, NEAR = 2.0, 0.25
@@ -69,7 +82,7 @@ def facing(model: Model) -> list[tuple[int, int]]:
     if not pairs:
         return []
     a, b = np.array(pairs, dtype=np.int64).T
-    apart = ~_joined(model.as_drawn, a, b)
+    apart = ~joined(model.as_drawn, a, b)
     a, b = a[apart], b[apart]
     # rounded, so that pairs that are as far apart stand in the order of their nodes
     distance = np.round(np.linalg.norm(mesh.xyz[a] - mesh.xyz[b], axis=1) / max(mesh.diagonal, 1e-300), 9)
@@ -96,7 +109,7 @@ class _Mesh:
         n, xyz = len(model.node_ids), model.xyz
         by_count: dict[int, list[list[int]]] = {}
         for _, card, nodes in model.fe.elements():
-            if card.startswith(_BODIES):
+            if card.startswith(STRUCTURE):
                 own = [model.index(node) for node in dict.fromkeys(nodes) if node]
                 by_count.setdefault(len(own), []).append(own)
         size = np.zeros(n)
@@ -190,7 +203,7 @@ def _way_is_long(mesh: _Mesh, a: Ints, b: Ints) -> NDArray[np.bool_]:
     return long
 
 
-def _joined(model: Model, a: Ints, b: Ints) -> NDArray[np.bool_]:
+def joined(model: Model, a: Ints, b: Ints) -> NDArray[np.bool_]:
     """Whether an element of any kind or a constraint joins the nodes at the positions `a` and `b` (n,) directly."""
     at, group, groups = [], [], 0
     elements = [nodes for _, _, nodes in model.fe.elements()] + [nodes for *_, nodes in model.deck.elements()]

@@ -17,6 +17,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.model.body_places import body_places
 from femend.model.connection_places import connection_places
 from femend.model.gap_places import gap_places
 from femend.model.model import Model
@@ -146,6 +147,8 @@ def find_places(model: Model, top: Topology | None = None) -> list[Place]:
     pairs = joint_pairs(model, top.held, joints, map(frozenset, joined))
     places += pairs
     places += gap_places(model, top.held, pairs)
+    chains = [sorted({n for eid in chain for n in top.beams[eid]}) for _, _, chain in top.members]
+    places += body_places(model, top.held, chains, places)
     places += connection_places(model, top.held, places)
     places += _bases(model, top)
     return places
