@@ -6,13 +6,13 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
+import numpy as np
 
 from femend.diagnose.dressed import hypothesis_of
-from femend.diagnose.judge import Given, to_beat
-from femend.diagnose.law_elsewhere import where_it_explains_more
+from femend.diagnose.judge import Given, judge_in, to_beat
+from femend.diagnose.law_elsewhere import _in_turn, where_it_explains_more
+from femend.diagnose.laws_at import linear_at
 from femend.diagnose.locate import LINES, Located, squares_of
-from femend.diagnose.name import name_physics
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import split_records
@@ -24,42 +24,57 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
 
 
-@pytest.fixture(scope="module")
-def start(tmp_path_factory: pytest.TempPathFactory) -> UpdatedModel:
-    truth = small_study.Truth((7.3e10, 6.8e10), ("CELAS2,900,3.+4,7,3",))
-    return small_study.updated(tmp_path_factory.mktemp("spring"), truth)
+def updated(folder: Path, card: str) -> UpdatedModel:
+    return small_study.updated(folder, small_study.Truth((7.3e10, 6.8e10), (card,)))
 
 
-@pytest.fixture(scope="module")
-def grounds(start: UpdatedModel) -> list[Place]:
-    return [p for p in find_places(start.reduced.model) if p.kind == "ground"]
-
-
-@pytest.fixture(scope="module")
-def given(start: UpdatedModel) -> Given:
+def given_of(start: UpdatedModel) -> Given:
     split = split_records(start.problem, start.null, [])
     return Given(split, start.reduced, start.g_rows, start.null.p, Settings())
 
 
-@pytest.fixture(scope="module")
-def at_node_6(start: UpdatedModel, grounds: list[Place], given: Given) -> list[Ranked]:
-    """Laws at the node beside that of the spring, as if it alone had been located."""
-    beside = next(p for p in grounds if p.nodes == (6,) and p.direction == "Z")
+def grounds_of(start: UpdatedModel) -> list[Place]:
+    return [p for p in find_places(start.reduced.model) if p.kind == "ground"]
+
+
+def laws_at(node: int, start: UpdatedModel, given: Given) -> list[Ranked]:
+    """Laws at a node in Z, as if it alone had been located."""
+    place = next(p for p in grounds_of(start) if p.nodes == (node,) and p.direction == "Z")
     few = start.problem.sparing(LINES)
-    (fit,) = few.fit([hypothesis_of(beside, start.reduced)], [(start.null.p, start.null.x)])
+    (fit,) = few.fit([hypothesis_of(place, start.reduced)], [(start.null.p, start.null.x)])
     assert fit is not None
-    return name_physics(given, [Located(beside, fit, squares_of(few, fit, 0.0))])[0]
+    tried = linear_at(given, Located(place, fit, squares_of(few, fit, 0.0)), masses_alone=True)[0]
+    return judge_in(given, 0.0).in_order([judge_in(given, 0.0).ranked(t) for t in tried])
 
 
-def test_the_node_of_a_law_is_found_from_the_one_beside(
-    start: UpdatedModel, grounds: list[Place], given: Given, at_node_6: list[Ranked]
-) -> None:
-    alone = to_beat(given, start.null)
-    found = where_it_explains_more(given, grounds, at_node_6, alone.score)
+def test_the_node_of_a_law_is_found_from_the_one_beside(tmp_path: Path) -> None:
+    start = updated(tmp_path, "CELAS2,900,3.+4,7,3")
+    given, grounds = given_of(start), grounds_of(start)
+    alone, beside = to_beat(given, start.null).score, laws_at(6, start, given)
+    found = where_it_explains_more(given, grounds, beside, alone)
     assert found[0].place.nodes == (7,)
     assert found[0].fit.score < 1.2
-    # nothing is looked for where the law gains nothing, nor from a law that acts elsewhere than against the ground
-    assert where_it_explains_more(given, grounds, at_node_6, at_node_6[0].score) == []
-    assert where_it_explains_more(given, grounds, [], alone.score) == []
-    bent = [replace(at_node_6[0], candidate=replace(at_node_6[0].candidate, joint=None))]
-    assert where_it_explains_more(given, grounds, bent, alone.score) == []
+    # nothing is looked for where the law gains nothing, nor from a part of the model
+    assert where_it_explains_more(given, grounds, beside, beside[0].score) == []
+    assert where_it_explains_more(given, grounds, [], alone) == []
+    part = [replace(beside[0], candidate=replace(beside[0].candidate, joint=None))]
+    assert where_it_explains_more(given, grounds, part, alone) == []
+
+
+def test_a_mass_is_looked_for_as_the_same_mass(tmp_path: Path) -> None:
+    start = updated(tmp_path, "CONM2,900,7,,0.3")
+    given = given_of(start)
+    beside = [r for r in laws_at(5, start, given) if r.candidate.name == "added_mass"]
+    assert beside[0].candidate.joint is not None
+    assert beside[0].candidate.joint.place.kind == "mass"
+    found = where_it_explains_more(given, grounds_of(start), beside, to_beat(given, start.null).score)
+    assert found[0].place.nodes == (7,)
+
+
+def test_the_nearest_joints_come_first(tmp_path: Path) -> None:
+    start = updated(tmp_path, "CELAS2,900,3.+4,7,3")
+    places = [p for p in grounds_of(start) if p.direction == "Z"]
+    turns = [p.nodes[0] for p in _in_turn(start.reduced.model, places[0], places) if not p.unlikely]
+    xyz = start.reduced.model.xyz
+    away = [float(np.linalg.norm(xyz[n - 1] - xyz[places[0].nodes[0] - 1])) for n in turns]
+    assert away == sorted(away)

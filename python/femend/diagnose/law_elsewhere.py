@@ -16,19 +16,20 @@ from femend.diagnose.candidates import Candidate
 from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.judge import Given
 from femend.diagnose.linear import FEW_LINES, LAW_SD
-from femend.diagnose.locate import LINES, Located, refitted, squares_of
+from femend.diagnose.locate import HEATS, LINES, Located, refitted, squares_of
 from femend.diagnose.moved import resized
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
 from femend.estimate import Fit, Hypothesis, Problem
-from femend.model import Place, ReducedModel
+from femend.model import Model, Place, ReducedModel
+from femend.model.places import mass_place
 
 __all__ = ["where_it_explains_more"]
 
 FloatArray = NDArray[np.float64]
 
-# nodes a law is tried at, joints first, how many of them go on, and the steps of a fit at each
-MOST, KEPT, STEPS = 60, 2, 12
+# nodes a law is tried at, joints first and then the nearest, how many of them go on, and the steps of a fit at each
+MOST, KEPT, STEPS = 150, 2, 12
 
 
 def where_it_explains_more(
@@ -40,42 +41,53 @@ def where_it_explains_more(
     best = ranked[0] if ranked else None
     if best is None or not _may_be_elsewhere(best, null_score, given.settings):
         return []
-    law, at = best.candidate, best.located.place
-    had = [r.located.place for r in ranked if r.candidate.name == law.name]
+    law, at, reduced = best.candidate, best.located.place, given.reduced
+    had = {r.located.place.nodes for r in ranked if r.candidate.name == law.name}
     others = [p for p in places if p.kind == at.kind and p.n_w == 1 and p.direction == at.direction]
-    others = [p for p in sorted(others, key=lambda p: p.unlikely) if not any(p is q for q in had)][:MOST]
-    few, reduced = given.split.fitting.sparing(FEW_LINES), given.reduced
-    left = _left(few, reduced, law, at, [at, *others])
-    here = left.pop(0, None)
-    if here is None:
-        return []
-    better = [i for i, fit in left.items() if fit.cost < here.cost - given.settings.margin]
+    others = _in_turn(reduced.model, at, [p for p in others if p.nodes not in had])[:MOST]
+    few = given.split.fitting.sparing(FEW_LINES)
+    # where it was it has come to its end, and would be far ahead of all in a race
+    here, left = _left(few, reduced, law, at, [at]), _left(few, reduced, law, at, others)
+    better = [i for i in left if here and left[i].cost < here[0].cost - given.settings.margin]
     better = sorted(better, key=lambda i: left[i].cost)[:KEPT]
-    return _with_free_forces(given.split.whole, reduced, [(others[i - 1], left[i].p) for i in better])
+    return _with_free_forces(given.split.whole, reduced, [(others[i], left[i].p) for i in better])
 
 
 def _may_be_elsewhere(best: Ranked, null_score: float, settings: Settings) -> bool:
     law = best.candidate
     if law.nonlinear or law.joint is None or law.physics is None or law.sigma > 0:
         return False
-    place = best.located.place
+    place, own = best.located.place, law.joint.place
     won = null_score - best.score > settings.gain_cost
-    return won and place.kind == "ground" and law.joint.place is place
+    return won and place.kind == "ground" and (own is place or own.kind == "mass")
+
+
+def _in_turn(model: Model, at: Place, places: Sequence[Place]) -> list[Place]:
+    """Places at a node each, joints first, the nearest to the place `at` before others."""
+    xyz, here = model.xyz, model.xyz[model.index(at.nodes[0])]
+    away = [float(np.linalg.norm(xyz[model.index(p.nodes[0])] - here)) for p in places]
+    farthest = max(away, default=0.0) or 1.0
+    # nodes that are as far away stay in the order of the list
+    order = sorted(range(len(places)), key=lambda i: (places[i].unlikely, round(away[i] / farthest, 9)))
+    return [places[i] for i in order]
 
 
 def _left(few: Problem, reduced: ReducedModel, law: Candidate, at: Place, places: Sequence[Place]) -> dict[int, Fit]:
-    """Fits of a law of the place `at` to `few` lines at each of the `places`, by their numbers; without those that
-    break down."""
+    """Fits of a law of the place `at` to `few` lines at each of the `places`, by their numbers, without those that
+    break down; of a mass that resists in all directions in all of each node."""
     assert law.physics is not None
+    assert law.joint is not None
     p = law.p[: len(few.prior(reduced)[0])]
     names = (law.physics.law or law.physics.name,)
     hypotheses, starts = [], []
     for place in places:
-        x = resized(few, reduced, law, p, at, place).x
-        w = place.w(reduced.V, reduced.V_a)
-        hypotheses.append(Hypothesis(reduced, w, names, None, x, np.full(len(x), LAW_SD)))
+        # a mass is the same mass elsewhere
+        whole = law.joint.place.kind == "mass"
+        x = law.x if whole else resized(few, reduced, law, p, at, place).x
+        own = mass_place(reduced.model, place.nodes[0]) if whole else place
+        hypotheses.append(Hypothesis(reduced, own.w(reduced.V, reduced.V_a), names, None, x, np.full(len(x), LAW_SD)))
         starts.append((p, x))
-    fits = few.fit(hypotheses, starts, iterations=STEPS)
+    fits = few.fit(hypotheses, starts, iterations=STEPS, heats=HEATS)
     return {i: fit for i, fit in enumerate(fits) if fit is not None}
 
 

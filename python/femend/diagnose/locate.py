@@ -23,6 +23,7 @@ from femend.model import Place, ReducedModel
 
 __all__ = [
     "FINAL_LINES",
+    "HEATS",
     "Kin",
     "Located",
     "cost_of",
