@@ -343,6 +343,7 @@ def test_sensors_are_believed_where_a_force_explains_or_shares_make_no_great_dif
     monkeypatch.setattr(crossing, "locate", lambda *given: [at(with_shares)])
     monkeypatch.setattr(crossing, "_moved_by_the_best", lambda *given: given)
     monkeypatch.setattr(crossing, "_in_all_directions", lambda *given: [])
+    monkeypatch.setattr(crossing, "_may_come_near", lambda *given: True)
     found, located = crossing.as_sensors_are(start, [at(left)], [])
     assert (found is other) == taken
     assert located[0].fit.score == (with_shares if taken else left)
@@ -366,6 +367,35 @@ def test_sensors_are_believed_where_forces_in_all_directions_of_a_node_explain(
 
     monkeypatch.setattr(crossing, "locate", never)
     assert crossing.as_sensors_are(start, located, [along, across]) == (start, located)
+
+
+@pytest.mark.parametrize(
+    ("null", "again", "near"),
+    [
+        (80.0, (6.4, 8.3), False),  # hardly less than without shares
+        (80.0, (6.4, 3.9), True),
+        (4.0, (6.4, 8.3), True),  # no force is needed with them
+    ],
+)
+def test_places_are_sorted_out_anew_where_shares_may_make_a_difference(
+    monkeypatch: pytest.MonkeyPatch, null: float, again: tuple[float, float], near: bool
+) -> None:
+    def fit(score: float) -> Any:
+        return SimpleNamespace(score=score, prior=2000.0, cost=1000 * score, p=np.zeros(3), hypothesis=None)
+
+    few = SimpleNamespace(fit=lambda hypotheses, starts: [fit(score) for score in (*again, 9.0, 9.0)])
+    few.sparing = lambda limit: few
+    shares = SimpleNamespace(null=fit(null), problem=None, reduced=SimpleNamespace(names=["E"]))
+    start: Any = SimpleNamespace(null=fit(90.0), crossing=shares, problem=None)
+    located: Any = [SimpleNamespace(fit=fit(7.9)), SimpleNamespace(fit=fit(10.2))]
+    sorted_out: list[object] = []
+    monkeypatch.setattr(crossing, "sensors_in_doubt", lambda *given: few)
+    monkeypatch.setattr(crossing, "forces_beside", lambda *given: None)
+    monkeypatch.setattr(crossing, "locate", lambda *given: sorted_out.append(given) or located)
+    monkeypatch.setattr(crossing, "_moved_by_the_best", lambda *given: given)
+    monkeypatch.setattr(crossing, "_in_all_directions", lambda *given: [])
+    crossing.as_sensors_are(start, located, [])
+    assert bool(sorted_out) == near
 
 
 def test_shares_are_of_the_motion_that_the_best_free_force_makes(reduced: ReducedModel) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.diagnose.dressed import hypothesis_of
+from femend.diagnose.dressed import hypothesis_of, with_own_unknowns
 from femend.diagnose.known_force import forces_beside
 from femend.diagnose.locate import FINAL_LINES, Located, grounded, locate, refitted
 from femend.diagnose.sensed import sensed_places
@@ -22,6 +22,9 @@ __all__ = ["as_sensors_are"]
 # prior cost of a model beside a free force, in `CLEARLY`, up to which it explains the recordings with that, and what is
 # left at most, as a share of its misfit, with what sensors pick up where it does not
 WITHIN, MOST = 2.0, 0.5
+# the same share of the best places fitted once more with what sensors pick up, and multiple of the noise, beyond which
+# places are not all sorted out anew; how many are fitted so
+FAR_OFF, FAR_ABOVE, TRIED = 0.75, 1.5, 6
 # misfit below which the noise that shares add is none: what moves across under a force that no sensor holds down
 BELIEVABLE = 0.25
 
@@ -44,11 +47,29 @@ def as_sensors_are(
     crossing = start.crossing
     if crossing is None or any(_explains(fit) for fit in _in_all_directions(start, located)):
         return start, located
+    if not _may_come_near(start, crossing, located):
+        return start, located
     crossing, there = _moved_by_the_best(crossing, locate(crossing.problem, crossing.reduced, places, crossing.null))
     left = there[0].fit if there else crossing.null
     explained = best.score > AT_NOISE and _explains(left) and left.cost < best.cost - CLEARLY
     believable = left.score > BELIEVABLE
     return (crossing, there) if believable and (explained or left.score < MOST * best.score) else (start, located)
+
+
+def _may_come_near(start: UpdatedModel, crossing: UpdatedModel, located: list[Located]) -> bool:
+    """Whether shares make so much of a difference at the best places `located`, or where no force is, that all places
+    are worth sorting out anew with them. What they take away where the model stands with a force they take away from
+    there on few lines; each place is also fitted from where the model with shares, `crossing`, stands."""
+    best = located[0].fit if located else start.null
+    enough = max(FAR_ABOVE * AT_NOISE, FAR_OFF * best.score)
+    if not located or crossing.null.score <= enough:
+        return True
+    few = sensors_in_doubt(start.problem, best, forces_beside(start.problem, best)).sparing(FINAL_LINES)
+    hypotheses, begun = [one.fit.hypothesis for one in located[:TRIED]], [one.fit.p for one in located[:TRIED]]
+    there, n = crossing.null.p, len(crossing.null.p)
+    far = [with_own_unknowns(there, crossing.reduced, np.zeros(len(p) - n)) for p in begun]
+    fits = few.fit([*hypotheses, *hypotheses], [(p, np.zeros(0)) for p in (*begun, *far)])
+    return any(fit is not None and fit.score <= enough for fit in fits)
 
 
 def _in_all_directions(start: UpdatedModel, located: Sequence[Located]) -> list[Fit]:
