@@ -49,11 +49,17 @@ def with_look_alikes(
         of: min((f.cost for f, s in zip(found, several, strict=True) if s is of), default=0.0) for of in (True, False)
     }
     reach = {of: cost * (1 + settings.further) + settings.reach for of, cost in least.items()}
+    explained = any(
+        one.place.n_w == 1 and one.fit.score <= settings.consistent and not settings.strains(one.fit.prior)
+        for one in found
+    )
     members = [one for one in found if one.place.scaled and not one.place.bed][: settings.members]
     members += [one for one in found if one.place.bed][: settings.beddings]
     for n, one in enumerate(found):
-        new = kind[n] not in kind[:n] and one.cost < reach[several[n]] and len(set(kind[: n + 1])) <= settings.kinds
-        wanted = len(kept) < settings.places or new or any(one is m for m in members)
+        near = one.cost < reach[several[n]]
+        new = kind[n] not in kind[:n] and near and len(set(kind[: n + 1])) <= settings.kinds
+        first = len(kept) < settings.places and (near or not explained)
+        wanted = first or new or any(one is m for m in members)
         if any(one.place is p for p in twins) or not wanted:
             continue
         alike = look_alikes(problem, reduced, one, places, settings.margin)
