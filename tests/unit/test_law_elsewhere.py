@@ -5,9 +5,13 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
+import pytest
 
+from femend.diagnose import diagnosis
 from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.judge import Given, judge_in, to_beat
 from femend.diagnose.law_elsewhere import _in_turn, where_it_explains_more
@@ -78,3 +82,31 @@ def test_the_nearest_joints_come_first(tmp_path: Path) -> None:
     xyz = start.reduced.model.xyz
     away = [float(np.linalg.norm(xyz[n - 1] - xyz[places[0].nodes[0] - 1])) for n in turns]
     assert away == sorted(away)
+
+
+def test_laws_are_tried_where_the_best_one_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once before places of further kinds, and once after those in other directions, as long as much is left."""
+    asked: list[list[str]] = []
+    steps = iter([["more"], []])
+
+    def naming(given: Any, found: list[Any], *rest: Any, **more: Any) -> tuple[list[Any], float]:
+        asked.append([one.place for one in found])
+        return [SimpleNamespace(score=float(-len(asked)), candidate=SimpleNamespace(chosen=2.0))], 0.0
+
+    monkeypatch.setattr(diagnosis, "name_physics", naming)
+    monkeypatch.setattr(diagnosis, "unclear", lambda *given: True)
+    monkeypatch.setattr(diagnosis, "with_look_alikes", lambda problem, reduced, found, *rest: list(found))
+    monkeypatch.setattr(diagnosis, "_untried", lambda located, tried: [SimpleNamespace(place="kind")])
+    monkeypatch.setattr(diagnosis, "in_other_directions", lambda *given: [SimpleNamespace(place="direction")])
+    monkeypatch.setattr(
+        diagnosis, "where_it_explains_more", lambda *given: [SimpleNamespace(place=p) for p in next(steps)]
+    )
+    monkeypatch.setattr(diagnosis, "_lost_on_the_way", lambda *given: False)
+    monkeypatch.setattr(diagnosis, "replace", lambda one, **changes: one)
+    start = SimpleNamespace(problem=None, reduced=None, null=None)
+    tell = SimpleNamespace(advance=None, start=lambda *given: None)
+    task: Any = SimpleNamespace(start=start, settings=Settings(), given=None, located=[], places=[], tell=tell,
+                                so_far=SimpleNamespace(ranked=[]))  # fmt: skip
+    alone: Any = SimpleNamespace(score=100.0)
+    diagnosis._named(task, [SimpleNamespace(place="first")], alone)  # type: ignore[list-item]
+    assert asked == [["first"], ["more"], ["kind"], ["direction"]]
