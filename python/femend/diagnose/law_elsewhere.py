@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.judge import Given
-from femend.diagnose.linear import FEW_LINES, LAW_SD
+from femend.diagnose.linear import CLOSELY, FEW_LINES, LAW_SD, TO_THE_END
 from femend.diagnose.locate import HEATS, LINES, Located, refitted, squares_of
 from femend.diagnose.moved import resized
 from femend.diagnose.ranked import Ranked
@@ -30,6 +30,8 @@ FloatArray = NDArray[np.float64]
 
 # nodes a law is tried at, joints first and then the nearest, how many of them go on, and the steps of a fit at each
 MOST, KEPT, STEPS = 150, 2, 12
+# nodes from which a law is followed to its end
+FOLLOWED = 6
 
 
 def where_it_explains_more(
@@ -73,8 +75,8 @@ def _in_turn(model: Model, at: Place, places: Sequence[Place]) -> list[Place]:
 
 
 def _left(few: Problem, reduced: ReducedModel, law: Candidate, at: Place, places: Sequence[Place]) -> dict[int, Fit]:
-    """Fits of a law of the place `at` to `few` lines at each of the `places`, by their numbers, without those that
-    break down; of a mass that resists in all directions in all of each node."""
+    """Fits of a law of the place `at` to `few` lines at those of the `places` where it leaves least, by their numbers;
+    of a mass that resists in all directions in all of each node."""
     assert law.physics is not None
     assert law.joint is not None
     p = law.p[: len(few.prior(reduced)[0])]
@@ -88,7 +90,10 @@ def _left(few: Problem, reduced: ReducedModel, law: Candidate, at: Place, places
         hypotheses.append(Hypothesis(reduced, own.w(reduced.V, reduced.V_a), names, None, x, np.full(len(x), LAW_SD)))
         starts.append((p, x))
     fits = few.fit(hypotheses, starts, iterations=STEPS, heats=HEATS)
-    return {i: fit for i, fit in enumerate(fits) if fit is not None}
+    ahead = sorted((fit.cost, i, fit) for i, fit in enumerate(fits) if fit is not None)[:FOLLOWED]
+    starts = [(fit.p, fit.x) for *_, fit in ahead]
+    done = few.fit([hypotheses[i] for _, i, _ in ahead], starts, iterations=TO_THE_END, tolerance=CLOSELY)
+    return {i: fit for (_, i, _), fit in zip(ahead, done, strict=True) if fit is not None}
 
 
 def _with_free_forces(problem: Problem, reduced: ReducedModel, at: Sequence[tuple[Place, FloatArray]]) -> list[Located]:
