@@ -85,9 +85,9 @@ def test_the_nearest_joints_come_first(tmp_path: Path) -> None:
 
 
 def test_laws_are_tried_where_the_best_one_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once before places of further kinds, and once after those in other directions, as long as much is left."""
+    """Before places of further kinds, and after those in other directions, though nothing else be left to try."""
     asked: list[list[str]] = []
-    steps = iter([["more"], []])
+    steps = iter([["more"], [], ["own"]])
 
     def naming(given: Any, found: list[Any], *rest: Any, **more: Any) -> tuple[list[Any], float]:
         asked.append([one.place for one in found])
@@ -99,7 +99,7 @@ def test_laws_are_tried_where_the_best_one_explains_more(monkeypatch: pytest.Mon
     monkeypatch.setattr(diagnosis, "_untried", lambda located, tried: [SimpleNamespace(place="kind")])
     monkeypatch.setattr(diagnosis, "in_other_directions", lambda *given: [SimpleNamespace(place="direction")])
     monkeypatch.setattr(
-        diagnosis, "where_it_explains_more", lambda *given: [SimpleNamespace(place=p) for p in next(steps)]
+        diagnosis, "where_it_explains_more", lambda *given: [SimpleNamespace(place=p) for p in next(steps, [])]
     )
     monkeypatch.setattr(diagnosis, "_lost_on_the_way", lambda *given: False)
     monkeypatch.setattr(diagnosis, "replace", lambda one, **changes: one)
@@ -110,3 +110,8 @@ def test_laws_are_tried_where_the_best_one_explains_more(monkeypatch: pytest.Mon
     alone: Any = SimpleNamespace(score=100.0)
     diagnosis._named(task, [SimpleNamespace(place="first")], alone)  # type: ignore[list-item]
     assert asked == [["first"], ["more"], ["kind"], ["direction"]]
+    # where enough is explained, it is asked all the same
+    asked.clear()
+    monkeypatch.setattr(diagnosis, "unclear", lambda *given: False)
+    diagnosis._named(task, [SimpleNamespace(place="first")], alone)  # type: ignore[list-item]
+    assert asked[:2] == [["first"], ["own"]]

@@ -229,7 +229,12 @@ def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given,
     # of a direction that never came to the fore, nonlinear laws are tried at all kinds of places
     in_others = partial(in_other_directions, start.problem, start.reduced, task.places, start.null)
 
+    asked: list[Ranked] = []
+
     def elsewhere(_: Sequence[Located], had: Sequence[Place]) -> list[Located]:
+        if not ranked or any(ranked[0] is one for one in asked):
+            return []
+        asked.append(ranked[0])
         return where_it_explains_more(given, task.places, ranked, alone.score)
 
     for wider, reach in (
@@ -238,8 +243,11 @@ def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given,
         (in_others, replace(all_kinds, nonlinear_places=settings.kinds)),
         (elsewhere, settings),
     ):
-        if sigma > 0 or not unclear(alone, ranked, settings):
+        if sigma > 0:
             break
+        # a law that explains enough may explain more at its own node
+        if wider is not elsewhere and not unclear(alone, ranked, settings):
+            continue
         further = with_look_alikes(start.problem, start.reduced, wider(task.located, tried), task.places, reach)
         if not further:
             continue
