@@ -17,6 +17,7 @@ from femend.estimate.updating import (
     design,
     multi_start,
     spans,
+    update,
 )
 from femend.estimate.updating.multistart import SAME
 from femend.numerals import plain
@@ -153,6 +154,16 @@ def search_from_starts(
             break  # stopped before it was gone on from: its cost is no cost of the full models
         lost, before = len(best.unpaired()), len(first.unpaired())
         if lost < before or (lost == before and best.after.cost < first.after.cost - NEAR):
+            # the starts count all modes alike; from this end on those are left out that all others contradict
+            best = _doubted(problem, best, settings)
             # the run that tells of a minimum is that of the first of its starts
             return Starts(many, replace(best, before=first.before), small, minimum.starts[0], asked)
     return Starts(many, first, small, asked=asked)
+
+
+def _doubted(problem: Problem, best: UpdateResult, settings: UpdatingSettings) -> UpdateResult:
+    """The search that ended in `best`, gone on from where a mode leads that all others contradict."""
+    again = update(problem, best.p, iterations=settings.iterations)
+    if again.problem.left_out == problem.left_out:
+        return best
+    return replace(again, history=(*best.history, *again.history[1:]))

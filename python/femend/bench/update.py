@@ -157,7 +157,7 @@ def _as_found(
             break
         runs = again
         with steps.step("update parameters"):
-            problem = study_problem(prepared, counted, runs)
+            problem = replace(study_problem(prepared, counted, runs), left_out=found.problem.left_out)
             more = search(
                 problem, found.p, iterations=prepared.study.updating.iterations, stop=_telling(steps.progress)
             )

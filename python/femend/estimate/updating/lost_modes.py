@@ -20,10 +20,12 @@ from femend.estimate.updating.history import Iteration
 from femend.estimate.updating.problem import Configuration, Evaluation
 from femend.numerals import plain
 
-__all__ = ["EXPLAINED", "Flags", "Times", "back_again", "last_paired", "lost", "modes_of", "out_of"]
+__all__ = ["CONTRADICTED", "EXPLAINED", "Flags", "Times", "back_again", "last_paired", "lost", "modes_of", "out_of"]
 
 # squares a value up to which data are explained: residuals of two deviations
 EXPLAINED = 4.0
+# in place of how often a mode was let go: all others contradict it, and it does not come back
+CONTRADICTED = 3
 # for each configuration one value a test mode, None where the configuration has no modes
 Flags = tuple[NDArray[np.bool_] | None, ...]
 Times = tuple[NDArray[np.int64] | None, ...]

@@ -77,7 +77,8 @@ def multi_start(
 
     Each start is followed with modes paired in the order of frequency, then by shape. Where that does not explain the
     data (squares above `EXPLAINED` a value) it is followed with modes paired by shape alone as well, and the better end
-    taken: modes that change places lead the first way astray, shapes that are far from their own the second.
+    taken: modes that change places lead the first way astray, shapes that are far from their own the second. All count
+    the same modes: which of them the others contradict, `update` from the best end tells.
     """
     points = design(problem.unknowns, n, seed=seed) if starts is None else np.asarray(starts, dtype=np.float64)
     search = _Search(problem if small is None else small, iterations, tolerance)
@@ -119,7 +120,13 @@ class _Search:
     def update(self, problem: Problem, p: FloatArray) -> UpdateResult:
         """One search, which ends with its step once it is to stop: whoever waits for it has gone."""
         return update(
-            problem, p, iterations=self.iterations, tolerance=self.tolerance, stop=lambda _: self.stop.is_set()
+            problem,
+            p,
+            iterations=self.iterations,
+            tolerance=self.tolerance,
+            stop=lambda _: self.stop.is_set(),
+            # starts are compared on the same modes
+            doubt=False,
         )
 
 

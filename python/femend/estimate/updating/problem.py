@@ -160,7 +160,8 @@ class Evaluation:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """`unknowns` to be found from all `configurations` together.
+    """`unknowns` to be found from all `configurations` together; `left_out` are test modes that never count, as
+    (configuration, mode) from 0.
 
     Raises UpdatingError for unknowns that no configuration has, and limits that exclude each other.
     """
@@ -168,6 +169,7 @@ class Problem:
     unknowns: Unknowns
     configurations: tuple[Configuration, ...]
     mac_min: float = MAC_MIN
+    left_out: frozenset[tuple[int, int]] = frozenset()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "configurations", tuple(self.configurations))
@@ -189,6 +191,10 @@ class Problem:
             ),
         )
 
+    def without(self, configuration: int, mode: int) -> Problem:
+        """The same problem with a test `mode` of `configuration`, both from 0, that does not count."""
+        return dataclasses.replace(self, left_out=self.left_out | {(configuration, mode)})
+
     @cached_property
     def _powers(self) -> list[list[tuple[float, list[tuple[int, float]]]]]:
         return [c.powers(self.unknowns) for c in self.configurations]
@@ -198,8 +204,8 @@ class Problem:
         v = self.unknowns.values(p)
         return np.array([s * np.prod([v[i] ** e for i, e in own]) for s, own in self._powers[which]])
 
-    def _chain(self, p: FloatArray, which: int) -> FloatArray:
-        """d factor / dp (n, n_parameters)."""
+    def chain(self, p: FloatArray, which: int) -> FloatArray:
+        """d factor / dp (n, n_parameters) of configuration number `which` at `p` (n,)."""
         v = self.unknowns.values(p)
         slope = np.array([v[i] if u.positive else u.scale for i, u in enumerate(self.unknowns.items)])
         out = np.zeros((len(v), len(self._powers[which])))
@@ -227,11 +233,17 @@ class Problem:
         return tuple(s for _, _, s in found)
 
     def active(self, states: Sequence[State]) -> tuple[NDArray[np.bool_] | None, ...]:
-        """For each configuration the test modes (n_test,) with a mate of at least `mac_min`; None without modes."""
-        return tuple(
+        """For each configuration the test modes (n_test,) with a mate of at least `mac_min` that are not `left_out`;
+        None without modes."""
+        out: list[NDArray[np.bool_] | None] = [
             None if c.test is None else c.test.mates(s).mac >= self.mac_min
             for c, s in zip(self.configurations, states, strict=True)
-        )
+        ]
+        for c, mode in self.left_out:
+            flags = out[c]
+            if flags is not None:
+                flags[mode] = False
+        return tuple(out)
 
     def evaluate(
         self,
@@ -261,7 +273,7 @@ class Problem:
             own = [r.compare(state, pairs, slopes) for r in c.responses]
             parts += own
             if slopes:
-                chain = self._chain(p, i)
+                chain = self.chain(p, i)
                 rows += [_times(chain, o) for o in own]
         residual = np.concatenate([o.residual for o in parts]) if parts else np.zeros(0)
         if residual.size == 0:

@@ -108,7 +108,7 @@ def reduced_problem(
         there = next((r for s, f, r in known if s is c.system and np.array_equal(f, factors)), None)
         known.append((c.system, factors, there or reduced(c.system, factors)))
         made.append(replace(c, system=known[-1][2]))
-    small = Problem(problem.unknowns, tuple(made), problem.mac_min)
+    small = replace(problem, configurations=tuple(made))
     worst = 0.0
     for p in design(problem.unknowns, n_check, seed=seed + 1):
         try:

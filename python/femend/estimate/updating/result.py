@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, NamedTuple
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from femend.correlate import mac
 from femend.estimate.updating.history import Iteration
-from femend.estimate.updating.lost_modes import Flags, out_of
+from femend.estimate.updating.lost_modes import CONTRADICTED, Flags, out_of
 from femend.estimate.updating.problem import Evaluation, Problem
 from femend.estimate.updating.unknown import LEAST_FACTOR, limits
 from femend.numerals import plain
@@ -91,23 +92,43 @@ class UpdateResult:
 
     def _without(self) -> str:
         """That modes were let go during the search, and what they may be."""
-        out = self._out()
-        if not out:
-            return ""
+        times = self.history[-1].let_go
+        against = [(c, i) for c, i in self._out() if times[c][i] == CONTRADICTED]
+        lost = [mode for mode in self._out() if mode not in against]
+        said = []
+        if lost:
+            one = len(lost) == 1
+            said.append(
+                f"measured mode{'' if one else 's'} {self._named(lost)} lost {'its mate' if one else 'their mates'} on "
+                f"the way and {'does' if one else 'do'} not count in what was found: a mode the model lacks, a second "
+                "pole of one resonance, or parameters that have to come nearer first?"
+            )
+        if against:
+            one = len(against) == 1
+            it = "it" if one else "they"
+            said.append(
+                f"measured mode{'' if one else 's'} {self._named(against)} {'is' if one else 'are'} like no mode of "
+                f"the model for sure, and what explains all others contradicts {'it' if one else 'them'}: {it} "
+                f"{'does' if one else 'do'} not count in what was found, which {it} would have led elsewhere; look for "
+                "something the model lacks, a second pole of one resonance, or more sensors that tell modes apart"
+            )
+        return "; ".join(said)
+
+    def _named(self, modes: Sequence[tuple[int, int]]) -> str:
+        """Test `modes`, (configuration, mode) from 0, with their frequencies, and the model's modes they resemble."""
         who: dict[str, list[str]] = {}
-        for c, i in out:
-            test, mates = self.problem.configurations[c].test, self.after.mates[c]
+        for c, i in modes:
+            test, state = self.problem.configurations[c].test, self.after.states[c]
             assert test is not None
-            assert mates is not None
-            told = f"{test.numbers[i]} at {plain(test.freq[i])} Hz (MAC {plain(mates.mac[i], 3)})"
+            told = f"{test.numbers[i]} at {plain(test.freq[i])} Hz"
+            if test.phi is not None:
+                there = np.isfinite(test.phi).all(axis=1)
+                like = np.nan_to_num(mac(test.phi[there][:, [i]], state.value("phi")[there])[0])
+                best = np.argsort(-like)[:2]
+                each = [f"{plain(like[j], 2)} with that at {plain(state.value('freq')[j])} Hz" for j in best]
+                told += f" (MAC {', '.join(each)})"
             who.setdefault(self.problem.configurations[c].name, []).append(told)
-        named = "; ".join(f"{name} {', '.join(modes)}" for name, modes in who.items())
-        one = len(out) == 1
-        return (
-            f"measured mode{'' if one else 's'} {named} lost {'its mate' if one else 'their mates'} on the way and "
-            f"{'does' if one else 'do'} not count in what was found: a mode the model lacks, a second pole of one "
-            "resonance, or parameters that have to come nearer first?"
-        )
+        return "; ".join(f"{name} {', '.join(told)}" for name, told in who.items())
 
     def _out(self) -> list[tuple[int, int]]:
         return out_of(self.after, self.history[-1].let_go)

@@ -60,7 +60,7 @@ def tikhonov(
     p = None
     for strength in given:
         u = replace(problem.unknowns, precision=strength * problem.unknowns.precision)
-        result = update(replace(problem, unknowns=u), p)
+        result = update(replace(problem, unknowns=u), p, doubt=False)  # all strengths on the same modes
         p = result.p
         J = result.after.jacobian
         assert J is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.errors import FemendError, UpdatingError
+from femend.estimate.updating.contradicted import Way, better_way
 from femend.estimate.updating.history import Iteration, point, read_history, write_history
-from femend.estimate.updating.lost_modes import Flags, Times, back_again, last_paired, lost, modes_of
+from femend.estimate.updating.lost_modes import CONTRADICTED, Flags, Times, back_again, last_paired, lost, modes_of
 from femend.estimate.updating.problem import Evaluation, Problem
 from femend.estimate.updating.result import Status, UpdateResult
 from femend.estimate.updating.step import best_step, root
 from femend.estimate.updating.unknown import limits, spans
+from femend.numerals import plain
 from femend.threads import one_blas_thread
 
 __all__ = ["update"]
@@ -52,6 +54,7 @@ def update(
     history: str | Path | None = None,
     resume: bool = False,
     stop: Callable[[Iteration], bool] | None = None,
+    doubt: bool = True,
 ) -> UpdateResult:
     """Finds the unknowns of `problem` that make squares and prior together least, from `start` (n,) p or the prior
     mean.
@@ -61,7 +64,9 @@ def update(
     is a box of `radius` spans (`spans`); it is taken when it lowers the cost. After each the modes are paired anew, and
     measured modes that have found a mate join. Those that have none where the search ends are let go, which is noted,
     and it goes on from the last point at which they had one; a mode that has a mate again then counts once more
-    (`lost_modes`). The search ends when the linearised problem promises less than
+    (`lost_modes`). Where the data are not explained, the search is made again without modes whose shape is a doubtful
+    mate's: a mode that all others contradict then is left out, which is noted (`contradicted`; not without `doubt`).
+    The search ends when the linearised problem promises less than
     `tolerance`^2 of the cost or a step of less than `tolerance` spans ("converged", "at bound" with unknowns at their
     limits), when no step lowers the cost ("stalled"; "converged" where less than 1e-4 is promised, a hundredth of the
     unknowns' deviations), after `iterations` (of each such search, "limit"), or when `stop` of an iteration is
@@ -73,35 +78,92 @@ def update(
     prior, where no mode pairs, a start outside the limits, values that are no numbers or a history of another problem,
     and what the start's models raise.
     """
-    lower, upper = limits(problem.unknowns)
     kept = read_history(history, problem) if resume and history is not None and Path(history).exists() else []
-    search = _begin(problem, start, kept, radius, lower, upper)
-    first = search.here if not kept else problem.evaluate(kept[0].p, active=search.active)
-    _enough(problem, search.here)
-    status: Status = "limit"
-    scale = spans(problem.unknowns)
-    if history is not None:
-        write_history(history, problem, search.iterations, "running")
-    left = iterations
-    while left > 0:
-        left -= 1
-        done = _advance(problem, search, lower, upper, scale, tolerance)
-        if done is not None:
-            if not _other_modes(problem, search, radius):
-                status = done
-                break
-            left = iterations
+    run = _Run(iterations, tolerance, radius, None if history is None else Path(history), stop)
+    if out := _left_out(kept):
+        problem = replace(problem, left_out=problem.left_out | out)
+    found = run.searched(problem, start, kept)
+    begun = problem.unknowns.mean if start is None else np.asarray(start, dtype=np.float64)
+    begun = point(kept[0]) if kept else begun
+    while doubt and found.status != "stopped":
+        way = better_way(found, begun, run.searched)
+        if run.stopped:
+            found = replace(found, status="stopped")
+        if way is None or run.stopped:
+            break
+        found = _went(found, way)
+    if run.history is not None:
+        write_history(run.history, found.problem, list(found.history), found.status)
+    return found
+
+
+@dataclass
+class _Run:
+    """How searches are made, and whether one of them was `stopped`."""
+
+    iterations: int
+    tolerance: float
+    radius: float
+    history: Path | None
+    stop: Callable[[Iteration], bool] | None
+    stopped: bool = False
+    # the file keeps the first search; those without a mode are kept where they were right
+    begun: bool = False
+
+    def searched(self, problem: Problem, start: ArrayLike | None, kept: Sequence[Iteration] = ()) -> UpdateResult:
+        """One search of `problem` from `start` (n,), or on from what was `kept`."""
+        history, self.begun = (None if self.begun else self.history), True
+        lower, upper = limits(problem.unknowns)
+        search = _begin(problem, start, list(kept), self.radius, lower, upper)
+        first = search.here if not kept else problem.evaluate(kept[0].p, active=search.active)
+        _enough(problem, search.here)
+        scale = spans(problem.unknowns)
         if history is not None:
             write_history(history, problem, search.iterations, "running")
-        if stop is not None and stop(search.iterations[-1]):
-            status = "stopped"
-            break
-    at = _at_bound(search.here.p, lower, upper, scale)
-    if status == "converged" and at.any():
-        status = "at bound"
-    if history is not None:
-        write_history(history, problem, search.iterations, status)
-    return UpdateResult(problem, first, search.here, status, at, tuple(search.iterations))
+        status: Status = "limit"
+        left = self.iterations
+        while left > 0:
+            left -= 1
+            done = _advance(problem, search, lower, upper, scale, self.tolerance)
+            if done is not None:
+                if not _other_modes(problem, search, self.radius):
+                    status = done
+                    break
+                left = self.iterations
+            if history is not None:
+                write_history(history, problem, search.iterations, "running")
+            if self.stopped or (self.stop is not None and self.stop(search.iterations[-1])):
+                status, self.stopped = "stopped", True
+                break
+        at = _at_bound(search.here.p, lower, upper, scale)
+        if status == "converged" and at.any():
+            status = "at bound"
+        return UpdateResult(problem, first, search.here, status, at, tuple(search.iterations))
+
+
+def _left_out(kept: Sequence[Iteration]) -> frozenset[tuple[int, int]]:
+    """Modes that all others contradict where a search that was `kept` ended."""
+    times = kept[-1].let_go if kept else ()
+    return frozenset((c, i) for c, own in enumerate(times) for i, n in enumerate(own) if n == CONTRADICTED)
+
+
+def _went(found: UpdateResult, way: Way) -> UpdateResult:
+    """The search that led a better `way` than that of `found`, with the steps of both."""
+    end = way.result
+    begun = replace(end.history[0], notes=(*end.history[0].notes, _told(found.problem, way)))
+    return replace(end, history=(*found.history, begun, *end.history[1:]))
+
+
+def _told(problem: Problem, way: Way) -> str:
+    """Why a search was made again from here."""
+    if way.out is None:
+        return "from here on a mode counts again that had led the search astray"
+    configuration = problem.configurations[way.out.configuration]
+    assert configuration.test is not None
+    return (
+        f"{configuration.name}: test mode {configuration.test.numbers[way.out.mode]} (MAC {plain(way.out.mac, 3)}) is "
+        f"{plain(way.out.off, 2)} deviations off what explains all others: left out, from the start on"
+    )
 
 
 def _begin(
@@ -124,6 +186,10 @@ def _begin(
     states = problem.states(p)
     active = problem.active(states)
     let_go: Times = tuple(None if a is None else np.zeros(a.size, dtype=np.int64) for a in active)
+    for c, mode in problem.left_out:
+        times = let_go[c]
+        if times is not None:
+            times[mode] = CONTRADICTED
     if kept:
         active = tuple(
             None if a is None else np.asarray(m) >= 0
