@@ -267,7 +267,9 @@ def test_a_point_that_is_off_is_named(tmp_path: Path) -> None:
 
 def test_a_symmetric_geometry_is_told_only_where_a_turn_is_to_be_decided() -> None:
     xyz = np.array([(x, y, 0.0) for x in (0.0, 1.0, 2.0) for y in (0.0, 1.0, 2.0)])
-    model = SimpleNamespace(is_scalar=np.zeros(9, dtype=bool), node_ids=np.arange(1, 10), xyz=xyz)
+    model = SimpleNamespace(
+        is_scalar=np.zeros(9, dtype=bool), node_ids=np.arange(1, 10), xyz=xyz, fe=SimpleNamespace(elements=list)
+    )
     dofs = tuple(Dof(900 + n, 3) for n in range(9))
 
     def placed(at: np.ndarray) -> Placed:

@@ -24,6 +24,7 @@ from bench_study import Recorded, study_text, write_modes
 
 FloatArray = NDArray[np.float64]
 FIRST = 901
+NO_ELEMENTS = SimpleNamespace(elements=list)
 AXES = np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0.0]])  # test X is model Y, test Y is model Z
 
 
@@ -45,7 +46,9 @@ def measured(at: FloatArray, name: str = "modes", first: int = FIRST, unit: floa
 
 def model_at(xyz: FloatArray, units: str = "mm-t-s") -> Any:
     n = len(xyz)
-    return SimpleNamespace(is_scalar=np.zeros(n, dtype=bool), node_ids=np.arange(1, n + 1), xyz=xyz, units=units)
+    return SimpleNamespace(
+        is_scalar=np.zeros(n, dtype=bool), node_ids=np.arange(1, n + 1), xyz=xyz, units=units, fe=NO_ELEMENTS
+    )
 
 
 def found_at(placed: Placed, model: Any) -> FloatArray:

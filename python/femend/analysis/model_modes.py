@@ -30,8 +30,9 @@ def model_modes(
     every DOF of its nodes.
 
     Rows are all GRIDs times X, Y, Z, RX, RY, RZ in the directions of the node's own system, held and tied ones with
-    what they do (0 where held). Shapes are mass-normalised; `zeta` is the damping fraction given to them, `factors` are
-    factors on parameters, and amplitudes of morphs, by name. Raises what `solve_modes` and `Model.matrices` raise.
+    what they do (0 where held); then X, Y, Z of the model's `points` between nodes. Shapes are mass-normalised; `zeta`
+    is the damping fraction given to them, `factors` are factors on parameters, and amplitudes of morphs, by name.
+    Raises what `solve_modes` and `Model.matrices` raise.
 
     >>> model_modes(read_model("model.bdf"), f_max=30.0)  # doctest: +SKIP
     ModeSet(6 modes at 270 DOFs: 6.964, 7.593, 12.99, 15.25, 19.62, 20.53 Hz; mass scaling)
@@ -55,5 +56,9 @@ def model_modes(
         found = solve_modes(*pattern, n_modes=n_modes, f_max=f_max, zeta=zeta).modes
     grid = ~model.is_scalar
     dofs = tuple(Dof(int(n), c) for n in model.node_ids[grid] for c in range(1, 7))
-    phi = np.asarray(model.transformation() @ found.phi)[np.repeat(grid, 6)]
+    every = np.asarray(model.transformation() @ found.phi)
+    phi = every[np.repeat(grid, 6)]
+    if model.points:
+        between = tuple(Dof(p.id, c) for p in model.points for c in range(1, 4))
+        phi, dofs = np.vstack([phi, model.seen(between) @ every]), (*dofs, *between)
     return ModeSet(found.freq, found.zeta, phi, dofs, found.scaling)

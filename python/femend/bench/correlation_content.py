@@ -15,6 +15,7 @@ from femend.bench.steps import drawn_model, marker, write_csv
 from femend.bench.where_wrong_content import where_sections
 from femend.correlate import match_frfs
 from femend.data import FRF
+from femend.model import Pair
 from femend.report import plots
 from femend.report.content import FrfOverlay, Picture
 from femend.report.figures import frf_figure
@@ -75,7 +76,7 @@ def correlation_page(done: CorrelationRun, run: dict[str, Any], files: Sequence[
         sentence(result["advice"]),
         [sentence(w) for w in result["warnings"]],
         prepared_mesh(prepared),
-        f"{len(prepared.placed.pairing)} sensors and shakers at their nodes.",
+        f"{len(prepared.placed.pairing)} sensors and shakers at their places.",
         [*sections, _sensors(prepared)],
         run,
         files,
@@ -105,13 +106,13 @@ def _judged(n: int, of: int) -> tuple[str, str]:
 
 def prepared_mesh(prepared: Prepared) -> str:
     """The model with its sensors and shakers, as SVG."""
-    places, model = prepared.placed.places, prepared.model
+    placed, model = {p.sensor: p for p in prepared.placed.pairing}, prepared.model
     inputs = {d for m in prepared.measured if m.frf is not None for d in m.frf.input_dofs if d is not None}
     sensors = {d for m in prepared.measured for d in m.modes.dofs} | {d for r in prepared.runs for d in r.dofs}
     return drawn_model(
         model,
-        [marker(places[d], model, str(d)) for d in sorted(sensors)],
-        [marker(places[d], model, str(d)) for d in sorted(inputs)],
+        [marker(placed[d].dof, model, str(d), placed[d].point) for d in sorted(sensors)],
+        [marker(placed[d].dof, model, str(d), placed[d].point) for d in sorted(inputs)],
     )
 
 
@@ -219,9 +220,12 @@ def frf_drawings(c: Compared, after: FRF | None = None) -> list[tuple[str, str]]
 
 def _sensors(prepared: Prepared) -> Section:
     placed = prepared.placed
-    rows = [[str(p.sensor), str(p.dof), p.by, number(p.distance, 3)] for p in placed.pairing]
+    rows = [[str(p.sensor), _place(p), p.by, number(p.distance, 3)] for p in placed.pairing]
     a = placed.alignment
-    words = "Sensors belong to nodes by their number, or to the nearest node where the test has other ones."
+    words = (
+        "Sensors belong to nodes by their number; where the test has other ones, to the element on which they lie "
+        "between nodes, or to the nearest node."
+    )
     if a is not None:
         rms = float(np.sqrt(np.mean(a.distance**2)))
         words += (
@@ -231,6 +235,14 @@ def _sensors(prepared: Prepared) -> Section:
         )
     header = ("sensor", "DOF of the model", "by", "distance")
     return Section("Sensors", words, [Table(header, rows[:200], "lllr")])
+
+
+def _place(pair: Pair) -> str:
+    """A sensor's place in the model: a DOF, or the nodes of the element on which it is."""
+    if pair.point is None:
+        return str(pair.dof)
+    direction = str(pair.dof).split(":")[1]
+    return f"{direction} between {', '.join(map(str, pair.point.nodes))}"
 
 
 def write_tables(folder: Path, compared: Sequence[Compared]) -> list[str]:

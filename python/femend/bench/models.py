@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +14,7 @@ from femend.bench.morphs import morphs_on
 from femend.data import ModeSet
 from femend.errors import FemendError
 from femend.model import Model, model_of
+from femend.model.sensor_point import SensorPoint
 from femend.study.study import AS_MODELLED, Study
 
 __all__ = ["LOWEST", "Models", "modes_up_to"]
@@ -33,6 +35,7 @@ class Models:
         self.study = study
         self._morphs = study.updating.morph if morphs else ()
         self._made: dict[str, Model] = {}
+        self._points: tuple[SensorPoint, ...] = ()
 
     @cached_property
     def _deck(self) -> _core.Deck:
@@ -55,11 +58,16 @@ class Models:
                 )
                 if self._morphs:
                     made = made.with_morphs(morphs_on(made, self._morphs))
-                self._made[configuration] = made
+                self._made[configuration] = replace(made, points=self._points)
             except FemendError as error:
                 error.add_note(f"in configuration {configuration!r} of {self.study.file}")
                 raise
         return self._made[configuration]
+
+    def see(self, points: Sequence[SensorPoint]) -> None:
+        """All models have sensors at `points` between nodes from now on."""
+        self._points = tuple(points)
+        self._made = {name: replace(model, points=self._points) for name, model in self._made.items()}
 
     def all(self, configurations: Sequence[str]) -> dict[str, Model]:
         """The models of the `configurations` by name, each once."""

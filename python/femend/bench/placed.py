@@ -15,9 +15,11 @@ from femend.correlate import Alignment, align_points
 from femend.data.geometry import stated
 from femend.dof import Dof
 from femend.errors import CorrelationError, PairingError
-from femend.model import Model, Pair, Pairing, pair_sensors
-from femend.model.pairing import PAIRING_TOLERANCE
+from femend.model import Model, Pairing, pair_sensors
+from femend.model.pairing import PAIRING_TOLERANCE, ROUND_OFF
 from femend.model.sensor_frames import other_frames
+from femend.model.sensor_point import SensorPoint
+from femend.model.sensor_points import sensor_points
 
 __all__ = ["Placed", "placed_sensors"]
 
@@ -25,6 +27,8 @@ FloatArray = NDArray[np.float64]
 
 # a frame is one of axes where no entry of the turn is further from 0, 1 or -1; as in `align_points`
 AXES_NEAR = 0.05
+# of the model's diagonal: nearer to an element than this is on it
+ON_ELEMENT = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +43,18 @@ class Placed:
 
     @property
     def places(self) -> dict[Dof, Dof]:
-        """The model's DOF of every sensor, as `femend.correlate` takes it."""
-        return {p.sensor: p.dof for p in self.pairing}
+        """The model's DOF of every sensor, as `femend.correlate` takes it; of those between nodes by their points."""
+        return {p.sensor: p.place for p in self.pairing}
+
+    @property
+    def points(self) -> tuple[SensorPoint, ...]:
+        """The points between nodes that have sensors, each once."""
+        return tuple({p.point.id: p.point for p in self.pairing if p.point is not None}.values())
 
 
 def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model, *, align: bool = True) -> Placed:
-    """Pairs every sensor of the `measured` modes and runs with a DOF of `model`, by node id or by the nearest node.
+    """Pairs every sensor of the `measured` modes and runs with a DOF of `model`, by node id, with the element
+    there where it lies between nodes, or by the nearest node.
 
     Where the test has coordinates that are not on the model's nodes as they are, they are brought there
     (`femend.correlate.align_points`), in the unit that the file states where that fits. A scale, a turn of axes or a
@@ -59,17 +69,18 @@ def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model
     grid = ~model.is_scalar
     ids, xyz = model.node_ids[grid], model.xyz[grid]
     nodes = [n for n in dict.fromkeys(d.node for d in sensors) if n in places]
-    found = _alignment(nodes, places, ids, xyz, unit is not None)
-    if found is None:
-        pairing = _with_frames(_paired(measured, sensors, ids, xyz, places), model, systems)
-        return Placed(pairing, None, False, (*pairing.warnings, *pairing.notes))
     reach = PAIRING_TOLERANCE * float(np.linalg.norm(np.ptp(xyz, axis=0)))
+    points = _points(model, {n: places[n] for n in nodes}, reach)
+    found = _alignment(nodes, places, ids, xyz, unit is not None)
+    if found is None or _on_the_elements(found, points, nodes, places, xyz, reach):
+        pairing = _with_frames(_paired(measured, sensors, ids, xyz, places, points), model, systems)
+        return Placed(pairing, None, False, (*pairing.warnings, *pairing.notes))
     apart = None if _fits(found) else _one_by_one(measured, model, align)
     if apart is not None:
         return apart
     if not (align and _helps(found, reach)):
         try:
-            pairing = _with_frames(_paired(measured, sensors, ids, xyz, places), model, systems)
+            pairing = _with_frames(_paired(measured, sensors, ids, xyz, places, points), model, systems)
         except PairingError as error:
             told = told_of(found, nodes, ids, unit, applied=False)
             raise PairingError("; ".join([str(error), *told]), sensor=error.sensor) from None
@@ -80,8 +91,8 @@ def placed_sensors(measured: Sequence[MeasuredModes | MeasuredRun], model: Model
         return Placed(pairing, found, False, (*told, *pairing.warnings, *pairing.notes))
     moved = {n: found.scale * found.R @ places[n] + found.offset for n in nodes}
     turned = {d: _turned(d, found.R) for d in sensors}
-    pairs = pair_sensors(list(turned.values()), ids, xyz, sensor_xyz=moved)
-    pairing = Pairing(tuple(Pair(d, pairs[t].dof, pairs[t].distance, pairs[t].by) for d, t in turned.items()))
+    pairs = pair_sensors(list(turned.values()), ids, xyz, sensor_xyz=moved, points=_points(model, moved, reach))
+    pairing = Pairing(tuple(replace(pairs[t], sensor=d) for d, t in turned.items()))
     shift = shift_words(found.offset, reach)
     told = (
         *told_of(found, nodes, ids, unit, applied=True),
@@ -132,15 +143,41 @@ def _paired(
     ids: NDArray[np.int64],
     xyz: FloatArray,
     places: dict[int, FloatArray],
+    points: Mapping[int, SensorPoint],
 ) -> Pairing:
     """`pair_sensors`, whose error names the recording."""
     try:
-        return pair_sensors(sensors, ids, xyz, sensor_xyz=places)
+        return pair_sensors(sensors, ids, xyz, sensor_xyz=places, points=points)
     except PairingError as error:
         whose = next((m.name for m in measured if error.sensor in {str(d) for d in m.dofs}), None)
         if whose is None:
             raise
         raise PairingError(f"recording {whose!r}: {error}", sensor=error.sensor) from None
+
+
+def _points(model: Model, places: Mapping[int, FloatArray], reach: float) -> dict[int, SensorPoint]:
+    """Where test nodes at their `places` lie between nodes of `model`."""
+    free = int(model.node_ids.max()) + 1
+    at_node = ROUND_OFF / PAIRING_TOLERANCE * reach
+    return sensor_points(model, places, reach=reach, at_node=at_node, first=free)
+
+
+def _on_the_elements(
+    found: Alignment,
+    points: Mapping[int, SensorPoint],
+    nodes: Sequence[int],
+    places: Mapping[int, FloatArray],
+    xyz: FloatArray,
+    reach: float,
+) -> bool:
+    """Are all test nodes where they are on elements of the model, if not on its nodes, and those at nodes there too?
+    Then a shift alone is none: it would move them from between nodes onto nodes."""
+    on = ON_ELEMENT / PAIRING_TOLERANCE * reach
+    if not points or not np.allclose(found.R, np.eye(3), atol=AXES_NEAR) or abs(found.scale - 1) > AXES_NEAR:
+        return False
+    rest = [n for n in nodes if n not in points]
+    at_nodes = all(float(np.linalg.norm(xyz - places[n], axis=1).min()) <= on for n in rest)
+    return at_nodes and all(p.distance <= on for p in points.values())
 
 
 def _alignment(

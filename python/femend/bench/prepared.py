@@ -104,6 +104,7 @@ def prepare(
         raise RecordingError(f"no recording to fit shows a mode: {why}; widen [correlation] band, or record longer")
     with steps.step("place sensors"):
         placed = placed_sensors(every, first, align=study.correlation.align)
+        models.see(placed.points)
     told = [
         *deck_warnings(study, first.deck),
         *added_mass_doubts(study, first),

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from femend.model import Model
+from femend.model.sensor_point import SensorPoint
 from femend.progress import Progress
 from femend.report.content import Marker, ReportContent
 from femend.report.mesh_view import static_picture, viewer_data
@@ -60,11 +61,15 @@ def write_csv(path: Path, header: Sequence[str], rows: Sequence[Sequence[Any]]) 
             writer.writerow(["" if finite(v) is None else v for v in row])
 
 
-def marker(dof: Any, model: Model, label: str = "") -> Marker:
-    """A sensor or shaker at a DOF of the `model`, as the mesh is drawn with, called `label`."""
+def marker(dof: Any, model: Model, label: str = "", point: SensorPoint | None = None) -> Marker:
+    """A sensor or shaker at a DOF of the `model`, as the mesh is drawn with, called `label`; at a `point` between
+    nodes beside its nearest node."""
     axis = model.frames[model.index(dof.node)][(dof.component - 1) % 3] * dof.sign
     x, y, z = (float(v) for v in axis)
-    return Marker(str(dof), dof.node, label, 0.0, (x, y, z))
+    if point is None:
+        return Marker(str(dof), dof.node, label, 0.0, (x, y, z))
+    dx, dy, dz = (float(v) for v in point.xyz - model.xyz_of[dof.node])
+    return Marker(str(dof), dof.node, label, point.distance, (x, y, z), (dx, dy, dz))
 
 
 def drawn_model(model: Model, sensors: Sequence[Marker], shakers: Sequence[Marker] = ()) -> str:

@@ -60,7 +60,7 @@ def update_page(run: UpdateRun, info: dict[str, Any], files: Sequence[str]) -> P
         sentence(result["advice"]),
         [sentence(w) for w in result["warnings"]],
         prepared_mesh(run.prepared),
-        f"{len(run.prepared.placed.pairing)} sensors and shakers at their nodes.",
+        f"{len(run.prepared.placed.pairing)} sensors and shakers at their places.",
         [
             _parameters(run),
             *estimate_sections(run),

@@ -58,8 +58,13 @@ def where_wrong(c: Compared, model: Model, study: Study) -> WhereWrong | None:
     """
     rows, test = sensor_rows(c, model)
     at = c.comparison.pairing.a
-    if c.measured.role != "fit" or model.fe.n_a > LARGEST or not at.size or len(rows) < FEWEST:
+    if c.measured.role != "fit" or model.fe.n_a > LARGEST or not at.size:
         return None
+    if len(rows) < FEWEST:
+        own = {p.id for p in model.points}
+        between = sum(c.modes.dofs[j].node in own for j in c.comparison.match.rows_b.tolist())
+        why = f"{between} of {len(c.dofs)} sensors lie between nodes, from which shapes are not expanded"
+        return WhereWrong(why=why) if between else None
     y, freq = np.real(test[:, at]), c.test.freq[at]
     # a shape that the sensors with rows do not see is not expanded
     seen = np.abs(y).max(axis=0) > 0

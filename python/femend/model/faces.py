@@ -14,7 +14,7 @@ from femend.errors import ModelError
 from femend.model.model import Model
 from femend.model.near_ids import near_ids
 
-__all__ = ["Surface", "nodal_loads", "outer_faces", "surface_of"]
+__all__ = ["Surface", "face_shape", "nodal_loads", "outer_faces", "surface_of"]
 
 FloatArray = NDArray[np.float64]
 # corners of a face, and all its nodes
@@ -147,6 +147,11 @@ def _points(x: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
         for s, b in zip(*_GAUSS, strict=True):
             N, dr, ds = _quadrangle(r, s, len(x))
             yield N, a * b * np.cross(dr @ x, ds @ x)
+
+
+def face_shape(r: float, s: float, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """N, dN/dr, dN/ds (n,) of a face of `n` nodes (3, 6: a triangle; 4, 8) at its coordinates `r`, `s`."""
+    return _triangle(r, s, n) if n in (3, 6) else _quadrangle(r, s, n)
 
 
 def _triangle(r: float, s: float, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:

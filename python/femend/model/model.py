@@ -19,11 +19,12 @@ from femend.model.moved import amplitudes_of, moved_nodes
 from femend.model.near_ids import near_ids
 from femend.model.node_fields import NodeFields, node_fields
 from femend.model.parameter import Parameter
+from femend.model.sensor_point import SensorPoint
 from femend.model.target_words import in_words
 from femend.units import unit_system
 
 if TYPE_CHECKING:
-    from scipy.sparse import csc_array
+    from scipy.sparse import csc_array, csr_array
 
     from femend.model.known_mesh import MeshError, Unresolved
 
@@ -42,7 +43,7 @@ class Model:
     Where the model stands for a coarser one, `refines` is that one, whose nodes come first here, `mesh_error` what the
     difference is, and `parts` the elements that each of its elements became, where those are several. `unresolved` is
     what its mesh does not follow of the band it is used in; `simulated` says that recordings follow the errors of this
-    very mesh, as no structure does.
+    very mesh, as no structure does. `points` are places of sensors between nodes.
     """
 
     deck: _core.Deck
@@ -57,6 +58,7 @@ class Model:
     unresolved: Unresolved | None = None
     simulated: bool = False
     parts: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
+    points: tuple[SensorPoint, ...] = ()
 
     @property
     def as_drawn(self) -> Model:
@@ -121,6 +123,25 @@ class Model:
                 f"{dof}: {dof.node} is a scalar point, which has no direction in space; give a GRID of the deck"
             )
         return 6 * self.index(dof.node) + dof.component - 1
+
+    def seen(self, dofs: Sequence[Dof]) -> csr_array:
+        """What sensors at `dofs` show of the g-set, (n_dofs, n_g), each with its sign: nodes, and `points` by their
+        numbers; raises PairingError as `row`, and for a rotation of a point."""
+        from scipy.sparse import csr_array
+
+        points = {p.id: p for p in self.points}
+        at: list[int] = []
+        rows: list[int] = []
+        values: list[float] = []
+        for i, dof in enumerate(dofs):
+            point = points.get(dof.node)
+            if point is not None and dof.is_rotation:
+                raise PairingError(f"{dof}: rotations between nodes are not known; take those of node {point.node}")
+            own = [self.row(dof)] if point is None else point.rows.tolist()
+            at += [i] * len(own)
+            rows += own
+            values += [float(dof.sign)] if point is None else (dof.sign * point.weights[dof.component - 1]).tolist()
+        return csr_array((values, (at, rows)), shape=(len(dofs), self.fe.n_g))
 
     @cached_property
     def unsupported(self) -> Model:

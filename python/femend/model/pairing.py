@@ -1,4 +1,4 @@
-"""Sensors to degrees of freedom of the model: by node id, else by the nearest node."""
+"""Sensors to degrees of freedom of the model: by node id, else between nodes or by the nearest node."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from femend.data import Channel
 from femend.dof import Dof
 from femend.errors import PairingError
 from femend.model.near_ids import near_ids
+from femend.model.sensor_point import SensorPoint
 from femend.numerals import listed, plain
 
 __all__ = ["PAIRING_TOLERANCE", "Pair", "Pairing", "pair_sensors"]
@@ -32,19 +33,27 @@ class Pair:
     """A sensor and its place in the model: `dof` has the model's node and the sensor's direction and sign.
 
     `distance` in the model's length unit between sensor and node (0 where the id alone decided), `by` is "id" or
-    "nearest".
+    "nearest"; or "between" nodes, at a `point` on an element that is the distance away, with `dof` at the nearest node.
     """
 
     sensor: Dof
     dof: Dof
     distance: float
     by: str
+    point: SensorPoint | None = None
+
+    @property
+    def place(self) -> Dof:
+        """The DOF whose motion the sensor shows: `dof`, or that of its point between nodes by the point's number."""
+        return self.dof if self.point is None else Dof(self.point.id, self.dof.component, self.dof.sign)
 
     @property
     def text(self) -> str:
         """How a report names the pair."""
         if self.by == "id":
             return f"{self.sensor}"
+        if self.point is not None:
+            return f"{self.sensor} -> between nodes {listed(self.point.nodes, NAMED)} ({plain(self.distance)} away)"
         return f"{self.sensor} -> {self.dof} (nearest node, {plain(self.distance)} away)"
 
 
@@ -74,7 +83,9 @@ class Pairing:
         """Plain values for JSON."""
         return {
             "pairs": [
-                {"sensor": str(p.sensor), "dof": str(p.dof), "distance": p.distance, "by": p.by} for p in self.pairs
+                {"sensor": str(p.sensor), "dof": str(p.dof), "distance": p.distance, "by": p.by}
+                | ({} if p.point is None else {"between": list(p.point.nodes)})
+                for p in self.pairs
             ],
             "notes": list(self.notes),
             "warnings": list(self.warnings),
@@ -93,13 +104,15 @@ def pair_sensors(
     *,
     sensor_xyz: Mapping[int, Sequence[float] | NDArray[np.float64]] | None = None,
     tolerance: float | None = None,
+    points: Mapping[int, SensorPoint] | None = None,
 ) -> Pairing:
     """Pairs each of `sensors` with a DOF of the model whose nodes are `node_ids` (n,) at `xyz` (n, 3).
 
     A sensor whose node id is a node of the model is paired with it. Otherwise, and where the coordinates in
     `sensor_xyz` (test node id to x, y, z in the model's length unit and frame) show that the id means another place,
-    it is paired with the nearest node within `tolerance` times the model's diagonal (2 % without one). Where they show
-    that and no node is near, the id is believed with a warning, or refused where a `tolerance` is given.
+    it is paired with its point between nodes, where `points` has one for its test node (`sensor_points`; rotations go
+    to nodes), else with the nearest node within `tolerance` times the model's diagonal (2 % without one). Where they
+    show that and no node is near, the id is believed with a warning, or refused where a `tolerance` is given.
     Sensors without DOF (a tacho) are passed over; a sensor that occurs twice is paired once. Raises PairingError for a
     sensor far from every node (with distance and nearest node) and for one of unknown place.
 
@@ -107,11 +120,11 @@ def pair_sensors(
     'id'
     """
     ids = np.asarray(node_ids, dtype=np.int64)
-    points = np.asarray(xyz, dtype=np.float64).reshape(-1, 3)
-    if ids.size == 0 or ids.shape != (len(points),):
-        raise PairingError(f"{ids.size} node ids and {len(points)} coordinates: the model has no nodes to pair with")
+    at = np.asarray(xyz, dtype=np.float64).reshape(-1, 3)
+    if ids.size == 0 or ids.shape != (len(at),):
+        raise PairingError(f"{ids.size} node ids and {len(at)} coordinates: the model has no nodes to pair with")
     share = PAIRING_TOLERANCE if tolerance is None else tolerance
-    reach = share * float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
+    reach = share * float(np.linalg.norm(at.max(axis=0) - at.min(axis=0)))
     known = {int(n): i for i, n in enumerate(ids)}
     places = dict(sensor_xyz or {})
     pairs: dict[Dof, Pair] = {}
@@ -119,19 +132,57 @@ def pair_sensors(
         dof = sensor.dof if isinstance(sensor, Channel) else sensor
         if dof is None or dof in pairs:
             continue
-        pair = _pair(dof, ids, points, known, places, reach, share)
+        pair = _between(dof, known, at, places, reach, points or {}) or _pair(dof, ids, at, known, places, reach, share)
         if pair.by == "id" and pair.distance > reach and tolerance is not None:
             raise PairingError(_apart([pair], reach, share), sensor=str(dof))
         pairs[dof] = pair
     nearest = [p for p in pairs.values() if p.by == "nearest"]
     own = {
-        p.sensor.node: float(np.linalg.norm(points[known[p.sensor.node]] - places[p.sensor.node]))
+        p.sensor.node: float(np.linalg.norm(at[known[p.sensor.node]] - places[p.sensor.node]))
         for p in nearest if p.sensor.node in known
     }  # fmt: skip
     notes = _by_place(nearest, own, ROUND_OFF / share * reach)
+    notes += _on_elements([p for p in pairs.values() if p.by == "between"], ROUND_OFF / share * reach)
     apart = [p for p in pairs.values() if p.by == "id" and p.distance > reach]
     warnings = (_apart(apart, reach, share),) if apart else ()
     return Pairing(tuple(pairs.values()), notes, warnings)
+
+
+def _between(
+    dof: Dof,
+    known: Mapping[int, int],
+    at: NDArray[np.float64],
+    places: Mapping[int, Any],
+    reach: float,
+    points: Mapping[int, SensorPoint],
+) -> Pair | None:
+    """The pair of a sensor whose test node has a point between nodes and is not the model's node of its number."""
+    point = points.get(dof.node)
+    if point is None or dof.is_rotation:
+        return None
+    if dof.node in known and np.linalg.norm(at[known[dof.node]] - places[dof.node]) <= reach:
+        return None
+    return Pair(dof, Dof(point.node, dof.component, dof.sign), point.distance, "between", point)
+
+
+def _on_elements(pairs: Sequence[Pair], round_off: float) -> tuple[str, ...]:
+    """What is said of `pairs` between nodes."""
+    nodes = {p.sensor.node: p for p in pairs}
+    if not nodes:
+        return ()
+    far = max(pairs, key=lambda p: p.distance)
+    named = listed((f"{n} on {_element(p)}" for n, p in nodes.items() if p.point is not None), EACH, "; ")
+    one = len(nodes) == 1
+    said = f"sensors at test node {named}" if one else f"sensors at {len(nodes)} test nodes lie between nodes: {named}"
+    said = said.replace(" on the element", " lie on the element", 1) if one else said
+    if far.distance > round_off:
+        said += f"; {far.sensor.node} is {'' if one else 'the farthest from its element, '}{plain(far.distance)} away"
+    return (f"{said}: their motion is taken there, not at the nearest node",)
+
+
+def _element(pair: Pair) -> str:
+    assert pair.point is not None
+    return f"the element between {listed(pair.point.nodes, 8)}"
 
 
 def _by_place(pairs: Sequence[Pair], own: Mapping[int, float], round_off: float) -> tuple[str, ...]:

@@ -93,6 +93,7 @@ class Marker:
         label: what it is called in the recordings.
         distance: from the place in the recording to the node, in the mesh's unit.
         vector: (x, y, z) in the basic system, where the node's own system is turned; None takes it from `dof`.
+        beside: (x, y, z) from the node to where it is drawn, in the basic system.
     """
 
     dof: str
@@ -100,6 +101,7 @@ class Marker:
     label: str = ""
     distance: float = 0.0
     vector: tuple[float, float, float] | None = None
+    beside: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

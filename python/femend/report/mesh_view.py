@@ -108,7 +108,8 @@ def drawn_mesh(data: dict[str, Any], width: float, height: float, levels: IntArr
         parts.append(f'<path class="support" d="M{eye[k, 0]:.1f} {eye[k, 1]:.1f}l5 9h-10z"/>')
     for css, markers in (("sensor", data["sensors"]), ("shaker", data["shakers"])):
         for m in markers:
-            node, along = xyz[m["node"]], arrow * np.asarray(m["vector"], float)
+            node = xyz[m["node"]] + np.asarray(m.get("beside", (0.0, 0.0, 0.0)))
+            along = arrow * np.asarray(m["vector"], float)
             # A force is drawn with its tip at the node, a sensor's direction starting from it.
             start, tip = (node - 1.6 * along, node - 0.2 * along) if css == "shaker" else (node, node + along)
             parts.append(_arrow(_place(start, xyz, data, width, height), _place(tip, xyz, data, width, height), css))
@@ -135,6 +136,8 @@ def _markers(markers: tuple[Marker, ...], index: dict[int, int]) -> list[dict[st
             rotation = direction is not None and direction[1]
             label = m.dof if not m.label or m.label == m.dof else f"{m.dof} ({m.label})"
             found.append({"node": index[m.node], "vector": list(vector), "rotation": rotation, "label": label})
+            if any(m.beside):
+                found[-1]["beside"] = list(m.beside)
     return found
 
 

@@ -313,12 +313,11 @@ def deck_system(
     at a node that the deck does not have, and UpdatingError for one on a rigid element that a morph moves, and for the
     inertia where a morph moves a node with displacement axes of its own.
     """
-    from scipy.sparse import csr_array, diags_array
+    from scipy.sparse import csr_array
 
     T = csr_array(model.transformation())
     dofs = [Dof.parse(d) if isinstance(d, str) else d for d in sensors]
-    signs = diags_array(np.array([float(d.sign) for d in dofs]))
-    B = signs @ T[[model.row(d) for d in dofs]]
+    B = model.seen(dofs) @ T
     if model.morphs:
         _check_morphs(model, dofs)
         still = {m.name: 0.0 for m in model.morphs}
@@ -334,8 +333,9 @@ def deck_system(
 def _check_morphs(model: Model, sensors: Sequence[Dof]) -> None:
     """Refuses sensors that would have to follow the nodes and do not."""
     rows = set(model.fe.moved(model.fields.nodes.tolist(), model.fields.probe).rows.tolist())
-    for sensor in sensors:
-        if model.row(sensor) in rows:
+    seen = model.seen(sensors)
+    for i, sensor in enumerate(sensors):
+        if rows.intersection(seen[[i]].indices.tolist()):
             raise UpdatingError(
                 f"sensor {sensor} hangs on a rigid element (or MPC) that a morph moves, and would see other DOFs with "
                 "every amplitude; take the sensor at the element's independent node, or leave that node where it is"

@@ -136,7 +136,7 @@ def rotor_system(
     >>> shaft = SpinningPart((1.0, 0.0, 0.0), (1, 2, 3, 40))
     >>> rotor_system(model, sensors, parts=[shaft], frfs=lines)  # doctest: +SKIP
     """
-    from scipy.sparse import csr_array, diags_array
+    from scipy.sparse import csr_array
 
     if model.morphs:
         raise UpdatingError(
@@ -145,6 +145,5 @@ def rotor_system(
         )
     check_parts(model, parts)
     T = csr_array(model.transformation())
-    signs = diags_array(np.array([float(d.sign) for d in sensors]))
-    B = csr_array(signs @ T[[model.row(d) for d in sensors]])
+    B = csr_array(model.seen(sensors) @ T)
     return RotorSystem(DeckMatrices(model), B, tuple(parts), tuple(terms), frfs, whirls)
