@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import csv
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from femend import correlate_study
+from femend import correlate_study, functions_of, write_uff
 from femend.bench import CorrelationRun
 from femend.errors import ExpansionError
+from femend.io import UniversalFile
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from bench_study import RECORDINGS, TRUE_E, write_study
+from bench_study import RECORDINGS, SENSORS, TRUE_E, measured_frf, write_study
 from small_study import deck
 
 
@@ -78,3 +80,21 @@ def test_shapes_that_cannot_be_expanded_leave_the_rest(tmp_path: Path, monkeypat
     assert found.result["recordings"][0]["where_wrong"]["why_not"] == "no way"
     assert "Where the deck is wrong is not told: no way." in (tmp_path / "out" / "correlation.html").read_text()
     assert found.result["recordings"][0]["summary"]["paired"] == 3
+
+
+def test_a_mistaken_sensor_says_nothing_of_the_deck(run: CorrelationRun, tmp_path: Path) -> None:
+    """One that shows g among m/s^2 is left out, and told once."""
+    path = write_study(tmp_path, RECORDINGS[:1])
+    frf = measured_frf(tmp_path, RECORDINGS[0])
+    H = frf.H.copy()
+    H[:, SENSORS.index(9)] /= 9.80665
+    spoilt = replace(frf, H=H)
+    write_uff(tmp_path / "tip.uff", UniversalFile("tip", functions=tuple(functions_of(spoilt))))
+    told = correlate_study(path)
+    found = told.result["recordings"][0]["where_wrong"]
+    assert found["sensors_left_out"] == ["9:+Z"]
+    assert "The shapes without 9:+Z speak of" in found["said"]
+    first = found["parameters"][0]
+    assert first["parameter"] == "E_root"
+    assert first["change"] == pytest.approx(TRUE_E[0] / 7e10 - 1, abs=3 * first["sd"])
+    assert sum("9:+Z shows 0.102 times" in text for text in told.result["warnings"]) == 1

@@ -52,7 +52,12 @@ def doubted_levels(compared: Sequence[Compared], *, of_all: bool = False) -> lis
         if frf is not None and c.frf is not None:
             names = [str(channel.dof) for channel in frf.outputs]
             doubts = level_doubts(frf.H, c.frf.H, names, _clear(frf), frf.freq)
-            told += [f"recording {c.measured.name!r}: {d.text}" for d in doubts if not (of_all and d.channel)]
+            known = {s.name for s in c.scaled}  # told by their shapes
+            told += [
+                f"recording {c.measured.name!r}: {d.text}"
+                for d in doubts
+                if not (d.channel and (of_all or d.channel in known))
+            ]
     return told
 
 

@@ -41,22 +41,26 @@ SHOWN, LISTED = 8, 50
 class WhereWrong:
     """The residual `energy` of a recording's paired modes, numbers from 0 `modes` (n_modes,), the `ranking` of the
     study's parameters (None where it has none), and the `model_error`, the relative error of the stiffness between mode
-    shapes that the shapes speak of; `why` there is nothing, "" where there is."""
+    shapes that the shapes speak of; `why` there is nothing, "" where there is. `left_out` are sensors that
+    look mistaken."""
 
     energy: ResidualEnergy | None = None
     ranking: ResidualRanking | None = None
     model_error: float = float("nan")
     modes: tuple[int, ...] = ()
     why: str = ""
+    left_out: tuple[str, ...] = ()
 
 
 def where_wrong(c: Compared, model: Model, study: Study) -> WhereWrong | None:
     """Expands the paired modes of `c` in `model`, weighed as an update of the `study` weighs shapes.
 
-    None for a held-out recording, without a pair, for fewer than three sensors at DOFs of their own, and for a model of
-    more than 20,000 DOFs. What cannot be expanded is told in `why`.
+    Sensors that look mistaken are left out. None for a held-out recording, without a pair, for fewer than three sensors
+    at DOFs of their own, and for a model of more than 20,000 DOFs. What cannot be expanded is told in `why`.
     """
-    rows, test = sensor_rows(c, model)
+    mistaken = {i: str(c.dofs[i]) for i in (*(s.row for s in c.scaled), *(i for f in c.faults for i in f.rows))}
+    left_out = tuple(mistaken.values())
+    rows, test = sensor_rows(c, model, mistaken)
     at = c.comparison.pairing.a
     if c.measured.role != "fit" or model.fe.n_a > LARGEST or not at.size:
         return None
@@ -83,7 +87,7 @@ def where_wrong(c: Compared, model: Model, study: Study) -> WhereWrong | None:
         ranking = _ranking(model, study, rows, (y, freq, sd), found.model_error)
     except FemendError as error:
         return WhereWrong(modes=modes, why=str(error))
-    return WhereWrong(energy, ranking, found.model_error, modes)
+    return WhereWrong(energy, ranking, found.model_error, modes, left_out=left_out)
 
 
 def _ranking(
@@ -110,6 +114,7 @@ def where_wrong_result(w: WhereWrong | None) -> dict[str, Any] | None:
         "modes": [i + 1 for i in w.modes],
         "model_error": w.model_error,
         "why_not": w.why,
+        "sensors_left_out": list(w.left_out),
         "said": where_wrong_words(w),
     }
     if w.energy is not None:
@@ -142,9 +147,10 @@ def where_wrong_words(w: WhereWrong) -> str:
     if w.energy is None:
         return f"Where the deck is wrong is not told: {w.why}."
     (region, share), *_ = sorted(w.energy.regions.items(), key=lambda one: -one[1]) or [("", 0.0)]
+    without = f" without {', '.join(w.left_out)}" if w.left_out else ""
     bound = "at least " if w.model_error >= LARGEST_ERROR else ""
     said = (
-        f"The shapes speak of a stiffness that is {bound}{plain(100 * w.model_error, 2)} % off between modes"
+        f"The shapes{without} speak of a stiffness that is {bound}{plain(100 * w.model_error, 2)} % off between modes"
         + (f", {100 * share:.0f} % of it in {region}" if region else "")
         + f"; per strain energy most in element {w.energy.worst(1, by='density')[0][0]}."
     )
