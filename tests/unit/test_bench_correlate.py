@@ -176,6 +176,7 @@ def test_a_reversed_sensor_is_named(tmp_path: Path) -> None:
     updated = update_study(modes_study(tmp_path)).result
     assert any("7:+Z looks reversed" in w for w in updated["warnings"])
     assert updated["advice"].startswith("mend the sensors")
+    assert updated["doubtful"]
 
 
 def test_a_tip_upside_down_among_five_sensors_is_named_and_no_other(tmp_path: Path) -> None:

@@ -211,7 +211,9 @@ def test_a_sensor_that_shows_noise_alone_is_not_compared_with_a_model_that_moves
         for values in (H, MODEL * np.array([1e-4, 1.0, 1.0, 1.0])[:, None])
     )
     assert level_doubts(H, model.H, NAMES)
-    assert doubted_levels([SimpleNamespace(measured=SimpleNamespace(name="test", frf=test), frf=model)]) == []
+    assert (
+        doubted_levels([SimpleNamespace(measured=SimpleNamespace(name="test", frf=test), frf=model, scaled=())]) == []
+    )
 
 
 def test_a_sensor_that_moves_where_the_model_does_not_respond_is_told_so() -> None:

@@ -113,7 +113,7 @@ def _said(
     told += far_pairs([b for b in before if b.measured.role == "validate"])
     told += [text for c in counted for text in c.left_out]
     return {
-        "doubtful": bool(few or missing or times or factors or let_go) or not believable,
+        "doubtful": bool(few or missing or times or factors or faults or let_go) or not believable,
         "modes": {"measured": measured, "counted": n_counted},
         "advice": "; ".join(text for text in [*first, *advice] if text),
         "warnings": list(dict.fromkeys([*told, *warnings])),
