@@ -454,3 +454,15 @@ def test_shapes_of_a_file_that_are_complex_are_told(tmp_path: Path) -> None:
     assert told.startswith(f"recording 'modes': the shape at {freq[1]:.4g}")
     write_modes(tmp_path / "modes.uff", freq, phi, DOFS)
     assert not any("complex" in w for w in correlate_study(modes_study(tmp_path)).result["warnings"])
+
+
+def test_mass_and_centre_of_gravity_are_told(tmp_path: Path) -> None:
+    """Those of the whole deck, what it holds too, with the mass that the configuration adds."""
+    recorded = (Recorded("tip", mass=(7, 0.2)),)
+    run = correlate_study(write_study(tmp_path, recorded), tmp_path / "out")
+    told = run.result["model"]
+    # two halves of 0.36 m, the lump at node 9 and what is added at node 7
+    masses = np.array([2700 * 3.3e-4 * 0.36, 2700 * 2.85e-4 * 0.36, 0.1, 0.2])
+    assert told["mass"] == pytest.approx(masses.sum())
+    assert told["centre"] == pytest.approx([masses @ [0.18, 0.54, 0.48, 0.36] / masses.sum(), 0.0, 0.0])
+    assert "its centre of gravity is at (" in (tmp_path / "out" / "correlation.html").read_text()

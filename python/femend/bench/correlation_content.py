@@ -12,6 +12,7 @@ from femend.bench.compared import Compared
 from femend.bench.page import Fact, Page, Section, Table, figures, fixed, number, percent
 from femend.bench.run_content import run_section
 from femend.bench.steps import drawn_model, marker, write_csv
+from femend.bench.weighed import weighed_words
 from femend.bench.where_wrong_content import where_sections
 from femend.correlate import match_frfs
 from femend.data import FRF
@@ -76,7 +77,8 @@ def correlation_page(done: CorrelationRun, run: dict[str, Any], files: Sequence[
         sentence(result["advice"]),
         [sentence(w) for w in result["warnings"]],
         prepared_mesh(prepared),
-        f"{len(prepared.placed.pairing)} sensors and shakers at their places.",
+        f"{len(prepared.placed.pairing)} sensors and shakers at their places."
+        + weighed_words(result["model"], prepared.study.units),
         [*sections, _sensors(prepared)],
         run,
         files,

@@ -17,6 +17,7 @@ from femend.bench.orthogonal import orthogonality_result
 from femend.bench.placed import Placed
 from femend.bench.run_compared import ComparedRun
 from femend.bench.run_result import run_advice, run_result
+from femend.bench.weighed import weighed
 from femend.bench.where_wrong import WhereWrong, where_wrong_result
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ def correlation_result(
     return {
         "format": FORMAT,
         "title": prepared.study.title,
+        "model": weighed(prepared.model),
         "sensors": placed_result(prepared.placed),
         "recordings": [
             {

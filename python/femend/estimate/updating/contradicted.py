@@ -111,9 +111,10 @@ def _doubtful(found: UpdateResult) -> list[tuple[int, int]]:
         if test is None or first is None or last is None:
             continue
         for i in np.flatnonzero(last.mate >= 0).tolist():
-            least = min(float(last.mac[i]), float(first.mac[i]))
+            if min(float(last.mac[i]), float(first.mac[i])) >= SURE:
+                continue
             r, J = _values(problem, after, c, i)
-            if least >= SURE or r.size == 0 or (explained and float(r @ r) <= EXPLAINED * r.size):
+            if r.size == 0 or (explained and float(r @ r) <= EXPLAINED * r.size):
                 continue
             # what the squares would fall by without these values, to first order (a deletion residual)
             rest = np.eye(r.size) - J @ covariance @ J.T
