@@ -85,9 +85,9 @@ def test_the_nearest_joints_come_first(tmp_path: Path) -> None:
 
 
 def test_laws_are_tried_where_the_best_one_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Before places of further kinds, and after those in other directions, though nothing else be left to try."""
+    """Before places of further kinds, after these and after those in other directions."""
     asked: list[list[str]] = []
-    steps = iter([["more"], [], ["own"]])
+    steps = iter([["more"], [], ["other"], ["own"]])
 
     def naming(given: Any, found: list[Any], *rest: Any, **more: Any) -> tuple[list[Any], float]:
         asked.append([one.place for one in found])
@@ -109,9 +109,9 @@ def test_laws_are_tried_where_the_best_one_explains_more(monkeypatch: pytest.Mon
                                 so_far=SimpleNamespace(ranked=[]))  # fmt: skip
     alone: Any = SimpleNamespace(score=100.0)
     diagnosis._named(task, [SimpleNamespace(place="first")], alone)  # type: ignore[list-item]
-    assert asked == [["first"], ["more"], ["kind"], ["direction"]]
+    assert asked == [["first"], ["more"], ["kind"], ["direction"], ["other"]]
     # where enough is explained, it is asked all the same
     asked.clear()
     monkeypatch.setattr(diagnosis, "unclear", lambda *given: False)
     diagnosis._named(task, [SimpleNamespace(place="first")], alone)  # type: ignore[list-item]
-    assert asked[:2] == [["first"], ["own"]]
+    assert asked == [["first"], ["own"]]

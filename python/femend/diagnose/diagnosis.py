@@ -210,8 +210,8 @@ def _lacking(alone: ToBeat, ranked: Sequence[Ranked], settings: Settings) -> boo
 
 def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given, ToBeat, list[Ranked], float]:
     """Laws at the places `short` and, as long as none takes away nearly all of what the updated model leaves, `alone`,
-    at further kinds of places and then in directions not tried, in rising order of score, and the window they are
-    compared in; with what they were tried on, and what they had to beat there."""
+    at further kinds of places and then in directions not tried, the best of them at its own node too, in rising order
+    of score, and the window they are compared in; with what they were tried on, and what they had to beat there."""
     start, settings, given = task.start, task.settings, task.given
     naming = partial(name_physics, tell=task.tell.advance, note=task.so_far.ranked.extend)
     clamps = [*short, *task.located]
@@ -225,38 +225,35 @@ def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given,
         if window == 0 and _explains(found, settings) and not unclear(there, found, settings):
             return again, there, found, window
     tried = [one.place for one in short]
-    all_kinds = replace(settings, places=settings.kinds)
-    # of a direction that never came to the fore, nonlinear laws are tried at all kinds of places
-    in_others = partial(in_other_directions, start.problem, start.reduced, task.places, start.null)
 
     asked: list[Ranked] = []
 
-    def elsewhere(_: Sequence[Located], had: Sequence[Place]) -> list[Located]:
-        if not ranked or any(ranked[0] is one for one in asked):
-            return []
-        asked.append(ranked[0])
-        return where_it_explains_more(given, task.places, ranked, alone.score)
-
-    for wider, reach in (
-        (elsewhere, settings),
-        (_untried, all_kinds),
-        (in_others, replace(all_kinds, nonlinear_places=settings.kinds)),
-        (elsewhere, settings),
-    ):
-        if sigma > 0:
-            break
-        # a law that explains enough may explain more at its own node
-        if wider is not elsewhere and not unclear(alone, ranked, settings):
-            continue
-        further = with_look_alikes(start.problem, start.reduced, wider(task.located, tried), task.places, reach)
-        if not further:
-            continue
-        tried += [one.place for one in further]
+    def more(ranked: list[Ranked], places: Sequence[Located], reach: Settings) -> tuple[list[Ranked], float]:
+        """The laws with those at further `places`, and the window they are compared in."""
+        further = with_look_alikes(start.problem, start.reduced, places, task.places, reach)
+        tried.extend(one.place for one in further)
         task.tell.start("name it", len(further))
         beaten = min([alone.score, *(r.score for r in ranked)])
-        more, sigma = naming(replace(given, settings=reach), further, beaten, clamps=())
-        ranked = sorted([*ranked, *more], key=lambda r: r.score)
-        ranked = compared_in(given, ranked, sigma) if sigma > 0 else ranked
+        new, window = naming(replace(given, settings=reach), further, beaten, clamps=())
+        ranked = sorted([*ranked, *new], key=lambda r: r.score)
+        return compared_in(given, ranked, window) if window > 0 else ranked, window
+
+    def at_its_own(ranked: list[Ranked], sigma: float) -> tuple[list[Ranked], float]:
+        """The same with those at nodes where the best law leaves less, each best law once."""
+        if sigma > 0 or not ranked or any(ranked[0] is one for one in asked):
+            return ranked, sigma
+        asked.append(ranked[0])
+        better = where_it_explains_more(given, task.places, ranked, alone.score)
+        return more(ranked, better, settings) if better else (ranked, sigma)
+
+    ranked, sigma = at_its_own(ranked, sigma)
+    all_kinds = replace(settings, places=settings.kinds)
+    # of a direction that never came to the fore, nonlinear laws are tried at all kinds of places
+    in_others = partial(in_other_directions, start.problem, start.reduced, task.places, start.null)
+    for wider, reach in ((_untried, all_kinds), (in_others, replace(all_kinds, nonlinear_places=settings.kinds))):
+        if sigma > 0 or not unclear(alone, ranked, settings):
+            break
+        ranked, sigma = at_its_own(*more(ranked, wider(task.located, tried), reach))
     return given, alone, ranked, sigma
 
 
