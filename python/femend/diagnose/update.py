@@ -210,10 +210,10 @@ def modelled(
         raise RecordingError('no recording with role = "fit"; name at least one')
     records = [at_work(r) for r in records]
     built, g_rows = as_built_in is not None, _rows(records)
-    plain = used_band(records) if as_built_in is None else as_built_in
-    band = plain if built else further_band(plain, records)
+    plain = used_band(records)
+    band = further_band(plain, records) if as_built_in is None else as_built_in
     finer, reduced, missed = _refined(model, records, band, g_rows, built)
-    if missed is not None and band != plain:
+    if missed is not None and band[1] > plain[1]:
         # what lies above the force's power is worth no mesh that does not follow it
         band = plain
         finer, reduced, missed = _refined(model, records, band, g_rows, built)
@@ -223,6 +223,8 @@ def modelled(
     if missed is not None:
         model, band = _left_out(model, records, band, missed)
         reduced = reduce_model(model, band[1], g_rows)
+    if band[1] > plain[1]:
+        records = [replace(r, known_to=plain[1]) for r in records]
     records = without_crossed(records, reduced, band, zeta)
     reduced = form_errors(reduced, band[1], mesh_as_built=built).on(reduced)
     n_tuned = max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum()))

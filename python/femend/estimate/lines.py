@@ -65,6 +65,7 @@ class FitRecord:
             across it as was recorded along it, and how many times as much the model moves along it as that.
         loud: rows of the g-set of sensors whose noise was raised to what a model that explains all others leaves of
             them, each with the factor, and the frequency (Hz) about which most of that stands, NaN where it is spread.
+        known_to: frequency (Hz) above which what may be noise of the forces counts as an allowance.
     """
 
     name: str
@@ -83,6 +84,7 @@ class FitRecord:
     across: FloatArray | ComplexArray | None = None
     crossed: tuple[tuple[int, float, float], ...] = ()
     loud: tuple[tuple[int, float, float], ...] = ()
+    known_to: float = np.inf
 
     @property
     def source(self) -> str:
@@ -105,8 +107,12 @@ class FitRecord:
         return static_part(self.u, self.period, self.dt)
 
     def force_in_doubt(self, freq: FloatArray) -> FloatArray:
-        """Share (K,) of the power of a time record's forces that may be noise, at frequencies `freq` (K,) in Hz."""
-        return np.asarray(np.interp(freq, np.fft.rfftfreq(self.n, self.dt), self._may_be_noise))
+        """Share (K,) of the power of a time record's forces that may be noise, at frequencies `freq` (K,) in Hz; 0 up
+        to `known_to`."""
+        if self.known_to >= freq[-1]:
+            return np.zeros(len(freq))
+        share = np.interp(freq, np.fft.rfftfreq(self.n, self.dt), self._may_be_noise)
+        return np.where(freq > self.known_to, share, 0.0)
 
     @cached_property
     def _may_be_noise(self) -> FloatArray:

@@ -38,18 +38,15 @@ def holds_power(u: FloatArray, dt: float) -> tuple[float, float]:
 
 
 def may_be_noise(u: FloatArray, dt: float) -> FloatArray:
-    """Share (n // 2 + 1,) of the power of forces u (n_in, n) that may be their transducers' noise, on lines above those
-    that hold the power (`holds_power`); 0 up to there.
+    """Share (n // 2 + 1,) of the power of forces u (n_in, n) that may be their transducers' noise, 1 at most.
 
     The noise is no more than the least power, as a mean over a part of the lines, below what recorders cut off. Where
     the force itself has hardly less anywhere, the shares come out too large.
     """
-    freq = np.fft.rfftfreq(u.shape[1], dt)
-    power = _power(u)
+    freq, power = np.fft.rfftfreq(u.shape[1], dt), _power(u)
     passed = power[freq <= PASSED / dt]
     floor = min(part.mean() for part in np.array_split(passed, min(PARTS, len(passed))))
-    beyond = freq > holds_power(u, dt)[1]
-    return np.where(beyond, np.minimum(floor / np.maximum(smoothed(power[None])[0], 1e-300), 1.0), 0.0)
+    return np.minimum(floor / np.maximum(smoothed(power[None])[0], 1e-300), 1.0)
 
 
 def _power(u: FloatArray) -> FloatArray:
