@@ -113,6 +113,10 @@ def test_a_law_that_explains_does_not_silence(run: StudyRun) -> None:
     assert silenced(run.diagnosis, errors) == ""
     strict = replace(run.diagnosis, settings=replace(run.diagnosis.settings, silent=0.0))
     assert "support_stiffness at node" in silenced(strict, errors)
+    # motion that grows without end beside a model that follows the recordings is no silence
+    assert silenced(run.diagnosis, (0.3, 5e45)) == ""
+    assert "altogether off with it and 30 % without it" in further_off(run.diagnosis, (0.3, 5e45))
+    assert "silencing the model" in silenced(run.diagnosis, (1.2, 5e45))
 
 
 @pytest.mark.parametrize(

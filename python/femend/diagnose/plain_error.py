@@ -21,6 +21,8 @@ REFINE = (
     "Refine the mesh, so that more of what was recorded can be compared, or free the parameters of the model that are "
     "least certain"
 )
+# error from which the motion that a law makes is no recording's: it grows without end
+GROWN = 2.0
 
 
 def plain_errors(found: Diagnosis) -> tuple[float, float] | None:
@@ -75,9 +77,11 @@ def silenced(found: Diagnosis, errors: tuple[float, float] | None) -> str:
     """What has to be said where what was added makes the model follow hardly any of the recordings, by its
     `plain_errors`; "" elsewhere.
 
-    Responses that have nothing to do with the force are explained best by a model that does not move.
+    Responses that have nothing to do with the force are explained best by a model that does not move. A law whose
+    motion grows without end, where the updated model does follow them, silences nothing.
     """
-    if errors is None or errors[1] <= found.settings.silent:
+    silent = found.settings.silent
+    if errors is None or errors[1] <= silent or (errors[1] > GROWN and errors[0] < silent):
         return ""
     return (
         f"{_laws(found)} would explain the recordings best by silencing the model: {plain(100 * errors[1], 3)} % of "
@@ -93,6 +97,7 @@ def further_off(found: Diagnosis, errors: tuple[float, float] | None, what_to_do
     if errors is None or errors[1] <= found.settings.worse * errors[0]:
         return ""
     before, after = (f"{plain(100 * e, 3)} %" for e in errors)
+    after = after if errors[1] <= GROWN else "altogether"
     low, high = (plain(f, 3) for f in found.problem.band)
     return (
         f"{_laws(found)} explain{'' if found.further is not None else 's'} the recordings from {low} to {high} Hz, but "
