@@ -98,4 +98,10 @@ def test_laws_that_leave_what_lies_outside_the_band_hide_nothing() -> None:
     said = left_beside("missing-physics", rows, [seen], (5.0, 100.0))
     assert "30 % of high, 6 times its noise; 100 % of its square lies outside 5 to 100 Hz" in said
     assert "not found" not in said
+    assert "a force that reaches further" in said
     assert "something else that was not found" in left_beside("missing-physics", rows, [seen], (5.0, 400.0))
+    # near half the sampling rate no force helps
+    seen = Prediction("high", "fit", 1e-3, (channel,), made, np.array([slow + 0.3 * np.sin(2 * np.pi * 480 * t)]))
+    said = left_beside("missing-physics", rows, [seen], (5.0, 450.0))
+    assert "outside 5 to 450 Hz, where there are too few samples to a cycle" in said
+    assert "sample at more than 1000 Hz" in said

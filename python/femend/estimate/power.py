@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LOWER", "UPPER", "holds_power", "may_be_noise", "smoothed"]
+__all__ = ["PASSED", "holds_power", "may_be_noise", "smoothed"]
 
 FloatArray = NDArray[np.float64]
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.estimate.power import PASSED
 from femend.numerals import plain
 from femend.report.noise import BEYOND_NOISE, farthest_from_noise, noise_without
 from femend.study.predictions import Prediction
@@ -99,12 +100,16 @@ def left_beside(
         f"with what is told the model still leaves {plain(100 * worst['final'], 2)} % of {worst['recording']}, "
         f"{plain(times, 2)} times its noise"
     )
-    outside = sum(shares_outside(_named(worst["recording"], predictions), band, "final"))
-    if noise_without(times, outside):
+    own = _named(worst["recording"], predictions)
+    below, above = shares_outside(own, band, "final")
+    if noise_without(times, below + above):
+        why, what = "the force excites too little", "record with a force that reaches further"
+        if own is not None and above > below and band[1] * own.dt > PASSED:
+            why, what = "there are too few samples to a cycle", f"sample at more than {plain(1 / own.dt, 4)} Hz"
         return (
-            f"{left}; {plain(100 * outside, 3)} % of its square lies outside {plain(band[0], 3)} to "
-            f"{plain(band[1], 3)} Hz, where the force excites too little for models to be compared: inside it is noise."
-            " Predictions are that far off outside; if it matters, record with a force that reaches further"
+            f"{left}; {plain(100 * (below + above), 3)} % of its square lies outside {plain(band[0], 3)} to "
+            f"{plain(band[1], 3)} Hz, where {why} for models to be compared: inside it is noise. Predictions are that "
+            f"far off outside; if it matters, {what}"
         )
     return (
         f"{left}: something else that was not found shows there, or motion that depends on its past too much to be "
