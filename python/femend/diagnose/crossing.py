@@ -60,9 +60,11 @@ def _may_come_near(start: UpdatedModel, crossing: UpdatedModel, located: list[Lo
     """Whether shares make so much of a difference at the best places `located`, or where no force is, that all places
     are worth sorting out anew with them. What they take away where the model stands with a force they take away from
     there on few lines; each place is also fitted from where the model with shares, `crossing`, stands."""
-    best = located[0].fit if located else start.null
+    if not located:
+        return True
+    best = located[0].fit
     enough = max(FAR_ABOVE * AT_NOISE, FAR_OFF * best.score)
-    if not located or crossing.null.score <= enough:
+    if crossing.null.score <= enough:
         return True
     few = sensors_in_doubt(start.problem, best, forces_beside(start.problem, best)).sparing(FINAL_LINES)
     hypotheses, begun = [one.fit.hypothesis for one in located[:TRIED]], [one.fit.p for one in located[:TRIED]]

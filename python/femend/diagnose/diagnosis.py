@@ -225,7 +225,6 @@ def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given,
         if window == 0 and _explains(found, settings) and not unclear(there, found, settings):
             return again, there, found, window
     tried = [one.place for one in short]
-
     asked: list[Ranked] = []
 
     def more(ranked: list[Ranked], places: Sequence[Located], reach: Settings) -> tuple[list[Ranked], float]:

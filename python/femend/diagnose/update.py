@@ -212,14 +212,12 @@ def modelled(
     built, g_rows = as_built_in is not None, _rows(records)
     plain = used_band(records)
     band = further_band(plain, records) if as_built_in is None else as_built_in
-    finer, reduced, missed = _refined(model, records, band, g_rows, built)
-    if missed is not None and band[1] > plain[1]:
+    used = _refined(model, records, band, g_rows, built)
+    if used[3] is not None and band[1] > plain[1]:
         # what lies above the force's power is worth no mesh that does not follow it
-        band = plain
-        finer, reduced, missed = _refined(model, records, band, g_rows, built)
-    model = finer
+        used = _refined(model, records, plain, g_rows, built)
+    model, reduced, band, missed = used
     check_sampling(records, band, reduced.freq)
-    band = modelled_band(band, records, reduced.freq)
     if missed is not None:
         model, band = _left_out(model, records, band, missed)
         reduced = reduce_model(model, band[1], g_rows)
@@ -233,14 +231,14 @@ def modelled(
 
 def _refined(
     model: Model, records: Sequence[FitRecord], band: tuple[float, float], g_rows: list[int], as_built: bool
-) -> tuple[Model, ReducedModel, Unresolved | None]:
+) -> tuple[Model, ReducedModel, tuple[float, float], Unresolved | None]:
     """The model, refined for a `band` (Hz) where that is cheap enough and it is not taken `as_built`, its reduction,
-    and what its mesh does not follow there."""
+    the part of the band that it has modes for, and what its mesh does not follow there."""
     finer = None if as_built or model.refines is not None else affordable_refinement(model, band[1])
     model = finer or model
     reduced = reduce_model(model, band[1], g_rows)
-    followed = modelled_band(band, records, reduced.freq)
-    return model, reduced, None if as_built else unresolved(reduced, followed)
+    band = modelled_band(band, records, reduced.freq)
+    return model, reduced, band, None if as_built else unresolved(reduced, band)
 
 
 def sensors_in_doubt(problem: Problem, fit: Fit, beside: ForcesBeside | None = None) -> Problem:
