@@ -11,9 +11,10 @@ from scipy.sparse import csc_array
 
 from femend.analysis.campbell import campbell
 from femend.analysis.complex_modes import complex_modes
-from femend.analysis.turning import SpinningPart, TurningSystem
+from femend.analysis.turning import TurningSystem
 from femend.dof import Dof
 from femend.model import read_model
+from femend.model.spinning import SpinningPart
 
 Array = NDArray[np.float64]
 ALONG_X = SpinningPart((1.0, 0.0, 0.0))

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend import update_study
+from femend import correlate_study, update_study
 from femend.bench import UpdateRun
 from femend.errors import StudyError, UpdatingError
 from femend.estimate.updating import FrfDifferences, OrderDifferences
@@ -163,3 +163,35 @@ def test_what_does_not_fit_is_told(study: Callable[..., Path]) -> None:
     assert "'orders' in [updating] responses takes them" in told
     assert run.result["runs"] == []
     assert not any(isinstance(r, FrfDifferences) for c in run.problem.configurations for r in c.responses)
+
+
+def test_rotors_of_the_deck_turn_in_a_run(tmp_path: Path) -> None:
+    """A rotor in the bearings whose gyroscopic moments the deck has (ROTORG): with it springs and unbalance are found,
+    without the card one spring is 36 % off."""
+    ip = 0.06
+    rig = Rig(bends=False, layer=None, seconds=30.0, sense=-1, ip=ip)
+    write_rig(tmp_path, rig)
+    head, *recordings = (tmp_path / "study.toml").read_text().split("[[recording]]")
+    own = [r for r in recordings if 'name = "runup"' in r]
+    study = tmp_path / "run.toml"
+    study.write_text("[[recording]]".join([head, *own]) + '\n[updating]\nresponses = ["orders"]\n')
+    deck = tmp_path / "model.bdf"
+    # its inertia about the shaft is part of the block's
+    block = f"+,{rig.mass * 0.0061:.6f},"
+    disc = f"CONM2,9002,511,,1.-6\n+,{ip}\n"
+    assert deck.read_text().count(block) == 1
+    still = deck.read_text().replace(block, f"+,{rig.mass * 0.0061 - ip:.6f},").replace("ENDDATA", f"{disc}ENDDATA")
+    found = {}
+    for name, cards in (("at rest", ""), ("turning", "ROTORG,3,511,512\nRSPINR,3,511,512,RPM,1.\n")):
+        deck.write_text(still.replace("ENDDATA", f"{cards}ENDDATA"))
+        found[name] = update_study(study)
+    for name in ("spring_x", "spring_y", "spring_axial"):
+        assert found["turning"].factors[name] == pytest.approx(TRUTH[name], abs=0.02), name
+    assert abs(found["at rest"].factors["spring_x"] - TRUTH["spring_x"]) > 0.3
+    (run,), (other,) = found["turning"].result["runs"], found["at rest"].result["runs"]
+    assert run["sense"] == -1
+    assert [b["m_r"] for b in run["bearings"]] == pytest.approx(rig.unbalance, rel=0.02)
+    assert run["left"]["after"] < 0.2 * other["left"]["after"]
+    study.write_text(study.read_text().replace('axis = "X"', 'axis = "Y"'))
+    told = " ".join(correlate_study(study).result["warnings"])
+    assert "no rotor of the deck lies along Y, the axis in [recording.rotating] of runup" in told

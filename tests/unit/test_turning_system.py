@@ -12,11 +12,12 @@ from femend.analysis.complex_frf import complex_frf
 from femend.analysis.complex_modes import complex_modes
 from femend.analysis.preload import stress_stiffness
 from femend.analysis.rotor import gyroscopic_matrices
-from femend.analysis.turning import SpinningPart, TurningSystem, turning_system
+from femend.analysis.turning import TurningSystem, turning_system
 from femend.data import Channel
 from femend.dof import Dof
 from femend.model import Model, read_model
 from femend.model.one_pattern import on_one_pattern
+from femend.model.spinning import SpinningPart
 
 X = (1.0, 0.0, 0.0)
 

@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend.analysis.complex_modes import ComplexSolver
 from femend.analysis.follow import State, follow
-from femend.analysis.turning import SpinningPart, TurningSystem, as_turning_system
+from femend.analysis.turning import TurningSystem, as_turning_system
 from femend.analysis.whirl import WhirlMeter
 from femend.data.campbell import Campbell, CriticalSpeed, StabilityLimit
 from femend.dof import Dof
 from femend.model import Model
+from femend.model.spinning import SpinningPart
 
 __all__ = ["campbell"]
 

@@ -9,13 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from femend.analysis.complex_modes import ComplexSolver
 from femend.analysis.ends import PER_FORCE, dofs_of, unit_forces
-from femend.analysis.turning import SpinningPart, TurningSystem, as_turning_system
+from femend.analysis.turning import TurningSystem, as_turning_system
 from femend.data.channel import Channel
 from femend.data.complex_modes import ComplexModes
 from femend.data.frf import FRF
 from femend.dof import Dof
 from femend.errors import ConvergenceError, PairingError
 from femend.model import Model
+from femend.model.spinning import SpinningPart
 
 __all__ = ["complex_frf", "complex_receptance"]
 

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
-from femend.analysis.turning import SpinningPart, TurningSystem, as_turning_system
+from femend.analysis.turning import TurningSystem, as_turning_system
 from femend.data.complex_modes import ComplexModes, PoleSet
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
 from femend.errors import SingularModelError
 from femend.model import Model
+from femend.model.spinning import SpinningPart
 from femend.numerals import listed
 
 __all__ = ["ComplexSolver", "complex_modes"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,28 +14,15 @@ from femend.analysis.rotor import gyroscopic_matrices
 from femend.dof import Dof
 from femend.model import Model
 from femend.model.one_pattern import on_one_pattern
+from femend.model.spinning import SpinningPart
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-__all__ = ["SpinningPart", "TurningSystem", "as_turning_system", "turning_system"]
+__all__ = ["TurningSystem", "as_turning_system", "turning_system"]
 
 # name -> (what it multiplies in the core, power of the speed)
 _TERMS = {"C": ("C", 0), "D": ("D", 0), "G": ("C", 1), "N": ("K", 1), "S": ("K", 2)}
-
-
-@dataclass(frozen=True, slots=True)
-class SpinningPart:
-    """A part that turns at `ratio` times the shaft's speed about the direction `axis` (right hand, basic system).
-
-    `elements` are its ids, masses included (None: all); a negative `ratio` turns the other way. `axes` "fixed" or
-    "rotating" as in `gyroscopic_matrices`.
-    """
-
-    axis: tuple[float, float, float]
-    elements: tuple[int, ...] | None = None
-    ratio: float = 1.0
-    axes: Literal["fixed", "rotating"] = "fixed"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

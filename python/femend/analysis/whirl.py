@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.analysis.turning import SpinningPart, TurningSystem
+from femend.analysis.turning import TurningSystem
+from femend.model.spinning import SpinningPart
 
 __all__ = ["WhirlMeter"]
 

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from femend.bench.run_compared import ComparedRun
 from femend.bench.runs import NOISY, MeasuredRun, in_order
+from femend.bench.turned import turned_in
 from femend.data import ODS, Channel
 from femend.errors import UpdatingError
-from femend.estimate.updating import Configuration, OrderDifferences, deck_system
+from femend.estimate.updating import Configuration, OrderDifferences, deck_system, rotor_system
 from femend.estimate.updating.order_responses import across
 
 if TYPE_CHECKING:
@@ -28,13 +29,14 @@ FloatArray = NDArray[np.float64]
 class CountedRun:
     """The lines of a `measured` run that count, with complex accelerations `shapes` (n_ch, n_lines) and deviations `sd`
     (n_lines, n_ch) of real and imaginary part each; forces turn in the `sense` (0: free across the shaft) and grow with
-    the speed to the `power`."""
+    the speed to the `power`. The shaft turns in the sense `spin` where the deck has rotors, else 0."""
 
     measured: MeasuredRun
     shapes: ODS
     sd: FloatArray
     sense: int
     power: float
+    spin: int = 0
 
     @property
     def name(self) -> str:
@@ -91,7 +93,7 @@ def _counted(c: ComparedRun, rows: NDArray[np.int64], order_sd: float) -> Counte
     sd = np.hypot(m.sd[rows] * course[:, None] / np.sqrt(2.0), order_sd * largest)
     channels = tuple(Channel(d, "acceleration", "m/s^2") for d in m.dofs)
     ods = ODS(m.name, freq, shapes.T, channels, "order", order=m.order, speed=freq / m.order)
-    return CountedRun(m, ods, sd, _sense(m, c.response.sense), c.response.power)
+    return CountedRun(m, ods, sd, _sense(m, c.response.sense), c.response.power, c.response.spin)
 
 
 def turned_as_found(runs: Sequence[CountedRun], after: Sequence[ComparedRun]) -> tuple[CountedRun, ...]:
@@ -102,7 +104,8 @@ def turned_as_found(runs: Sequence[CountedRun], after: Sequence[ComparedRun]) ->
     for run in runs:
         response = now[run.measured.name, run.measured.order]
         if response is not None:
-            run = replace(run, sense=_sense(run.measured, response.sense), power=response.power)
+            sense = _sense(run.measured, response.sense)
+            run = replace(run, sense=sense, power=response.power, spin=response.spin)
         out.append(run)
     return tuple(out)
 
@@ -132,9 +135,13 @@ def run_configuration(prepared: Prepared, run: CountedRun) -> Configuration:
         m.axis,
         order=m.order,
         sense=run.sense,
+        spin=run.spin,
         unbalance=dict(m.unbalance) or None,
         power=run.power,
         sd=run.sd[:, rows],
         width=m.width,
     )
+    if run.spin:
+        parts = turned_in(prepared.models.rotors, m)
+        return Configuration(run.name, rotor_system(model, sensors, parts=parts, frfs=frfs), (response,))
     return Configuration(run.name, deck_system(model, sensors, 0, frfs=frfs), (response,))

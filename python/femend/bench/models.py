@@ -14,6 +14,7 @@ from femend.bench.morphs import morphs_on
 from femend.data import ModeSet
 from femend.errors import FemendError
 from femend.model import Model, model_of
+from femend.model.rotors import Rotors, deck_rotors
 from femend.model.sensor_point import SensorPoint
 from femend.study.study import AS_MODELLED, Study
 
@@ -40,6 +41,11 @@ class Models:
     @cached_property
     def _deck(self) -> _core.Deck:
         return _core.Deck.read(str(self.study.model_file))
+
+    @cached_property
+    def rotors(self) -> Rotors:
+        """The rotors that the deck declares; raises what the reading of the deck raises."""
+        return deck_rotors(self._deck)
 
     def of(self, configuration: str = AS_MODELLED) -> Model:
         """The model of a `configuration` by name: its SPC set and added masses.

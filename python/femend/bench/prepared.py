@@ -15,6 +15,7 @@ from femend.bench.run_compared import ComparedRun, compare_run
 from femend.bench.runs import MeasuredRun, measured_runs, without_runs
 from femend.bench.same_twice import same_twice
 from femend.bench.steps import Steps
+from femend.bench.turned import turned_in
 from femend.errors import RecordingError
 from femend.model import Model
 from femend.study.added_masses import added_mass_doubts
@@ -68,6 +69,7 @@ class Prepared:
             zeta=self.study.damping_ratio,
             mac_min=self.study.correlation.mac_min,
             factors=factors,
+            parts=turned_in(self.models.rotors, measured),
         )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 
 from femend.analysis.frf import modal_frf
 from femend.analysis.model_modes import model_modes
+from femend.analysis.turning_modal_frf import modal_gyroscopic, turning_modal_frf
 from femend.bench.models import modes_up_to
 from femend.bench.runs import MeasuredRun
 from femend.correlate import ModeComparison, compare_modes, csac, csf, dac
@@ -19,6 +20,7 @@ from femend.dof import Dof
 from femend.estimate.joint import Unbalance
 from femend.model import Model
 from femend.model.near_ids import near_ids
+from femend.model.spinning import SpinningPart
 from femend.numerals import plain
 
 __all__ = ["ComparedRun", "OperatingResponse", "compare_run"]
@@ -47,7 +49,8 @@ class OperatingResponse:
     so that the responses agree best (see `compare_run`). `shapes` (n_lines, n_dof) are accelerations per unit course at
     the run's lines and sensors, in the sensors' directions; `csac`, `csf` (n_lines,) compare line with line, `dac`
     (n_lines, n_lines) every measured line with every line of the model. `level` (n_lines,) is the length of the model's
-    shape over the measured one's, `phase` (n_lines,) by how much it is ahead, rad, over all sensors.
+    shape over the measured one's, `phase` (n_lines,) by how much it is ahead, rad, over all sensors. `spin` is the
+    sense in which the shaft turns, +1 or -1, where the model depends on it, else 0.
     """
 
     nodes: tuple[int, ...]
@@ -62,6 +65,7 @@ class OperatingResponse:
     forces: ComplexArray | None = None
     power: float = 2.0
     known: bool = False
+    spin: int = 0
 
     def likest(self, line: int) -> int:
         """The line of the model whose response is likest to the measured one at `line`."""
@@ -97,9 +101,11 @@ def compare_run(
     zeta: float,
     mac_min: float = 0.5,
     factors: Mapping[str, float] | None = None,
+    parts: Sequence[SpinningPart] = (),
 ) -> ComparedRun:
     """Compares the operating shapes of a `measured` run with the `model`, whose modes have the damping ratio `zeta`, at
-    `factors` of its parameters and amplitudes of its morphs by name.
+    `factors` of its parameters and amplitudes of its morphs by name. Its `parts` turn at the speed of every line,
+    positive about the run's axis by the right hand; modes compared with the shapes at the peaks are those at rest.
 
     `places` has the model's DOF of each sensor, `mac_min` is as in `pair_modes`. At each peak the shape, complex as it
     is, is paired with a mode. Over all lines it is compared with the response to unbalance at the bearings, whose
@@ -132,7 +138,8 @@ def compare_run(
             "milliseconds is called 'time [ms]') and the sampling"
         )
         return ComparedRun(measured, modes, comparison, None, why)
-    response = _response(measured, every, places)
+    turning = modal_gyroscopic(model, every, parts, factors) if parts else None
+    response = _response(measured, _Moved(every, turning, places))
     if response is None:
         why = f"recording {measured.name!r}: forces at {_listed(_loaded(measured))} move no sensor of the model"
         return ComparedRun(measured, modes, comparison, None, why)
@@ -166,23 +173,39 @@ def _without_response(measured: MeasuredRun, model: Model) -> str:
     return ""
 
 
-def _response(measured: MeasuredRun, modes: ModeSet, places: dict[Dof, Dof]) -> OperatingResponse | None:
+@dataclass(frozen=True, eq=False)
+class _Moved:
+    """What forces move: `modes` of the model, its gyroscopic matrix between them where parts turn, and the model's DOF
+    of each sensor."""
+
+    modes: ModeSet
+    G: FloatArray | None
+    places: dict[Dof, Dof]
+
+
+def _response(measured: MeasuredRun, moved: _Moved) -> OperatingResponse | None:
     nodes = _loaded(measured)
-    across = _per_force(measured, nodes, modes, places)
-    if not np.abs(across).any():
+    senses = (measured.sense,) if measured.sense else (1, -1)
+    across = {senses[0]: _per_force(measured, nodes, moved, senses[0])}
+    if not np.abs(across[senses[0]]).any():
         return None
+    for sense in senses[1:]:
+        across[sense] = across[senses[0]] if moved.G is None else _per_force(measured, nodes, moved, sense)
     if measured.order != 1.0:
-        return _response_of_order(measured, across)
+        spins = senses if moved.G is not None else (0,)
+        found = [_response_of_order(measured, across.get(s, across[senses[0]]), s) for s in spins]
+        return min(found, key=lambda f: f[0])[1]
     Y = measured.shapes
     known = np.array([u for _, u in measured.unbalance], dtype=np.complex128)
     fits = []
-    for sense in (measured.sense,) if measured.sense else (1, -1):
+    for sense in senses:
         # the sine course is -i times the cosine course at positive frequencies
-        H = across[..., 0] - 1j * sense * across[..., 1]
+        H = across[sense][..., 0] - 1j * sense * across[sense][..., 1]
         left, u = (_left(H, Y, known), known) if known.size else _fitted(H, Y)
         fits.append((left, sense, u, np.asarray(H @ u)))
     _, sense, u, shapes = min(fits, key=lambda fit: fit[0])
-    return OperatingResponse(nodes, sense, u, shapes, *_agreement(Y, shapes), known=bool(known.size))
+    spin = 0 if moved.G is None else sense
+    return OperatingResponse(nodes, sense, u, shapes, *_agreement(Y, shapes), known=bool(known.size), spin=spin)
 
 
 def _left(H: ComplexArray, Y: ComplexArray, u: ComplexArray) -> float:
@@ -192,8 +215,8 @@ def _left(H: ComplexArray, Y: ComplexArray, u: ComplexArray) -> float:
     return float(((np.abs(Y - z) ** 2).sum(axis=1) / np.maximum(size, 1e-300)).sum())
 
 
-def _response_of_order(measured: MeasuredRun, across: ComplexArray) -> OperatingResponse:
-    """The response to forces that are free across the shaft."""
+def _response_of_order(measured: MeasuredRun, across: ComplexArray, spin: int) -> tuple[float, OperatingResponse]:
+    """The response to forces that are free across the shaft, which turns in the sense `spin`, and what it leaves."""
     Y, K = measured.shapes, measured.freq.size
     H = across.reshape(K, Y.shape[1], -1)
     grown = np.log(measured.freq / measured.freq[-1])
@@ -203,12 +226,12 @@ def _response_of_order(measured: MeasuredRun, across: ComplexArray) -> Operating
     for power in powers:
         left, u = _fitted(H * np.exp((power - 2.0) * grown)[:, None, None], Y)
         fits.append((left, power, u))
-    _, power, u = min(fits, key=lambda fit: fit[0])
+    left, power, u = min(fits, key=lambda fit: fit[0])
     shapes = np.asarray((H * np.exp((power - 2.0) * grown)[:, None, None]) @ u)
     nothing, course = np.zeros(0, dtype=np.complex128), (2 * np.pi * float(measured.freq[-1])) ** 2
-    return OperatingResponse(
-        measured.nodes, 0, nothing, shapes, *_agreement(Y, shapes), forces=course * u.reshape(-1, 2), power=power
-    )
+    forces = course * u.reshape(-1, 2)
+    told = _agreement(Y, shapes)
+    return left, OperatingResponse(measured.nodes, 0, nothing, shapes, *told, forces=forces, power=power, spin=spin)
 
 
 def _agreement(
@@ -221,19 +244,31 @@ def _agreement(
     return csac(a, b), csf(a, b), dac(Y.T, shapes.T), level, phase
 
 
-def _per_force(measured: MeasuredRun, nodes: tuple[int, ...], modes: ModeSet, places: dict[Dof, Dof]) -> ComplexArray:
-    """Accelerations (n_lines, n_dof, n_nodes, 2) per unit course to a unit force along e_u and e_v at every node.
+def _per_force(measured: MeasuredRun, nodes: tuple[int, ...], moved: _Moved, sense: int) -> ComplexArray:
+    """Accelerations (n_lines, n_dof, n_nodes, 2) per unit course to a unit force along e_u and e_v at every node, of a
+    shaft that turns in the `sense`.
 
     They are averaged over the width of a line as the measured ones are, since a resonance may be narrower than that.
     """
     plane = Unbalance(nodes, measured.axis).plane
-    outputs = [Channel(places[d], "acceleration", "m/s^2") for d in measured.dofs]
-    inputs = [Channel(Dof(n, c + 1), "force", "N") for n in nodes for c in plane]
+    outputs, inputs = [moved.places[d] for d in measured.dofs], [Dof(n, c + 1) for n in nodes for c in plane]
     x, weight = np.polynomial.legendre.leggauss(POINTS) if measured.width > 0 else (np.zeros(1), np.full(1, 2.0))
     total = np.zeros((measured.freq.size, len(outputs), len(inputs)), dtype=np.complex128)
     for at, share in zip(x, 0.5 * weight, strict=True):
-        total += share * modal_frf(modes, measured.freq + 0.5 * measured.width * at, outputs, inputs).H
+        total += share * _accelerance(
+            moved, measured.freq + 0.5 * measured.width * at, sense / measured.order, outputs, inputs
+        )
     return np.asarray(total.reshape(measured.freq.size, len(outputs), -1, 2))
+
+
+def _accelerance(
+    moved: _Moved, freq: FloatArray, turns: float, outputs: Sequence[Dof], inputs: Sequence[Dof]
+) -> ComplexArray:
+    """Accelerances (n_lines, n_out, n_in) at `freq` (n_lines,) Hz, at a speed of `turns` times that."""
+    if moved.G is not None:
+        return turning_modal_frf(moved.modes, moved.G, freq, 2 * np.pi * turns * freq, outputs, inputs)
+    seen = [Channel(d, "acceleration", "m/s^2") for d in outputs]
+    return np.asarray(modal_frf(moved.modes, freq, seen, [Channel(d, "force", "N") for d in inputs]).H)
 
 
 def _fitted(H: ComplexArray, Y: ComplexArray) -> tuple[float, ComplexArray]:

@@ -152,7 +152,9 @@ def _as_found(
         with steps.step("look again at how forces grow"):
             values = _of_the_deck(prepared.models.of(runs[0].measured.configuration), found)
             again = turned_as_found(runs, [prepared.compare_run(r.measured, values) for r in runs])
-        changed = [b for a, b in zip(runs, again, strict=True) if (a.sense, a.power) != (b.sense, b.power)]
+        changed = [
+            b for a, b in zip(runs, again, strict=True) if (a.sense, a.power, a.spin) != (b.sense, b.power, b.spin)
+        ]
         if not changed:
             break
         runs = again

@@ -14,6 +14,7 @@ from femend.units import SYSTEMS, unit_system
 
 if TYPE_CHECKING:
     from femend import _core
+    from femend.model.model import Model
 
 __all__ = ["modes"]
 
@@ -24,10 +25,12 @@ __all__ = ["modes"]
 @click.option("--fmax", type=click.FloatRange(min=0, min_open=True), help="All modes up to this frequency, Hz.")
 @click.option("--units", type=click.Choice(list(SYSTEMS)), default="SI", show_default=True, help="Units of the deck.")
 @click.option("--spc", type=click.IntRange(min=0), help="SPC set; the deck's case control selects it otherwise.")
-def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: int | None) -> None:
+@click.option("--rpm", metavar="LIST", help="Speeds of the rotor in 1/min, as 0,1500,3000: modes followed over them.")
+def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: int | None, rpm: str | None) -> None:
     """Compute the natural frequencies of the Nastran deck DECK.
 
     Effective mass is the share of the structure's mass that moves with a mode when the base moves along X, Y or Z.
+    With --rpm the deck's rotors (ROTORG) turn: frequencies over the speed, whirl, damping and critical speeds.
     """
     from scipy.sparse import csc_matrix
 
@@ -40,11 +43,14 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     from femend.model.rigid_motion import zero_modes
     from femend.model.unsolvable import told_of
 
-    if n_modes is None and fmax is None:
-        n_modes = 10
     deck_read = read_deck(deck)
     model = _core.FeModel(deck_read, spc=spc)
+    if rpm is not None:
+        _turning(Model(deck_read, model, (), units), rpm, n_modes, fmax, spc)
+        return
     indptr, indices, k, m, _, _ = model.assemble()
+    if n_modes is None and fmax is None:
+        n_modes = 10
     if n_modes is not None:
         n_modes = min(n_modes, model.n_a)
     matrices = indptr, indices, k, m
@@ -82,6 +88,19 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     ]
     sums = ["sum", "", *(f"{s:.1f}" for s in share.sum(axis=0))]
     click.echo("\n" + table(["mode", "Hz", "X %", "Y %", "Z %"], [*rows, sums], "rrrrr"))
+
+
+def _turning(model: Model, rpm: str, n_modes: int | None, f_max: float | None, spc: int | None) -> None:
+    """The modes of a deck whose rotors turn."""
+    from femend.cli.turning import speeds_of, turning_table
+    from femend.model.rotors import deck_rotors
+
+    speeds = speeds_of(rpm)
+    rotors = deck_rotors(model.deck)
+    told = turning_table(model, rotors, speeds, n_modes, f_max)
+    for warning in [*_doubts(model.deck, model.units, spc), *rotors.warnings]:
+        click.echo(f"warning   {warning}")
+    click.echo(told)
 
 
 def _doubts(deck: _core.Deck, units: str, spc: int | None) -> list[str]:

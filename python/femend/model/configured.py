@@ -26,6 +26,7 @@ from femend.model.model import Model, model_of
 from femend.model.parameter import Parameter
 from femend.model.parameter_moves import forces_of_moves, missed
 from femend.model.reduction import MODES_ABOVE, _core_modes, _polynomial
+from femend.model.spinning import SpinningPart, gyroscopic, gyroscopic_slopes
 from femend.model.supports import held_rows
 from femend.model.unknowns import Unknowns
 from femend.model.unsolvable import no_solution, told_of
@@ -56,12 +57,16 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class TurningPart:
-    """A part of K or C (r, r) that acts with the speed: its weight times the value of one `unknown`."""
+    """A part of K or C (r, r) that acts with the speed: its weight times the value of one `unknown` (None: 1)."""
 
     kind: str
     matrix: FloatArray
-    unknown: int
+    unknown: int | None
     over_speed: SpeedPower
+
+    def value(self, v: FloatArray) -> float:
+        """What multiplies it, of the values `v` (n,) of the unknowns."""
+        return 1.0 if self.unknown is None else float(v[self.unknown])
 
     def weight(self, s: ComplexArray, speed: FloatArray) -> ComplexArray:
         """What `matrix` counts in the dynamic stiffness on lines `s` (K,) at `speed` (K,) rad/s, per unit of value."""
@@ -78,6 +83,11 @@ class ConfiguredModel:
     parts: tuple[Part, ...]
     unknowns: Unknowns
     turning: tuple[TurningPart, ...] = ()
+
+    @property
+    def spins(self) -> bool:
+        """Do rotors of the deck turn in it, beside what terms make of the speed?"""
+        return any(part.unknown is None for part in self.turning)
 
     @property
     def r(self) -> int:
@@ -99,7 +109,7 @@ class ConfiguredModel:
         v = self.unknowns.values(p)
         total = np.zeros((len(s), self.r, self.r), dtype=np.complex128)
         for part in self.turning:
-            total += (v[part.unknown] * part.weight(s, speed))[:, None, None] * part.matrix
+            total += (part.value(v) * part.weight(s, speed))[:, None, None] * part.matrix
         return total
 
     def turning_changes(
@@ -110,6 +120,8 @@ class ConfiguredModel:
         v, items = self.unknowns.values(p), self.unknowns.items
         found = []
         for part in self.turning:
+            if part.unknown is None:
+                continue
             slope = v[part.unknown] if items[part.unknown].positive else items[part.unknown].scale
             found.append((part.unknown, slope * part.weight(s, speed), part.matrix))
         return found
@@ -119,7 +131,7 @@ class ConfiguredModel:
         u, r, n = self.unknowns, self.r, len(self.unknowns)
         dK, dM, dC, dS = (np.zeros((n, r, r)) for _ in range(4))
         v = u.values(p)
-        touched = {part.unknown for part in self.turning}
+        touched = {part.unknown for part in self.turning if part.unknown is not None}
         into = {"K": dK, "M": dM, "C": dC}
         for part in self.parts:
             factor = float(np.prod([v[i] ** e for i, e in part.powers]))
@@ -198,11 +210,13 @@ def configure(
     added_mass: Sequence[tuple[int, float]] = (),
     f_max: float,
     g_rows: Sequence[int],
+    spinning: Sequence[SpinningPart] = (),
 ) -> ConfiguredModel:
     """The configuration `name` of the deck behind `free`: its SPC set, its masses, and the `terms` that exist in it.
 
     `g_rows` are DOFs of the g-set whose static response the basis holds (where forces act). The unknowns begin with the
-    parameters of the model, and hold those of the terms and of damping by name.
+    parameters of the model, and hold those of the terms and of damping by name. The gyroscopic matrix of the parts of
+    the deck that are `spinning` follows the parameters to first order, exactly where it is linear in each.
     """
     held = model_of(free.deck, units=free.units, spc=spc)
     own = free if not added_mass else free_model(
@@ -214,7 +228,31 @@ def configure(
     T = own.transformation()
     V_a = _basis(own, T, loose, active, f_max, g_rows)
     parts, turning = _parts(own, T, V_a, unknowns, active)
+    turning = (*_spinning(own, V_a, unknowns, spinning), *turning)
     return ConfiguredModel(name, own, np.asarray(T @ V_a), parts, unknowns, turning)
+
+
+def _spinning(
+    model: Model, V_a: FloatArray, unknowns: Unknowns, spinning: Sequence[SpinningPart]
+) -> tuple[TurningPart, ...]:
+    """What the `spinning` parts of the deck add with the speed: as they are, and what each parameter does to that."""
+    if not spinning:
+        return ()
+    ones = np.ones(len(model.parameters))
+    indptr, indices = model.fe.assemble()[:2]
+
+    def small(values: FloatArray) -> FloatArray:
+        return np.asarray(V_a.T @ (csc_array((values, indices, indptr), shape=(model.fe.n_a,) * 2) @ V_a))
+
+    over = SpeedPower(1, 1.0, signed=True)
+    fixed = small(gyroscopic(model, spinning, ones))
+    found = []
+    for parameter, slope in zip(model.parameters, gyroscopic_slopes(model, spinning, ones), strict=True):
+        if slope.any():
+            own = small(slope)
+            fixed = fixed - own
+            found.append(TurningPart("C", own, unknowns.index(parameter.name), over))
+    return (TurningPart("C", fixed, None, over), *found)
 
 
 def _basis(

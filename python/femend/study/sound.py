@@ -15,6 +15,7 @@ from femend.study.frf_levels import frf_levels
 from femend.study.gathered import gathered
 from femend.study.overlapping import overlaps
 from femend.study.priors import prior_doubts
+from femend.study.rotor_doubts import rotor_doubts
 
 if TYPE_CHECKING:
     from femend.study.study import Study
@@ -31,7 +32,8 @@ def warnings_of(study: Study, deck: _core.Deck, test: Test) -> list[str]:
 
 def deck_warnings(study: Study, deck: _core.Deck) -> list[str]:
     """What is told of the `deck` of a `study` and of how well it is said to be known: units, supports that are not
-    selected, what its case control asks for and does not get, values below nothing, priors that are hardly meant."""
+    selected, what its case control asks for and does not get, values below nothing, priors that are hardly meant,
+    rotors."""
     used = {r.configuration for r in study.recordings if r.role == "fit"}
     own = not used or any(study.configuration(name).spc is None for name in used)
     free = unselected_supports(deck) if own else []
@@ -41,4 +43,5 @@ def deck_warnings(study: Study, deck: _core.Deck) -> list[str]:
         *unheeded(deck, own),
         *negative_values(deck),
         *prior_doubts(study.parameters),
+        *rotor_doubts(study, deck),
     ]

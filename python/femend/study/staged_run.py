@@ -30,6 +30,7 @@ from femend.io.updated_files import updated_files
 from femend.model import Model, Pairing
 from femend.model.configured import free_model
 from femend.model.model import model_of
+from femend.model.rotors import deck_rotors
 from femend.progress import Progress, say
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
@@ -38,6 +39,7 @@ from femend.study.deck_told import deck_told
 from femend.study.mended import mended, without
 from femend.study.plausible import doubts_found
 from femend.study.predictions import write_predictions
+from femend.study.rotor_doubts import SHAFT
 from femend.study.sound import deck_warnings, warnings_of
 from femend.study.staged_content import staged_content
 from femend.study.staged_doubts import not_held_out, taken_back, without_use
@@ -153,7 +155,9 @@ def _setup(study: Study, test: Test, free: Model, pairing: Pairing, data: Staged
     starts = [*(float(f.freq[0]) for f in frfs), *(float(r.rev_per_s.min()) for r in runs)]
     starts += [float(m.modes.freq.min()) for m in modes]
     band = (max(min(starts), 1e-3 * max(ends)), max(ends))
-    return setup_of(free, specs, pairing, band=band, zeta=study.damping_ratio, g_rows=rows)
+    axis = next((r.rotating.axis for r in study.recordings if r.rotating is not None), None)
+    spinning = () if axis is None else deck_rotors(free.deck).parts(SHAFT[axis])
+    return setup_of(free, specs, pairing, band=band, zeta=study.damping_ratio, g_rows=rows, spinning=spinning)
 
 
 def _write(run: StagedRun, out: Path, info: RunInfo) -> None:

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use femend_fem::deck::{Change, Deck, DeckError, Space};
+use femend_fem::deck::{CardRef, Change, Deck, DeckError, Space};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
@@ -166,6 +166,27 @@ impl PyDeck {
     fn field_text(&self, py: Python<'_>, card: &str, id: u32, field: usize) -> PyResult<String> {
         let (found, shift) = self.deck.find(card, id).map_err(|error| deck_error(py, &error))?;
         Ok(String::from_utf8_lossy(found.text(field.saturating_add(shift))).into_owned())
+    }
+
+    /// Text of the fields behind the name of every card `name`, in the order of the deck, continuation marks left out; empty
+    /// when blank. Cards that are only counted (`ignored`) are not there.
+    #[pyo3(signature = (name))]
+    fn cards(&self, name: &str) -> Vec<Vec<String>> {
+        let texts = |card: CardRef<'_>| {
+            card.fields_from(2).map(|field| String::from_utf8_lossy(card.text(field)).into_owned()).collect()
+        };
+        self.deck.cards(name).map(texts).collect()
+    }
+
+    /// Third axis, basic coordinates, of the coordinate system that `field` of the `number`th card `card` (from 0) names; of
+    /// the basic one where it is blank. Raises `DeckError`, `IndexError` where there is no such card.
+    #[pyo3(signature = (card, number, field))]
+    fn third_axis(&self, py: Python<'_>, card: &str, number: usize, field: usize) -> PyResult<[f64; 3]> {
+        let Some(found) = self.deck.cards(card).nth(number) else {
+            let what = format!("the deck has no {card} number {number}");
+            return Err(pyo3::exceptions::PyIndexError::new_err(what));
+        };
+        self.deck.third_axis(found, field).map_err(|error| deck_error(py, &error))
     }
 
     /// Largest id of a kind plus one.

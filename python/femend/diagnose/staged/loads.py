@@ -176,8 +176,11 @@ def fit_run(
     shapes = ods_lines(data)
     credible = _credible(setup, model, p, shapes.freq, checked)
     out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
-    lines = line_forces(model, p, shapes, unbalance_of(data, 1), out, bearings, credible)
-    unbalance = unbalance_of(data, lines.sense())
+    # where the deck's own rotors turn, the model of a line depends on the sense it is looked for in
+    senses = (1, -1) if model.spins else (1,)
+    found = {s: line_forces(model, p, shapes, unbalance_of(data, s), out, bearings, credible) for s in senses}
+    sense = max(senses, key=lambda s: found[s].turning(s)) if model.spins else found[1].sense()
+    lines, unbalance = found[sense if model.spins else 1], unbalance_of(data, sense)
     choice: DataChoice | None = None
     posterior = _unbalance_only(unknowns, data.block(setup, model, unbalance), p, unbalance)
     if structure:

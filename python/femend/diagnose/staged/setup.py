@@ -17,6 +17,7 @@ from femend.model.configured import ALPHA, BETA, ConfiguredModel, configure
 from femend.model.idealisation import idealisation_terms
 from femend.model.linear_terms import LinearTerm
 from femend.model.model import model_of
+from femend.model.spinning import SpinningPart
 from femend.model.supports import SupportRegion, held_rows, support_regions
 from femend.model.unknowns import Unknown, Unknowns
 
@@ -36,7 +37,8 @@ class ConfigurationSpec:
 
 @dataclass(frozen=True, eq=False)
 class Setup:
-    """The study as the stages see it; `g_rows` are DOFs where forces act or are measured, `f_max` Hz the band's end."""
+    """The study as the stages see it; `g_rows` are DOFs where forces act or are measured, `f_max` Hz the band's end,
+    `spinning` the parts of the deck that turn with the shaft of its runs, about the axis of these."""
 
     free: Model
     configurations: dict[str, ConfigurationSpec]
@@ -49,6 +51,7 @@ class Setup:
     zeta: float
     g_rows: tuple[int, ...]
     settings: StagedSettings
+    spinning: tuple[SpinningPart, ...] = ()
 
     def base(self) -> list[Unknown]:
         """Parameters and the structure's damping (half of it mass-, half stiffness-proportional at the band's
@@ -73,6 +76,7 @@ class Setup:
             added_mass=spec.added_mass,
             f_max=self.f_max,
             g_rows=self.g_rows,
+            spinning=self.spinning,
         )
 
     def row(self, sensor: Dof) -> tuple[int, float]:
@@ -120,6 +124,7 @@ def setup_of(
     zeta: float,
     g_rows: Sequence[int],
     settings: StagedSettings | None = None,
+    spinning: Sequence[SpinningPart] = (),
 ) -> Setup:
     """Finds the regions that each configuration holds, the springs, and what the deck idealises."""
     regions = {}
@@ -139,6 +144,7 @@ def setup_of(
         zeta,
         tuple(sorted(set(int(g) for g in g_rows))),
         settings or StagedSettings(),
+        tuple(spinning),
     )
 
 

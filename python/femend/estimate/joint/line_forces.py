@@ -95,9 +95,13 @@ class LineForces:
 
     def sense(self) -> int:
         """The sense of rotation, +1 or -1 about the shaft's axis, in which more of the reliable forces turn."""
+        return 1 if self.turning(1) >= 0.5 else -1
+
+    def turning(self, sense: int) -> float:
+        """Share of the reliable forces, by the squares of their unbalance, that turns in the `sense` +1 or -1."""
         use = self.reliable if self.reliable.any() else np.ones(len(self.freq), dtype=bool)
-        size = [float((np.abs(self.unbalances(s)[use]) ** 2).sum()) for s in (1, -1)]
-        return 1 if size[0] >= size[1] else -1
+        along, against = (float((np.abs(self.unbalances(s)[use]) ** 2).sum()) for s in (sense, -sense))
+        return along / (along + against) if along else 0.0
 
     def exponent(self, sense: int, band: tuple[float, float]) -> tuple[float, float]:
         """n and its standard deviation in |F| ~ Omega^n over reliable lines in `band` (Hz), all bearings together.

@@ -58,7 +58,7 @@ def _of_the_instant(
     omega, lines = sense * run.omega, sense * np.abs(s)
     more = np.zeros_like(x)
     for part in model.turning:
-        own = v[part.unknown] * part.matrix
+        own = part.value(v) * part.matrix
         moving = (x * (s[:, None] if part.kind == "C" else 1.0)) @ own.T
         history = np.fft.irfft(np.pad(moving, [(0, len(run.freq) - len(s)), (0, 0)]), run.padded, axis=0)
         there = np.fft.rfft(history * part.over_speed.at(omega)[:, None], axis=0)[: len(s)]

@@ -1,23 +1,16 @@
-"""Gyroscopic matrix of a deck's spinning parts as a function of the factors."""
+"""What spinning parts of a deck have to be for an update."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femend.analysis.rotor import gyroscopic_matrices
-from femend.analysis.turning import SpinningPart
 from femend.errors import UpdatingError
 from femend.model import Model
+from femend.model.spinning import SpinningPart, gyroscopic
 
-__all__ = ["check_parts", "gyroscopic", "gyroscopic_slopes"]
-
-FloatArray = NDArray[np.float64]
-
-# step of a factor, a share; G is of fourth order in it at most, but where a modulus stands in a beam's shear
-STEP = 0.01
+__all__ = ["check_parts"]
 
 
 def check_parts(model: Model, parts: Sequence[SpinningPart]) -> None:
@@ -41,25 +34,3 @@ def check_parts(model: Model, parts: Sequence[SpinningPart]) -> None:
                 f"{who} has no polar inertia about {part.axis}: nothing of it acts with the speed; give the beams rho "
                 "and I1, I2, the masses their inertia"
             )
-
-
-def gyroscopic(model: Model, parts: Sequence[SpinningPart], factors: FloatArray) -> FloatArray:
-    """G (nnz,) on the pattern of the `model`, sum of ratio x G of the `parts`, at `factors` (n_parameters,)."""
-    named = {p.name: float(f) for p, f in zip(model.parameters, factors, strict=True)}
-    total = np.zeros(model.fe.assemble()[1].size)
-    for part in parts:
-        total += part.ratio * gyroscopic_matrices(model, part.axis, elements=part.elements, factors=named)[0].data
-    return total
-
-
-def gyroscopic_slopes(model: Model, parts: Sequence[SpinningPart], factors: FloatArray) -> FloatArray:
-    """d G (n_parameters, nnz) of the `parts` of the `model` at `factors` (n_parameters,): differences of fourth order
-    over a hundredth (Abramowitz and Stegun, 25.3.6), exact where G is a polynomial of a factor, as it is of rho, of
-    inertias and of sections; to 1e-8 where a modulus changes the shear of a thick beam."""
-    out = []
-    for row in np.diag(STEP * factors):
-        one, two = (
-            gyroscopic(model, parts, factors + n * row) - gyroscopic(model, parts, factors - n * row) for n in (1, 2)
-        )
-        out.append((8 * one - two) / (12 * row.sum()))
-    return np.array(out).reshape(factors.size, -1)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.analysis.turning import SpinningPart
 from femend.dof import Dof
 from femend.errors import UpdatingError
 from femend.estimate.updating.gyroscopic import check_parts
@@ -22,6 +21,7 @@ from femend.estimate.updating.turning_frf import turning_frf, turning_frf_slopes
 from femend.estimate.updating.turning_matrices import Change, TurningMatrices
 from femend.estimate.updating.whirl_poles import PolesAt, pole_slopes, poles_at
 from femend.model import Model
+from femend.model.spinning import SpinningPart
 
 __all__ = ["RotorSystem", "rotor_system"]
 

@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.analysis.turning import SpinningPart
 from femend.errors import ModelError
 from femend.estimate.updating.damped import damping_of, damping_slopes_of
-from femend.estimate.updating.gyroscopic import gyroscopic, gyroscopic_slopes
 from femend.estimate.updating.matrices import DeckMatrices, Matrices
 from femend.estimate.updating.requests import DAMPING
 from femend.estimate.updating.speed_terms import SpeedTerm
 from femend.model.one_pattern import on_one_pattern
+from femend.model.spinning import SpinningPart, gyroscopic, gyroscopic_slopes
 
 __all__ = ["Change", "Turned", "TurningMatrices"]
 

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.analysis.complex_modes import ComplexSolver
-from femend.analysis.turning import SpinningPart, TurningSystem
+from femend.analysis.turning import TurningSystem
 from femend.analysis.whirl import WhirlMeter
 from femend.dof import Dof
 from femend.errors import ConvergenceError
 from femend.estimate.updating.turning_matrices import Change, Turned
 from femend.model import Model
+from femend.model.spinning import SpinningPart
 
 __all__ = ["PolesAt", "pole_slopes", "poles_at"]
 

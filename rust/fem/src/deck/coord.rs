@@ -133,6 +133,12 @@ impl Coord {
         }
     }
 
+    /// Its third axis in basic coordinates, of a cylindrical or spherical system the one that its angle goes about.
+    #[must_use]
+    pub fn third_axis(&self) -> V3 {
+        self.axes[2]
+    }
+
     /// Direction cosines of this system's axes at the basic point `at`: those of the radius and the angles for a
     /// curved system (angles taken as zero on its axis, where they have no meaning).
     #[must_use]

@@ -2,7 +2,7 @@
 
 use super::build::{Choice, Selection, build};
 use super::coord::Coords;
-use super::{Deck, Result, Space};
+use super::{CardRef, Deck, Result, Space};
 use crate::mesh::{BeamKind, DamperSource, Id, NodeComponent, RodSource, SolidKind, SpringSource};
 
 /// One element.
@@ -44,6 +44,15 @@ impl Deck {
         let mut coords = Coords::new(self, default_cp);
         let at = |(id, x): (&Id, &[f64; 3])| coords.coordinates(self.find("GRID", *id)?.0, *x);
         ids.iter().zip(xyz).map(at).collect()
+    }
+
+    /// Third axis, in basic coordinates, of the coordinate system that `field` of `card` names (blank or 0: the basic one).
+    ///
+    /// # Errors
+    /// As [`build`], for CORDi.
+    pub fn third_axis(&self, card: CardRef<'_>, field: usize) -> Result<[f64; 3]> {
+        let default_cp = self.cards("GRDSET").next().map_or(Ok(None), |card| card.opt_id(3))?;
+        Ok(Coords::new(self, default_cp).of(card, field)?.third_axis())
     }
 
     /// All elements: beams, rods, springs, dampers, bushes, masses, shells, solids, rigid elements.
