@@ -54,7 +54,7 @@ def simulate(
     """Response from rest of a modal model whose coordinates `w` carry laws, closed loop.
 
     Parameters: `omega` (r,) rad/s, `zeta` (r,), mass-normalised `phi_in` (n_in, r), `phi_out` (n_out, r), `w` (n_w, r)
-    with n_w <= 6; `laws` one list of (name, parameters) for each row of w, their forces add up; `u` (n_in, n) in N at
+    with n_w <= 10; `laws` one list of (name, parameters) for each row of w, their forces add up; `u` (n_in, n) in N at
     steps of `dt` s, linear between samples; each step is cut into `substeps`; every `stride`-th sample is kept, and of
     these `decimate` are filtered to one, as a recorder does it (flat to 0.41 of the rate that is left, 60 dB down from
     0.59 on).

@@ -145,8 +145,8 @@ class _Answer:
 
 def _answers(problem: Problem, reduced: ReducedModel, found: Located) -> tuple[list[_Answer], FloatArray]:
     """The answers to the free force of a place on the lines of every record, and the modes Q (r, r) behind them."""
-    system, lines = problem.system(reduced), problem.lines(reduced)
-    omega, zeta, Q = system.modal(found.fit.p)
+    lines = problem.lines(reduced)
+    omega, zeta, Q = problem.modes(reduced, found.fit.p)
     own = found.place.w(reduced.V, reduced.V_a)[0] @ Q
     fitted = problem.fitted_lines(found.fit.hypothesis, found.fit.p, found.fit.x)
     answers = []

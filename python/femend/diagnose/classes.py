@@ -50,7 +50,7 @@ def _directions(
     problem: Problem, reduced: ReducedModel, places: Sequence[Place], p: FloatArray
 ) -> Iterator[ComplexArray]:
     """Weighted accelerations (n, n_out) that a force at each place makes, of length one; line after line."""
-    omega, zeta, Q = problem.system(reduced).modal(p)
+    omega, zeta, Q = problem.modes(reduced, p)
     W = np.array([place.w(reduced.V, reduced.V_a)[0] for place in places]) @ Q
     for line in problem.lines(reduced):
         s, g, out = on_lines(line, reduced, omega, zeta, Q)
@@ -81,7 +81,7 @@ def distinct(
     """The first `count` of the directions `W` (n, r), taken in `order`, of which no two have a mean squared correlation
     above `alike`; of twins the one that `preference` has lowest leads. `p` (n_unknowns,) are those of the model."""
     few = problem.on(problem.records[:1]).thinned(FEW)
-    omega, zeta, Q = (np.asarray(x) for x in few.system(reduced).modal(p))
+    omega, zeta, Q = few.modes(reduced, p)
     WQ = (W[list(order)] @ Q).astype(np.float32)
     parts = []
     for line in few.lines(reduced):

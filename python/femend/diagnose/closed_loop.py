@@ -107,12 +107,18 @@ class Loop(ABC):
         return np.full((len(s), len(self.joint.w)), np.nan, dtype=np.complex128)
 
     def closing(self, x: FloatArray) -> list[list[LawSpec]]:
-        """What is simulated at every coordinate: its laws at fit coordinates `x` (n_x,), without the spring by which
-        the model holds it."""
+        """What is simulated at every coordinate of `closed`: its laws at fit coordinates `x` (n_x,), without the spring
+        by which the model holds it, and the model's own dashpots."""
         laws, held = self.laws(x), self.joint.held
-        if held is None:
-            return laws
-        return [[*own, ("linear", {"k": -float(k), "c": 0.0, "m": 0.0})] for own, k in zip(laws, held, strict=True)]
+        if held is not None:
+            laws = [[*own, _linear(k=-float(k))] for own, k in zip(laws, held, strict=True)]
+        return [*laws, *([_linear(c=1.0)] for _ in self.joint.reduced.dashpots)]
+
+    @property
+    def closed(self) -> FloatArray:
+        """Rows (n, r) of the basis at all coordinates that are simulated: the joint's, then those of the model's own
+        dashpots."""
+        return np.vstack([self.joint.w, self.joint.reduced.dashpots])
 
     def histories(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[list[History]]:
         """What the simulation gives at each of `points` (p, x) and record."""
@@ -122,16 +128,17 @@ class Loop(ABC):
 
     def _simulated(self, sets: Sequence[Modal], laws_at: Sequence[FloatArray]) -> list[list[History]]:
         """Histories of models with the modes `sets`, each with the law at its fit coordinates."""
-        made, held = self.condensed(sets), self.joint.held
+        made, held, n_w = self.condensed(sets), self.joint.held, len(self.joint.w)
         done = _core.simulate_batch(
             *made.modal, [self.closing(x) for x in laws_at], made.u, made.dt,
             stride=self.kept[0], decimate=self.kept[1], residual_compliance=made.residual,
         )  # fmt: skip
         return [
             [
-                History(y + made.static(i, f, j), d, v, f if held is None else f + held[:, None] * d, status)
+                History(y + static, d, v, f if held is None else f + held[:, None] * d, status)
                 for j, (*histories, status) in enumerate(records)
                 for y, d, v, f in [[made.inside(j, x) for x in histories]]
+                for static, d, v, f in [(made.static(i, f, j), d[:n_w], v[:n_w], f[:n_w])]
             ]
             for i, records in enumerate(done)
         ]
@@ -149,7 +156,7 @@ class Loop(ABC):
         n = self._moving(sets[0][0])
         out_rows = reduced.rows(first.out_rows, first.out_signs)
         in_rows = reduced.rows(first.in_rows, first.in_signs)
-        phi_in, phi_out, w = [[rows @ m[2] for m in sets] for rows in (in_rows, out_rows, self.joint.w)]
+        phi_in, phi_out, w = [[rows @ m[2] for m in sets] for rows in (in_rows, out_rows, self.closed)]
         behind = w[0][:, n:] / sets[0][0][n:]
         plain = [r.u[:, : self._samples(r.n, r.dt)] for r in self.problem.records]
         forces = [self._fine(i)[:, : (u.shape[1] + BEYOND) * self.substeps] for i, u in enumerate(plain)]
@@ -170,7 +177,9 @@ class Loop(ABC):
             (omega, zeta, moving(phi_in) / made_good, moving(phi_out) * made_good, moving(w) * made_good),
             [np.ascontiguousarray(f) for f in forces],
             step,
-            np.diag(self.joint.compliance) + behind @ behind.T - lost * w[0][:, :n] @ w[0][:, :n].T,
+            np.diag(np.append(self.joint.compliance, np.zeros(len(behind) - len(self.joint.w))))
+            + behind @ behind.T
+            - lost * w[0][:, :n] @ w[0][:, :n].T,
             plain,
             first.dt,
             [g @ x[:, n:].T + lost * y[:, :n] @ x[:, :n].T for g, x, y in zip(gains, phi_in, phi_out, strict=True)],
@@ -253,6 +262,10 @@ class Loop(ABC):
         return replace(self, sigma=sigma)
 
 
+def _linear(k: float = 0.0, c: float = 0.0) -> LawSpec:
+    return "linear", {"k": k, "c": c, "m": 0.0}
+
+
 @dataclass(frozen=True, eq=False)
 class ClosedLoop(Loop):
     """A law with its linear companion at a joint; `scale` (k, c) makes the companion's coordinates of the size one."""
@@ -274,8 +287,7 @@ class ClosedLoop(Loop):
     def laws(self, x: FloatArray) -> list[list[LawSpec]]:
         """Composite of every coordinate at fit coordinates `x`, as the core takes it."""
         values, k, c = self.values(x)
-        linear = ("linear", {"k": k, "c": c, "m": 0.0})
-        return [[*self.coordinates.composite(values), linear] for _ in range(len(self.joint.w))]
+        return [[*self.coordinates.composite(values), _linear(k, c)] for _ in range(len(self.joint.w))]
 
     def prior(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Around `x` for the law, around nothing for the companion."""

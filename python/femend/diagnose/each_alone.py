@@ -71,8 +71,8 @@ def _told(start: UpdatedModel, fits: Sequence[Fit]) -> str:
 
 def _modes(start: UpdatedModel, fits: Sequence[Fit]) -> tuple[FloatArray, FloatArray]:
     """omega (rad/s) and damping ratios of the modes with unknowns of their own, (n_records, n_modes)."""
-    system, n = start.problem.system(start.null.hypothesis.reduced), start.problem.n_tuned
-    modal = [system.modal(fit.p)[:2] for fit in fits]
+    reduced, n = start.null.hypothesis.reduced, start.problem.n_tuned
+    modal = [start.problem.modes(reduced, fit.p)[:2] for fit in fits]
     return np.array([w[:n] for w, _ in modal]), np.array([z[:n] for _, z in modal])
 
 

@@ -13,7 +13,7 @@ from femend.diagnose.candidates import Candidate
 from femend.diagnose.dressed import with_attached
 from femend.diagnose.joint import enlarged
 from femend.diagnose.nonlinear import simulate_candidate
-from femend.diagnose.receptances import on_lines
+from femend.diagnose.receptances import answers, on_lines
 from femend.diagnose.split import Split
 from femend.estimate import Fit, FitRecord, ForcesBeside, Lines, Problem
 from femend.model import Place, ReducedModel
@@ -106,7 +106,7 @@ def read_off(problem: Problem, fit: Fit) -> list[ReadOff]:
     found = []
     for line, (y, D, F) in zip(lines, fitted, strict=True):
         s, g, out = on_lines(line, reduced, omega, zeta, Q)
-        H = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, out, w @ Q, optimize=True)
+        H = s[:, None, None] ** 2 * answers(out, g, w @ Q, s, reduced.dashpots @ Q)
         found.append(ReadOff(line, D, *shown_forces(line, y, H, F)))
     return found
 

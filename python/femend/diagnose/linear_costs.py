@@ -164,7 +164,7 @@ def _linear(problem: Problem, reduced: ReducedModel, sigma: float, p: FloatArray
     for i, (step, there) in enumerate(steps):
         for slope, y, y0 in zip(slopes, there, here, strict=True):
             slope[:, :, i] = (y - y0) / step
-    omega, zeta, Q = (np.asarray(x) for x in system.modal(p))
+    omega, zeta, Q = problem.modes(reduced, p)
     made = []
     for line, y, slope in zip(lines, here, slopes, strict=True):
         s, g, out = on_lines(line, reduced, omega, zeta, Q)

@@ -119,7 +119,7 @@ def _likeliest(problem: Problem, reduced: ReducedModel, null: Fit, rows: Sequenc
     few = problem.thinned(FEW_LINES)
     best = np.full((2, len(rows)), np.inf)
     for p in (few.prior(reduced)[0], few.tuned_like(null.p, reduced)):
-        omega, zeta, Q = (np.asarray(x) for x in few.system(reduced).modal(p))
+        omega, zeta, Q = few.modes(reduced, p)
         W = reduced.rows(rows) @ Q
         left = np.zeros((2, len(rows)))
         for line in few.lines(reduced, DECAY * problem.scale()):

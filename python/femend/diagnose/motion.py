@@ -37,7 +37,7 @@ def motion(loop: Loop, p: FloatArray, x: FloatArray, order: int) -> FloatArray:
         for rows in (
             reduced.rows(record.out_rows, record.out_signs),
             reduced.rows(record.in_rows, record.in_signs),
-            loop.joint.w,
+            loop.closed,
         )
     )
     n = made.modal[0].shape[1]

@@ -49,7 +49,7 @@ def resized(
 def _ratio(problem: Problem, reduced: ReducedModel, p: FloatArray, old: Place, new: Place) -> float:
     """How much more one place moves than another under the recorded forces, in the model without laws."""
     few = problem.thinned(COMPARED_LINES)
-    omega, zeta, Q = few.system(reduced).modal(p)
+    omega, zeta, Q = few.modes(reduced, p)
     W = np.vstack([place.w(reduced.V, reduced.V_a)[:1] for place in (old, new)]) @ Q
     power = np.zeros(2)
     for line in few.lines(reduced):

@@ -60,8 +60,7 @@ def next_sensor(
     if not len(rows):
         return None
     D = np.zeros((len(rows), len(places), len(places)))
-    system = few.system(reduced)
-    omega, zeta, Q = system.modal(found.fit.p)
+    omega, zeta, Q = few.modes(reduced, found.fit.p)
     W = np.array([p.w(reduced.V, reduced.V_a)[0] for p in places]) @ Q
     at = reduced.rows(rows) @ Q
     lines = few.lines(reduced)

@@ -34,7 +34,7 @@ def modes_of(problem: Problem, candidate: Candidate) -> Modes:
     if candidate.joint is None:
         raise RecordingError(f"{candidate.name} has no coordinate that could carry a law")
     record, reduced = problem.records[0], candidate.joint.reduced
-    omega, zeta, Q = problem.system(reduced).modal(candidate.p)
+    omega, zeta, Q = problem.modes(reduced, candidate.p)
     w = candidate.joint.w @ Q
     beyond = candidate.k if candidate.joint.held is None else (candidate.k - candidate.joint.held)[:, None]
     values, turn = eigh(np.diag(omega**2) + w.T @ (beyond * w))

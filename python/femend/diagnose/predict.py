@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.nonlinear import candidate_motion
-from femend.diagnose.receptances import receptances
+from femend.diagnose.receptances import answers, receptances
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import ReducedModel
 from femend.physics import physics
@@ -38,17 +38,16 @@ def transfer(
     `out`, `into` are rows of the basis. Of another `order` than 2 it is that derivative of the displacement."""
     omega, zeta, Q = problem.system(hypothesis.reduced).modal(p)
     g = receptances(omega, zeta, s)
-    phi_out, phi_in = out @ Q, into @ Q
-    H = np.einsum("or,kr,ir->koi", phi_out, g, phi_in, optimize=True)
+    phi_out, phi_in, own = out @ Q, into @ Q, hypothesis.reduced.dashpots @ Q
+    H = answers(phi_out, g, phi_in, s, own)
     if hypothesis.laws and len(hypothesis.w):
         w = hypothesis.w @ Q
         held = np.zeros(len(w)) if hypothesis.held is None else hypothesis.held
         kappa = (_kappa(hypothesis.laws, x, s)[:, None] - held)[:, :, None]
-        c = np.einsum("vr,kr,wr->kvw", w, g, w, optimize=True)
+        c = answers(w, g, w, s, own)
         c = c + np.diag(hypothesis.compliance if hypothesis.compliance is not None else np.zeros(len(w)))
         B = np.linalg.inv(np.eye(len(w)) + kappa * c)
-        from_w = np.einsum("or,kr,wr->kow", phi_out, g, w, optimize=True)
-        to_w = np.einsum("wr,kr,ir->kwi", w, g, phi_in, optimize=True)
+        from_w, to_w = answers(phi_out, g, w, s, own), answers(w, g, phi_in, s, own)
         H = H - from_w @ B @ (kappa * to_w)
     return np.asarray(s[:, None, None] ** order * H)
 

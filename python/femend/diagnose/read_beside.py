@@ -10,7 +10,7 @@ from femend.diagnose.candidates import Candidate
 from femend.diagnose.known_force import shown_forces
 from femend.diagnose.linear import closed_by
 from femend.diagnose.ranked import Ranked
-from femend.diagnose.receptances import on_lines
+from femend.diagnose.receptances import answers, on_lines
 from femend.diagnose.recovered import Recovered, to_time, without_ends
 from femend.estimate import Problem
 from femend.model import Place
@@ -27,18 +27,18 @@ def read_off_beside(problem: Problem, ranked: Ranked, place: Place) -> Recovered
     reduced, n_w, problem = hypothesis.reduced, len(hypothesis.w), problem.thinned(None)
     lines = problem.lines(reduced)
     omega, zeta, Q = problem.system(reduced).modal(candidate.p)
-    free, law = place.w(reduced.V, reduced.V_a) @ Q, hypothesis.w @ Q
+    free, law, own = place.w(reduced.V, reduced.V_a) @ Q, hypothesis.w @ Q, reduced.dashpots @ Q
     out = Recovered(fit, fit, [], [], [], [], [], [], [], problem.records, [], [])
     fitted = problem.fitted_lines(hypothesis, candidate.p, x)
     for line, (y, D, F) in zip(lines, fitted, strict=True):
         s, g, rows = on_lines(line, reduced, omega, zeta, Q)
-        H = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, free, optimize=True)
-        C = np.einsum("kr,vr,wr->kvw", g, free, free, optimize=True)
+        H = answers(rows, g, free, s, own)
+        C = answers(free, g, free, s, own)
         if n_w:
-            carried = _carried(candidate, s, np.einsum("kr,vr,wr->kvw", g, law, law, optimize=True))
-            carried = carried @ np.einsum("kr,vr,wr->kvw", g, law, free, optimize=True)
-            H = H - np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, law, optimize=True) @ carried
-            C = C - np.einsum("kr,vr,wr->kvw", g, free, law, optimize=True) @ carried
+            carried = _carried(candidate, s, answers(law, g, law, s, own)) @ answers(law, g, free, s, own)
+            H = H - answers(rows, g, law, s, own) @ carried
+            C = C - answers(free, g, law, s, own) @ carried
+        H = s[:, None, None] ** 2 * H
         D, F = D[:, n_w:], F[:, n_w:]
         shown, weight = shown_forces(line, y, H, F)
         out.D.append(D + np.einsum("kvw,kw->kv", C, shown - F))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femend.estimate import Lines
 from femend.model import ReducedModel
 
-__all__ = ["at_sensors", "on_lines", "receptances"]
+__all__ = ["answers", "at_sensors", "on_lines", "receptances"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -39,6 +39,25 @@ def on_lines(
     """
     s = line.s
     return s, receptances(omega, zeta, s), reduced.rows(line.record.out_rows, line.record.out_signs) @ Q
+
+
+def answers(
+    left: FloatArray, g: ComplexArray, right: FloatArray, s: ComplexArray, dashpots: FloatArray
+) -> ComplexArray:
+    """Displacements (K, n, m) of coordinates `left` (n, r) to forces of one at `right` (m, r), rows over modes whose
+    receptances are `g` (K, r) on the lines `s` (K,), in a model with `dashpots` (n_d, r) of 1 N s/m: with H what the
+    modes answer, H_lr - H_ld (1/s + H_dd)^-1 H_dr (Sherman, Morrison and Woodbury)."""
+
+    def open_loop(a: FloatArray, b: FloatArray) -> ComplexArray:
+        return np.einsum("ar,kr,br->kab", a, g, b, optimize=True)
+
+    H = open_loop(left, right)
+    if not len(dashpots):
+        return np.asarray(H)
+    closed = np.eye(len(dashpots)) + s[:, None, None] * open_loop(dashpots, dashpots)
+    return np.asarray(
+        H - open_loop(left, dashpots) @ np.linalg.solve(closed, s[:, None, None] * open_loop(dashpots, right))
+    )
 
 
 def at_sensors(s: ComplexArray, g: ComplexArray, out: FloatArray, weight: FloatArray) -> Iterator[ComplexArray]:

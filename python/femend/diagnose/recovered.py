@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femend.diagnose.equivalent import equivalent_linear
 from femend.diagnose.free_force import FreeForce
 from femend.diagnose.joint import Joint
-from femend.diagnose.receptances import on_lines
+from femend.diagnose.receptances import answers, on_lines
 from femend.estimate import Fit, FitRecord, Lines, Problem
 from femend.model import ReducedModel
 
@@ -102,13 +102,13 @@ class _Seen:
 def _seen(problem: Problem, joint: Joint, fit: Fit) -> list[_Seen]:
     """What the sensors see of the joint on every record, at the `fit` of a free force there."""
     omega, zeta, Q = problem.system(joint.reduced).modal(fit.p)
-    w, n_w, out = joint.w @ Q, len(joint.w), list[_Seen]()
+    w, n_w, own, out = joint.w @ Q, len(joint.w), joint.reduced.dashpots @ Q, list[_Seen]()
     fitted = problem.fitted_lines(fit.hypothesis, fit.p, fit.x)
     for line, (_, D, F) in zip(problem.lines(joint.reduced), fitted, strict=True):
         s, g, rows = on_lines(line, joint.reduced, omega, zeta, Q)
-        answers = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, w, optimize=True) * line.weight[:, :, None]
-        weighted = _beside_load(problem, line, joint.reduced, (s, g, rows), Q, answers)
-        C = np.einsum("kr,vr,wr->kvw", g, w, w, optimize=True) + np.diag(joint.compliance)
+        moved = s[:, None, None] ** 2 * answers(rows, g, w, s, own) * line.weight[:, :, None]
+        weighted = _beside_load(problem, line, joint.reduced, (s, g, rows), Q, moved)
+        C = answers(w, g, w, s, own) + np.diag(joint.compliance)
         if joint.held is not None:
             # a force of one moves the springs that hold the joint, whose force acts on the model too
             passed_on = np.linalg.inv(np.eye(n_w) - joint.held[:, None] * C)
@@ -131,7 +131,7 @@ def _beside_load(
         return weighted
     s, g, rows = modal
     load = problem.load.w(reduced.V, reduced.V_a) @ Q
-    H = np.einsum("kr,sr,wr->ksw", g * s[:, None] ** 2, rows, load, optimize=True) * line.weight[:, :, None]
+    H = s[:, None, None] ** 2 * answers(rows, g, load, s, reduced.dashpots @ Q) * line.weight[:, :, None]
     B = np.linalg.qr(H)[0]
     return np.asarray(weighted - B @ (B.conj().transpose(0, 2, 1) @ weighted))
 

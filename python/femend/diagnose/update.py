@@ -246,7 +246,7 @@ def sensors_in_doubt(problem: Problem, fit: Fit, beside: ForcesBeside | None = N
     predicts it under the recorded forces and those `beside`; as it is where the model cannot be solved there."""
     reduced = fit.hypothesis.reduced
     try:
-        modal = problem.system(reduced).modal(fit.p)
+        modal = problem.modes(reduced, fit.p)
     except ModelError:
         return problem
     return problem.on(with_across(problem.records, reduced, problem.band, modal, beside))

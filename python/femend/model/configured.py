@@ -23,7 +23,7 @@ from femend import _core
 from femend.errors import ModelError
 from femend.model.linear_terms import LinearTerm, SpeedPower
 from femend.model.model import Model, model_of
-from femend.model.parameter import Parameter
+from femend.model.parameter import Parameter, is_of_damping
 from femend.model.parameter_moves import forces_of_moves, missed
 from femend.model.reduction import MODES_ABOVE, _core_modes, _polynomial
 from femend.model.spinning import SpinningPart, gyroscopic, gyroscopic_slopes
@@ -344,13 +344,20 @@ def _independent(vectors: FloatArray, M: Any) -> FloatArray:
     return V
 
 
+def _moved(factors: FloatArray, i: int, to: float) -> FloatArray:
+    """The `factors` (n,) with the one of number `i` at `to`."""
+    moved = factors.copy()
+    moved[i] = to
+    return moved
+
+
 def _parts(
     model: Model, T: Any, V_a: FloatArray, unknowns: Unknowns, terms: Sequence[LinearTerm]
 ) -> tuple[tuple[Part, ...], tuple[TurningPart, ...]]:
     """Parts at rest, and those that act with the speed."""
     ones = np.ones(len(model.parameters))
     K, M, C = (np.asarray(A) for A in model.fe.project(ones, np.ascontiguousarray(V_a))[0][:3])
-    K_fixed, M_fixed = K.copy(), M.copy()
+    K_fixed, M_fixed, C_fixed = K.copy(), M.copy(), C
     parts: list[Part] = []
     for i, parameter in enumerate(model.parameters):
         at = unknowns.index(parameter.name)
@@ -359,9 +366,14 @@ def _parts(
             for kind, matrix in (("K", dK), ("M", dM)):
                 if matrix.any():
                     parts.append(Part(kind, matrix, ((at, float(degree)),), True))
+        if is_of_damping(parameter):
+            dC = np.asarray(model.fe.project(_moved(ones, i, 2.0), np.ascontiguousarray(V_a))[0][2]) - C
+            if dC.any():
+                parts.append(Part("C", dC, ((at, 1.0),), True))
+                C_fixed = C_fixed - dC
     parts += [Part("K", K_fixed, (), True), Part("M", M_fixed, (), True)]
-    if C.any():
-        parts.append(Part("C", C, (), True))
+    if C_fixed.any():
+        parts.append(Part("C", C_fixed, (), True))
     V = T @ V_a
     turning: list[TurningPart] = []
     for term in terms:

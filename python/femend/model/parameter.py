@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Parameter"]
+__all__ = ["Parameter", "is_of_damping"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,3 +20,8 @@ class Parameter:
     ids: tuple[int, ...]
     prior_sd: float = 0.10
     bounds: tuple[float, float] | None = None
+
+
+def is_of_damping(parameter: Parameter) -> bool:
+    """Whether a `parameter` is one of damping alone: of dashpots (c1 to c6) or a loss factor (eta)."""
+    return parameter.property == "eta" or parameter.property.startswith("c")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,13 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.errors import ModelError
+from femend.model.dashpots import dashpot_forces, dashpot_rows
 from femend.model.factor_parts import DEGREE, SAMPLES, coefficients, factor_parts, sandwich
 from femend.model.finite_modes import finite_modes
 from femend.model.free_body import RIGID
 from femend.model.model import Model
 from femend.model.one_pattern import on_one_pattern
+from femend.model.parameter import is_of_damping
 from femend.model.parameter_moves import forces_of_moves, missed
 from femend.model.static_basis import LARGE, Held, added, joined, static_shift
 from femend.model.unsolvable import no_solution, told_of
@@ -73,6 +76,11 @@ class ReducedModel:
     def r(self) -> int:
         """Number of basis vectors."""
         return int(self.V.shape[1])
+
+    @cached_property
+    def dashpots(self) -> FloatArray:
+        """Rows (n, r) of the deck's dashpots in the basis, each of 1 N s/m (`dashpot_rows`)."""
+        return dashpot_rows(self.model, self.V, self.freq)
 
     def as_drawn(self) -> tuple[FloatArray, FloatArray]:
         """K and M (r, r) at the deck's values."""
@@ -155,7 +163,7 @@ def reduce_model(model: Model, f_max: float, g_rows: Sequence[int], loads: Float
         omega, phi = _modes(K, M, MODES_ABOVE * f_max, len(set(g_rows)))
     except ModelError as error:
         raise told_of(error, model) from error
-    patterns = T[sorted(set(g_rows))].T.toarray()
+    patterns = np.hstack([T[sorted(set(g_rows))].T.toarray(), dashpot_forces(model)])
     if loads is not None and loads.size:
         patterns = np.hstack([patterns, loads])
     held = Held.of(K + static_shift(omega) * M)
@@ -348,7 +356,7 @@ def _polynomial(
         small_m = np.abs(dM).max() < 1e-9 * np.abs(M).max()
         if not (small_k and small_m):
             parts[degree] = (np.zeros_like(dK) if small_k else dK, np.zeros_like(dM) if small_m else dM)
-    if not parts:
+    if not parts and not is_of_damping(model.parameters[i]):
         name = model.parameters[i].name
         raise ModelError(
             f"parameter {name!r} changes nothing in the band: choose another property or target, and look whether its "

@@ -25,6 +25,7 @@ from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.content import report_content
 from femend.study.corrections import Corrections, corrections_of, left_out_unseen
+from femend.study.damping_told import damping_told
 from femend.study.deck_told import deck_told
 from femend.study.explained import answered
 from femend.study.interruption import StudyInterrupted, nothing_settled
@@ -92,7 +93,7 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
         pairing = pair_test(test, model)
         _usable(test, unrecorded)
         doubts = doubts_found(model, test, pairing, study.damping_ratio)
-        warnings = [*pairing.warnings, *warnings_of(study, model.deck, test), *doubts.texts]
+        warnings = [*pairing.warnings, *warnings_of(study, model.deck, test), *damping_told(model), *doubts.texts]
     for text in (*warnings, *bounds_told(study.parameters)):
         say(progress, text)
     right = Corrections(test)

@@ -46,6 +46,7 @@ fn system() -> System {
         n_tuned: N_TUNED,
         mean,
         sd,
+        dashpots: Dense::zeros(0, 0),
     }
 }
 

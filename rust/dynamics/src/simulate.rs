@@ -20,7 +20,7 @@ pub use run::{simulate, simulate_tangents};
 use crate::laws::{Law, LawError};
 
 /// Most law coordinates in one simulation.
-pub const MAX_COORDINATES: usize = 6;
+pub const MAX_COORDINATES: usize = 10;
 
 /// Modal model, all arrays row by row; mass-normalised shapes.
 #[derive(Clone, Copy, Debug)]

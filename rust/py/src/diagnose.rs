@@ -54,7 +54,8 @@ pub(crate) struct System {
 #[pymethods]
 impl System {
     #[new]
-    #[pyo3(signature = (k_fixed, m_fixed, terms, n_par, n_tuned, mean, sd))]
+    #[pyo3(signature = (k_fixed, m_fixed, terms, n_par, n_tuned, mean, sd, dashpots=None))]
+    #[allow(clippy::too_many_arguments)]
     fn new(
         k_fixed: PyReadonlyArray2<'_, f64>,
         m_fixed: PyReadonlyArray2<'_, f64>,
@@ -63,6 +64,7 @@ impl System {
         n_tuned: usize,
         mean: PyReadonlyArray1<'_, f64>,
         sd: PyReadonlyArray1<'_, f64>,
+        dashpots: Option<PyReadonlyArray2<'_, f64>>,
     ) -> PyResult<Self> {
         let k_fixed = dense(&k_fixed);
         let inner = CoreSystem {
@@ -81,6 +83,7 @@ impl System {
             n_tuned,
             mean: mean.as_array().to_vec(),
             sd: sd.as_array().to_vec(),
+            dashpots: dashpots.as_ref().map_or_else(|| Dense::zeros(0, 0), dense),
         };
         inner.check().map_err(refused)?;
         Ok(Self { inner })
@@ -168,7 +171,7 @@ fn attached(names: &[String], at: Option<Vec<Vec<usize>>>, n_w: usize) -> PyResu
             "coordinates are given for {given} laws, there are {laws}; give one list of coordinates for each law"
         )));
     }
-    Ok(What::Laws(kinds.into_iter().zip(at).map(|(kind, at)| Attached { kind, at }).collect()))
+    Ok(What::Laws(kinds.into_iter().zip(at).map(|(kind, at)| Attached::unknown(kind, at)).collect()))
 }
 
 /// Where (direction vectors) and what (nothing, a free force, linear laws).

@@ -25,7 +25,8 @@ fn line_after_line(a: &Split) -> Vec<Complex64> {
     (0..a.n_lines()).flat_map(|k| (0..a.n_columns()).map(move |j| a.get(j, k))).collect()
 }
 
-fn of_record(step: &Step<'_>) -> Fitted {
+/// What is fitted, of coordinates those behind the first `n_own`, which are of the model's own dashpots.
+fn of_record(step: &Step<'_>, n_own: usize) -> Fitted {
     let (at, response) = (step.at, &step.response);
     let free = step.free_force();
     let mut y = response.y.columns(0, at.n_out());
@@ -44,7 +45,8 @@ fn of_record(step: &Step<'_>) -> Fitted {
     let mut force =
         response.closed.as_ref().map_or_else(|| Split::zeros(at.n_lines(), response.n_w), |c| c.force(&d));
     response.add_free(&free, &mut force);
-    Fitted { y: line_after_line(&y), d: line_after_line(&d), force: line_after_line(&force) }
+    let asked = |a: &Split| line_after_line(&a.columns(n_own, a.n_columns() - n_own));
+    Fitted { y: line_after_line(&y), d: asked(&d), force: asked(&force) }
 }
 
 /// Predictions, coordinates and forces of a hypothesis on the lines of every record.
@@ -66,8 +68,8 @@ pub fn fitted(
         .iter()
         .map(|record| {
             let at = Prepared::new(record);
-            let step = Step::new(&at, system, &modal, hypothesis, x, ws)?;
-            Ok(of_record(&step))
+            let step = Step::new(&at, system, &modal, &hypothesis.beside(&system.dashpots, &[]), x, ws)?;
+            Ok(of_record(&step, system.dashpots.nrows()))
         })
         .collect()
 }
@@ -103,6 +105,7 @@ pub fn model_columns(
     let modal = system.modal(p)?;
     let slopes = system.slopes(p, &modal, system.r);
     let (at, ws) = (Prepared::new(record), &mut Workspace::default());
+    let hypothesis = hypothesis.beside(&system.dashpots, &record.s);
     let step = Step::new(&at, system, &modal, &hypothesis, &[], ws)?;
     Ok(Sensitivities::fill(&step, system, &modal, &slopes, ws))
 }

@@ -1,6 +1,6 @@
 //! What forces at one place would do to a recording: their best amplitudes, and what these leave, follow without a search.
 
-use super::arrays::{Split, Workspace, update2};
+use super::arrays::{Split, Workspace, update, update2};
 use super::hypothesis::{Hypothesis, What};
 use super::normal::Step;
 use super::prepared::Prepared;
@@ -32,7 +32,7 @@ pub fn force_products(
     expect("spectra of the forces", spectra.len(), record.n_lines() * n)?;
     let modal = system.modal(p)?;
     let (at, ws) = (Prepared::new(record), &mut Workspace::default());
-    let step = Step::new(&at, system, &modal, &hypothesis, &[], ws)?;
+    let step = Step::new(&at, system, &modal, &hypothesis.beside(&system.dashpots, &[]), &[], ws)?;
     let mut columns = step.base.clone();
     columns.append(&answers(
         &step,
@@ -64,12 +64,19 @@ fn answers(step: &Step<'_>, psi: &Dense, n: usize, spectra: &[Complex64]) -> Den
     let (at, response) = (step.at, &step.response);
     let (n_lines, n_out) = (at.n_lines(), at.n_out());
     let mut shapes = response.shapes.clone();
-    for s in 0..n_out {
+    for s in 0..n_out + response.n_w {
         shapes.col_mut(s).iter_mut().zip(psi.col(0)).for_each(|(v, psi)| *v *= psi);
     }
-    let mut per_unit = Split::zeros(n_lines, n_out);
-    response.g.times_into(&shapes, &mut per_unit);
+    let mut moved = Split::zeros(n_lines, n_out + response.n_w);
+    response.g.times_into(&shapes, &mut moved);
+    let mut per_unit = moved.columns(0, n_out);
     per_unit.times_line(&at.s2);
+    if response.closed.is_some() {
+        // the model's own dashpots answer to what the force does at their coordinates
+        let mut back = moved.columns(n_out, response.n_w);
+        (0..response.n_w).for_each(|i| update(back.col_mut(i), moved.col(n_out + i), |_, d| -d));
+        response.feed_back(&back, &mut per_unit);
+    }
     let mut all = Dense::zeros(at.n_rows(), n);
     let (mut force, mut y) = (Split::zeros(n_lines, 1), Split::zeros(n_lines, n_out));
     for j in 0..n {

@@ -4,6 +4,7 @@ use super::{IdentifyError, expect};
 use crate::laws::{Kind, Law};
 use femend_linalg::Dense;
 use num_complex::Complex64;
+use std::borrow::Cow;
 
 /// What acts at the coordinates of a hypothesis.
 #[derive(Debug, Clone)]
@@ -25,12 +26,27 @@ pub struct Attached {
     pub kind: Kind,
     /// Numbers of its coordinates.
     pub at: Vec<usize>,
+    /// Values of its parameters where they are known, which are no unknowns then.
+    pub known: Option<Vec<f64>>,
+}
+
+impl Attached {
+    /// A law whose parameters are unknown, at the coordinates `at`.
+    #[must_use]
+    pub fn unknown(kind: Kind, at: Vec<usize>) -> Self {
+        Self { kind, at, known: None }
+    }
+
+    /// Number of its unknowns.
+    fn n_unknown(&self) -> usize {
+        if self.known.is_some() { 0 } else { self.kind.parameters().len() }
+    }
 }
 
 impl What {
     /// A sum of laws, the same at each of `n_w` coordinates.
     pub fn everywhere(kinds: &[Kind], n_w: usize) -> Self {
-        Self::Laws(kinds.iter().map(|&kind| Attached { kind, at: (0..n_w).collect() }).collect())
+        Self::Laws(kinds.iter().map(|&kind| Attached::unknown(kind, (0..n_w).collect())).collect())
     }
 }
 
@@ -102,7 +118,7 @@ impl Hypothesis {
     /// Number of law unknowns.
     pub fn n_law(&self) -> usize {
         match &self.what {
-            What::Laws(all) => all.iter().map(|a| a.kind.parameters().len()).sum(),
+            What::Laws(all) => all.iter().map(Attached::n_unknown).sum(),
             _ => 0,
         }
     }
@@ -153,7 +169,7 @@ impl Hypothesis {
         let mut out = Stiffness::none(group, first.len(), x.len(), lines.len());
         for (at, law) in laws {
             let (values, unknown) = (law.values(), out.reach.len());
-            out.reach.resize(unknown + values.len(), at.at.clone());
+            out.reach.resize(unknown + at.n_unknown(), at.at.clone());
             let groups: Vec<usize> = (0..first.len()).filter(|g| at.at.contains(&first[*g])).collect();
             let inertial = matches!(at.kind, Kind::Mass | Kind::Absorber);
             let at_rest = match at.kind {
@@ -172,7 +188,7 @@ impl Hypothesis {
                     let part = if inertial { &mut out.inertia } else { &mut out.velocity };
                     part[g][k] += moving / per;
                 }
-                for (j, slope) in d.iter().enumerate() {
+                for (j, slope) in d.iter().enumerate().take(at.n_unknown()) {
                     out.slopes[unknown + j][k] = slope * values[j];
                     if let Some((_, at_rest)) = &at_rest {
                         out.moving_slopes[unknown + j][k] = (slope - at_rest[j]) * values[j] / per;
@@ -214,7 +230,7 @@ impl Hypothesis {
     /// [`IdentifyError::Law`].
     pub(crate) fn inner_poles(&self, x: &[f64]) -> Result<Vec<InnerPole<'_>>, IdentifyError> {
         let mut poles = Vec::new();
-        for (Attached { kind, at }, law) in self.laws(x)? {
+        for (Attached { kind, at, .. }, law) in self.laws(x)? {
             let real = |pole: f64| InnerPole { pole: Complex64::new(pole, 0.0), pair: false, at };
             match (kind, law.values()) {
                 (Kind::Absorber, &[m, k, c]) => {
@@ -233,13 +249,46 @@ impl Hypothesis {
         Ok(poles)
     }
 
+    /// The hypothesis on a model that has `dashpots` of its own (rows of the basis, of 1 N s/m each), whose coordinates come
+    /// first; a stiffness that is known on `lines` holds theirs too.
+    pub(crate) fn beside<'h>(&'h self, dashpots: &Dense, lines: &[Complex64]) -> Cow<'h, Self> {
+        let n = dashpots.nrows();
+        if n == 0 {
+            return Cow::Borrowed(self);
+        }
+        let own = Attached { kind: Kind::Dashpot, at: (0..n).collect(), known: Some(vec![1.0]) };
+        let shifted = |a: &Attached| Attached { at: a.at.iter().map(|i| i + n).collect(), ..a.clone() };
+        let what = match &self.what {
+            What::Nothing | What::FreeForce => What::Laws(vec![own]),
+            What::Laws(all) => What::Laws(std::iter::once(own).chain(all.iter().map(shifted)).collect()),
+            What::Given(kappa) => {
+                What::Given(std::iter::repeat_n(lines.to_vec(), n).chain(kappa.iter().cloned()).collect())
+            }
+        };
+        let with_zeros = |v: &[f64]| std::iter::repeat_n(0.0, n).chain(v.iter().copied()).collect::<Vec<_>>();
+        let mut w = dashpots.transposed();
+        if self.w.nrows() > 0 {
+            w.append(&self.w.transposed());
+        }
+        Cow::Owned(Self {
+            w: w.transposed(),
+            what,
+            free: self.n_free(),
+            compliance: with_zeros(&self.compliance),
+            held: if self.held.is_empty() { Vec::new() } else { with_zeros(&self.held) },
+            law_mean: self.law_mean.clone(),
+            law_sd: self.law_sd.clone(),
+        })
+    }
+
     fn laws(&self, x: &[f64]) -> Result<Vec<(&Attached, Law)>, IdentifyError> {
         let What::Laws(all) = &self.what else { return Ok(Vec::new()) };
         let mut first = 0;
         all.iter()
             .map(|attached| {
-                let n = attached.kind.parameters().len();
-                let values: Vec<f64> = x[first..first + n].iter().map(|v| v.exp()).collect();
+                let n = attached.n_unknown();
+                let unknown = || x[first..first + n].iter().map(|v| v.exp()).collect();
+                let values: Vec<f64> = attached.known.clone().unwrap_or_else(unknown);
                 first += n;
                 Ok((attached, Law::new(attached.kind, &values)?))
             })

@@ -28,7 +28,8 @@ pub fn solve(
     let prepared: Vec<Prepared<'_>> = records.iter().map(Prepared::new).collect();
     let model = Model { modal: system.modal(p)?, slopes: None };
     let start = (model, p.to_vec(), x.to_vec());
-    let task = Task { system, records: &prepared, hypothesis, settings };
+    let hypothesis = hypothesis.beside(&system.dashpots, &[]);
+    let task = Task { system, records: &prepared, hypothesis: &hypothesis, settings };
     let ws = &mut Workspace::default();
     Descent::new(task, start, ws)?.advance(settings.iterations, ws)?.finish(ws)
 }
@@ -107,6 +108,7 @@ pub fn solve_batch(
         return jobs.iter().map(|_| Err(error.clone())).collect();
     }
     let prepared: Vec<Prepared<'_>> = records.iter().map(Prepared::new).collect();
+    let closed: Vec<_> = jobs.iter().map(|job| job.hypothesis.beside(&job.system.dashpots, &[])).collect();
     let spaces = Spaces::default();
     let last = settings.iterations;
     let mut heats = race.heats.iter().copied().filter(|(steps, _)| *steps < last).peekable();
@@ -115,18 +117,20 @@ pub fn solve_batch(
         .iter()
         .zip(&whose)
         .map(|(job, start)| fits(job).and_then(|()| starts[*start].2.as_ref().map_err(Clone::clone)));
-    let all = jobs.par_iter().zip(ready.collect::<Vec<_>>());
+    let all = jobs.par_iter().zip(&closed).zip(ready.collect::<Vec<_>>());
     if heats.peek().is_none() {
         return all
-            .map(|(job, model)| {
-                let whole =
-                    |ws: &mut _| begun(job, model?, &prepared, settings, ws)?.advance(last, ws)?.finish(ws);
+            .map(|((job, own), model)| {
+                let whole = |ws: &mut _| {
+                    begun((job, own), model?, &prepared, settings, ws)?.advance(last, ws)?.finish(ws)
+                };
                 spaces.with(whole)
             })
             .collect();
     }
-    let mut under_way: Vec<_> =
-        all.map(|(job, model)| spaces.with(|ws| begun(job, model?, &prepared, settings, ws))).collect();
+    let mut under_way: Vec<_> = all
+        .map(|((job, own), model)| spaces.with(|ws| begun((job, own), model?, &prepared, settings, ws)))
+        .collect();
     let mut go_on = vec![true; jobs.len()];
     for (steps, ratio) in heats.chain([(last, f64::INFINITY)]) {
         under_way = under_way
@@ -143,15 +147,15 @@ pub fn solve_batch(
     under_way.into_par_iter().map(|one| spaces.with(|ws| one?.finish(ws))).collect()
 }
 
-/// The minimisation of a job from a start where the model is solved.
+/// The minimisation of a job, of its hypothesis on the model as it is, from a start where the model is solved.
 fn begun<'a>(
-    job: &Job<'a>,
+    (job, hypothesis): (&Job<'a>, &'a Hypothesis),
     model: &Model,
     records: &'a [Prepared<'a>],
     settings: Settings,
     ws: &mut Workspace,
 ) -> Result<Descent<'a>, IdentifyError> {
-    let task = Task { system: job.system, records, hypothesis: job.hypothesis, settings };
+    let task = Task { system: job.system, records, hypothesis, settings };
     Descent::new(task, (model.clone(), job.p.clone(), job.x.clone()), ws)
 }
 

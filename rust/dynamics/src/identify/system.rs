@@ -36,6 +36,8 @@ pub struct System {
     pub mean: Vec<f64>,
     /// Prior standard deviations (n_unknowns).
     pub sd: Vec<f64>,
+    /// Dashpots that the model has beside the damping of its modes: rows of the basis (n, r), each of 1 N s/m.
+    pub dashpots: Dense,
 }
 
 impl System {
@@ -61,6 +63,9 @@ impl System {
         }
         expect("prior means", self.mean.len(), self.n_unknowns())?;
         expect("prior standard deviations", self.sd.len(), self.n_unknowns())?;
+        if self.dashpots.nrows() > 0 {
+            expect("dashpots", self.dashpots.ncols(), self.r)?;
+        }
         if self.n_tuned > self.r {
             return Err(IdentifyError::Shape { what: "basis", found: self.r, expected: self.n_tuned });
         }

@@ -2,6 +2,7 @@
 
 mod adjoint;
 mod given;
+mod own_dashpots;
 mod projection;
 mod reference;
 mod refused;
@@ -62,7 +63,8 @@ fn system(numbers: &mut Numbers, n_tuned: usize, zeta: f64) -> System {
     let mut sd = vec![0.3; 2];
     sd.extend(vec![0.005; n_tuned]);
     sd.extend(vec![0.5; n_tuned + 1]);
-    let system = System { r: R, k_fixed: k, m_fixed: m, terms, n_par: 2, n_tuned, mean, sd };
+    let dashpots = Dense::zeros(0, 0);
+    let system = System { r: R, k_fixed: k, m_fixed: m, terms, n_par: 2, n_tuned, mean, sd, dashpots };
     system.check().expect("sizes");
     system
 }
@@ -136,7 +138,7 @@ fn laws() -> (Vec<Kind>, Vec<f64>) {
 fn apart(numbers: &mut Numbers) -> (Hypothesis, Vec<f64>) {
     let (_, x) = laws();
     let all = [(Kind::Spring, vec![0]), (Kind::Dashpot, vec![1]), (Kind::Viscoelastic, vec![0, 1])];
-    let all = all.into_iter().map(|(kind, at)| Attached { kind, at }).collect();
+    let all = all.into_iter().map(|(kind, at)| Attached::unknown(kind, at)).collect();
     (Hypothesis { what: What::Laws(all), ..closed(numbers, 2, &laws().0, &x) }, x)
 }
 
@@ -262,7 +264,7 @@ fn a_law_at_every_coordinate_by_itself_is_that_law_everywhere() {
     let (system, record) = (system(numbers, 3, 0.02), record(numbers, 4, 2, 0.0));
     let everywhere = closed(numbers, 2, &kinds, &x);
     let once: Vec<Attached> =
-        (0..2).flat_map(|i| kinds.iter().map(move |&kind| Attached { kind, at: vec![i] })).collect();
+        (0..2).flat_map(|i| kinds.iter().map(move |&kind| Attached::unknown(kind, vec![i]))).collect();
     let twice = [x.clone(), x.clone()].concat();
     let (law_mean, law_sd) = (twice.clone(), vec![2.0; twice.len()]);
     let apart = Hypothesis { what: What::Laws(once), law_mean, law_sd, ..everywhere.clone() };

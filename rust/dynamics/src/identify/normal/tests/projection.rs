@@ -5,7 +5,7 @@ use super::*;
 /// Laws at a coordinate of their own beside `n_free` free forces.
 fn beside_laws(numbers: &mut Numbers, n_free: usize) -> Hypothesis {
     let (kinds, x) = laws();
-    let all = kinds.iter().map(|&kind| Attached { kind, at: vec![0] }).collect();
+    let all = kinds.iter().map(|&kind| Attached::unknown(kind, vec![0])).collect();
     let compliance = (0..=n_free).map(|i| if i == 0 { 2e-5 } else { 0.0 }).collect();
     Hypothesis { what: What::Laws(all), free: n_free, compliance, ..closed(numbers, 1 + n_free, &kinds, &x) }
 }

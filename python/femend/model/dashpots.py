@@ -1,0 +1,75 @@
+"""The dashpots of a deck (CDAMPi, B of PBUSH, direct matrices) as rows of a reduced basis, each of 1 N s/m."""
+
+from __future__ import annotations
+
+import weakref
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from femend.model.model import Model
+from femend.model.wider import Basis
+
+__all__ = ["dashpot_forces", "dashpot_rows"]
+
+FloatArray = NDArray[np.float64]
+
+# rows kept at most, those that damp the modes most: each is a coordinate that laws are simulated beside
+MOST = 4
+# damping ratio that a row has to give to some mode to be kept
+LEAST = 1e-5
+# dashpots up to which a basis holds what a force at each does
+EXACT = 12
+# dashpots of a deck whose matrix is taken apart as one
+DENSE = 2000
+
+
+def dashpot_rows(model: Model, V: Basis, freq: FloatArray) -> FloatArray:
+    """Rows (n, r) of a basis `V` (n_g, r) whose Ritz frequencies are `freq` (r,) in Hz; their products add up to the
+    viscous damping matrix of the deck in it. Of more than four the combinations that damp modes most are kept; what is
+    left over is damping of single modes, whose ratios are unknowns anyway. Empty without dashpots.
+    """
+    rows, L = _factor(model)
+    if not rows.size:
+        return np.zeros((0, V.shape[1]))
+    D = L.T @ V[rows]
+    # the first vectors are the modes of the deck: a row d gives a mode the damping ratio d^2 / (2 omega)
+    omega = 2 * np.pi * np.maximum(freq, 1e-3 * freq[-1])
+    U, size, _ = np.linalg.svd(D / np.sqrt(2 * omega), full_matrices=False)
+    kept = size[:MOST] ** 2 > LEAST
+    return np.ascontiguousarray(U[:, :MOST][:, kept].T @ D)
+
+
+def dashpot_forces(model: Model) -> FloatArray:
+    """Forces (n_a, n) along the deck's dashpots, of which a basis holds the static answers; none of more than twelve
+    dashpots, of which no single one is worth that."""
+    rows, L = _factor(model)
+    if not rows.size or L.shape[1] > EXACT:
+        return np.zeros((model.fe.n_a, 0))
+    return np.asarray(model.transformation()[rows].T @ (L / np.linalg.norm(L, axis=0)))
+
+
+_made: weakref.WeakKeyDictionary[Model, tuple[NDArray[np.int64], FloatArray]] = weakref.WeakKeyDictionary()
+
+
+def _factor(model: Model) -> tuple[NDArray[np.int64], FloatArray]:
+    """DOFs of the g-set (k,) between which dashpots act, supports left aside, and L (k, n) with C = L L^T there."""
+    if model not in _made:
+        _made[model] = _factored(model)
+    return _made[model]
+
+
+def _factored(model: Model) -> tuple[NDArray[np.int64], FloatArray]:
+    from scipy.sparse import csc_array
+
+    free = model.unsupported
+    indptr, indices, _, _, c, _ = free.fe.assemble()
+    if not np.any(c):
+        return np.zeros(0, dtype=np.int64), np.zeros((0, 0))
+    C = csc_array((c, indices, indptr), shape=(free.fe.n_a, free.fe.n_a))
+    C.eliminate_zeros()
+    at = np.flatnonzero(np.diff(C.indptr))[:DENSE]
+    values, vectors = eigh(C[at][:, at].toarray())
+    kept = values > 1e-12 * values[-1]
+    return free.g_rows()[at], vectors[:, kept] * np.sqrt(values[kept])

@@ -1,0 +1,115 @@
+"""Dashpots of the deck in a diagnosis: they are no missing physics, and what is missing is found beside them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femend.diagnose.receptances import answers, receptances
+from femend.model import Model, Parameter, read_model
+from femend.model.dashpots import MOST, dashpot_forces, dashpot_rows
+from femend.model.reduction import reduce_model
+from femend.study.damping_told import damping_told
+from femend.study.run import diagnose
+from femend.study.study_run import StudyRun
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import small_study
+
+C = 12.0
+DASHPOT = f"CDAMP2,900,{C},6,3"
+
+
+def model_with(folder: Path, *cards: str, parameters: tuple[Parameter, ...] = ()) -> Model:
+    path = folder / "model.bdf"
+    path.write_text(small_study.deck(more=cards))
+    return read_model(path, parameters=parameters)
+
+
+def study_with(folder: Path, truth: small_study.Truth, *cards: str) -> StudyRun:
+    path = small_study.write_study(folder, truth)
+    (folder / "model.bdf").write_text(small_study.deck(more=cards))
+    found = diagnose(path)
+    assert isinstance(found, StudyRun)
+    return found
+
+
+def damped(*laws: tuple[int, str, dict[str, float]], c: float = C) -> small_study.Truth:
+    return small_study.Truth((7.3e10, 6.8e10), laws=[(6, "linear", {"k": 0.0, "c": c, "m": 0.0}), *laws])
+
+
+def test_rows_make_the_damping_matrix_in_any_basis(tmp_path: Path) -> None:
+    bush = ("PBUSH,70,B,3.,4.,5.", "CBUSH,901,70,4,8,,,,0")
+    model = model_with(tmp_path, DASHPOT, *bush)
+    reduced = reduce_model(model, 150.0, [6 * model.index(13) + 2])
+    indptr, indices, _, _, c, _ = model.fe.assemble()
+    from scipy.sparse import csc_array
+
+    full = reduced.V_a.T @ (csc_array((c, indices, indptr), shape=(model.fe.n_a,) * 2) @ np.asarray(reduced.V_a))
+    rows = reduced.dashpots
+    # of the bush only Z moves the bars sideways, its X is an axial one
+    assert 2 <= len(rows) <= MOST
+    np.testing.assert_allclose(rows.T @ rows, full, atol=2e-4 * np.abs(full).max())
+    # the dashpot and the three axes of the bush, one of which the supports hold
+    assert dashpot_forces(model).shape == (model.fe.n_a, 4)
+    none = model_with(tmp_path)
+    assert dashpot_rows(none, reduced.V, reduced.freq).shape == (0, reduced.r)
+    assert dashpot_forces(none).shape == (none.fe.n_a, 0)
+
+
+def test_answers_are_those_of_the_whole_matrix() -> None:
+    rng = np.random.default_rng(1)
+    omega, zeta = np.array([10.0, 25.0, 60.0]), np.array([0.01, 0.02, 0.03])
+    s = 1j * np.array([9.0, 26.0])
+    left, right, own = rng.normal(size=(2, 3)), rng.normal(size=(1, 3)), rng.normal(size=(2, 3))
+    found = answers(left, receptances(omega, zeta, s), right, s, own)
+    for k, line in enumerate(s):
+        Z = np.diag(omega**2 + line**2 + 2 * zeta * omega * line) + line * own.T @ own
+        np.testing.assert_allclose(found[k], left @ np.linalg.solve(Z, right.T), rtol=1e-10)
+
+
+def test_a_dashpot_that_the_deck_has_is_not_missing(tmp_path: Path) -> None:
+    """Nor is it where it is not there: then a damper is."""
+    found = study_with(tmp_path / "drawn", damped(), DASHPOT).result
+    assert found["verdict"] == "parameters-only"
+    assert max(row["final"] for row in found["fit"]) < 0.013
+    assert [found["parameters"][n]["factor"] for n in ("E_root", "E_tip")] == pytest.approx(
+        [7.3 / 7, 6.8 / 7], abs=0.01
+    )
+    lacking = study_with(tmp_path / "not drawn", damped()).result
+    assert [f["physics"] for f in lacking["findings"]] == ["viscous_damper"]
+
+
+@pytest.mark.parametrize(
+    ("law", "physics", "parameter"),
+    [
+        ((9, "linear", {"k": 4e4, "c": 0.0, "m": 0.0}), "support_stiffness", ("k", 4e4)),
+        ((7, "cubic_stiffness", {"k3": 5e9}), "cubic_stiffness", ("k3", 5e9)),
+    ],
+    ids=["spring", "cubic"],
+)
+def test_what_is_missing_beside_a_dashpot_is_named(
+    tmp_path: Path, law: tuple[int, str, dict[str, float]], physics: str, parameter: tuple[str, float]
+) -> None:
+    run = study_with(tmp_path, damped(law), DASHPOT)
+    (finding,) = run.result["findings"]
+    assert (finding["physics"], finding["location"]["nodes"]) == (physics, [law[0]])
+    assert finding["parameters"][parameter[0]]["value"] == pytest.approx(parameter[1], rel=0.1)
+    assert max(row["final"] for row in run.result["fit"]) < 0.015
+
+
+def test_parameters_of_damping_and_local_losses_are_told(tmp_path: Path) -> None:
+    c = Parameter("c tip", "c1", "elements", (900,))
+    model = model_with(tmp_path, DASHPOT, parameters=(*small_study.PARAMETERS, c))
+    (told,) = damping_told(model)
+    assert told.startswith(
+        "'c tip' is a parameter of damping alone: `femend diagnose` takes the deck's dashpots as they"
+    )
+    reduced = reduce_model(model, 150.0, [6 * model.index(13) + 2])
+    assert reduced.names == ("E_root", "E_tip", "c tip")
+    assert not damping_told(model_with(tmp_path, DASHPOT))
+    (told,) = damping_told(model_with(tmp_path, "CELAS2,901,1.+4,6,3,,,0.2"))
+    assert told.startswith("the deck has loss factors (GE) that are not those of the whole structure")
