@@ -178,13 +178,26 @@ def test_misuse_is_refused_by_name(change: dict, message: str) -> None:
         identify_output_only(oma.ambient(CHAIN, 1, 60.0), **{"band": BAND, **change})
 
 
-def test_dead_and_missing_channels_are_refused() -> None:
+def test_channels_that_stand_still_are_left_out() -> None:
     data = oma.ambient(CHAIN, 1, 100.0)
     dead = data.values.copy()
     dead[2] = 1e-14 * dead[2] + 3.0
-    with pytest.raises(RecordingError, match="acceleration 3:.X does not move") as caught:
-        identify_output_only(data.with_values(dead), BAND)
-    assert caught.value.channel == data.channels[2].text
+    found = identify_output_only(data.with_values(dead), BAND)
+    assert data.channels[2].dof not in found.modes.dofs
+    assert len(found.modes.dofs) == len(data.channels) - 1
+    assert any("channel acceleration 3:+X" in note and "left out" in note for note in found.notes)
+    without = identify_output_only(data.select([i for i in range(len(data.channels)) if i != 2]), BAND)
+    assert found.modes.freq == pytest.approx(without.modes.freq, rel=1e-9)
+    both = data.values.copy()
+    both[1:3] = 0.0
+    notes = identify_output_only(data.with_values(both), BAND).notes
+    assert any("2:+X" in note and "3:+X" in note and "do not move" in note for note in notes)
+
+
+def test_records_without_motion_are_refused() -> None:
+    data = oma.ambient(CHAIN, 1, 100.0)
+    with pytest.raises(RecordingError, match="none of its . motion channels moves"):
+        identify_output_only(data.with_values(np.ones_like(data.values)), BAND)
     forces = TimeData("force", data.dt, data.values[:1], (Channel(Dof(1, 1), "force", "N"),))
     with pytest.raises(RecordingError, match="none of its 1 channels"):
         identify_output_only(forces, BAND)

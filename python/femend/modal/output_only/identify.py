@@ -12,7 +12,7 @@ from femend.modal.output_only.efdd import efdd_modes
 from femend.modal.output_only.harmonics import Harmonic, find_harmonics, remove_harmonics, sweeps
 from femend.modal.output_only.judge import judged
 from femend.modal.output_only.plscf_modes import plscf_modes
-from femend.modal.output_only.prepare import Signals, motion_rows, prepare_signals
+from femend.modal.output_only.prepare import Signals, moving_rows, prepare_signals
 from femend.modal.output_only.result import OutputOnlyModes
 from femend.modal.output_only.spectra import spectral_peaks
 from femend.modal.output_only.ssi_modes import reference_weights, ssi_modes, ssi_settings
@@ -52,12 +52,13 @@ def identify_output_only(
 
     The excitation is taken to be broad in the band. Shapes come with largest component 1 and no modal mass. Raises
     RecordingTooShortError, with the length needed, for a recording too short for its lowest mode; RecordingError
-    for an unknown method or choice, no motion channel with a DOF, a dead channel, a band beyond the sampling or a
-    speed that does not fit. That no mode was found is a status with advice.
+    for an unknown method or choice, no motion channel with a DOF that moves, a band beyond the sampling or a speed
+    that does not fit. Channels that stand still are left out, with a note. That no mode was found is a status with
+    advice.
     """
     _check_choice(time_data, "output-only method", method, METHODS)
     _check_choice(time_data, "treatment of harmonics", harmonics, HARMONICS)
-    rows = motion_rows(time_data)
+    rows = moving_rows(time_data)
     signals = prepare_signals(time_data, band)
     if sweeps(speed, signals.band):
         stationary = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,9 +13,8 @@ from femend.data import Channel, TimeData
 from femend.data._arrays import frozen
 from femend.dof import Dof
 from femend.errors import RecordingError
-from femend.numerals import plain
 
-__all__ = ["Signals", "motion_rows", "prepare_signals"]
+__all__ = ["Signals", "motion_rows", "moving_rows", "prepare_signals"]
 
 MOTIONS = ("displacement", "velocity", "acceleration")
 # Times d/dt from displacement; shapes of mixed sensors are brought to displacement by s**-power.
@@ -23,6 +23,9 @@ POWER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 # rate - edge, so that nothing folds back into the band.
 RATE_OVER_EDGE = 2.8
 STOP_DB = 80.0
+# What moves less than this share of the liveliest channel is rounding, of a sensor that is dead or in a plane that
+# nothing drives; and so is what moves less than the second share of the largest value.
+STILL, ROUNDING = 1e-9, 1e-14
 # A record touches its extreme value once, a coarsely digitised one a few times; a converter at its end does often.
 CLIPPED = 10
 
@@ -80,22 +83,38 @@ def motion_rows(data: TimeData) -> list[int]:
     return rows
 
 
+def moving_rows(data: TimeData) -> list[int]:
+    """Rows of `data` that measure a motion at a DOF and move; raises RecordingError where there are none."""
+    rows = motion_rows(data)
+    values = data.values[rows]
+    spread = signal.detrend(values, axis=1).std(axis=1)
+    least = max(STILL * spread.max(), ROUNDING * np.abs(values).max())
+    moving = [row for row, moved in zip(rows, spread > least, strict=True) if moved]
+    if not moving:
+        raise RecordingError(
+            f"recording {data.name!r}: none of its {len(rows)} motion channels moves; check that the recorder was fed",
+            recording=data.name,
+        )
+    return moving
+
+
 def prepare_signals(
     data: TimeData, band: tuple[float, float] | None = None, *, remove: NDArray[np.float64] | None = None
 ) -> Signals:
-    """Picks the motion channels of `data`, decimates them to the `band` (Hz) and scales them to unit deviation.
+    """Picks the motion channels of `data` that move, decimates them to the `band` (Hz) and scales them to unit
+    deviation; those that stand still are left out, and noted: they would be a node of every shape.
 
     Without a band it is 0 to 80 % of the Nyquist frequency. `remove` (n_ch, n_samples) is subtracted before (signals
     of rotating harmonics). The trend over the recording is taken out; with a lower band edge above 0 also what lies
-    under half of it. Raises RecordingError for no motion channel with a DOF, a dead channel, or a band
-    that the sampling does not reach.
+    under half of it. Raises RecordingError for no motion channel with a DOF that moves, or a band that the sampling
+    does not reach.
     """
-    rows = motion_rows(data)
+    rows = moving_rows(data)
     channels = tuple(data.channels[i] for i in rows)
     low, high = _checked_band(data, band)
     y = data.values[rows] if remove is None else data.values[rows] - remove[rows]
     y = signal.detrend(y, axis=1)
-    notes = _look(data, channels, y)
+    notes = (*_still(data, rows), *_look(data, channels, y))
     if low > 0:
         y = signal.sosfiltfilt(signal.butter(2, low / 2, "highpass", fs=data.rate, output="sos"), y, axis=1)
     factor = max(1, int(data.rate / (RATE_OVER_EDGE * high)))
@@ -132,19 +151,20 @@ def _checked_band(data: TimeData, band: tuple[float, float] | None) -> tuple[flo
     return low, high
 
 
+def _still(data: TimeData, moving: Sequence[int]) -> list[str]:
+    """A note on the motion channels that do not move, rows `moving` being those that do."""
+    still = [data.channels[row].text for row in motion_rows(data) if row not in moving]
+    if not still:
+        return []
+    which = f"channel {still[0]} does" if len(still) == 1 else f"channels {', '.join(still)} do"
+    return [f"{which} not move: left out (dead, or in a plane that nothing drives)"]
+
+
 def _look(data: TimeData, channels: tuple[Channel, ...], y: NDArray[np.float64]) -> tuple[str, ...]:
-    """Notes on clipped and doubled channels of `y` (n_ch, n_samples); raises RecordingError for a dead one."""
+    """Notes on clipped and doubled channels of `y` (n_ch, n_samples)."""
     spread = y.std(axis=1)
     notes = []
     for i, channel in enumerate(channels):
-        if spread[i] <= 1e-9 * spread.max():
-            raise RecordingError(
-                f"recording {data.name!r}: channel {channel.text} does not move (standard deviation "
-                f"{plain(spread[i], 3)} {channel.unit}, the liveliest {plain(spread.max(), 3)}); leave the dead "
-                "channel out",
-                recording=data.name,
-                channel=channel.text,
-            )
         raw = data.values[data.channels.index(channel)]
         for end in (raw.max(), raw.min()):
             at = raw == end
