@@ -17,7 +17,7 @@ from femend.estimate import Fit
 from femend.model import Place
 from femend.model.places import mass_place
 
-__all__ = ["as_sensors_are"]
+__all__ = ["as_sensors_are", "explains"]
 
 # prior cost of a model beside a free force, in `CLEARLY`, up to which it explains the recordings with that, and what is
 # left at most, as a share of its misfit, with what sensors pick up where it does not
@@ -42,16 +42,16 @@ def as_sensors_are(
     """
     best = located[0].fit if located else start.null
     # the update with shares, and fits from afar, are for where they can matter
-    if _explains(best):
+    if explains(best):
         return start, located
     crossing = start.crossing
-    if crossing is None or any(_explains(fit) for fit in _in_all_directions(start, located)):
+    if crossing is None or any(explains(fit) for fit in _in_all_directions(start, located)):
         return start, located
     if not _may_come_near(start, crossing, located):
         return start, located
     crossing, there = _moved_by_the_best(crossing, locate(crossing.problem, crossing.reduced, places, crossing.null))
     left = there[0].fit if there else crossing.null
-    explained = best.score > AT_NOISE and _explains(left) and left.cost < best.cost - CLEARLY
+    explained = best.score > AT_NOISE and explains(left) and left.cost < best.cost - CLEARLY
     believable = left.score > BELIEVABLE
     return (crossing, there) if believable and (explained or left.score < MOST * best.score) else (start, located)
 
@@ -100,6 +100,6 @@ def _moved_by_the_best(start: UpdatedModel, located: list[Located]) -> tuple[Upd
     return replace(start, problem=problem, null=again or null), refitted(problem, located)
 
 
-def _explains(fit: Fit) -> bool:
+def explains(fit: Fit) -> bool:
     """Whether a model leaves noise alone, near its priors."""
     return fit.score <= AT_NOISE and fit.prior <= WITHIN * CLEARLY

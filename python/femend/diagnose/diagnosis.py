@@ -10,6 +10,7 @@ import numpy as np
 
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.best_place import at_the_best_place
+from femend.diagnose.between_members import with_pairs_between
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.crossing import as_sensors_are
 from femend.diagnose.directions import in_other_directions
@@ -72,6 +73,7 @@ def diagnose_records(
     if quieter is not None:
         start = update_model(start.reduced.model, quieter, zeta)
         located = locate(start.problem, start.reduced, places, start.null)
+    located, places = with_pairs_between(start, located, places)
     off, start, located = put_right(start, located, places, zeta, settings)
     start, located = as_sensors_are(start, located, places)
     so_far.places(start, located)
