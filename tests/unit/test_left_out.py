@@ -13,7 +13,7 @@ import pytest
 from femend.data import FRF, Channel
 from femend.diagnose.update import modelled
 from femend.dof import Dof
-from femend.estimate import without_crossed
+from femend.estimate import FitRecord, without_crossed, without_still
 from femend.model import ReducedModel
 from femend.numerals import plain
 from femend.study.predictions import Prediction
@@ -52,6 +52,37 @@ def test_without_a_recorded_force_nothing_is_left_out(reduced: ReducedModel) -> 
     record = recorded(reduced, SENSORS, (7, Y))
     unknown = replace(record, u=record.u[:0], in_rows=record.in_rows[:0], in_signs=record.in_signs[:0])
     assert without_crossed([unknown], reduced, BAND, 0.01)[0] is unknown
+
+
+def still_and_unknown(reduced: ReducedModel) -> FitRecord:
+    """Responses alone of a drive along Z, to which one sensor along Y shows rounding."""
+    record = recorded(reduced, [(7, Z), (5, Z), (4, Y), (3, Z)], (7, Z))
+    y = record.y.copy()
+    y[2] = 1e-12 * y[0].std() * np.random.default_rng(4).standard_normal(y.shape[1])
+    return replace(record, y=y, u=record.u[:0], in_rows=record.in_rows[:0], in_signs=record.in_signs[:0])
+
+
+def test_sensors_that_stand_still_are_left_out_of_responses_alone(reduced: ReducedModel) -> None:
+    unknown = still_and_unknown(reduced)
+    (left,) = without_still([unknown])
+    assert left.out_rows.tolist() == [6 * 6 + Z, 6 * 4 + Z, 6 * 2 + Z]
+    assert [row for row, _, _ in left.crossed] == [6 * 3 + Y]
+    assert left.y.shape[0] == len(left.noise) == 3
+    # of sensors that move in another recording, and of three, none
+    moving = replace(unknown, y=unknown.y[[0, 1, 0, 3]])
+    assert [len(r.out_rows) for r in without_still([unknown, moving])] == [4, 4]
+    few = replace(unknown, **{k: getattr(unknown, k)[1:] for k in ("y", "out_rows", "out_signs", "noise")})
+    assert without_still([few])[0] is few
+    # a recorded force tells more of them
+    driven = replace(recorded(reduced, SENSORS, (7, Z)), y=unknown.y)
+    assert without_still([driven])[0] is driven
+
+
+def test_a_diagnosis_of_responses_says_which_sensors_stand_still(reduced: ReducedModel) -> None:
+    _, own, problem = modelled(reduced.model, [still_and_unknown(reduced)], 0.01)
+    assert len(problem.records[0].out_rows) == 3
+    (said,) = _left_out(SimpleNamespace(reduced=own, problem=problem))  # type: ignore[arg-type]
+    assert said.startswith("the sensors at node 4 Y stand still")
 
 
 def test_columns_of_an_frf_are_left_out_too(reduced: ReducedModel) -> None:

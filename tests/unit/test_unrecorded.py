@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.small_study import NOISE, SENSORS, SHAKER, Truth, write_study
 
+from femend import Channel, Dof, TimeData, functions_of, read_recording, write_uff
 from femend.diagnose.unrecorded import LEAST_SENSORS, locate_drive
 from femend.errors import RecordingError
 from femend.estimate import FitRecord, Hypothesis, fit_records, noise_of, pair_test, used_band
@@ -64,6 +65,23 @@ def test_the_drive_is_found_and_nothing_is_said_to_be_missing(quiet: StudyRun) -
     for name, true in zip(("E_root", "E_tip"), STIFFER, strict=True):
         told = quiet.result["parameters"][name]
         assert abs(told["factor"] - true / 7e10) < 2 * told["sd"]
+
+
+def test_sensors_in_a_plane_that_nothing_drives_are_left_out(tmp_path: Path) -> None:
+    path = without_force(tmp_path, Truth(STIFFER))
+    for i, name in enumerate(("low", "high", "held")):
+        data = read_recording(tmp_path / f"{name}.uff").time
+        rounding = 1e-12 * np.random.default_rng(i).standard_normal((2, data.n_samples))
+        channels = (*data.channels, *(Channel(Dof(node, 1), "acceleration", "m/s^2") for node in (7, 13)))
+        more = TimeData(name, data.dt, np.vstack([data.values, rounding]), channels)
+        write_uff(tmp_path / f"{name}.uff", functions_of(more))
+    run = diagnose(path)
+    assert isinstance(run, StudyRun)
+    assert run.result["verdict"] == "parameters-only"
+    assert any("node 7 X, node 13 X stand still" in w for w in run.result["warnings"])
+    assert all(row["final"] < (2.5 if row["role"] == "fit" else 5) * NOISE for row in run.result["fit"])
+    shown = {p.name: [c.dof.node for c in p.channels if c.dof is not None] for p in run.predictions}
+    assert shown["low"] == list(SENSORS)
 
 
 def test_what_is_missing_is_named_beside_it(sprung: StudyRun) -> None:

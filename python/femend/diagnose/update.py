@@ -28,6 +28,7 @@ from femend.estimate import (
     used_band,
     with_across,
     without_crossed,
+    without_still,
 )
 from femend.estimate.fit import TUNED_ABOVE
 from femend.estimate.lines import band_power
@@ -223,7 +224,7 @@ def modelled(
         reduced = reduce_model(model, band[1], g_rows)
     if band[1] > plain[1]:
         records = [replace(r, known_to=plain[1]) for r in records]
-    records = without_crossed(records, reduced, band, zeta)
+    records = without_still(without_crossed(records, reduced, band, zeta))
     reduced = form_errors(reduced, band[1], mesh_as_built=built).on(reduced)
     n_tuned = max(1, int((reduced.freq < TUNED_ABOVE * band[1]).sum()))
     return model, reduced, Problem(records, band, zeta, n_tuned)

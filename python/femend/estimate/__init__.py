@@ -3,7 +3,7 @@
 from femend.estimate.bands import further_band, modelled_band, used_band
 from femend.estimate.cross_axis import ForcesBeside, crossed, with_across
 from femend.estimate.fit import Fit, Hypothesis, Problem
-from femend.estimate.left_out import without_crossed
+from femend.estimate.left_out import without_crossed, without_still
 from femend.estimate.lines import FitRecord, Lines, noise_floor, spectral_lines
 from femend.estimate.noise import noise_of
 from femend.estimate.prepare import check_sampling, fit_records, pair_test, period_of
@@ -33,4 +33,5 @@ __all__ = [
     "used_band",
     "with_across",
     "without_crossed",
+    "without_still",
 ]

@@ -1,4 +1,4 @@
-"""Sensors whose signal may be of motion across their direction as much as along it: they are left out."""
+"""Sensors whose signal may be of motion across their direction as much as along it, or that stand still, left out."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from femend.estimate.lines import FitRecord
 from femend.model import ReducedModel
 from femend.model.form_errors import basis_modes
 
-__all__ = ["CROSSED", "without_crossed"]
+__all__ = ["CROSSED", "without_crossed", "without_still"]
 
 # motion across a sensor, in multiples of that along it, from which it is left out: 0.6 degrees, or 1 % of transverse
 # sensitivity, then give half as much signal as its own motion, and a mesh that couples the two directions a little more
@@ -21,6 +21,8 @@ __all__ = ["CROSSED", "without_crossed"]
 CROSSED = 50.0
 # sensors that stay whatever they are
 FEWEST = 3
+# motion, as a share of the liveliest sensor's, below which one stands still: what it shows is rounding
+STILL = 1e-9
 
 
 def without_crossed(
@@ -40,6 +42,24 @@ def without_crossed(
     return left if across and min(len(r.out_rows) for r in left) >= FEWEST else list(records)
 
 
+def without_still(records: Sequence[FitRecord]) -> list[FitRecord]:
+    """Records of responses alone without the sensors that stand still in all of them, dead or in a plane that nothing
+    drives, which `FitRecord.crossed` then names, crossed without end; the same ones where they would keep fewer than
+    three, and with recorded forces, which tell more of such sensors.
+
+    Their noise is rounding, too, and a model whose own rounding is another would be held to that.
+    """
+    if any(len(r.u) or r.frf is not None for r in records):
+        return list(records)
+    moving: set[int] = set()
+    for r in records:
+        moved = r.y.std(axis=1)
+        moving.update(r.out_rows[moved > STILL * moved.max(initial=0.0)].tolist())
+    still = {row: np.inf for r in records for row in r.out_rows.tolist() if row not in moving}
+    left = [_without(r, still, dict.fromkeys(still, 0.0)) for r in records]
+    return left if still and min(len(r.out_rows) for r in left) >= FEWEST else list(records)
+
+
 def _without(record: FitRecord, across: dict[int, float], little: dict[int, float]) -> FitRecord:
     """The record without the sensors at rows `across` of the g-set, each with how much it is crossed, and how `little`
     it records."""
@@ -53,5 +73,5 @@ def _without(record: FitRecord, across: dict[int, float], little: dict[int, floa
         out_signs=record.out_signs[keep],
         noise=record.noise[keep],
         frf=None if frf is None else replace(frf, H=frf.H[:, keep], noise=frf.noise[:, keep]),
-        crossed=tuple((row, across[row], little[row]) for row in rows if row in across),
+        crossed=(*record.crossed, *((row, across[row], little[row]) for row in rows if row in across)),
     )

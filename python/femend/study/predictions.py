@@ -125,7 +125,9 @@ def predict_all(
         own = next((r for r in records if r.name == recording.name), None)
         if own is not None and not own.driven:
             others, recorded = predicted_by_others(diagnosis, own), in_band(diagnosis, own)
-            shown = _as_accelerations(channels, model.units)
+            # of sensors that were left out nothing is left here
+            rows, kept = _outputs(channels, model, pairing)["out_rows"].tolist(), set(own.out_rows.tolist())
+            shown = _as_accelerations([c for c, row in zip(channels, rows, strict=True) if row in kept], model.units)
             done.append(Prediction(recording.name, recording.role, own.dt, shown, others, recorded))
             continue
         if not recording.is_time or recording.force is None or recording.excitation != "measured":

@@ -118,8 +118,8 @@ def _mesh_off(error: MeshError | None) -> list[str]:
 
 
 def _left_out(diagnosis: Diagnosis) -> list[str]:
-    """Which sensors were left out: those that record next to nothing of what the model moves along them, and those that
-    may have recorded what moves across them."""
+    """Which sensors were left out: those that record next to nothing of what the model moves along them, that stand
+    still, and that may have recorded what moves across them."""
     model, told = diagnosis.reduced.model, []
     found = {row: (ratio, little) for r in diagnosis.problem.records for row, ratio, little in r.crossed}
 
@@ -133,7 +133,13 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
             f"({plain(max(deaf.values()), 2)} times as much, at the most): they were left out of the fit and of its "
             "errors. See whether they are connected, fixed and switched on, and their units and directions"
         )
-    crossed_alone = {row: ratio for row, (ratio, _) in found.items() if row not in deaf}
+    still = [row for row, (ratio, _) in found.items() if np.isinf(ratio)]
+    if still:
+        told.append(
+            f"the sensors at {named(still)} stand still, dead or in a plane that nothing drives: they were left out of "
+            "the fit and of its errors"
+        )
+    crossed_alone = {row: ratio for row, (ratio, _) in found.items() if row not in deaf and row not in still}
     if crossed_alone:
         told.append(
             f"the structure moves up to {plain(max(crossed_alone.values()), 2)} times as much across the sensors at "
