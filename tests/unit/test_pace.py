@@ -42,6 +42,7 @@ def test_laws_far_behind_one_that_explained_whole_records_elsewhere_are_given_up
             "_begun": begun,
             "_best_of_each": lambda runs: runs,
             "_with_model_free": lambda runs, recovered: runs,
+            "_from_shorter": lambda runs, recovered: runs,
             "_widened": widened,
             "_candidate": lambda loop, start, name, reached, covariance: SimpleNamespace(
                 name=name, sigma=loop.sigma, fitted=reached.cost

@@ -206,6 +206,21 @@ def test_a_softening_law_that_is_read_too_strong_begins_weaker(tmp_path: Path) -
     assert candidate.sigma == 0.0
 
 
+def test_a_stop_that_is_lost_in_the_first_window_is_begun_in_shorter_ones(tmp_path: Path) -> None:
+    truth = small_study.Truth(laws=[(10, "clearance", {"k": 1e5, "gap": 1e-4, "sides": 2.0})])
+    start = small_study.updated(tmp_path, truth)
+    places = find_places(start.reduced.model)
+    place = next(p for p in places if p.kind == "ground" and p.nodes == (10,) and p.direction == "Z")
+    joint = open_joint(place, start.reduced, start.problem.band[1], start.g_rows)
+    recovered = recover(start.problem, joint, start.null.p)
+    assert recovered is not None
+    # as stops are read off lines in a band: too wide and too soft, with a spring beside them
+    wide = Start(physics("clearance"), {"k": 6e4, "gap": 2.5e-4, "sides": 2.0}, 4e4, 0.0, 0.3)
+    (found,) = fit_nonlinear(start.problem, start.problem, joint, recovered, [("clearance", wide)])
+    assert found.values["k"] == pytest.approx(1e5, rel=0.05)
+    assert found.values["gap"] == pytest.approx(1e-4, rel=0.05)
+
+
 def test_a_law_that_explains_less_in_a_wider_window_is_kept_in_both(monkeypatch: pytest.MonkeyPatch) -> None:
     left = {10.0: 0.9, 3.0: 1.1, 1.0: 3.0, 0.0: 20.0}
 
@@ -226,6 +241,7 @@ def test_a_law_that_explains_less_in_a_wider_window_is_kept_in_both(monkeypatch:
         "_begun": lambda *a: run(10.0),
         "_best_of_each": lambda runs: runs,
         "_with_model_free": lambda runs, recovered: runs,
+        "_from_shorter": lambda runs, recovered: runs,
         "_widened": widened,
         "_candidate": candidate,
         "judge_nonlinear": lambda choosing, candidate: candidate,

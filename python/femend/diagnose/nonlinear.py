@@ -44,6 +44,8 @@ AGAIN, FALLING, FAR = 6, 0.2, 2.0
 AT_REST = 1e-3
 # decays of the windows, in units of `Problem.scale`, before the whole records
 WINDOWS = (10.0, 3.0, 1.0)
+# decays of shorter windows, in the same units, through which laws are begun anew that are lost in the first
+SHORTER = (100.0, 30.0)
 # ratio of a window's decay to that of the one before where a law is followed on in small steps, and the decay (in units
 # of `Problem.scale`) from which whole records are next
 FINER, WHOLE = 0.7, 0.1
@@ -112,7 +114,7 @@ def fit_nonlinear(
     started += begin(_weaker_too(started))
     runs, lost = _best_of_each(started)[:FOLLOWED], []
     runs = [run for run in runs if not pace.outdone(first, run.reached.cost, OUTDONE_SOON)]
-    runs = _with_model_free(runs, recovered)
+    runs = _from_shorter(_with_model_free(runs, recovered), recovered)
     for sigma in wider:
         ahead: list[_Run] = []
         for run, new in _all_widened(runs, sigma):
@@ -218,6 +220,30 @@ def _with_model_free(runs: list[_Run], recovered: Recovered) -> list[_Run]:
         return run if reached is None else replace(run, descent=descent, reached=reached)
 
     return sorted(at_once(freed, runs), key=lambda r: r.reached.cost)
+
+
+def _from_shorter(runs: list[_Run], recovered: Recovered) -> list[_Run]:
+    """The runs, in rising order of cost, each begun anew in shorter windows where that leads further down in this one,
+    where a free force explains the recordings and none of them comes near: after a few impacts motion depends on a stop
+    so much that there are minima all around the right one, after the first there are not."""
+    if not runs or min(run.misfit for run in runs) <= FAR or recovered.fit.score > EXPLAINS:
+        return runs
+
+    def anew(run: _Run) -> _Run:
+        problem, joint, last = run.descent.loop.problem, run.descent.loop.joint, run.descent.loop.sigma
+        loop, x = loop_of(problem, joint, run.start, recovered)
+        descent = Descent.around(replace(loop, substeps=COARSE), x, False)
+        z, reached = np.concatenate([recovered.fit.p, x]), run.reached
+        for sigma in (*(factor * problem.scale() for factor in SHORTER), last):
+            for everything, steps in ((False, FEW), (True, FIRST)):
+                descent = descent.on(descent.loop.at(sigma), everything)
+                there = descent.run(z, steps)
+                if there is None:
+                    return run
+                z, reached = there.z, there
+        return run if reached.cost > run.reached.cost else replace(run, descent=descent, reached=reached)
+
+    return sorted(at_once(anew, runs), key=lambda r: r.reached.cost)
 
 
 def _further(one: Candidate, other: Candidate) -> bool:
