@@ -256,6 +256,8 @@ def test_a_law_that_explains_less_in_a_wider_window_is_kept_in_both(monkeypatch:
 def test_a_law_of_the_beginning_alone_says_so() -> None:
     assert only_beginning(0.0) == ""
     assert "the first 0.44 s" in only_beginning(6.8)
+    # of records that end before the window has closed no more than half
+    assert "the first 3 s" in only_beginning(0.3, shortest=6.0)
     assert "impacts" in only_beginning(6.8)
     # with linear laws motion does not part from its path
     assert "impacts" not in only_beginning(6.8, nonlinear=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import pi
+from math import inf, pi
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.equivalent import middle
@@ -52,16 +52,18 @@ PART_OF_ALL = (
 
 def beside_laws(laws: Sequence[Candidate], problem: Problem, sigma: float) -> str:
     """What has to be said of laws that explain the recordings in a window exp(-sigma t); nothing of most."""
-    beginning = only_beginning(sigma, any(law.nonlinear for law in laws))
+    shortest = min((r.n * r.dt for r in problem.records if r.frf is None), default=inf)
+    beginning = only_beginning(sigma, any(law.nonlinear for law in laws), shortest)
     return "; ".join(filter(None, [beginning, *(_at_frequency(law, problem) for law in laws)]))
 
 
-def only_beginning(sigma: float, nonlinear: bool = True) -> str:
-    """What has to be said of a law that was compared in a window exp(-sigma t); nothing of one on whole records. Motion
-    with a linear one can be followed to the end, so that what it leaves later on has another reason."""
+def only_beginning(sigma: float, nonlinear: bool = True, shortest: float = inf) -> str:
+    """What has to be said of a law that was compared in a window exp(-sigma t), of the `shortest` record's length (s)
+    one half at the most; nothing of one on whole records. Motion with a linear one can be followed to the end, so that
+    what it leaves later on has another reason."""
     if sigma == 0:
         return ""
-    first = plain(3 / sigma, 2)
+    first = plain(min(3 / sigma, shortest / 2), 2)
     reach = f"the law explains about the first {first} s of the recordings to the noise, and less of the rest: "
     if not nonlinear:
         return reach + (
