@@ -16,8 +16,10 @@ from femend.data.recording import EXCITATIONS, ROLES
 from femend.io.channel_map import CHANNEL_QUANTITIES
 from femend.study.bench_settings import DAMPING_MODELS, METHODS, POSTERIORS, RESPONSES
 from femend.study.candidate_tables import CANDIDATE_KEYS
-from femend.study.load import _ALL_PROPERTIES, FORMAT
+from femend.study.field_tables import NEIGHBOURS
+from femend.study.load import FORMAT
 from femend.study.morph_tables import MOVES
+from femend.study.parameter_targets import ALL_PROPERTIES
 from femend.study.schema import StudyFile
 from femend.units import SYSTEMS
 
@@ -33,6 +35,7 @@ VALUES = {
     "updating.damping_model": DAMPING_MODELS,
     "updating.posterior": POSTERIORS,
     "updating.morph.move": tuple(MOVES),
+    "updating.field.neighbours": NEIGHBOURS,
     "pretest.method": METHODS,
     "pretest.distinguish.physics": tuple(CANDIDATE_KEYS),
 }
@@ -131,7 +134,7 @@ def test_every_value_that_is_taken_is_named(sections: dict[str, str]) -> None:
         said = rows(sections[by_path[table]])[key][3]
         assert [v for v in values if f'"{v}"' not in said] == [], name
     said = rows(sections["`[[parameter]]`"])["property"][3]
-    assert [p for p in _ALL_PROPERTIES if p[0] not in "kc" and f"`{p}`" not in said] == []
+    assert [p for p in ALL_PROPERTIES if p[0] not in "kc" and f"`{p}`" not in said] == []
 
 
 def test_every_table_has_an_example_that_is_read(sections: dict[str, str]) -> None:

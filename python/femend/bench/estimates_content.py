@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from femend.bench.drawn import Drawn
+from femend.bench.links import deck_priors
 from femend.bench.page import Section, Table, figures, fixed, number, percent
 from femend.bench.starts import Starts
 from femend.bench.steps import write_csv
@@ -139,8 +140,7 @@ def _densities(run: UpdateRun, drawn: Drawn) -> tuple[Picture, ...]:
     across = min(ACROSS, len(names))
     down = -(-len(names) // across)
     found, sd = run.found.values, run.found.sd
-    prior = {p.name: (1.0, p.prior_sd) for p in run.study.parameters}
-    prior |= {m.name: (0.0, m.prior_sd) for m in run.study.updating.morph}
+    prior = deck_priors(run.prepared)
     with plots.paper_style():
         made = plots.figure("page", 38.0 * down + 6.0, down, across, squeeze=False)
         for i, name in enumerate(names):

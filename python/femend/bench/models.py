@@ -10,6 +10,7 @@ import numpy as np
 
 from femend import _core
 from femend.analysis.model_modes import model_modes
+from femend.bench.fields import field_parameters
 from femend.bench.morphs import morphs_on
 from femend.data import ModeSet
 from femend.errors import FemendError
@@ -30,10 +31,11 @@ RIGID = 1e-4
 
 class Models:
     """The models of a study's configurations, read once and made when they are first asked for; with `morphs` they have
-    those of the study's table [updating]."""
+    those of the study's table [updating], with `fields` the parameters of its fields."""
 
-    def __init__(self, study: Study, morphs: bool = False) -> None:
+    def __init__(self, study: Study, morphs: bool = False, fields: bool = False) -> None:
         self.study = study
+        self._fields = study.updating.field if fields else ()
         self._morphs = study.updating.morph if morphs else ()
         self._made: dict[str, Model] = {}
         self._points: tuple[SensorPoint, ...] = ()
@@ -58,7 +60,7 @@ class Models:
                 made = model_of(
                     self._deck,
                     units=self.study.units,
-                    parameters=self.study.parameters,
+                    parameters=(*self.study.parameters, *field_parameters(self._deck, self._fields)),
                     spc=how.spc,
                     added_mass=how.added_mass,
                 )

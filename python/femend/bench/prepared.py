@@ -84,11 +84,11 @@ def prepare(
     """Reads a study with its deck and recordings, identifies modes and places the sensors; raises what these raise, and
     RecordingError where no recording to fit can be compared.
 
-    `use` is what all this is for ("an update"), as messages say it; the models have the study's `morphs`, and
-    operating shapes are taken from rotor's `runs`, where the study asks for that."""
+    `use` is what all this is for ("an update"), as messages say it; the models have the study's `morphs` (and
+    fields), and operating shapes are taken from rotor's `runs`, where the study asks for that."""
     with steps.step("read the study and the deck"):
         study = load_study(study_path, use=use)
-        models = Models(study, morphs)
+        models = Models(study, morphs, fields=morphs)
         used = [r.configuration for r in study.recordings if r.role != "predict"]
         first = next(iter(models.all(used).values()))
     with steps.info.step("identify modes"):  # which tells its progress recording by recording

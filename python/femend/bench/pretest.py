@@ -77,7 +77,7 @@ def pretest(study: str | Path, out: str | Path | None = None, progress: Progress
             model = still
             plan, told = _plan(content, model, targets)
             told = (*told, f"the plan leaves {left} of [[updating.morph]] where the deck has them: {error}")
-    told = (*deck_warnings(content, model.deck), *told)
+    told = (*deck_warnings(content, model.deck), *told, *_of_update_alone(content))
     virtual, note = None, "not asked for"
     if content.pretest.virtual_test:
         with steps.step("rehearse the test"):
@@ -100,6 +100,13 @@ def _model(study: Study) -> tuple[Model, Model]:
     name = study.pretest.configuration or AS_MODELLED
     still = Models(study).of(name)
     return (Models(study, morphs=True).of(name) if study.updating.morph else still), still
+
+
+def _of_update_alone(study: Study) -> list[str]:
+    """That the plan is made without fields and links, where the study has any."""
+    tables = {"[[updating.field]]": study.updating.field, "[[updating.link]]": study.updating.link}
+    names = " and ".join(name for name, given in tables.items() if given)
+    return [f"the plan leaves {names} out: it is made for each [[parameter]] by itself"] if names else []
 
 
 def _plan(study: Study, model: Model, targets: Targets) -> tuple[Plan, tuple[str, ...]]:

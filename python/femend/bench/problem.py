@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from femend.analysis.model_modes import model_modes
 from femend.bench.counted import Counted
 from femend.bench.counted_runs import CountedRun, run_configuration
+from femend.bench.fields import smoothed
+from femend.bench.links import linked_unknowns, links_in
 from femend.dof import Dof
 from femend.errors import StudyError, UpdatingError
 from femend.estimate.updating import (
@@ -47,17 +49,17 @@ DAMPING_SD = 1.0
 
 def study_problem(prepared: Prepared, counted: Sequence[Counted], runs: Sequence[CountedRun] = ()) -> Problem:
     """The problem of `femend.estimate.updating` over what is `counted` and the orders of `runs`, whose configurations
-    come last: the study's parameters and morphs with their priors, and damping where damping, FRFs or orders are
-    compared.
+    come last: the study's parameters, fields and morphs with their priors and links, and damping where damping, FRFs
+    or orders are compared.
 
     Raises StudyError for a study without either, and UpdatingError where FRFs are to be compared and no recording
     to fit has any.
     """
     study = prepared.study
-    if not study.parameters and not study.updating.morph:
+    if not (study.parameters or study.updating.morph or study.updating.field):
         raise StudyError(
             f"{study.file}: there is no [[parameter]]; an update needs at least one that may change, or an "
-            "[[updating.morph]]",
+            "[[updating.morph]] or [[updating.field]]",
             key="parameter",
         )
     responses = study.updating.responses
@@ -66,12 +68,16 @@ def study_problem(prepared: Prepared, counted: Sequence[Counted], runs: Sequence
             "[updating] responses has 'frfs', and no recording to fit holds FRFs; leave it out or add a recording"
         )
     first = counted[0].configuration if counted else runs[0].measured.configuration
-    unknowns = unknowns_of(prepared.models.of(first))
+    model = prepared.models.of(first)
+    tested = [c.configuration for c in counted] + [r.measured.configuration for r in runs]
+    unknowns = smoothed(linked_unknowns(study, unknowns_of(model), tested), model, study.updating.field)
     if "damping" in responses or "frfs" in responses or runs:
         unknowns = unknowns.extended(_damping(study, counted, runs))
     seen = _seen(prepared, counted)
     configurations = tuple(_configuration(study, c, s) for c, s in zip(counted, seen, strict=True))
-    turned = tuple(run_configuration(prepared, r) for r in runs)
+    turned = tuple(
+        replace(run_configuration(prepared, r), links=links_in(study, r.measured.configuration)) for r in runs
+    )
     return Problem(unknowns, (*configurations, *turned), study.correlation.mac_min)
 
 
@@ -147,7 +153,8 @@ def _configuration(study: Study, c: Counted, seen: _Seen) -> Configuration:
     phi_sd = np.ones(phi.shape)
     phi_sd[rows] = c.phi_sd
     test = ModeTest(c.freq, phi, numbers=c.numbers) if c.freq.size else None
-    return Configuration(c.name, seen.system, tuple(_responses(c, study, phi, phi_sd)), test)
+    links = links_in(study, c.configuration)
+    return Configuration(c.name, seen.system, tuple(_responses(c, study, phi, phi_sd)), test, links)
 
 
 def _responses(c: Counted, study: Study, phi: FloatArray, phi_sd: FloatArray) -> list[Response]:

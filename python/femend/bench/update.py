@@ -11,6 +11,7 @@ from femend.bench.counted import Counted, counted_modes
 from femend.bench.counted_runs import CountedRun, counted_runs, turned_as_found
 from femend.bench.drawn import Drawn, draw_posterior_of
 from femend.bench.interruption import UpdateInterrupted, search_stopped, what_is_lacking
+from femend.bench.links import values_in
 from femend.bench.page import render_page
 from femend.bench.prepared import Prepared, prepare
 from femend.bench.problem import study_problem
@@ -33,9 +34,8 @@ from femend.estimate.updating import (
 from femend.estimate.updating import update as search
 from femend.io import OutputDirectory, refuse_unwritable, refuse_unwritable_file
 from femend.io.updated_files import updated_files
-from femend.model import Model
 from femend.progress import Progress, SilentProgress
-from femend.study.study import Study
+from femend.study.study import AS_MODELLED, Study
 from femend.threads import one_blas_thread
 
 __all__ = ["update"]
@@ -85,10 +85,11 @@ def update(
     found = found if starts is None else starts.taken
     with steps.step("compare what was found"):
         model = prepared.models.of(counted[0].configuration if counted else runs[0].measured.configuration)
-        values = _of_the_deck(model, found)
-        after = tuple(prepared.compare(m, values) for m in prepared.measured)
-        runs_after = tuple(prepared.compare_run(m, values) for m in prepared.runs)
-        deck = updated_deck(model, values)
+        after = tuple(prepared.compare(m, _of_the_deck(prepared, found, m.configuration)) for m in prepared.measured)
+        runs_after = tuple(
+            prepared.compare_run(m, _of_the_deck(prepared, found, m.configuration)) for m in prepared.runs
+        )
+        deck = updated_deck(model, _of_the_deck(prepared, found, AS_MODELLED))
         result = update_result(prepared, counted, told, found, before, after, deck, starts, drawn, surface)
         result["runs"] = runs_result(runs, found, runs_before, runs_after)
         result["warnings"] += passed
@@ -150,8 +151,10 @@ def _as_found(
     found = first
     for _ in range(ROUNDS if runs else 0):
         with steps.step("look again at how forces grow"):
-            values = _of_the_deck(prepared.models.of(runs[0].measured.configuration), found)
-            again = turned_as_found(runs, [prepared.compare_run(r.measured, values) for r in runs])
+            measured = [r.measured for r in runs]
+            again = turned_as_found(
+                runs, [prepared.compare_run(m, _of_the_deck(prepared, found, m.configuration)) for m in measured]
+            )
         changed = [
             b for a, b in zip(runs, again, strict=True) if (a.sense, a.power, a.spin) != (b.sense, b.power, b.spin)
         ]
@@ -170,10 +173,10 @@ def _as_found(
     return found, runs
 
 
-def _of_the_deck(model: Model, found: UpdateResult) -> dict[str, float]:
-    """What was found of the deck; what damping is unknown beside it is none of its values."""
-    names = [*(p.name for p in model.parameters), *(m.name for m in model.morphs)]
-    return {name: found.values[name] for name in names}
+def _of_the_deck(prepared: Prepared, found: UpdateResult, configuration: str) -> dict[str, float]:
+    """What was found of the deck, as it is in the `configuration` of this name; what damping is unknown beside it is
+    none of its values."""
+    return values_in(prepared.study, prepared.model, found.values, configuration)
 
 
 def _more(

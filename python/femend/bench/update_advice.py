@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from femend.bench.counted import Counted
+from femend.bench.field_result import grouped
 from femend.bench.left import Unmet
 from femend.estimate.updating import Sensitivity, UpdateResult
 from femend.modal.held_band import held_band
@@ -83,9 +84,14 @@ def mesh_advice(prepared: Prepared, counted: Sequence[Counted]) -> str:
 
 
 def update_advice(
-    found: UpdateResult, told: Sensitivity, recordings: Sequence[dict[str, Any]], unmet: Unmet
+    found: UpdateResult,
+    told: Sensitivity,
+    recordings: Sequence[dict[str, Any]],
+    unmet: Unmet,
+    field_of: Mapping[str, str],
 ) -> list[str]:
-    """What the search, what it left `unmet`, parameters and held-out recordings ask for."""
+    """What the search, what it left `unmet`, parameters and held-out recordings ask for; parts of a field (`field_of`
+    gives its name by theirs) are said together, and those that neighbours stand in for ask for nothing."""
     said = [text for text in (found.advice, unmet.text(found)) if text]
     let_go = found.let_go()  # the advice of the search tells them
     lost = [mode for mode in found.unpaired() if mode not in let_go]
@@ -95,14 +101,15 @@ def update_advice(
     far = found.left_prior()
     if far:
         said.append(
-            f"{', '.join(far)} moved further than two prior deviations: is the prior right, or do they make up for "
-            "something the model lacks?"
+            f"{', '.join(grouped(far, field_of))} moved further than two prior deviations: is the prior right, or do "
+            "they make up for something the model lacks?"
         )
-    groups = [" and ".join(c.names) for c in told.collinear]
+    groups = [" and ".join(grouped(c.names, field_of)) for c in told.collinear if not set(c.names) <= set(field_of)]
     if groups:
         said.append(f"the data tell only combinations of {'; '.join(groups)}: join them, or measure more")
-    if told.insensitive:
-        said.append(f"the data hardly see {', '.join(told.insensitive)}, which stay at their prior")
+    unseen = [n for n in told.insensitive if n not in field_of]
+    if unseen:
+        said.append(f"the data hardly see {', '.join(unseen)}, which stay at their prior")
     for r in recordings:
         b, a = r["before"]["freq_error"], r["after"]["freq_error"]
         if r["role"] == "validate" and np.isfinite([a, b]).all() and a > b + WORSE * max(b, 1e-6) and a > 1e-3:

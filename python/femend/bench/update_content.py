@@ -10,6 +10,8 @@ import numpy as np
 
 from femend.bench.correlation_content import frf_drawings, prepared_mesh
 from femend.bench.estimates_content import estimate_sections, estimate_tables
+from femend.bench.field_content import field_sections, link_sections, write_field_table
+from femend.bench.field_result import grouped, made_for_fields
 from femend.bench.page import Fact, Page, Section, Svg, Table, figures, fixed, number, percent
 from femend.bench.run_update_content import run_facts, run_sections, write_run_update_table
 from femend.bench.steps import write_csv
@@ -42,7 +44,11 @@ def update_page(run: UpdateRun, info: dict[str, Any], files: Sequence[str]) -> P
             "mean error of the modes that count",
         ),
         Fact("Shapes", f"{fixed(fit['mac']['before'])} → {fixed(fit['mac']['after'])}", "their mean MAC"),
-        Fact("Parameters told", f"{len(told)} of {len(result['parameters'])}", ", ".join(told[:6]) or "none"),
+        Fact(
+            "Parameters told",
+            f"{len(told)} of {len(result['parameters'])}",
+            ", ".join(grouped(told, made_for_fields(study, run.prepared.model))[:6]) or "none",
+        ),
     ]
     facts = [*(facts if run.counted else facts[2:]), *run_facts(result["runs"])]
     if run.starts is not None:
@@ -63,6 +69,8 @@ def update_page(run: UpdateRun, info: dict[str, Any], files: Sequence[str]) -> P
         f"{len(run.prepared.placed.pairing)} sensors and shakers at their places.",
         [
             _parameters(run),
+            *field_sections(run),
+            *link_sections(run),
             *estimate_sections(run),
             *_recordings(run),
             *run_sections(result["runs"]),
@@ -101,7 +109,10 @@ def _mean(recordings: Sequence[dict[str, Any]], when: str, key: str) -> float:
 def _parameters(run: UpdateRun) -> Section:
     rows = []
     wider = ["± with misfit"] if run.result["wider"] else []
+    field_of = made_for_fields(run.study, run.prepared.model)
     for name, p in run.result["parameters"].items():
+        if name in field_of:
+            continue  # which has a section of its own
         factor = p.get("factor")
         value = f"{factor:.4f}" if factor is not None else f"{number(p['value'])} {p['unit']}".strip()
         sd, wide, before = (
@@ -135,10 +146,11 @@ def _parameters(run: UpdateRun) -> Section:
         f"Factors of the deck's values{_positions(run)}. Grey: the prior, one and two standard deviations; blue: the "
         f"estimate with its 95 % interval (Laplace).{wide_too} A parameter is told by the data where they take away "
         "more than half of its prior variance.",
-        [Table(header, rows, "lrrr" + "r" * len(wider) + "rrrll")],
+        [Table(header, rows, "lrrr" + "r" * len(wider) + "rrrll")] if rows else [],
         _sensitivity(run),
         notes=[f"not told apart: {' '.join(f'{w:+.2f} {n}' for n, w in zip(c.names, c.weights, strict=True))} "
-               f"(condition index {c.condition:.0f})" for c in run.sensitivity.collinear],
+               f"(condition index {c.condition:.0f})"
+               for c in run.sensitivity.collinear if not set(c.names) <= set(field_of)],
     )  # fmt: skip
 
 
@@ -287,5 +299,6 @@ def write_tables(folder: Path, run: UpdateRun) -> list[str]:
         "updating.parameters.csv",
         "updating.modes.csv",
         *estimate_tables(folder, run),
+        *write_field_table(folder, run),
         *write_run_update_table(folder, run.result["runs"]),
     ]

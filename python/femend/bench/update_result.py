@@ -14,13 +14,17 @@ from femend.bench.doubted import MEND_FIRST, TIME_FIRST, doubted_levels, doubted
 from femend.bench.doubted_frames import with_frames_settled
 from femend.bench.doubted_frequencies import FREQUENCIES_FIRST, doubted_frequencies, far_pairs
 from femend.bench.drawn import Drawn
+from femend.bench.field_result import fields_result, grouped, made_for_fields
 from femend.bench.left import Unmet, what_is_left
+from femend.bench.links import deck_priors, kept_as_drawn, links_result
 from femend.bench.paired_otherwise import paired_otherwise
 from femend.bench.starts import Starts
 from femend.bench.surface_start import SurfaceStart
 from femend.bench.update_advice import MODAL, few_modes, mesh_advice, missing_modes, update_advice
 from femend.correlate import match_frfs
 from femend.estimate.updating import Sensitivity, UpdatedDeck, UpdateResult
+from femend.model.deck_changes import kept_told
+from femend.study.study import AS_MODELLED
 
 if TYPE_CHECKING:
     from femend.bench.prepared import Prepared
@@ -47,12 +51,13 @@ def update_result(
     unmet = what_is_left(found, counted)
     more = [one for one in (surface, starts, drawn) if one is not None]
     advice = [
-        *update_advice(found, told, recordings, unmet),
+        *update_advice(found, told, recordings, unmet, made_for_fields(prepared.study, prepared.model)),
         *([mesh_advice(prepared, counted)] if unmet.off else []),
         *(text for one in more for text in one.advice()),
     ]
     warnings = [text for one in (surface, starts) if one is not None for text in one.warnings()]
-    warnings += [*deck.warnings, *paired_otherwise(found, counted, after)]
+    warnings += kept_as_drawn(prepared.study, prepared.model, found.values, AS_MODELLED)
+    warnings += [*_kept(prepared, deck), *deck.faults, *paired_otherwise(found, counted, after)]
     return {
         "format": FORMAT,
         "title": prepared.study.title,
@@ -72,6 +77,8 @@ def update_result(
         "response_surface": None if surface is None else surface.as_dict(),
         "starts": None if starts is None else starts.as_dict(),
         "posterior": None if drawn is None else drawn.as_dict(),
+        "fields": fields_result(prepared.study, prepared.model, found),
+        "links": links_result(prepared.study, prepared.model, found.values),
         "fit": _fit(found),
         "left": unmet.as_list(),
         "responses": list(prepared.study.updating.responses),
@@ -120,6 +127,16 @@ def _said(
     }
 
 
+def _kept(prepared: Prepared, deck: UpdatedDeck) -> list[str]:
+    """What the updated deck has no fields for."""
+    if not deck.left_out:
+        return []
+    field_of = made_for_fields(prepared.study, prepared.model)
+    of_fields = any(n in field_of for n in deck.left_out)
+    more = ", or give groups of elements properties of their own and name these ([[updating.field]] property_ids)"
+    return [kept_told(grouped(deck.left_out, field_of)) + more * of_fields]
+
+
 def _fit(found: UpdateResult) -> dict[str, Any]:
     """Mean frequency error and MAC over the modes that count, before and after; NaN where there are none."""
     let_go = found.let_go()
@@ -142,9 +159,8 @@ def _parameters(prepared: Prepared, told: Sensitivity, found: UpdateResult, unme
     """Every unknown; those of the deck have a factor, positions and damping have a value."""
     determined = set(found.determined())
     units = {u.name: u.unit for u in found.problem.unknowns.items}
-    factors = {p.name for p in prepared.study.parameters}
-    prior = {p.name: p.prior_sd for p in prepared.study.parameters}
-    prior |= {m.name: m.prior_sd for m in prepared.study.updating.morph}
+    prior = deck_priors(prepared)
+    factors = {n for n, (mean, _) in prior.items() if mean == 1.0}
     size = dict(zip(told.names, told.size.tolist(), strict=True))
     out = {}
     for row in found.parameters():
@@ -154,7 +170,7 @@ def _parameters(prepared: Prepared, told: Sensitivity, found: UpdateResult, unme
             "sd": row.sd,
             "widened_sd": row.sd * unmet.widened[row.name],
             "before": row.before,
-            "prior_sd": prior.get(row.name),
+            "prior_sd": prior[row.name][1] if row.name in prior else None,
             "moved_by_prior_sd": row.z,
             "learned": row.learned,
             "determined": row.name in determined,

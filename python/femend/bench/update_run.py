@@ -9,13 +9,14 @@ from femend.bench.compared import Compared
 from femend.bench.counted import Counted
 from femend.bench.counted_runs import CountedRun
 from femend.bench.drawn import Drawn
+from femend.bench.links import values_in
 from femend.bench.prepared import Prepared
 from femend.bench.run_compared import ComparedRun
 from femend.bench.starts import Starts
 from femend.bench.surface_start import SurfaceStart
 from femend.bench.words import update_text
 from femend.estimate.updating import Problem, Sensitivity, UpdatedDeck, UpdateResult
-from femend.study.study import Study
+from femend.study.study import AS_MODELLED, Study
 
 __all__ = ["UpdateRun"]
 
@@ -52,13 +53,20 @@ class UpdateRun:
 
     @property
     def factors(self) -> dict[str, float]:
-        """Factors of the deck's parameters by name."""
-        return {p.name: self.found.values[p.name] for p in self.study.parameters}
+        """Factors of the deck's parameters by name, those of its fields last; of linked ones as they are in the deck as
+        it is modelled."""
+        found = self._of_the_deck
+        return {p.name: found[p.name] for p in self.prepared.model.parameters}
 
     @property
     def amplitudes(self) -> dict[str, float]:
         """Amplitudes of the study's morphs by name."""
-        return {m.name: self.found.values[m.name] for m in self.study.updating.morph}
+        found = self._of_the_deck
+        return {m.name: found[m.name] for m in self.study.updating.morph}
+
+    @property
+    def _of_the_deck(self) -> dict[str, float]:
+        return values_in(self.study, self.prepared.model, self.found.values, AS_MODELLED)
 
     def __repr__(self) -> str:
         return update_text(self.result)

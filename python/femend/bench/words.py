@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from femend.bench.field_result import field_lines
+from femend.bench.links import link_lines
 from femend.bench.page import deviation, fixed, number, percent
 from femend.bench.run_update_content import run_lines
 from femend.bench.runs import in_order
@@ -87,7 +89,10 @@ def update_text(result: dict[str, Any]) -> str:
     parts = [f"{result['status']} after {result['iterations']} steps, {costs}", ""]
     rows = []
     wider = [WIDER_SD] if result["wider"] else []
+    in_fields = {n for f in result["fields"] if f["property"] for n in f["parts"]}
     for name, p in result["parameters"].items():
+        if name in in_fields:
+            continue
         factor = p.get("factor")
         rows.append(
             [name, number(p["value"]) if factor is None else f"{factor:.4f}", number(p["sd"], 2),
@@ -95,8 +100,8 @@ def update_text(result: dict[str, Any]) -> str:
              ("data" if p["determined"] else "prior") + (", at its limit" if p["at_bound"] else "")]
         )  # fmt: skip
     header = ["parameter", "value", "sd", *wider, "prior sd", "moved by", "told by"]
-    parts.append(table(header, rows, "lrr" + "r" * len(wider) + "rrl"))
-    parts += _estimates(result)
+    parts += [table(header, rows, "lrr" + "r" * len(wider) + "rrl")] if rows else []
+    parts += [*field_lines(result["fields"]), *link_lines(result["links"]), *_estimates(result)]
     for r in result["recordings"]:
         used = "used to fit" if r["role"] == "fit" else "held out"
         rows = [

@@ -13,6 +13,8 @@ __all__ = [
     "RESPONSES",
     "CandidateSettings",
     "CorrelationSettings",
+    "FieldSettings",
+    "LinkSettings",
     "MorphSettings",
     "PretestSettings",
     "UpdatingSettings",
@@ -65,6 +67,47 @@ class MorphSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class FieldSettings:
+    """``[[updating.field]]``: parts with a factor each on `property`, with the 1-sigma `prior_sd` and `bounds`, of
+    which neighbours differ by `neighbour_sd`.
+
+    The parts are `ids` of what `target` says: "elements", every element of properties ("elements_of"), "property_ids"
+    or "materials"; or they are `parameters` that the study has by itself, with their own priors. Neighbours are those
+    that touch, or with `in_order` each and the next.
+    """
+
+    name: str
+    neighbour_sd: float
+    property: str = ""
+    target: str = "parameters"
+    ids: tuple[int, ...] = ()
+    parameters: tuple[str, ...] = ()
+    in_order: bool = False
+    prior_sd: float = 0.1
+    bounds: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LinkSettings:
+    """``[[updating.link]]``: in `configurations` (all where it is empty) `parameter` is `scale` times the product of
+    what it is linked `to`, each to its power of `powers`.
+
+    With `own`, `to` is one name that no parameter has: what the parameter is there, an unknown of its own.
+    """
+
+    parameter: str
+    to: tuple[str, ...]
+    powers: tuple[float, ...]
+    scale: float = 1.0
+    configurations: tuple[str, ...] = ()
+    own: bool = False
+
+    def holds_in(self, configuration: str) -> bool:
+        """Does it hold in the `configuration` of this name?"""
+        return not self.configurations or configuration in self.configurations
+
+
+@dataclass(frozen=True, slots=True)
 class UpdatingSettings:
     """``[updating]``: the `responses` that are compared, the measured `modes` (numbers from 1; None: all), and their
     least deviations.
@@ -79,7 +122,8 @@ class UpdatingSettings:
 
     `starts` searches are made in all, the first from the deck as it stands, others from points between the bounds. The
     `posterior` is that of the search's end ("laplace"), or "sampled" as well, by so many `draws`. `seed` is that of the
-    points and the draws. `morph` are positions that may change beside the study's parameters.
+    points and the draws. `morph` are positions that may change beside the study's parameters, `field` parts that may,
+    neighbours alike, and `link` says which parameters follow others.
 
     With `response_surface` the models are solved at `design_points` points first (None: twice the terms of a full
     quadratic), and the search begins at the least point of a surface through the residuals.
@@ -103,6 +147,8 @@ class UpdatingSettings:
     draws: int = 500
     seed: int = 0
     morph: tuple[MorphSettings, ...] = ()
+    field: tuple[FieldSettings, ...] = ()
+    link: tuple[LinkSettings, ...] = ()
     response_surface: bool = False
     design_points: int | None = None
 

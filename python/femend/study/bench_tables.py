@@ -19,6 +19,8 @@ from femend.study.bench_settings import (
 )
 from femend.study.candidate_tables import candidate_settings
 from femend.study.check import Check
+from femend.study.field_tables import field_settings
+from femend.study.link_tables import link_settings
 from femend.study.morph_tables import morph_settings
 from femend.study.schema import CorrelationTable, PretestTable, UpdatingTable
 
@@ -43,9 +45,11 @@ def correlation_settings(check: Check, table: CorrelationTable) -> CorrelationSe
     return CorrelationSettings(_band(check, "correlation.band", table.band), table.mac_min, table.align, orders)
 
 
-def updating_settings(check: Check, table: UpdatingTable, parameters: Sequence[str]) -> UpdatingSettings:
-    """``[updating]`` of a study with `parameters` of these names; raises StudyError, naming the key, for an unknown
-    response, a deviation that is not above 0, and a morph that cannot be meant."""
+def updating_settings(
+    check: Check, table: UpdatingTable, parameters: Sequence[str], configurations: Sequence[str]
+) -> UpdatingSettings:
+    """``[updating]`` of a study with `parameters` and `configurations` of these names; raises StudyError, naming the
+    key, for an unknown response, a deviation that is not above 0, and a morph, field or link that cannot be meant."""
     if not table.responses:
         raise check.fail("updating.responses", f"the list is empty; compare one of {', '.join(RESPONSES)}")
     for name in table.responses:
@@ -65,11 +69,28 @@ def updating_settings(check: Check, table: UpdatingTable, parameters: Sequence[s
         if not table.response_surface:
             raise check.fail("updating.design_points", "is given and nothing uses it; say response_surface = true too")
     _seed(check, "updating.seed", table.seed)
-    checked = {
+    morphs = [m.name for m in table.morph]
+    checked: dict[str, Any] = {
         "responses": tuple(table.responses),
         "modes": _modes(check, "updating.modes", table.modes),
         "morph": morph_settings(check, table.morph, parameters),
+        "field": field_settings(check, table.field, parameters, morphs),
+        "link": link_settings(check, table.link, parameters, morphs, configurations),
     }
+    for i, link in enumerate(checked["link"]):
+        fields = [f.name for f in checked["field"] if link.parameter in f.parameters]
+        if fields and not link.own:
+            raise check.fail(
+                f"updating.link[{i}].parameter",
+                f"{link.parameter!r} is a part of field {fields[0]!r} too, which holds it near its neighbours; leave "
+                "it out of the one or the other",
+            )
+    if table.field and table.posterior == "sampled":
+        raise check.fail(
+            "updating.posterior",
+            "draws start from parameters that know nothing of each other, those of [[updating.field]] do; leave the "
+            "one or the other out",
+        )
     return UpdatingSettings(**_by_name(UpdatingSettings, table) | checked)
 
 

@@ -21,6 +21,7 @@ from femend.errors import StudyError, UnitError
 from femend.io.channel_map import CHANNEL_QUANTITIES, ChannelMap
 from femend.model import Parameter
 from femend.study.bench_tables import correlation_settings, pretest_settings, updating_settings
+from femend.study.parameter_targets import ALL_PROPERTIES, OF_TARGET, TARGETS, checked_prior
 from femend.study.rotating_tables import rotating_of
 from femend.study.schema import ChannelTable, ParameterTable, RecordingTable, StudyFile
 from femend.study.study import AS_MODELLED, Configuration, Study, StudyRecording
@@ -31,17 +32,6 @@ from femend.units import QUANTITIES, ROTATIONAL, SYSTEMS, parse_unit, quantity_f
 __all__ = ["FORMAT", "load_study"]
 
 FORMAT = "femend-study/1"
-_OF_TARGET = {
-    "material": ("E", "G", "nu", "rho"),
-    "property_id": (
-        *("A", "I1", "I2", "J", "t", "eta"),
-        *(f"k{i}" for i in range(1, 7)),
-        *(f"c{i}" for i in range(1, 7)),
-    ),
-    "mass": ("m",),
-}
-_ALL_PROPERTIES = tuple(p for properties in _OF_TARGET.values() for p in properties)
-_TARGETS = ("material", "property_id", "elements", "mass")
 
 
 class _Checker:
@@ -189,43 +179,25 @@ def _study(check: _Checker, content: StudyFile, use: str | None) -> Study:
         tuple(configurations),
         recordings,
         correlation_settings(check, content.correlation),
-        updating_settings(check, content.updating, [p.name for p in content.parameter]),
+        updating_settings(check, content.updating, [p.name for p in content.parameter], (AS_MODELLED, *names)),
         pretest_settings(check, content.pretest, names, {p.name: p.prior_sd for p in content.parameter}),
     )
 
 
 def _parameter(check: _Checker, table: ParameterTable, key: str) -> Parameter:
-    given = [t for t in _TARGETS if getattr(table, t) is not None]
+    given = [t for t in TARGETS if getattr(table, t) is not None]
     if len(given) != 1:
         has = "no target" if not given else f"{len(given)} targets ({', '.join(given)})"
-        raise check.fail(key, f"parameter {table.name!r} has {has}; give exactly one of {', '.join(_TARGETS)}")
+        raise check.fail(key, f"parameter {table.name!r} has {has}; give exactly one of {', '.join(TARGETS)}")
     target = given[0]
-    allowed = _OF_TARGET.get(target, _ALL_PROPERTIES)
+    allowed = OF_TARGET.get(target, ALL_PROPERTIES)
     if table.property not in allowed:
         raise check.fail(
             f"{key}.property",
             f"parameter {table.name!r}: {table.property!r} is no property of {target}; use one of "
             f"{', '.join(allowed)}{_nearest(table.property, allowed)}",
         )
-    if not (math.isfinite(table.prior_sd) and table.prior_sd > 0):
-        raise check.fail(
-            f"{key}.prior_sd", f"parameter {table.name!r}: {table.prior_sd:g} is not positive (10 % is 0.10)"
-        )
-    bounds = None
-    if table.bounds is not None:
-        if len(table.bounds) != 2 or not 0 <= table.bounds[0] < table.bounds[1]:
-            raise check.fail(
-                f"{key}.bounds",
-                f"parameter {table.name!r}: {table.bounds} is not [lower, upper] with 0 <= lower < upper, relative to "
-                "the deck's value",
-            )
-        if not table.bounds[0] <= 1 <= table.bounds[1]:
-            raise check.fail(
-                f"{key}.bounds",
-                f"parameter {table.name!r}: {table.bounds} leaves out the deck's own value, which is 1; bounds are "
-                "relative to it",
-            )
-        bounds = (table.bounds[0], table.bounds[1])
+    bounds = checked_prior(check, key, f"parameter {table.name!r}", table.prior_sd, table.bounds)
     value = getattr(table, target)
     ids = tuple(value) if isinstance(value, list) else (int(value),)
     if not ids:

@@ -13,6 +13,8 @@ __all__ = [
     "ConfigurationTable",
     "CorrelationTable",
     "DampingTable",
+    "FieldTable",
+    "LinkTable",
     "ModelTable",
     "MorphTable",
     "ParameterTable",
@@ -153,6 +155,34 @@ class MorphTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_onl
     vectors: list[VectorTable] | None = None
 
 
+class FieldTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """``[[updating.field]]``: factors of parts that touch each other, which `femend update` holds alike; exactly one of
+    `elements`, `elements_of`, `property_ids`, `materials` and `parameters` says what the parts are."""
+
+    name: str
+    neighbour_sd: float
+    property: str | None = None
+    elements: list[int] | None = None
+    elements_of: list[int] | None = None
+    property_ids: list[int] | None = None
+    materials: list[int] | None = None
+    parameters: list[str] | None = None
+    neighbours: str = "touching"
+    prior_sd: float | None = None
+    bounds: list[float] | None = None
+
+
+class LinkTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """``[[updating.link]]``: a `parameter` that follows others, or has a value of its `own` in some configurations."""
+
+    parameter: str
+    to: list[str] = []
+    powers: list[float] | None = None
+    scale: float = 1.0
+    own: bool = False
+    configurations: list[str] = []
+
+
 class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """``[updating]``: what `femend update` compares and how far it trusts it; deviations are relative."""
 
@@ -174,6 +204,8 @@ class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_
     draws: int = _UPDATING.draws
     seed: int = _UPDATING.seed
     morph: list[MorphTable] = []
+    field: list[FieldTable] = []
+    link: list[LinkTable] = []
     response_surface: bool = _UPDATING.response_surface
     design_points: int | None = None
 

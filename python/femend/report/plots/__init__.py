@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from femend.report.plots.campbell import draw_campbell
 from femend.report.plots.dac_matrix import draw_dac
+from femend.report.plots.field_view import draw_field
 from femend.report.plots.force_spectra import OmegaLaw, draw_force_spectra, fit_omega_law
 from femend.report.plots.frf_overlay import draw_frf
 from femend.report.plots.mac_matrix import draw_mac
@@ -26,6 +27,7 @@ __all__ = [
     "OmegaLaw",
     "draw_campbell",
     "draw_dac",
+    "draw_field",
     "draw_force_spectra",
     "draw_frf",
     "draw_mac",

@@ -1,0 +1,44 @@
+"""What a factor of a study may be on, and the prior it has."""
+
+from __future__ import annotations
+
+import math
+
+from femend.study.check import Check
+
+__all__ = ["ALL_PROPERTIES", "OF_TARGET", "TARGETS", "checked_prior"]
+
+# properties that a factor may be on, by its target
+OF_TARGET = {
+    "material": ("E", "G", "nu", "rho"),
+    "property_id": (
+        *("A", "I1", "I2", "J", "t", "eta"),
+        *(f"k{i}" for i in range(1, 7)),
+        *(f"c{i}" for i in range(1, 7)),
+    ),
+    "mass": ("m",),
+}
+ALL_PROPERTIES = tuple(p for properties in OF_TARGET.values() for p in properties)
+TARGETS = ("material", "property_id", "elements", "mass")
+
+
+def checked_prior(
+    check: Check, key: str, who: str, prior_sd: float, bounds: list[float] | None
+) -> tuple[float, float] | None:
+    """The `bounds` of a factor, after a look at its 1-sigma `prior_sd`; raises StudyError under `key`, naming `who`,
+    for a deviation that is not above 0, and bounds that are none or leave out the deck's value."""
+    if not (math.isfinite(prior_sd) and prior_sd > 0):
+        raise check.fail(f"{key}.prior_sd", f"{who}: {prior_sd:g} is not positive (10 % is 0.10)")
+    if bounds is None:
+        return None
+    if len(bounds) != 2 or not 0 <= bounds[0] < bounds[1]:
+        raise check.fail(
+            f"{key}.bounds",
+            f"{who}: {bounds} is not [lower, upper] with 0 <= lower < upper, relative to the deck's value",
+        )
+    if not bounds[0] <= 1 <= bounds[1]:
+        raise check.fail(
+            f"{key}.bounds",
+            f"{who}: {bounds} leaves out the deck's own value, which is 1; bounds are relative to it",
+        )
+    return bounds[0], bounds[1]
