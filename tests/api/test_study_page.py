@@ -14,7 +14,7 @@ import pytest
 
 from femend.data.recording import EXCITATIONS, ROLES
 from femend.io.channel_map import CHANNEL_QUANTITIES
-from femend.study.bench_settings import DAMPING_MODELS, METHODS, POSTERIORS, RESPONSES
+from femend.study.bench_settings import DAMPING_MODELS, METHODS, POSTERIORS, RESPONSES, RULES
 from femend.study.candidate_tables import CANDIDATE_KEYS
 from femend.study.field_tables import NEIGHBOURS
 from femend.study.load import FORMAT
@@ -34,6 +34,7 @@ VALUES = {
     "updating.responses": RESPONSES,
     "updating.damping_model": DAMPING_MODELS,
     "updating.posterior": POSTERIORS,
+    "updating.regularisation": tuple(RULES),
     "updating.morph.move": tuple(MOVES),
     "updating.field.neighbours": NEIGHBOURS,
     "pretest.method": METHODS,

@@ -11,6 +11,7 @@ from femend.bench.links import deck_priors
 from femend.bench.page import Section, Table, figures, fixed, number, percent
 from femend.bench.starts import Starts
 from femend.bench.steps import write_csv
+from femend.bench.strength_content import strength_section, write_strength_table
 from femend.bench.surface_start import SurfaceStart
 from femend.numerals import plain
 from femend.report import plots
@@ -27,14 +28,15 @@ MINIMA_SHOWN, DENSITIES_SHOWN, ACROSS = 12, 24, 4
 
 def estimate_sections(run: UpdateRun) -> list[Section]:
     """What a response surface, other starts and draws say, as far as there are any."""
-    found = [] if run.surface is None else [_surface(run.surface)]
+    found = [] if run.strength is None else [strength_section(run.strength)]
+    found += [] if run.surface is None else [_surface(run.surface)]
     found += [] if run.starts is None else [_starts(run.starts)]
     return found if run.drawn is None else [*found, _posterior(run, run.drawn)]
 
 
 def estimate_tables(folder: Path, run: UpdateRun) -> list[str]:
     """The minima and the draws as CSV into `folder`, as far as there are any; gives the names of the files."""
-    names, unknowns = [], run.problem.unknowns.names
+    names, unknowns = write_strength_table(folder, run.strength), run.problem.unknowns.names
     if run.starts is not None:
         minima = [
             [k, len(m.starts), m.result.after.cost, m.result.after.squares, m.result.status, *m.result.values.values()]

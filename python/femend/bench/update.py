@@ -20,6 +20,7 @@ from femend.bench.runs import UPDATE
 from femend.bench.small_problem import small_problem
 from femend.bench.starts import Starts, search_from_starts
 from femend.bench.steps import Steps, write_json
+from femend.bench.strength import Strength, choose_strength
 from femend.bench.surface_start import SurfaceStart, start_on_surface
 from femend.bench.update_content import update_page, write_tables
 from femend.bench.update_result import update_result
@@ -77,7 +78,8 @@ def update(
         runs, passed = counted_runs(prepared, runs_before)
         problem = study_problem(prepared, counted, runs)
         told = sensitivities(problem)
-    surface, found = _first(prepared.study, problem, steps, history)
+    strength = _strength(prepared.study, problem, steps)
+    surface, found = _first(prepared.study, problem, steps, history, strength)
     found, runs = _as_found(prepared, counted, runs, found, steps)
     problem = found.problem
     starts, drawn, stopped = _more(prepared.study, problem, found, counted, steps)
@@ -90,14 +92,14 @@ def update(
             prepared.compare_run(m, _of_the_deck(prepared, found, m.configuration)) for m in prepared.runs
         )
         deck = updated_deck(model, _of_the_deck(prepared, found, AS_MODELLED))
-        result = update_result(prepared, counted, told, found, before, after, deck, starts, drawn, surface)
+        result = update_result(prepared, counted, told, found, before, after, deck, strength, surface, starts, drawn)
         result["runs"] = runs_result(runs, found, runs_before, runs_after)
         result["warnings"] += passed
         if stopped:
             result["warnings"].insert(0, f"interrupted by hand: {what_is_lacking(stopped, partly)}")
     run = UpdateRun(
         prepared, counted, problem, told, found, before, after, deck, result, starts, drawn, surface, runs, runs_before,
-        runs_after,
+        runs_after, strength,
     )  # fmt: skip
     if out is not None:
         with steps.step("write"), OutputDirectory(out, owned=OWNED) as folder:
@@ -116,15 +118,26 @@ def _refuse_unwritable(out: str | Path | None, history: str | Path | None) -> No
         refuse_unwritable_file(history)
 
 
+def _strength(study: Study, problem: Problem, steps: Steps) -> Strength | None:
+    """How strongly the priors count, where the study lets the data choose it."""
+    if study.updating.regularisation is None:
+        return None
+    with steps.step("choose the strength of the priors"):
+        return choose_strength(problem, study.updating, steps.progress.advance)
+
+
 def _first(
-    study: Study, problem: Problem, steps: Steps, history: str | Path | None
+    study: Study, problem: Problem, steps: Steps, history: str | Path | None, strength: Strength | None
 ) -> tuple[SurfaceStart | None, UpdateResult]:
-    """The first search, from the deck or from the least point of a response surface where the study asks for one."""
+    """The first search, from the deck, from where that with the chosen `strength` of the priors ended, or from the
+    least point of a response surface where the study asks for one."""
     surface, start = None, None
+    if strength is not None:
+        problem, start = strength.chosen, strength.p
     if study.updating.response_surface:
         with steps.step("solve the design and fit a response surface"):
             surface = start_on_surface(problem, study.updating)
-        start = surface.p if surface.taken else None
+        start = surface.p if surface.taken else start
     most, stop = study.updating.iterations, _telling(steps.progress)
     if history is not None:
         Path(history).absolute().parent.mkdir(parents=True, exist_ok=True)
@@ -162,7 +175,11 @@ def _as_found(
             break
         runs = again
         with steps.step("update parameters"):
-            problem = replace(study_problem(prepared, counted, runs), left_out=found.problem.left_out)
+            # with the prior that was chosen, and without modes that the others contradict
+            before = found.problem
+            problem = replace(
+                study_problem(prepared, counted, runs), unknowns=before.unknowns, left_out=before.left_out
+            )
             more = search(
                 problem, found.p, iterations=prepared.study.updating.iterations, stop=_telling(steps.progress)
             )

@@ -247,7 +247,7 @@ def _search(run: UpdateRun) -> Section:
         for n, f, s, d in zip(c["modes"], c["freq"], c["freq_sd"], c["shape_sd"], strict=True)
     ]
     responses = ", ".join(run.result["responses"])
-    begun = ""
+    begun = "" if run.strength is None else " It began where the search with the strength that was taken had ended."
     if run.surface is not None and run.surface.taken:
         begun = " The search began at the least point of the response surface."
     if run.starts is not None and run.starts.at_start != 0:

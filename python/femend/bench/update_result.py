@@ -19,6 +19,7 @@ from femend.bench.left import Unmet, what_is_left
 from femend.bench.links import deck_priors, kept_as_drawn, links_result
 from femend.bench.paired_otherwise import paired_otherwise
 from femend.bench.starts import Starts
+from femend.bench.strength import Strength
 from femend.bench.surface_start import SurfaceStart
 from femend.bench.update_advice import MODAL, few_modes, mesh_advice, missing_modes, update_advice
 from femend.correlate import match_frfs
@@ -42,14 +43,15 @@ def update_result(
     before: Sequence[Compared],
     after: Sequence[Compared],
     deck: UpdatedDeck,
+    strength: Strength | None = None,
+    surface: SurfaceStart | None = None,
     starts: Starts | None = None,
     drawn: Drawn | None = None,
-    surface: SurfaceStart | None = None,
 ) -> dict[str, Any]:
     """The content of updating.json."""
     recordings = [_recording(b, a) for b, a in zip(before, after, strict=True)]
     unmet = what_is_left(found, counted)
-    more = [one for one in (surface, starts, drawn) if one is not None]
+    more = [one for one in (strength, surface, starts, drawn) if one is not None]
     advice = [
         *update_advice(found, told, recordings, unmet, made_for_fields(prepared.study, prepared.model)),
         *([mesh_advice(prepared, counted)] if unmet.off else []),
@@ -74,6 +76,7 @@ def update_result(
             {"condition": c.condition, "parameters": list(c.names), "weights": list(c.weights)} for c in told.collinear
         ],
         "hardly_seen": list(told.insensitive),
+        "regularisation": None if strength is None else strength.as_dict(),
         "response_surface": None if surface is None else surface.as_dict(),
         "starts": None if starts is None else starts.as_dict(),
         "posterior": None if drawn is None else drawn.as_dict(),

@@ -13,6 +13,7 @@ from femend.bench.links import values_in
 from femend.bench.prepared import Prepared
 from femend.bench.run_compared import ComparedRun
 from femend.bench.starts import Starts
+from femend.bench.strength import Strength
 from femend.bench.surface_start import SurfaceStart
 from femend.bench.words import update_text
 from femend.estimate.updating import Problem, Sensitivity, UpdatedDeck, UpdateResult
@@ -26,9 +27,9 @@ class UpdateRun:
     """A finished update: what was `prepared` and `counted`, the `problem` with what its data can tell
     (`sensitivity`), what was `found`, every fit and validate recording compared `before` and `after`, the changed
     `deck`, and the `result` as it is written; the searches from other `starts` and the `drawn` posterior where the
-    study asks for them, and the response `surface` that told where to begin. Where the study asks for orders, the
-    rotor's runs that count (`counted_runs`), and all of them compared before and after (`runs_before`,
-    `runs_after`)."""
+    study asks for them, the response `surface` that told where to begin, and the `strength` of the priors. Where
+    the study asks for orders, the rotor's runs that count (`counted_runs`), and all of them compared before and
+    after (`runs_before`, `runs_after`)."""
 
     prepared: Prepared
     counted: tuple[Counted, ...]
@@ -45,6 +46,7 @@ class UpdateRun:
     counted_runs: tuple[CountedRun, ...] = ()
     runs_before: tuple[ComparedRun, ...] = ()
     runs_after: tuple[ComparedRun, ...] = ()
+    strength: Strength | None = None
 
     @property
     def study(self) -> Study:

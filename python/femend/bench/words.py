@@ -9,6 +9,7 @@ from femend.bench.links import link_lines
 from femend.bench.page import deviation, fixed, number, percent
 from femend.bench.run_update_content import run_lines
 from femend.bench.runs import in_order
+from femend.bench.strength import strength_lines
 from femend.numerals import plain
 from femend.report.text_table import table
 
@@ -101,7 +102,8 @@ def update_text(result: dict[str, Any]) -> str:
         )  # fmt: skip
     header = ["parameter", "value", "sd", *wider, "prior sd", "moved by", "told by"]
     parts += [table(header, rows, "lrr" + "r" * len(wider) + "rrl")] if rows else []
-    parts += [*field_lines(result["fields"]), *link_lines(result["links"]), *_estimates(result)]
+    parts += [*field_lines(result["fields"]), *link_lines(result["links"]), *strength_lines(result["regularisation"])]
+    parts += _estimates(result)
     for r in result["recordings"]:
         used = "used to fit" if r["role"] == "fit" else "held out"
         rows = [

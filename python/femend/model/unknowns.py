@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femend.errors import ModelError
 
-__all__ = ["Unknown", "Unknowns"]
+__all__ = ["Unknown", "Unknowns", "covariance_of"]
 
 FloatArray = NDArray[np.float64]
 
@@ -68,6 +68,15 @@ class Unknowns:
         """Names in order."""
         return tuple(u.name for u in self.items)
 
+    @property
+    def prior_sd(self) -> FloatArray:
+        """Standard deviations (n,) that the joint prior has for each p by itself; infinite where it says nothing."""
+        return np.sqrt(np.diag(covariance_of(self.precision)))
+
+    def strengthened(self, strength: float) -> Unknowns:
+        """These unknowns with a prior of `strength` times the precision; their own `sd` stays what was stated."""
+        return replace(self, precision=strength * self.precision)
+
     def index(self, name: str) -> int:
         """Position of an unknown; raises ModelError for a name that is none."""
         if name not in self.names:
@@ -96,3 +105,16 @@ class Unknowns:
         """The same unknowns with a Gaussian of mean `p` (n,) and `precision` (n, n): what one stage settled, for the
         next."""
         return replace(self, mean=np.asarray(p, dtype=np.float64).copy(), precision=0.5 * (precision + precision.T))
+
+
+def covariance_of(precision: FloatArray) -> FloatArray:
+    """Covariance (n, n) of a `precision` (n, n); infinite variance where it says nothing."""
+    diag = np.sqrt(np.maximum(np.diag(precision), 0.0))
+    scale = np.where(diag > 0, diag, 1.0)
+    values, vectors = np.linalg.eigh(precision / np.outer(scale, scale))
+    blind = values <= values.max(initial=0.0) * len(values) * 1e-13
+    inverse = (vectors[:, ~blind] / values[~blind]) @ vectors[:, ~blind].T
+    inverse = inverse / np.outer(scale, scale)
+    unseen = (vectors[:, blind] ** 2).sum(axis=1) > 1e-9
+    inverse[unseen, unseen] = np.inf
+    return np.asarray(inverse)

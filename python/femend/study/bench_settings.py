@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from femend.dof import Dof
 
@@ -11,6 +12,7 @@ __all__ = [
     "METHODS",
     "POSTERIORS",
     "RESPONSES",
+    "RULES",
     "CandidateSettings",
     "CorrelationSettings",
     "FieldSettings",
@@ -20,9 +22,12 @@ __all__ = [
     "UpdatingSettings",
 ]
 
+Rule = Literal["gcv", "discrepancy", "l-curve"]
 RESPONSES = ("frequencies", "shapes", "mac", "damping", "frfs", "orders")
 DAMPING_MODELS = ("loss factor", "proportional")
 POSTERIORS = ("laplace", "sampled")
+# how a strength of the priors is chosen, by the rule's name in words
+RULES = {"gcv": "generalised cross-validation", "discrepancy": "the discrepancy principle", "l-curve": "the L-curve"}
 METHODS = ("parameters", "effective independence", "QR", "MAC", "Guyan")
 
 
@@ -126,7 +131,8 @@ class UpdatingSettings:
     neighbours alike, and `link` says which parameters follow others.
 
     With `response_surface` the models are solved at `design_points` points first (None: twice the terms of a full
-    quadratic), and the search begins at the least point of a surface through the residuals.
+    quadratic), and the search begins at the least point of a surface through the residuals. With `regularisation` the
+    priors count as many times as that rule of `RULES` chooses among `strengths` (None: half decades from 1e-4 to 1e4).
     """
 
     responses: tuple[str, ...] = ("frequencies", "shapes")
@@ -151,6 +157,8 @@ class UpdatingSettings:
     link: tuple[LinkSettings, ...] = ()
     response_surface: bool = False
     design_points: int | None = None
+    regularisation: Rule | None = None
+    strengths: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from femend.study.bench_settings import (
     METHODS,
     POSTERIORS,
     RESPONSES,
+    RULES,
     CorrelationSettings,
     PretestSettings,
     UpdatingSettings,
@@ -68,11 +69,14 @@ def updating_settings(
         _count(check, "updating.design_points", table.design_points)
         if not table.response_surface:
             raise check.fail("updating.design_points", "is given and nothing uses it; say response_surface = true too")
+    if table.regularisation is not None:
+        check.one_of("updating.regularisation", table.regularisation, tuple(RULES))
     _seed(check, "updating.seed", table.seed)
     morphs = [m.name for m in table.morph]
     checked: dict[str, Any] = {
         "responses": tuple(table.responses),
         "modes": _modes(check, "updating.modes", table.modes),
+        "strengths": _strengths(check, table),
         "morph": morph_settings(check, table.morph, parameters),
         "field": field_settings(check, table.field, parameters, morphs),
         "link": link_settings(check, table.link, parameters, morphs, configurations),
@@ -135,6 +139,22 @@ def pretest_settings(
 def _by_name(settings: type, table: PretestTable | UpdatingTable) -> dict[str, Any]:
     """The values of a table by the names of the settings."""
     return {field.name: getattr(table, field.name) for field in fields(settings)}
+
+
+def _strengths(check: Check, table: UpdatingTable) -> tuple[float, ...] | None:
+    """Strengths of the priors that are tried, from the largest on."""
+    if table.strengths is None:
+        return None
+    if table.regularisation is None:
+        rules = " or ".join(f'"{rule}"' for rule in RULES)
+        raise check.fail(
+            "updating.strengths", f"are given and nothing chooses among them; say regularisation = {rules}"
+        )
+    if not table.strengths or not all(math.isfinite(s) and s > 0 for s in table.strengths):
+        raise check.fail(
+            "updating.strengths", f"{table.strengths} are not numbers above 0; 1 is the priors as they are stated"
+        )
+    return tuple(sorted(set(map(float, table.strengths)), reverse=True))
 
 
 def _band(check: Check, key: str, value: list[float] | None) -> tuple[float, float] | None:

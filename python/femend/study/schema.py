@@ -208,6 +208,8 @@ class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_
     link: list[LinkTable] = []
     response_surface: bool = _UPDATING.response_surface
     design_points: int | None = None
+    regularisation: str | None = None
+    strengths: list[float] | None = None
 
 
 class CandidateTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):

@@ -71,11 +71,11 @@ def prior_quantiles(unknowns: Unknowns, u: FloatArray) -> FloatArray:
     lower, upper = limits(unknowns)
     low, high = _ends(unknowns)
     out = np.empty_like(u)
-    for i, x in enumerate(unknowns.items):
-        if not np.isfinite(x.sd):
+    for i, sd in enumerate(unknowns.prior_sd):
+        if not np.isfinite(sd):
             out[:, i] = low[i] + u[:, i] * (high[i] - low[i])
             continue
-        a = float(norm.cdf((lower[i] - unknowns.mean[i]) / x.sd))
-        b = float(norm.cdf((upper[i] - unknowns.mean[i]) / x.sd))
-        out[:, i] = unknowns.mean[i] + x.sd * norm.ppf(np.clip(a + u[:, i] * (b - a), 1e-300, 1 - 1e-16))
+        a = float(norm.cdf((lower[i] - unknowns.mean[i]) / sd))
+        b = float(norm.cdf((upper[i] - unknowns.mean[i]) / sd))
+        out[:, i] = unknowns.mean[i] + sd * norm.ppf(np.clip(a + u[:, i] * (b - a), 1e-300, 1 - 1e-16))
     return np.clip(out, lower, upper)

@@ -15,6 +15,7 @@ from femend.estimate.updating.history import Iteration
 from femend.estimate.updating.lost_modes import CONTRADICTED, Flags, out_of
 from femend.estimate.updating.problem import Evaluation, Problem
 from femend.estimate.updating.unknown import LEAST_FACTOR, limits
+from femend.model.unknowns import covariance_of
 from femend.numerals import plain
 
 __all__ = ["ModeRow", "ParameterRow", "Status", "UpdateResult"]
@@ -160,7 +161,7 @@ class UpdateResult:
         """Laplace covariance (n, n) of p; infinite variance where neither data nor prior say anything.
 
         Unknowns at a limit are treated as free: their deviation is that of the unbounded problem."""
-        return _inverse(self.precision)
+        return covariance_of(self.precision)
 
     @property
     def sd(self) -> dict[str, float]:
@@ -187,8 +188,7 @@ class UpdateResult:
         lower, upper = limits(u)
         width = (upper - lower) / np.sqrt(12.0)
         # a field's parts are known beforehand by their neighbours too
-        known = np.sqrt(np.diag(_inverse(u.precision)))
-        known = np.where(np.isfinite(known), known, width)
+        known = np.where(np.isfinite(u.prior_sd), u.prior_sd, width)
         learned = np.full(len(u), np.nan)
         bounded = np.isfinite(known)
         learned[bounded] = 1.0 - np.minimum(variance[bounded] / known[bounded] ** 2, 1.0)
@@ -276,16 +276,3 @@ class UpdateResult:
                 f"{m.mac_before:6.3f} {m.mac_after:6.3f}"
             )
         return "\n".join(lines)
-
-
-def _inverse(precision: FloatArray) -> FloatArray:
-    """Covariance (n, n) of a `precision` (n, n); infinite variance where it says nothing."""
-    diag = np.sqrt(np.maximum(np.diag(precision), 0.0))
-    scale = np.where(diag > 0, diag, 1.0)
-    values, vectors = np.linalg.eigh(precision / np.outer(scale, scale))
-    blind = values <= values.max(initial=0.0) * len(values) * 1e-13
-    inverse = (vectors[:, ~blind] / values[~blind]) @ vectors[:, ~blind].T
-    inverse = inverse / np.outer(scale, scale)
-    unseen = (vectors[:, blind] ** 2).sum(axis=1) > 1e-9
-    inverse[unseen, unseen] = np.inf
-    return np.asarray(inverse)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -22,12 +22,13 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Regularised:
-    """The run at the chosen `strength`, and the curve: `strengths` (n,), squares and penalties (n,) (the penalty
-    without its strength), the criterion (n,) whose least value was taken."""
+    """The run at the chosen `strength`, and the curve: `strengths` (n,), where they end (`p`, (n, n_unknowns)), squares
+    and penalties (n,) (the penalty without its strength), the criterion (n,) whose least value was taken."""
 
     result: UpdateResult
     strength: float
     strengths: FloatArray
+    p: FloatArray
     squares: FloatArray
     penalties: FloatArray
     criterion: FloatArray
@@ -40,13 +41,16 @@ def tikhonov(
     strengths: Sequence[float] | None = None,
     *,
     rule: Literal["gcv", "discrepancy", "l-curve"] = "gcv",
+    iterations: int = 60,
+    told: Callable[[], None] | None = None,
 ) -> Regularised:
     """Updates `problem` with its prior's precision times each of `strengths`, from strong to weak, and takes one.
 
     `rule` "gcv": generalised cross-validation, squares / (m - trace of the influence matrix)^2 least (Golub, Heath and
     Wahba 1979); "discrepancy": the strongest whose squares do not exceed the number of values (Morozov 1966; the
     deviations have to be right); "l-curve": the corner of ln penalty over ln squares (Hansen and O'Leary 1993). By
-    default the strengths are half decades from 1e4 to 1e-4. Raises UpdatingError for a problem without prior, an
+    default the strengths are half decades from 1e4 to 1e-4. `iterations` are those of `update`; `told` is called when a
+    strength is done. Raises UpdatingError for a problem without prior, an
     unknown rule, or strengths that are not positive.
     """
     if not np.any(problem.unknowns.precision):
@@ -59,8 +63,10 @@ def tikhonov(
     results, squares, penalties, freedom = [], [], [], []
     p = None
     for strength in given:
-        u = replace(problem.unknowns, precision=strength * problem.unknowns.precision)
-        result = update(replace(problem, unknowns=u), p, doubt=False)  # all strengths on the same modes
+        stronger = replace(problem, unknowns=problem.unknowns.strengthened(strength))
+        result = update(stronger, p, iterations=iterations, doubt=False)  # all strengths on the same modes
+        if told is not None:
+            told()
         p = result.p
         J = result.after.jacobian
         assert J is not None
@@ -81,7 +87,7 @@ def tikhonov(
     else:
         criterion = -_curvature(np.log(np.maximum(s, 1e-300)), np.log(np.maximum(q, 1e-300)))
     k = int(np.argmin(criterion))
-    return Regularised(results[k], float(given[k]), given, s, q, criterion, rule)
+    return Regularised(results[k], float(given[k]), given, np.array([r.p for r in results]), s, q, criterion, rule)
 
 
 def _curvature(x: FloatArray, y: FloatArray) -> FloatArray:

@@ -18,6 +18,7 @@ from femend.report.plots.sensitivity_image import draw_sensitivity
 from femend.report.plots.shape_view import draw_shape, motion_of_model, motion_of_nodes
 from femend.report.plots.signature import draw_signature
 from femend.report.plots.stabilisation import STATUSES, draw_stabilisation
+from femend.report.plots.strength_view import draw_l_curve, draw_traces
 from femend.report.plots.style import figure, paper_style
 from femend.report.plots.waterfall import draw_waterfall
 from femend.report.plots.whirl_map import draw_whirl
@@ -30,6 +31,7 @@ __all__ = [
     "draw_field",
     "draw_force_spectra",
     "draw_frf",
+    "draw_l_curve",
     "draw_mac",
     "draw_mismatch",
     "draw_posterior",
@@ -38,6 +40,7 @@ __all__ = [
     "draw_shape",
     "draw_signature",
     "draw_stabilisation",
+    "draw_traces",
     "draw_waterfall",
     "draw_whirl",
     "figure",
