@@ -21,6 +21,7 @@ from femend.study.load import FORMAT
 from femend.study.morph_tables import MOVES
 from femend.study.parameter_targets import ALL_PROPERTIES
 from femend.study.schema import StudyFile
+from femend.study.solver_settings import FORMATS
 from femend.units import SYSTEMS
 
 WORDS = {str: ("text", "texts"), int: ("whole number", "whole numbers"), float: ("number", "numbers")}
@@ -37,6 +38,7 @@ VALUES = {
     "updating.regularisation": tuple(RULES),
     "updating.morph.move": tuple(MOVES),
     "updating.field.neighbours": NEIGHBOURS,
+    "solver.format": tuple(FORMATS),
     "pretest.method": METHODS,
     "pretest.distinguish.physics": tuple(CANDIDATE_KEYS),
 }

@@ -104,15 +104,19 @@ def compare_recording(
     zeta: float,
     mac_min: float = 0.5,
     factors: Mapping[str, float] | None = None,
+    modes: ModeSet | None = None,
 ) -> Compared:
     """Compares `measured` modes, and its FRFs if there are any, with `model` at `factors` of its parameters by name.
 
     `places` has the model's DOF of each sensor; the model's modes have the damping ratio `zeta` but for those that are
-    paired, which have the measured one in the FRFs. `mac_min` as in `pair_modes`. Raises what `compare_modes` and
+    paired, which have the measured one in the FRFs. `modes` that a solver of the user's own computed are taken in place
+    of the model's, and FRFs are not compared. `mac_min` as in `pair_modes`. Raises what `compare_modes` and
     `compare_frfs` raise.
     """
     test = measured.modes.to_mode_set()
-    modes = modes_up_to(model, float(test.freq[-1]), test.n_modes, zeta, factors)
+    computed = modes
+    if modes is None:
+        modes = modes_up_to(model, float(test.freq[-1]), test.n_modes, zeta, factors)
     comparison = compare_modes(test, modes, places=places, mac_min=mac_min)
     a, b = comparison.pairing.a, comparison.pairing.b
     phi_a, phi_b = comparison.phi_a[:, a], comparison.phi_b[:, b]
@@ -126,7 +130,7 @@ def compare_recording(
             macco=macco(phi_a, phi_b),
             faults=_faults(comparison, test, modes),
         )
-    if measured.frf is None:
+    if measured.frf is None or computed is not None:
         return found
     frf = modelled_frf(measured.frf, model, places, _damped(found, zeta), zeta, factors)
     return replace(found, frf=frf, frfs=compare_frfs(measured.frf, frf))

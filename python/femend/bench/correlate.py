@@ -36,7 +36,7 @@ OWNED = ("correlation.json", "correlation.html", "correlation.run.json", "correl
 @one_blas_thread
 def correlate(study: str | Path, out: str | Path | None = None, progress: Progress | None = None) -> CorrelationRun:
     """Compares the modes, FRFs and operating shapes of every fit and validate recording of `study` with its deck as it
-    stands.
+    stands, or modes with those of the solver that it names.
 
     With a folder `out` everything is written there: correlation.json, correlation.html, tables as CSV and
     correlation.run.json. Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError,
@@ -48,10 +48,15 @@ def correlate(study: str | Path, out: str | Path | None = None, progress: Progre
     prepared = prepare(Path(study), steps, "a correlation", runs=lambda study: True)
     with steps.step("compare"):
         compared = tuple(prepared.compare(m) for m in prepared.measured)
-        tams = tuple(orthogonality_of(c, prepared.models.of(c.measured.configuration)) for c in compared)
-        wrong = tuple(where_wrong(c, prepared.models.of(c.measured.configuration), prepared.study) for c in compared)
+        models = [prepared.drawn_model(c.measured.configuration) for c in compared]
+        tams = tuple(None if m is None else orthogonality_of(c, m) for c, m in zip(compared, models, strict=True))
+        wrong = tuple(
+            None if m is None else where_wrong(c, m, prepared.study) for c, m in zip(compared, models, strict=True)
+        )
         runs = tuple(prepared.compare_run(m) for m in prepared.runs)
         result = correlation_result(prepared, compared, tams, wrong, runs)
+        if prepared.solver is not None:
+            result["warnings"] += prepared.solver.warnings
         result["warnings"] += [*_positions(prepared.study), *_axes(prepared, runs)]
     run = CorrelationRun(prepared, compared, tams, result, runs, wrong)
     if out is not None:

@@ -45,7 +45,7 @@ def correlation_result(
     return {
         "format": FORMAT,
         "title": prepared.study.title,
-        "model": weighed(prepared.model),
+        "model": weighed(prepared.model) if prepared.solver is None else None,
         "sensors": placed_result(prepared.placed),
         "recordings": [
             {

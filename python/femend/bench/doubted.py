@@ -71,8 +71,8 @@ def doubted_times(prepared: Prepared, compared: Sequence[Compared], runs: Sequen
             names |= dict.fromkeys(m.held or (m.name,), m.configuration)
     told: list[str] = []
     for recording in prepared.study.recordings:
-        if recording.name not in names:
-            continue
+        if recording.name not in names or prepared.solver is not None:
+            continue  # the deck beside a solver may have no modes
         model = prepared.models.of(names[recording.name])
         modes = model_modes(model, n_modes=KNOWN, zeta=prepared.study.damping_ratio)
         read = recording.read(prepared.study.units)

@@ -57,9 +57,11 @@ def _own(s: LinkSettings, unknowns: Unknowns) -> list[Unknown]:
 
 
 def deck_priors(prepared: Prepared) -> dict[str, tuple[float, float]]:
-    """Mean and 1-sigma of the prior of whatever may be an unknown of the deck, by name: factors about 1, amplitudes
-    about 0, and those of their own in some configurations."""
+    """Mean and 1-sigma of the prior of whatever may be an unknown of the deck, or of a solver's input, by name: factors
+    about 1, amplitudes about 0, and those of their own in some configurations."""
     model = prepared.model
+    if prepared.solver is not None:
+        return {v.name: (1.0, v.prior_sd) for v in prepared.solver.settings.values}
     found = {p.name: (1.0, p.prior_sd) for p in model.parameters} | {m.name: (0.0, m.prior_sd) for m in model.morphs}
     return found | {s.to[0]: found[s.parameter] for s in prepared.study.updating.link if s.own}
 

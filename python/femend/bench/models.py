@@ -49,6 +49,14 @@ class Models:
         """The rotors that the deck declares; raises what the reading of the deck raises."""
         return deck_rotors(self._deck)
 
+    @cached_property
+    def _alone(self) -> tuple[tuple[int, float], ...]:
+        """Masses at the nodes of a deck that has nothing else and stands beside a solver: it is asked for places alone,
+        and a model moves somewhere."""
+        if self.study.solver is None or self._deck.elements():
+            return ()
+        return tuple((int(n), 1.0) for n in self._deck.node_ids)
+
     def of(self, configuration: str = AS_MODELLED) -> Model:
         """The model of a `configuration` by name: its SPC set and added masses.
 
@@ -62,7 +70,7 @@ class Models:
                     units=self.study.units,
                     parameters=(*self.study.parameters, *field_parameters(self._deck, self._fields)),
                     spc=how.spc,
-                    added_mass=how.added_mass,
+                    added_mass=how.added_mass or self._alone,
                 )
                 if self._morphs:
                     made = made.with_morphs(morphs_on(made, self._morphs))

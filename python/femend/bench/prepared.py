@@ -14,6 +14,7 @@ from femend.bench.placed import Placed, placed_sensors
 from femend.bench.run_compared import ComparedRun, compare_run
 from femend.bench.runs import MeasuredRun, measured_runs, without_runs
 from femend.bench.same_twice import same_twice
+from femend.bench.solver import Solver, solver_of
 from femend.bench.steps import Steps
 from femend.bench.turned import turned_in
 from femend.errors import RecordingError
@@ -32,7 +33,8 @@ __all__ = ["Prepared", "prepare"]
 class Prepared:
     """A study read for correlation or updating: the models of its configurations, the measured modes of its fit and
     validate recordings, its sensors placed on the first model, and what is to be told; `runs` are the operating shapes
-    of its rotor's runs where they were asked for."""
+    of its rotor's runs where they were asked for. With a `solver` of the user's own its modes are compared in place of
+    the models'."""
 
     study: Study
     models: Models
@@ -40,6 +42,7 @@ class Prepared:
     placed: Placed
     warnings: tuple[str, ...]
     runs: tuple[MeasuredRun, ...] = ()
+    solver: Solver | None = None
 
     @property
     def model(self) -> Model:
@@ -47,16 +50,22 @@ class Prepared:
         first: MeasuredModes | MeasuredRun = self.measured[0] if self.measured else self.runs[0]
         return self.models.of(first.configuration)
 
+    def drawn_model(self, configuration: str) -> Model | None:
+        """The deck's model in the `configuration` of this name; None beside a solver, whose model it is not."""
+        return self.models.of(configuration) if self.solver is None else None
+
     def compare(self, measured: MeasuredModes, factors: Mapping[str, float] | None = None) -> Compared:
         """The `measured` modes of a recording against the model in its configuration, at `factors` of its
-        parameters and amplitudes of its morphs by name."""
+        parameters and amplitudes of its morphs, or values of the solver, by name."""
+        zeta, f_max = self.study.damping_ratio, float(measured.modes.freq.max())
         return compare_recording(
             measured,
             self.models.of(measured.configuration),
             self.placed.places,
-            zeta=self.study.damping_ratio,
+            zeta=zeta,
             mac_min=self.study.correlation.mac_min,
-            factors=factors,
+            factors=None if self.solver is not None else factors,
+            modes=None if self.solver is None else self.solver.modes(factors, zeta, f_max),
         )
 
     def compare_run(self, measured: MeasuredRun, factors: Mapping[str, float] | None = None) -> ComparedRun:
@@ -107,6 +116,7 @@ def prepare(
     with steps.step("place sensors"):
         placed = placed_sensors(every, first, align=study.correlation.align)
         models.see(placed.points)
+    solver = solver_of(study, placed.places, first, [d for m in measured for d in m.modes.dofs])
     told = [
         *deck_warnings(study, first.deck),
         *added_mass_doubts(study, first),
@@ -116,7 +126,7 @@ def prepare(
         *_overlapping(study, measured, twice),
         *gathered((m.name, w) for m in every for w in m.warnings),
     ]
-    return Prepared(study, models, measured, placed, tuple(dict.fromkeys(told)), turned)
+    return Prepared(study, models, measured, placed, tuple(dict.fromkeys(told)), turned, solver)
 
 
 def _overlapping(study: Study, measured: Sequence[MeasuredModes], twice: Sequence[str]) -> list[str]:

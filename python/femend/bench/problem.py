@@ -29,6 +29,7 @@ from femend.estimate.updating import (
     ShapeDifferences,
     System,
     Unknown,
+    Unknowns,
     deck_system,
     unknowns_of,
 )
@@ -56,7 +57,7 @@ def study_problem(prepared: Prepared, counted: Sequence[Counted], runs: Sequence
     to fit has any.
     """
     study = prepared.study
-    if not (study.parameters or study.updating.morph or study.updating.field):
+    if prepared.solver is None and not (study.parameters or study.updating.morph or study.updating.field):
         raise StudyError(
             f"{study.file}: there is no [[parameter]]; an update needs at least one that may change, or an "
             "[[updating.morph]] or [[updating.field]]",
@@ -67,10 +68,7 @@ def study_problem(prepared: Prepared, counted: Sequence[Counted], runs: Sequence
         raise UpdatingError(
             "[updating] responses has 'frfs', and no recording to fit holds FRFs; leave it out or add a recording"
         )
-    first = counted[0].configuration if counted else runs[0].measured.configuration
-    model = prepared.models.of(first)
-    tested = [c.configuration for c in counted] + [r.measured.configuration for r in runs]
-    unknowns = smoothed(linked_unknowns(study, unknowns_of(model), tested), model, study.updating.field)
+    unknowns = _unknowns(prepared, [*(c.configuration for c in counted), *(r.measured.configuration for r in runs)])
     if "damping" in responses or "frfs" in responses or runs:
         unknowns = unknowns.extended(_damping(study, counted, runs))
     seen = _seen(prepared, counted)
@@ -79,6 +77,14 @@ def study_problem(prepared: Prepared, counted: Sequence[Counted], runs: Sequence
         replace(run_configuration(prepared, r), links=links_in(study, r.measured.configuration)) for r in runs
     )
     return Problem(unknowns, (*configurations, *turned), study.correlation.mac_min)
+
+
+def _unknowns(prepared: Prepared, tested: Sequence[str]) -> Unknowns:
+    """What may change in the deck of configurations that were `tested`, or in the input of a solver."""
+    if prepared.solver is not None:
+        return prepared.solver.unknowns
+    study, model = prepared.study, prepared.models.of(tested[0])
+    return smoothed(linked_unknowns(study, unknowns_of(model), tested), model, study.updating.field)
 
 
 def _damping(study: Study, counted: Sequence[Counted], runs: Sequence[CountedRun]) -> list[Unknown]:
@@ -107,6 +113,8 @@ class _Seen:
 def _seen(prepared: Prepared, counted: Sequence[Counted]) -> list[_Seen]:
     """The system of each of the `counted`: one for all recordings of a configuration, which is solved once for all of
     them, but those with FRFs, whose lines are their own."""
+    if prepared.solver is not None:
+        return [_Seen(prepared.solver.system, prepared.solver.sensors) for _ in counted]
     found: dict[str, _Seen] = {}
     out = []
     for c in counted:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -28,13 +28,14 @@ from femend.bench.update_run import UpdateRun
 from femend.estimate.updating import (
     Iteration,
     Problem,
+    UpdatedDeck,
     UpdateResult,
     sensitivities,
     updated_deck,
 )
 from femend.estimate.updating import update as search
 from femend.io import OutputDirectory, refuse_unwritable, refuse_unwritable_file
-from femend.io.updated_files import updated_files
+from femend.model import Model
 from femend.progress import Progress, SilentProgress
 from femend.study.study import AS_MODELLED, Study
 from femend.threads import one_blas_thread
@@ -44,7 +45,15 @@ __all__ = ["update"]
 # searches at most in which forces of a rotor are told anew
 ROUNDS = 3
 # what the command writes: entries of these names from an earlier run are replaced
-OWNED = ("updating.json", "updating.html", "updating.run.json", "updating.*.csv", "model.updated.*", "model.diff")
+OWNED = (
+    "updating.json",
+    "updating.html",
+    "updating.run.json",
+    "updating.*.csv",
+    "model.updated.*",
+    "model.diff",
+    "solver.updated.*",
+)
 
 
 @one_blas_thread
@@ -91,7 +100,7 @@ def update(
         runs_after = tuple(
             prepared.compare_run(m, _of_the_deck(prepared, found, m.configuration)) for m in prepared.runs
         )
-        deck = updated_deck(model, _of_the_deck(prepared, found, AS_MODELLED))
+        deck = _written(prepared, model, _of_the_deck(prepared, found, AS_MODELLED))
         result = update_result(prepared, counted, told, found, before, after, deck, strength, surface, starts, drawn)
         result["runs"] = runs_result(runs, found, runs_before, runs_after)
         result["warnings"] += passed
@@ -193,7 +202,14 @@ def _as_found(
 def _of_the_deck(prepared: Prepared, found: UpdateResult, configuration: str) -> dict[str, float]:
     """What was found of the deck, as it is in the `configuration` of this name; what damping is unknown beside it is
     none of its values."""
+    if prepared.solver is not None:
+        return found.values
     return values_in(prepared.study, prepared.model, found.values, configuration)
+
+
+def _written(prepared: Prepared, model: Model, values: Mapping[str, float]) -> UpdatedDeck:
+    """The deck of `model` with the `values` found, or the input files of the solver."""
+    return updated_deck(model, values) if prepared.solver is None else prepared.solver.written(values)
 
 
 def _more(
@@ -237,9 +253,9 @@ def _telling(progress: Progress) -> Any:
 
 def _write(run: UpdateRun, folder: Path, steps: Steps) -> None:
     write_json(folder / "updating.json", run.result)
-    for name, content in updated_files(run.study.model_file, run.deck.files).items():
+    for name, content in run.updated_files().items():
         (folder / name).write_bytes(content)
     (folder / "model.diff").write_text(run.deck.diff, encoding="utf-8")
-    names = ("updating.json", "model.updated.bdf", "model.diff", *write_tables(folder, run))
+    names = ("updating.json", *run.updated_files(), "model.diff", *write_tables(folder, run))
     (folder / "updating.html").write_text(render_page(update_page(run, steps.info.as_dict(), names)), encoding="utf-8")
     steps.info.write(folder / "updating.run.json")

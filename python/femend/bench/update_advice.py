@@ -65,8 +65,8 @@ def mesh_advice(prepared: Prepared, counted: Sequence[Counted]) -> str:
     """How far the deck's own mesh puts frequencies off, where that is told cheaply and is more than `freq_sd`; ""
     otherwise."""
     counting = [c for c in counted if c.freq.size]
-    if not counting:
-        return ""
+    if not counting or prepared.solver is not None:
+        return ""  # whose mesh is not the deck's
     first = counting[0]
     finer = affordable_refinement(prepared.models.of(first.configuration), float(first.freq.max()))
     if finer is None or finer.mesh_error is None:

@@ -143,7 +143,7 @@ def _parameters(run: UpdateRun) -> Section:
     )
     return Section(
         "Parameters: prior to posterior",
-        f"Factors of the deck's values{_positions(run)}. Grey: the prior, one and two standard deviations; blue: the "
+        f"Factors of {_whose(run)}. Grey: the prior, one and two standard deviations; blue: the "
         f"estimate with its 95 % interval (Laplace).{wide_too} A parameter is told by the data where they take away "
         "more than half of its prior variance.",
         [Table(header, rows, "lrrr" + "r" * len(wider) + "rrrll")] if rows else [],
@@ -154,10 +154,14 @@ def _parameters(run: UpdateRun) -> Section:
     )  # fmt: skip
 
 
-def _positions(run: UpdateRun) -> str:
-    """What a value without percent is, where there are positions among them."""
+def _whose(run: UpdateRun) -> str:
+    """What factors are of; and what a value without percent is, where there are positions among them."""
+    if run.result["solver"] is not None:
+        return "the values in the solver's input files"
     morphs = run.study.updating.morph
-    return f", and amplitudes of positions ({', '.join(m.name for m in morphs)}), 0 in the deck" if morphs else ""
+    return "the deck's values" + (
+        f", and amplitudes of positions ({', '.join(m.name for m in morphs)}), 0 in the deck" if morphs else ""
+    )
 
 
 def _sensitivity(run: UpdateRun) -> tuple[Picture, ...]:
@@ -268,8 +272,20 @@ def _search(run: UpdateRun) -> Section:
 def _deck(run: UpdateRun) -> Section:
     diff = run.deck.diff or "nothing changes"
     shown = diff if len(diff) < 8000 else diff[:8000] + "\n…"
+    if run.result["solver"] is None:
+        return Section(
+            "The deck", "model.updated.bdf differs from the deck in these lines; model.diff has them all.", code=shown
+        )
+    solver, names = run.result["solver"], ", ".join(run.updated_files())
+    values = solver["values"].items()
+    rows = [[n, number(v, 6), number(v * run.factors[n], 6), percent(run.factors[n] - 1)] for n, v in values]
     return Section(
-        "The deck", "model.updated.bdf differs from the deck in these lines; model.diff has them all.", code=shown
+        "The solver",
+        f"{' '.join(solver['command'])}: {solver['runs']} runs, {solver['failed']} of them without a result; what runs "
+        f"gave is kept in {solver['folder']} and taken from there. It computed what is compared before and after, and "
+        f"in the search. {names}: input files with the values found, which differ in these lines.",
+        [Table(("value", "before", "after", "change"), rows, "lrrr")],
+        code=shown,
     )
 
 

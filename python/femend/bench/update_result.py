@@ -58,8 +58,7 @@ def update_result(
         *(text for one in more for text in one.advice()),
     ]
     warnings = [text for one in (surface, starts) if one is not None for text in one.warnings()]
-    warnings += kept_as_drawn(prepared.study, prepared.model, found.values, AS_MODELLED)
-    warnings += [*_kept(prepared, deck), *deck.faults, *paired_otherwise(found, counted, after)]
+    warnings += [*_kept(prepared, found, deck), *deck.faults, *paired_otherwise(found, counted, after)]
     return {
         "format": FORMAT,
         "title": prepared.study.title,
@@ -80,6 +79,7 @@ def update_result(
         "response_surface": None if surface is None else surface.as_dict(),
         "starts": None if starts is None else starts.as_dict(),
         "posterior": None if drawn is None else drawn.as_dict(),
+        "solver": None if prepared.solver is None else prepared.solver.as_dict(),
         "fields": fields_result(prepared.study, prepared.model, found),
         "links": links_result(prepared.study, prepared.model, found.values),
         "fit": _fit(found),
@@ -130,14 +130,18 @@ def _said(
     }
 
 
-def _kept(prepared: Prepared, deck: UpdatedDeck) -> list[str]:
-    """What the updated deck has no fields for."""
+def _kept(prepared: Prepared, found: UpdateResult, deck: UpdatedDeck) -> list[str]:
+    """What stays in the updated deck as it was: parameters that have no part, are told by other configurations alone,
+    or stand in no field."""
+    if prepared.solver is not None:
+        return prepared.solver.warnings
+    other = kept_as_drawn(prepared.study, prepared.model, found.values, AS_MODELLED)
     if not deck.left_out:
-        return []
+        return other
     field_of = made_for_fields(prepared.study, prepared.model)
     of_fields = any(n in field_of for n in deck.left_out)
     more = ", or give groups of elements properties of their own and name these ([[updating.field]] property_ids)"
-    return [kept_told(grouped(deck.left_out, field_of)) + more * of_fields]
+    return [*other, kept_told(grouped(deck.left_out, field_of)) + more * of_fields]
 
 
 def _fit(found: UpdateResult) -> dict[str, Any]:

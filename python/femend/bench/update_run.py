@@ -17,6 +17,7 @@ from femend.bench.strength import Strength
 from femend.bench.surface_start import SurfaceStart
 from femend.bench.words import update_text
 from femend.estimate.updating import Problem, Sensitivity, UpdatedDeck, UpdateResult
+from femend.io.updated_files import updated_files
 from femend.study.study import AS_MODELLED, Study
 
 __all__ = ["UpdateRun"]
@@ -56,9 +57,17 @@ class UpdateRun:
     @property
     def factors(self) -> dict[str, float]:
         """Factors of the deck's parameters by name, those of its fields last; of linked ones as they are in the deck as
-        it is modelled."""
+        it is modelled; with a solver those of its values."""
+        if self.prepared.solver is not None:
+            return self.found.values
         found = self._of_the_deck
         return {p.name: found[p.name] for p in self.prepared.model.parameters}
+
+    def updated_files(self) -> dict[str, bytes]:
+        """The deck with what was found, or the input files of a solver, by the names they are written with."""
+        if self.prepared.solver is not None:
+            return {f"solver.updated.{path.name}": content for path, content in self.deck.files.items()}
+        return updated_files(self.study.model_file, self.deck.files)
 
     @property
     def amplitudes(self) -> dict[str, float]:

@@ -22,7 +22,8 @@ def update(study: Path, out: Path, history: Path | None, quiet: bool) -> None:
 
     STUDY is a study.toml, or a folder that holds one. Frequencies and shapes of the recordings with role fit are met
     within the priors of the parameters; its table [updating] chooses responses and weights, more starts than the deck
-    as it stands, draws from the posterior, and positions that may change too. Recordings with role validate only show
+    as it stands, draws from the posterior, and positions and fields that may change too; its table [solver] names a
+    program of your own in the place of the deck. Recordings with role validate only show
     whether it helped. Written are updating.json, updating.html, model.updated.bdf with the changed
     values where they stood, model.diff, and tables as CSV. It adds nothing to the model: what is missing in it,
     `femend diagnose` finds. Interrupted (Ctrl-C) while it follows other starts or draws, it writes what was found

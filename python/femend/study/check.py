@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Protocol
 
 from femend.errors import StudyError
 
-__all__ = ["Check"]
+__all__ = ["Check", "FileCheck"]
 
 
 class Check(Protocol):
@@ -17,3 +18,13 @@ class Check(Protocol):
 
     def one_of(self, key: str, value: str, allowed: tuple[str, ...]) -> None:
         """Raises it for a value that is not among those `allowed`."""
+
+
+class FileCheck(Check, Protocol):
+    """What looks for files beside the study too."""
+
+    def existing(self, key: str, text: str) -> Path:
+        """The whole path of a file; raises the error where there is none."""
+
+    def unique(self, table: str, names: list[str]) -> None:
+        """Raises the error for a name that stands twice or is empty."""

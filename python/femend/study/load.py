@@ -24,6 +24,7 @@ from femend.study.bench_tables import correlation_settings, pretest_settings, up
 from femend.study.parameter_targets import ALL_PROPERTIES, OF_TARGET, TARGETS, checked_prior
 from femend.study.rotating_tables import rotating_of
 from femend.study.schema import ChannelTable, ParameterTable, RecordingTable, StudyFile
+from femend.study.solver_tables import solver_settings
 from femend.study.study import AS_MODELLED, Configuration, Study, StudyRecording
 from femend.study.toml_hint import toml_hint
 from femend.study.wrong_type import wrong_type
@@ -169,6 +170,7 @@ def _study(check: _Checker, content: StudyFile, use: str | None) -> Study:
     recordings = tuple(_recording(check, r, f"recording[{i}]", names) for i, r in enumerate(content.recording))
     if use is not None and not any(r.role == "fit" for r in recordings):
         raise check.fail("recording", f'no [[recording]] has role = "fit"; {use} needs at least one')
+    updating = updating_settings(check, content.updating, [p.name for p in content.parameter], (AS_MODELLED, *names))
     return Study(
         check.file,
         content.title or check.file.parent.name,
@@ -179,8 +181,9 @@ def _study(check: _Checker, content: StudyFile, use: str | None) -> Study:
         tuple(configurations),
         recordings,
         correlation_settings(check, content.correlation),
-        updating_settings(check, content.updating, [p.name for p in content.parameter], (AS_MODELLED, *names)),
+        updating,
         pretest_settings(check, content.pretest, names, {p.name: p.prior_sd for p in content.parameter}),
+        solver_settings(check, content.solver, updating, [r.configuration for r in recordings if r.role != "predict"]),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from femend.study.bench_settings import CorrelationSettings, PretestSettings, UpdatingSettings
+from femend.study.solver_settings import SolverSettings
 
 __all__ = [
     "AddedMassTable",
@@ -21,6 +22,8 @@ __all__ = [
     "PretestTable",
     "RecordingTable",
     "RotatingTable",
+    "SolverTable",
+    "SolverValueTable",
     "StudyFile",
     "UnbalanceTable",
     "UpdatingTable",
@@ -116,6 +119,7 @@ class RecordingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw
 
 # what stands in the settings is the default here too
 _CORRELATION, _UPDATING, _PRETEST = CorrelationSettings(), UpdatingSettings(), PretestSettings()
+_SOLVER = SolverSettings()
 
 
 class CorrelationTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
@@ -228,6 +232,29 @@ class CandidateTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw
     change: float | None = None
 
 
+class SolverValueTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """``[[solver.value]]``: a field of the input files, its value, and how well that is known."""
+
+    name: str
+    value: float
+    prior_sd: float = 0.10
+    bounds: list[float] | None = None
+
+
+class SolverTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """``[solver]``: the user's own solver, whose modes `femend update` meets in place of those of the deck."""
+
+    command: str
+    files: list[str]
+    result: str
+    value: list[SolverValueTable] = []
+    format: str | None = None
+    time_limit: float = _SOLVER.time_limit
+    parallel: int = _SOLVER.parallel
+    step: float = _SOLVER.step
+    folder: str = _SOLVER.folder
+
+
 class PretestTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """``[pretest]``: the test that `femend pretest` plans."""
 
@@ -266,4 +293,5 @@ class StudyFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only
     recording: list[RecordingTable] = []
     correlation: CorrelationTable = CorrelationTable()
     updating: UpdatingTable = UpdatingTable()
+    solver: SolverTable | None = None
     pretest: PretestTable = PretestTable()

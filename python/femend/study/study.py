@@ -12,6 +12,7 @@ from femend.io.recordings import read_recording
 from femend.model import Parameter
 from femend.study.bench_settings import CorrelationSettings, PretestSettings, UpdatingSettings
 from femend.study.channels_sound import with_warnings
+from femend.study.solver_settings import SolverSettings
 
 __all__ = ["AS_MODELLED", "Configuration", "Study", "StudyRecording"]
 
@@ -58,7 +59,8 @@ class StudyRecording:
 class Study:
     """A study file read and checked: every path is absolute and exists, every name is unique.
 
-    `correlation`, `updating` and `pretest` are what the commands of these names read; a diagnosis does not.
+    `correlation`, `updating` and `pretest` are what the commands of these names read, `solver` what an update reads; a
+    diagnosis does not.
     """
 
     file: Path
@@ -72,6 +74,7 @@ class Study:
     correlation: CorrelationSettings = field(default_factory=CorrelationSettings)
     updating: UpdatingSettings = field(default_factory=UpdatingSettings)
     pretest: PretestSettings = field(default_factory=PretestSettings)
+    solver: SolverSettings | None = None
 
     def configuration(self, name: str) -> Configuration:
         """The configuration of that name ("as modelled" always exists); raises StudyError for another."""

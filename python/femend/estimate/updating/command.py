@@ -33,7 +33,8 @@ class Command:
     to text; `{{name}}` or `{{name:.6E}}` takes a value, nine decimals with exponent by default). `read` maps that
     folder to results by name (as of `State`). A run that takes longer than `time_limit` s is ended with all it started.
     `errors_in` are patterns that mean failure wherever they stand in the output, whatever the exit code (CalculiX ends
-    with 0 after some errors).
+    with 0 after some errors). `depends_on` is what else its results depend on (a script, what is read): with another
+    text, results that were kept are not taken.
     """
 
     arguments: tuple[str, ...]
@@ -42,6 +43,7 @@ class Command:
     time_limit: float = 600.0
     errors_in: tuple[str, ...] = (r"\*ERROR",)
     environment: Mapping[str, str] | None = None
+    depends_on: str = ""
 
     def __post_init__(self) -> None:
         if not self.arguments or not self.templates:

@@ -47,6 +47,7 @@ class ExternalSystem:
     keep: bool = False
     defaults: Mapping[str, float] = field(default_factory=dict)
     n_runs: int = field(default=0, init=False)
+    n_failed: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
         fields = set(self.command.fields)
@@ -81,7 +82,8 @@ class ExternalSystem:
 
     def _one(self, factors: FloatArray) -> Results | ExternalSolverError:
         values = {n: float(v * f) for (n, v), f in zip(self.values.items(), factors, strict=True)}
-        text = repr((self.command.arguments, sorted(self.command.templates.items()), sorted(values.items())))
+        c = self.command
+        text = repr((c.arguments, sorted(c.templates.items()), sorted(values.items()), *filter(None, [c.depends_on])))
         folder = self._root / hashlib.sha256(text.encode()).hexdigest()[:16]
         kept = folder / "results.npz"
         if kept.exists():
@@ -92,6 +94,8 @@ class ExternalSystem:
         try:
             found = self.command.run(values, folder)
         except ExternalSolverError as error:
+            with self._lock:
+                self.n_failed += 1
             return error
         with atomic_path(kept) as temporary, temporary.open("wb") as file:
             np.savez(file, **found)  # type: ignore[arg-type]
