@@ -51,6 +51,7 @@ _LAZY = {
     "locate": "femend.workflow",
     "name": "femend.workflow",
     "pair": "femend.workflow",
+    "population_study": "femend.workflow",
     "pretest_study": "femend.workflow",
     "read_model": "femend.workflow",
     "update": "femend.workflow",

@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.bench import CorrelationRun, PretestRun, UpdateRun
+from femend.bench import CorrelationRun, PopulationRun, PretestRun, UpdateRun
 from femend.bench import correlate as correlate_bench
+from femend.bench import population as population_bench
 from femend.bench import pretest as pretest_bench
 from femend.bench import update as update_bench
 from femend.cli.summary import summary
@@ -387,6 +388,16 @@ def update_study(
     return update_bench(
         Path(study), None if out is None else Path(out), history=None if history is None else Path(history)
     )
+
+
+def population_study(study: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> PopulationRun:
+    """Mean and scatter of the parameters of the study file `study` over the nominally equal structures of its tables
+    [[updating.structure]]; with a folder `out` everything is written there, the deck with the mean values too.
+
+    Raises what `correlate_study` raises, StudyError for a study without structures, and UpdatingError for a structure
+    of which nothing is told.
+    """
+    return population_bench(Path(study), None if out is None else Path(out))
 
 
 def pretest_study(study: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> PretestRun:

@@ -142,7 +142,7 @@ def _densities(run: UpdateRun, drawn: Drawn) -> tuple[Picture, ...]:
     across = min(ACROSS, len(names))
     down = -(-len(names) // across)
     found, sd = run.found.values, run.found.sd
-    prior = deck_priors(run.prepared)
+    prior = deck_priors(run.study, run.prepared.model)
     with plots.paper_style():
         made = plots.figure("page", 38.0 * down + 6.0, down, across, squeeze=False)
         for i, name in enumerate(names):

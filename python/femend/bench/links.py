@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +13,6 @@ from femend.model import Model
 from femend.numerals import plain
 from femend.study.bench_settings import LinkSettings
 from femend.study.study import Study
-
-if TYPE_CHECKING:
-    from femend.bench.prepared import Prepared
 
 __all__ = [
     "deck_priors",
@@ -56,14 +53,13 @@ def _own(s: LinkSettings, unknowns: Unknowns) -> list[Unknown]:
     return [replace(unknowns.items[unknowns.index(s.parameter)], name=s.to[0])]
 
 
-def deck_priors(prepared: Prepared) -> dict[str, tuple[float, float]]:
+def deck_priors(study: Study, model: Model) -> dict[str, tuple[float, float]]:
     """Mean and 1-sigma of the prior of whatever may be an unknown of the deck, or of a solver's input, by name: factors
     about 1, amplitudes about 0, and those of their own in some configurations."""
-    model = prepared.model
-    if prepared.solver is not None:
-        return {v.name: (1.0, v.prior_sd) for v in prepared.solver.settings.values}
+    if study.solver is not None:
+        return {v.name: (1.0, v.prior_sd) for v in study.solver.values}
     found = {p.name: (1.0, p.prior_sd) for p in model.parameters} | {m.name: (0.0, m.prior_sd) for m in model.morphs}
-    return found | {s.to[0]: found[s.parameter] for s in prepared.study.updating.link if s.own}
+    return found | {s.to[0]: found[s.parameter] for s in study.updating.link if s.own}
 
 
 def values_in(study: Study, model: Model, found: Mapping[str, float], configuration: str) -> dict[str, float]:

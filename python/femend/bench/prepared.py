@@ -8,6 +8,7 @@ from pathlib import Path
 
 from femend.analysis.model_modes import model_modes
 from femend.bench.compared import Compared, compare_recording
+from femend.bench.links import values_in
 from femend.bench.measured import ALONE, FRFS, MeasuredModes, measured_modes
 from femend.bench.models import LOWEST, Models
 from femend.bench.placed import Placed, placed_sensors
@@ -24,7 +25,7 @@ from femend.study.gathered import gathered
 from femend.study.load import load_study
 from femend.study.overlapping import overlaps
 from femend.study.sound import deck_warnings
-from femend.study.study import Study
+from femend.study.study import AS_MODELLED, Study
 
 __all__ = ["Prepared", "prepare"]
 
@@ -53,6 +54,11 @@ class Prepared:
     def drawn_model(self, configuration: str) -> Model | None:
         """The deck's model in the `configuration` of this name; None beside a solver, whose model it is not."""
         return self.models.of(configuration) if self.solver is None else None
+
+    def of_the_deck(self, found: Mapping[str, float], configuration: str = AS_MODELLED) -> dict[str, float]:
+        """What was `found` by name, as parameters and morphs of the deck have it in the `configuration` of this name,
+        or values of the solver; what damping is unknown beside them is none of theirs."""
+        return dict(found) if self.solver is not None else values_in(self.study, self.model, found, configuration)
 
     def compare(self, measured: MeasuredModes, factors: Mapping[str, float] | None = None) -> Compared:
         """The `measured` modes of a recording against the model in its configuration, at `factors` of its

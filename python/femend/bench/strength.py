@@ -19,6 +19,8 @@ FloatArray = NDArray[np.float64]
 
 # priors this many times wider or narrower than stated are told: they were not meant so
 FAR = 10.0
+# the searches of the curve end with this share of a prior deviation; that with the strength taken is gone on with
+CURVE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +92,12 @@ def choose_strength(
     if settings.regularisation is None:
         return None
     curve = tikhonov(
-        problem, settings.strengths, rule=settings.regularisation, iterations=settings.iterations, told=told
+        problem,
+        settings.strengths,
+        rule=settings.regularisation,
+        iterations=settings.iterations,
+        tolerance=CURVE,
+        told=told,
     )
     chosen = replace(problem, unknowns=problem.unknowns.strengthened(curve.strength))
     return Strength(problem, curve, chosen)

@@ -7,14 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from femend.bench.compared import Compared
 from femend.bench.counted import Counted, counted_modes
 from femend.bench.counted_runs import CountedRun, counted_runs, turned_as_found
 from femend.bench.drawn import Drawn, draw_posterior_of
 from femend.bench.interruption import UpdateInterrupted, search_stopped, what_is_lacking
-from femend.bench.links import values_in
 from femend.bench.page import render_page
 from femend.bench.prepared import Prepared, prepare
 from femend.bench.problem import study_problem
+from femend.bench.run_compared import ComparedRun
 from femend.bench.run_update_result import runs_result
 from femend.bench.runs import UPDATE
 from femend.bench.small_problem import small_problem
@@ -96,11 +97,8 @@ def update(
     found = found if starts is None else starts.taken
     with steps.step("compare what was found"):
         model = prepared.models.of(counted[0].configuration if counted else runs[0].measured.configuration)
-        after = tuple(prepared.compare(m, _of_the_deck(prepared, found, m.configuration)) for m in prepared.measured)
-        runs_after = tuple(
-            prepared.compare_run(m, _of_the_deck(prepared, found, m.configuration)) for m in prepared.runs
-        )
-        deck = _written(prepared, model, _of_the_deck(prepared, found, AS_MODELLED))
+        after, runs_after = _compared(prepared, found)
+        deck = _written(prepared, model, prepared.of_the_deck(found.values, AS_MODELLED))
         result = update_result(prepared, counted, told, found, before, after, deck, strength, surface, starts, drawn)
         result["runs"] = runs_result(runs, found, runs_before, runs_after)
         result["warnings"] += passed
@@ -175,7 +173,7 @@ def _as_found(
         with steps.step("look again at how forces grow"):
             measured = [r.measured for r in runs]
             again = turned_as_found(
-                runs, [prepared.compare_run(m, _of_the_deck(prepared, found, m.configuration)) for m in measured]
+                runs, [prepared.compare_run(m, prepared.of_the_deck(found.values, m.configuration)) for m in measured]
             )
         changed = [
             b for a, b in zip(runs, again, strict=True) if (a.sense, a.power, a.spin) != (b.sense, b.power, b.spin)
@@ -199,12 +197,16 @@ def _as_found(
     return found, runs
 
 
-def _of_the_deck(prepared: Prepared, found: UpdateResult, configuration: str) -> dict[str, float]:
-    """What was found of the deck, as it is in the `configuration` of this name; what damping is unknown beside it is
-    none of its values."""
-    if prepared.solver is not None:
-        return found.values
-    return values_in(prepared.study, prepared.model, found.values, configuration)
+def _compared(prepared: Prepared, found: UpdateResult) -> tuple[tuple[Compared, ...], tuple[ComparedRun, ...]]:
+    """All that was measured, modes and runs, against what was found, each in its configuration."""
+
+    def there(configuration: str) -> dict[str, float]:
+        return prepared.of_the_deck(found.values, configuration)
+
+    return (
+        tuple(prepared.compare(m, there(m.configuration)) for m in prepared.measured),
+        tuple(prepared.compare_run(m, there(m.configuration)) for m in prepared.runs),
+    )
 
 
 def _written(prepared: Prepared, model: Model, values: Mapping[str, float]) -> UpdatedDeck:

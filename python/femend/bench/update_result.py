@@ -166,7 +166,7 @@ def _parameters(prepared: Prepared, told: Sensitivity, found: UpdateResult, unme
     """Every unknown; those of the deck have a factor, positions and damping have a value."""
     determined = set(found.determined())
     units = {u.name: u.unit for u in found.problem.unknowns.items}
-    prior = deck_priors(prepared)
+    prior = deck_priors(prepared.study, prepared.model)
     factors = {n for n, (mean, _) in prior.items() if mean == 1.0}
     size = dict(zip(told.names, told.size.tolist(), strict=True))
     out = {}

@@ -9,7 +9,6 @@ from femend.bench.compared import Compared
 from femend.bench.counted import Counted
 from femend.bench.counted_runs import CountedRun
 from femend.bench.drawn import Drawn
-from femend.bench.links import values_in
 from femend.bench.prepared import Prepared
 from femend.bench.run_compared import ComparedRun
 from femend.bench.starts import Starts
@@ -18,7 +17,7 @@ from femend.bench.surface_start import SurfaceStart
 from femend.bench.words import update_text
 from femend.estimate.updating import Problem, Sensitivity, UpdatedDeck, UpdateResult
 from femend.io.updated_files import updated_files
-from femend.study.study import AS_MODELLED, Study
+from femend.study.study import Study
 
 __all__ = ["UpdateRun"]
 
@@ -77,7 +76,7 @@ class UpdateRun:
 
     @property
     def _of_the_deck(self) -> dict[str, float]:
-        return values_in(self.study, self.prepared.model, self.found.values, AS_MODELLED)
+        return self.prepared.of_the_deck(self.found.values)
 
     def __repr__(self) -> str:
         return update_text(self.result)

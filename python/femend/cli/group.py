@@ -23,6 +23,7 @@ from femend.cli.diagnose import diagnose
 from femend.cli.inspect import inspect
 from femend.cli.modes import modes
 from femend.cli.op4_to_dmig import op4_to_dmig
+from femend.cli.population import population
 from femend.cli.pretest import pretest
 from femend.cli.selftest import selftest
 from femend.cli.update import update
@@ -134,6 +135,7 @@ main.add_command(demo)
 main.add_command(inspect)
 main.add_command(modes)
 main.add_command(op4_to_dmig)
+main.add_command(population)
 main.add_command(pretest)
 main.add_command(selftest)
 main.add_command(update)

@@ -26,7 +26,7 @@ RESULT_NAMES = ("result.json", "report.html", "run.json", "predictions", "model.
 
 
 # by any of these a folder shows that an earlier run wrote to it
-MARKS = ("run.json", "result.json", "updating.json", "correlation.json", "pretest.json")
+MARKS = ("run.json", "result.json", "updating.json", "correlation.json", "pretest.json", "population.json")
 
 
 @contextmanager

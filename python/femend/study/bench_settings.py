@@ -13,6 +13,7 @@ __all__ = [
     "POSTERIORS",
     "RESPONSES",
     "RULES",
+    "StructureSettings",
     "CandidateSettings",
     "CorrelationSettings",
     "FieldSettings",
@@ -113,6 +114,14 @@ class LinkSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class StructureSettings:
+    """``[[updating.structure]]``: one of several nominally equal structures by its `name`, with its `recordings`."""
+
+    name: str
+    recordings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class UpdatingSettings:
     """``[updating]``: the `responses` that are compared, the measured `modes` (numbers from 1; None: all), and their
     least deviations.
@@ -128,7 +137,8 @@ class UpdatingSettings:
     `starts` searches are made in all, the first from the deck as it stands, others from points between the bounds. The
     `posterior` is that of the search's end ("laplace"), or "sampled" as well, by so many `draws`. `seed` is that of the
     points and the draws. `morph` are positions that may change beside the study's parameters, `field` parts that may,
-    neighbours alike, and `link` says which parameters follow others.
+    neighbours alike, and `link` says which parameters follow others. `structure` are nominally equal structures that
+    were tested, of which a population is told.
 
     With `response_surface` the models are solved at `design_points` points first (None: twice the terms of a full
     quadratic), and the search begins at the least point of a surface through the residuals. With `regularisation` the
@@ -155,6 +165,7 @@ class UpdatingSettings:
     morph: tuple[MorphSettings, ...] = ()
     field: tuple[FieldSettings, ...] = ()
     link: tuple[LinkSettings, ...] = ()
+    structure: tuple[StructureSettings, ...] = ()
     response_surface: bool = False
     design_points: int | None = None
     regularisation: Rule | None = None

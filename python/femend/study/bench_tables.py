@@ -19,11 +19,12 @@ from femend.study.bench_settings import (
     UpdatingSettings,
 )
 from femend.study.candidate_tables import candidate_settings
-from femend.study.check import Check
+from femend.study.check import Check, FileCheck
 from femend.study.field_tables import field_settings
 from femend.study.link_tables import link_settings
 from femend.study.morph_tables import morph_settings
 from femend.study.schema import CorrelationTable, PretestTable, UpdatingTable
+from femend.study.structure_tables import structure_settings
 
 __all__ = ["correlation_settings", "pretest_settings", "updating_settings"]
 
@@ -47,10 +48,15 @@ def correlation_settings(check: Check, table: CorrelationTable) -> CorrelationSe
 
 
 def updating_settings(
-    check: Check, table: UpdatingTable, parameters: Sequence[str], configurations: Sequence[str]
+    check: FileCheck,
+    table: UpdatingTable,
+    parameters: Sequence[str],
+    configurations: Sequence[str],
+    roles: Mapping[str, str],
 ) -> UpdatingSettings:
-    """``[updating]`` of a study with `parameters` and `configurations` of these names; raises StudyError, naming the
-    key, for an unknown response, a deviation that is not above 0, and a morph, field or link that cannot be meant."""
+    """``[updating]`` of a study with `parameters` and `configurations` of these names, and recordings of these `roles`
+    by name; raises StudyError, naming the key, for an unknown response, a deviation that is not above 0, and a morph,
+    field, link or structure that cannot be meant."""
     if not table.responses:
         raise check.fail("updating.responses", f"the list is empty; compare one of {', '.join(RESPONSES)}")
     for name in table.responses:
@@ -79,6 +85,7 @@ def updating_settings(
         "strengths": _strengths(check, table),
         "morph": morph_settings(check, table.morph, parameters),
         "field": field_settings(check, table.field, parameters, morphs),
+        "structure": structure_settings(check, table.structure, roles),
         "link": link_settings(check, table.link, parameters, morphs, configurations),
     }
     for i, link in enumerate(checked["link"]):

@@ -170,7 +170,8 @@ def _study(check: _Checker, content: StudyFile, use: str | None) -> Study:
     recordings = tuple(_recording(check, r, f"recording[{i}]", names) for i, r in enumerate(content.recording))
     if use is not None and not any(r.role == "fit" for r in recordings):
         raise check.fail("recording", f'no [[recording]] has role = "fit"; {use} needs at least one')
-    updating = updating_settings(check, content.updating, [p.name for p in content.parameter], (AS_MODELLED, *names))
+    known, roles = [p.name for p in content.parameter], {r.name: r.role for r in recordings}
+    updating = updating_settings(check, content.updating, known, (AS_MODELLED, *names), roles)
     return Study(
         check.file,
         content.title or check.file.parent.name,

@@ -24,6 +24,7 @@ __all__ = [
     "RotatingTable",
     "SolverTable",
     "SolverValueTable",
+    "StructureTable",
     "StudyFile",
     "UnbalanceTable",
     "UpdatingTable",
@@ -187,6 +188,13 @@ class LinkTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only
     configurations: list[str] = []
 
 
+class StructureTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
+    """``[[updating.structure]]``: one of several nominally equal structures, and the recordings of it."""
+
+    name: str
+    recordings: list[str]
+
+
 class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_only=True):
     """``[updating]``: what `femend update` compares and how far it trusts it; deviations are relative."""
 
@@ -210,6 +218,7 @@ class UpdatingTable(msgspec.Struct, forbid_unknown_fields=True, frozen=True, kw_
     morph: list[MorphTable] = []
     field: list[FieldTable] = []
     link: list[LinkTable] = []
+    structure: list[StructureTable] = []
     response_surface: bool = _UPDATING.response_surface
     design_points: int | None = None
     regularisation: str | None = None

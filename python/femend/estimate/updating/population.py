@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from femend.errors import UpdatingError
 from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.result import UpdateResult
+from femend.estimate.updating.unknown import limits
 from femend.estimate.updating.update import update
 from femend.threads import one_blas_thread
 
@@ -18,34 +19,47 @@ __all__ = ["Population", "update_population"]
 
 FloatArray = NDArray[np.float64]
 
+# steps at most from one round of updates to the next, which cost no model, and what they settle within
+MOST, FINER = 5000, 0.1
+
 
 @dataclass(frozen=True, eq=False)
 class Population:
     """Mean (n_unknowns,) of p over structures and its deviation `mean_sd`, scatter `sd` (n_unknowns,) from structure to
-    structure; the run of every structure inside that population; convergence."""
+    structure, and the deviation `alone_sd` (n_unknowns,) that the data of one structure (the middle one) leave by
+    themselves; the run of every structure inside that population; convergence."""
 
     names: tuple[str, ...]
     mean: FloatArray
     mean_sd: FloatArray
     sd: FloatArray
+    alone_sd: FloatArray
     results: tuple[UpdateResult, ...]
     converged: bool
     n_rounds: int
 
 
 @one_blas_thread
-def update_population(problems: Sequence[Problem], *, rounds: int = 100, tolerance: float = 1e-3) -> Population:
+def update_population(
+    problems: Sequence[Problem],
+    *,
+    rounds: int = 100,
+    tolerance: float = 1e-3,
+    told: Callable[[], None] | None = None,
+) -> Population:
     """Mean and scatter of the unknowns over `problems`: the same unknowns, one problem for each structure.
 
     Parameters of a structure are normal about the mean: p_s ~ N(mean, sd^2). Expectation-maximisation: every structure
     is updated within the population (its posterior by Laplace), then mean and scatter are made anew from the
-    posteriors,
+    posteriors, as often as they change with the data as they are about there,
 
         mean = sum p_s / n,   sd^2 = sum((p_s - mean)^2 + C_s) / n + var(mean)
 
     (Dempster, Laird and Rubin 1977; the last term, (sd^2 - C) / n, as restricted likelihood has it), until both change
-    by less than `tolerance` of the scatter, or `rounds` are over. It begins with the problems' own priors. Raises
-    UpdatingError for fewer than three structures, different unknowns, or an unknown without prior.
+    by less than `tolerance` of the scatter, or `rounds` are over. It begins with the problems' own priors. `told` is
+    called for every round. A scatter far below what the data of one structure tell (`alone_sd`) has settled where it
+    changes by less than `tolerance` of that: it goes to 0 ever more slowly. Raises UpdatingError for fewer than three
+    structures, different unknowns, or an unknown without prior.
     """
     n = len(problems)
     if n < 3:
@@ -60,28 +74,53 @@ def update_population(problems: Sequence[Problem], *, rounds: int = 100, toleran
     mean = first.mean.copy()
     starts: list[FloatArray | None] = [None] * n
     results: list[UpdateResult] = []
-    own = np.zeros((n, len(first)))
+    alone = np.full((n, len(first)), np.inf)
     converged, turns = False, 0
     for _ in range(rounds):
         turns += 1
+        if told is not None:
+            told()
         results = []
         for k, problem in enumerate(problems):
             inside = replace(problem.unknowns, mean=mean, precision=np.diag(1 / sd**2))
             result = update(replace(problem, unknowns=inside), starts[k])
             results.append(result)
             starts[k] = result.p
-        p = np.array([r.p for r in results])
-        own = np.array([np.diag(r.covariance) for r in results])
-        new_mean = p.mean(axis=0)
-        variance = ((p - new_mean) ** 2 + own).mean(axis=0)
-        variance += np.maximum(sd**2 - own.mean(axis=0), 0.0) / n
-        new_sd = np.sqrt(variance)
-        change = max(float(np.abs((new_mean - mean) / new_sd).max()), float(np.abs(new_sd / sd - 1.0).max()))
+        new_mean, new_sd, alone = _settled(results, mean, sd, tolerance)
+        scale = np.maximum(new_sd, np.sqrt(np.median(alone, axis=0)))
+        change = float(max(np.abs((new_mean - mean) / scale).max(), np.abs((new_sd - sd) / scale).max()))
         mean, sd = new_mean, new_sd
         if change < tolerance:
             converged = True
             break
-    # what the data of one structure say by themselves has the posterior's precision less the population's
-    alone = 1.0 / np.maximum(1.0 / own - 1.0 / sd**2, 1e-12 / sd**2)
     mean_sd = np.sqrt(1.0 / (1.0 / (sd**2 + alone)).sum(axis=0))
-    return Population(first.names, mean, mean_sd, sd, tuple(results), converged, turns)
+    alone_sd = np.sqrt(np.median(alone, axis=0))
+    return Population(first.names, mean, mean_sd, sd, alone_sd, tuple(results), converged, turns)
+
+
+def _settled(
+    results: Sequence[UpdateResult], mean: FloatArray, sd: FloatArray, tolerance: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mean and scatter (n_unknowns,) that expectation-maximisation settles at from `mean` and `sd`, with the data of
+    every structure as they are about where its update ended, and the variances (n, n_unknowns) that the data of each
+    leave by themselves."""
+    lower, upper = limits(results[0].problem.unknowns)
+    jacobians = [r.after.jacobian for r in results if r.after.jacobian is not None]
+    H = np.array([J.T @ J for J in jacobians])
+    b = np.array([h @ r.p - J.T @ r.after.residual for h, J, r in zip(H, jacobians, results, strict=True)])
+    for _ in range(MOST):
+        inverse = np.linalg.inv(H + np.diag(1 / sd**2))
+        p = np.clip(np.einsum("nij,nj->ni", inverse, b + mean / sd**2), lower, upper)
+        own = np.einsum("nii->ni", inverse)
+        new_mean = p.mean(axis=0)
+        variance = ((p - new_mean) ** 2 + own).mean(axis=0)
+        variance += np.maximum(sd**2 - own.mean(axis=0), 0.0) / len(results)
+        new_sd = np.sqrt(variance)
+        # what the data of one structure say has the posterior's precision less the population's
+        alone = 1.0 / np.maximum(1.0 / own - 1.0 / sd**2, 1e-12 / sd**2)
+        scale = np.maximum(new_sd, np.sqrt(np.median(alone, axis=0)))
+        change = float(max(np.abs((new_mean - mean) / scale).max(), np.abs((new_sd - sd) / scale).max()))
+        mean, sd = new_mean, new_sd
+        if change < FINER * tolerance:
+            break
+    return mean, sd, np.asarray(alone)

@@ -42,6 +42,7 @@ def tikhonov(
     *,
     rule: Literal["gcv", "discrepancy", "l-curve"] = "gcv",
     iterations: int = 60,
+    tolerance: float = 1e-6,
     told: Callable[[], None] | None = None,
 ) -> Regularised:
     """Updates `problem` with its prior's precision times each of `strengths`, from strong to weak, and takes one.
@@ -49,8 +50,8 @@ def tikhonov(
     `rule` "gcv": generalised cross-validation, squares / (m - trace of the influence matrix)^2 least (Golub, Heath and
     Wahba 1979); "discrepancy": the strongest whose squares do not exceed the number of values (Morozov 1966; the
     deviations have to be right); "l-curve": the corner of ln penalty over ln squares (Hansen and O'Leary 1993). By
-    default the strengths are half decades from 1e4 to 1e-4. `iterations` are those of `update`; `told` is called when a
-    strength is done. Raises UpdatingError for a problem without prior, an
+    default the strengths are half decades from 1e4 to 1e-4. `iterations` and `tolerance` are those of `update`; `told`
+    is called when a strength is done. Raises UpdatingError for a problem without prior, an
     unknown rule, or strengths that are not positive.
     """
     if not np.any(problem.unknowns.precision):
@@ -64,7 +65,9 @@ def tikhonov(
     p = None
     for strength in given:
         stronger = replace(problem, unknowns=problem.unknowns.strengthened(strength))
-        result = update(stronger, p, iterations=iterations, doubt=False)  # all strengths on the same modes
+        result = update(
+            stronger, p, iterations=iterations, tolerance=tolerance, doubt=False
+        )  # all strengths on the same modes
         if told is not None:
             told()
         p = result.p

@@ -14,6 +14,7 @@ from femend.report.plots.mac_matrix import draw_mac
 from femend.report.plots.mismatch_view import draw_mismatch
 from femend.report.plots.posterior_view import draw_posterior
 from femend.report.plots.residual_view import draw_residual
+from femend.report.plots.scatter_view import draw_scatter
 from femend.report.plots.sensitivity_image import draw_sensitivity
 from femend.report.plots.shape_view import draw_shape, motion_of_model, motion_of_nodes
 from femend.report.plots.signature import draw_signature
@@ -36,6 +37,7 @@ __all__ = [
     "draw_mismatch",
     "draw_posterior",
     "draw_residual",
+    "draw_scatter",
     "draw_sensitivity",
     "draw_shape",
     "draw_signature",
