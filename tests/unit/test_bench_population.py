@@ -90,6 +90,7 @@ def test_mean_and_scatter_are_those_of_the_structures(run: PopulationRun) -> Non
     assert all(s["freq_error"]["after"] < 2e-3 < s["freq_error"]["before"] for s in run.result["structures"])
     # one update of all recordings together has no place for the scatter
     pooled = update_study(run.study.file)
+    assert any("8 [[updating.structure]] are updated as one" in w for w in pooled.result["warnings"])
     assert pooled.found.sd["E_root"] < 0.2 * root["scatter"]
 
 

@@ -209,10 +209,12 @@ def test_another_configuration_is_refused(folder: Path, run: UpdateRun) -> None:
     more = '[[recording]]\nname = "more"\nfile = "test.uff"\nconfiguration = "loaded"\n'
     more = f'[[configuration]]\nname = "loaded"\n{more}'
     (folder / "more.toml").write_text(STUDY.replace("[updating]", more + "[updating]"))
+    # a diagnosis does not read the table
+    assert len(load_study(folder / "more.toml").recordings) == 2
     with pytest.raises(
-        StudyError, match="solver: computes one structure, and a recording is of configuration 'loaded'"
+        StudyError, match="solver: computes one structure, and recording 'more' is of configuration 'loaded'"
     ):
-        load_study(folder / "more.toml")
+        correlate_study(folder / "more.toml")
 
 
 def test_results_as_universal_file_and_table(tmp_path: Path) -> None:

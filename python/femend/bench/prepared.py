@@ -122,7 +122,8 @@ def prepare(
     with steps.step("place sensors"):
         placed = placed_sensors(every, first, align=study.correlation.align)
         models.see(placed.points)
-    solver = solver_of(study, placed.places, first, [d for m in measured for d in m.modes.dofs])
+    sensors = [d for m in measured for d in m.modes.dofs]
+    solver = solver_of(study, placed.places, first, sensors, updating=morphs)
     told = [
         *deck_warnings(study, first.deck),
         *added_mass_doubts(study, first),

@@ -19,12 +19,14 @@ from femend.estimate.updating import Command, ExternalSystem, Unknowns, UpdatedD
 from femend.estimate.updating.command import fill
 from femend.io.solver_results import read_solver_modes
 from femend.model import Model
-from femend.study.study import Study
+from femend.study.study import AS_MODELLED, Study
 
 __all__ = ["Solver", "solver_of"]
 
 # below this share of the highest measured frequency a mode is one of a free body
 RIGID = 1e-4
+# responses that its runs give
+GIVES = ("frequencies", "shapes", "mac")
 
 
 class Solver:
@@ -147,11 +149,15 @@ class Solver:
         return UpdatedDeck(files, "".join(diff), ())
 
 
-def solver_of(study: Study, places: Mapping[Dof, Dof], model: Model, dofs: Iterable[Dof]) -> Solver | None:
+def solver_of(
+    study: Study, places: Mapping[Dof, Dof], model: Model, dofs: Iterable[Dof], *, updating: bool
+) -> Solver | None:
     """The solver of a study with measured `dofs`, whose `places` are in `model`; None where it names none. Raises
-    StudyError for a sensor between nodes, of which a solver writes nothing."""
+    StudyError for a sensor between nodes, of which a solver writes nothing, recordings in other configurations, and
+    where it is for `updating` for what its runs do not give."""
     if study.solver is None:
         return None
+    _fits(study, updating)
     nodes = set(model.node_ids.tolist())
     used = {d: places[d] for d in dict.fromkeys(dofs)}
     between = next((d for d, place in used.items() if place.node not in nodes), None)
@@ -162,3 +168,32 @@ def solver_of(study: Study, places: Mapping[Dof, Dof], model: Model, dofs: Itera
             key="solver",
         )
     return Solver(study, used)
+
+
+def _fits(study: Study, updating: bool) -> None:
+    """Refuses what no solver of the user's own is asked for."""
+
+    def fail(key: str, fact: str) -> StudyError:
+        return StudyError(f"{study.file}: {key}: {fact}", key=key)
+
+    other = next((r for r in study.recordings if r.role != "predict" and r.configuration != AS_MODELLED), None)
+    if other is not None:
+        raise fail(
+            "solver",
+            f"computes one structure, and recording {other.name!r} is of configuration {other.configuration!r}; take "
+            "that into a study of its own, with its own input files",
+        )
+    if not updating:
+        return
+    for name in study.updating.responses:
+        if name not in GIVES:
+            raise fail(
+                "updating.responses",
+                f"[solver] gives frequencies and shapes, not {name!r}; leave out the one or the other",
+            )
+    for key in ("morph", "field", "link"):
+        if getattr(study.updating, key):
+            raise fail(
+                f"updating.{key}",
+                "acts on the deck, and [solver] has values of its own; leave out the one or the other",
+            )

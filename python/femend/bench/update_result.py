@@ -135,7 +135,10 @@ def _kept(prepared: Prepared, found: UpdateResult, deck: UpdatedDeck) -> list[st
     or stand in no field."""
     if prepared.solver is not None:
         return prepared.solver.warnings
-    other = kept_as_drawn(prepared.study, prepared.model, found.values, AS_MODELLED)
+    n = len(prepared.study.updating.structure)
+    pooled = f"{n} [[updating.structure]] are updated as one; `femend population` tells how they scatter"
+    other = [pooled] if n else []
+    other += kept_as_drawn(prepared.study, prepared.model, found.values, AS_MODELLED)
     if not deck.left_out:
         return other
     field_of = made_for_fields(prepared.study, prepared.model)

@@ -184,7 +184,7 @@ def _study(check: _Checker, content: StudyFile, use: str | None) -> Study:
         correlation_settings(check, content.correlation),
         updating,
         pretest_settings(check, content.pretest, names, {p.name: p.prior_sd for p in content.parameter}),
-        solver_settings(check, content.solver, updating, [r.configuration for r in recordings if r.role != "predict"]),
+        solver_settings(check, content.solver),
     )
 
 

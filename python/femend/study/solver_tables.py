@@ -6,11 +6,9 @@ import math
 import re
 import shlex
 from collections import Counter
-from collections.abc import Sequence
 from pathlib import Path
 
 from femend.errors import StudyError
-from femend.study.bench_settings import UpdatingSettings
 from femend.study.check import FileCheck
 from femend.study.parameter_targets import checked_prior
 from femend.study.schema import SolverTable
@@ -19,19 +17,13 @@ from femend.study.solver_settings import FORMATS, SolverSettings, SolverValue
 __all__ = ["solver_settings"]
 
 _NAME = re.compile(r"\w+")
-# what a solver's run gives
-_GIVES = ("frequencies", "shapes", "mac")
 
 
-def solver_settings(
-    check: FileCheck, table: SolverTable | None, updating: UpdatingSettings, configurations: Sequence[str]
-) -> SolverSettings | None:
-    """``[solver]`` of a study that is updated as `updating` says, with recordings in these `configurations`;
-    None without one. Raises StudyError, naming the key, for files that are not there, values that stand twice or are
-    none, and what a solver does not give."""
+def solver_settings(check: FileCheck, table: SolverTable | None) -> SolverSettings | None:
+    """``[solver]`` of a study, None without one; raises StudyError, naming the key, for files that are not there, and
+    values that stand twice or are none."""
     if table is None:
         return None
-    _fits(check, updating, configurations)
     if not table.files:
         raise check.fail("solver.files", 'the list is empty; name the input files, the deck first, as ["beam.inp"]')
     files = tuple(check.existing(f"solver.files[{i}]", name) for i, name in enumerate(table.files))
@@ -60,29 +52,6 @@ def solver_settings(
         table.folder,
         scripts,
     )
-
-
-def _fits(check: FileCheck, updating: UpdatingSettings, configurations: Sequence[str]) -> None:
-    """Refuses what no solver of the user's own is asked for."""
-    for name in updating.responses:
-        if name not in _GIVES:
-            raise check.fail(
-                "updating.responses",
-                f"[solver] gives frequencies and shapes, not {name!r}; leave out the one or the other",
-            )
-    for key in ("morph", "field", "link"):
-        if getattr(updating, key):
-            raise check.fail(
-                f"updating.{key}",
-                "acts on the deck, and [solver] has values of its own; leave out the one or the other",
-            )
-    other = next((c for c in configurations if c != "as modelled"), None)
-    if other is not None:
-        raise check.fail(
-            "solver",
-            f"computes one structure, and a recording is of configuration {other!r}; update that in a study of its "
-            "own, with its own input files",
-        )
 
 
 def _filled(check: FileCheck, key: str, text: str, deck: Path) -> str:
