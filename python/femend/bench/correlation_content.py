@@ -78,7 +78,10 @@ def correlation_page(done: CorrelationRun, run: dict[str, Any], files: Sequence[
         [sentence(w) for w in result["warnings"]],
         prepared_mesh(prepared),
         f"{len(prepared.placed.pairing)} sensors and shakers at their places."
-        + weighed_words(result["model"], prepared.study.units),
+        + weighed_words(result["model"], prepared.study.units)
+        + (
+            "" if result["solver"] is None else f" Its modes are what {' '.join(result['solver']['command'])} computes."
+        ),
         [*sections, _sensors(prepared)],
         run,
         files,

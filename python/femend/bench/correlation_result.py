@@ -46,6 +46,7 @@ def correlation_result(
         "format": FORMAT,
         "title": prepared.study.title,
         "model": weighed(prepared.model) if prepared.solver is None else None,
+        "solver": None if prepared.solver is None else prepared.solver.as_dict(),
         "sensors": placed_result(prepared.placed),
         "recordings": [
             {
