@@ -119,6 +119,19 @@ def test_strengths_follow_one_another_with_their_steps_told() -> None:
     assert choose_strength(problem, UpdatingSettings()) is None
 
 
+def test_an_l_curve_without_corner_leaves_the_priors_as_stated() -> None:
+    """Values that the unknowns meet: the squares fall to nothing, and nothing holds the penalty."""
+    system = LinearSystem(np.eye(2))
+    unknowns = Unknowns.of([free(m, 1.0) for m in system.names])
+    problem = Problem(unknowns, (Configuration("c", system, (Values("y", [3.0, 1.0], 0.1),)),))
+    found = choose_strength(problem, UpdatingSettings(regularisation="l-curve", strengths=(1e4, 1e3, 1e2, 1e1, 1.0)))
+    assert found is not None
+    assert not found.has_corner
+    assert found.curve.strength == 1.0
+    (said,) = found.advice()
+    assert "the L-curve has no corner among 5 strengths" in said
+
+
 @pytest.mark.parametrize(
     ("keys", "message"),
     [

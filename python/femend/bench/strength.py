@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 # priors this many times wider or narrower than stated are told: they were not meant so
 FAR = 10.0
 # the searches of the curve end with this share of a prior deviation; that with the strength taken is gone on with
-CURVE = 1e-3
+CURVE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,12 @@ class Strength:
         tried = self.curve.strengths
         return len(tried) > 1 and self.curve.strength in (tried[0], tried[-1])
 
+    @property
+    def has_corner(self) -> bool:
+        """Has the L-curve a corner, where that is the rule?"""
+        several = len(self.curve.strengths) > 1
+        return self.curve.rule != "l-curve" or not several or bool((self.curve.criterion < 0).any())
+
     def as_dict(self) -> dict[str, Any]:
         """What updating.json holds of it."""
         c, unknowns = self.curve, self.problem.unknowns
@@ -57,6 +63,7 @@ class Strength:
             "strength": c.strength,
             "prior_sd_times": self.wider,
             "at_end": self.at_end,
+            "has_corner": self.has_corner,
             "values": c.result.after.n_values,
             "strengths": c.strengths.tolist(),
             "squares": c.squares.tolist(),
@@ -68,7 +75,12 @@ class Strength:
     def advice(self) -> list[str]:
         """What a strength at the end of those tried, or far from the priors as stated, asks for."""
         said, s = [], self.curve.strength
-        if self.at_end:
+        if not self.has_corner:
+            said.append(
+                f"the L-curve has no corner among {len(self.curve.strengths)} strengths, and the one nearest to the "
+                f'priors as stated was taken, {plain(s, 3)}: take "gcv", or leave regularisation out'
+            )
+        elif self.at_end:
             end = "least" if s == self.curve.strengths[-1] else "largest"
             said.append(
                 f"the strength of the priors that {RULES[self.curve.rule]} takes, {plain(s, 3)}, is the {end} that was "
@@ -110,6 +122,7 @@ def strength_lines(told: dict[str, Any] | None) -> list[str]:
     k, n = told["strengths"].index(told["strength"]), len(told["strengths"])
     left = f"{plain(told['squares'][k])} of {told['values']} values"
     by = f"by {RULES[told['rule']]} among {n} strengths" if n > 1 else "as the study gives it"
+    by = by if told["has_corner"] else f"since the L-curve has no corner among {n} strengths"
     return [
         f"priors    {plain(told['strength'], 3)} times as strong as stated (deviations times "
         f"{plain(told['prior_sd_times'], 3)}), {by}; squares there {left}"

@@ -46,6 +46,8 @@ def strength_section(s: Strength) -> Section:
         if len(c.strengths) > 1
         else "It is the one that the study gives."
     )
+    if not s.has_corner:
+        taken = f"The L-curve has no corner among {len(c.strengths)} strengths: this is the one nearest to 1."
     return Section(
         "Strength of the priors",
         f"The priors count {plain(c.strength, 3)} times as much as the study states them: as if every prior deviation "

@@ -47,12 +47,12 @@ def tikhonov(
 ) -> Regularised:
     """Updates `problem` with its prior's precision times each of `strengths`, from strong to weak, and takes one.
 
-    `rule` "gcv": generalised cross-validation, squares / (m - trace of the influence matrix)^2 least (Golub, Heath and
-    Wahba 1979); "discrepancy": the strongest whose squares do not exceed the number of values (Morozov 1966; the
-    deviations have to be right); "l-curve": the corner of ln penalty over ln squares (Hansen and O'Leary 1993). By
-    default the strengths are half decades from 1e4 to 1e-4. `iterations` and `tolerance` are those of `update`; `told`
-    is called when a strength is done. Raises UpdatingError for a problem without prior, an
-    unknown rule, or strengths that are not positive.
+    `rule` "gcv": generalised cross-validation, squares / (m - trace of the influence matrix)^2 least (Golub, Heath
+    and Wahba 1979); "discrepancy": the strongest whose squares do not exceed the number of values (Morozov 1966;
+    the deviations have to be right); "l-curve": the corner of ln penalty over ln squares (Hansen and O'Leary 1993),
+    without one that nearest to 1. By default the strengths are half decades from 1e4 to 1e-4. `iterations` and
+    `tolerance` are those of `update`; `told` is called when a strength is done. Raises UpdatingError for a problem
+    without prior, an unknown rule, or strengths that are not positive.
     """
     if not np.any(problem.unknowns.precision):
         raise UpdatingError("the unknowns have no prior to strengthen; give them a finite sd, or a smooth field")
@@ -90,13 +90,15 @@ def tikhonov(
     else:
         criterion = -_curvature(np.log(np.maximum(s, 1e-300)), np.log(np.maximum(q, 1e-300)))
     k = int(np.argmin(criterion))
+    if rule == "l-curve" and not criterion[k] < 0:  # no corner anywhere: the prior as it is
+        k = int(np.argmin(np.abs(np.log(given))))
     return Regularised(results[k], float(given[k]), given, np.array([r.p for r in results]), s, q, criterion, rule)
 
 
 def _curvature(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Curvature (n,) of a curve by the circle through neighbours, zero at the ends; positive where the corner of an L
-    is."""
-    out = np.zeros(x.size)
+    """Curvature (n,) of a curve by the circle through neighbours, infinite against a corner at the ends; positive where
+    the corner of an L is."""
+    out = np.full(x.size, -np.inf)
     for i in range(1, x.size - 1):
         a, b = np.array([x[i] - x[i - 1], y[i] - y[i - 1]]), np.array([x[i + 1] - x[i], y[i + 1] - y[i]])
         cross = a[0] * b[1] - a[1] * b[0]
