@@ -5,7 +5,8 @@
 HARNESS is the folder with the rivals' `run.py`, SCRATCH its working folder (environment, shims, the models in `data/`).
 Needs numpy and scipy, and before it `cargo build --release -p femend-linalg --example rival`. Every contender runs in a
 process of its own, one after the other, model by model, so that the load of a shared machine falls on all alike; with
-one thread the CPU seconds are compared. Prints a table in Markdown; `ratio` is a rival's CPU seconds over ours.
+one thread the CPU seconds are compared, with several those of the clock, which say something on a quiet machine alone.
+Prints a table in Markdown; `ratio` is a rival's seconds over ours.
 """
 
 from __future__ import annotations
@@ -78,19 +79,19 @@ def read(text: str, name: str, error: str) -> Record:
     return {**record, "contender": name}
 
 
-def table(rows: list[Record]) -> str:
-    """Markdown; rivals' operations are reported by each in its own measure."""
+def table(rows: list[Record], seconds: str) -> str:
+    """Markdown; ratios are of the `seconds` ("factor_cpu" or "factor"), operations as each contender reports them."""
     head = ["model", "contender", "analyse s", "factor CPU s", "factor s", "solve 1 ms", "per rhs of 64 ms"]
     head += ["nnz(L) M", "GF", "residual", "peak MB", "ratio"]
     lines = [" | ".join(["", *head, ""]).strip(), "|" + "---|" * len(head)]
     for model, kind in dict.fromkeys((r["model"], r["kind"]) for r in rows):
         cells = [r for r in rows if (r["model"], r["kind"]) == (model, kind)]
-        own = next((r["factor_cpu"] for r in cells if r["contender"] == "femend" and "error" not in r), None)
+        own = next((r[seconds] for r in cells if r["contender"] == "femend" and "error" not in r), None)
         for r in cells:
             if "error" in r:
                 lines.append(f"| {model} {kind} | {r['contender']} | {r['error'].strip().splitlines()[-1]} |")
                 continue
-            ratio = "" if own is None or r["contender"] == "femend" else f"{r['factor_cpu'] / own:.2f}"
+            ratio = "" if own is None or r["contender"] == "femend" else f"{r[seconds] / own:.2f}"
             values = [r["analyze_cpu"], r["factor_cpu"], r["factor"], 1e3 * r["solve1_cpu"]]
             values += [1e3 * r["solve64_cpu"] / 64, 1e-6 * r["lnz"], 1e-9 * r["flops"]]
             text = [f"{v:.3g}" for v in values] + [f"{r['residual']:.1e}", f"{r['peakMB']:.0f}", ratio]
@@ -111,6 +112,7 @@ def main() -> None:
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     parser.add_argument("--binary", type=Path, default=target / "release" / "examples" / "rival")
     a = parser.parse_args()
+    seconds = "factor_cpu" if a.threads == 1 else "factor"
     best: dict[tuple[str, str, str], Record] = {}
     for model in a.models.split(","):
         for _ in range(a.rounds):
@@ -121,9 +123,9 @@ def main() -> None:
                 for cell in cells:
                     key = (model, kind, cell["contender"])
                     cell.update(model=model, kind=kind)
-                    if key not in best or cell.get("factor_cpu", 1e99) < best[key].get("factor_cpu", 1e99):
+                    if key not in best or cell.get(seconds, 1e99) < best[key].get(seconds, 1e99):
                         best[key] = cell
-    print(table(list(best.values())))
+    print(table(list(best.values()), seconds))
 
 
 if __name__ == "__main__":

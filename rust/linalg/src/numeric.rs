@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::front;
 use crate::lanes::Lanes;
-use crate::memory::{Stacks, free, square, stacks, zeros};
+use crate::memory::{Stacks, free, lower_zeros, square, stacks, zeros};
 use crate::pivot::{Pivots, ldlt};
 use crate::scalar::Scalar;
 use crate::symbolic::{Run, Supernode, Symbolic};
@@ -162,7 +162,7 @@ impl<T: Eliminate> Job<'_, T> {
         let first = &nodes[node.start as usize];
         let (below, own) =
             part.split(node.panel.start - first.panel.start, node.columns.start - first.columns.start);
-        let mut update = zeros(T::ZERO, square(node))?;
+        let mut update = lower_zeros(T::ZERO, node.below())?;
         let mut room = Room::new();
         if node.divided {
             let updates = self.subtrees(&node.children, below)?;
