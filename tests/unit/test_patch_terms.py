@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy.sparse import csc_array
 
 from femend.model import Model, read_model
 from femend.study.patch import deck_cards
@@ -25,11 +28,15 @@ ENDDATA
 """
 
 
+def model_of_text(folder: Path, text: str) -> Model:
+    file = folder / "deck.bdf"
+    file.write_text(text)
+    return read_model(file)
+
+
 @pytest.fixture
 def model(tmp_path: Path) -> Model:
-    file = tmp_path / "deck.bdf"
-    file.write_text(DECK)
-    return read_model(file)
+    return model_of_text(tmp_path, DECK)
 
 
 def finding(physics: str, nodes: list[int], direction: str, values: dict[str, float], **more: Any) -> dict[str, Any]:
@@ -85,3 +92,56 @@ def test_the_cards_make_the_model_that_was_found(model: Model, tmp_path: Path) -
     change = (K - before).toarray()
     assert change[first, first] == pytest.approx(4.0e4 * line[0] ** 2)
     assert change[first, third + 1] == pytest.approx(-4.0e4 * line[0] * line[1])
+
+
+def receptance(model: Model, at: tuple[int, int], s: complex) -> complex:
+    """Of a DOF to a force on it, with dashpots and loss factors, on the line `s`."""
+    indptr, indices, k, m, c, h = model.fe.assemble()
+    K, M, C, H = (csc_array((v, indices, indptr), shape=(model.fe.n_a,) * 2).toarray() for v in (k, m, c, h))
+    row = model.transformation().tocsr()[[6 * model.index(at[0]) + at[1] - 1]].toarray()[0]
+    return complex(row @ np.linalg.solve(K + s * C + s**2 * M + 1j * H, row))
+
+
+@pytest.mark.parametrize(
+    ("physics", "values", "stiffness"),
+    [
+        (
+            "tuned_absorber",
+            {"m": 0.2, "k": 5.0e4, "c": 9.0},
+            lambda s: 0.2 * s**2 * (5.0e4 + 9.0 * s) / (0.2 * s**2 + 9.0 * s + 5.0e4),
+        ),
+        ("viscoelastic", {"k0": 2.0e4, "k1": 7.0e4, "tau": 3e-3}, lambda s: 2.0e4 + 7.0e4 * 3e-3 * s / (1 + 3e-3 * s)),
+        ("viscoelastic", {"k0": 0.0, "k1": 7.0e4, "tau": 3e-3}, lambda s: 7.0e4 * 3e-3 * s / (1 + 3e-3 * s)),
+        ("structural_damping", {"k": 3.0e4, "eta": 0.4}, lambda s: 3.0e4 * (1 + 0.4j)),
+    ],
+    ids=["absorber", "Zener", "Maxwell", "loss factor"],
+)
+def test_cards_of_laws_that_lose_energy_are_those_laws(
+    tmp_path: Path, physics: str, values: dict[str, float], stiffness: Callable[[complex], complex]
+) -> None:
+    """A law kappa(s) to ground makes the receptance H into H / (1 + kappa H)."""
+    held = DECK.replace("ENDDATA", "SPC1,1,123456,1\nENDDATA").replace("BEGIN", "SPC = 1\nBEGIN", 1)
+    bare = model_of_text(tmp_path, held)
+    written = cards(bare, finding(physics, [3], "Z", values))
+    assert written
+    with_it = model_of_text(tmp_path, held.replace("ENDDATA", "\n".join([*written, "ENDDATA"])))
+    for freq in (11.0, 75.0, 300.0):
+        s = 2j * np.pi * freq
+        plain = receptance(bare, (3, 3), s)
+        np.testing.assert_allclose(receptance(with_it, (3, 3), s), plain / (1 + stiffness(s) * plain), rtol=1e-6)
+
+
+def test_two_laws_have_points_of_their_own(model: Model) -> None:
+    absorber = {"m": 0.2, "k": 5.0e4, "c": 9.0}
+    found = cards(
+        model,
+        finding("tuned_absorber", [3], "Z", absorber),
+        finding("viscoelastic", [2, 3], "Y", {"k0": 1.0, "k1": 2.0, "tau": 3.0}),
+        finding("structural_damping", [2, 3], "Y", {"k": 1.0, "eta": 0.5}),
+    )
+    assert [line for line in found if line.startswith("SPOINT")] == ["SPOINT,5", "SPOINT,6"]
+    ids = [line.split(",")[1] for line in found if not line.startswith("SPOINT")]
+    assert len(set(ids)) == len(ids) == 7
+    assert found[-1].endswith(",2,2,3,2,5.000000E-01")
+    # an oscillator hangs on one node
+    assert not cards(model, finding("tuned_absorber", [2, 3], "Y", absorber))

@@ -15,6 +15,7 @@ from femend.model import Model, model_of
 from femend.model.deck_changes import deck_changes
 from femend.model.supports import held_rows
 from femend.report.vocabulary import DIRECTIONS
+from femend.study.damped_cards import Ids, damped_cards
 
 __all__ = ["deck_cards", "deck_changes", "on_new_supports"]
 
@@ -30,7 +31,7 @@ _BULK = re.compile(rb"^[ \t]*BEGIN[ \t]+BULK|^[ \t]*BEGIN[ \t]*=[ \t]*BULK", re.
 def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
     """Bulk-data lines for the new terms: cards where Nastran has some that fit, their descriptions as comments."""
     lines: list[str] = []
-    id_, pid = next_id(model.deck, "element"), next_id(model.deck, "property")
+    id_, pid, point = (next_id(model.deck, kind) for kind in ("element", "property", "node"))
     for finding in result["findings"]:
         where = finding["location"]
         values = {name: v["value"] for name, v in finding["parameters"].items()}
@@ -40,10 +41,10 @@ def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
         at = " ".join(filter(None, (", ".join(str(n) for n in where["nodes"]), where["direction"])))
         name = finding["physics"] or "unnamed"
         words = words or finding.get("class", "")
-        cards = _term(model, (id_, pid), finding["physics"], where, values)
+        cards = _term(model, Ids(id_, pid, point), finding["physics"], where, values)
         springs = _springs(finding["physics"], where, values)
         cards += [f"CELAS2,{id_ + i},{k:.6E},{node},{component}" for i, (node, component, k) in enumerate(springs)]
-        id_, pid = id_ + len(cards), pid + 1
+        id_, pid, point = id_ + len(cards), pid + 1, point + 1
         of = f" (elements {', '.join(map(str, where['elements']))})" if where.get("elements") else ""
         place = f"under {len(where['region'])} nodes between" if where.get("shares") else "at node"
         lines += [f"$ femend: {name} {place} {at} to {where['to'] or 'nothing'}{of}", f"$ femend: {words}", *cards]
@@ -125,14 +126,14 @@ def _is_set(model: Model, id_: int) -> bool:
     return True
 
 
-def _term(model: Model, ids: tuple[int, int], physics: str, where: dict[str, Any], values: dict[str, Any]) -> list[str]:
-    """Cards of a spring, dashpot or mass, or of the springs of a bedding, with the `ids` of an element and a property;
-    none where none fit."""
+def _term(model: Model, ids: Ids, physics: str, where: dict[str, Any], values: dict[str, Any]) -> list[str]:
+    """Cards of a linear term, or of the springs of a bedding, with the first `ids` that are free; none where none
+    fit."""
     if where.get("shares"):
-        return _bedding(model, ids[0], where, values["k"])
+        return _bedding(model, ids.element, where, values["k"])
     if len(where["nodes"]) == 2:
         return _between(model, ids, physics, where, values)
-    id_ = ids[0]
+    id_ = ids.element
     if len(where["nodes"]) != 1 or where["to"] != "ground" or where["direction"] not in _AXES:
         return []
     node, component = where["nodes"][0], _AXES[where["direction"]]
@@ -142,7 +143,7 @@ def _term(model: Model, ids: tuple[int, int], physics: str, where: dict[str, Any
         return [f"CDAMP2,{id_},{values['c']:.6E},{node},{component}"]
     if physics == "added_mass":
         return [f"CONM2,{id_},{node},,{values['m']:.6E}"]
-    return []
+    return damped_cards(ids, physics, values, (node, component))
 
 
 def _bedding(model: Model, id_: int, where: dict[str, Any], k: float) -> list[str]:
@@ -155,18 +156,20 @@ def _bedding(model: Model, id_: int, where: dict[str, Any], k: float) -> list[st
     return [f"CELAS2,{id_ + i},{k * share:.6E},{n},{component}" for i, (n, share) in each]
 
 
-def _between(
-    model: Model, ids: tuple[int, int], physics: str, where: dict[str, Any], values: dict[str, Any]
-) -> list[str]:
-    """Cards of a spring or dashpot between two nodes: a bush along the line between them, scalar elements along a basic
-    axis, where both nodes' displacements are told along it."""
-    (id_, pid), (a, b) = ids, where["nodes"]
-    kinds = {"support_stiffness": ("K", "CELAS2", "k"), "viscous_damper": ("B", "CDAMP2", "c")}
-    if physics not in kinds or where["to"] != str(b):
+def _between(model: Model, ids: Ids, physics: str, where: dict[str, Any], values: dict[str, Any]) -> list[str]:
+    """Cards of a linear law between two nodes: a bush along the line between them for a spring or dashpot, scalar
+    elements along a basic axis, where both nodes' displacements are told along it."""
+    id_, pid, (a, b) = ids.element, ids.property, where["nodes"]
+    if where["to"] != str(b):
         return []
-    kind, scalar, name = kinds[physics]
     at = model.index(a), model.index(b)
-    if where["direction"] in _AXES and all(np.array_equal(model.frames[i], np.eye(3)) for i in at):
+    along = where["direction"] in _AXES and all(np.array_equal(model.frames[i], np.eye(3)) for i in at)
+    kinds = {"support_stiffness": ("K", "CELAS2", "k"), "viscous_damper": ("B", "CDAMP2", "c")}
+    if physics not in kinds:
+        component = _AXES[where["direction"]] if along else 0
+        return damped_cards(ids, physics, values, (a, component), (b, component)) if along else []
+    kind, scalar, name = kinds[physics]
+    if along:
         component = _AXES[where["direction"]]
         return [f"{scalar},{id_},{values[name]:.6E},{a},{component},{b},{component}"]
     if where["direction"] or not np.any(model.xyz[at[0]] != model.xyz[at[1]]):
