@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_array
 
 from femend.diagnose.receptances import answers, receptances
-from femend.model import Model, Parameter, read_model
+from femend.model import Model, Parameter, dashpots, read_model
 from femend.model.dashpots import MOST, dashpot_forces, dashpot_rows
 from femend.model.reduction import reduce_model
 from femend.study.damping_told import damping_told
@@ -41,13 +42,11 @@ def damped(*laws: tuple[int, str, dict[str, float]], c: float = C) -> small_stud
     return small_study.Truth((7.3e10, 6.8e10), laws=[(6, "linear", {"k": 0.0, "c": c, "m": 0.0}), *laws])
 
 
-def test_rows_make_the_damping_matrix_in_any_basis(tmp_path: Path) -> None:
+def test_rows_make_the_damping_matrix_in_any_basis(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bush = ("PBUSH,70,B,3.,4.,5.", "CBUSH,901,70,4,8,,,,0")
     model = model_with(tmp_path, DASHPOT, *bush)
     reduced = reduce_model(model, 150.0, [6 * model.index(13) + 2])
     indptr, indices, _, _, c, _ = model.fe.assemble()
-    from scipy.sparse import csc_array
-
     full = reduced.V_a.T @ (csc_array((c, indices, indptr), shape=(model.fe.n_a,) * 2) @ np.asarray(reduced.V_a))
     rows = reduced.dashpots
     # of the bush only Z moves the bars sideways, its X is an axial one
@@ -55,6 +54,12 @@ def test_rows_make_the_damping_matrix_in_any_basis(tmp_path: Path) -> None:
     np.testing.assert_allclose(rows.T @ rows, full, atol=2e-4 * np.abs(full).max())
     # the dashpot and the three axes of the bush, one of which the supports hold
     assert dashpot_forces(model).shape == (model.fe.n_a, 4)
+    monkeypatch.setattr(dashpots, "DENSE", 2)
+    again = model_with(tmp_path, DASHPOT, *bush)
+    small = reduce_model(again, 150.0, [6 * again.index(13) + 2])
+    assert dashpot_forces(again).shape == (again.fe.n_a, 0)
+    whole = small.V_a.T @ (csc_array((c, indices, indptr), shape=(model.fe.n_a,) * 2) @ np.asarray(small.V_a))
+    np.testing.assert_allclose(small.dashpots.T @ small.dashpots, whole, atol=2e-4 * np.abs(whole).max())
     none = model_with(tmp_path)
     assert dashpot_rows(none, reduced.V, reduced.freq).shape == (0, reduced.r)
     assert dashpot_forces(none).shape == (none.fe.n_a, 0)
