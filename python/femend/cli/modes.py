@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -37,11 +37,9 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     from femend import _core
     from femend.analysis.effective_mass import base_directions, effective_mass
     from femend.io.deck import read_deck
-    from femend.model.finite_modes import finite_modes
     from femend.model.free_body import FREE
     from femend.model.model import Model
     from femend.model.rigid_motion import zero_modes
-    from femend.model.unsolvable import told_of
 
     deck_read = read_deck(deck)
     model = _core.FeModel(deck_read, spc=spc)
@@ -53,15 +51,7 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
         n_modes = 10
     if n_modes is not None:
         n_modes = min(n_modes, model.n_a)
-    matrices = indptr, indices, k, m
-    try:
-        freq, phi, _, info = _core.modes(*matrices, n_modes=n_modes, f_max=fmax)
-    except ValueError as error:
-        fewer = finite_modes(error, n_modes)
-        if fewer is None:
-            raise told_of(error, Model(deck_read, model, (), units)) from error
-        freq, phi, _, info = _core.modes(*matrices, n_modes=fewer, f_max=fmax)
-        click.echo(f"only {fewer} mode{'s' * (fewer > 1)}: no more DOFs have a mass")
+    freq, phi, info = _solved(Model(deck_read, model, (), units), (indptr, indices, k, m), n_modes, fmax)
     R = base_directions(model.dof_nodes, model.dof_components, model.node_ids, model.frames)
     M = csc_matrix((m, indices, indptr), shape=(model.n_a, model.n_a))
     share = effective_mass(np.asarray(M @ phi), R) / model.total_mass() * 100.0
@@ -88,6 +78,26 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     ]
     sums = ["sum", "", *(f"{s:.1f}" for s in share.sum(axis=0))]
     click.echo("\n" + table(["mode", "Hz", "X %", "Y %", "Z %"], [*rows, sums], "rrrrr"))
+
+
+def _solved(
+    model: Model, matrices: tuple[Any, Any, Any, Any], n_modes: int | None, f_max: float | None
+) -> tuple[Any, Any, dict[str, Any]]:
+    """Frequencies (n,), shapes (n_a, n) and what the solver says of them; fewer modes, which is told, where no more
+    DOFs have a mass."""
+    from femend import _core
+    from femend.model.finite_modes import finite_modes
+    from femend.model.unsolvable import told_of
+
+    try:
+        freq, phi, _, info = _core.modes(*matrices, n_modes=n_modes, f_max=f_max)
+    except ValueError as error:
+        fewer = finite_modes(error, n_modes)
+        if fewer is None:
+            raise told_of(error, model) from error
+        freq, phi, _, info = _core.modes(*matrices, n_modes=fewer, f_max=f_max)
+        click.echo(f"only {fewer} mode{'s' * (fewer > 1)}: no more DOFs have a mass")
+    return freq, phi, info
 
 
 def _turning(model: Model, rpm: str, n_modes: int | None, f_max: float | None, spc: int | None) -> None:
