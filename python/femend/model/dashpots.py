@@ -69,7 +69,8 @@ def _taken_apart(model: Model) -> _Apart:
 def _dashpots_of(model: Model) -> _Apart:
     from scipy.sparse import csc_array
 
-    if not set(model.deck.card_counts()) & set(CARDS):
+    # most decks have none, and a model without supports is made for the others alone
+    if not set(model.deck.card_counts()) & set(CARDS) or not np.any(model.fe.assemble()[4]):
         return np.zeros(0, dtype=np.int64), csc_array((0, 0)), np.zeros((0, 0))
     free = model.unsupported
     indptr, indices, _, _, c, _ = free.fe.assemble()
