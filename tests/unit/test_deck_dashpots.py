@@ -13,7 +13,7 @@ from femend.diagnose.receptances import answers, receptances
 from femend.model import Model, Parameter, dashpots, read_model
 from femend.model.dashpots import MOST, dashpot_forces, dashpot_rows
 from femend.model.reduction import reduce_model
-from femend.study.damping_told import damping_told
+from femend.study.damping_told import at_dashpots, damping_told
 from femend.study.run import diagnose
 from femend.study.study_run import StudyRun
 
@@ -118,3 +118,15 @@ def test_parameters_of_damping_and_local_losses_are_told(tmp_path: Path) -> None
     assert not damping_told(model_with(tmp_path, DASHPOT))
     (told,) = damping_told(model_with(tmp_path, "CELAS2,901,1.+4,6,3,,,0.2"))
     assert told.startswith("the deck has loss factors (GE) that are not those of the whole structure")
+
+
+def test_a_finding_at_a_dashpot_says_so(tmp_path: Path) -> None:
+    """Of a dashpot that is drawn too weak the rest is missing."""
+    result = study_with(tmp_path, damped(), DASHPOT.replace(str(C), str(C / 2))).result
+    (finding,) = result["findings"]
+    assert (finding["physics"], finding["location"]["nodes"]) == ("viscous_damper", [6])
+    assert finding["parameters"]["c"]["value"] == pytest.approx(C / 2, rel=0.1)
+    (told,) = [w for w in result["warnings"] if "has a dashpot" in w]
+    assert told.startswith("the deck has a dashpot at 6 Z, where viscous_damper is told: a diagnosis keeps its value")
+    model = model_with(tmp_path, DASHPOT)
+    assert not at_dashpots(model, [{"physics": "added_mass", "location": {"nodes": [7]}}])

@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 from femend.model.model import Model
 from femend.model.wider import Basis
 
-__all__ = ["dashpot_forces", "dashpot_rows"]
+__all__ = ["dashpot_dofs", "dashpot_forces", "dashpot_rows"]
 
 FloatArray = NDArray[np.float64]
 
@@ -42,6 +42,11 @@ def dashpot_rows(model: Model, V: Basis, freq: FloatArray) -> FloatArray:
     U, size, _ = np.linalg.svd(D / np.sqrt(2 * omega), full_matrices=False)
     kept = size[:MOST] ** 2 > LEAST
     return np.ascontiguousarray(U[:, :MOST][:, kept].T @ D)
+
+
+def dashpot_dofs(model: Model) -> NDArray[np.int64]:
+    """Rows (k,) of the g-set, supports left aside, between which, or to ground, the deck's dashpots act."""
+    return _taken_apart(model)[0]
 
 
 def dashpot_forces(model: Model) -> FloatArray:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import numpy as np
 
 from femend.model import Model
+from femend.model.dashpots import dashpot_dofs
 from femend.model.parameter import is_of_damping
+from femend.model.place import AXES
 from femend.numerals import listed
 
-__all__ = ["damping_told"]
+__all__ = ["at_dashpots", "damping_told"]
 
 # share of the loss factors that is not alike in all of the structure from which it is told
 UNLIKE = 0.05
@@ -32,6 +37,29 @@ def damping_told(model: Model) -> list[str]:
             "damping ratios of modes, and does not see that they couple modes; give springs that damp much a B of PBUSH"
         )
     return told
+
+
+def at_dashpots(model: Model, findings: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A sentence for each of the `findings` of a diagnosis (as in result.json) that stands at a node where the deck of
+    the `model` has a dashpot: what is off may be the value that is drawn."""
+    at = {node: dof for row in dashpot_dofs(model) for node, dof in [_dof(model, row)]}
+    told = []
+    for finding in findings:
+        where = finding["location"]
+        met = [at[n] for n in where["nodes"] if n in at]
+        if met:
+            told.append(
+                f"the deck has a dashpot at {listed(met, 3)}, where {finding['physics'] or 'something'} is told: a "
+                "diagnosis keeps its value, and one that is drawn too strong looks like another law; look at it first, "
+                "and try half and twice as much"
+            )
+    return told
+
+
+def _dof(model: Model, row: int) -> tuple[int, str]:
+    """Node, and node and direction as text, of a row of the g-set."""
+    node = int(model.node_ids[row // 6])
+    return node, f"{node} {AXES[row % 6]}"
 
 
 def _local_loss(model: Model) -> bool:

@@ -25,7 +25,7 @@ from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.content import report_content
 from femend.study.corrections import Corrections, corrections_of, left_out_unseen
-from femend.study.damping_told import damping_told
+from femend.study.damping_told import at_dashpots, damping_told
 from femend.study.deck_told import deck_told
 from femend.study.explained import answered
 from femend.study.interruption import StudyInterrupted, nothing_settled
@@ -173,6 +173,7 @@ class _Task:
             result = result_of(diagnosis, predictions, records, self.warnings)
             factors = {name: entry["factor"] for name, entry in result["parameters"].items()}
             result["warnings"] += bounds_told(self.study.parameters, factors)
+            result["warnings"] += at_dashpots(self.model, result["findings"])
             result = self.right.told_in(self._answered(result))
         run = StudyRun(self.study, self.model, used, self.pairing, records, diagnosis, predictions, result)
         if self.out is not None:
