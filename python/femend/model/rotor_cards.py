@@ -85,7 +85,6 @@ def _siemens(deck: _core.Deck, grids: dict[int, list[int]], told: list[str]) -> 
     found = []
     fields = cards[at]
     for row in range(_FIRST_ROW, -(-len(fields) // _ROW) + 1):
-        # the name of the card takes the first field of its first line
         own = [*fields, *[""] * _ROW][_ROW * row : _ROW * (row + 1)]
         if not own[0]:
             continue
