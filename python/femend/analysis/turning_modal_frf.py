@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.analysis.frf import shapes_at
+from femend.analysis.rotor import gyroscopic_matrices
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
 from femend.model.model import Model
-from femend.model.spinning import SpinningPart, gyroscopic
+from femend.model.spinning import SpinningPart
 
 __all__ = ["modal_gyroscopic", "turning_modal_frf"]
 
@@ -23,14 +24,13 @@ def modal_gyroscopic(
 ) -> FloatArray:
     """phi^T G phi (n_modes, n_modes) per rad/s of the `parts` of `model` between its `modes` (`model_modes`), at
     `factors` on parameters; raises what `gyroscopic_matrices` raises."""
-    from scipy.sparse import csc_array
-
     fe = model.fe
-    rows = [Dof(int(n), int(c)) for n, c in zip(fe.dof_nodes, fe.dof_components, strict=True)]
-    indptr, indices = fe.assemble()[:2]
-    G = csc_array((gyroscopic(model, parts, model.factors(factors)), indices, indptr), shape=(fe.n_a, fe.n_a))
-    phi = shapes_at(modes, rows)
-    return np.asarray(phi.T @ (G @ phi))
+    phi = shapes_at(modes, [Dof(int(n), int(c)) for n, c in zip(fe.dof_nodes, fe.dof_components, strict=True)])
+    G = np.zeros((modes.n_modes, modes.n_modes))
+    for part in parts:
+        own, _ = gyroscopic_matrices(model, part.axis, elements=part.elements, axes=part.axes, factors=factors)
+        G += part.ratio * (phi.T @ (own @ phi))
+    return G
 
 
 def turning_modal_frf(

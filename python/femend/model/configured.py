@@ -344,13 +344,6 @@ def _independent(vectors: FloatArray, M: Any) -> FloatArray:
     return V
 
 
-def _moved(factors: FloatArray, i: int, to: float) -> FloatArray:
-    """The `factors` (n,) with the one of number `i` at `to`."""
-    moved = factors.copy()
-    moved[i] = to
-    return moved
-
-
 def _parts(
     model: Model, T: Any, V_a: FloatArray, unknowns: Unknowns, terms: Sequence[LinearTerm]
 ) -> tuple[tuple[Part, ...], tuple[TurningPart, ...]]:
@@ -367,7 +360,8 @@ def _parts(
                 if matrix.any():
                     parts.append(Part(kind, matrix, ((at, float(degree)),), True))
         if is_of_damping(parameter):
-            dC = np.asarray(model.fe.project(_moved(ones, i, 2.0), np.ascontiguousarray(V_a))[0][2]) - C
+            double = ones + np.eye(len(ones))[i]
+            dC = np.asarray(model.fe.project(double, np.ascontiguousarray(V_a))[0][2]) - C
             if dC.any():
                 parts.append(Part("C", dC, ((at, 1.0),), True))
                 C_fixed = C_fixed - dC

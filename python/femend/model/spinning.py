@@ -34,15 +34,15 @@ class SpinningPart:
 
 
 def gyroscopic(model: Model, parts: Sequence[SpinningPart], factors: FloatArray) -> FloatArray:
-    """G (nnz,) on the pattern of the `model`, sum of ratio x G of the `parts`, at `factors` (n_parameters,); raises
-    what `gyroscopic_matrices` raises."""
-    named = {p.name: float(f) for p, f in zip(model.parameters, factors, strict=True)}
-    total = np.zeros(model.fe.assemble()[1].size)
-    for part in parts:
+    """G (nnz,) on the pattern of the `model`, sum of ratio x G of the `parts`, one or more, at `factors`
+    (n_parameters,); raises what `gyroscopic_matrices` raises."""
+
+    def of_one(part: SpinningPart) -> FloatArray:
         elements = None if part.elements is None else list(part.elements)
-        G, _ = model.fe.gyroscopic(list(part.axis), elements, part.axes == "rotating", model.factors(named))
-        total += part.ratio * G
-    return total
+        G, _ = model.fe.gyroscopic(list(part.axis), elements, part.axes == "rotating", factors)
+        return part.ratio * G
+
+    return np.asarray(np.sum([of_one(part) for part in parts], axis=0))
 
 
 def gyroscopic_slopes(model: Model, parts: Sequence[SpinningPart], factors: FloatArray) -> FloatArray:

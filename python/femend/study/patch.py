@@ -163,15 +163,14 @@ def _between(model: Model, ids: Ids, physics: str, where: dict[str, Any], values
     if where["to"] != str(b):
         return []
     at = model.index(a), model.index(b)
-    along = where["direction"] in _AXES and all(np.array_equal(model.frames[i], np.eye(3)) for i in at)
     kinds = {"support_stiffness": ("K", "CELAS2", "k"), "viscous_damper": ("B", "CDAMP2", "c")}
-    if physics not in kinds:
-        component = _AXES[where["direction"]] if along else 0
-        return damped_cards(ids, physics, values, (a, component), (b, component)) if along else []
-    kind, scalar, name = kinds[physics]
-    if along:
+    if where["direction"] in _AXES and all(np.array_equal(model.frames[i], np.eye(3)) for i in at):
         component = _AXES[where["direction"]]
+        if physics not in kinds:
+            return damped_cards(ids, physics, values, (a, component), (b, component))
+        _, scalar, name = kinds[physics]
         return [f"{scalar},{id_},{values[name]:.6E},{a},{component},{b},{component}"]
-    if where["direction"] or not np.any(model.xyz[at[0]] != model.xyz[at[1]]):
+    if physics not in kinds or where["direction"] or not np.any(model.xyz[at[0]] != model.xyz[at[1]]):
         return []
+    kind, _, name = kinds[physics]
     return [f"CBUSH,{id_},{pid},{a},{b}", f"PBUSH,{pid},{kind},{values[name]:.6E}"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -176,11 +176,7 @@ def fit_run(
     shapes = ods_lines(data)
     credible = _credible(setup, model, p, shapes.freq, checked)
     out, bearings = setup.rows(model, data.sensors), data.bearings(setup, model)
-    # where the deck's own rotors turn, the model of a line depends on the sense it is looked for in
-    senses = (1, -1) if model.spins else (1,)
-    found = {s: line_forces(model, p, shapes, unbalance_of(data, s), out, bearings, credible) for s in senses}
-    sense = max(senses, key=lambda s: found[s].turning(s)) if model.spins else found[1].sense()
-    lines, unbalance = found[sense if model.spins else 1], unbalance_of(data, sense)
+    lines, unbalance = _turning(model, data, lambda u: line_forces(model, p, shapes, u, out, bearings, credible))
     choice: DataChoice | None = None
     posterior = _unbalance_only(unknowns, data.block(setup, model, unbalance), p, unbalance)
     if structure:
@@ -205,6 +201,20 @@ def fit_run(
         _laws(setup, model, posterior, shapes, unbalance, out, bearings),
         choice,
     )  # fmt: skip
+
+
+def _turning(
+    model: ConfiguredModel, data: RunData, forces: Callable[[Unbalance], LineForces]
+) -> tuple[LineForces, Unbalance]:
+    """The `forces` line by line, and the unbalance that turns in the sense which they tell. Where the deck's own rotors
+    turn, the model of a line depends on the sense in which forces are looked for."""
+    forward = forces(unbalance_of(data, 1))
+    if not model.spins:
+        return forward, unbalance_of(data, forward.sense())
+    backward = forces(unbalance_of(data, -1))
+    if backward.turning(-1) > forward.turning(1):
+        return backward, unbalance_of(data, -1)
+    return forward, unbalance_of(data, 1)
 
 
 def _with_law(
