@@ -256,7 +256,7 @@ def test_the_core_takes_out_the_same_shares_as_the_lines(reduced: ReducedModel) 
     (line,) = alone.lines(reduced)
     assert fit is not None
     assert line.picked_up is not None
-    omega, zeta, Q = alone.system(reduced).modal(fit.p)
+    omega, zeta, Q, _ = alone.system(reduced).modal(fit.p)
     s = line.s[:, None]
     q = s**2 / (s**2 + 2 * zeta * omega * s + omega**2) * (line.U @ (reduced.rows(frf.in_rows) @ Q))
     e = line.Y - q @ (reduced.rows(frf.out_rows) @ Q).T

@@ -14,6 +14,7 @@ from femend.model import Model, Parameter, dashpots, read_model
 from femend.model.dashpots import MOST, dashpot_forces, dashpot_rows
 from femend.model.reduction import reduce_model
 from femend.study.damping_told import at_dashpots, damping_told
+from femend.study.free_dashpots import with_free_dashpots
 from femend.study.run import diagnose
 from femend.study.study_run import StudyRun
 
@@ -30,10 +31,10 @@ def model_with(folder: Path, *cards: str, parameters: tuple[Parameter, ...] = ()
     return read_model(path, parameters=parameters)
 
 
-def study_with(folder: Path, truth: small_study.Truth, *cards: str) -> StudyRun:
+def study_with(folder: Path, truth: small_study.Truth, *cards: str, out: Path | None = None) -> StudyRun:
     path = small_study.write_study(folder, truth)
     (folder / "model.bdf").write_text(small_study.deck(more=cards))
-    found = diagnose(path)
+    found = diagnose(path, out)
     assert isinstance(found, StudyRun)
     return found
 
@@ -48,7 +49,8 @@ def test_rows_make_the_damping_matrix_in_any_basis(tmp_path: Path, monkeypatch: 
     reduced = reduce_model(model, 150.0, [6 * model.index(13) + 2])
     indptr, indices, _, _, c, _ = model.fe.assemble()
     full = reduced.V_a.T @ (csc_array((c, indices, indptr), shape=(model.fe.n_a,) * 2) @ np.asarray(reduced.V_a))
-    rows = reduced.dashpots
+    rows, of = reduced.dashpots
+    assert set(of) == {None}
     # of the bush only Z moves the bars sideways, its X is an axial one
     assert 2 <= len(rows) <= MOST
     np.testing.assert_allclose(rows.T @ rows, full, atol=2e-4 * np.abs(full).max())
@@ -59,9 +61,9 @@ def test_rows_make_the_damping_matrix_in_any_basis(tmp_path: Path, monkeypatch: 
     small = reduce_model(again, 150.0, [6 * again.index(13) + 2])
     assert dashpot_forces(again).shape == (again.fe.n_a, 0)
     whole = small.V_a.T @ (csc_array((c, indices, indptr), shape=(model.fe.n_a,) * 2) @ np.asarray(small.V_a))
-    np.testing.assert_allclose(small.dashpots.T @ small.dashpots, whole, atol=2e-4 * np.abs(whole).max())
+    np.testing.assert_allclose(small.dashpots.rows.T @ small.dashpots.rows, whole, atol=2e-4 * np.abs(whole).max())
     none = model_with(tmp_path)
-    assert dashpot_rows(none, reduced.V, reduced.freq).shape == (0, reduced.r)
+    assert dashpot_rows(none, reduced.V, reduced.freq).rows.shape == (0, reduced.r)
     assert dashpot_forces(none).shape == (none.fe.n_a, 0)
 
 
@@ -106,27 +108,64 @@ def test_what_is_missing_beside_a_dashpot_is_named(
     assert max(row["final"] for row in run.result["fit"]) < 0.015
 
 
-def test_parameters_of_damping_and_local_losses_are_told(tmp_path: Path) -> None:
-    c = Parameter("c tip", "c1", "elements", (900,))
-    model = model_with(tmp_path, DASHPOT, parameters=(*small_study.PARAMETERS, c))
-    (told,) = damping_told(model)
-    assert told.startswith(
-        "'c tip' is a parameter of damping alone: `femend diagnose` takes the deck's dashpots as they"
-    )
+def test_loss_factors_and_free_dashpots_are_told(tmp_path: Path) -> None:
+    eta = Parameter("loss", "eta", "elements", (901,))
+    spring = "CELAS2,901,1.+4,6,3,,,0.2"
+    model = model_with(tmp_path, spring, parameters=(*small_study.PARAMETERS, eta))
+    told, local = damping_told(model, model.parameters)
+    assert told.startswith("'loss' is a loss factor: `femend diagnose` takes damping, but that of dashpots, as damping")
+    assert local.startswith("the deck has loss factors (GE) that are not those of the whole structure")
     reduced = reduce_model(model, 150.0, [6 * model.index(13) + 2])
-    assert reduced.names == ("E_root", "E_tip", "c tip")
-    assert not damping_told(model_with(tmp_path, DASHPOT))
-    (told,) = damping_told(model_with(tmp_path, "CELAS2,901,1.+4,6,3,,,0.2"))
-    assert told.startswith("the deck has loss factors (GE) that are not those of the whole structure")
+    assert reduced.names == ("E_root", "E_tip", "loss")
+    bush = ("PBUSH,70,B,3.,,5.", "CBUSH,902,70,4,8,,,,0")
+    free = with_free_dashpots(model_with(tmp_path, DASHPOT, *bush, parameters=small_study.PARAMETERS))
+    (told,) = damping_told(free, small_study.PARAMETERS)
+    assert told.startswith(
+        "dashpots of the deck are free within 50 %, since no [[parameter]] is of them: CDAMP2 900, c1 of PBUSH 70, "
+        "c3 of PBUSH 70; give one"
+    )
+    # the bars hold node 4 along X as stiffly as node 8, but what is drawn there may be wrong all the same
+    assert [p.ids for p in free.parameters[2:]] == [(900,), (902,), (902,)]
 
 
-def test_a_finding_at_a_dashpot_says_so(tmp_path: Path) -> None:
-    """Of a dashpot that is drawn too weak the rest is missing."""
-    result = study_with(tmp_path, damped(), DASHPOT.replace(str(C), str(C / 2))).result
-    (finding,) = result["findings"]
-    assert (finding["physics"], finding["location"]["nodes"]) == ("viscous_damper", [6])
-    assert finding["parameters"]["c"]["value"] == pytest.approx(C / 2, rel=0.1)
-    (told,) = [w for w in result["warnings"] if "has a dashpot" in w]
-    assert told.startswith("the deck has a dashpot at 6 Z, where viscous_damper is told: a diagnosis keeps its value")
+def test_a_dashpot_is_free_once_at_most(tmp_path: Path) -> None:
+    own = (*small_study.PARAMETERS, Parameter("c tip", "c1", "elements", (900,), 0.2))
+    model = model_with(tmp_path, DASHPOT, parameters=own)
+    assert with_free_dashpots(model) is model
+    rows, of = reduce_model(model, 150.0, [6 * model.index(13) + 2]).dashpots
+    assert (len(rows), of) == (1, (2,))
+    bare = model_with(tmp_path)
+    assert with_free_dashpots(bare) is bare
+    many = [f"CDAMP2,{900 + i},{C},{4 + i},3" for i in range(5)]
+    held = model_with(tmp_path, *many)
+    assert with_free_dashpots(held) is held
+
+
+@pytest.mark.parametrize("drawn", [C / 2, 1.7 * C], ids=["too weak", "too strong"])
+def test_the_strength_of_a_dashpot_is_found(tmp_path: Path, drawn: float) -> None:
+    """Nothing is missing where a dashpot is weaker or stronger than drawn, and the deck is written with what it is."""
+    run = study_with(tmp_path, damped(), DASHPOT.replace(str(C), str(drawn)), out=tmp_path / "out")
+    assert run.result["verdict"] == "parameters-only", run.result["findings"]
+    found = run.result["parameters"]["CDAMP2 900"]
+    assert drawn * found["factor"] == pytest.approx(C, rel=0.05)
+    assert found["sd"] < 0.05 * found["factor"]
+    assert read_model(tmp_path / "out" / "model.updated.bdf").fe.assemble()[4].max() == pytest.approx(C, rel=0.05)
+    assert max(row["final"] for row in run.result["fit"]) < 0.013
+
+
+def test_what_is_missing_beside_a_dashpot_that_is_drawn_too_strong_is_named(tmp_path: Path) -> None:
+    law = (7, "cubic_stiffness", {"k3": 5e9})
+    run = study_with(tmp_path, damped(law), DASHPOT.replace(str(C), "20.0"))
+    (finding,) = run.result["findings"]
+    assert (finding["physics"], finding["location"]["nodes"]) == ("cubic_stiffness", [7])
+    assert finding["parameters"]["k3"]["value"] == pytest.approx(5e9, rel=0.1)
+    assert 20 * run.result["parameters"]["CDAMP2 900"]["factor"] == pytest.approx(C, rel=0.1)
+    assert max(row["final"] for row in run.result["fit"]) < 0.015
+
+
+def test_a_finding_at_a_dashpot_that_is_held_says_so(tmp_path: Path) -> None:
     model = model_with(tmp_path, DASHPOT)
+    (told,) = at_dashpots(model, [{"physics": "viscous_damper", "location": {"nodes": [6]}}])
+    assert told.startswith("the deck has a dashpot at 6 Z, where viscous_damper is told: a diagnosis held its value")
     assert not at_dashpots(model, [{"physics": "added_mass", "location": {"nodes": [7]}}])
+    assert not at_dashpots(with_free_dashpots(model), [{"physics": "viscous_damper", "location": {"nodes": [6]}}])

@@ -74,7 +74,7 @@ def test_the_modes_with_the_spring_have_the_damping(reduced: ReducedModel) -> No
     problem, joint = problem_of(reduced), opened(reduced)
     held = joint.held_by(np.full(1, K))
     p = problem.prior(joint.reduced)[0]
-    omega, zeta, _ = problem.system(held.reduced).modal(p)
+    omega, zeta, _, _ = problem.system(held.reduced).modal(p)
     g = K / (1 + K * joint.compliance[0])
     closed = joint.reduced.K_fixed + g * joint.w.T @ joint.w
     mass = joint.reduced.M_fixed.copy()

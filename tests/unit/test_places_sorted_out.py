@@ -44,7 +44,7 @@ def reduced_with_sensors(tmp_path: Path) -> tuple[ReducedModel, NDArray[np.int64
 
 def simulated(reduced: ReducedModel, problem: Problem, record: FitRecord) -> NDArray[np.float64]:
     """Accelerations (n_out, n) from rest at the prior means."""
-    omega, zeta, Q = problem.system(reduced).modal(problem.prior(reduced)[0])
+    omega, zeta, Q, _ = problem.system(reduced).modal(problem.prior(reduced)[0])
     n = int((omega < 16 / DT).sum())
     out = (reduced.rows(record.out_rows) @ Q)[None, :, :n]
     into = (reduced.rows(record.in_rows) @ Q)[None, :, :n]

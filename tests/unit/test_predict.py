@@ -34,7 +34,7 @@ def test_prediction_is_simulation(tmp_path: Path, k: float) -> None:
     hypothesis = Hypothesis(reduced, w, ("support_stiffness",), np.zeros(1), np.zeros(1), np.ones(1))
     if k == 0.0:
         hypothesis = Hypothesis(reduced, w[:0])
-    omega, zeta, Q = problem.system(reduced).modal(p)
+    omega, zeta, Q, _ = problem.system(reduced).modal(p)
     fine = 64 * FINE  # steps far below the shortest period, so that no mode is left to its static part
     keep = omega * dt / fine < 2.0
     gain = (reduced.rows(rows) @ Q)[:, ~keep]

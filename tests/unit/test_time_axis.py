@@ -73,6 +73,9 @@ def test_what_the_moved_force_is_not_known_to_be_is_left_out_of_fits(reduced: Re
     for seconds, length, silent in ((-2.5 / RATE, N - 3, slice(N - 3, N)), (2.5 / RATE, N - 3, slice(0, 3))):
         shift = ForceShift(row(*SHAKER), seconds)
         assert shift.on(record).u.shape[1] == shift.on(record).y.shape[1] == length
+        # what moves across its sensors is left out with what they show
+        beside = replace(record, across=np.stack([record.y, 2 * record.y, 3 * record.y]))
+        np.testing.assert_array_equal(shift.on(beside).across, np.stack([k * shift.on(record).y for k in (1, 2, 3)]))
         kept = shift.driving(record)
         assert kept.u.shape == record.u.shape
         assert (kept.u[:, silent] == 0).all()

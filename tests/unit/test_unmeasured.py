@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from femend.diagnose import unmeasured
 from femend.diagnose.harmonic import ONSET, _waves
 from femend.diagnose.recovered import STANDS_OUT, _standing_out, _wiener
 from femend.diagnose.unmeasured import NEARLY_ALL, _common, _from_outside, _mean_force, _nearly_all
@@ -157,6 +158,19 @@ def test_a_force_far_above_the_noise_may_leave_more_than_noise(left: float, take
     assert NEARLY_ALL < 1
     assert _nearly_all(fit(74.0), fit(left)) is taken
     assert not _nearly_all(None, fit(left))
+
+
+def test_a_harmonic_force_is_tried_where_the_ground_explains_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A motion of the ground is free on every line, a harmonic force has three unknowns for all of them."""
+    located = [SimpleNamespace(place=SimpleNamespace(kind=kind)) for kind in ("base", "pair", "ground", "ground")]
+    monkeypatch.setattr(unmeasured, "_shown", lambda _, among: [(one, None) for one in among])
+    monkeypatch.setattr(unmeasured, "_best_sine", lambda _, shown, __: [one.place.kind for one, _ in shown])
+    given = SimpleNamespace(
+        split=SimpleNamespace(whole=SimpleNamespace(load=None, records=[SimpleNamespace(frf=None)])), updated=None
+    )
+    assert unmeasured.find_unmeasured(cast(Any, given), cast(Any, located)) == ["ground", "ground"]
+    everywhere = located[2:] + located[:2]
+    assert unmeasured.find_unmeasured(cast(Any, given), cast(Any, everywhere)) == [o.place.kind for o in everywhere]
 
 
 @pytest.mark.parametrize("freq", [61.3, 96.0])

@@ -26,17 +26,20 @@ class System:
         mean: NDArray[np.float64],
         sd: NDArray[np.float64],
         dashpots: NDArray[np.float64] | None = None,
+        dashpot_of: Sequence[int | None] | None = None,
     ) -> System:
         """`k_fixed`, `m_fixed` (r, r): the part that no parameter moves. `terms`: ([(parameter, exponent), ...], K, M),
         K and M (r, r) or None, multiplied by exp(sum exponent * p). `n_par` parameters, `n_tuned` <= r tuned modes,
         `mean` and `sd` (n,) of the priors; `dashpots` (n_d, r): rows of the basis at which the model has a dashpot of
-        1 N s/m each, beside the damping of its modes; every hypothesis acts beside them. Raises ModelError where sizes
-        do not fit."""
+        1 N s/m each, beside the damping of its modes; every hypothesis acts beside them. `dashpot_of` (n_d,): the
+        parameter that is a factor on each, None for one that stays. Raises ModelError where sizes do not fit."""
 
-    def modal(self, p: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def modal(
+        self, p: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """omega (r,) in rad/s with the frequency factors applied, zeta (r,), mass-normalised modes (r, r) in the basis,
-        at the unknowns `p` (n,), all without dashpots. Raises ModelError for a wrong number of unknowns and a mass that
-        is not positive."""
+        at the unknowns `p` (n,), all without dashpots; and these over the modes (n_d, r), of 1 N s/m each. Raises
+        ModelError for a wrong number of unknowns and a mass that is not positive."""
 
 @final
 class RecordLines:

@@ -27,8 +27,8 @@ __all__ = ["COARSE", "FINE", "ClosedLoop", "History", "Loop", "Modal", "companio
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-# omega (r,) in rad/s, zeta (r,), modes (r, r) in the basis
-Modal = tuple[FloatArray, FloatArray, FloatArray]
+# omega (r,) in rad/s, zeta (r,), modes (r, r) in the basis, the model's own dashpots over the modes (n_d, r)
+Modal = tuple[FloatArray, FloatArray, FloatArray, FloatArray]
 # name and parameters of a law
 LawSpec = tuple[str, dict[str, float]]
 
@@ -107,18 +107,12 @@ class Loop(ABC):
         return np.full((len(s), len(self.joint.w)), np.nan, dtype=np.complex128)
 
     def closing(self, x: FloatArray) -> list[list[LawSpec]]:
-        """What is simulated at every coordinate of `closed`: its laws at fit coordinates `x` (n_x,), without the spring
-        by which the model holds it, and the model's own dashpots."""
+        """What is simulated at every coordinate, the joint's and then those of the model's own dashpots: its laws at
+        fit coordinates `x` (n_x,), without the spring by which the model holds it, and the dashpots."""
         laws, held = self.laws(x), self.joint.held
         if held is not None:
             laws = [[*own, _linear(k=-float(k))] for own, k in zip(laws, held, strict=True)]
-        return [*laws, *([_linear(c=1.0)] for _ in self.joint.reduced.dashpots)]
-
-    @property
-    def closed(self) -> FloatArray:
-        """Rows (n, r) of the basis at all coordinates that are simulated: the joint's, then those of the model's own
-        dashpots."""
-        return np.vstack([self.joint.w, self.joint.reduced.dashpots])
+        return [*laws, *([_linear(c=1.0)] for _ in self.joint.reduced.dashpots.of)]
 
     def histories(self, points: Sequence[tuple[FloatArray, FloatArray]]) -> list[list[History]]:
         """What the simulation gives at each of `points` (p, x) and record."""
@@ -156,7 +150,8 @@ class Loop(ABC):
         n = self._moving(sets[0][0])
         out_rows = reduced.rows(first.out_rows, first.out_signs)
         in_rows = reduced.rows(first.in_rows, first.in_signs)
-        phi_in, phi_out, w = [[rows @ m[2] for m in sets] for rows in (in_rows, out_rows, self.closed)]
+        phi_in, phi_out = [[rows @ m[2] for m in sets] for rows in (in_rows, out_rows)]
+        w = [np.vstack([self.joint.w @ m[2], m[3]]) for m in sets]
         behind = w[0][:, n:] / sets[0][0][n:]
         plain = [r.u[:, : self._samples(r.n, r.dt)] for r in self.problem.records]
         forces = [self._fine(i)[:, : (u.shape[1] + BEYOND) * self.substeps] for i, u in enumerate(plain)]

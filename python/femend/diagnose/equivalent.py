@@ -37,7 +37,7 @@ def stiffness_scale(problem: Problem, joint: Joint) -> tuple[float, float]:
         return float(np.mean(np.diag(joint.place.release))), middle(problem)
     system = problem.system(joint.reduced)
     try:
-        omega, _, Q = system.modal(problem.prior(joint.reduced)[0])
+        omega, _, Q, _ = system.modal(problem.prior(joint.reduced)[0])
     except ModelError:
         return np.inf, middle(problem)  # what was added before leaves no mass at the prior means
     w = joint.w @ Q

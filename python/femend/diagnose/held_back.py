@@ -65,9 +65,7 @@ def hold_back(problem: Problem) -> HeldBack:
 
 def before(record: FitRecord, cut: int) -> FitRecord:
     """The record up to sample `cut`."""
-    period = record.period if 2 * record.period <= cut else 0
-    across = None if record.across is None else record.across[:, :, :cut]
-    return replace(record, u=record.u[:, :cut], y=record.y[:, :cut], period=period, across=across)
+    return record.part(0, cut, record.period if 2 * record.period <= cut else 0)
 
 
 def since(record: FitRecord, cut: int) -> FitRecord:

@@ -102,11 +102,11 @@ def read_off(problem: Problem, fit: Fit) -> list[ReadOff]:
     reduced, w = fit.hypothesis.reduced, fit.hypothesis.w
     lines, system = problem.lines(reduced), problem.system(reduced)
     fitted = problem.fitted_lines(fit.hypothesis, fit.p, fit.x)
-    omega, zeta, Q = system.modal(fit.p)
+    omega, zeta, Q, own = system.modal(fit.p)
     found = []
     for line, (y, D, F) in zip(lines, fitted, strict=True):
         s, g, out = on_lines(line, reduced, omega, zeta, Q)
-        H = s[:, None, None] ** 2 * answers(out, g, w @ Q, s, reduced.dashpots @ Q)
+        H = s[:, None, None] ** 2 * answers(out, g, w @ Q, s, own)
         found.append(ReadOff(line, D, *shown_forces(line, y, H, F)))
     return found
 

@@ -67,8 +67,8 @@ class SensorTimes(RecordedOff):
         samples = late / record.dt
         y = _moved(record.y, -samples, record.n)
         first, last = (0, 0) if record.period > 0 else (max(-samples.min(), 0.0), max(samples.max(), 0.0))
-        kept = slice(int(np.ceil(first)), record.n - int(np.ceil(last)))
-        return replace(record, u=np.ascontiguousarray(record.u[:, kept]), y=np.ascontiguousarray(y[:, kept]))
+        heard = replace(record, y=np.ascontiguousarray(y))
+        return heard.part(int(np.ceil(first)), record.n - int(np.ceil(last)), record.period)
 
     def _of(self, record: FitRecord) -> FloatArray:
         """Times (n_out,) in s by which the sensors of a record are late."""

@@ -25,21 +25,17 @@ def motion(loop: Loop, p: FloatArray, x: FloatArray, order: int) -> FloatArray:
     if order == 2:
         return loop.histories([(p, x)])[0][0].y
     (record,), reduced = loop.problem.records, loop.joint.reduced
-    omega, zeta, Q = loop.problem.system(reduced).modal(p)
-    made = loop.condensed([(omega, zeta, Q)])
+    modal = loop.problem.system(reduced).modal(p)
+    omega, _, Q, own = modal
+    made = loop.condensed([modal])
     ((y, _, _, f, _),) = _core.simulate_batch(
         *made.modal, [loop.closing(x)], made.u, made.dt, stride=loop.kept[0], decimate=loop.kept[1],
         output=KINDS[order], residual_compliance=made.residual,
     )[0]  # fmt: skip
     y, f = made.inside(0, y), made.inside(0, f)
-    out, into, w = (
-        rows @ Q
-        for rows in (
-            reduced.rows(record.out_rows, record.out_signs),
-            reduced.rows(record.in_rows, record.in_signs),
-            loop.closed,
-        )
-    )
+    out = reduced.rows(record.out_rows, record.out_signs) @ Q
+    into = reduced.rows(record.in_rows, record.in_signs) @ Q
+    w = np.vstack([loop.joint.w @ Q, own])
     n = made.modal[0].shape[1]
     still = out[:, n:] / omega[n:] ** 2
     # the law's force, linear within a step, is made good for by too much in every mode (`Loop.condensed`)

@@ -36,9 +36,9 @@ def transfer(
 ) -> ComplexArray:
     """Accelerances (K, n_out, n_in) at lines s with linear laws closed, at unknowns `p` and ln law parameters `x`;
     `out`, `into` are rows of the basis. Of another `order` than 2 it is that derivative of the displacement."""
-    omega, zeta, Q = problem.system(hypothesis.reduced).modal(p)
+    omega, zeta, Q, own = problem.system(hypothesis.reduced).modal(p)
     g = receptances(omega, zeta, s)
-    phi_out, phi_in, own = out @ Q, into @ Q, hypothesis.reduced.dashpots @ Q
+    phi_out, phi_in = out @ Q, into @ Q
     H = answers(phi_out, g, phi_in, s, own)
     if hypothesis.laws and len(hypothesis.w):
         w = hypothesis.w @ Q

@@ -26,8 +26,8 @@ def read_off_beside(problem: Problem, ranked: Ranked, place: Place) -> Recovered
     hypothesis, x = (fit.hypothesis, np.zeros(0)) if candidate.joint is None else (closed_by(candidate), candidate.x)
     reduced, n_w, problem = hypothesis.reduced, len(hypothesis.w), problem.thinned(None)
     lines = problem.lines(reduced)
-    omega, zeta, Q = problem.system(reduced).modal(candidate.p)
-    free, law, own = place.w(reduced.V, reduced.V_a) @ Q, hypothesis.w @ Q, reduced.dashpots @ Q
+    omega, zeta, Q, own = problem.system(reduced).modal(candidate.p)
+    free, law = place.w(reduced.V, reduced.V_a) @ Q, hypothesis.w @ Q
     out = Recovered(fit, fit, [], [], [], [], [], [], [], problem.records, [], [])
     fitted = problem.fitted_lines(hypothesis, candidate.p, x)
     for line, (y, D, F) in zip(lines, fitted, strict=True):

@@ -101,13 +101,13 @@ class _Seen:
 
 def _seen(problem: Problem, joint: Joint, fit: Fit) -> list[_Seen]:
     """What the sensors see of the joint on every record, at the `fit` of a free force there."""
-    omega, zeta, Q = problem.system(joint.reduced).modal(fit.p)
-    w, n_w, own, out = joint.w @ Q, len(joint.w), joint.reduced.dashpots @ Q, list[_Seen]()
+    omega, zeta, Q, own = problem.system(joint.reduced).modal(fit.p)
+    w, n_w, out = joint.w @ Q, len(joint.w), list[_Seen]()
     fitted = problem.fitted_lines(fit.hypothesis, fit.p, fit.x)
     for line, (_, D, F) in zip(problem.lines(joint.reduced), fitted, strict=True):
         s, g, rows = on_lines(line, joint.reduced, omega, zeta, Q)
         moved = s[:, None, None] ** 2 * answers(rows, g, w, s, own) * line.weight[:, :, None]
-        weighted = _beside_load(problem, line, joint.reduced, (s, g, rows), Q, moved)
+        weighted = _beside_load(problem, line, joint.reduced, (s, g, rows), (Q, own), moved)
         C = answers(w, g, w, s, own) + np.diag(joint.compliance)
         if joint.held is not None:
             # a force of one moves the springs that hold the joint, whose force acts on the model too
@@ -123,15 +123,16 @@ def _beside_load(
     line: Lines,
     reduced: ReducedModel,
     modal: tuple[ComplexArray, ComplexArray, FloatArray],
-    Q: FloatArray,
+    basis: tuple[FloatArray, FloatArray],
     weighted: ComplexArray,
 ) -> ComplexArray:
-    """Weighted answers (K, n_out, n_w) without what an unrecorded force could do as well; `modal` as of `on_lines`."""
+    """Weighted answers (K, n_out, n_w) without what an unrecorded force could do as well; `modal` as of `on_lines`,
+    `basis` the modes and the dashpots over them."""
     if problem.load is None:
         return weighted
-    s, g, rows = modal
+    (s, g, rows), (Q, own) = modal, basis
     load = problem.load.w(reduced.V, reduced.V_a) @ Q
-    H = s[:, None, None] ** 2 * answers(rows, g, load, s, reduced.dashpots @ Q) * line.weight[:, :, None]
+    H = s[:, None, None] ** 2 * answers(rows, g, load, s, own) * line.weight[:, :, None]
     B = np.linalg.qr(H)[0]
     return np.asarray(weighted - B @ (B.conj().transpose(0, 2, 1) @ weighted))
 

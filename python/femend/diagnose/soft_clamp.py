@@ -189,7 +189,7 @@ def _all_springs(problem: Problem, reduced: ReducedModel, clamp: Place, updated:
     rows, own = [row for row, there in zip(rows, held, strict=True) if there], own[held]
     if not rows:
         return None
-    omega, _, Q = problem.system(reduced).modal(updated)
+    omega, _, Q, _ = problem.system(reduced).modal(updated)
     inside = omega < TUNED_ABOVE * 2 * np.pi * problem.band[1]
     inside[0] = True
     K, M = reactions(reduced, rows)

@@ -59,8 +59,7 @@ class ForceShift(RecordedOff):
         moved, lost = self.driving(record), self._unknown(record)
         if moved is record or lost == 0:
             return moved
-        kept = slice(lost, None) if self.seconds > 0 else slice(0, record.n - lost)
-        return replace(moved, u=np.ascontiguousarray(moved.u[:, kept]), y=np.ascontiguousarray(record.y[:, kept]))
+        return moved.part(lost, moved.n) if self.seconds > 0 else moved.part(0, moved.n - lost)
 
     def _unknown(self, record: FitRecord) -> int:
         """Samples at which the moved force is not known."""

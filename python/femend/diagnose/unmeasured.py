@@ -58,8 +58,8 @@ def find_unmeasured(given: Given, located: Sequence[Located]) -> LoadFinding | N
     base = best.place.kind == "base"
     if problem.load is not None and not base:
         return None  # two forces nobody recorded: which of them is the other's law is not told
-    if not base:
-        sine = _best_sine(given, shown, given.updated)
+    if problem.load is None:
+        sine = _best_sine(given, _on_the_structure(given, located) if base else shown, given.updated)
         if sine is not None:
             return sine
     if not _from_outside(problem, recovered):
@@ -110,6 +110,12 @@ def _shown(given: Given, located: Sequence[Located]) -> list[tuple[Located, Reco
         return []
     recovered = [(one, _recovered(given, one)) for one in best]
     return [(one, r) for one, r in recovered if r is not None]
+
+
+def _on_the_structure(given: Given, located: Sequence[Located]) -> list[tuple[Located, Recovered]]:
+    """The best places on the structure, whatever a motion of the ground explains: that is free on every line, and a
+    harmonic force has three unknowns for all of them."""
+    return _shown(given, [one for one in located if one.place.kind == "ground"])
 
 
 def plainly_unmeasured(given: Given, located: Sequence[Located]) -> bool:

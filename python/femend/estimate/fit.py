@@ -254,9 +254,8 @@ class Problem:
             mean, sd = self.prior(reduced)
             sd[len(reduced.names) :] *= held
             terms = [(list(t.exponents), t.K, t.M) for t in reduced.terms]
-            core = _core.System(
-                reduced.K_fixed, reduced.M_fixed, terms, len(reduced.names), self.n_tuned, mean, sd, reduced.dashpots
-            )
+            n, (rows, of) = len(reduced.names), reduced.dashpots
+            core = _core.System(reduced.K_fixed, reduced.M_fixed, terms, n, self.n_tuned, mean, sd, rows, of)
             kept = self._systems[id(reduced), held] = (reduced, core)
         return kept[1]
 
@@ -264,10 +263,10 @@ class Problem:
         """omega (r,) in rad/s, damping ratios (r,) and mass-normalised modes (r, r) of a reduced model at unknowns `p`,
         as real modes have them: of the deck's dashpots the damping that they add to each mode, which leaves out how
         they couple modes. Raises ModelError where the model has no modes."""
-        omega, zeta, Q = self.system(reduced).modal(p)
-        if not len(reduced.dashpots):
+        omega, zeta, Q, own = self.system(reduced).modal(p)
+        if not len(own):
             return omega, zeta, Q
-        return omega, zeta + ((reduced.dashpots @ Q) ** 2).sum(axis=0) / (2 * np.maximum(omega, 1e-300)), Q
+        return omega, zeta + (own**2).sum(axis=0) / (2 * np.maximum(omega, 1e-300)), Q
 
     def _as_drawn(self, reduced: ReducedModel) -> tuple[FloatArray, FloatArray, FloatArray] | None:
         """Modes at the prior means; None where there are none."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -100,6 +100,14 @@ class FitRecord:
     def driven(self) -> bool:
         """Was the force recorded? Where it was not, `u` is (0, n)."""
         return len(self.u) > 0
+
+    def part(self, begin: int, end: int, period: int = 0) -> FitRecord:
+        """Samples `begin` to `end` of a time record, of which `period` samples repeat themselves: forces, responses and
+        what moves across them."""
+        across: FloatArray | ComplexArray | None = self.across
+        across = None if across is None else across[:, :, begin:end]
+        u, y = (np.ascontiguousarray(v[:, begin:end]) for v in (self.u, self.y))
+        return replace(self, u=u, y=y, period=period, across=across)
 
     @cached_property
     def second(self) -> FloatArray:

@@ -6,8 +6,6 @@ shows in a mean over lines; and a window exp(-sigma t) that opens a second befor
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -36,7 +34,7 @@ def at_work(record: FitRecord) -> FitRecord:
     begin = 0 if _moves(record.y[:, None, : begin // 2], record.noise).any() else begin
     if begin == 0 and end == record.n:
         return record
-    return replace(record, u=record.u[:, begin:end], y=record.y[:, begin:end], period=0)
+    return record.part(begin, end)
 
 
 def beginning(u: FloatArray) -> int:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.errors import ModelError
-from femend.model.dashpots import dashpot_forces, dashpot_rows
+from femend.model.dashpots import Dashpots, dashpot_forces, dashpot_rows
 from femend.model.factor_parts import DEGREE, SAMPLES, coefficients, factor_parts, sandwich
 from femend.model.finite_modes import finite_modes
 from femend.model.free_body import RIGID
@@ -78,8 +78,8 @@ class ReducedModel:
         return int(self.V.shape[1])
 
     @cached_property
-    def dashpots(self) -> FloatArray:
-        """Rows (n, r) of the deck's dashpots in the basis, each of 1 N s/m (`dashpot_rows`)."""
+    def dashpots(self) -> Dashpots:
+        """The deck's dashpots in the basis (`dashpot_rows`)."""
         return dashpot_rows(self.model, self.V, self.freq)
 
     def as_drawn(self) -> tuple[FloatArray, FloatArray]:

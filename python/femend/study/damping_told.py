@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from femend.model import Model
-from femend.model.dashpots import dashpot_dofs
-from femend.model.parameter import is_of_damping
+from femend.model.dashpots import still_dashpots
+from femend.model.parameter import Parameter
 from femend.model.place import AXES
 from femend.numerals import listed
 
@@ -19,17 +19,24 @@ __all__ = ["at_dashpots", "damping_told"]
 UNLIKE = 0.05
 
 
-def damping_told(model: Model) -> list[str]:
-    """Sentences where parameters of the `model` are of damping alone, and where loss factors of its deck are not those
-    of the whole: a diagnosis keeps dashpots as they are drawn, and takes the rest of damping as ratios of modes."""
-    names = [repr(p.name) for p in model.parameters if is_of_damping(p)]
+def damping_told(model: Model, given: Sequence[Parameter]) -> list[str]:
+    """Sentences where parameters of the `model` are loss factors, where dashpots are free beyond those of the study's
+    parameters `given`, and where loss factors of its deck are not those of the whole: a diagnosis takes all damping but
+    that of dashpots as ratios of modes."""
+    names = [repr(p.name) for p in model.parameters if p.property == "eta"]
     told = []
     if names:
-        are = "is a parameter" if len(names) == 1 else "are parameters"
+        are = "is a loss factor" if len(names) == 1 else "are loss factors"
         told.append(
-            f"{listed(names, 4)} {are} of damping alone: `femend diagnose` takes the deck's dashpots as they are drawn "
-            "and everything else as damping ratios of modes, so that the factor stays 1; `femend update` fits it to "
-            "FRFs or damping ratios"
+            f"{listed(names, 4)} {are}: `femend diagnose` takes damping, but that of dashpots, as damping ratios of "
+            "modes, so that the factor stays 1; `femend update` fits it to FRFs or damping ratios"
+        )
+    free = [p for p in model.parameters if p.name not in {q.name for q in given}]
+    if free:
+        sd = f"{100 * free[0].prior_sd:g} %"
+        told.append(
+            f"dashpots of the deck are free within {sd}, since no [[parameter]] is of them: "
+            f"{listed([p.name for p in free], 4)}; give one (property c1 to c6) with the prior_sd that is known"
         )
     if _local_loss(model):
         told.append(
@@ -41,8 +48,8 @@ def damping_told(model: Model) -> list[str]:
 
 def at_dashpots(model: Model, findings: Sequence[Mapping[str, Any]]) -> list[str]:
     """A sentence for each of the `findings` of a diagnosis (as in result.json) that stands at a node where the deck of
-    the `model` has a dashpot: what is off may be the value that is drawn."""
-    at = {node: dof for row in dashpot_dofs(model) for node, dof in [_dof(model, row)]}
+    the `model` has a dashpot whose strength is held: what is off may be the value that is drawn."""
+    at = {node: dof for row in still_dashpots(model) for node, dof in [_dof(model, row)]}
     told = []
     for finding in findings:
         where = finding["location"]
@@ -50,8 +57,8 @@ def at_dashpots(model: Model, findings: Sequence[Mapping[str, Any]]) -> list[str
         if met:
             told.append(
                 f"the deck has a dashpot at {listed(met, 3)}, where {finding['physics'] or 'something'} is told: a "
-                "diagnosis keeps its value, and one that is drawn too strong looks like another law; look at it first, "
-                "and try half and twice as much"
+                "diagnosis held its value, and one that is drawn too strong looks like another law; give it a "
+                "[[parameter]] (property c1 to c6)"
             )
     return told
 

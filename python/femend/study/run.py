@@ -28,6 +28,7 @@ from femend.study.corrections import Corrections, corrections_of, left_out_unsee
 from femend.study.damping_told import at_dashpots, damping_told
 from femend.study.deck_told import deck_told
 from femend.study.explained import answered
+from femend.study.free_dashpots import with_free_dashpots
 from femend.study.interruption import StudyInterrupted, nothing_settled
 from femend.study.load import load_study
 from femend.study.patch import deck_cards, deck_changes, on_new_supports
@@ -89,11 +90,17 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
         return diagnose_staged(study, steps, info, progress, folder)
     with steps.step("read the deck and the recordings"):
         model = read_model(study.model_file, units=study.units, parameters=study.parameters, spc=_spc(study))
+        model = with_free_dashpots(model)
         test = study.read_recordings()
         pairing = pair_test(test, model)
         _usable(test, unrecorded)
         doubts = doubts_found(model, test, pairing, study.damping_ratio)
-        warnings = [*pairing.warnings, *warnings_of(study, model.deck, test), *damping_told(model), *doubts.texts]
+        warnings = [
+            *pairing.warnings,
+            *warnings_of(study, model.deck, test),
+            *damping_told(model, study.parameters),
+            *doubts.texts,
+        ]
     for text in (*warnings, *bounds_told(study.parameters)):
         say(progress, text)
     right = Corrections(test)

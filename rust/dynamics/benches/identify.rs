@@ -4,7 +4,9 @@ use std::f64::consts::TAU;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use femend_dynamics::identify::{Hypothesis, PickedUp, RecordLines, Settings, System, Term, What, solve};
+use femend_dynamics::identify::{
+    Dashpots, Hypothesis, PickedUp, RecordLines, Settings, System, Term, What, solve,
+};
 use femend_dynamics::laws::Kind;
 use femend_linalg::Dense;
 use num_complex::Complex64;
@@ -46,7 +48,7 @@ fn system() -> System {
         n_tuned: N_TUNED,
         mean,
         sd,
-        dashpots: Dense::zeros(0, 0),
+        dashpots: Dashpots::none(),
     }
 }
 

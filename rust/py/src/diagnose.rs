@@ -1,10 +1,10 @@
 //! Estimation on spectral lines: systems, records and hypotheses as classes, one call for a batch of hypotheses.
 
 use femend_dynamics::identify::{
-    Attached, Hypothesis as CoreHypothesis, IdentifyError, Job, PickedUp, Race, RecordLines as CoreLines,
-    Settings, Solution, System as CoreSystem, Term, What, closing_sigma as core_closing_sigma,
-    fitted as core_fitted, force_products as core_force_products, model_columns as core_model_columns,
-    n_decaying as core_n_decaying, solve_batch,
+    Attached, Dashpots, Hypothesis as CoreHypothesis, IdentifyError, Job, PickedUp, Race,
+    RecordLines as CoreLines, Settings, Solution, System as CoreSystem, Term, What,
+    closing_sigma as core_closing_sigma, fitted as core_fitted, force_products as core_force_products,
+    model_columns as core_model_columns, n_decaying as core_n_decaying, solve_batch,
 };
 use femend_dynamics::laws::Kind;
 use femend_linalg::Dense;
@@ -42,6 +42,8 @@ fn leading(a: Dense) -> Dense {
     Dense::from_vec(n, n, (0..n).flat_map(|j| a.col(j)[..n].iter().copied()).collect())
 }
 
+type Vector<'py> = Bound<'py, PyArray1<f64>>;
+type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 type TermArgument<'py> =
     (Vec<(usize, f64)>, Option<PyReadonlyArray2<'py, f64>>, Option<PyReadonlyArray2<'py, f64>>);
 
@@ -54,7 +56,7 @@ pub(crate) struct System {
 #[pymethods]
 impl System {
     #[new]
-    #[pyo3(signature = (k_fixed, m_fixed, terms, n_par, n_tuned, mean, sd, dashpots=None))]
+    #[pyo3(signature = (k_fixed, m_fixed, terms, n_par, n_tuned, mean, sd, dashpots=None, dashpot_of=None))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         k_fixed: PyReadonlyArray2<'_, f64>,
@@ -65,7 +67,10 @@ impl System {
         mean: PyReadonlyArray1<'_, f64>,
         sd: PyReadonlyArray1<'_, f64>,
         dashpots: Option<PyReadonlyArray2<'_, f64>>,
+        dashpot_of: Option<Vec<Option<usize>>>,
     ) -> PyResult<Self> {
+        let rows = dashpots.as_ref().map_or_else(|| Dense::zeros(0, 0), dense);
+        let of = dashpot_of.unwrap_or_else(|| vec![None; rows.nrows()]);
         let k_fixed = dense(&k_fixed);
         let inner = CoreSystem {
             r: k_fixed.nrows(),
@@ -83,20 +88,20 @@ impl System {
             n_tuned,
             mean: mean.as_array().to_vec(),
             sd: sd.as_array().to_vec(),
-            dashpots: dashpots.as_ref().map_or_else(|| Dense::zeros(0, 0), dense),
+            dashpots: Dashpots { rows, of },
         };
         inner.check().map_err(refused)?;
         Ok(Self { inner })
     }
 
-    /// Frequencies, damping ratios and modes in the basis at the unknowns.
+    /// Frequencies, damping ratios and modes in the basis at the unknowns, and the model's own dashpots over the modes.
     #[pyo3(signature = (p))]
     #[allow(clippy::type_complexity)]
     fn modal<'py>(
         &self,
         py: Python<'py>,
         p: PyReadonlyArray1<'_, f64>,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>)> {
+    ) -> PyResult<(Vector<'py>, Vector<'py>, Matrix<'py>, Matrix<'py>)> {
         let p = p.as_array().to_vec();
         if p.len() != self.inner.n_unknowns() {
             return Err(refused(IdentifyError::Shape {
@@ -105,8 +110,10 @@ impl System {
                 expected: self.inner.n_unknowns(),
             }));
         }
-        let modal = py.detach(|| self.inner.modal(&p)).map_err(|e| refused(e.into()))?;
-        Ok((modal.omega.into_pyarray(py), modal.zeta.into_pyarray(py), rows(&modal.q).into_pyarray(py)))
+        let solved = || self.inner.modal(&p).map(|modal| (self.inner.modal_dashpots(&p, &modal.q), modal));
+        let (own, modal) = py.detach(solved).map_err(|e| refused(e.into()))?;
+        let matrix = |a: &Dense| rows(a).into_pyarray(py);
+        Ok((modal.omega.into_pyarray(py), modal.zeta.into_pyarray(py), matrix(&modal.q), matrix(&own)))
     }
 }
 

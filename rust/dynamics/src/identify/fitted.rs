@@ -62,14 +62,14 @@ pub fn fitted(
     x: &[f64],
 ) -> Result<Vec<Fitted>, IdentifyError> {
     check(system, records, hypothesis, p, x)?;
-    let modal = system.modal(p)?;
+    let (modal, x) = (system.modal(p)?, system.beside_own(p, x));
     let ws = &mut Workspace::default();
     records
         .iter()
         .map(|record| {
             let at = Prepared::new(record);
-            let step = Step::new(&at, system, &modal, &hypothesis.beside(&system.dashpots, &[]), x, ws)?;
-            Ok(of_record(&step, system.dashpots.nrows()))
+            let step = Step::new(&at, system, &modal, &hypothesis.beside(&system.dashpots), &x, ws)?;
+            Ok(of_record(&step, system.dashpots.len()))
         })
         .collect()
 }
@@ -91,7 +91,7 @@ pub fn model_columns(
         expect("lines of the stiffness", column.len(), record.n_lines())?;
     }
     let compliance = vec![0.0; w.nrows()];
-    let what = if w.nrows() == 0 { What::Nothing } else { What::Given(kappa) };
+    let what = if w.nrows() == 0 { What::Nothing } else { What::Given(kappa, Vec::new()) };
     let hypothesis = Hypothesis {
         w,
         what,
@@ -105,7 +105,7 @@ pub fn model_columns(
     let modal = system.modal(p)?;
     let slopes = system.slopes(p, &modal, system.r);
     let (at, ws) = (Prepared::new(record), &mut Workspace::default());
-    let hypothesis = hypothesis.beside(&system.dashpots, &record.s);
-    let step = Step::new(&at, system, &modal, &hypothesis, &[], ws)?;
-    Ok(Sensitivities::fill(&step, system, &modal, &slopes, ws))
+    let (hypothesis, x) = (hypothesis.beside(&system.dashpots), system.beside_own(p, &[]));
+    let step = Step::new(&at, system, &modal, &hypothesis, &x, ws)?;
+    Ok(system.folded_columns(Sensitivities::fill(&step, system, &modal, &slopes, ws)))
 }

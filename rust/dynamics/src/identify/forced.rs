@@ -32,7 +32,8 @@ pub fn force_products(
     expect("spectra of the forces", spectra.len(), record.n_lines() * n)?;
     let modal = system.modal(p)?;
     let (at, ws) = (Prepared::new(record), &mut Workspace::default());
-    let step = Step::new(&at, system, &modal, &hypothesis.beside(&system.dashpots, &[]), &[], ws)?;
+    let x = system.beside_own(p, &[]);
+    let step = Step::new(&at, system, &modal, &hypothesis.beside(&system.dashpots), &x, ws)?;
     let mut columns = step.base.clone();
     columns.append(&answers(
         &step,

@@ -4,7 +4,6 @@ use super::{IdentifyError, expect};
 use crate::laws::{Kind, Law};
 use femend_linalg::Dense;
 use num_complex::Complex64;
-use std::borrow::Cow;
 
 /// What acts at the coordinates of a hypothesis.
 #[derive(Debug, Clone)]
@@ -15,8 +14,8 @@ pub enum What {
     FreeForce,
     /// Linear laws; those at one coordinate add up. Unknowns are the logarithms of their parameters.
     Laws(Vec<Attached>),
-    /// A dynamic stiffness that is known on the lines of one record, for each coordinate. No unknowns.
-    Given(Vec<Vec<Complex64>>),
+    /// A dynamic stiffness that is known on the lines of one record, for each coordinate, and laws that add to it.
+    Given(Vec<Vec<Complex64>>, Vec<Attached>),
 }
 
 /// A linear law, with the same parameters at every coordinate where it acts.
@@ -118,7 +117,7 @@ impl Hypothesis {
     /// Number of law unknowns.
     pub fn n_law(&self) -> usize {
         match &self.what {
-            What::Laws(all) => all.iter().map(Attached::n_unknown).sum(),
+            What::Laws(all) | What::Given(_, all) => all.iter().map(Attached::n_unknown).sum(),
             _ => 0,
         }
     }
@@ -141,11 +140,11 @@ impl Hypothesis {
         if !self.held.is_empty() {
             expect("stiffnesses that the model holds", self.held.len(), self.w.nrows())?;
         }
-        if let What::Laws(all) = &self.what {
+        if let What::Laws(all) | What::Given(_, all) = &self.what {
             let needed = all.iter().flat_map(|a| &a.at).max().map_or(0, |i| i + 1);
             expect("coordinates of the laws", self.w.nrows().max(needed), self.w.nrows())?;
         }
-        if let What::Given(kappa) = &self.what {
+        if let What::Given(kappa, _) = &self.what {
             expect("stiffness of the coordinates", kappa.len(), self.w.nrows())?;
         }
         expect("prior means of the law", self.law_mean.len(), self.n_law())?;
@@ -157,16 +156,12 @@ impl Hypothesis {
     /// # Errors
     /// [`IdentifyError::Law`].
     pub(crate) fn stiffness(&self, x: &[f64], lines: &[Complex64]) -> Result<Stiffness, IdentifyError> {
-        if let What::Given(kappa) = &self.what {
-            let each = (0..kappa.len()).collect();
-            return Ok(Stiffness {
-                kappa: kappa.clone(),
-                ..Stiffness::none(each, kappa.len(), 0, lines.len())
-            });
-        }
         let laws = self.laws(x)?;
         let (group, first) = self.groups();
         let mut out = Stiffness::none(group, first.len(), x.len(), lines.len());
+        if let What::Given(kappa, _) = &self.what {
+            out.kappa.clone_from(kappa);
+        }
         for (at, law) in laws {
             let (values, unknown) = (law.values(), out.reach.len());
             out.reach.resize(unknown + at.n_unknown(), at.at.clone());
@@ -205,8 +200,12 @@ impl Hypothesis {
     }
 
     /// Group of every coordinate, and the first coordinate of every group: those with the same laws, beyond the same
-    /// stiffness that the model holds, are one.
+    /// stiffness that the model holds, are one, where no stiffness of each is given.
     fn groups(&self) -> (Vec<usize>, Vec<usize>) {
+        if let What::Given(kappa, _) = &self.what {
+            let each: Vec<usize> = (0..kappa.len()).collect();
+            return (each.clone(), each);
+        }
         let What::Laws(all) = &self.what else { return (vec![0; self.w.nrows()], Vec::new()) };
         let laws_at = |i: usize| all.iter().map(move |a| a.at.contains(&i));
         let mut first: Vec<usize> = Vec::new();
@@ -249,40 +248,8 @@ impl Hypothesis {
         Ok(poles)
     }
 
-    /// The hypothesis on a model that has `dashpots` of its own (rows of the basis, of 1 N s/m each), whose coordinates come
-    /// first; a stiffness that is known on `lines` holds theirs too.
-    pub(crate) fn beside<'h>(&'h self, dashpots: &Dense, lines: &[Complex64]) -> Cow<'h, Self> {
-        let n = dashpots.nrows();
-        if n == 0 {
-            return Cow::Borrowed(self);
-        }
-        let own = Attached { kind: Kind::Dashpot, at: (0..n).collect(), known: Some(vec![1.0]) };
-        let shifted = |a: &Attached| Attached { at: a.at.iter().map(|i| i + n).collect(), ..a.clone() };
-        let what = match &self.what {
-            What::Nothing | What::FreeForce => What::Laws(vec![own]),
-            What::Laws(all) => What::Laws(std::iter::once(own).chain(all.iter().map(shifted)).collect()),
-            What::Given(kappa) => {
-                What::Given(std::iter::repeat_n(lines.to_vec(), n).chain(kappa.iter().cloned()).collect())
-            }
-        };
-        let with_zeros = |v: &[f64]| std::iter::repeat_n(0.0, n).chain(v.iter().copied()).collect::<Vec<_>>();
-        let mut w = dashpots.transposed();
-        if self.w.nrows() > 0 {
-            w.append(&self.w.transposed());
-        }
-        Cow::Owned(Self {
-            w: w.transposed(),
-            what,
-            free: self.n_free(),
-            compliance: with_zeros(&self.compliance),
-            held: if self.held.is_empty() { Vec::new() } else { with_zeros(&self.held) },
-            law_mean: self.law_mean.clone(),
-            law_sd: self.law_sd.clone(),
-        })
-    }
-
     fn laws(&self, x: &[f64]) -> Result<Vec<(&Attached, Law)>, IdentifyError> {
-        let What::Laws(all) = &self.what else { return Ok(Vec::new()) };
+        let (What::Laws(all) | What::Given(_, all)) = &self.what else { return Ok(Vec::new()) };
         let mut first = 0;
         all.iter()
             .map(|attached| {

@@ -219,7 +219,8 @@ impl<'a> Descent<'a> {
         if task.settings.derivatives {
             here = task.derived_again(here, Matrix::Whole, ws)?;
         }
-        let Point { p, x, at, .. } = here.finished(ws);
+        let Point { p, mut x, at, .. } = here.finished(ws);
+        x.drain(..task.system.n_own());
         Ok(Solution { p, x, at, iterations, converged })
     }
 
@@ -267,6 +268,7 @@ impl<'a> Descent<'a> {
 /// The unknowns a step further, with the model there.
 fn moved(here: &Point<'_>, d: &[f64], system: &System) -> Result<(Model, Vec<f64>, Vec<f64>), IdentifyError> {
     let p: Vec<f64> = here.p.iter().zip(d).map(|(a, b)| a + b).collect();
-    let x: Vec<f64> = here.x.iter().zip(&d[p.len()..]).map(|(a, b)| a + b).collect();
+    let x: Vec<f64> = here.x[system.n_own()..].iter().zip(&d[p.len()..]).map(|(a, b)| a + b).collect();
+    let x = system.beside_own(&p, &x);
     Ok((Model { modal: system.modal(&p)?, slopes: None }, p, x))
 }

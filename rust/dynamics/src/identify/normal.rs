@@ -211,7 +211,7 @@ pub(crate) fn modes_that_count<'a>(
     (below.max(system.n_tuned) + FURTHER).min(system.r)
 }
 
-/// A hypothesis at unknowns `p` and law unknowns `x`: its cost, and all that its derivatives need beside.
+/// A hypothesis at unknowns `p` and law unknowns `x`, with those of the model's own dashpots first: its cost, and all that its derivatives need beside.
 pub(crate) struct Point<'a> {
     pub p: Vec<f64>,
     pub x: Vec<f64>,
@@ -270,6 +270,7 @@ impl<'a> Point<'a> {
         if let Some(slopes) = slopes {
             self.steps.iter().for_each(|s| s.accumulate(system, modal, slopes, ws, &mut hessian));
         }
+        let hessian = system.folded_matrix(hessian);
         let gradient = if self.at.near() { Gradient::Exact } else { Gradient::DecaysHeld };
         self.derive_once(system, hypothesis, (gradient, hessian), ws);
     }
@@ -290,7 +291,8 @@ impl<'a> Point<'a> {
             step.give_back(ws);
         }
         let descent = adjoint.descent(system, &self.p, &self.model.modal);
-        self.at.gradient = prior.iter().zip(&descent).map(|((v, sd), down)| v / sd - down).collect();
+        self.at.gradient =
+            system.folded(prior.iter().zip(&descent).map(|((v, sd), down)| v / sd - down).collect());
         self.at.hessian = hessian;
     }
 

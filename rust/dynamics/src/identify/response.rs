@@ -67,7 +67,7 @@ impl Response {
         for s in 0..at.cut_off.n_columns() {
             update(y.col_mut(s), at.cut_off.col(s), |y, more| y + more);
         }
-        let is_law = matches!(hypothesis.what, What::Laws(_) | What::Given(_));
+        let is_law = matches!(hypothesis.what, What::Laws(_) | What::Given(..));
         let joint = joint_shapes(&shapes, n_out, is_law);
         let mut h = ws.split(at.n_lines(), joint.ncols());
         g.times_into(&joint, &mut h);

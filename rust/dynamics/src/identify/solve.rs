@@ -27,8 +27,8 @@ pub fn solve(
     check(system, records, hypothesis, p, x)?;
     let prepared: Vec<Prepared<'_>> = records.iter().map(Prepared::new).collect();
     let model = Model { modal: system.modal(p)?, slopes: None };
-    let start = (model, p.to_vec(), x.to_vec());
-    let hypothesis = hypothesis.beside(&system.dashpots, &[]);
+    let start = (model, p.to_vec(), system.beside_own(p, x));
+    let hypothesis = hypothesis.beside(&system.dashpots);
     let task = Task { system, records: &prepared, hypothesis: &hypothesis, settings };
     let ws = &mut Workspace::default();
     Descent::new(task, start, ws)?.advance(settings.iterations, ws)?.finish(ws)
@@ -108,7 +108,7 @@ pub fn solve_batch(
         return jobs.iter().map(|_| Err(error.clone())).collect();
     }
     let prepared: Vec<Prepared<'_>> = records.iter().map(Prepared::new).collect();
-    let closed: Vec<_> = jobs.iter().map(|job| job.hypothesis.beside(&job.system.dashpots, &[])).collect();
+    let closed: Vec<_> = jobs.iter().map(|job| job.hypothesis.beside(&job.system.dashpots)).collect();
     let spaces = Spaces::default();
     let last = settings.iterations;
     let mut heats = race.heats.iter().copied().filter(|(steps, _)| *steps < last).peekable();
@@ -156,7 +156,8 @@ fn begun<'a>(
     ws: &mut Workspace,
 ) -> Result<Descent<'a>, IdentifyError> {
     let task = Task { system: job.system, records, hypothesis, settings };
-    Descent::new(task, (model.clone(), job.p.clone(), job.x.clone()), ws)
+    let x = job.system.beside_own(&job.p, &job.x);
+    Descent::new(task, (model.clone(), job.p.clone(), x), ws)
 }
 
 /// Workspaces that are lent to whoever works.

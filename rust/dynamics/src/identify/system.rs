@@ -1,5 +1,6 @@
 //! The reduced model with its unknowns.
 
+use super::own_dashpots::Dashpots;
 use super::{IdentifyError, expect, expect_square};
 use femend_linalg::Dense;
 
@@ -36,8 +37,8 @@ pub struct System {
     pub mean: Vec<f64>,
     /// Prior standard deviations (n_unknowns).
     pub sd: Vec<f64>,
-    /// Dashpots that the model has beside the damping of its modes: rows of the basis (n, r), each of 1 N s/m.
-    pub dashpots: Dense,
+    /// Dashpots that the model has beside the damping of its modes.
+    pub dashpots: Dashpots,
 }
 
 impl System {
@@ -63,9 +64,7 @@ impl System {
         }
         expect("prior means", self.mean.len(), self.n_unknowns())?;
         expect("prior standard deviations", self.sd.len(), self.n_unknowns())?;
-        if self.dashpots.nrows() > 0 {
-            expect("dashpots", self.dashpots.ncols(), self.r)?;
-        }
+        self.dashpots.check(self.r, self.n_par)?;
         if self.n_tuned > self.r {
             return Err(IdentifyError::Shape { what: "basis", found: self.r, expected: self.n_tuned });
         }

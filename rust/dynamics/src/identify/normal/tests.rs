@@ -9,7 +9,7 @@ mod refused;
 mod solving;
 
 use super::*;
-use crate::identify::{Attached, PickedUp, RecordLines, Settings, Term, What};
+use crate::identify::{Attached, Dashpots, PickedUp, RecordLines, Settings, Term, What};
 use crate::laws::Kind;
 use femend_linalg::gemm;
 use num_complex::Complex64;
@@ -63,7 +63,7 @@ fn system(numbers: &mut Numbers, n_tuned: usize, zeta: f64) -> System {
     let mut sd = vec![0.3; 2];
     sd.extend(vec![0.005; n_tuned]);
     sd.extend(vec![0.5; n_tuned + 1]);
-    let dashpots = Dense::zeros(0, 0);
+    let dashpots = Dashpots::none();
     let system = System { r: R, k_fixed: k, m_fixed: m, terms, n_par: 2, n_tuned, mean, sd, dashpots };
     system.check().expect("sizes");
     system

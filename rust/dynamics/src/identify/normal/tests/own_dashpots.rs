@@ -33,8 +33,9 @@ fn as_law(hypothesis: &Hypothesis, row: &Dense, x: &[f64]) -> (Hypothesis, Vec<f
     (made, values)
 }
 
-fn scaled(row: &Dense) -> Dense {
-    Dense::from_vec(1, R, (0..R).map(|j| C.sqrt() * row[(0, j)]).collect())
+/// A dashpot C at a row of the basis, as it is drawn.
+fn drawn(row: &Dense) -> Dashpots {
+    Dashpots { rows: Dense::from_vec(1, R, (0..R).map(|j| C.sqrt() * row[(0, j)]).collect()), of: vec![None] }
 }
 
 #[test]
@@ -42,7 +43,7 @@ fn they_are_what_a_law_with_known_parameters_is() {
     let numbers = &mut Numbers(41);
     let plain = system(numbers, 3, 0.02);
     let row = numbers.dense(1, R);
-    let damped = System { dashpots: scaled(&row), ..plain.clone() };
+    let damped = System { dashpots: drawn(&row), ..plain.clone() };
     let records = [record(numbers, 4, 2, 0.0), record(numbers, 4, 2, 3.0)];
     let (kinds, x) = laws();
     let settings = Settings { iterations: 0, ..Settings::default() };
@@ -88,7 +89,7 @@ fn columns_with_a_given_stiffness_hold_them() {
     let numbers = &mut Numbers(43);
     let plain = system(numbers, 3, 0.02);
     let (row, w) = (numbers.dense(1, R), numbers.dense(1, R));
-    let damped = System { dashpots: scaled(&row), ..plain.clone() };
+    let damped = System { dashpots: drawn(&row), ..plain.clone() };
     let record = RecordLines { dt: 0.0, ..record(numbers, 4, 2, 0.0) };
     let kappa: Vec<Complex64> = (0..N_LINES).map(|_| 400.0 * numbers.complex()).collect();
     let p = start(&plain, &[]);
@@ -107,7 +108,7 @@ fn forces_at_a_place_move_the_damped_model() {
     let numbers = &mut Numbers(47);
     let plain = system(numbers, 3, 0.02);
     let row = numbers.dense(1, R);
-    let damped = System { dashpots: scaled(&row), ..plain.clone() };
+    let damped = System { dashpots: drawn(&row), ..plain.clone() };
     let record = bare(record(numbers, 4, 2, 1.0));
     let place: Vec<f64> = (0..R).map(|_| numbers.next()).collect();
     let spectra: Vec<Complex64> = (0..N_LINES).map(|_| numbers.complex()).collect();
@@ -128,4 +129,99 @@ fn forces_at_a_place_move_the_damped_model() {
     let (slope, curve) = ((up - down) / (2.0 * h), (up - 2.0 * here + down) / (h * h));
     assert!((slope + 2.0 * products[(0, 1)]).abs() < 2e-2 * slope.abs(), "{slope} {}", products[(0, 1)]);
     assert!((curve - 2.0 * products[(1, 1)]).abs() < 2e-2 * curve.abs(), "{curve} {}", products[(1, 1)]);
+}
+
+#[test]
+fn a_parameter_that_is_a_factor_on_them_is_the_unknown_of_the_law() {
+    let numbers = &mut Numbers(53);
+    let plain = system(numbers, 3, 0.02);
+    let row = numbers.dense(1, R);
+    // the second parameter moves the dashpot beside its part of K and M
+    let damped = System { dashpots: Dashpots { of: vec![Some(1)], ..drawn(&row) }, ..plain.clone() };
+    let records = [record(numbers, 4, 2, 0.0), record(numbers, 4, 2, 3.0)];
+    let (kinds, x) = laws();
+    let settings = Settings { iterations: 0, ..Settings::default() };
+    let cases = [(nothing(), vec![]), (free(numbers, 1), vec![]), (closed(numbers, 2, &kinds, &x), x)];
+    for (hypothesis, x) in cases {
+        let (mut law, mut values) = as_law(&hypothesis, &drawn(&row).rows, &x);
+        let mut p = start(&plain, &[]);
+        p[1] = 0.4;
+        (law.law_mean[0], values[0]) = (0.0, p[1]);
+        let own = solve(&damped, &records, &hypothesis, &p, &x, settings).expect("own");
+        let other = solve(&plain, &records, &law, &p, &values, settings).expect("law");
+        assert_eq!(own.x, x);
+        let prior = 0.25 * values[0].powi(2);
+        assert!((own.at.cost - other.at.cost + prior).abs() < 1e-9 * other.at.cost);
+        // what the law's unknown has is added to the parameter's, but for the law's prior
+        let n = plain.n_unknowns();
+        let to = |i: usize| {
+            if i < n {
+                i
+            } else if i == n {
+                1
+            } else {
+                i - 1
+            }
+        };
+        let size = (0..n).fold(0.0_f64, |a, i| a.max(other.at.hessian[(i, i)]));
+        let mut folded = Dense::zeros(n + x.len(), n + x.len());
+        for (i, j) in (0..=n + x.len()).flat_map(|i| (0..=n + x.len()).map(move |j| (i, j))) {
+            let of_prior = if i == n && j == n { 0.25 } else { 0.0 };
+            folded[(to(i), to(j))] += other.at.hessian[(i, j)] - of_prior;
+        }
+        let off = own.at.hessian.data().iter().zip(folded.data()).map(|(a, b)| (a - b).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-8 * size);
+        let slope = other.at.gradient[1] + other.at.gradient[n] - 0.25 * values[0];
+        assert!(
+            (own.at.gradient[1] - slope).abs() < 1e-8 * (1.0 + slope.abs()),
+            "{slope} {}",
+            own.at.gradient[1]
+        );
+        for (a, b) in fitted(&damped, &records, &hypothesis, &p, &x)
+            .expect("own")
+            .iter()
+            .zip(&fitted(&plain, &records, &law, &p, &values).expect("law"))
+        {
+            assert!(a.y.iter().zip(&b.y).all(|(a, b)| (a - b).norm() < 1e-9 * (1.0 + b.norm())));
+        }
+    }
+}
+
+#[test]
+fn columns_of_the_model_hold_what_a_parameter_does_to_them() {
+    let numbers = &mut Numbers(59);
+    let plain = system(numbers, 3, 0.02);
+    let (row, w) = (numbers.dense(1, R), numbers.dense(1, R));
+    let damped = System { dashpots: Dashpots { of: vec![Some(0)], ..drawn(&row) }, ..plain.clone() };
+    let still = System { dashpots: drawn(&row), ..plain.clone() };
+    let record = RecordLines { dt: 0.0, ..bare(record(numbers, 4, 2, 0.0)) };
+    let kappa: Vec<Complex64> = (0..N_LINES).map(|_| 400.0 * numbers.complex()).collect();
+    let mut p = start(&plain, &[]);
+    p[0] = 0.0;
+    let columns =
+        |of: &System| model_columns(of, &record, w.clone(), vec![kappa.clone()], &p).expect("columns");
+    let (with, without) = (columns(&damped), columns(&still));
+    assert_eq!(with.ncols(), plain.n_unknowns());
+    // the derivative of accelerations that a dashpot law has, closed at the same coordinates
+    let response = |c: f64| {
+        let rows = Dense::from_vec(1, R, (0..R).map(|j| c.sqrt() * row[(0, j)]).collect());
+        let system = System { dashpots: Dashpots { rows, of: vec![None] }, ..plain.clone() };
+        let what = What::Given(vec![kappa.clone()], Vec::new());
+        let given = Hypothesis { w: w.clone(), what, compliance: vec![0.0], ..nothing() };
+        fitted(&system, std::slice::from_ref(&record), &given, &p, &[]).expect("fitted").remove(0).y
+    };
+    let h = 1e-5;
+    let (up, down) = (response(C * (1.0 + h)), response(C * (1.0 - h)));
+    let n_out = up.len() / N_LINES;
+    let size = with.col(0).iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+    let mut largest = 0.0_f64;
+    for (s, k) in (0..n_out).flat_map(|s| (0..N_LINES).map(move |k| (s, k))) {
+        let i = k * n_out + s;
+        let slope = (up[i] - down[i]) / (2.0 * h) * record.weight[i];
+        let at = s * 2 * N_LINES + k;
+        let own = |j: usize| with.col(0)[j] - without.col(0)[j];
+        largest = largest.max(slope.norm());
+        assert!((own(at) - slope.re).abs() + (own(at + N_LINES) - slope.im).abs() < 1e-5 * size);
+    }
+    assert!(largest > 1e-3 * size, "the dashpot shows");
 }
