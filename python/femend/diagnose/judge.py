@@ -14,6 +14,7 @@ from femend.diagnose.evidence import deviance
 from femend.diagnose.linear import judge_linear
 from femend.diagnose.locate import Located
 from femend.diagnose.nonlinear import as_recorded, judge_nonlinear, refit_nonlinear
+from femend.diagnose.other_sides import on_other_sides
 from femend.diagnose.pace import OUTDONE
 from femend.diagnose.ranked import Ranked, effective_values, score
 from femend.diagnose.recovered import Recovered
@@ -179,6 +180,9 @@ class Judge:
                 continue
             inside = replace(r.candidate, sigma=max(r.candidate.sigma, self.sigma))
             candidate = refit_nonlinear(self.split.fitting, inside)
+            if r.recovered is not None:
+                p = r.recovered.fit.p
+                candidate = on_other_sides(self.split.fitting, candidate, p, settings.consistent)
             if r is best[0]:
                 candidate = as_recorded(self.split.fitting, candidate, settings.margin, settings.adequate)
             done.append(self.judged(candidate, r))

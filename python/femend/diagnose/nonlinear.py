@@ -22,6 +22,7 @@ from femend.threads import at_once
 
 __all__ = [
     "as_recorded",
+    "cost_of",
     "fit_nonlinear",
     "judge_nonlinear",
     "loop_of_candidate",
@@ -369,17 +370,17 @@ def as_recorded(problem: Problem, candidate: Candidate, gain: float, enough: flo
     recorder = problem.recorder
     if not recorder.filters:
         return candidate
-    filtered = _cost(problem, candidate)
+    filtered = cost_of(problem, candidate)
     recorder.filters = False
-    if _cost(problem, candidate) < filtered:
+    if cost_of(problem, candidate) < filtered:
         again = refit_nonlinear(problem, candidate)
-        if again.fitted <= enough and _cost(problem, again) < filtered - max(gain, CLEARLY * filtered):
+        if again.fitted <= enough and cost_of(problem, again) < filtered - max(gain, CLEARLY * filtered):
             return again
     recorder.filters = True
     return candidate
 
 
-def _cost(problem: Problem, candidate: Candidate) -> float:
+def cost_of(problem: Problem, candidate: Candidate) -> float:
     """Tempered squares that a candidate leaves, with the prior of the model's unknowns; infinite where it cannot be
     simulated."""
     (e,), _ = loop_of_candidate(problem, candidate).residuals([(candidate.p, candidate.x)])
