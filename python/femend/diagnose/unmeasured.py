@@ -20,6 +20,7 @@ from femend.diagnose.levels import levels_differ
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.locate import Located
 from femend.diagnose.outside_as_noise import as_noise, forces_beside
+from femend.diagnose.own_lines import on_own_lines
 from femend.diagnose.ranked import score
 from femend.diagnose.recovered import Recovered, recover
 from femend.diagnose.split import Split
@@ -62,11 +63,13 @@ def find_unmeasured(given: Given, located: Sequence[Located]) -> LoadFinding | N
         sine = _best_sine(given, _on_the_structure(given, located) if base else shown, given.updated)
         if sine is not None:
             return sine
-    if not _from_outside(problem, recovered):
+    own = [] if base else on_own_lines(recovered)
+    if not own and not _from_outside(problem, recovered):
         return None
     force, repeats = _waveform(recovered)
-    weakest = int(np.argmin([r.level for r in problem.records]))
-    values = _values(problem, force if repeats else recovered.f[weakest][0], best.place)
+    # a force from outside shows best where the recorded one is weakest, of recordings in which it acts
+    plainest = min(own or range(len(problem.records)), key=lambda i: problem.records[i].level)
+    values = _values(problem, force if repeats else recovered.f[plainest][0], best.place)
     direction = best.place.direction
     row = None if base else int(best.place.g_rows[0][0])
     # only a force that repeats goes into predictions
@@ -119,13 +122,18 @@ def _on_the_structure(given: Given, located: Sequence[Located]) -> list[tuple[Lo
 
 
 def plainly_unmeasured(given: Given, located: Sequence[Located]) -> bool:
-    """Whether recordings with different forces of different levels show one and the same force at the best place.
+    """Whether recordings with different forces of different levels show one and the same force at the best place, or
+    one on a few lines on which the place hardly moves.
 
     No law does that, so that none needs to be tried.
     """
     best, problem = next(iter(_outside(located, given.settings.margin)), None), given.split.whole
     if best is None or problem.load is not None or min(r.y.shape[0] for r in problem.records) < 2:
         return False
+    if best.fit.score <= given.settings.consistent and best.place.kind == "ground" and not _of_frfs(given):
+        recovered = _recovered(given, best)
+        if recovered is not None and on_own_lines(recovered):
+            return True
     n = min(r.n for r in problem.records)
     u = np.array([r.u[:, :n].ravel() for r in problem.records])
     own = np.abs(np.corrcoef(u)[~np.eye(len(u), dtype=bool)]) if len(u) > 1 else np.ones(1)
