@@ -73,3 +73,34 @@ def test_the_nodes_of_a_connection_are_a_pair_along_their_line_and_the_axes(tmp_
     every = find_places(read)
     seen = [(frozenset(p.nodes), p.direction) for p in every if p.kind == "pair"]
     assert len(seen) == len(set(seen))
+
+
+MOUNTS = """CBUSH,51,7,1,,,,,0
+PBUSH,7,K,2.0+4,,3.0+4
+CBUSH,52,8,3,,,,,0
+PBUSH,8,K,2.0+4,,3.0+4
+ENDDATA
+"""
+
+
+def test_connections_that_are_alike_have_a_law_together_along_each_axis_they_resist(tmp_path: Path) -> None:
+    file = tmp_path / "deck.bdf"
+    file.write_text(DECK.replace("ENDDATA\n", MOUNTS))
+    read = read_model(file)
+    together = [p for p in find_places(read) if p.kind == "bushes"]
+    # two of one property, and two whose properties have the same stiffness, which resist along X and Z alone
+    assert [(p.elements, p.nodes, p.direction, p.to) for p in together] == [
+        ((21, 22), (1, 3), "X", ""), ((21, 22), (1, 3), "Y", ""), ((21, 22), (1, 3), "Z", ""),
+        ((51, 52), (1, 3), "X", "ground"), ((51, 52), (1, 3), "Z", "ground"),
+    ]  # fmt: skip
+    between, grounded = together[2], together[4]
+    assert grounded.text == "all 2 connections as stiff as 51, Z"
+    row = {node: 6 * read.index(node) + 2 for node in (1, 3, 11, 13)}
+    assert [dict(zip(r, v)) for r, v in zip(grounded.g_rows, grounded.g_values)] == [{row[1]: 1.0}, {row[3]: 1.0}]
+    # between two nodes it is the second's motion against the first's
+    assert [dict(zip(r, v)) for r, v in zip(between.g_rows, between.g_values)] == [
+        {row[1]: -1.0, row[11]: 1.0}, {row[3]: -1.0, row[13]: 1.0},
+    ]  # fmt: skip
+    assert not any(p.part for p in together)
+    # and they may all be softer or stiffer
+    assert (51, 52) in [p.elements for p in find_places(read) if p.kind == "connection"]

@@ -42,7 +42,7 @@ def model(tmp_path: Path) -> Model:
 def finding(physics: str, nodes: list[int], direction: str, values: dict[str, float], **more: Any) -> dict[str, Any]:
     to = str(nodes[1]) if len(nodes) == 2 else "ground"
     parameters = {name: {"value": value, "unit": "-"} for name, value in values.items()}
-    location = {"nodes": nodes, "to": to, "direction": direction, "also_possible": [], **more}
+    location = {"nodes": nodes, "to": more.pop("to", to), "direction": direction, "also_possible": [], **more}
     return {"physics": physics, "location": location, "parameters": parameters}
 
 
@@ -65,6 +65,19 @@ def test_springs_and_dashpots_between_two_nodes_have_cards(model: Model) -> None
         "CELAS2,7,5.000000E+04,1,1,3,1",
         "CDAMP2,8,3.000000E+00,2,2,3,2",
     ]
+
+
+def test_a_law_in_each_of_several_connections_to_ground_has_cards_at_each(model: Model) -> None:
+    def each(physics: str, values: dict[str, float], to: str = "ground") -> list[str]:
+        return cards(model, finding(physics, [2, 3], "Y", values, elements=[8, 9], each=True, to=to))
+
+    assert each("viscous_damper", {"c": 3.0}) == ["CDAMP2,3,3.000000E+00,2,2", "CDAMP2,4,3.000000E+00,3,2"]
+    assert each("joint_stiffness", {"k": 5.0}) == ["CELAS2,3,5.000000E+00,2,2", "CELAS2,4,5.000000E+00,3,2"]
+    relaxing = each("viscoelastic", {"k0": 1.0, "k1": 2.0, "tau": 3.0})
+    assert [line for line in relaxing if line.startswith("SPOINT")] == ["SPOINT,5", "SPOINT,6"]
+    # the other ends of connections between nodes are not told
+    assert not each("viscous_damper", {"c": 3.0}, to="")
+    assert not each("cubic_stiffness", {"k3": 3.0})
 
 
 def test_what_no_card_holds_is_a_comment(model: Model) -> None:

@@ -39,6 +39,7 @@ SPRINGS = {
     "pair": "support_stiffness",
     "end": "joint_stiffness",
     "clamp": "compliant_support",
+    "bushes": "joint_stiffness",
 }
 ONLY_GROUND = ("added_mass", "tuned_absorber")
 # kinds of places where a spring beside the law is a part of its own (at a cut it is what the cut took away)

@@ -1,28 +1,36 @@
 """Connections as places: a bush or spring of the deck may be softer or stiffer than it is drawn, or no spring at all.
 
 Bolts, bearings and mounts are bushes and springs in most decks. Each is a place with a factor on its whole stiffness,
-and so are all of one property together; between the two nodes of each, along their line and along the axes, whatever
-else acts there is looked for.
+and so are all of one property, or all as stiff, together; between the two nodes of each, along their line and along the
+axes, whatever else acts there is looked for. What rubber or wire does it does in every mount of a kind: one law in all
+that are alike, along an axis, is a place too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femend.model.model import Model
 from femend.model.pair_places import Between
-from femend.model.place import Place
+from femend.model.place import AXES, Place
 from femend.model.region_places import scaled_by
 
 __all__ = ["connection_places"]
+
+FloatArray = NDArray[np.float64]
 
 # cards of connections, by their beginnings
 _CARDS = ("CBUSH", "CELAS")
 # connections whose nodes are tried as pairs too, those of the deck's first; all have a factor
 MAX_PAIRS = 200
+# alike connections that have a law together: as many coordinates as a simulation carries
+MOST_ALIKE = 6
+# share of the largest stiffness by which those of alike connections differ at most, and below which there is none
+ALIKE = 1e-6
 
 
 def connection_places(model: Model, held: NDArray[np.bool_], known: Sequence[Place] = ()) -> list[Place]:
@@ -30,46 +38,113 @@ def connection_places(model: Model, held: NDArray[np.bool_], known: Sequence[Pla
     those of places `known`; `held` (n_g,) are the DOFs of the g-set that cannot move. What a parameter scales by itself
     has no factor beside it."""
     found = list(_connections(model))
-    scaled = {eid: scaled_by(model, eid) for eid, _, _ in found}
+    scaled = {one.eid: scaled_by(model, one.eid) for one in found}
     covered = [{eid for eid, by in scaled.items() if by == i} for i in range(len(model.parameters))]
-    places = [place for place in _factors(found, scaled) if set(place.elements) not in covered]
+    groups = _alike(model, found)
+    places = [place for place in _factors(found, groups, scaled) if set(place.elements) not in covered]
+    places += _together(model, held, groups)
     had = {(frozenset(p.nodes), p.direction) for p in known if p.kind == "pair"}
     return places + [p for p in _pairs(model, held, found) if (frozenset(p.nodes), p.direction) not in had]
 
 
-def _connections(model: Model) -> Iterator[tuple[int, int, tuple[int, ...]]]:
-    """Id, property (0 without one) and nodes of every connection that has a stiffness."""
+@dataclass(frozen=True)
+class _Connection:
+    """A bush or spring: id, property (0 without one), nodes, and stiffness (n, n) along the DOFs `rows` (n,) of the
+    g-set."""
+
+    eid: int
+    pid: int
+    nodes: tuple[int, ...]
+    rows: NDArray[np.int64]
+    stiffness: FloatArray
+
+
+def _connections(model: Model) -> Iterator[_Connection]:
+    """Every connection that has a stiffness."""
     property_of = {eid: pid or 0 for eid, _, pid, _ in model.deck.elements()}
     ones = np.ones(len(model.parameters))
     for eid, card, nodes in model.fe.elements():
         ends = tuple(dict.fromkeys(n for n in nodes if n))
-        if eid and ends and card.startswith(_CARDS) and np.any(model.fe.element_matrices(eid, ones)[1]):
-            yield eid, property_of.get(eid, 0), ends
+        if eid and ends and card.startswith(_CARDS):
+            rows, stiffness, _ = model.fe.element_matrices(eid, ones)
+            if np.any(stiffness):
+                yield _Connection(eid, property_of.get(eid, 0), ends, rows, stiffness)
 
 
-def _factors(found: Sequence[tuple[int, int, tuple[int, ...]]], scaled: Mapping[int, int | None]) -> Iterator[Place]:
-    """A factor on each connection, and on all of each property that has several with the same parameter; `scaled` is
-    the parameter that scales each."""
-    for eid, _, nodes in found:
+def _alike(model: Model, found: Sequence[_Connection]) -> list[tuple[str, list[_Connection]]]:
+    """Connections that are alike, in words and as they are: several of one property, and several of different ones that
+    have one stiffness, since many decks give every mount a property of its own."""
+    groups: list[tuple[str, list[_Connection]]] = []
+    for pid in sorted({one.pid for one in found if one.pid}):
+        own = [one for one in found if one.pid == pid]
+        if len(own) > 1:
+            groups.append((f"all {len(own)} connections of property {pid}", own))
+    left = [one for one in found if not any(one in own for _, own in groups)]
+    while left:
+        own = [one for one in left if _equal(left[0].stiffness, one.stiffness)]
+        left = [one for one in left if one not in own]
+        if len(own) > 1:
+            groups.append((f"all {len(own)} connections as stiff as {own[0].eid}", own))
+    return groups
+
+
+def _equal(a: FloatArray, b: FloatArray) -> bool:
+    return a.shape == b.shape and bool(np.abs(a - b).max() <= ALIKE * np.abs(a).max())
+
+
+def _factors(
+    found: Sequence[_Connection], groups: Sequence[tuple[str, list[_Connection]]], scaled: Mapping[int, int | None]
+) -> Iterator[Place]:
+    """A factor on each connection, and on all of each of the `groups` with the same parameter; `scaled` is the
+    parameter that scales each."""
+    for one in found:
+        nodes = one.nodes
         words = f"between nodes {nodes[0]} and {nodes[1]}" if len(nodes) > 1 else f"of node {nodes[0]} to ground"
-        label = f"connection {eid} {words}"
         to = str(nodes[1]) if len(nodes) > 1 else "ground"
-        yield Place("connection", nodes[:2], "", to, elements=(eid,), label=label, parameter=scaled[eid])
-    for pid in sorted({pid for _, pid, _ in found if pid}):
-        own = [(eid, nodes) for eid, p, nodes in found if p == pid]
-        if len(own) > 1 and len({scaled[eid] for eid, _ in own}) == 1:
-            nodes = tuple(dict.fromkeys(ends[0] for _, ends in own))
-            yield Place(
-                "connection", nodes, "", "", elements=tuple(eid for eid, _ in own),
-                label=f"all {len(own)} connections of property {pid}", parameter=scaled[own[0][0]],
-            )  # fmt: skip
+        label = f"connection {one.eid} {words}"
+        yield Place("connection", nodes[:2], "", to, elements=(one.eid,), label=label, parameter=scaled[one.eid])
+    for words, own in groups:
+        if len({scaled[one.eid] for one in own}) == 1:
+            nodes = tuple(dict.fromkeys(one.nodes[0] for one in own))
+            elements, parameter = tuple(one.eid for one in own), scaled[own[0].eid]
+            yield Place("connection", nodes, "", "", elements=elements, label=words, parameter=parameter)
 
 
-def _pairs(model: Model, held: NDArray[np.bool_], found: Sequence[tuple[int, int, tuple[int, ...]]]) -> Iterator[Place]:
+def _together(
+    model: Model, held: NDArray[np.bool_], groups: Sequence[tuple[str, list[_Connection]]]
+) -> Iterator[Place]:
+    """All connections of each of the `groups` moving along the basic axes in which they are stiff, each by its own
+    motion, `held` (n_g,) as of `connection_places`."""
+    between = Between.of(model, held)
+    for words, own in groups:
+        if len(own) > MOST_ALIKE or any(len(one.nodes) != len(own[0].nodes) for one in own):
+            continue
+        elements, nodes = tuple(one.eid for one in own), tuple(dict.fromkeys(one.nodes[0] for one in own))
+        for c in range(3):
+            each = [between.opening(one.nodes, c) for one in own if _stiff(model, one, c)]
+            rows, values = [at for at, _ in each if len(at)], [by for at, by in each if len(at)]
+            if len(rows) == len(own):
+                to = "ground" if len(own[0].nodes) == 1 else ""
+                yield Place(
+                    "bushes", nodes, AXES[c], to, tuple(rows), tuple(values), elements=elements,
+                    label=f"{words}, {AXES[c]}",
+                )  # fmt: skip
+
+
+def _stiff(model: Model, one: _Connection, c: int) -> bool:
+    """Whether a connection resists its first node's motion along basic axis c."""
+    first = model.index(one.nodes[0])
+    along = np.zeros(len(one.rows))
+    own = np.flatnonzero((one.rows // 6 == first) & (one.rows % 6 < 3))
+    along[own] = model.frames[first][one.rows[own] % 6, c]
+    return float(along @ one.stiffness @ along) > ALIKE * float(np.abs(one.stiffness).max())
+
+
+def _pairs(model: Model, held: NDArray[np.bool_], found: Sequence[_Connection]) -> Iterator[Place]:
     """The two nodes of each connection, moving along the line between them and along the axes."""
     between = Between.of(model, held)
     seen: set[frozenset[int]] = set()
-    for _, _, nodes in found[:MAX_PAIRS]:
+    for nodes in (one.nodes for one in found[:MAX_PAIRS]):
         if len(nodes) != 2 or frozenset(nodes) in seen or (between.fixed(nodes[0]) and between.fixed(nodes[1])):
             continue
         seen.add(frozenset(nodes))

@@ -73,6 +73,16 @@ class Between:
         label = f"between nodes {a} and {b}, {AXES[c]}"
         return Place("pair", (a, b), AXES[c], str(b), (rows[keep],), (values[keep],), label=label)
 
+    def opening(self, nodes: Sequence[int], c: int) -> tuple[NDArray[np.int64], FloatArray]:
+        """Rows of the g-set and values of the motion of one node along basic axis c, or of the second of two `nodes`
+        against the first; none of what cannot move."""
+        at = [self.model.index(node) for node in nodes[:2]]
+        rows = np.concatenate([6 * i + np.arange(3) for i in at])
+        values = np.concatenate([self.frames[i][:, c] for i in at])
+        values[: 3 * (len(at) - 1)] *= -1.0
+        keep = np.flatnonzero((values != 0) & ~self.held[rows])
+        return rows[keep], values[keep]
+
 
 def joint_pairs(
     model: Model, held: NDArray[np.bool_], joints: Sequence[int], joined: Iterable[frozenset[int]]

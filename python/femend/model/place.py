@@ -23,7 +23,8 @@ class Place:
 
     Attributes:
         kind: "ground", "pair", "end", "clamp", "support" and "region" (of shells and solids), "member", "connection"
-            (bushes and springs of the deck), "bed" (a line or area on an elastic bedding) or "base".
+            (bushes and springs of the deck), "bushes" (motion in each of several that are alike), "bed" (a line or area
+            on an elastic bedding) or "base".
         nodes: ids of the nodes that name the place.
         direction: "X" ... "RZ", "R" for all rotations, "" where none applies.
         to: what it connects to: "ground", a node id as text, or a member as text.

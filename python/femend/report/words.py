@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from femend.numerals import listed
 from femend.report.entries import mapping, number, rows
 from femend.report.numbers import pretty_unit, quantity
 from femend.report.vocabulary import DIRECTIONS, PARAMETERS, PHYSICS, VERDICTS
@@ -73,6 +74,8 @@ def place_text(location: Mapping[str, Any]) -> str:
     'over 30 nodes around nodes 15–16'
     >>> place_text({"nodes": [1, 9], "to": "ground", "direction": "Z", "region": [1, 3, 9], "shares": [1 / 3] * 3})
     'under 3 nodes between nodes 1–9 in Z, to ground'
+    >>> place_text({"nodes": [1, 7], "to": "ground", "direction": "Z", "elements": [701, 702], "each": True})
+    'in each of the connections 701, 702 (at nodes 1, 7) in Z'
     """
     nodes = [int(n) for n in location.get("nodes") or ()]
     direction = str(location.get("direction") or "")
@@ -81,6 +84,9 @@ def place_text(location: Mapping[str, Any]) -> str:
     region = location.get("region") or ()
     if location.get("shares"):
         return f"under {len(region)} nodes between {nodes_text(nodes)}{in_direction}, to ground"
+    if location.get("each"):
+        elements, at = (listed(ids, 6) for ids in (location.get("elements") or (), nodes))
+        return f"in each of the connections {elements} (at nodes {at}){in_direction}"
     if len(region) > len(nodes):
         return f"over {len(region)} nodes around {nodes_text(nodes)}{in_direction}"
     if not nodes:

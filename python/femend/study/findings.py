@@ -165,15 +165,17 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
             others.append(list(nodes))
             rivals += [] if other.bed else [other]
             covered.update(() if other.bed else other.nodes)
-    said = {
+    said: dict[str, Any] = {
         "nodes": list(place.place.nodes),
         "to": place.place.to,
         "direction": place.place.direction,
         "also_possible": others[:ALSO],
     }
-    if place.place.kind in ("region", "connection"):
-        # of what the factor is; the nodes are the corners of a region
+    if place.place.kind in ("region", "connection", "bushes"):
+        # of what the factor is, or which have the law each; the nodes are the corners of a region
         said["elements"] = list(diagnosis.reduced.model.drawn_elements(place.place.elements))
+    if place.place.kind == "bushes":
+        said["each"] = True
     if place.place.bed:
         # all nodes with the shares of the stiffness; `nodes` are its ends or corners
         said["region"] = list(place.place.bed_nodes)

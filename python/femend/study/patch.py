@@ -44,7 +44,7 @@ def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
         cards = _term(model, Ids(id_, pid, point), finding["physics"], where, values)
         springs = _springs(finding["physics"], where, values)
         cards += [f"CELAS2,{id_ + i},{k:.6E},{node},{component}" for i, (node, component, k) in enumerate(springs)]
-        id_, pid, point = id_ + len(cards), pid + 1, point + 1
+        id_, pid, point = id_ + len(cards), pid + 1, point + sum(card.startswith("SPOINT") for card in cards)
         of = f" (elements {', '.join(map(str, where['elements']))})" if where.get("elements") else ""
         place = f"under {len(where['region'])} nodes between" if where.get("shares") else "at node"
         lines += [f"$ femend: {name} {place} {at} to {where['to'] or 'nothing'}{of}", f"$ femend: {words}", *cards]
@@ -131,6 +131,8 @@ def _term(model: Model, ids: Ids, physics: str, where: dict[str, Any], values: d
     fit."""
     if where.get("shares"):
         return _bedding(model, ids.element, where, values["k"])
+    if where.get("each"):
+        return _in_each(model, ids, physics, where, values)
     if len(where["nodes"]) == 2:
         return _between(model, ids, physics, where, values)
     id_ = ids.element
@@ -154,6 +156,17 @@ def _bedding(model: Model, id_: int, where: dict[str, Any], k: float) -> list[st
         return []
     each = enumerate(zip(nodes, where["shares"], strict=True))
     return [f"CELAS2,{id_ + i},{k * share:.6E},{n},{component}" for i, (n, share) in each]
+
+
+def _in_each(model: Model, ids: Ids, physics: str, where: dict[str, Any], values: dict[str, Any]) -> list[str]:
+    """Cards of a linear law in each of several connections to ground; none of connections between nodes, whose other
+    ends are not told."""
+    cards: list[str] = []
+    law = "support_stiffness" if physics == "joint_stiffness" else physics
+    for i, node in enumerate(where["nodes"] if where["to"] == "ground" else ()):
+        own = Ids(ids.element + len(cards), ids.property, ids.point + i)
+        cards += _term(model, own, law, {"nodes": [node], "to": "ground", "direction": where["direction"]}, values)
+    return cards
 
 
 def _between(model: Model, ids: Ids, physics: str, where: dict[str, Any], values: dict[str, Any]) -> list[str]:
