@@ -17,7 +17,7 @@ from femend.study.run import diagnose
 from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_study import Truth, write_study
+from small_study import NOISE, Truth, write_study
 
 N, DT = 4000, 1 / 500
 FREQ = np.fft.rfftfreq(N, DT)
@@ -88,3 +88,7 @@ def test_a_machine_that_ran_in_one_recording_is_told(tmp_path: Path) -> None:
     assert finding["parameters"]["frequency"]["value"] == pytest.approx(71.0, abs=0.5)
     # the model is that of the recording without it
     assert found.result["parameters"]["E_root"]["factor"] == pytest.approx(7.3 / 7, rel=0.02)
+    assert "acts in high, and does not show in low" in found.result["advice"]
+    # nothing is read off where it does not act
+    final = {row["recording"]: row["final"] for row in found.result["fit"]}
+    assert final["low"] < 1.3 * NOISE

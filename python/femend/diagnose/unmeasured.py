@@ -26,8 +26,9 @@ from femend.diagnose.recovered import Recovered, recover
 from femend.diagnose.split import Split
 from femend.estimate import Fit, Problem
 from femend.model import Place
+from femend.numerals import listed
 
-__all__ = ["find_harmonic", "find_unmeasured", "plainly_unmeasured"]
+__all__ = ["find_harmonic", "find_unmeasured", "plainly_unmeasured", "where_it_acts"]
 
 FloatArray = NDArray[np.float64]
 
@@ -85,7 +86,28 @@ def find_unmeasured(given: Given, located: Sequence[Located]) -> LoadFinding | N
         problem,
         score(candidate, given.settings, given.n_values()),
         None if row is None or not repeats else (row, force),
-        {} if row is None or repeats else forces_beside(problem, best, fit.p),
+        {} if row is None or repeats else _acting(forces_beside(problem, best, fit.p), problem, own),
+    )
+
+
+def _acting(
+    forces: dict[str, tuple[int, FloatArray]], problem: Problem, own: Sequence[int]
+) -> dict[str, tuple[int, FloatArray]]:
+    """The forces in the records of numbers `own`, where these are told: what is read off the others is their noise."""
+    names = [problem.records[i].name for i in own]
+    return {name: force for name, force in forces.items() if not names or name in names}
+
+
+def where_it_acts(load: LoadFinding) -> str:
+    """In which recordings a force that nobody recorded acts, where it does not in all of them."""
+    names = [r.name for r in load.problem.records]
+    without = [name for name in names if name not in load.forces]
+    if not load.forces or not without:
+        return ""
+    acting = listed([name for name in names if name in load.forces], 3)
+    return (
+        f"the force that nobody recorded acts in {acting}, and does not show in {listed(without, 3)}: see what ran or "
+        "moved on the structure then, and record its force or leave it out"
     )
 
 

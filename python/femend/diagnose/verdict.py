@@ -21,7 +21,7 @@ from femend.diagnose.plain_error import further_off, plain_errors, silenced, who
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.shares import needed_share
 from femend.diagnose.too_little import too_little
-from femend.diagnose.unmeasured import find_harmonic, find_unmeasured
+from femend.diagnose.unmeasured import find_harmonic, find_unmeasured, where_it_acts
 from femend.estimate import Fit
 from femend.numerals import plain
 
@@ -41,7 +41,7 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
     if not (named and best is not None and adequate(found, best)):
         unmeasured = _unmeasured(found, plainly)
         if unmeasured is not None:
-            return replace(found, verdict="missing-physics", load=unmeasured)
+            return replace(found, verdict="missing-physics", load=unmeasured, advice=where_it_acts(unmeasured))
     rival = _rival(found, named)
     if rival is not None:
         told = _free_form(found, rival)
