@@ -161,6 +161,8 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
     for other in (*beds, *sorted(place.alike, key=lambda p: p.unlikely), *close):
         nodes = group.get(other.nodes[0], other.nodes) if other in like else other.nodes
         several = other.kind in ("pair", "bed") and set(nodes) != set(place.place.nodes)
+        # what acts between two nodes along an axis may act on one of them from the ground
+        several |= (place.place.kind, other.kind) == ("pair", "ground") and other.direction == place.place.direction
         if list(nodes) not in others and (several or not covered.issuperset(other.nodes)):
             others.append(list(nodes))
             rivals += [] if other.bed else [other]
