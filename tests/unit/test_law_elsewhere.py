@@ -14,7 +14,7 @@ import pytest
 from femend.diagnose import diagnosis
 from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.judge import Given, judge_in, to_beat
-from femend.diagnose.law_elsewhere import _in_turn, where_it_explains_more
+from femend.diagnose.law_elsewhere import in_turn, where_it_explains_more
 from femend.diagnose.laws_at import linear_at
 from femend.diagnose.locate import LINES, Located, squares_of
 from femend.diagnose.ranked import Ranked
@@ -78,7 +78,7 @@ def test_a_mass_is_looked_for_as_the_same_mass(tmp_path: Path) -> None:
 def test_the_nearest_joints_come_first(tmp_path: Path) -> None:
     start = updated(tmp_path, "CELAS2,900,3.+4,7,3")
     places = [p for p in grounds_of(start) if p.direction == "Z"]
-    turns = [p.nodes[0] for p in _in_turn(start.reduced.model, places[0], places) if not p.unlikely]
+    turns = [p.nodes[0] for p in in_turn(start.reduced.model, places[0], places) if not p.unlikely]
     xyz = start.reduced.model.xyz
     away = [float(np.linalg.norm(xyz[n - 1] - xyz[places[0].nodes[0] - 1])) for n in turns]
     assert away == sorted(away)

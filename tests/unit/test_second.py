@@ -31,7 +31,7 @@ from femend.diagnose.ranked import Ranked
 from femend.diagnose.second import _carried, _of_law, _search
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import relaxing
-from femend.diagnose.together import shows
+from femend.diagnose.together import shows, unbends
 from femend.diagnose.update import UpdatedModel
 from femend.study.study_run import StudyRun
 
@@ -269,6 +269,37 @@ def test_two_places_are_looked_for_where_nothing_explains_the_rest_beside_the_be
     monkeypatch.setattr(second, "pair", lambda searched: None)
     out = cast(Any, second._at_two_places(first))
     assert (None if out is None else out.name) == (None if beside is None else "beside")
+
+
+@pytest.mark.parametrize(("chosen", "prior", "asked"), [(1.0, 230.0, ["two places"]), (1.0, 150.0, []),
+                                                        (1.4, 230.0, ["parallel", "two places"])])  # fmt: skip
+def test_a_second_effect_is_looked_for_where_the_model_bends_for_a_law_that_leaves_noise(
+    monkeypatch: pytest.MonkeyPatch, chosen: float, prior: float, asked: list[str]
+) -> None:
+    """What makes the model as wrong as no mesh is acts elsewhere: at the law's own place nothing is left to explain."""
+    records = [SimpleNamespace(y=np.zeros((4, 8)), frf=None)]
+    law = SimpleNamespace(candidate=SimpleNamespace(chosen=chosen, prior=prior))
+    first = cast(
+        Searched,
+        SimpleNamespace(
+            settings=Settings(), ranked=[law], n_values=1000.0, floor=0.0, problem=SimpleNamespace(records=records)
+        ),
+    )
+    called: list[str] = []
+    for name in ("_both_linear", "_beside"):
+        monkeypatch.setattr(second, name, lambda searched: None)
+    monkeypatch.setattr(second, "_in_parallel", lambda searched: called.append("parallel"))
+    monkeypatch.setattr(second, "_at_two_places", lambda searched: called.append("two places"))
+    monkeypatch.setattr(second, "_one_of_two", lambda searched: True)
+    assert second._looked_for(first) is None
+    assert called == asked
+
+
+def test_two_laws_show_by_the_model_that_no_longer_bends() -> None:
+    settings = Settings()
+    assert unbends(settings, 230.0, 10.0)
+    assert not unbends(settings, 230.0, 120.0)
+    assert not unbends(settings, 150.0, 10.0)
 
 
 def test_a_known_force_is_one_more_input(run: StudyRun) -> None:

@@ -49,7 +49,7 @@ def adequate(found: Diagnosis, best: Ranked) -> bool:
 
 def bends(found: Diagnosis, best: Ranked) -> bool:
     """Whether the model's own unknowns leave their priors by so much beside a law that something else is missing."""
-    return best.candidate.prior > found.settings.bent * found.settings.gain_cost
+    return found.settings.bends(best.candidate.prior)
 
 
 def _reference(best: Ranked) -> float:
@@ -65,7 +65,7 @@ def stands_out(found: Diagnosis, best: Ranked) -> bool:
     far = before > settings.far and after < 0.5 * before
     gain = found.null_score - best.score
     # what one recording says of parameters that another one needs may be little, where all together are explained
-    explained = found.null.score <= settings.consistent and found.null.prior <= settings.bent * settings.gain_cost
+    explained = found.null.score <= settings.consistent and not settings.bends(found.null.prior)
     return bool(
         far and not explained and gain > TELLING * settings.gain_cost and share_taken(found, best) >= settings.partly
     )

@@ -24,7 +24,7 @@ from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Model, Place, ReducedModel
 from femend.model.places import mass_place
 
-__all__ = ["where_it_explains_more"]
+__all__ = ["MOST", "in_turn", "raced", "where_it_explains_more"]
 
 FloatArray = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ def where_it_explains_more(
     law, at, reduced = best.candidate, best.located.place, given.reduced
     had = {r.located.place.nodes for r in ranked if r.candidate.name == law.name}
     others = [p for p in places if p.kind == at.kind and p.n_w == 1 and p.direction == at.direction]
-    others = _in_turn(reduced.model, at, [p for p in others if p.nodes not in had])[:MOST]
+    others = in_turn(reduced.model, at, [p for p in others if p.nodes not in had])[:MOST]
     few = given.split.fitting.sparing(FEW_LINES)
     # where it was it has come to its end, and would be far ahead of all in a race
     here, left = _left(few, reduced, law, at, [at]), _left(few, reduced, law, at, others)
@@ -64,7 +64,7 @@ def _may_be_elsewhere(best: Ranked, null_score: float, settings: Settings) -> bo
     return won and place.kind == "ground" and (own is place or own.kind == "mass")
 
 
-def _in_turn(model: Model, at: Place, places: Sequence[Place]) -> list[Place]:
+def in_turn(model: Model, at: Place, places: Sequence[Place]) -> list[Place]:
     """Places at a node each, joints first, the nearest to the place `at` before others."""
     xyz, here = model.xyz, model.xyz[model.index(at.nodes[0])]
     away = [float(np.linalg.norm(xyz[model.index(p.nodes[0])] - here)) for p in places]
@@ -89,6 +89,14 @@ def _left(few: Problem, reduced: ReducedModel, law: Candidate, at: Place, places
         own = mass_place(reduced.model, place.nodes[0]) if whole else place
         hypotheses.append(Hypothesis(reduced, own.w(reduced.V, reduced.V_a), names, None, x, np.full(len(x), LAW_SD)))
         starts.append((p, x))
+    return raced(few, hypotheses, starts)
+
+
+def raced(
+    few: Problem, hypotheses: Sequence[Hypothesis], starts: Sequence[tuple[FloatArray, FloatArray]]
+) -> dict[int, Fit]:
+    """Fits of the hypotheses that leave least of `few` lines, each from one of the `starts`, unknowns (n_p,) of the model
+    and fit coordinates (n_x,) of the laws, by their numbers."""
     fits = few.fit(hypotheses, starts, iterations=STEPS, heats=HEATS)
     ahead = sorted((fit.cost, i, fit) for i, fit in enumerate(fits) if fit is not None)[:FOLLOWED]
     starts = [(fit.p, fit.x) for *_, fit in ahead]

@@ -30,7 +30,7 @@ from femend.diagnose.together import Scored, Try, best_of, better, distinct, eac
 from femend.estimate import Hypothesis, Problem
 from femend.model import Place
 
-__all__ = ["OneLinear", "one_linear"]
+__all__ = ["OneLinear", "located_beside", "one_linear"]
 
 FloatArray = NDArray[np.float64]
 
@@ -95,12 +95,13 @@ def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> _Linea
     ranked = told_simply(ranked, first.settings)
     if not ranked or ranked[0].candidate.chosen > first.settings.adequate:
         return None
-    at = _located(first, free, other, p)
+    at = located_beside(first, free, other, p)
     return None if at is None else _LinearOne(ranked, at, problem)
 
 
-def _located(first: Searched, free: Place, other: Place, p: FloatArray) -> Located | None:
-    """A place with its look-alikes, as it fits beside a force at another; None where the model breaks down."""
+def located_beside(first: Searched, free: Place, other: Place, p: FloatArray) -> Located | None:
+    """A place with its look-alikes, as it fits beside a force at another from unknowns `p` (n_p,) of the model; None
+    where that breaks down."""
     beside = () if other.part else (other,)
     reduced = with_own(other, first.reduced) if other.part else first.reduced
     few, hypothesis = first.problem.sparing(LINES), hypothesis_of(free, reduced, beside)

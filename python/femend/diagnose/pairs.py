@@ -72,8 +72,7 @@ class Searched:
         does not explain them was lost on the way. Several forces at one place explain what acts near it, and one for
         which the model has to bend stands in for something else: where either is all that explains, it is not one."""
         settings, simple = self.settings, [f for f in self.located if f.place.n_w <= 1]
-        most = settings.bent * settings.gain_cost
-        return any(f.fit.score <= settings.adequate and f.fit.prior <= most for f in simple)
+        return any(f.fit.score <= settings.adequate and not settings.bends(f.fit.prior) for f in simple)
 
     @property
     def price(self) -> float:

@@ -18,6 +18,7 @@ from femend.diagnose.evidence import deviance
 from femend.diagnose.judge import Given
 from femend.diagnose.known_force import Known, forces_of_laws, free_forces
 from femend.diagnose.levels import element_depends_on_level
+from femend.diagnose.linear_pair import where_both_explain_more
 from femend.diagnose.locate import Located, cost_of, locate, shortlist
 from femend.diagnose.name import name_physics
 from femend.diagnose.one_linear import one_linear
@@ -102,7 +103,8 @@ def _looked_for(first: Searched) -> Further | None:
         return near
     if not _worth_looking(first):
         return None
-    one = _in_parallel(first) or _at_two_places(first)
+    # beside a law that leaves noise alone another at its place has nothing to explain
+    one = (_in_parallel(first) if _above_noise(first) else None) or _at_two_places(first)
     if _one_of_two(first) or _explaining(first, one) is not None:
         return one
     found = of_those_found(first)
@@ -155,7 +157,8 @@ def _beside(first: Searched) -> Further | None:
 
 
 def _worth_looking(first: Searched) -> bool:
-    """Whether more is left than a law can be asked to explain, with sensors enough to tell two forces."""
+    """Whether more is left than a law can be asked to explain, or the model bends for the law so much that it is no
+    name; with sensors enough to tell two forces."""
     records = first.problem.records
     if not first.ranked or min(r.y.shape[0] for r in records) < 3 or any(r.frf is not None for r in records):
         return False
@@ -163,10 +166,20 @@ def _worth_looking(first: Searched) -> bool:
     # above what noise leaves, the law's own parameters aside
     left = deviance(best.chosen, first.n_values) + best.prior - first.floor
     # a free force may show that there is less noise than was thought, and the model bend for what a law leaves of it
-    noise = float(np.exp(first.floor / first.n_values))
-    bent = best.chosen > settings.adequate * noise and best.prior > settings.gain_cost
+    bent = best.chosen > settings.adequate * _noise(first) and best.prior > settings.gain_cost
     lacking = best.chosen > settings.adequate or settings.strains(best.prior) or bent
-    return lacking and left > WORTH * settings.gain_cost and shows(settings, best.chosen, noise)
+    shown = _above_noise(first) or settings.bends(best.prior)
+    return lacking and left > WORTH * settings.gain_cost and shown
+
+
+def _noise(first: Searched) -> float:
+    """What noise leaves of unseen data."""
+    return float(np.exp(first.floor / first.n_values))
+
+
+def _above_noise(first: Searched) -> bool:
+    """Whether the best law leaves more than noise of unseen data."""
+    return shows(first.settings, first.ranked[0].candidate.chosen, _noise(first))
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,7 +257,7 @@ def _stands_alone(first: Searched) -> bool:
     """Whether one force explains the recordings, and nothing says that it stands in for two: the model does not bend
     for the best law, or that leaves noise alone and the model bends by no more than it may beside a name."""
     settings, best = first.settings, first.ranked[0].candidate
-    at_noise = best.chosen <= settings.consistent and best.prior <= settings.bent * settings.gain_cost
+    at_noise = best.chosen <= settings.consistent and not settings.bends(best.prior)
     return first.one_force_explains and (at_noise or not settings.strains(best.prior))
 
 
@@ -376,7 +389,7 @@ def _told(first: Searched, best: Scored, tried: Sequence[Ranked]) -> Further | N
     best = told_plainly(first, best)
     if not are_told(first, best):
         return None
-    placed = at_the_best_places(first, best)
+    placed = at_the_best_places(first, where_both_explain_more(first, best))
     for before, after in zip(best[1].terms, placed[1].terms, strict=True):
         tried = _carried(tried, before.located, after.located)
     return _further(first, placed, tried)
@@ -407,6 +420,10 @@ def _further(first: Searched, found: Scored, tried: Sequence[Ranked]) -> Further
             # told more plainly than it was found: ahead by what the parameters cost that it does without
             saved = first.price * (here[0].candidate.n_law - term.candidate.n_law)
             here = (replace(own, score=here[0].score - saved), *(r for r in here if r.name != own.name))
+        elif own.name != here[0].name:
+            # of another form beside the second law than beside a free force: ahead by what that had to win by
+            won = first.settings.margin
+            here = (replace(own, score=here[0].score - won), *(r for r in here if r.name != own.name))
         laws.append(here)
         named.append(term.located.place)
     return Further(whole, tuple(laws), score)

@@ -94,6 +94,10 @@ class Settings:
         """Whether a law of this prior cost explains by bending the rest of the model."""
         return prior > self.strained * self.gain_cost
 
+    def bends(self, prior: float) -> bool:
+        """Whether the model leaves its priors by so much beside a law of this prior cost that the law is no name."""
+        return prior > self.bent * self.gain_cost
+
     def wins(self, gain: float, less: float, relieved: float) -> bool:
         """Whether a fall of the score by `gain` is what a law has to bring: with a relative fall `less` of the unseen
         misfit, or with as much prior cost `relieved` of the model's own unknowns."""

@@ -33,6 +33,7 @@ __all__ = [
     "shows",
     "term_of",
     "told_plainly",
+    "unbends",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -110,6 +111,12 @@ def shows(settings: Settings, one: float, two: float) -> bool:
     return fall(max(one, LEAST), two) > settings.gain_nonlinear
 
 
+def unbends(settings: Settings, one: float, two: float) -> bool:
+    """Whether the model is about as drawn beside two laws, by their prior cost, where it bends for one of them so much
+    that this is no name: no mesh is so wrong."""
+    return settings.bends(one) and not settings.strains(two)
+
+
 def distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:
     """The first laws of different names, or clamps soft in different directions, that score about as well as the
     best."""
@@ -122,9 +129,10 @@ def distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def are_told(first: Searched, found: Scored) -> bool:
-    """Whether several terms are accepted: they show in unseen data, win against one law alone, the recordings tell the
-    size of each, and none of them does as well by itself."""
-    if not shows(first.settings, first.ranked[0].candidate.chosen, found[1].chosen):
+    """Whether several terms are accepted: they show in unseen data, or by the model that no longer bends, win against
+    one law alone, the recordings tell the size of each, and none of them does as well by itself."""
+    settings, one = first.settings, first.ranked[0].candidate
+    if not (shows(settings, one.chosen, found[1].chosen) or unbends(settings, one.prior, found[1].prior)):
         return False
     return _won(first, *found) and all(map(_determined, found[1].terms)) and not _needless(first, *found)
 
