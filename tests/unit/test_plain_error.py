@@ -92,6 +92,20 @@ def test_a_law_of_a_beginning_that_is_further_off_as_a_whole_has_no_name(
     assert found.advice == f"it is further off. {LATER}"
 
 
+@pytest.mark.parametrize(("times", "told"), [(2.0, "missing-physics"), (9.0, "located-not-named")])
+def test_a_law_of_a_beginning_that_leaves_far_more_than_noise_of_the_whole_is_the_likeliest(
+    run: StudyRun, monkeypatch: pytest.MonkeyPatch, times: float, told: str
+) -> None:
+    monkeypatch.setattr(verdict, "most_of_noise", lambda found: times if found.sigma == 0 else 1.0)
+    found = decide(replace(run.diagnosis, verdict="", best=None, advice="", sigma=2.0))
+    assert found.verdict == told
+    assert found.best is not None
+    assert found.best.name == "support_stiffness"
+    assert found.advice.startswith("the law explains about the first")
+    # of whole recordings a law was held to its free force already
+    assert decide(replace(run.diagnosis, verdict="", best=None, advice="")).verdict == "missing-physics"
+
+
 def test_responses_that_do_not_follow_from_the_force_tell_nothing(tmp_path: Path) -> None:
     """The best explanation of mere noise is a model that does not move."""
     study = write_study(tmp_path, Truth())

@@ -95,8 +95,8 @@ def _left(few: Problem, reduced: ReducedModel, law: Candidate, at: Place, places
 def raced(
     few: Problem, hypotheses: Sequence[Hypothesis], starts: Sequence[tuple[FloatArray, FloatArray]]
 ) -> dict[int, Fit]:
-    """Fits of the hypotheses that leave least of `few` lines, each from one of the `starts`, unknowns (n_p,) of the model
-    and fit coordinates (n_x,) of the laws, by their numbers."""
+    """Fits of the hypotheses that leave least of `few` lines, by their numbers; each from one of the `starts`, unknowns
+    (n_p,) of the model and fit coordinates (n_x,) of the laws."""
     fits = few.fit(hypotheses, starts, iterations=STEPS, heats=HEATS)
     ahead = sorted((fit.cost, i, fit) for i, fit in enumerate(fits) if fit is not None)[:FOLLOWED]
     starts = [(fit.p, fit.x) for *_, fit in ahead]

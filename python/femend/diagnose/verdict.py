@@ -17,7 +17,7 @@ from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.plain_error import further_off, plain_errors, silenced, whole_errors
+from femend.diagnose.plain_error import further_off, most_of_noise, plain_errors, silenced, whole_errors
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.shares import needed_share
 from femend.diagnose.too_little import too_little
@@ -55,11 +55,17 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
     off = further_off(told, errors)
     if off:
         return _no_law(found, off)
+    return told if told.sigma == 0 else _of_a_beginning(found, told)
+
+
+def _of_a_beginning(found: Diagnosis, told: Diagnosis) -> Diagnosis:
+    """The verdict on what explains the beginning of the recordings, which shows too little to tell many laws apart: as
+    a whole the model has to come nearer to them, and near to the noise where a law is to be sure."""
     whole = replace(told, sigma=0.0)
-    if told.sigma > 0 and (off := further_off(whole, plain_errors(whole), LATER)):
-        # what a beginning shows too little of is explained by many laws
+    if off := further_off(whole, plain_errors(whole), LATER):
         return replace(found, verdict="located-not-named", place=told.place, advice=off)
-    return told
+    unsure = told.verdict == "missing-physics" and most_of_noise(whole) > told.settings.together
+    return replace(told, verdict="located-not-named") if unsure else told
 
 
 def _off_with_the_load(told: Diagnosis) -> bool:
