@@ -76,6 +76,9 @@ def test_an_absorber_and_what_it_bent_come_to_where_and_what_they_are(start: Upd
     assert at["tuned_absorber"].candidate.values["m"] == pytest.approx(ABSORBER["m"], rel=0.1)
     # there they stay
     assert where_both_explain_more(first, better) is better
+    # what leaves hardly more than noise is left alone: nothing leaves clearly less
+    near = replace(first, floor=found[0] - first.price * found[1].n_law)
+    assert where_both_explain_more(near, found) is found
 
 
 def test_laws_at_one_place_and_nonlinear_ones_stay(start: UpdatedModel) -> None:

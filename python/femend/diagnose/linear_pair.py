@@ -41,7 +41,7 @@ def where_both_explain_more(first: Searched, found: Scored) -> Scored:
     """Two linear laws that were fitted together, at the nodes and of the forms in which both leave clearly less; as
     they are where one is nonlinear or part of the model, or both stand at one place."""
     for _ in range(ROUNDS):
-        if not _may_be_elsewhere(found[1].terms):
+        if not (_may_be_elsewhere(found[1].terms) and _may_leave_less(first, found)):
             break
         placed = (found, *_elsewhere(first, found))
         best = _likeliest(first, [one for pair in placed for one in (pair, *_of_other_forms(first, pair))])
@@ -56,6 +56,12 @@ def _may_be_elsewhere(terms: Sequence[Term]) -> bool:
     places = [t.place for t in terms if t.place is not None and not t.candidate.nonlinear]
     apart = len(places) == len(terms) == len({id(p) for p in places})
     return apart and len(terms) == 2 and all(p.n_w == 1 and p.kind in KINDS for p in places)
+
+
+def _may_leave_less(first: Searched, found: Scored) -> bool:
+    """Whether a pair leaves so much more than noise, its parameters aside, that another could leave clearly less."""
+    least = first.floor + first.price * found[1].n_law
+    return found[0] - least > first.settings.margin
 
 
 def _likeliest(first: Searched, tried: Sequence[Scored]) -> Scored:
