@@ -7,8 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from femend.diagnose.closed_loop import Loop
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.spread import Spread, spread
+from femend.errors import ModelError
 from femend.study.study_run import StudyRun
 
 
@@ -40,6 +42,18 @@ def test_laws_that_are_not_known_predict_nothing(dashpot_and_cubic: StudyRun) ->
     assert apart is not None
     assert apart.share > 0.3
     assert "recording 'low' hangs on little" in apart.text("low")
+
+
+def test_models_that_are_no_structures_part_without_bounds(
+    dashpot_and_cubic: StudyRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of unknowns that the recordings tell too little of, drawn ones may have a mass or stiffness below nothing."""
+
+    def histories(loop: Loop, points: object) -> None:
+        raise ModelError("matrix is not positive definite")
+
+    monkeypatch.setattr(Loop, "histories", histories)
+    assert spread(dashpot_and_cubic.diagnosis, dashpot_and_cubic.records[0]) == Spread(float("inf"), 0.0)
 
 
 def test_what_is_linear_follows_its_parameters(dashpot_and_cubic: StudyRun) -> None:

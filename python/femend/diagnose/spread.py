@@ -12,6 +12,7 @@ from femend.diagnose.closed_loop import Loop
 from femend.diagnose.nonlinear import loop_of_candidate
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.terms import Terms
+from femend.errors import ModelError
 from femend.estimate import FitRecord, Problem
 from femend.numerals import plain
 
@@ -57,7 +58,10 @@ def spread(found: Diagnosis, record: FitRecord) -> Spread | None:
         return None
     loop, p, x, covariance = made
     points = [(p, x), *((z[: len(p)], z[len(p) :]) for z in _drawn(np.concatenate([p, x]), covariance))]
-    y, *others = (histories[0].y for histories in loop.histories(points))
+    try:
+        y, *others = (histories[0].y for histories in loop.histories(points))
+    except ModelError:
+        return Spread(float("inf"), 0.0)  # unknowns that are told so little that they may be those of no structure
     size = float(np.sqrt(np.mean(y**2)))
     apart = np.sqrt(np.mean([np.mean((other - y) ** 2, axis=0) for other in others], axis=0)) / max(size, 1e-300)
     if not np.isfinite(apart).all():
