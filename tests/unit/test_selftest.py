@@ -309,6 +309,15 @@ def test_a_study_without_measured_force_is_refused(study: Path, tmp_path: Path) 
     assert not (tmp_path / "out").exists()
 
 
+def test_a_deck_with_dashpots_is_refused(study: Path, tmp_path: Path) -> None:
+    """The structures that are drawn would lack them, and a diagnosis find that."""
+    folder = tmp_path / "damped"
+    shutil.copytree(study.parent, folder)
+    (folder / "model.bdf").write_text(small_study.deck(more=("CDAMP2,900,12.,6,3",)))
+    with pytest.raises(StudyError, match=r"model\.bdf has dashpots \(at nodes 6\).*take them out of a copy"):
+        read_plan(load_study(folder / "study.toml"))
+
+
 def test_command_line(study: Path, tmp_path: Path) -> None:
     """Two cases from end to end, diagnosed as `femend diagnose` would."""
     out = tmp_path / "out"

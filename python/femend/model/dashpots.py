@@ -14,7 +14,7 @@ from femend.model.model import Model
 from femend.model.parameter import is_of_damping
 from femend.model.wider import Basis
 
-__all__ = ["Dashpots", "dashpot_forces", "dashpot_owners", "dashpot_rows", "still_dashpots"]
+__all__ = ["Dashpots", "damped_dofs", "dashpot_forces", "dashpot_owners", "dashpot_rows", "still_dashpots"]
 
 FloatArray = NDArray[np.float64]
 
@@ -55,6 +55,11 @@ def dashpot_rows(model: Model, V: Basis, freq: FloatArray) -> Dashpots:
     kept = sorted(found, key=lambda one: -one[0])[:MOST]
     rows = np.array([row for _, row, _ in kept]).reshape(-1, V.shape[1])
     return Dashpots(np.ascontiguousarray(rows), tuple(of for *_, of in kept))
+
+
+def damped_dofs(model: Model) -> NDArray[np.int64]:
+    """Rows (k,) of the g-set, supports left aside, between which, or to ground, dashpots of the deck act."""
+    return np.unique(np.concatenate([np.zeros(0, np.int64), *(rows for rows, _, _ in _taken_apart(model).values())]))
 
 
 def still_dashpots(model: Model) -> NDArray[np.int64]:

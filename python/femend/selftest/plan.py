@@ -15,6 +15,8 @@ from femend.estimate.bands import used_band
 from femend.estimate.noise import noise_of
 from femend.estimate.prepare import fit_records, period_of
 from femend.model import Model, Pairing, affordable_refinement, read_model
+from femend.model.dashpots import damped_dofs
+from femend.numerals import listed
 from femend.study import Study
 
 __all__ = ["Plan", "Replay", "file_name", "read_plan", "study_text"]
@@ -59,17 +61,32 @@ class Plan:
 def read_plan(study: Study) -> Plan:
     """The plan of a study.
 
-    Raises StudyError where no fit recording is a time record with measured force, or where they have several
-    configurations, and the errors of the readers.
+    Raises StudyError where no fit recording is a time record with measured force, where they have several
+    configurations, or where the deck has dashpots, and the errors of the readers.
     """
     used = _replayable(study, study.read_recordings())
     configuration = study.configuration(used[0].configuration)
     model = read_model(study.model_file, units=study.units, parameters=study.parameters, spc=configuration.spc)
+    _without_dashpots(study, model)
     pairing = pair_test(Test(tuple(used)), model)
     band = used_band(fit_records(used, model, pairing))
     # a diagnosis refines a coarse mesh: a structure as coarse as the deck would be wrong to it
     model = affordable_refinement(model, band[1]) or model
     return Plan(study, model, tuple(_replay(r, model, pairing) for r in used), band)
+
+
+def _without_dashpots(study: Study, model: Model) -> None:
+    """Raises StudyError where the deck has dashpots: structures are drawn with damping ratios of modes alone, and would
+    lack what a diagnosis takes to be there."""
+    rows = damped_dofs(model)
+    if rows.size:
+        nodes = sorted({int(model.node_ids[row // 6]) for row in rows})
+        raise StudyError(
+            f"{study.file}: {study.model_file.name} has dashpots (at nodes {listed(nodes, 6)}), which the structures "
+            "that a self-test draws do not have; take them out of a copy of the deck (CDAMP1 to 4, B of PBUSH) and run "
+            "the self-test with that",
+            key="model.file",
+        )
 
 
 def _replayable(study: Study, test: Test) -> list[Recording]:
