@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from femend.report.content import Picture
+from femend.report.content import ParameterRow, Picture
 from femend.report.mesh_view import static_picture, viewer_data
 from femend.report.page import render
 
@@ -86,6 +86,14 @@ def test_a_force_recorded_elsewhere_says_both_places_once() -> None:
     page = Page(render(dataclasses.replace(content(), result={**said, "findings": [finding]})))
     assert "The force recorded at node 8 in +X acts at node 6 in +Z; prediction error" in page.text
     assert "direction +Z" not in page.text
+
+
+def test_the_parameters_that_moved_most_stand_in_front() -> None:
+    rows = tuple(ParameterRow(f"p{i}", 1.0 + 0.01 * i, 0.01, 0.1, z) for i, z in enumerate([0.1, None, -4.0, 2.0, 0.3]))
+    page = render(dataclasses.replace(content("parameters-only"), parameters=rows))
+    tiles = page[page.index("Noise floor") : page.index("The model")]
+    assert tiles.index("<h3>p2</h3>") < tiles.index("<h3>p3</h3>")
+    assert "<h3>p0</h3>" not in tiles
 
 
 def test_warnings_stand_above_the_picture() -> None:

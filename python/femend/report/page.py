@@ -161,6 +161,7 @@ def _parameter_rows(content: ReportContent) -> list[dict[str, Any]]:
             "prior": "–" if row.prior_sd is None else f"{plain(row.prior_sd * 100, 2)} %",
             "z": "–" if row.z is None or not math.isfinite(row.z) else f"{row.z:+.1f}".replace("-", "−"),
             "far": row.z is not None and abs(row.z) > 3,
+            "moved": abs(row.z) if row.z is not None and math.isfinite(row.z) else 0.0,
             "figure": interval(row.factor, row.sd, row.prior_sd),
         }
         for row in table
