@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from femend import functions_of, write_uff
-from femend.diagnose import verdict
+from femend.diagnose import outside_band, verdict
 from femend.diagnose.advice import LATER
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.plain_error import further_off, plain_errors, silenced
@@ -64,7 +64,8 @@ def test_what_is_further_off_is_named_with_both_errors(run: StudyRun) -> None:
     assert f"{100 * after:.3g} % off with it and {100 * before:.3g} % without it" in text
 
 
-def test_a_law_that_wins_but_is_further_off_is_not_told(run: StudyRun) -> None:
+def test_a_law_that_wins_but_is_further_off_is_not_told(run: StudyRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(verdict, "further_outside_alone", lambda _: False)
     undecided = replace(run.diagnosis, verdict="", best=None, advice="")
     assert decide(undecided).verdict == "missing-physics"
     strict = replace(undecided, settings=replace(undecided.settings, worse=0.0))
@@ -72,6 +73,34 @@ def test_a_law_that_wins_but_is_further_off_is_not_told(run: StudyRun) -> None:
     assert found.verdict != "missing-physics"
     assert found.best is None
     assert "is not told" in found.advice
+
+
+@pytest.mark.parametrize(
+    ("inside", "outside", "recorded", "alone"),
+    [(0.5, 0.8, 1.0, True), (1.0, 0.8, 1.0, False), (0.5, 1.2, 1.0, False), (0.5, 3.0, 4.0, False)],
+    ids=["outside alone", "no nearer in the band", "what was not recorded", "much was recorded outside"],
+)
+def test_what_is_further_off_outside_the_band_alone_may_be_the_likeliest(
+    run: StudyRun, monkeypatch: pytest.MonkeyPatch, inside: float, outside: float, recorded: float, alone: bool
+) -> None:
+    """A recording of a strong line in the band and a weak one outside, both models off by shares of these."""
+    found = run.diagnosis
+    record = found.problem.records[0]
+    n, period = record.n, record.n * record.dt
+    at = [np.round(f * period) / period for f in (0.5 * sum(found.problem.band), 1.2 * found.problem.band[1])]
+    strong, weak = (np.tile(np.sin(2 * np.pi * f * record.dt * np.arange(n)), (len(record.y), 1)) for f in at)
+    y = 10 * strong + recorded * weak
+    problem = SimpleNamespace(records=[replace(record, y=y)], band=found.problem.band)
+    one = cast(Diagnosis, SimpleNamespace(problem=problem, sigma=0.0, settings=found.settings))
+    monkeypatch.setattr(outside_band, "updated", lambda *_: y + strong + 0.6 * weak)
+    monkeypatch.setattr(outside_band, "final", lambda *_: y + inside * strong + outside * weak)
+    assert outside_band.further_outside_alone(one) is alone
+    # then the law is told, and not surely
+    monkeypatch.setattr(verdict, "further_outside_alone", lambda _: alone)
+    undecided = replace(found, verdict="", best=None, advice="", settings=replace(found.settings, worse=0.0))
+    told = decide(undecided)
+    assert (told.best is not None, "the likeliest, and no more" in told.advice) == (alone, alone)
+    assert told.verdict != "missing-physics"
 
 
 def test_a_law_of_a_beginning_that_is_further_off_as_a_whole_has_no_name(

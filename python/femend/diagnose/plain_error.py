@@ -91,9 +91,11 @@ def silenced(found: Diagnosis, errors: tuple[float, float] | None) -> str:
     )
 
 
-def further_off(found: Diagnosis, errors: tuple[float, float] | None, what_to_do: str = REFINE) -> str:
+def further_off(
+    found: Diagnosis, errors: tuple[float, float] | None, what_to_do: str = REFINE, so: str = "it is not told"
+) -> str:
     """What has to be said where the final model is further from the recordings than the updated one, by its
-    `plain_errors`, and `what_to_do`; "" where not."""
+    `plain_errors`, `so` what comes of it, and `what_to_do`; "" where not."""
     if errors is None or errors[1] <= found.settings.worse * errors[0]:
         return ""
     before, after = (f"{plain(100 * e, 3)} %" for e in errors)
@@ -101,7 +103,7 @@ def further_off(found: Diagnosis, errors: tuple[float, float] | None, what_to_do
     low, high = (plain(f, 3) for f in found.problem.band)
     return (
         f"{_laws(found)} explain{'' if found.further is not None else 's'} the recordings from {low} to {high} Hz, but "
-        f"as a whole they are {after} off with it and {before} without it, so that it is not told. {what_to_do}"
+        f"as a whole they are {after} off with it and {before} without it, so that {so}. {what_to_do}"
     )
 
 

@@ -17,6 +17,7 @@ from femend.diagnose.linear import refit_linear
 from femend.diagnose.loads import LoadFinding
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.outcome import Diagnosis
+from femend.diagnose.outside_band import further_outside_alone
 from femend.diagnose.plain_error import further_off, most_of_noise, plain_errors, silenced, whole_errors
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.shares import needed_share
@@ -53,6 +54,9 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
     if untold := silenced(told, errors):
         return replace(found, verdict="undetermined", place=None, advice=untold)
     off = further_off(told, errors)
+    if off and told.best is not None and further_outside_alone(told):
+        likeliest = further_off(told, errors, so="it is the likeliest, and no more")
+        return replace(told, verdict="located-not-named", advice=likeliest)
     if off:
         return _no_law(found, off)
     return told if told.sigma == 0 else _of_a_beginning(found, told)

@@ -1,0 +1,44 @@
+"""Whether a model is further from the recordings outside the band alone, which its mesh is not trusted with."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.outcome import Diagnosis
+from femend.diagnose.stages import final, updated
+
+__all__ = ["further_outside_alone"]
+
+# share of the power of all recordings that may stand outside the band where it is no part of them that counts
+OUTSIDE = 0.1
+
+
+def further_outside_alone(found: Diagnosis) -> bool:
+    """Whether the final model is nearer to the time recordings than the updated one in the band, and where it is
+    further off, outside, little was recorded and a model that does not move would leave more.
+
+    There resonances stand where the mesh puts them, beside those of the structure, and which of two models is nearer is
+    chance; a law that does something there which was not recorded leaves more than all that was.
+    """
+    if any(record.frf is not None for record in found.problem.records):
+        return False
+    sums = np.zeros((3, 2))
+    for record in found.problem.records:
+        before = updated(found, record)
+        after = final(found, record, before)
+        inside = (freq := np.fft.rfftfreq(record.n, record.dt)) >= found.problem.band[0]
+        inside &= freq <= found.problem.band[1]
+        window = np.exp(-found.sigma * record.dt * np.arange(record.n))
+        for row, y in zip(sums, (before - record.y, after - record.y, record.y), strict=True):
+            power = _power(np.asarray(y * window))
+            row += power[inside].sum(), power[~inside].sum()
+    (in_before, _), (in_after, out_after), (in_band, outside) = sums
+    nearer = in_before > found.settings.worse**2 * in_after
+    return bool(nearer and out_after < outside < OUTSIDE * (in_band + outside))
+
+
+def _power(y: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Power (K,) of histories y (n_out, n) on their lines."""
+    power = (np.abs(np.fft.rfft(y, axis=1)) ** 2).sum(axis=0)
+    return np.asarray(power, dtype=np.float64)
