@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -73,7 +75,7 @@ def test_a_stop_is_told_on_its_own_sides(tmp_path: Path, true: float, tried: flo
     problem, joint = recorded(tmp_path, true)
     candidate = refit_nonlinear(problem, begun(problem, joint, tried))
     assert candidate.fitted > 1.2
-    rest = problem.prior(joint.reduced)[0]
+    rest = cast(Any, SimpleNamespace(fit=SimpleNamespace(p=problem.prior(joint.reduced)[0])))
     found = on_other_sides(problem, candidate, rest, 1.2)
     assert found.values["sides"] == true
     assert found.fitted < 1.2

@@ -127,6 +127,7 @@ def test_only_laws_that_can_still_win_are_fitted_once_more(
     made = {
         "refit_nonlinear": refit,
         "as_recorded": lambda problem, candidate, gain, enough: candidate,
+        "on_other_sides": lambda problem, candidate, recovered, enough: candidate,
         "replace": lambda candidate, **changes: candidate,
         "free_score": lambda split, recovered, reference, n: free,
         "simple_first": lambda ranked, settings: ranked,

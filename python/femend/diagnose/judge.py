@@ -180,9 +180,7 @@ class Judge:
                 continue
             inside = replace(r.candidate, sigma=max(r.candidate.sigma, self.sigma))
             candidate = refit_nonlinear(self.split.fitting, inside)
-            if r.recovered is not None:
-                p = r.recovered.fit.p
-                candidate = on_other_sides(self.split.fitting, candidate, p, settings.consistent)
+            candidate = on_other_sides(self.split.fitting, candidate, r.recovered, settings.consistent)
             if r is best[0]:
                 candidate = as_recorded(self.split.fitting, candidate, settings.margin, settings.adequate)
             done.append(self.judged(candidate, r))

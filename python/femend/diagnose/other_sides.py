@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.nonlinear import cost_of, refit_nonlinear
+from femend.diagnose.recovered import Recovered
 from femend.estimate import Problem
 from femend.physics import FitCoordinates
 
@@ -20,17 +21,17 @@ FloatArray = NDArray[np.float64]
 SIDES = (1.0, -1.0, 2.0)
 
 
-def on_other_sides(problem: Problem, candidate: Candidate, p: FloatArray, enough: float) -> Candidate:
+def on_other_sides(problem: Problem, candidate: Candidate, recovered: Recovered | None, enough: float) -> Candidate:
     """A stop that leaves more than `enough` (mean weighted square), on those sides on which it explains most, each
-    fitted alone from the unknowns `p` (n_p,) of the model with a free force in its place; what is no stop, or leaves no
-    more, as it is.
+    fitted alone from the unknowns of the model with the free force in its place by which `recovered` tells what that
+    did; what is no stop, or leaves no more, as it is.
 
     The way of a stop to whole records is one of many, on which the right sides may be lost while others go through: a
     stop of half the stiffness on both sides takes as much from the motion as the right one.
     """
-    if "sides" not in candidate.values or not candidate.fitted > enough:
+    if recovered is None or "sides" not in candidate.values or not candidate.fitted > enough:
         return candidate
-    others = [_with_sides(candidate, p, sides) for sides in SIDES if sides != candidate.values["sides"]]
+    others = [_with_sides(candidate, recovered.fit.p, sides) for sides in SIDES if sides != candidate.values["sides"]]
     return min([candidate, *(refit_nonlinear(problem, c) for c in others)], key=lambda c: cost_of(problem, c))
 
 
