@@ -104,3 +104,17 @@ def test_connections_that_are_alike_have_a_law_together_along_each_axis_they_res
     assert not any(p.part for p in together)
     # and they may all be softer or stiffer
     assert (51, 52) in [p.elements for p in find_places(read) if p.kind == "connection"]
+
+
+def test_of_many_springs_those_that_are_alike_are_told_as_they_stand(tmp_path: Path) -> None:
+    """Whatever stands between them in the deck; one between two nodes is none of those to ground."""
+    springs = {51: ("3.0+4", 1, 3), 52: ("3.0+3", 2, 3), 53: ("3.0+4", 3, 1), 54: ("3.0+3", 3, 3), 55: ("3.0+4", 11, 3)}
+    cards = "".join(f"CELAS2,{eid},{k},{node},{c}\n" for eid, (k, node, c) in springs.items())
+    file = tmp_path / "deck.bdf"
+    file.write_text(DECK.replace("ENDDATA\n", f"{cards}CELAS2,56,3.0+4,1,3,13,3\nENDDATA\n"))
+    several = [p for p in find_places(read_model(file)) if p.kind == "connection" and len(p.elements) > 1]
+    assert [(p.elements, p.text) for p in several] == [
+        ((21, 22), "all 2 connections of property 5"),
+        ((41, 51, 53, 55), "all 4 connections as stiff as 41"),
+        ((52, 54), "all 2 connections as stiff as 52"),
+    ]

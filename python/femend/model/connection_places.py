@@ -47,7 +47,7 @@ def connection_places(model: Model, held: NDArray[np.bool_], known: Sequence[Pla
     return places + [p for p in _pairs(model, held, found) if (frozenset(p.nodes), p.direction) not in had]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Connection:
     """A bush or spring: id, property (0 without one), nodes, and stiffness (n, n) along the DOFs `rows` (n,) of the
     g-set."""
@@ -75,14 +75,22 @@ def _alike(model: Model, found: Sequence[_Connection]) -> list[tuple[str, list[_
     """Connections that are alike, in words and as they are: several of one property, and several of different ones that
     have one stiffness, since many decks give every mount a property of its own."""
     groups: list[tuple[str, list[_Connection]]] = []
-    for pid in sorted({one.pid for one in found if one.pid}):
-        own = [one for one in found if one.pid == pid]
-        if len(own) > 1:
+    of_property: dict[int, list[_Connection]] = {}
+    for one in found:
+        of_property.setdefault(one.pid, []).append(one)
+    for pid, own in sorted(of_property.items()):
+        if pid and len(own) > 1:
             groups.append((f"all {len(own)} connections of property {pid}", own))
-    left = [one for one in found if not any(one in own for _, own in groups)]
-    while left:
-        own = [one for one in left if _equal(left[0].stiffness, one.stiffness)]
-        left = [one for one in left if one not in own]
+    taken = {one.eid for _, own in groups for one in own}
+    size = np.array([np.abs(one.stiffness).max() for one in found])
+    order = np.argsort(size, kind="stable")
+    rising = size[order]
+    for first, largest in zip(found, size, strict=True):
+        # stiffnesses that are equal have equal largest values, so that only these need to be compared
+        near = np.searchsorted(rising, [largest * (1 - 2 * ALIKE), largest * (1 + 2 * ALIKE)])
+        close = [found[i] for i in np.sort(order[slice(*near)])] if first.eid not in taken else []
+        own = [one for one in close if one.eid not in taken and _equal(first.stiffness, one.stiffness)]
+        taken.update(one.eid for one in own)
         if len(own) > 1:
             groups.append((f"all {len(own)} connections as stiff as {own[0].eid}", own))
     return groups
