@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femend.data.bands import within_band
 from femend.diagnose.outcome import Diagnosis
+from femend.diagnose.plain_error import counted
 from femend.diagnose.stages import final, updated
 
 __all__ = ["further_outside_alone"]
@@ -27,18 +28,10 @@ def further_outside_alone(found: Diagnosis) -> bool:
     for record in found.problem.records:
         before = updated(found, record)
         after = final(found, record, before)
-        inside = (freq := np.fft.rfftfreq(record.n, record.dt)) >= found.problem.band[0]
-        inside &= freq <= found.problem.band[1]
-        window = np.exp(-found.sigma * record.dt * np.arange(record.n))
+        inside = within_band(np.fft.rfftfreq(record.n, record.dt), found.problem.band)
         for row, y in zip(sums, (before - record.y, after - record.y, record.y), strict=True):
-            power = _power(np.asarray(y * window))
+            power = (np.abs(np.fft.rfft(counted(found, record, y), axis=1)) ** 2).sum(axis=0)
             row += power[inside].sum(), power[~inside].sum()
     (in_before, _), (in_after, out_after), (in_band, outside) = sums
     nearer = in_before > found.settings.worse**2 * in_after
     return bool(nearer and out_after < outside < OUTSIDE * (in_band + outside))
-
-
-def _power(y: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Power (K,) of histories y (n_out, n) on their lines."""
-    power = (np.abs(np.fft.rfft(y, axis=1)) ** 2).sum(axis=0)
-    return np.asarray(power, dtype=np.float64)

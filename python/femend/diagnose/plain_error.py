@@ -15,7 +15,7 @@ from femend.diagnose.stages import Values, final, updated
 from femend.estimate import FitRecord, noise_floor
 from femend.numerals import plain
 
-__all__ = ["further_off", "most_of_noise", "plain_errors", "silenced", "whole_errors"]
+__all__ = ["counted", "further_off", "most_of_noise", "plain_errors", "silenced", "whole_errors"]
 
 REFINE = (
     "Refine the mesh, so that more of what was recorded can be compared, or free the parameters of the model that are "
@@ -61,12 +61,12 @@ def _squares(found: Diagnosis, record: FitRecord) -> tuple[float, float, float]:
     after = final(found, record, before)
     recorded = record.y if record.frf is None else record.frf.H
     sums = [
-        float((np.abs(_counted(found, record, y)) ** 2).sum()) for y in (before - recorded, after - recorded, recorded)
+        float((np.abs(counted(found, record, y)) ** 2).sum()) for y in (before - recorded, after - recorded, recorded)
     ]
     return sums[0], sums[1], sums[2]
 
 
-def _counted(found: Diagnosis, record: FitRecord, y: Values) -> Values:
+def counted(found: Diagnosis, record: FitRecord, y: Values) -> Values:
     """Samples of a time record in the window exp(-sigma t), lines in the band of an FRF."""
     if record.frf is None:
         return np.asarray(y * np.exp(-found.sigma * record.dt * np.arange(record.n)))

@@ -11,7 +11,7 @@ from femend.model.model import Model
 from femend.model.parameter import Parameter
 from femend.model.section_fields import beam_fields, bush_fields, corner_fields, ply_fields
 
-__all__ = ["Place", "parameter_fields"]
+__all__ = ["OWN_PROPERTIES", "Place", "parameter_fields"]
 
 # a card, its id, and a field as Nastran counts
 Place = tuple[str, int, int]
@@ -42,7 +42,7 @@ _ELEMENT: dict[str, dict[str, int]] = {
 _MASS: dict[str, tuple[int, ...]] = {"CONM2": (5,), "CONM1": _CONM1, "CMASS2": (3,), "CMASS4": (3,)}
 _STRUCTURAL = ("PBAR", "PBARL", "PBEAM", "PBEAML", "PROD", "PSHELL", "PCOMP", "PCOMPG", "PSOLID")
 # cards of properties with ids of their own, by the elements that have them; those of all others share theirs
-_OWN = {"CBUSH": "PBUSH", "CELAS1": "PELAS", "CELAS3": "PELAS", "CDAMP1": "PDAMP", "CDAMP3": "PDAMP"}
+OWN_PROPERTIES = {"CBUSH": "PBUSH", "CELAS1": "PELAS", "CELAS3": "PELAS", "CDAMP1": "PDAMP", "CDAMP3": "PDAMP"}
 _OF_MATERIAL, _OF_BEAM = ("E", "G", "nu", "rho", "eta"), ("A", "I1", "I2", "J")
 
 
@@ -69,10 +69,12 @@ class _Deck:
 
     @cached_property
     def property_of(self) -> dict[int, tuple[str, int]]:
-        """Kind of property card (_OWN, "" for those that share their ids) and its id by element."""
+        """Kind of property card (OWN_PROPERTIES, "" for those that share their ids) and its id by element."""
         masses = ("CONM", "CMASS")
         rows = self.deck.elements()
-        return {i: (_OWN.get(c, ""), pid) for i, c, pid, _ in rows if pid is not None and not c.startswith(masses)}
+        return {
+            i: (OWN_PROPERTIES.get(c, ""), pid) for i, c, pid, _ in rows if pid is not None and not c.startswith(masses)
+        }
 
     @cached_property
     def users(self) -> dict[tuple[str, int], set[int]]:

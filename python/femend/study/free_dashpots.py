@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from femend.errors import DeckError, ModelError
 from femend.model import Model, Parameter
-from femend.model.dashpots import dashpot_owners
+from femend.model.dashpots import dashpot_owners, still_dashpots
+from femend.model.deck_fields import OWN_PROPERTIES
 from femend.model.model import model_of
 from femend.model.section_fields import bush_fields
 
@@ -14,8 +15,9 @@ __all__ = ["with_free_dashpots"]
 PRIOR_SD = 0.5
 # dashpots of their own strength up to which each is an unknown; of more hardly any is told from the others
 MOST = 4
-_OF_PROPERTY = {"CDAMP1": "PDAMP", "CDAMP3": "PDAMP", "CBUSH": "PBUSH"}
+# elements with a value of their own, and properties that have some
 _ALONE = ("CDAMP2", "CDAMP4")
+_DAMPED = ("PDAMP", "PBUSH")
 
 
 def with_free_dashpots(model: Model) -> Model:
@@ -25,6 +27,8 @@ def with_free_dashpots(model: Model) -> Model:
     A damper that is stronger or weaker than drawn is nothing that the model lacks, but looks like it where its strength
     is held.
     """
+    if not still_dashpots(model).size:
+        return model
     free = _free(model)
     return _with(model, (*model.parameters, *free)) if 0 < len(free) <= MOST else model
 
@@ -52,21 +56,23 @@ def _with(model: Model, parameters: tuple[Parameter, ...]) -> Model:
 def _values(model: Model) -> dict[tuple[str, str], list[int]]:
     """Elements by what their dashpots are called and by the quantity that a factor on them is."""
     found: dict[tuple[str, str], list[int]] = {}
+    of_property: dict[tuple[str, int], list[int]] = {}
     for element, card, pid, _ in model.deck.elements():
         if card in _ALONE:
             found[f"{card} {element}", "c1"] = [element]
-        elif card in _OF_PROPERTY and pid is not None:
-            for quantity in _quantities(model, card, pid):
-                name = f"{quantity} of {_OF_PROPERTY[card]} {pid}" if card == "CBUSH" else f"PDAMP {pid}"
-                found.setdefault((name, quantity), []).append(element)
+        elif OWN_PROPERTIES.get(card) in _DAMPED and pid is not None:
+            of_property.setdefault((OWN_PROPERTIES[card], pid), []).append(element)
+    for (kind, pid), elements in of_property.items():
+        found |= {value: elements for value in _of_property(model, kind, pid)}
     return found
 
 
-def _quantities(model: Model, card: str, pid: int) -> list[str]:
-    """Dashpots "c1" to "c6" that a property has."""
-    if card != "CBUSH":
-        return ["c1"]
+def _of_property(model: Model, kind: str, pid: int) -> list[tuple[str, str]]:
+    """What the dashpots of a property are called, and "c1" to "c6"."""
+    if kind != "PBUSH":
+        return [(f"{kind} {pid}", "c1")]
     try:
-        return [c for c in (f"c{i}" for i in range(1, 7)) if bush_fields(model.deck, pid, c)]
+        has = [c for c in (f"c{i}" for i in range(1, 7)) if bush_fields(model.deck, pid, c)]
     except DeckError:  # a property that is told otherwise than by a PBUSH
         return []
+    return [(f"{c} of {kind} {pid}", c) for c in has]

@@ -63,12 +63,12 @@ pub fn fitted(
 ) -> Result<Vec<Fitted>, IdentifyError> {
     check(system, records, hypothesis, p, x)?;
     let (modal, x) = (system.modal(p)?, system.beside_own(p, x));
-    let ws = &mut Workspace::default();
+    let (hypothesis, ws) = (hypothesis.beside(&system.dashpots), &mut Workspace::default());
     records
         .iter()
         .map(|record| {
             let at = Prepared::new(record);
-            let step = Step::new(&at, system, &modal, &hypothesis.beside(&system.dashpots), &x, ws)?;
+            let step = Step::new(&at, system, &modal, &hypothesis, &x, ws)?;
             Ok(of_record(&step, system.dashpots.len()))
         })
         .collect()
