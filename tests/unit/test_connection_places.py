@@ -118,3 +118,20 @@ def test_of_many_springs_those_that_are_alike_are_told_as_they_stand(tmp_path: P
         ((41, 51, 53, 55), "all 4 connections as stiff as 41"),
         ((52, 54), "all 2 connections as stiff as 52"),
     ]
+
+
+def test_mounts_of_single_springs_have_a_law_together_along_each_axis(tmp_path: Path) -> None:
+    """Of one property or of one stiffness, in whatever directions; four mounts of two springs are more than a law takes
+    together, and along an axis they are not."""
+    nodes = (1, 3, 11, 13)
+    across = "".join(f"CELAS1,{60 + n},9,{n},2\nCELAS1,{80 + n},9,{n},3\n" for n in nodes)
+    along = "".join(f"CELAS2,{100 + n},7.0+4,{n},1\n" for n in nodes)
+    file = tmp_path / "deck.bdf"
+    file.write_text(DECK.replace("ENDDATA\n", f"{across}{along}PELAS,9,2.0+4\nENDDATA\n"))
+    together = [p for p in find_places(read_model(file)) if p.kind == "bushes" and p.to == "ground"]
+    assert [(p.elements, p.direction, p.text) for p in together] == [
+        ((61, 63, 71, 73), "Y", "4 of the 8 connections of property 9, Y"),
+        ((81, 83, 91, 93), "Z", "4 of the 8 connections of property 9, Z"),
+        ((101, 103, 111, 113), "X", "all 4 connections as stiff as 101, X"),
+    ]
+    assert all(p.nodes == nodes for p in together)

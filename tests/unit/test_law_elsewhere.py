@@ -17,12 +17,14 @@ from femend.diagnose.judge import Given, judge_in, to_beat
 from femend.diagnose.law_elsewhere import in_turn, where_it_explains_more
 from femend.diagnose.laws_at import linear_at
 from femend.diagnose.locate import LINES, Located, squares_of
+from femend.diagnose.oversized import oversized
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import split_records
 from femend.diagnose.update import UpdatedModel
 from femend.model import Place
 from femend.model.places import find_places
+from femend.physics import physics
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -73,6 +75,39 @@ def test_a_mass_is_looked_for_as_the_same_mass(tmp_path: Path) -> None:
     assert beside[0].candidate.joint.place.kind == "mass"
     found = where_it_explains_more(given, grounds_of(start), beside, to_beat(given, start.null).score)
     assert found[0].place.nodes == (7,)
+
+
+OSCILLATOR = ("GRID,901,,0.6,0.,0.", "SPC1,1,12456,901", "CELAS2,901,3.+3,11,3,901,3", "CONM2,902,901,,0.02")
+
+
+def test_an_oscillator_as_heavy_as_the_structure_is_looked_for_in_all_directions(tmp_path: Path) -> None:
+    """One that the structure could have is looked for in its own alone."""
+    start = small_study.updated(tmp_path, small_study.Truth((7.3e10, 6.8e10), OSCILLATOR))
+    given, grounds = given_of(start), grounds_of(start)
+    alone = to_beat(given, start.null).score
+    (found,) = [r for r in laws_at(10, start, given) if r.candidate.name == "tuned_absorber"]
+    (along,) = [p for p in grounds if p.nodes == (10,) and p.direction == "X"]
+    joint, values = found.candidate.joint, found.candidate.values
+    assert joint is not None
+    turned = {}
+    for times in (1.0, 1.0e3):
+        heavy = {name: times * value for name, value in values.items()}
+        law = replace(found.candidate, joint=replace(joint, place=along), values=heavy, x=np.log(list(heavy.values())))
+        there = [replace(found, candidate=law, located=replace(found.located, place=along))]
+        turned[times] = {one.place.direction for one in where_it_explains_more(given, grounds, there, alone)}
+    assert turned == {1.0: set(), 1.0e3: {"Z"}}
+
+
+def test_a_mass_of_much_of_the_structure_costs_what_no_smaller_one_does(tmp_path: Path) -> None:
+    model, _ = small_study.cantilever(tmp_path)
+    (along,) = [p for p in find_places(model) if p.kind == "ground" and p.nodes == (10,) and p.direction == "Z"]
+    total = model.fe.total_mass()
+    oscillator, spring = physics("tuned_absorber"), physics("support_stiffness")
+    light, heavy = ({"m": share * total, "k": 1.0e9, "c": 1.0e9} for share in (0.1, 0.1 * np.e))
+    assert oversized(model, along, oscillator, light) == 0.0
+    assert oversized(model, along, oscillator, heavy) == pytest.approx(1.0)
+    assert oversized(model, along, spring, {"k": 1.0e9}) == 0.0
+    assert oversized(model, replace(along, direction="RY"), oscillator, heavy) == 0.0
 
 
 def test_the_nearest_joints_come_first(tmp_path: Path) -> None:

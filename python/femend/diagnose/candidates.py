@@ -75,7 +75,7 @@ class Candidate:
         p: unknowns of the model.
         x: fit coordinates of the law (and companion).
         n_law: number of law parameters fitted.
-        prior: prior cost of `p`.
+        prior: prior cost of `p`, and of a mass that is much of the structure's (`oversized.py`).
         fitted: mean weighted square left on the records it was fitted to.
         chosen: the same on the record kept for choosing.
         reference: what a free force at the same place leaves on that record.

@@ -18,11 +18,14 @@ from femend.diagnose.judge import Given
 from femend.diagnose.linear import CLOSELY, FEW_LINES, LAW_SD, TO_THE_END
 from femend.diagnose.locate import HEATS, LINES, Located, refitted, squares_of
 from femend.diagnose.moved import resized
+from femend.diagnose.oversized import oversized
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Model, Place, ReducedModel
+from femend.model.place import AXES
 from femend.model.places import mass_place
+from femend.physics import Physics
 
 __all__ = ["MOST", "in_turn", "raced", "where_it_explains_more"]
 
@@ -39,20 +42,37 @@ def where_it_explains_more(
 ) -> list[Located]:
     """The nodes, of all `places`, at which the best of the laws `ranked` leaves clearly less than where it was tried,
     with their free forces; none unless that is a linear law on the ground, which takes far more away from what the
-    updated model leaves (`null_score`) than a law has to."""
+    updated model leaves (`null_score`) than a law has to. An oscillator whose mass is much of the structure's is tried
+    in every direction, and those nodes are told at which a likelier one leaves as little."""
     best = ranked[0] if ranked else None
     if best is None or not _may_be_elsewhere(best, null_score, given.settings):
         return []
     law, at, reduced = best.candidate, best.located.place, given.reduced
-    had = {r.located.place.nodes for r in ranked if r.candidate.name == law.name}
-    others = [p for p in places if p.kind == at.kind and p.n_w == 1 and p.direction == at.direction]
-    others = in_turn(reduced.model, at, [p for p in others if p.nodes not in had])[:MOST]
+    assert law.physics is not None
+    # a mass resists in all directions of its node
+    whole = law.joint is not None and law.joint.place.kind == "mass"
+    heavy = not whole and oversized(reduced.model, at, law.physics, law.values) > 0
+    directions = {at.direction, *AXES[:3]} if heavy else {at.direction}
+    had = [r.located.place for r in ranked if r.candidate.name == law.name]
+    known = {(p.nodes, at.direction if whole else p.direction) for p in had}
+    others = [p for p in places if p.kind == at.kind and p.n_w == 1 and p.direction in directions]
+    others = in_turn(reduced.model, at, [p for p in others if (p.nodes, p.direction) not in known])
+    others = others[: MOST * len(directions)]
     few = given.split.fitting.sparing(FEW_LINES)
     # where it was it has come to its end, and would be far ahead of all in a race
     here, left = _left(few, reduced, law, at, [at]), _left(few, reduced, law, at, others)
-    better = [i for i in left if here and left[i].cost < here[0].cost - given.settings.margin]
-    better = sorted(better, key=lambda i: left[i].cost)[:KEPT]
+    if not here:
+        return []
+    costs = {i: fit.cost + _of_its_size(law.physics, reduced.model, others[i], fit) for i, fit in left.items()}
+    least = here[0].cost + _of_its_size(law.physics, reduced.model, at, here[0])
+    least -= 0.0 if heavy else given.settings.margin
+    better = sorted((i for i in costs if costs[i] < least), key=lambda i: costs[i])[:KEPT]
     return _with_free_forces(given.split.whole, reduced, [(others[i], left[i].p) for i in better])
+
+
+def _of_its_size(entry: Physics, model: Model, place: Place, fit: Fit) -> float:
+    """Prior cost of a mass that a law came out with at a place."""
+    return oversized(model, place, entry, dict(zip(entry.parameter_names, np.exp(fit.x).tolist(), strict=True)))
 
 
 def _may_be_elsewhere(best: Ranked, null_score: float, settings: Settings) -> bool:

@@ -14,6 +14,7 @@ from femend.diagnose.equivalent import RUGGED, WINDOW, stiffness_scale
 from femend.diagnose.followed import followed
 from femend.diagnose.free_force import FreeForce
 from femend.diagnose.joint import Joint
+from femend.diagnose.oversized import oversized
 from femend.diagnose.recovered import Recovered
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.physics import Physics, linear_sizes, physics
@@ -157,10 +158,15 @@ def _judged(
     made = []
     for (name, entry), fit in fitted:
         values = dict(zip(entry.parameter_names, np.exp(fit.x).tolist()))
-        prior = problem.prior_cost(joint.reduced, fit.p)
+        prior = _prior(problem, joint, entry, values, fit.p)
         made.append(Candidate(entry, name, joint, values, fit.p, fit.x, len(fit.x), prior, fit.score, np.nan))
     seen = choosing.fit([closed_by(c) for c in made], [(c.p, c.x) for c in made], iterations=0)
     return [replace(c, chosen=_left(fit)) for c, fit in zip(made, seen, strict=True)]
+
+
+def _prior(problem: Problem, joint: Joint, entry: Physics, values: Mapping[str, float], p: FloatArray) -> float:
+    """Prior cost of the model's unknowns beside a law, and of a mass that is much of the structure's."""
+    return problem.prior_cost(joint.reduced, p) + oversized(joint.reduced.model, joint.place, entry, values)
 
 
 def _left(seen: Fit | None) -> float:
@@ -295,7 +301,7 @@ def refit_linear(problem: Problem, candidate: Candidate) -> Candidate:
         p=fit.p,
         x=fit.x,
         fitted=fit.score,
-        prior=problem.prior_cost(candidate.joint.reduced, fit.p),
+        prior=_prior(problem, candidate.joint, candidate.physics, values, fit.p),
         covariance=covariance[n_p:, n_p:],
         converged=fit.converged,
         p_sd=standard_deviations(covariance, n_p),

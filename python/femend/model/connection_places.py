@@ -72,15 +72,15 @@ def _connections(model: Model) -> Iterator[_Connection]:
 
 
 def _alike(model: Model, found: Sequence[_Connection]) -> list[tuple[str, list[_Connection]]]:
-    """Connections that are alike, in words and as they are: several of one property, and several of different ones that
-    have one stiffness, since many decks give every mount a property of its own."""
+    """Connections that are alike, what they have in common in words and as they are: several of one property, and
+    several of different ones that have one stiffness, since many decks give every mount a property of its own."""
     groups: list[tuple[str, list[_Connection]]] = []
     of_property: dict[int, list[_Connection]] = {}
     for one in found:
         of_property.setdefault(one.pid, []).append(one)
     for pid, own in sorted(of_property.items()):
         if pid and len(own) > 1:
-            groups.append((f"all {len(own)} connections of property {pid}", own))
+            groups.append((f"of property {pid}", own))
     taken = {one.eid for _, own in groups for one in own}
     size = np.array([np.abs(one.stiffness).max() for one in found])
     order = np.argsort(size, kind="stable")
@@ -92,7 +92,7 @@ def _alike(model: Model, found: Sequence[_Connection]) -> list[tuple[str, list[_
         own = [one for one in close if one.eid not in taken and _equal(first.stiffness, one.stiffness)]
         taken.update(one.eid for one in own)
         if len(own) > 1:
-            groups.append((f"all {len(own)} connections as stiff as {own[0].eid}", own))
+            groups.append((f"as stiff as {own[0].eid}", own))
     return groups
 
 
@@ -115,27 +115,30 @@ def _factors(
         if len({scaled[one.eid] for one in own}) == 1:
             nodes = tuple(dict.fromkeys(one.nodes[0] for one in own))
             elements, parameter = tuple(one.eid for one in own), scaled[own[0].eid]
-            yield Place("connection", nodes, "", "", elements=elements, label=words, parameter=parameter)
+            label = f"all {len(own)} connections {words}"
+            yield Place("connection", nodes, "", "", elements=elements, label=label, parameter=parameter)
 
 
 def _together(
     model: Model, held: NDArray[np.bool_], groups: Sequence[tuple[str, list[_Connection]]]
 ) -> Iterator[Place]:
-    """All connections of each of the `groups` moving along the basic axes in which they are stiff, each by its own
-    motion, `held` (n_g,) as of `connection_places`."""
+    """Those connections of each of the `groups` that are stiff along a basic axis (a mount may be three single springs)
+    moving along it, each by its own motion, `held` (n_g,) as of `connection_places`."""
     between = Between.of(model, held)
     for words, own in groups:
-        if len(own) > MOST_ALIKE or any(len(one.nodes) != len(own[0].nodes) for one in own):
-            continue
-        elements, nodes = tuple(one.eid for one in own), tuple(dict.fromkeys(one.nodes[0] for one in own))
         for c in range(3):
-            each = [between.opening(one.nodes, c) for one in own if _stiff(model, one, c)]
+            stiff = [one for one in own if _stiff(model, one, c)]
+            if not 2 <= len(stiff) <= MOST_ALIKE or any(len(one.nodes) != len(stiff[0].nodes) for one in stiff):
+                continue
+            each = [between.opening(one.nodes, c) for one in stiff]
             rows, values = [at for at, _ in each if len(at)], [by for at, by in each if len(at)]
-            if len(rows) == len(own):
-                to = "ground" if len(own[0].nodes) == 1 else ""
+            if len(rows) == len(stiff):
+                elements, nodes = tuple(one.eid for one in stiff), tuple(dict.fromkeys(one.nodes[0] for one in stiff))
+                to = "ground" if len(stiff[0].nodes) == 1 else ""
+                count = f"all {len(own)}" if len(stiff) == len(own) else f"{len(stiff)} of the {len(own)}"
                 yield Place(
                     "bushes", nodes, AXES[c], to, tuple(rows), tuple(values), elements=elements,
-                    label=f"{words}, {AXES[c]}",
+                    label=f"{count} connections {words}, {AXES[c]}",
                 )  # fmt: skip
 
 
