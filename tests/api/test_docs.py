@@ -16,7 +16,7 @@ PAGES = (
     "benches/README.md",
     *(
         f"python/docs/{name}.md"
-        for name in ("architecture", "blind", "correlation", "laws", "modal", "naming", "operating")
+        for name in ("architecture", "blind", "correlation", "diagnosis", "laws", "modal", "naming", "operating")
     ),
     *(f"python/docs/{name}.md" for name in ("elements", "output_only", "pretest", "recordings", "selftest", "signals")),
     "python/docs/complex_modes.md",
@@ -31,6 +31,20 @@ def test_links_lead_somewhere(project_root: Path, page: str) -> None:
     targets = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", path.read_text(encoding="utf-8"))
     local = [target for target in targets if "://" not in target]
     assert [target for target in local if not (path.parent / target).exists()] == []
+
+
+def anchors(page: Path) -> set[str]:
+    """What a link to a heading of a page ends in: its words in small letters, joined by hyphens."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_to_headings_lead_somewhere(project_root: Path, page: str) -> None:
+    path = project_root / page
+    targets = re.findall(r"\]\(([^)#:]*)#([^)]*)\)", path.read_text(encoding="utf-8"))
+    pages = [(path.parent / target if target else path, heading) for target, heading in targets]
+    assert [heading for file, heading in pages if file.suffix == ".md" and heading not in anchors(file)] == []
 
 
 def test_every_page_is_checked_and_told_of_in_the_readme(project_root: Path) -> None:
