@@ -26,6 +26,7 @@ __all__ = [
     "SignalError",
     "SingularModelError",
     "StudyError",
+    "TimeLimitError",
     "UnitError",
     "UpdatingError",
 ]
@@ -97,6 +98,15 @@ class StudyError(FemendError, ValueError):
     def __init__(self, message: str, *, key: str | None = None) -> None:
         super().__init__(message)
         self.key = key
+
+
+class TimeLimitError(FemendError, TimeoutError):
+    """A study whose time was over before anything was settled. Attributes: `seconds` it had, the `step` it was in."""
+
+    def __init__(self, message: str, *, seconds: float, step: str) -> None:
+        super().__init__(message)
+        self.seconds = seconds
+        self.step = step
 
 
 class RecordingError(FemendError, ValueError):

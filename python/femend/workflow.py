@@ -348,6 +348,7 @@ def diagnose_study(
     *,
     seed: int = 0,
     laws: Sequence[str | Physics] | str | None = None,
+    time_limit: float | None = None,
 ) -> StudyRun | StagedRun:
     """Runs the study file `study` from end to end; with a folder `out` everything is written there.
 
@@ -356,8 +357,13 @@ def diagnose_study(
     for a law that does not exist, and StudyError, DeckError, FormatError, RecordingError, PairingError and ModelError
     as the readers do; nothing is written then. Stopped by hand after the update, a study without stages writes what is
     settled and raises `femend.study.StudyInterrupted` (a KeyboardInterrupt) with it.
+
+    With a `time_limit` (s) it stops when that is over and returns what is settled, with the status "interrupted":
+    "located-not-named" with the likeliest law so far, or "undetermined". Raises TimeLimitError where the parameters
+    were not updated by then, and StudyError for a study in stages or in another thread than the main one.
     """
-    return diagnose(Path(study), None if out is None else Path(out), seed=seed, laws=laws)
+    folder = None if out is None else Path(out)
+    return diagnose(Path(study), folder, seed=seed, laws=laws, time_limit=time_limit)
 
 
 def correlate_study(study: str | os.PathLike[str], out: str | os.PathLike[str] | None = None) -> CorrelationRun:

@@ -137,7 +137,8 @@ def score(result: pathlib.Path, case: pathlib.Path) -> dict[str, Any]:
     row["detected"] = not row["silent"]
     if findings and res["verdict"] == "missing-physics":
         row["said"] = "+".join(sorted(f["physics"] for f in findings))
-        row["probability"] = float(findings[0].get("probability", math.nan))
+        told = findings[0].get("probability")
+        row["probability"] = math.nan if told is None else float(told)
     {"control": judge_control, "one": judge_one, "outside": judge_outside, "two": judge_two}[row["kind"]](
         row, res["verdict"], findings, truth
     )

@@ -62,7 +62,7 @@ def diagnosis(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[..., Any]],
     return install
 
 
-def write_result(study_path: Path, out: Path, progress: Any, seed: int, laws: str | None = None) -> None:
+def write_result(study_path: Path, out: Path, progress: Any, seed: int, **chosen: Any) -> None:
     progress.start("update parameters", 3)
     progress.advance(3)
     with OutputDirectory(out) as stage:

@@ -107,7 +107,9 @@ def test_places_ranked_so_far_are_told(study: Path, tmp_path: Path, monkeypatch:
     assert "Where something could be missing" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
-def test_laws_judged_so_far_are_told(study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_best_law_judged_so_far_is_told_as_the_likeliest(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from femend.diagnose import name
 
     stop_at(monkeypatch, name, "linear_at", after=2)
@@ -117,9 +119,18 @@ def test_laws_judged_so_far_are_told(study: Path, tmp_path: Path, monkeypatch: p
     assert d.ranked[0].candidate.chosen < d.null_chosen.chosen
     advice = read(tmp_path / "out")["advice"]
     assert f"of {len(d.ranked)} laws judged so far {d.ranked[0].candidate.name}" in advice
-    assert d.best is None  # the final model is the updated one
+    result = read(tmp_path / "out")
+    assert (result["verdict"], result["status"]) == ("located-not-named", "interrupted")
+    (finding,) = result["findings"]
+    assert (finding["physics"], finding["location"]["nodes"]) == ("support_stiffness", [7])
+    assert finding["parameters"]["k"]["value"] == pytest.approx(3e4, rel=0.05)
+    assert (finding["probability"], finding["alternatives"]) == (None, [])
+    assert "in the final model as the likeliest so far" in result["advice"]
+    assert all(row["final"] < row["parameters"] for row in result["fit"])
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "likeliest so far: elastic support" in page
     assert "not decided" in page
+    assert "stopped before all laws were tried" in page
     # no probability is given among a part of the laws
     assert all(row.probability is None for row in study_run.report_content(stop.run, {}).laws)
 
@@ -195,6 +206,17 @@ def test_stopped_while_more_is_looked_for_what_was_found_is_told(
     assert (finding["physics"], finding["location"]["nodes"]) == ("support_stiffness", [7])
     assert "whether two effects explain it better is not decided" in result["advice"]
     assert all(row["final"] < row["parameters"] for row in result["fit"])
+
+
+def test_a_law_that_brings_too_little_is_not_told(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor is one that could be followed in the beginning of the recordings alone."""
+    from femend.diagnose import name
+
+    stop_at(monkeypatch, name, "linear_at", after=2)
+    monkeypatch.setattr("femend.diagnose.interrupted.accepted", lambda found, best: False)
+    stop = stopped_run(study, None)
+    assert (stop.run.result["verdict"], stop.run.result["findings"]) == ("undetermined", [])
+    assert stop.run.diagnosis.best is None  # the final model is the updated one
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sends signals")

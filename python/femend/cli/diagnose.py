@@ -13,8 +13,11 @@ from femend.errors import StudyError
 __all__ = ["diagnose", "run_study"]
 
 
-def run_study(study: Path, out: Path, seed: int, quiet: bool, laws: str | None = None) -> None:
-    """Diagnose `study` into the folder `out`, with `seed` and `laws` (names with commas, None for the default ones).
+def run_study(
+    study: Path, out: Path, seed: int, quiet: bool, laws: str | None = None, time_limit: float | None = None
+) -> None:
+    """Diagnose `study` into the folder `out`, with `seed`, `laws` (names with commas, None for the default ones) and a
+    `time_limit` in seconds.
 
     Shows progress unless `quiet`.
     """
@@ -22,7 +25,7 @@ def run_study(study: Path, out: Path, seed: int, quiet: bool, laws: str | None =
 
     progress = progress_for(quiet=quiet)
     try:
-        run(study, out=out, progress=progress, seed=seed, laws=laws)
+        run(study, out=out, progress=progress, seed=seed, laws=laws, time_limit=time_limit)
     finally:
         progress.done()
 
@@ -36,16 +39,23 @@ def run_study(study: Path, out: Path, seed: int, quiet: bool, laws: str | None =
     metavar="NAME[,NAME]",
     help='Laws to try in place of the default ones; "default" and "all" stand for many. Each costs seconds.',
 )
+@click.option(
+    "--time-limit",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="SECONDS",
+    help="Stop after so many seconds, and write what is settled by then.",
+)
 @click.option("--quiet", "-q", is_flag=True, help="Say nothing but errors.")
-def diagnose(study: Path, out: Path, seed: int, laws: str | None, quiet: bool) -> None:
+def diagnose(study: Path, out: Path, seed: int, laws: str | None, time_limit: float | None, quiet: bool) -> None:
     """Update the model of STUDY, find what it leaves out, and write the diagnosis to a folder.
 
     STUDY is a study.toml, or a folder that holds one. Written are result.json, report.html, run.json,
-    model.updated.bdf and predictions/, when the run comes to its end. Interrupted (Ctrl-C) after the parameters were
-    updated, it writes what is settled so far, with the verdict undetermined; a second Ctrl-C ends it at once.
+    model.updated.bdf and predictions/, when the run comes to its end. Interrupted (Ctrl-C), or at its time limit, after
+    the parameters were updated, it writes what is settled so far: the likeliest law among those judged, as located and
+    not named, or the verdict undetermined. A second Ctrl-C ends it at once.
     """
     study = study_file(study)
-    run_study(study, out, seed, quiet, laws)
+    run_study(study, out, seed, quiet, laws, time_limit)
     if not quiet:
         click.echo(summary(read_result(out)))
         click.echo(f"\nreport    {out / 'report.html'}")

@@ -26,7 +26,7 @@ from femend.diagnose.unmeasured import find_harmonic, find_unmeasured, where_it_
 from femend.estimate import Fit
 from femend.numerals import plain
 
-__all__ = ["decide", "nothing_explains"]
+__all__ = ["decide", "nothing_explains", "refitted_to_all"]
 
 
 def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
@@ -84,17 +84,7 @@ def _off_with_the_load(told: Diagnosis) -> bool:
 def _one_law(found: Diagnosis, best: Ranked, named: bool) -> Diagnosis:
     """The verdict on the best law fitted to all recordings, told by its name where it is `named` and adequate, and the
     model's own unknowns stay near their priors beside it: what they make up for, the law does not explain."""
-    candidate = collapsed(best.candidate, best.recovered, found.settings)
-    refitted = candidate
-    if candidate.joint is not None:
-        whole = found.problem
-        refitted = (
-            refit_nonlinear(whole.thinned(600), candidate) if candidate.nonlinear else refit_linear(whole, candidate)
-        )
-    elif best.located is not None:
-        (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
-        if fit is not None:
-            refitted = _refitted_part(candidate, fit)
+    refitted = refitted_to_all(found, best)
     if best.located is not None and best.located.place.scaled and as_drawn(refitted):
         factor = plain(next(iter(refitted.values.values())), 3)
         return _no_law(
@@ -109,6 +99,20 @@ def _one_law(found: Diagnosis, best: Ranked, named: bool) -> Diagnosis:
     if enough:
         advice = beside_laws([refitted], found.problem, found.sigma)
     return replace(found, verdict=verdict, best=refitted, place=best.located, advice=advice)
+
+
+def refitted_to_all(found: Diagnosis, best: Ranked, *, simulated: bool = True) -> Candidate:
+    """A law by the name of the simplest that does the same, fitted to all recordings; one whose response needs a
+    simulation as it stands unless `simulated`."""
+    candidate = collapsed(best.candidate, best.recovered, found.settings)
+    if candidate.joint is not None and not candidate.nonlinear:
+        return refit_linear(found.problem, candidate)
+    if candidate.joint is not None:
+        return refit_nonlinear(found.problem.thinned(600), candidate) if simulated else candidate
+    if best.located is None:
+        return candidate
+    (fit,) = found.problem.fit([best.located.fit.hypothesis], [(candidate.p, candidate.x)])
+    return candidate if fit is None else _refitted_part(candidate, fit)
 
 
 def _no_law(found: Diagnosis, advice: str = "") -> Diagnosis:

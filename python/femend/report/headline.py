@@ -206,6 +206,9 @@ def _located(findings: Sequence[Result], result: Result) -> str:
     if finding.get("class"):
         what = f"a force ({finding['class']})"
     elif likeliest := _likeliest(findings):
+        if result.get("status") == INTERRUPTED:
+            told = "Interrupted before it was decided what is missing; likeliest so far"
+            return f"{told}: {'; and '.join(likeliest)}{gain}."
         do = "do not" if len(likeliest) > 1 else "does not"
         whole = "though together they" if len(likeliest) > 1 else "though it"
         return f"Likeliest missing: {'; and '.join(likeliest)}, {whole} {do} explain all that is left{gain}."

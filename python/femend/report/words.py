@@ -196,6 +196,8 @@ def sure_text(finding: Mapping[str, Any], verdict: str = "") -> str:
     """
     if is_unnamed(finding):
         return "no name: none of the laws tried explains it well enough"
+    if finding.get("probability") is None:
+        return "none: the run was stopped before all laws were tried"
     said = certainty(number(finding.get("probability")))
     return f"{said}, of which none explains all that is left" if verdict == "located-not-named" else said
 

@@ -103,16 +103,18 @@ def _finding(
     diagnosis: Diagnosis, place: Located, best: Candidate | None, probabilities: dict[str, float]
 ) -> dict[str, Any]:
     """One name (or none) at one place, with the laws that are as likely; of those tried in vain what is left of being
-    sure that it is none of them."""
+    sure that it is none of them. Of the likeliest law of a run that was stopped nothing is sure."""
     name = best.name if best is not None else ""
-    named = probabilities.pop(name, 0.0)
+    named: float | None = probabilities.pop(name, 0.0)
+    if diagnosis.interrupted and diagnosis.verdict == "located-not-named":
+        named, probabilities = None, {}
     if best is None or diagnosis.rival is not None:
         probabilities = {law: p * (1.0 - CALIBRATION.surest) for law, p in probabilities.items()}
     where = _location(diagnosis, place)
     open_place = bool(where["also_possible"])
     found = {
         "physics": name,
-        "probability": round(named, 3),
+        "probability": None if named is None else round(named, 3),
         "location": where,
         "parameters": {} if best is None or diagnosis.rival else _law_parameters(diagnosis, best, open_place),
         "alternatives": alternatives(probabilities),

@@ -14,8 +14,10 @@ __all__ = ["StudyInterrupted", "nothing_settled"]
 class StudyInterrupted(KeyboardInterrupt):
     """A study that was stopped by hand after its parameters were updated.
 
-    Attributes: `run` is what is settled, as of a finished run: its verdict is "undetermined" and its status
-    "interrupted", unless the diagnosis was complete already. `out` is the folder it was written to, None for none.
+    Attributes: `run` is what is settled, as of a finished run, with the status "interrupted" unless the diagnosis was
+    complete already: the verdict of the first effect while more are looked for, "located-not-named" with the likeliest
+    law so far where one brings what a law has to bring, else "undetermined". `out` is the folder it was written to,
+    None for none.
     """
 
     def __init__(self, run: StudyRun, step: str, out: Path | None) -> None:

@@ -13,7 +13,7 @@ from femend.diagnose import Diagnosis, diagnose_records, diagnose_responses
 from femend.diagnose.interrupted import undecided
 from femend.diagnose.so_far import SoFar
 from femend.diagnose.unrecorded import LEAST_SENSORS
-from femend.errors import FemendError, RecordingError, StudyError
+from femend.errors import FemendError, RecordingError, StudyError, TimeLimitError
 from femend.estimate import FitRecord, fit_records, pair_test
 from femend.io import OutputDirectory, refuse_unwritable
 from femend.io.deck import patch_deck
@@ -42,6 +42,7 @@ from femend.study.staged_study_run import StagedRun
 from femend.study.steps import Steps
 from femend.study.study import Study
 from femend.study.study_run import StudyRun
+from femend.study.time_limit import TimeLimit
 
 __all__ = ["diagnose"]
 
@@ -61,6 +62,7 @@ def diagnose(
     progress: Progress | None = None,
     seed: int = 0,
     laws: Sequence[str | Physics] | str | None = None,
+    time_limit: float | None = None,
 ) -> StudyRun | StagedRun:
     """Runs a study from its file and, where `out` is given, writes everything the contract asks for to that folder.
 
@@ -69,14 +71,22 @@ def diagnose(
     Raises the errors of the readers (StudyError, DeckError, FormatError, RecordingError, PairingError, ModelError);
     nothing is written then. Stopped by hand (KeyboardInterrupt) after the update, a study without stages writes what is
     settled and raises StudyInterrupted with it; before, and stopped again while it writes, nothing is written.
+
+    With a `time_limit` in seconds it is stopped when they are over, and what is settled by then is written and
+    returned, which takes some seconds more; run.json says the limit. Raises TimeLimitError where the parameters were
+    not updated by then, and StudyError for a study in stages, which settles nothing on its way.
     """
+    limit = TimeLimit(time_limit)
     with selected(laws) as tried:
-        settings = {} if laws is None else {"laws": [law.name for law in tried]}
+        settings: dict[str, Any] = {} if laws is None else {"laws": [law.name for law in tried]}
+        settings |= {} if time_limit is None else {"time_limit": time_limit}
         info = RunInfo(seed=seed, study=str(Path(study_path).name), settings=settings)
-        return _diagnose(Path(study_path), out, progress or SilentProgress(), info)
+        return _diagnose(Path(study_path), out, progress or SilentProgress(), info, limit)
 
 
-def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info: RunInfo) -> StudyRun | StagedRun:
+def _diagnose(
+    study_path: Path, out: str | Path | None, progress: Progress, info: RunInfo, limit: TimeLimit
+) -> StudyRun | StagedRun:
     """Reads the study and runs it, in stages where it needs them."""
     steps = Steps(info, progress)
     folder = None if out is None else Path(out)
@@ -86,7 +96,7 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
         study = load_study(study_path)
     unrecorded = _unrecorded(study)
     if is_staged(study) and not unrecorded:
-        _no_laws(info)
+        _nothing_chosen(info)
         return diagnose_staged(study, steps, info, progress, folder)
     with steps.step("read the deck and the recordings"):
         model = read_model(study.model_file, units=study.units, parameters=study.parameters, spc=_spc(study))
@@ -112,11 +122,15 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
             )
     used = _usable(right.test, unrecorded)
     records = [] if unrecorded and not _enough(right.test) else fit_records(used, model, pairing)
-    task = _Task(study, model, test, pairing, records, info, steps, folder, right, warnings, doubts.of_recordings)
+    task = _Task(
+        study, model, test, pairing, records, info, steps, folder, right, limit, warnings, doubts.of_recordings
+    )
     try:
         # a time axis that is mistaken without a force is for the modes to tell
         run = task.run(unrecorded) if records and not (unrecorded and right.whole) else None
     except KeyboardInterrupt:
+        if limit.reached:
+            return task.out_of_time()
         raise task.stopped() from None
     except FemendError as error:
         for text in warnings:  # what was doubtful from the start may be why
@@ -125,13 +139,18 @@ def _diagnose(study_path: Path, out: str | Path | None, progress: Progress, info
     if run is not None:
         return run
     # what is left of the recordings are modes
-    _no_laws(info)
+    _nothing_chosen(info)
     why = [] if right.whole else [NO_ONE_FORCE if records else TOO_FEW]
     return diagnose_staged(study, steps, info, progress, folder, why)
 
 
-def _no_laws(info: RunInfo) -> None:
-    """Raises StudyError where laws were asked for that stages do not try."""
+def _nothing_chosen(info: RunInfo) -> None:
+    """Raises StudyError where laws were asked for that stages do not try, or a time limit that they do not keep."""
+    if "time_limit" in info.settings:
+        raise StudyError(
+            f"a time limit was set ({info.settings['time_limit']:g} s), but this study goes through its stages, of "
+            "which nothing is settled before the last one; leave out the limit"
+        )
     if info.settings:
         raise StudyError(
             f"laws were chosen ({', '.join(info.settings['laws'])}), but this study goes through its stages, which try "
@@ -153,6 +172,7 @@ class _Task:
     steps: Steps
     out: Path | None
     right: Corrections
+    limit: TimeLimit
     warnings: list[str] = field(default_factory=list)
     doubted: Sequence[Doubted] = ()
     so_far: SoFar = field(default_factory=SoFar)
@@ -165,7 +185,7 @@ class _Task:
             assert settled is not None
             return self.finished(replace(settled, interrupted=False, advice=""))
         diagnose_them = diagnose_responses if unrecorded else diagnose_records
-        with self.steps.step("diagnose"), self.steps.parts("diagnose") as told:
+        with self.limit, self.steps.step("diagnose"), self.steps.parts("diagnose") as told:
             found = diagnose_them(self.model, self.records, self.study.damping_ratio, told, so_far=self.so_far)
         return None if found is None else self.finished(found)
 
@@ -201,6 +221,19 @@ class _Task:
         if settled is None:
             return nothing_settled(step)
         return StudyInterrupted(self.finished(settled), step, self.out)
+
+    def out_of_time(self) -> StudyRun:
+        """What is settled when the time is over, written; TimeLimitError where nothing is."""
+        step, seconds = self.steps.now, self.limit.seconds
+        assert seconds is not None
+        settled = undecided(self.so_far, step, why=f"the time limit of {seconds:g} s was reached")
+        if settled is None:
+            raise TimeLimitError(
+                f'the time limit of {seconds:g} s was reached in the step "{step}", before the parameters were '
+                "updated; no result was written: give it more time",
+                seconds=seconds, step=step,
+            )  # fmt: skip
+        return self.finished(settled)
 
 
 def _unrecorded(study: Study) -> bool:

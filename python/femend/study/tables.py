@@ -31,7 +31,7 @@ LIKE = 0.01
 # misfit on the unseen record, in that of the best law, up to which another one explains about as much; and in that
 # without any law, from which it gains too little (nothing but words hangs on these)
 AS_MUCH, LITTLE = 1.05, 0.5
-NOT_ADEQUATE = "the best of them, but not adequate"
+NOT_ADEQUATE, SO_FAR = "the best of them, but not adequate", "the likeliest so far"
 
 
 def places(diagnosis: Diagnosis) -> tuple[Place, ...]:
@@ -83,7 +83,8 @@ def _law_row(diagnosis: Diagnosis, ranked: Ranked, probability: float, taken: bo
     place = "" if ranked.located is None else ranked.located.place.text
     remark = _remark(diagnosis, ranked)
     if taken:
-        remark = _with_like(diagnosis, ranked) if diagnosis.verdict == "missing-physics" else NOT_ADEQUATE
+        likeliest = SO_FAR if diagnosis.interrupted else NOT_ADEQUATE
+        remark = _with_like(diagnosis, ranked) if diagnosis.verdict == "missing-physics" else likeliest
     return _row(ranked.candidate.name, place, ranked.candidate, probability, remark, taken)
 
 
