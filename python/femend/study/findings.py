@@ -106,7 +106,7 @@ def _finding(
     sure that it is none of them. Of the likeliest law of a run that was stopped nothing is sure."""
     name = best.name if best is not None else ""
     named: float | None = probabilities.pop(name, 0.0)
-    if diagnosis.interrupted and diagnosis.verdict == "located-not-named":
+    if best is not None and diagnosis.interrupted and diagnosis.verdict == "located-not-named":
         named, probabilities = None, {}
     if best is None or diagnosis.rival is not None:
         probabilities = {law: p * (1.0 - CALIBRATION.surest) for law, p in probabilities.items()}
