@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import sys
 import time
 from pathlib import Path
@@ -99,6 +100,17 @@ def test_another_thread_cannot_have_a_limit(study: Path) -> None:
     thread.start()
     thread.join()
     assert "main thread" in str(raised[0])
+
+
+def test_a_job_in_the_background_has_a_limit_too() -> None:
+    """One that ignores Ctrl-C; what SIGTERM does is as before once the block is left."""
+    ours, terms = signal.signal(signal.SIGINT, signal.SIG_IGN), signal.getsignal(signal.SIGTERM)
+    try:
+        with pytest.raises(KeyboardInterrupt), TimeLimit(0.05):
+            time.sleep(10)
+    finally:
+        signal.signal(signal.SIGINT, ours)
+    assert signal.getsignal(signal.SIGTERM) == terms
 
 
 def test_nothing_is_interrupted_once_the_block_is_left() -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import _thread
 import math
+import signal
 from threading import Lock, Timer, current_thread, main_thread
 from time import monotonic
 from types import TracebackType
+from typing import Any
 
 from femend.errors import StudyError
 
@@ -15,7 +17,8 @@ __all__ = ["TimeLimit"]
 
 class TimeLimit:
     """So many `seconds` from now on, None for no end. Within a `with` block the main thread is interrupted
-    (KeyboardInterrupt) when they are over, at once where they were over before; `reached` says whether it was.
+    (KeyboardInterrupt) when they are over, at once where they were over before; `reached` says whether it was. It is
+    interrupted as by SIGTERM, which a job in the background does not ignore as it may SIGINT.
 
     Raises StudyError for seconds that are no positive number, and for a limit in another thread than the main one,
     which alone can be interrupted.
@@ -34,9 +37,11 @@ class TimeLimit:
         self._end = math.inf if seconds is None else monotonic() + seconds
         self._lock = Lock()
         self._timer: Timer | None = None
+        self._handler: Any = None
 
     def __enter__(self) -> TimeLimit:
         if self.seconds is not None:
+            self._handler = signal.signal(signal.SIGTERM, signal.default_int_handler)
             self._timer = Timer(max(0.0, self._end - monotonic()), self._over)
             self._timer.daemon = True
             self._timer.start()
@@ -47,12 +52,19 @@ class TimeLimit:
     ) -> None:
         with self._lock:
             timer, self._timer = self._timer, None
-        if timer is not None:
-            timer.cancel()
+        if timer is None:
+            return
+        timer.cancel()
+        before = signal.SIG_DFL if self._handler is None else self._handler
+        try:
+            signal.signal(signal.SIGTERM, before)
+        except KeyboardInterrupt:  # was on its way, and is told before the handler changes
+            signal.signal(signal.SIGTERM, before)
+            raise
 
     def _over(self) -> None:
         # not once the block is left: what follows must not be interrupted
         with self._lock:
             if self._timer is not None:
                 self.reached = True
-                _thread.interrupt_main()
+                _thread.interrupt_main(signal.SIGTERM)
