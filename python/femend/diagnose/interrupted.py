@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.diagnose.accepted import accepted, adequate
+from femend.diagnose.accepted import accepted
 from femend.diagnose.judge import Given, to_beat
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.ranked import Ranked, tempered
@@ -74,8 +74,8 @@ def _likeliest(found: Diagnosis) -> Ranked | None:
     best = found.ranked[0] if found.ranked else None
     if best is None or best.candidate.sigma > 0 or found.problem.load is not None or not np.isfinite(best.score):
         return None
-    most = adequate(found, best) or best.candidate.chosen < MOST * found.null_chosen.chosen
-    return best if most and accepted(found, best) else None
+    most = max(found.settings.adequate, MOST * found.null_chosen.chosen)
+    return best if best.candidate.chosen <= most and accepted(found, best) else None
 
 
 def _settled(so_far: SoFar, ranked: list[Ranked], split: Split, without: float, stopped: str) -> str:

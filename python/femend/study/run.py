@@ -151,7 +151,7 @@ def _nothing_chosen(info: RunInfo) -> None:
             f"a time limit was set ({info.settings['time_limit']:g} s), but this study goes through its stages, of "
             "which nothing is settled before the last one; leave out the limit"
         )
-    if info.settings:
+    if "laws" in info.settings:
         raise StudyError(
             f"laws were chosen ({', '.join(info.settings['laws'])}), but this study goes through its stages, which try "
             "supports, springs, joints and masses alone; leave out the choice of laws"
@@ -214,26 +214,30 @@ class _Task:
         gone = {one.text for one in answered(self.doubted, result, self.right.left_out)}
         return {**result, "warnings": [text for text in result["warnings"] if text not in gone]}
 
+    def settled(self, why: str = "the run was interrupted") -> StudyRun | None:
+        """What is settled when it is stopped for the reason `why`, written; None where nothing is."""
+        diagnosis = undecided(self.so_far, self.steps.now, why=why)
+        return None if diagnosis is None else self.finished(diagnosis)
+
     def stopped(self) -> KeyboardInterrupt:
         """What is raised when the user stops it, after what is settled was written."""
         step = self.steps.now
-        settled = undecided(self.so_far, step)
-        if settled is None:
-            return nothing_settled(step)
-        return StudyInterrupted(self.finished(settled), step, self.out)
+        run = self.settled()
+        return nothing_settled(step) if run is None else StudyInterrupted(run, step, self.out)
 
     def out_of_time(self) -> StudyRun:
         """What is settled when the time is over, written; TimeLimitError where nothing is."""
         step, seconds = self.steps.now, self.limit.seconds
         assert seconds is not None
-        settled = undecided(self.so_far, step, why=f"the time limit of {seconds:g} s was reached")
-        if settled is None:
+        why = f"the time limit of {seconds:g} s was reached"
+        run = self.settled(why)
+        if run is None:
             raise TimeLimitError(
-                f'the time limit of {seconds:g} s was reached in the step "{step}", before the parameters were '
-                "updated; no result was written: give it more time",
+                f'{why} in the step "{step}", before the parameters were updated; no result was written: give it more '
+                "time",
                 seconds=seconds, step=step,
             )  # fmt: skip
-        return self.finished(settled)
+        return run
 
 
 def _unrecorded(study: Study) -> bool:

@@ -38,10 +38,13 @@ class TimeLimit:
         self._lock = Lock()
         self._timer: Timer | None = None
         self._handler: Any = None
+        self._open = False
 
     def __enter__(self) -> TimeLimit:
         if self.seconds is not None:
-            self._handler = signal.signal(signal.SIGTERM, signal.default_int_handler)
+            before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+            self._handler = signal.SIG_DFL if before is None else before
+            self._open = True
             self._timer = Timer(max(0.0, self._end - monotonic()), self._over)
             self._timer.daemon = True
             self._timer.start()
@@ -50,21 +53,20 @@ class TimeLimit:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        with self._lock:
-            timer, self._timer = self._timer, None
-        if timer is None:
+        if self._timer is None:
             return
-        timer.cancel()
-        before = signal.SIG_DFL if self._handler is None else self._handler
-        try:
-            signal.signal(signal.SIGTERM, before)
-        except KeyboardInterrupt:  # was on its way, and is told before the handler changes
-            signal.signal(signal.SIGTERM, before)
-            raise
+        try:  # an interruption that was on its way may be told at any of these steps, once
+            self._timer.cancel()
+            with self._lock:
+                self._open = False
+            signal.signal(signal.SIGTERM, self._handler)
+        finally:
+            self._open = False
+            signal.signal(signal.SIGTERM, self._handler)
 
     def _over(self) -> None:
         # not once the block is left: what follows must not be interrupted
         with self._lock:
-            if self._timer is not None:
+            if self._open:
                 self.reached = True
                 _thread.interrupt_main(signal.SIGTERM)
