@@ -49,8 +49,7 @@ def where_it_explains_more(
         return []
     law, at, reduced = best.candidate, best.located.place, given.reduced
     assert law.physics is not None
-    # a mass resists in all directions of its node
-    whole = law.joint is not None and law.joint.place.kind == "mass"
+    whole = _resists_all_ways(law)
     heavy = not whole and oversized(reduced.model, at, law.physics, law.values) > 0
     directions = {at.direction, *AXES[:3]} if heavy else {at.direction}
     had = [r.located.place for r in ranked if r.candidate.name == law.name]
@@ -72,7 +71,12 @@ def where_it_explains_more(
 
 def _of_its_size(entry: Physics, model: Model, place: Place, fit: Fit) -> float:
     """Prior cost of a mass that a law came out with at a place."""
-    return oversized(model, place, entry, dict(zip(entry.parameter_names, np.exp(fit.x).tolist(), strict=True)))
+    return oversized(model, place, entry, entry.values_at(fit.x))
+
+
+def _resists_all_ways(law: Candidate) -> bool:
+    """Whether a law is a mass, which resists in all directions of its node."""
+    return law.joint is not None and law.joint.place.kind == "mass"
 
 
 def _may_be_elsewhere(best: Ranked, null_score: float, settings: Settings) -> bool:
@@ -81,7 +85,7 @@ def _may_be_elsewhere(best: Ranked, null_score: float, settings: Settings) -> bo
         return False
     place, own = best.located.place, law.joint.place
     won = null_score - best.score > settings.gain_cost
-    return won and place.kind == "ground" and (own is place or own.kind == "mass")
+    return won and place.kind == "ground" and (own is place or _resists_all_ways(law))
 
 
 def in_turn(model: Model, at: Place, places: Sequence[Place]) -> list[Place]:
@@ -98,13 +102,11 @@ def _left(few: Problem, reduced: ReducedModel, law: Candidate, at: Place, places
     """Fits of a law of the place `at` to `few` lines at those of the `places` where it leaves least, by their numbers;
     of a mass that resists in all directions in all of each node."""
     assert law.physics is not None
-    assert law.joint is not None
     p = law.p[: len(few.prior(reduced)[0])]
     names = (law.physics.law or law.physics.name,)
-    hypotheses, starts = [], []
+    whole, hypotheses, starts = _resists_all_ways(law), [], []
     for place in places:
         # a mass is the same mass elsewhere
-        whole = law.joint.place.kind == "mass"
         x = law.x if whole else resized(few, reduced, law, p, at, place).x
         own = mass_place(reduced.model, place.nodes[0]) if whole else place
         hypotheses.append(Hypothesis(reduced, own.w(reduced.V, reduced.V_a), names, None, x, np.full(len(x), LAW_SD)))

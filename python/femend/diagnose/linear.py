@@ -157,7 +157,7 @@ def _judged(
     """Laws (name as it is reported, entry) at their fits, judged on the choosing problem."""
     made = []
     for (name, entry), fit in fitted:
-        values = dict(zip(entry.parameter_names, np.exp(fit.x).tolist()))
+        values = entry.values_at(fit.x)
         prior = _prior(problem, joint, entry, values, fit.p)
         made.append(Candidate(entry, name, joint, values, fit.p, fit.x, len(fit.x), prior, fit.score, np.nan))
     seen = choosing.fit([closed_by(c) for c in made], [(c.p, c.x) for c in made], iterations=0)
@@ -294,7 +294,7 @@ def refit_linear(problem: Problem, candidate: Candidate) -> Candidate:
         return candidate
     covariance = np.asarray(np.linalg.pinv(fit.hessian), dtype=np.float64)
     n_p = len(fit.p)
-    values = dict(zip(candidate.physics.parameter_names, np.exp(fit.x).tolist()))
+    values = candidate.physics.values_at(fit.x)
     return replace(
         candidate,
         values=values,

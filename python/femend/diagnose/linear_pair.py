@@ -174,7 +174,7 @@ def _from(terms: Sequence[Term], x: FloatArray) -> list[Term]:
         assert law is not None
         part = x[n : n + len(law.parameters)]
         n += len(part)
-        values = dict(zip(law.parameter_names, np.exp(part).tolist(), strict=True))
+        values = law.values_at(part)
         made.append(replace(t, candidate=replace(t.candidate, x=part, values=values)))
     return made
 

@@ -28,7 +28,7 @@ def oversized(model: Model, place: Place, entry: Physics, values: Mapping[str, f
     if place.direction.startswith("R"):
         return 0.0
     masses = [values[p.name] for p in entry.parameters if p.dims == _MASS]
-    total = model.fe.total_mass() if masses else 0.0
+    total = model.total_mass if masses else 0.0
     if total <= 0:
         return 0.0
     return float(sum(max(0.0, np.log(m / (SHARE * total))) ** 2 for m in masses if m > 0))

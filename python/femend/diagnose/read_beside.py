@@ -61,7 +61,7 @@ def _carried(candidate: Candidate, s: ComplexArray, C: ComplexArray) -> ComplexA
     assert candidate.joint is not None
     assert candidate.physics is not None
     law = candidate.physics.law or candidate.physics.name
-    values = dict(zip(candidate.physics.parameter_names, np.exp(candidate.x).tolist(), strict=True))
+    values = candidate.physics.values_at(candidate.x)
     held = np.zeros(C.shape[1]) if candidate.joint.held is None else candidate.joint.held
     kappa = (_core.law_dynamic_stiffness(law, values, s)[0][:, None] - held)[:, :, None]
     one = np.eye(C.shape[1])

@@ -146,7 +146,7 @@ def compliant_support(model: Model, region: SupportRegion, omega: float, zeta: f
     elsewhere k_x, k_y, k_z act at every node of the region, with rotational springs k_rx, k_ry, k_rz. The starting
     scale lets the whole structure move on it at `omega` rad/s with damping `zeta`; priors are a decade and a half wide.
     """
-    mass = model.fe.total_mass()
+    mass = model.total_mass
     share = region.areas if region.area > 0 else np.ones(len(region.nodes))
     total = float(share.sum())
     k = mass * omega**2 / total

@@ -144,6 +144,11 @@ class Model:
         return csr_array((values, (at, rows)), shape=(len(dofs), self.fe.n_g))
 
     @cached_property
+    def total_mass(self) -> float:
+        """Mass of all elements at the deck's values, in its units."""
+        return float(self.fe.total_mass())
+
+    @cached_property
     def unsupported(self) -> Model:
         """The same deck without any SPC set, with the same parameters; morphs are left out."""
         return model_of(self.deck, units=self.units, parameters=self.parameters, spc=0, added_mass=self.added_mass)

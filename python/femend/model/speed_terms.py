@@ -71,7 +71,7 @@ def _gyroscopic(
 ) -> LinearTerm:
     matrix = g_matrix(model, rows, np.outer(tilt_u, tilt_v) - np.outer(tilt_v, tilt_u))
     size = RADIUS * float(np.ptp(model.xyz, axis=0).max())
-    unknown = Unknown(f"{name}: Ip", model.fe.total_mass() * size**2, sd=1.5 * DECADE, unit="Ip", owner=name)
+    unknown = Unknown(f"{name}: Ip", model.total_mass * size**2, sd=1.5 * DECADE, unit="Ip", owner=name)
     part = TermPart("C", matrix, ((0, 1),), SpeedPower(1, 1.0, signed=True))
     return LinearTerm(
         name, "gyroscopic", nodes, "", f"R{'XYZ'[axis]}", (unknown,), (part,), structural=False,

@@ -42,7 +42,7 @@ def no_solution(model: Model) -> ModelError:
     """What is told where the mass of `model` is not positive: no modes follow from it."""
     return ModelError(
         f"the model has no modes, since its mass is not above 0 in every way it can move (its total is "
-        f"{plain(model.fe.total_mass())} {unit_system(model.units).text('mass')}): "
+        f"{plain(model.total_mass)} {unit_system(model.units).text('mass')}): "
         + _values(model, "give the materials a density (RHO of MAT1), and look for negative masses (CONM2, CMASS2)")
     )
 

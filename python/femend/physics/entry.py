@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from femend.units import UnitSystem
 
 __all__ = ["FAMILIES", "Domain", "Kind", "Parameter", "Physics"]
@@ -98,3 +101,7 @@ class Physics:
     def parameter_names(self) -> tuple[str, ...]:
         """Names in the order in which the core takes them."""
         return tuple(p.name for p in self.parameters)
+
+    def values_at(self, x: NDArray[np.float64]) -> dict[str, float]:
+        """Values of the parameters, by name, at their logarithms `x` (n_parameters,)."""
+        return dict(zip(self.parameter_names, np.exp(x).tolist(), strict=True))

@@ -20,7 +20,7 @@ OUTWEIGHS = 5.0
 def added_mass_doubts(study: Study, model: Model) -> list[str]:
     """A sentence for each configuration of a `study` whose added masses are several times that of its deck; `model` is
     the deck in any of them."""
-    own = model.fe.total_mass() - sum(m for _, m in model.added_mass)
+    own = model.total_mass - sum(m for _, m in model.added_mass)
     unit, told = unit_system(study.units).mass_text, []
     for one in study.configurations:
         added = sum(m for _, m in one.added_mass)

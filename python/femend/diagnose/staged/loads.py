@@ -312,7 +312,7 @@ def _credible(
 
 def unbalance_scale(setup: Setup, data: RunData) -> float:
     """An unbalance that would shake the whole mass as strongly as was recorded, at the highest speed."""
-    mass = setup.free.fe.total_mass()
+    mass = setup.free.total_mass
     omega = 2 * np.pi * float(data.rev_per_s.max())
     return float(np.sqrt((data.y**2).mean()) * mass / omega**2)
 

@@ -84,7 +84,7 @@ def untaken(terms: Sequence[LinearTerm], taken: Sequence[LinearTerm]) -> tuple[L
 
 def masses_and_springs(setup: Setup, nodes: Sequence[int]) -> list[LinearTerm]:
     """A mass and a spring to ground along every axis at each of the `nodes`."""
-    free, m = setup.free, SHARE * setup.free.fe.total_mass()
+    free, m = setup.free, SHARE * setup.free.total_mass
     found = [point_mass(free, n, m) for n in nodes]
     return found + [point_spring(free, n, c, m * setup.omega**2) for n in nodes for c in (1, 2, 3)]
 

@@ -225,7 +225,7 @@ def _solved(K: FloatArray, M: FloatArray, C: FloatArray, freq: FloatArray, F: Co
 
 def _same_mass(free: Model, held: Model) -> None:
     """The deck is read once more without supports: masses that were added to the model would be missing there."""
-    there, own = free.fe.total_mass(), held.fe.total_mass()
+    there, own = free.total_mass, held.total_mass
     if abs(there - own) > 1e-6 * own:
         raise ModelError(
             f"the model weighs {own:.6g}, its deck {there:.6g}: it has masses on top of the deck; write them "
