@@ -31,7 +31,7 @@ from femend.diagnose.ranked import Ranked
 from femend.diagnose.second import _carried, _of_law, _search
 from femend.diagnose.settings import Settings
 from femend.diagnose.terms import relaxing
-from femend.diagnose.together import shows, unbends
+from femend.diagnose.together import at_other_places, shows, unbends
 from femend.diagnose.update import UpdatedModel
 from femend.study.study_run import StudyRun
 
@@ -262,12 +262,20 @@ def test_two_places_are_looked_for_where_nothing_explains_the_rest_beside_the_be
     monkeypatch.setattr(second, "_beside_the_best", beside_it)
     monkeypatch.setattr(second, "pair", lambda searched: ("one", "two"))
     monkeypatch.setattr(second, "_one_of_them_linear", linear)
-    out = cast(Any, second._at_two_places(first))
+    monkeypatch.setattr(second, "beyond_two_forces", lambda searched, at: searched)
+    out = cast(Any, second._at_two_places(first)[0])
     assert (None if out is None else out.name) == told
     assert called == asked
     # where two places explain no more, what was found stays
     monkeypatch.setattr(second, "pair", lambda searched: None)
-    out = cast(Any, second._at_two_places(first))
+    out = cast(Any, second._at_two_places(first)[0])
+    assert (None if out is None else out.name) == (None if beside is None else "beside")
+    # nor where they leave so much that one law leaves hardly more
+    louder = cast(Searched, SimpleNamespace())
+    monkeypatch.setattr(second, "pair", lambda searched: ("one", "two"))
+    monkeypatch.setattr(second, "beyond_two_forces", lambda searched, at: louder)
+    monkeypatch.setattr(second, "_worth_looking", lambda searched: searched is not louder)
+    out = cast(Any, second._at_two_places(first)[0])
     assert (None if out is None else out.name) == (None if beside is None else "beside")
 
 
@@ -289,7 +297,7 @@ def test_a_second_effect_is_looked_for_where_the_model_bends_for_a_law_that_leav
     for name in ("_both_linear", "_beside"):
         monkeypatch.setattr(second, name, lambda searched: None)
     monkeypatch.setattr(second, "_in_parallel", lambda searched: called.append("parallel"))
-    monkeypatch.setattr(second, "_at_two_places", lambda searched: called.append("two places"))
+    monkeypatch.setattr(second, "_at_two_places", lambda searched: (called.append("two places"), searched))
     monkeypatch.setattr(second, "_one_of_two", lambda searched: True)
     assert second._looked_for(first) is None
     assert called == asked
@@ -413,3 +421,28 @@ def test_one_force_explains_where_it_is_one_and_does_not_bend_the_model(
     first = SimpleNamespace(located=[several, one], settings=Settings())
     explained = cast(Any, Searched.one_force_explains)
     assert explained.fget(first) is explains
+
+
+def test_a_law_is_tried_at_places_that_a_free_force_does_not_tell_from_its_own(
+    run: StudyRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another place, as likely and the right one, takes the law over where both laws leave less there."""
+    d = run.diagnosis
+    first = searched(d)
+    costs = {"own": 100.0, "next": 105.0, "far": 100.0 + 2 * d.settings.margin, "third": 101.0, "fourth": 102.0}
+    at = {name: SimpleNamespace(place=name, cost=cost) for name, cost in costs.items()}
+    ranked = [cast(Ranked, SimpleNamespace(name="clearance", located=one)) for one in at.values()]
+    ranked.insert(1, cast(Ranked, SimpleNamespace(name="cubic_stiffness", located=at["next"])))
+    own = cast(Any, SimpleNamespace(located=at["own"], candidate=SimpleNamespace(name="clearance")))
+    assert [r.located.place for r in at_other_places(first, own, ranked)] == ["next", "third"]
+
+    other = SimpleNamespace(located=SimpleNamespace(place="other", cost=0.0), candidate=SimpleNamespace(name="mass"))
+    left = {"own": 50.0, "next": 10.0, "third": 30.0}
+
+    def fitted(searched: Searched, terms: Sequence[Any], p: object) -> Any:
+        return left[terms[1].located.place], SimpleNamespace(terms=terms, p=p, n_law=2)
+
+    monkeypatch.setattr(second, "term_of", lambda searched, r: SimpleNamespace(located=r.located, candidate=None))
+    monkeypatch.setattr(second, "fitted_together", fitted)
+    found = second._at_other_places(first, fitted(first, [other, own], None), [[], ranked])
+    assert [t.located.place for t in found[1].terms] == ["other", "next"]

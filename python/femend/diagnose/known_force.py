@@ -24,6 +24,7 @@ __all__ = [
     "forces_beside",
     "forces_of_laws",
     "free_forces",
+    "known_from",
     "last_force",
     "read_off",
     "rows_of",
@@ -239,7 +240,14 @@ def forces_of_laws(problem: Problem, candidate: Candidate) -> Known | None:
         for _, d, f in problem.fitted_lines(hypothesis, candidate.p, candidate.x, lines):
             motions.append(d[:, : joint.place.n_w])
             parts.append(f[:, : joint.place.n_w])
-    place = joint.place
+    return known_from(lines, joint.place, motions, parts)
+
+
+def known_from(
+    lines: Sequence[Lines], place: Place, motions: Sequence[ComplexArray], parts: Sequence[ComplexArray]
+) -> Known:
+    """What a law at a place exerts on the structure, `parts` (K, n_w), under the `motions` (K, n_w) there, on the lines
+    of every record."""
     if place.release is not None:
         opened = {line.record.name: (_in_time(line, d, d, 0.0, 0.0),) for line, d in zip(lines, motions, strict=True)}
         return Known((place,), opened, ((0.0, 0.0),))

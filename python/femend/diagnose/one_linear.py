@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.alike import with_look_alikes
-from femend.diagnose.candidates import KINDS, Start, laws_for, starts
+from femend.diagnose.candidates import KINDS
 from femend.diagnose.dressed import hypothesis_of, with_own
 from femend.diagnose.joint import enlarged, open_joint
 from femend.diagnose.judge import Given
 from femend.diagnose.known_force import rows_of
+from femend.diagnose.likeliest_starts import likeliest_starts
 from femend.diagnose.locate import Located, locate, shortlist, squares_of
 from femend.diagnose.name import name_physics
 from femend.diagnose.pairs import Searched, alike, others, plain, with_members
@@ -34,9 +35,6 @@ __all__ = ["OneLinear", "located_beside", "one_linear"]
 
 FloatArray = NDArray[np.float64]
 
-# nonlinear laws of the other place that are tried, the starts of each law that are looked at, and how much more than
-# the best of them one may leave of the force
-NONLINEAR, STARTS, REACH = 3, 2, 2.0
 # lines a record on which a place is fitted beside the other
 LINES = 600
 
@@ -118,18 +116,7 @@ def _both(first: Searched, one: _LinearOne) -> OneLinear | None:
     law, place = term_of(first, one.ranked[0]), one.free.place
     joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
     recovered = read_off_beside(one.problem, one.ranked[0], place)
-    begun = [
-        (name, start)
-        for name, entry in laws_for(place.kind)
-        for start in starts(entry, joint, recovered, STARTS)
-        if np.isfinite(start.left)
-    ]
-    begun.sort(key=lambda item: item[1].left)
-    kept: dict[str, Start] = {}
-    for name, start in begun:
-        nonlinear = sum(other.physics.kind == "nonlinear" for other in kept.values())
-        if start.left < REACH * begun[0][1].left and (start.physics.kind == "linear" or nonlinear < NONLINEAR):
-            kept.setdefault(name, start)
+    kept = likeliest_starts(joint, recovered)
     opened = replace(law.candidate, joint=joint)
     tries: list[Try] = [
         ([law, Term(starting(first, opened, name, start, recovered), one.free)], law.candidate.p)

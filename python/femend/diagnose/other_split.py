@@ -20,7 +20,7 @@ from femend.diagnose.shares import score_of_noise
 from femend.diagnose.split import Split, split_by
 from femend.estimate import Fit
 
-__all__ = ["chosen_where_it_shows"]
+__all__ = ["chosen_where_it_shows", "judged_with"]
 
 FloatArray = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ def chosen_where_it_shows(first: Searched) -> Searched | None:
     if null is None:
         return None
     other = split_by(split.whole, np.array([(left[r.name] - 1) * r.y.size for r in split.whole.records]))
-    return _on(first, _given(first, other, null.p), null, 0.0)
+    return judged_with(first, _given(first, other, null.p), null, 0.0)
 
 
 def _given(first: Searched, split: Split, p: FloatArray) -> Given:
@@ -59,11 +59,11 @@ def _left_in_each(first: Searched) -> dict[str, float]:
     return left
 
 
-def _on(first: Searched, given: Given, null: Fit, sigma: float) -> Searched:
-    """The search with laws compared as is `given`, in a window exp(-sigma t)."""
+def judged_with(first: Searched, given: Given, null: Fit, sigma: float) -> Searched:
+    """The search with laws compared as is `given`, in a window exp(-sigma t), against the updated model `null`."""
     alone = to_beat(given, null, sigma)
     ranked = told_simply(compared_in(given, first.ranked, sigma), first.settings)
     return replace(
         first, split=given.split, ranked=ranked, n_values=alone.n_values, null_score=alone.score,
-        floor=score_of_noise(ranked, alone.n_values), sigma=sigma, in_window=partial(_on, first, given, null),
+        floor=score_of_noise(ranked, alone.n_values), sigma=sigma, in_window=partial(judged_with, first, given, null),
     )  # fmt: skip

@@ -21,6 +21,8 @@ from femend.diagnose.levels import element_depends_on_level
 from femend.diagnose.linear_pair import where_both_explain_more
 from femend.diagnose.locate import Located, cost_of, locate, shortlist
 from femend.diagnose.name import name_physics
+from femend.diagnose.named_anew import named_anew
+from femend.diagnose.noise_of_two import beyond_two_forces
 from femend.diagnose.one_linear import one_linear
 from femend.diagnose.other_split import chosen_where_it_shows
 from femend.diagnose.paired import of_those_found
@@ -28,7 +30,20 @@ from femend.diagnose.pairs import Searched, others, pair, plain, with_members
 from femend.diagnose.parallel import in_parallel
 from femend.diagnose.ranked import Ranked, told_simply
 from femend.diagnose.terms import Terms, follow_terms, refit_terms
-from femend.diagnose.together import Scored, are_told, best_of, distinct, in_order, shows, term_of, told_plainly
+from femend.diagnose.together import (
+    Scored,
+    are_told,
+    at_other_places,
+    best_of,
+    better,
+    distinct,
+    fitted_together,
+    in_order,
+    may_be_beaten,
+    shows,
+    term_of,
+    told_plainly,
+)
 from femend.estimate import Hypothesis
 from femend.estimate.fit import STEPS
 from femend.model import Place
@@ -104,7 +119,9 @@ def _looked_for(first: Searched) -> Further | None:
     if not _worth_looking(first):
         return None
     # beside a law that leaves noise alone another at its place has nothing to explain
-    one = (_in_parallel(first) if _above_noise(first) else None) or _at_two_places(first)
+    one = _in_parallel(first) if _above_noise(first) else None
+    if one is None:
+        one, first = _at_two_places(first)
     if _one_of_two(first) or _explaining(first, one) is not None:
         return one
     found = of_those_found(first)
@@ -193,32 +210,37 @@ class _Aside:
     held: bool = False
 
 
-def _at_two_places(first: Searched) -> Further | None:
+def _at_two_places(first: Searched) -> tuple[Further | None, Searched]:
     """Names both of two effects, each with the force of the other as an input; fitted together they have to win against
-    one law alone.
+    one law alone. Beside it the search, with the noise in which that was looked for.
 
     Where the best law leaves little it is one of the two. Where it leaves much it may be neither, and so it may where
     nothing beside its force explains the rest: that force was read off a model which the other effect had bent. Then
-    two places are looked for whose forces leave clearly less than one: a linear law is named with the force at the
-    other free, and only then the best law is taken for one of the two; at last the force read off at the second place.
-    Where no force anywhere explains what the best law leaves, there is no second.
+    two places are looked for whose forces leave clearly less than one, what they leave counting as noise: a linear law
+    is named with the force at the other free, and only then the best law is taken for one of the two; at last the force
+    read off at the second place. Where no force anywhere explains what the best law leaves, there is no second.
     """
     settled: Further | None = None
-    if _one_of_two(first):
+    quiet, one = first, _one_of_two(first)
+    if one:
         settled, more = _beside_the_best(first)
         if _explaining(first, settled) is not None or not more or _stands_alone(first):
-            return settled
+            return settled, first
     places = pair(first)
     if places is not None:
+        louder = beyond_two_forces(first, places[0])
+        if louder is not first and not _worth_looking(louder):
+            return settled, first
+        first = louder
         both = _explaining(first, _one_of_them_linear(first, *places))
         if both is not None:
-            return both
-    if _one_of_two(first):
-        return settled
+            return both, first
+    if one and first is quiet:
+        return settled, first
     found, more = _beside_the_best(first)
-    if found is not None or not more or places is None:
-        return found
-    return _beside_a_free_force(first, *places)
+    if found is not None or settled is not None or not more or places is None:
+        return settled if found is None else found, first
+    return _beside_a_free_force(first, *places), first
 
 
 def _beside_a_free_force(first: Searched, second: Located, at: Place) -> Further | None:
@@ -233,12 +255,15 @@ def _beside_a_free_force(first: Searched, second: Located, at: Place) -> Further
 
 def _one_of_them_linear(first: Searched, second: Located, at: Place) -> Further | None:
     """Two places of which one has a linear law, named with the force at the other free. Where that law is a part of
-    the model, what stands beside it is named again as one effect is, at all places."""
+    the model, and both leave more than noise does, what stands beside it is named again as one effect is, at all
+    places."""
     found = one_linear(first, second, at)
     if found is None:
         return None
     first, laws = found.first, found.linear
     told = _told(first, found.both, laws)
+    if told is not None and not may_be_beaten(first, (told.score, told.terms)):
+        return told
     aside = _of_law(first, laws[0], _nothing(first))
     beside = _search(first, aside, others(first, laws[0].located.place)) if aside.members else None
     if beside is None or not beside.ranked or beside.sigma > first.sigma:
@@ -380,13 +405,27 @@ def _together(first: Searched, laws: Sequence[Sequence[Ranked]]) -> Further | No
         for chosen in itertools.product(*(distinct(first, ranked) for ranked in laws))
     ]
     best = best_of(first, tries)
+    if best is not None and may_be_beaten(first, best):
+        best = _at_other_places(first, best, laws)
     return None if best is None else _told(first, best, [r for every in laws for r in every])
 
 
+def _at_other_places(first: Searched, found: Scored, laws: Sequence[Sequence[Ranked]]) -> Scored:
+    """Laws that were fitted together, each of them where it is or at another place that a free force does not tell from
+    that one, in turn."""
+    for ranked in laws:
+        here = [i for i, t in enumerate(found[1].terms) if any(r.located.place is t.located.place for r in ranked)]
+        for i in here[:1]:
+            for r in at_other_places(first, found[1].terms[i], ranked):
+                terms = [term_of(first, r) if j == i else t for j, t in enumerate(found[1].terms)]
+                found = better(first, found, fitted_together(first, terms, found[1].p)) or found
+    return found
+
+
 def _told(first: Searched, best: Scored, tried: Sequence[Ranked]) -> Further | None:
-    """Laws that were fitted together, as plainly as they can be told and at the places where they leave least; None
-    where they do not win against less."""
-    best = told_plainly(first, best)
+    """Laws that were fitted together, as plainly as they can be told, a linear one beside the other's force against all
+    laws, and at the places where they leave least; None where they do not win against less."""
+    best = named_anew(first, told_plainly(first, best))
     if not are_told(first, best):
         return None
     placed = at_the_best_places(first, where_both_explain_more(first, best))

@@ -22,6 +22,7 @@ __all__ = [
     "Scored",
     "Try",
     "are_told",
+    "at_other_places",
     "best_of",
     "better",
     "brings",
@@ -30,6 +31,7 @@ __all__ = [
     "fitted_together",
     "gained",
     "in_order",
+    "may_be_beaten",
     "shows",
     "term_of",
     "told_plainly",
@@ -41,8 +43,9 @@ FloatArray = NDArray[np.float64]
 # standard deviation (ln units) of the best determined combination of a law's parameters from which its size is unknown
 UNDETERMINED = 0.33
 
-# laws of different names at a place that are tried together with those at another
-TOGETHER = 2
+# laws of different names at a place that are tried together with those at another, and further places at
+# which a law is tried that a free force does not tell from its own
+TOGETHER, AS_WELL = 2, 2
 
 # terms fitted together, with their score
 Scored = tuple[float, Terms]
@@ -76,6 +79,13 @@ def gained(first: Searched, gain: float, chosen: float, prior: float, found: Ter
 def brings(first: Searched, fewer: Scored, more: Scored) -> bool:
     """Whether more terms bring against fewer what a law has to bring against none."""
     return gained(first, fewer[0] - more[0], fewer[1].chosen, fewer[1].prior, more[1])
+
+
+def may_be_beaten(first: Searched, found: Scored) -> bool:
+    """Whether terms leave so much more than noise does, their parameters aside, that others could bring against them
+    what a law has to bring."""
+    least = first.floor + first.price * found[1].n_law
+    return found[0] - least > first.settings.gain_cost
 
 
 def in_order(first: Searched, scored: Scored) -> tuple[bool, float, float]:
@@ -124,6 +134,19 @@ def distinct(first: Searched, ranked: Sequence[Ranked]) -> list[Ranked]:
     for r in ranked:
         new = (r.name, r.located.place.springs) not in [(k.name, k.located.place.springs) for k in kept]
         if new and len(kept) < TOGETHER and r.score < ranked[0].score + first.settings.gain_cost:
+            kept.append(r)
+    return kept
+
+
+def at_other_places(first: Searched, term: Term, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """The law of a term, of those `ranked`, at the next best places that a free force does not tell from its own: which
+    of them is right was judged beside a force that was not yet quite the other law's."""
+    at = [term.located.place]
+    kept: list[Ranked] = []
+    for r in ranked:
+        even = r.name == term.candidate.name and r.located.cost < term.located.cost + first.settings.margin
+        if even and len(kept) < AS_WELL and not any(r.located.place is place for place in at):
+            at.append(r.located.place)
             kept.append(r)
     return kept
 

@@ -1,0 +1,108 @@
+"""A linear law of two gives way to a nonlinear one that does better beside the force of the other."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.joint import open_joint
+from femend.diagnose.judge import Given, to_beat
+from femend.diagnose.locate import Located
+from femend.diagnose.named_anew import force_of_the_other, named_anew
+from femend.diagnose.pairs import Searched
+from femend.diagnose.settings import Settings
+from femend.diagnose.split import split_records
+from femend.diagnose.terms import Term
+from femend.diagnose.together import Scored, fitted_together
+from femend.diagnose.update import UpdatedModel
+from femend.model.places import find_places
+from femend.physics import physics
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from small_study import Truth, updated
+
+DASHPOT, SPRING = 20.0, {"k_plus": 6.0e3, "k_minus": 2.0e3}
+MODULI = (7.3e10, 6.8e10)
+
+
+@pytest.fixture(scope="module")
+def bilinear(tmp_path_factory: pytest.TempPathFactory) -> UpdatedModel:
+    laws = [(7, "viscous_damper", {"c": DASHPOT}), (13, "bilinear_stiffness", SPRING)]
+    return updated(tmp_path_factory.mktemp("bilinear"), Truth(MODULI, laws=laws))
+
+
+@pytest.fixture(scope="module")
+def elastic(tmp_path_factory: pytest.TempPathFactory) -> UpdatedModel:
+    laws = [(7, "viscous_damper", {"c": DASHPOT}), (13, "support_stiffness", {"k": 4.0e3})]
+    return updated(tmp_path_factory.mktemp("elastic"), Truth(MODULI, laws=laws))
+
+
+def searched(start: UpdatedModel) -> Searched:
+    split = split_records(start.problem, start.null, [])
+    alone = to_beat(Given(split, start.reduced, start.g_rows, start.null.p, Settings()), start.null)
+    places = find_places(start.reduced.model)
+    return Searched(start.problem, start.reduced, start.g_rows, split, places, [], [], Settings(), alone.n_values,
+                    alone.score, 0.0)  # fmt: skip
+
+
+def pair(first: Searched, start: UpdatedModel) -> Scored:
+    """A dashpot at node 7 and an elastic spring at node 13, fitted together."""
+    terms = []
+    for law, node, size in (("viscous_damper", 7, DASHPOT), ("support_stiffness", 13, 4.0e3)):
+        place = next(p for p in first.places if p.kind == "ground" and p.nodes == (node,) and p.direction == "Z")
+        joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
+        values, x = {physics(law).parameter_names[0]: size}, np.log([size])
+        candidate = Candidate(physics(law), law, joint, values, start.null.p, x, 1, 0.0, 1.0, 1.0)
+        terms.append(Term(candidate, Located(place, start.null, 0.0)))
+    found = fitted_together(first, terms, start.null.p)
+    assert found is not None
+    return found
+
+
+def test_an_elastic_spring_gives_way_to_one_of_two_stiffnesses(bilinear: UpdatedModel) -> None:
+    first = searched(bilinear)
+    found = pair(first, bilinear)
+    assert found[1].chosen > 2.0
+    dashpot, spring = named_anew(first, found)[1].terms
+    assert (dashpot.candidate.name, spring.candidate.name) == ("viscous_damper", "bilinear_stiffness")
+    assert dashpot.values(dashpot.x)[0]["c"] == pytest.approx(DASHPOT, rel=0.1)
+    values, k, _ = spring.values(spring.x)
+    assert values["k_plus"] + k == pytest.approx(SPRING["k_plus"], rel=0.1)
+    assert values["k_minus"] + k == pytest.approx(SPRING["k_minus"], rel=0.1)
+
+
+def test_a_pair_that_leaves_no_more_than_a_law_has_to_bring_stays(bilinear: UpdatedModel) -> None:
+    first = searched(bilinear)
+    found = pair(first, bilinear)
+    near = replace(first, floor=found[0] - first.price * found[1].n_law - 0.5 * first.settings.gain_cost)
+    assert named_anew(near, found) is found
+
+
+def test_a_spring_that_is_elastic_stays(elastic: UpdatedModel) -> None:
+    first = searched(elastic)
+    found = pair(first, elastic)
+    # whatever noise leaves: other laws are tried, and none of them wins
+    assert named_anew(replace(first, floor=-np.inf), found)[1].terms == found[1].terms
+
+
+def test_the_force_of_the_other_law_is_the_one_both_have_together(bilinear: UpdatedModel) -> None:
+    first = searched(bilinear)
+    found = pair(first, bilinear)
+    known = force_of_the_other(first, found[1], 1)
+    assert known is not None
+    (place,), ((k, m),) = known.places, known.attached
+    assert place.nodes == (7,)
+    assert m == 0.0
+    problem = first.problem.thinned(None)
+    (histories,) = found[1].loop(problem).histories([(found[1].p, found[1].x)])
+    c = found[1].terms[0].values(found[1].terms[0].x)[0]["c"]
+    for record, history in zip(problem.records, histories, strict=True):
+        # what the spring that is part of the model does not do of the dashpot's force
+        force, expected = known.forces[record.name][0][0], k * history.d[0] - c * history.v[0]
+        inside = slice(len(force) // 8, -len(force) // 8)
+        assert np.linalg.norm((force - expected)[inside]) < 0.2 * np.linalg.norm(expected[inside])
