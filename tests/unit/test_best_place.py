@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
+from femend.diagnose import best_place
 from femend.diagnose.best_place import at_the_best_place
 from femend.diagnose.moved import moved
 from femend.diagnose.nonlinear import judge_nonlinear, refit_nonlinear
+from femend.diagnose.pace import OUTDONE
 from femend.diagnose.pairs import alike
 from femend.diagnose.terms import Term
 from femend.study.study_run import StudyRun
@@ -46,3 +51,30 @@ def test_a_law_beside_its_place_is_moved_to_it(run: StudyRun) -> None:
     assert back.place.nodes == (13,)
     assert law.fitted < 0.1 * fitted.fitted
     assert law.values["k3"] == pytest.approx(d.best.values["k3"], rel=0.1)
+
+
+def test_places_left_behind_in_the_beginning_are_not_followed(run: StudyRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a law leaves of the beginnings at a wrong place, where a fit is quick, is told there: no whole fit is made
+    of it."""
+    d = run.diagnosis
+    first = replace(searched(d), sigma=0.0)
+    assert d.best is not None
+    assert d.place is not None
+    term = Term(d.best, d.place)
+    near = next(p for p in alike(first, d.place.place) if p.kind == "ground" and p.nodes == (12,))
+    far = next(p for p in first.places if p.kind == "ground" and p.nodes == (5,) and p.direction == "Z")
+    left = {p.nodes: best_place._in_the_beginning(first, [moved(first, term, p)], d.best.p) for p in (near, far)}
+    own = best_place._in_the_beginning(first, [term], d.best.p)
+    assert own < 1.5
+    assert left[far.nodes] > OUTDONE * max(own, 1.0)
+    tried: list[tuple[int, ...]] = []
+
+    def fitted(searched: object, terms: Sequence[Term], p: object) -> None:
+        tried.append(terms[0].located.place.nodes)
+
+    monkeypatch.setattr(best_place, "_worth_trying", lambda searched, place: [near, far])
+    monkeypatch.setattr(best_place, "fitted_together", fitted)
+    found = (1.0, SimpleNamespace(terms=(term,), p=d.best.p, fitted=1.0))
+    assert best_place.at_the_best_places(first, cast(Any, found)) is cast(Any, found)
+    assert far.nodes not in tried
+    assert (near.nodes in tried) == (left[near.nodes] <= OUTDONE * max(own, 1.0))

@@ -7,6 +7,7 @@ more than at its own.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,10 +18,11 @@ from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.moved import moved
-from femend.diagnose.nonlinear import refit_nonlinear
+from femend.diagnose.nonlinear import refit_nonlinear, windows
+from femend.diagnose.pace import OUTDONE
 from femend.diagnose.pairs import Searched, alike, plain
 from femend.diagnose.preference import preference
-from femend.diagnose.terms import Term
+from femend.diagnose.terms import Term, fit_terms
 from femend.diagnose.together import Scored, fitted_together, shows
 from femend.model import Place
 
@@ -55,10 +57,12 @@ def at_the_best_places(first: Searched, found: Scored) -> Scored:
     """Laws that were fitted together, moved one after the other to where all of them leave clearly less; once more
     where one was, since the other was judged beside it where it had been."""
     for _ in range(ROUNDS):
-        before = found
+        before, least = found, _in_the_beginning(first, found[1].terms, found[1].p)
         for i, term in reversed(list(enumerate(found[1].terms))):
             for place in [] if term.place is None else _worth_trying(first, term.place):
                 terms = [moved(first, t, place) if j == i else t for j, t in enumerate(found[1].terms)]
+                if _in_the_beginning(first, terms, found[1].p) > OUTDONE * max(least, 1.0):
+                    continue
                 tried = fitted_together(first, terms, found[1].p)
                 if tried is None or tried[0] >= found[0]:
                     continue
@@ -66,6 +70,16 @@ def at_the_best_places(first: Searched, found: Scored) -> Scored:
         if found is before:
             break
     return found
+
+
+def _in_the_beginning(first: Searched, terms: Sequence[Term], p: FloatArray) -> float:
+    """What laws leave of the beginnings of the records once they are fitted there, which takes a simulation a small
+    part of its time; nothing of linear ones, which need none, and where all are compared in the beginning."""
+    beginning = windows(first.problem)[0]
+    if first.sigma >= beginning or not any(t.candidate.nonlinear for t in terms):
+        return 0.0
+    made = fit_terms(first.split.fitting, terms, first.reduced, first.g_rows, plain(first, p), beginning)
+    return np.inf if made is None else made.fitted
 
 
 def _refitted(first: Searched, term: Term, p: FloatArray) -> Candidate:
