@@ -19,20 +19,24 @@ from femend.diagnose.known_force import Known, known_from
 from femend.diagnose.likeliest_starts import likeliest_starts
 from femend.diagnose.pairs import Searched
 from femend.diagnose.parallel import starting
+from femend.diagnose.ranked import Ranked
 from femend.diagnose.recovered import Recovered, recover
 from femend.diagnose.terms import Terms
-from femend.diagnose.together import Scored, best_of, better, fitted_together, may_be_beaten
+from femend.diagnose.together import Scored, best_of, better, each_of, fitted_together, may_be_beaten
 
 __all__ = ["force_of_the_other", "named_anew"]
 
 
-def named_anew(first: Searched, found: Scored) -> Scored:
+def named_anew(first: Searched, found: Scored) -> tuple[Scored, list[Ranked]]:
     """Two laws that were fitted together, each linear one as the law at its place that does clearly better beside the
-    other; as they are where they leave no more than a law has to bring."""
+    other; as they are where they leave no more than a law has to bring. With the laws at the places of those that gave
+    way, in order of the scores that they have beside the other."""
+    compared: list[Ranked] = []
     for i in range(len(found[1].terms)):
         if _may_be_another(first, found, i):
-            found = _anew(first, found, i)
-    return found
+            found, laws = _anew(first, found, i)
+            compared += laws
+    return found, compared
 
 
 def _may_be_another(first: Searched, found: Scored, i: int) -> bool:
@@ -47,15 +51,14 @@ def _may_be_another(first: Searched, found: Scored, i: int) -> bool:
     return apart and term.place.kind in KINDS and term.n_w == 1 and may_be_beaten(first, found)
 
 
-def _anew(first: Searched, found: Scored, i: int) -> Scored:
-    """The two laws with law i as the best of those that follow what its place did beside the other."""
+def _anew(first: Searched, found: Scored, i: int) -> tuple[Scored, list[Ranked]]:
+    """The two laws with law i as the best of those that follow what its place did beside the other, and how these and
+    law i compare; none where it stays."""
     term, p = found[1].terms[i], found[1].p
     read = _read_off(first, found[1], i)
     if read is None or term.candidate.joint is None:
-        return found
+        return found, []
     joint, recovered = read
-    begun = likeliest_starts(joint, recovered)
-    own = term.candidate.name
     tries = [
         (
             [
@@ -64,16 +67,25 @@ def _anew(first: Searched, found: Scored, i: int) -> Scored:
             ],
             p,
         )
-        for name, start in begun.items()
-        if name != own and start.physics.kind == "nonlinear"
+        for name, start in likeliest_starts(joint, recovered).items()
+        if start.physics.kind == "nonlinear"
     ]
-    best = best_of(first, tries) if tries else None
-    if best is None:
-        return found
+    fitted = each_of(first, tries)
+    best = best_of(first, tries, fitted)
     # between what lines and what simulations leave lies more than a law has to bring
     linear = not any(t.candidate.nonlinear for t in found[1].terms)
     as_linear = fitted_together(first, found[1].terms, p, simulated=True) if linear else found
-    return best if better(first, as_linear, best) is best else found
+    if best is None or better(first, as_linear, best) is not best:
+        return found, []
+    name = best[1].terms[i].candidate.name
+    others = [one for one in (*fitted, as_linear) if one is not None and one[1].terms[i].candidate.name != name]
+    return best, [_ranked(one, i) for one in sorted([best, *others], key=lambda one: one[0])]
+
+
+def _ranked(found: Scored, i: int) -> Ranked:
+    """Law i of several, as it compares with others in its place."""
+    law = found[1].terms[i]
+    return Ranked(law.candidate, law.located, found[0], name=law.candidate.name)
 
 
 def _read_off(first: Searched, found: Terms, i: int) -> tuple[Joint, Recovered] | None:
