@@ -16,7 +16,7 @@ from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.moved import moved
 from femend.diagnose.nonlinear import windows
-from femend.diagnose.one_linear import _beside, one_linear
+from femend.diagnose.one_linear import _beside, _least_linear_first, one_linear
 from femend.diagnose.pairs import Searched, alike
 from femend.diagnose.read_beside import read_off_beside
 from femend.diagnose.recovered import ENDS, without_ends
@@ -62,6 +62,16 @@ def test_the_linear_law_is_named_beside_a_free_force(first: Searched) -> None:
     assert one.ranked[0].name == "viscous_damper"
     # where the law is not linear, no linear law does as well as a free force
     assert _beside(first, at(first, 7), at(first, 13), second.fit.p) is None
+
+
+@pytest.mark.parametrize(("second", "other"), [(7, 13), (13, 7)])
+def test_the_linear_law_is_looked_for_first_beside_the_force_that_is_not_linear(
+    first: Searched, second: int, other: int
+) -> None:
+    """The dashpot beside the cubic spring's force, whichever of the two places was found first."""
+    (free, linear), turned = _least_linear_first(first, fitted_at(first, second, other), at(first, other))
+    assert (free.nodes, linear.nodes) == ((13,), (7,))
+    assert turned == (linear, free)
 
 
 def test_what_the_other_place_did_is_read_off_beside_the_law(first: Searched) -> None:

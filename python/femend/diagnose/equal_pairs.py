@@ -23,7 +23,7 @@ from femend.diagnose.recovered import in_time, without_ends
 from femend.estimate import Fit, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["likeliest_equal"]
+__all__ = ["likeliest_equal", "nonlinear_shares"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -88,28 +88,38 @@ def _equal(problem: Problem, reduced: ReducedModel, single: Sequence[Place], p: 
     return [_Equal(a, b, f, cost, _left(problem, f)) for a, b, f, cost in done if cost < best + EQUAL]
 
 
+def nonlinear_shares(problem: Problem, fit: Fit) -> list[float]:
+    """Share of the weighted squares of every free force of a fit that no spring, dashpot and mass at its own place
+    follows."""
+    read = read_off(problem, fit)
+    both = [_not_of_own_motion(read, i, linear=True) for i in range(read[0].F.shape[1])]
+    return [left / max(whole, 1e-300) for left, whole in both]
+
+
 def _left(problem: Problem, fit: Fit) -> float:
     """Weighted squares of the forces of a fit that are no function of their own places' motion."""
     read = read_off(problem, fit)
-    return sum(_not_of_own_motion(read, i) for i in range(read[0].F.shape[1]))
+    return sum(_not_of_own_motion(read, i)[0] for i in range(read[0].F.shape[1]))
 
 
-def _not_of_own_motion(read: Sequence[ReadOff], i: int) -> float:
+def _not_of_own_motion(read: Sequence[ReadOff], i: int, *, linear: bool = False) -> tuple[float, float]:
     """Weighted squares of force `i` on the lines of all records beside what a linear and a few nonlinear functions of
-    its own motion follow."""
+    its own motion follow, or `linear` ones alone, and of all of it."""
     did = [_did(one, i) for one in read]
     size = [max(float(np.std(np.concatenate([history[j] for _, history in did]))), 1e-300) for j in (0, 1)]
     columns, forces = [], []
     for one, (lines, history) in zip(read, did, strict=True):
         weight = np.sqrt(one.weight[:, i])
-        nonlinear = _functions(history[0] / size[0], history[1] / size[1], one.line.index)
-        columns.append(np.column_stack([lines[:, :3], nonlinear]) * weight[:, None])
+        functions = [lines[:, :3]]
+        if not linear:
+            functions.append(_functions(history[0] / size[0], history[1] / size[1], one.line.index))
+        columns.append(np.column_stack(functions) * weight[:, None])
         forces.append(lines[:, 3] * weight)
     A, b = np.concatenate(columns), np.concatenate(forces)
     A, b = np.concatenate([A.real, A.imag]), np.concatenate([b.real, b.imag])
     A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
     rest = b - A @ np.linalg.lstsq(A, b, rcond=1e-9)[0]
-    return float(rest @ rest)
+    return float(rest @ rest), float(b @ b)
 
 
 def _did(one: ReadOff, i: int) -> tuple[ComplexArray, FloatArray]:

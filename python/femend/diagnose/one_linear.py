@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.candidates import KINDS
 from femend.diagnose.dressed import hypothesis_of, with_own
+from femend.diagnose.equal_pairs import nonlinear_shares
 from femend.diagnose.joint import enlarged, open_joint
 from femend.diagnose.judge import Given
 from femend.diagnose.known_force import rows_of
@@ -64,7 +65,7 @@ def one_linear(first: Searched, second: Located, at: Place) -> OneLinear | None:
     free force, or nothing follows that one. Where their motion can be followed in a beginning of the records alone they
     are compared there."""
     found: list[OneLinear] = []
-    for free, other in ((at, second.place), (second.place, at)):
+    for free, other in _least_linear_first(first, second, at):
         one = _beside(first, free, other, plain(first, second.fit.p))
         both = None if one is None else _both(first, one)
         if both is not None:
@@ -72,6 +73,16 @@ def one_linear(first: Searched, second: Located, at: Place) -> OneLinear | None:
             if both.both[1].chosen <= first.settings.adequate:
                 break
     return min(found, key=lambda f: in_order(first, f.both), default=None)
+
+
+def _least_linear_first(first: Searched, second: Located, at: Place) -> list[tuple[Place, Place]]:
+    """The places at which a force is free, each with the other one, where the linear law is looked for: first with the
+    force free that is less like one of a linear law."""
+    ways = [(at, second.place), (second.place, at)]
+    if all(not place.part and place.n_w == 1 for place in (second.place, at)):
+        of_second, of_first = nonlinear_shares(first.problem, second.fit)
+        ways = ways[::-1] if of_second > of_first else ways
+    return ways
 
 
 def _beside(first: Searched, free: Place, other: Place, p: FloatArray) -> _LinearOne | None:
