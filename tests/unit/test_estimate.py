@@ -54,6 +54,31 @@ def test_noise_of_a_repeating_record() -> None:
     assert noise_of(u[None], y, 1024)[0] == pytest.approx(0.03, rel=0.1)
 
 
+def driven_together(u: np.ndarray, modes: np.ndarray) -> np.ndarray:
+    """Responses (n_out, n) to one force (n,) of two modes with amplitudes `modes` (n_out, 2)."""
+    return np.asarray(modes @ np.array([filtered(u), 2.0 * filtered(u, 90.0)]))
+
+
+@pytest.mark.parametrize("repeats", [1, 4])
+def test_the_noise_of_responses_to_a_force_that_nobody_recorded(repeats: int) -> None:
+    """The force has power on every line, so that no stretch of a spectrum is noise alone; sensors that move by
+    different amounts, and noise of different levels, are told apart."""
+    rng = np.random.default_rng(3)
+    u = np.tile(rng.standard_normal(8192 // repeats), repeats)
+    clean = driven_together(u, np.array([[1.0, 0.3], [0.7, -0.5], [0.4, 0.8], [0.1, 0.2]]))
+    sd = np.array([0.02, 0.05, 0.01, 0.03]) * clean.std(axis=1)
+    y = clean + sd[:, None] * rng.standard_normal(clean.shape)
+    np.testing.assert_allclose(noise_of(np.zeros((0, y.shape[1])), y, 0), sd, rtol=0.15)
+
+
+def test_sensors_that_move_alike_share_the_noise_that_they_differ_by() -> None:
+    rng = np.random.default_rng(4)
+    clean = driven_together(rng.standard_normal(8192), np.array([[1.0, 0.5]] * 3))
+    sd = 0.03 * clean.std(axis=1)
+    y = clean + sd[:, None] * rng.standard_normal(clean.shape)
+    np.testing.assert_allclose(noise_of(np.zeros((0, 8192)), y, 0), sd, rtol=0.15)
+
+
 @pytest.mark.parametrize("period", [300, 512, 777])
 def test_the_period_of_a_force(period: int) -> None:
     rng = np.random.default_rng(period)

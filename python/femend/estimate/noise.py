@@ -5,20 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.estimate.noise_alone import noise_beside_others
+from femend.estimate.stretches import FIRST_LINE, left_over, of_quieter, width_of
+
 __all__ = ["BLOCKS", "SILENT", "fewest_samples", "noise_in_silence", "noise_of"]
 
 FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
-# complex degrees of freedom left in a stretch of the noise estimate, and the quantile of the stretches that is taken
-NOISE_FREEDOM, NOISE_QUANTILE = 9, 0.2
-# the first line of the first stretch: those before hold the mean and its drift
-FIRST_LINE = 2
 # a repeating record's spectrum is also judged by its stretches where it has more lines than this
 ENOUGH_LINES = 300
-# where no force was recorded: lines in a stretch whose power is compared, the share of the stretches that are taken for
-# noise alone, and what these show of its power: the quantile they are would be 0.55 of it if all were, 0.75 if a fifth
-STRETCH, QUIETEST, SHOWN = 15, 0.05, 0.65
 # a force is silent in a block, one of so many of a record, that holds no more than this share of its peak
 BLOCKS, SILENT = 40, 0.02
 # the fewest blocks that tell the noise together, by how many of its standard errors the noise of one may be above the
@@ -28,12 +23,7 @@ FEWEST, ABOVE, ALIVE = 4, 4.0, 0.5
 
 def fewest_samples(n_in: int) -> int:
     """Samples of a record with `n_in` forces of which `noise_of` can tell anything: one stretch of its spectrum."""
-    return 2 * (_width(n_in) + FIRST_LINE)
-
-
-def _width(n_in: int) -> int:
-    """Lines in a stretch: three unknowns for every force and the transient, and the freedom that is left."""
-    return 3 * (n_in + 1) + NOISE_FREEDOM
+    return 2 * (width_of(n_in) + FIRST_LINE)
 
 
 def noise_of(u: FloatArray, y: FloatArray, period: int) -> FloatArray:
@@ -43,7 +33,8 @@ def noise_of(u: FloatArray, y: FloatArray, period: int) -> FloatArray:
     polynomial method, Pintelon and Schoukens, System Identification, 2nd ed., ch. 7); what they leave is noise and
     distortion, and since noise is white and distortion is not, the quieter stretches tell the noise. Repeating records
     also tell it by the difference of their last two periods, in which free decays may still show: the smaller holds.
-    Without a recorded force (`u` (0, n)) the quietest stretches of the spectrum tell it, as far as it is white.
+    Without a recorded force (`u` (0, n)) one response stands for it, and the quietest stretches of the spectrum tell it
+    as well, as far as it is white (`noise_alone`).
     """
     n = y.shape[1]
     U, Y = np.fft.rfft(u, axis=1), np.fft.rfft(y, axis=1)
@@ -53,9 +44,9 @@ def noise_of(u: FloatArray, y: FloatArray, period: int) -> FloatArray:
         last, before = y[:, n - period :], y[:, n - 2 * period : n - period]
         found = (last - before).std(axis=1) / np.sqrt(2)
     if len(u) == 0:
-        found = np.minimum(found, np.sqrt(_quietest(Y) / n))
+        found = np.sqrt(noise_beside_others(Y, n * found**2) / n)
     elif not repeats or U.shape[1] > ENOUGH_LINES:
-        found = np.minimum(found, np.sqrt(_local_residuals(U, Y) / n))
+        found = np.minimum(found, np.sqrt(of_quieter(left_over(U, Y)) / n))
     silence = noise_in_silence(u, y)
     if silence is not None:
         found = np.minimum(found, silence)
@@ -82,29 +73,3 @@ def noise_in_silence(u: FloatArray, y: FloatArray) -> FloatArray | None:
     if near.sum(axis=1).min() < FEWEST:
         return None
     return np.asarray(np.sqrt(np.where(near, variance, 0.0).sum(axis=1) / near.sum(axis=1)))
-
-
-def _quietest(Y: ComplexArray) -> FloatArray:
-    """Power (n_out,) per line of white noise as the quietest stretches of the spectra show it."""
-    whole = Y.shape[1] // STRETCH * STRETCH
-    power = (np.abs(Y[:, :whole]) ** 2).reshape(len(Y), -1, STRETCH).mean(axis=2)
-    return np.asarray(np.quantile(power, QUIETEST, axis=1) / SHOWN)
-
-
-def _local_residuals(U: ComplexArray, Y: ComplexArray) -> FloatArray:
-    """Power (n_out,) per line that local quadratic models of response and transient leave in the quieter stretches."""
-    n_in = len(U)
-    width = _width(n_in)
-    delta = np.linspace(-1, 1, width)
-    powers = np.vstack([np.ones(width), delta, delta**2])
-    left = []
-    for first in range(FIRST_LINE, U.shape[1] - width, max(1, width // 2)):
-        part = slice(first, first + width)
-        A = np.vstack([powers * row[part] for row in U] + [powers]).T
-        e = Y[:, part].T - A @ np.linalg.lstsq(A, Y[:, part].T, rcond=None)[0]
-        left.append((np.abs(e) ** 2).sum(axis=0) / NOISE_FREEDOM)
-    # a quantile of a gamma variable of NOISE_FREEDOM degrees over its mean
-    from scipy.stats import gamma
-
-    share = gamma.ppf(NOISE_QUANTILE, NOISE_FREEDOM) / NOISE_FREEDOM
-    return np.asarray(np.quantile(np.array(left), NOISE_QUANTILE, axis=0) / share)
