@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from femend.diagnose.accepted import TELLING
+import numpy as np
+
 from femend.diagnose.diagnosis import explain
-from femend.diagnose.locate import cost_of, locate
+from femend.diagnose.locate import locate
+from femend.diagnose.one_more import one_more_force, stands_in
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.settings import Settings
 from femend.diagnose.so_far import SoFar
@@ -19,11 +21,6 @@ from femend.progress import Progress, SilentProgress
 from femend.threads import one_blas_thread
 
 __all__ = ["diagnose_responses"]
-
-# misfit with one more free force, in that of the updated model, up to which it explains clearly more where the force
-# that drove the structure is free too: 0.94 and more on controls of calibration seed 27, 0.88 and less where something
-# shows
-ONE_MORE = 0.91
 
 
 @one_blas_thread
@@ -46,24 +43,21 @@ def diagnose_responses(
         return None
     so_far.driven = driven
     so_far.places(driven.start, driven.located)
+    more = one_more_force(driven, settings)
+    if more:
+        # the model does not explain the recordings, however little of that stands above the noise
+        between = float(np.sqrt(driven.start.null.score * driven.located[0].fit.score))
+        settings = replace(settings, consistent=min(settings.consistent, between))
     out = explain(driven.start, driven.located, driven.places, settings, tell, so_far=so_far)
-    if out.verdict != "missing-physics" and _one_more_force(driven, settings):
+    if out.verdict != "missing-physics" and more:
         out = _simulated(driven, out, settings, tell)
-        if out.verdict in ("consistent", "parameters-only"):
-            out = replace(out, verdict="located-not-named", place=driven.located[0], advice=nothing_explains(out))
+        if out.verdict in ("consistent", "parameters-only") or stands_in(out, driven):
+            out = replace(
+                out, verdict="located-not-named", place=driven.located[0], best=None, advice=nothing_explains(out)
+            )
     tell.done()
     so_far.found = replace(out, driven=driven)
     return so_far.found
-
-
-def _one_more_force(driven: Driven, settings: Settings) -> bool:
-    """Whether a free force beside the drive explains clearly more than the updated model. Near the noise a misfit alone
-    says little where a force is free on every line."""
-    if not driven.located:
-        return False
-    start, first = driven.start, driven.located[0]
-    gain = cost_of(start.problem, start.null, 0.0) - first.cost
-    return gain > TELLING * settings.gain_cost and first.fit.score < ONE_MORE * start.null.score
 
 
 def _simulated(driven: Driven, plain: Diagnosis, settings: Settings, tell: Progress) -> Diagnosis:
