@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from femend.diagnose.dashpots import best_dashpot, led_by, told
 from femend.diagnose.diagnosis import explain
 from femend.diagnose.locate import locate
 from femend.diagnose.one_more import one_more_force, stands_in
@@ -44,17 +45,23 @@ def diagnose_responses(
     so_far.driven = driven
     so_far.places(driven.start, driven.located)
     more = one_more_force(driven, settings)
-    if more:
+    dashpot = best_dashpot(driven, settings)
+    located = driven.located if dashpot is None else led_by(dashpot, driven)
+    if more or dashpot is not None:
         # the model does not explain the recordings, however little of that stands above the noise
-        between = float(np.sqrt(driven.start.null.score * driven.located[0].fit.score))
+        left = min([one.fit.score for one in driven.located[:1]] + ([] if dashpot is None else [dashpot.fit.score]))
+        between = float(np.sqrt(driven.start.null.score * left))
         settings = replace(settings, consistent=min(settings.consistent, between))
-    out = explain(driven.start, driven.located, driven.places, settings, tell, so_far=so_far)
+    out = explain(driven.start, located, driven.places, settings, tell, so_far=so_far)
     if out.verdict != "missing-physics" and more:
         out = _simulated(driven, out, settings, tell)
-        if out.verdict in ("consistent", "parameters-only") or stands_in(out, driven):
-            out = replace(
-                out, verdict="located-not-named", place=driven.located[0], best=None, advice=nothing_explains(out)
-            )
+    silent = out.verdict in ("consistent", "parameters-only")
+    if dashpot is not None and located and silent:
+        out = replace(out, verdict="located-not-named", place=located[0], advice=told(dashpot))
+    elif more and (silent or stands_in(out, driven)):
+        out = replace(
+            out, verdict="located-not-named", place=driven.located[0], best=None, advice=nothing_explains(out)
+        )
     tell.done()
     so_far.found = replace(out, driven=driven)
     return so_far.found
