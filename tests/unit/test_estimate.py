@@ -188,6 +188,29 @@ def test_a_fit_that_breaks_down_at_its_start_is_none_and_a_continuation_begins_a
     assert again.score == pytest.approx(whole.score, rel=0.01)
 
 
+def test_of_many_starts_those_that_cost_least_are_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, nothing = of_a_cantilever(tmp_path)
+    mean = problem.prior(nothing.reduced)[0]
+    starts = [(mean + step, np.zeros(0)) for step in (1e3, 1.0, 0.5, -0.3, 0.2, 0.0)]
+    whole = problem.continuation(nothing, starts)
+    assert whole is not None
+    followed: list[list[float]] = []
+    fit = Problem.fit
+
+    def counted(self: Problem, *args: Any, **more: Any) -> list[Fit | None]:
+        if more.get("iterations"):
+            followed.append([float(p[0] - mean[0]) for p, _ in args[1]])
+        return fit(self, *args, **more)
+
+    monkeypatch.setattr(Problem, "fit", counted)
+    found = problem.continuation(nothing, starts, cheapest=2)
+    assert found is not None
+    assert max(len(at) for at in followed) == 2
+    # neither the one that breaks down, though it is the first, nor the one that is furthest off
+    assert not {1e3, 1.0} & set(followed[0])
+    assert found.cost == pytest.approx(whole.cost, rel=1e-6)
+
+
 def test_many_sensors_are_followed_on_fewer_lines_and_fitted_on_all(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -333,21 +333,25 @@ class Problem:
         starts: Sequence[tuple[FloatArray, FloatArray]] | None = None,
         iterations: int = 15,
         most: int = CONTINUED,
+        cheapest: int | None = None,
     ) -> Fit | None:
         """Fit from far off: strongly damped lines first, the recorded last; None where the model breaks down at its
         starts.
 
         `starts` are (unknowns, ln law parameters), prior means where none are given. Which minimum the recorded lines
         lead to can hang on little, so that what comes of the first start and the `most` best of different minima go on
-        from each stage to the next.
+        from each stage to the next. Of many starts as many as `cheapest`, those that cost least on the most strongly
+        damped lines, can be all that are followed: there the cost has few minima.
         """
         starts = [self._start(hypothesis)] if starts is None else starts
         at, few = starts, self._few()
         for factor, held in CONTINUATION:
-            problem = few.pressed() if factor > 0 else few
-            fits = problem.fit(
-                [hypothesis] * len(at), at, sigma=factor * self.scale(), iterations=iterations, held=held
-            )
+            problem, sigma = few.pressed() if factor > 0 else few, factor * self.scale()
+            if cheapest is not None and len(at) > cheapest:
+                seen = problem.fit([hypothesis] * len(at), at, sigma=sigma, iterations=0)
+                order = sorted((fit.cost, i) for i, fit in enumerate(seen) if fit is not None)
+                at = [at[i] for _, i in order[:cheapest]] or at
+            fits = problem.fit([hypothesis] * len(at), at, sigma=sigma, iterations=iterations, held=held)
             done = _different(fits)
             if not done:  # lines that are damped less may break down where a wrong model was taken to
                 done = _different(self.fit([hypothesis] * len(starts), starts, iterations=iterations))
