@@ -18,6 +18,7 @@ from femend.cli import main
 from femend.diagnose import diagnosis as steps
 from femend.diagnose import name
 from femend.errors import StudyError, TimeLimitError
+from femend.study import run as study_run
 from femend.study.study_run import StudyRun
 from femend.study.time_limit import TimeLimit
 
@@ -79,6 +80,21 @@ def test_a_time_that_is_too_short_is_an_error(study: Path, tmp_path: Path, monke
     assert done.exit_code == 2
     assert "give it more time" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_responses_alone_that_turn_out_to_need_stages_go_through_them_and_say_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = small_study.write_study(tmp_path, SPRING)
+    path.write_text(path.read_text().replace('role = "fit"', 'role = "fit"\nexcitation = "unknown"'))
+    staged: list[list[str]] = []
+    monkeypatch.setattr(study_run, "diagnose_responses", lambda *args, **kwargs: None)
+    monkeypatch.setattr(study_run, "diagnose_staged", lambda *args: staged.append(args[-1]))
+    fe.diagnose_study(path, time_limit=60.0, laws="support_stiffness")
+    no_one_force, limit, laws = staged[0]
+    assert "no one force" in no_one_force
+    assert limit.startswith("a time limit was set (60 s)")
+    assert laws.startswith("laws were chosen (support_stiffness)")
 
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])

@@ -74,7 +74,8 @@ def diagnose(
 
     With a `time_limit` in seconds it is stopped when they are over, and what is settled by then is written and
     returned, which takes some seconds more; run.json says the limit. Raises TimeLimitError where the parameters were
-    not updated by then, and StudyError for a study in stages, which settles nothing on its way.
+    not updated by then, and StudyError for a study in stages, which settles nothing on its way; one of responses alone
+    that turns out to need stages goes through them to their end and warns.
     """
     limit = TimeLimit(time_limit)
     with selected(laws) as tried:
@@ -96,7 +97,8 @@ def _diagnose(
         study = load_study(study_path)
     unrecorded = _unrecorded(study)
     if is_staged(study) and not unrecorded:
-        _nothing_chosen(info)
+        for text in _not_kept(info):
+            raise StudyError(f"{text}; leave that out")
         return diagnose_staged(study, steps, info, progress, folder)
     with steps.step("read the deck and the recordings"):
         model = read_model(study.model_file, units=study.units, parameters=study.parameters, spc=_spc(study))
@@ -139,23 +141,24 @@ def _diagnose(
     if run is not None:
         return run
     # what is left of the recordings are modes
-    _nothing_chosen(info)
     why = [] if right.whole else [NO_ONE_FORCE if records else TOO_FEW]
-    return diagnose_staged(study, steps, info, progress, folder, why)
+    return diagnose_staged(study, steps, info, progress, folder, [*why, *_not_kept(info)])
 
 
-def _nothing_chosen(info: RunInfo) -> None:
-    """Raises StudyError where laws were asked for that stages do not try, or a time limit that they do not keep."""
+def _not_kept(info: RunInfo) -> list[str]:
+    """What was asked for that a study in stages does not keep: a time limit, and laws that its stages do not try."""
+    told = []
     if "time_limit" in info.settings:
-        raise StudyError(
+        told.append(
             f"a time limit was set ({info.settings['time_limit']:g} s), but this study goes through its stages, of "
-            "which nothing is settled before the last one; leave out the limit"
+            "which nothing is settled before the last one"
         )
     if "laws" in info.settings:
-        raise StudyError(
+        told.append(
             f"laws were chosen ({', '.join(info.settings['laws'])}), but this study goes through its stages, which try "
-            "supports, springs, joints and masses alone; leave out the choice of laws"
+            "supports, springs, joints and masses alone"
         )
+    return told
 
 
 @dataclass(eq=False)
