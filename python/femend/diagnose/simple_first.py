@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from femend.diagnose.candidates import Candidate
 from femend.diagnose.evidence import fall
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
@@ -39,12 +40,16 @@ def simple_first(ranked: list[Ranked], settings: Settings) -> list[Ranked]:
 
 def simplest_linear(ranked: list[Ranked], settings: Settings) -> list[Ranked]:
     """Puts a linear law with fewer parameters before the best one at the same place, and a spring to ground before a
-    bedding that holds its node, where this does not bring against it what a law has to bring against none."""
+    bedding that holds its node, where this does not bring against it what a law has to bring against none.
+
+    Two laws of several parameters of which neither contains the other, a loss factor and a relaxation, are told apart
+    by their scores: what is wrong with the rest of the model gives neither of them anything by itself.
+    """
     for r in ranked:
         first = next((f for f in ranked if not f.candidate.nonlinear), None)
         if first is None or r.candidate.nonlinear:
             continue
-        simpler = _same_place(r.located.place, first.located.place) and r.candidate.n_law < first.candidate.n_law
+        simpler = _same_place(r.located.place, first.located.place) and _simpler(r.candidate, first.candidate)
         if (simpler or _part_of(r, first)) and not _won(first, r, settings):
             ahead = replace(r, score=first.score)
             # what the other lacks of the evidence that a law has to bring; a bedding is no other law
@@ -52,6 +57,19 @@ def simplest_linear(ranked: list[Ranked], settings: Settings) -> list[Ranked]:
             behind = [replace(f, score=f.score + lacks) if f is first else f for f in ranked if f is not r]
             ranked = sorted([ahead, *behind], key=lambda o: o.score)
     return ranked
+
+
+def _simpler(law: Candidate, rich: Candidate) -> bool:
+    """Whether a law has fewer parameters than another, and only one or those of a limit of the other.
+
+    On calibration cases (seed 98) a relaxation scored better than a loss factor by 21 to 374 on eight of nine supports
+    and joints that relax (worse by 5 on the ninth, near the noise), and a loss factor by 4 to 94 on all eleven of its.
+    """
+    if law.n_law >= rich.n_law:
+        return False
+    if law.n_law == 1 or law.physics is None or rich.physics is None or law.physics is rich.physics:
+        return True
+    return law.name in rich.physics.simpler
 
 
 def _won(rich: Ranked, simple: Ranked, settings: Settings) -> bool:
