@@ -34,7 +34,9 @@ def test_a_dashpot_is_found_with_its_size(damped: Driven) -> None:
     assert found is not None
     assert (found.place.nodes, found.place.direction.lstrip("+")) == ((7,), "Z")
     assert found.c == pytest.approx(C, rel=0.15)
-    assert "node 7" in told(found)
+    said = told(found, "SI")
+    assert "a dashpot at node 7 to ground" in said
+    assert "N*s/m, explains clearly more" in said
 
 
 def test_its_place_comes_first_and_no_other_is_lost(damped: Driven) -> None:

@@ -22,6 +22,8 @@ from femend.diagnose.unrecorded import Driven
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 from femend.numerals import plain
+from femend.physics import physics
+from femend.units import unit_system
 
 __all__ = ["Dashpot", "best_dashpot", "led_by", "told"]
 
@@ -83,12 +85,14 @@ def _held(problem: Problem, reduced: ReducedModel, places: Sequence[Place], p: F
     return np.where(compliance > 0, 1 / np.maximum(compliance, 1e-300), np.inf) / np.sqrt(low * high)
 
 
-def told(dashpot: Dashpot) -> str:
-    """What is said of a dashpot that is clearly better than nothing where no law takes enough away to be named."""
+def told(dashpot: Dashpot, units: str) -> str:
+    """What is said of a dashpot, of a model in the system of `units`, that is clearly better than nothing where no law
+    takes enough away to be named."""
+    unit = physics("viscous_damper").parameters[0].unit(unit_system(units))
     return (
-        f"something is missing at the first place listed: a dashpot {dashpot.place.where} of "
-        f"{plain(dashpot.c, 3)} explains clearly more than the updated model, but too little of what is left to be "
-        "named"
+        f"something is missing at the first place listed: a dashpot {dashpot.place.where}, of {plain(dashpot.c, 3)} "
+        f"{unit}, explains clearly more than the updated model, but too little of what is left to be named; a "
+        "recording that holds the force would tell far more"
     )
 
 

@@ -57,7 +57,7 @@ def diagnose_responses(
         out = _simulated(driven, out, settings, tell)
     silent = out.verdict in ("consistent", "parameters-only")
     if dashpot is not None and located and silent:
-        out = replace(out, verdict="located-not-named", place=located[0], advice=told(dashpot))
+        out = replace(out, verdict="located-not-named", place=located[0], advice=told(dashpot, model.units))
     elif more and (silent or stands_in(out, driven)):
         out = replace(
             out, verdict="located-not-named", place=driven.located[0], best=None, advice=nothing_explains(out)
