@@ -15,9 +15,12 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from femend import Channel, Dof, TimeData, _core, functions_of, write_uff
+from femend.diagnose.judge import Given, to_beat
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.pairs import Searched
 from femend.diagnose.ranked import Ranked
+from femend.diagnose.settings import Settings
+from femend.diagnose.split import split_records
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import fit_records, pair_test
 from femend.model import Model, Parameter, read_model
@@ -184,6 +187,15 @@ def searched(d: Diagnosis, ranked: Sequence[Ranked] | None = None) -> Searched:
         d.problem, d.reduced, d.g_rows, d.split, find_places(d.reduced.model), d.located,
         d.ranked if ranked is None else ranked, d.settings, d.n_values, d.null_score, 0.0,
     )  # fmt: skip
+
+
+def searched_without_laws(start: UpdatedModel) -> Searched:
+    """What the search for more effects begins with where no law was named."""
+    split = split_records(start.problem, start.null, [])
+    alone = to_beat(Given(split, start.reduced, start.g_rows, start.null.p, Settings()), start.null)
+    places = find_places(start.reduced.model)
+    return Searched(start.problem, start.reduced, start.g_rows, split, places, [], [], Settings(), alone.n_values,
+                    alone.score, 0.0)  # fmt: skip
 
 
 def updated(folder: Path, truth: Truth) -> UpdatedModel:

@@ -11,21 +11,17 @@ import pytest
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import open_joint
-from femend.diagnose.judge import Given, to_beat
 from femend.diagnose.linear_pair import where_both_explain_more
 from femend.diagnose.locate import Located
 from femend.diagnose.pairs import Searched
-from femend.diagnose.settings import Settings
-from femend.diagnose.split import split_records
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, fitted_together
 from femend.diagnose.update import UpdatedModel
-from femend.model.places import find_places
 from femend.physics import physics
 from femend.physics.causal import springpot
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_study import Truth, updated
+from small_study import Truth, searched_without_laws, updated
 
 ABSORBER = {"m": 0.08, "k": 0.08 * (2 * np.pi * 70.0) ** 2, "c": 2 * 0.03 * 0.08 * 2 * np.pi * 70.0}
 DAMPING = springpot(8e3, 0.4, 2 * np.pi * 35.0)
@@ -35,14 +31,6 @@ DAMPING = springpot(8e3, 0.4, 2 * np.pi * 35.0)
 def start(tmp_path_factory: pytest.TempPathFactory) -> UpdatedModel:
     laws = [(6, "tuned_absorber", ABSORBER), (10, "springpot", DAMPING)]
     return updated(tmp_path_factory.mktemp("pair"), Truth((7.3e10, 6.8e10), laws=laws))
-
-
-def searched(start: UpdatedModel) -> Searched:
-    split = split_records(start.problem, start.null, [])
-    alone = to_beat(Given(split, start.reduced, start.g_rows, start.null.p, Settings()), start.null)
-    places = find_places(start.reduced.model)
-    return Searched(start.problem, start.reduced, start.g_rows, split, places, [], [], Settings(), alone.n_values,
-                    alone.score, 0.0)  # fmt: skip
 
 
 def linear(first: Searched, start: UpdatedModel, law: str, node: int, values: dict[str, float]) -> Term:
@@ -62,7 +50,7 @@ def pair(first: Searched, *terms: Term) -> Scored:
 
 def test_an_absorber_and_what_it_bent_come_to_where_and_what_they_are(start: UpdatedModel) -> None:
     """It was found heavier at a node that moves less, beside a law of another form."""
-    first = searched(start)
+    first = searched_without_laws(start)
     heavy = {name: 4 * value for name, value in ABSORBER.items()}
     absorber = linear(first, start, "tuned_absorber", 4, heavy)
     found = pair(first, absorber, linear(first, start, "viscoelastic", 10, {"k0": 4e3, "k1": 6e3, "tau": 5e-3}))
@@ -82,7 +70,7 @@ def test_an_absorber_and_what_it_bent_come_to_where_and_what_they_are(start: Upd
 
 
 def test_laws_at_one_place_and_nonlinear_ones_stay(start: UpdatedModel) -> None:
-    first = searched(start)
+    first = searched_without_laws(start)
     one = linear(first, start, "tuned_absorber", 6, ABSORBER)
     found = pair(first, one, replace(linear(first, start, "viscous_damper", 10, {"c": 5.0}), located=one.located))
     here = replace(found[1].terms[1], candidate=replace(found[1].terms[1].candidate, joint=one.candidate.joint))

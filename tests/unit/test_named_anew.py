@@ -11,20 +11,16 @@ import pytest
 
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.joint import open_joint
-from femend.diagnose.judge import Given, to_beat
 from femend.diagnose.locate import Located
 from femend.diagnose.named_anew import force_of_the_other, named_anew
 from femend.diagnose.pairs import Searched
-from femend.diagnose.settings import Settings
-from femend.diagnose.split import split_records
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, fitted_together
 from femend.diagnose.update import UpdatedModel
-from femend.model.places import find_places
 from femend.physics import physics
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_study import Truth, updated
+from small_study import Truth, searched_without_laws, updated
 
 DASHPOT, SPRING = 20.0, {"k_plus": 6.0e3, "k_minus": 2.0e3}
 MODULI = (7.3e10, 6.8e10)
@@ -42,14 +38,6 @@ def elastic(tmp_path_factory: pytest.TempPathFactory) -> UpdatedModel:
     return updated(tmp_path_factory.mktemp("elastic"), Truth(MODULI, laws=laws))
 
 
-def searched(start: UpdatedModel) -> Searched:
-    split = split_records(start.problem, start.null, [])
-    alone = to_beat(Given(split, start.reduced, start.g_rows, start.null.p, Settings()), start.null)
-    places = find_places(start.reduced.model)
-    return Searched(start.problem, start.reduced, start.g_rows, split, places, [], [], Settings(), alone.n_values,
-                    alone.score, 0.0)  # fmt: skip
-
-
 def pair(first: Searched, start: UpdatedModel) -> Scored:
     """A dashpot at node 7 and an elastic spring at node 13, fitted together."""
     terms = []
@@ -65,7 +53,7 @@ def pair(first: Searched, start: UpdatedModel) -> Scored:
 
 
 def test_an_elastic_spring_gives_way_to_one_of_two_stiffnesses(bilinear: UpdatedModel) -> None:
-    first = searched(bilinear)
+    first = searched_without_laws(bilinear)
     found = pair(first, bilinear)
     assert found[1].chosen > 2.0
     best, compared = named_anew(first, found)
@@ -82,21 +70,21 @@ def test_an_elastic_spring_gives_way_to_one_of_two_stiffnesses(bilinear: Updated
 
 
 def test_a_pair_that_leaves_no_more_than_a_law_has_to_bring_stays(bilinear: UpdatedModel) -> None:
-    first = searched(bilinear)
+    first = searched_without_laws(bilinear)
     found = pair(first, bilinear)
     near = replace(first, floor=found[0] - first.price * found[1].n_law - 0.5 * first.settings.gain_cost)
     assert named_anew(near, found) == (found, [])
 
 
 def test_a_spring_that_is_elastic_stays(elastic: UpdatedModel) -> None:
-    first = searched(elastic)
+    first = searched_without_laws(elastic)
     found = pair(first, elastic)
     # whatever noise leaves: other laws are tried, and none of them wins
     assert named_anew(replace(first, floor=-np.inf), found) == (found, [])
 
 
 def test_the_force_of_the_other_law_is_the_one_both_have_together(bilinear: UpdatedModel) -> None:
-    first = searched(bilinear)
+    first = searched_without_laws(bilinear)
     found = pair(first, bilinear)
     known = force_of_the_other(first, found[1], 1)
     assert known is not None
