@@ -87,3 +87,5 @@ def test_a_study_in_stages_refuses_them(study: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(study_run, "is_staged", lambda study: True)
     with pytest.raises(StudyError, match=r"laws were chosen \(cubic_stiffness\)"):
         fe.diagnose_study(study, laws="cubic_stiffness")
+    with pytest.raises(StudyError, match=r"time limit was set \(9 s\).*leave out the limit and the choice of laws$"):
+        fe.diagnose_study(study, laws="cubic_stiffness", time_limit=9.0)

@@ -57,16 +57,22 @@ def at_the_best_places(first: Searched, found: Scored) -> Scored:
     """Laws that were fitted together, moved one after the other to where all of them leave clearly less; once more
     where one was, since the other was judged beside it where it had been."""
     for _ in range(ROUNDS):
+        worth = [
+            (i, place)
+            for i, term in reversed(list(enumerate(found[1].terms)))
+            for place in ([] if term.place is None else _worth_trying(first, term.place))
+        ]
+        if not worth:
+            break
         before, least = found, _in_the_beginning(first, found[1].terms, found[1].p)
-        for i, term in reversed(list(enumerate(found[1].terms))):
-            for place in [] if term.place is None else _worth_trying(first, term.place):
-                terms = [moved(first, t, place) if j == i else t for j, t in enumerate(found[1].terms)]
-                if _in_the_beginning(first, terms, found[1].p) > OUTDONE * max(least, 1.0):
-                    continue
-                tried = fitted_together(first, terms, found[1].p)
-                if tried is None or tried[0] >= found[0]:
-                    continue
-                found = tried if shows(first.settings, found[1].fitted, tried[1].fitted) else found
+        for i, place in worth:
+            terms = [moved(first, t, place) if j == i else t for j, t in enumerate(found[1].terms)]
+            if _in_the_beginning(first, terms, found[1].p) > OUTDONE * max(least, 1.0):
+                continue
+            tried = fitted_together(first, terms, found[1].p)
+            if tried is None or tried[0] >= found[0]:
+                continue
+            found = tried if shows(first.settings, found[1].fitted, tried[1].fitted) else found
         if found is before:
             break
     return found

@@ -15,9 +15,9 @@ __all__ = ["likeliest_starts"]
 NONLINEAR, STARTS, REACH = 3, 2, 2.0
 
 
-def likeliest_starts(joint: Joint, recovered: Recovered, nonlinear: int = NONLINEAR) -> dict[str, Start]:
+def likeliest_starts(joint: Joint, recovered: Recovered) -> dict[str, Start]:
     """The best start of each law that follows the recovered force about as well as the best one, by its name: of linear
-    laws all, of nonlinear ones as many as `nonlinear`."""
+    laws all, of nonlinear ones as many as `NONLINEAR`."""
     begun = [
         (name, start)
         for name, entry in laws_for(joint.place.kind)
@@ -28,6 +28,6 @@ def likeliest_starts(joint: Joint, recovered: Recovered, nonlinear: int = NONLIN
     kept: dict[str, Start] = {}
     for name, start in begun:
         many = sum(other.physics.kind == "nonlinear" for other in kept.values())
-        if start.left < REACH * begun[0][1].left and (start.physics.kind == "linear" or many < nonlinear):
+        if start.left < REACH * begun[0][1].left and (start.physics.kind == "linear" or many < NONLINEAR):
             kept.setdefault(name, start)
     return kept

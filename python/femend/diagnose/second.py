@@ -238,8 +238,9 @@ def _at_two_places(first: Searched) -> tuple[Further | None, Searched]:
     if one and first is quiet:
         return settled, first
     found, more = _beside_the_best(first)
-    if found is not None or settled is not None or not more or places is None:
-        return settled if found is None else found, first
+    found = settled if found is None else found
+    if found is not None or not more or places is None:
+        return found, first
     return _beside_a_free_force(first, *places), first
 
 

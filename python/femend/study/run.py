@@ -97,8 +97,8 @@ def _diagnose(
         study = load_study(study_path)
     unrecorded = _unrecorded(study)
     if is_staged(study) and not unrecorded:
-        for text in _not_kept(info):
-            raise StudyError(f"{text}; leave that out")
+        if unkept := _not_kept(info):
+            raise StudyError(f"{'; '.join(unkept.values())}; leave out {' and '.join(unkept)}")
         return diagnose_staged(study, steps, info, progress, folder)
     with steps.step("read the deck and the recordings"):
         model = read_model(study.model_file, units=study.units, parameters=study.parameters, spc=_spc(study))
@@ -142,19 +142,20 @@ def _diagnose(
         return run
     # what is left of the recordings are modes
     why = [] if right.whole else [NO_ONE_FORCE if records else TOO_FEW]
-    return diagnose_staged(study, steps, info, progress, folder, [*why, *_not_kept(info)])
+    return diagnose_staged(study, steps, info, progress, folder, [*why, *_not_kept(info).values()])
 
 
-def _not_kept(info: RunInfo) -> list[str]:
-    """What was asked for that a study in stages does not keep: a time limit, and laws that its stages do not try."""
-    told = []
+def _not_kept(info: RunInfo) -> dict[str, str]:
+    """What was asked for that a study in stages does not keep, with what is said of it: a time limit, and laws that its
+    stages do not try."""
+    told = {}
     if "time_limit" in info.settings:
-        told.append(
+        told["the limit"] = (
             f"a time limit was set ({info.settings['time_limit']:g} s), but this study goes through its stages, of "
             "which nothing is settled before the last one"
         )
     if "laws" in info.settings:
-        told.append(
+        told["the choice of laws"] = (
             f"laws were chosen ({', '.join(info.settings['laws'])}), but this study goes through its stages, which try "
             "supports, springs, joints and masses alone"
         )
