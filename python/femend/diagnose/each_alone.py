@@ -8,7 +8,7 @@ linear model reaches the noise of that.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from femend.diagnose.update import UpdatedModel
 from femend.estimate import Fit
 from femend.numerals import plain
 
-__all__ = ["explained_one_by_one", "unlike"]
+__all__ = ["explained_one_by_one", "fitted_one_by_one", "moved_most", "unlike"]
 
 FloatArray = NDArray[np.float64]
 
@@ -39,10 +39,16 @@ def unlike(start: UpdatedModel, settings: Settings) -> str:
 def explained_one_by_one(start: UpdatedModel, settings: Settings) -> list[Fit] | None:
     """The updated model fitted to each of its records alone; None where it does not explain one of them to the noise
     within its priors."""
+    return fitted_one_by_one(start, lambda fit: fit.score <= settings.consistent and not settings.strains(fit.prior))
+
+
+def fitted_one_by_one(start: UpdatedModel, good: Callable[[Fit], bool] = lambda fit: True) -> list[Fit] | None:
+    """The updated model fitted to each of its records alone; None where it breaks down on one of them, or that fit is
+    not `good`."""
     null, fits = start.null, []
     for record in start.problem.records:
         (fit,) = start.problem.on([record]).fit([null.hypothesis], [(null.p, np.zeros(0))])
-        if fit is None or fit.score > settings.consistent or settings.strains(fit.prior):
+        if fit is None or not good(fit):
             return None
         fits.append(fit)
     return fits
@@ -50,6 +56,16 @@ def explained_one_by_one(start: UpdatedModel, settings: Settings) -> list[Fit] |
 
 def _told(start: UpdatedModel, fits: Sequence[Fit]) -> str:
     """The mode and the parameters that differ most between the records, and what to do."""
+    return (
+        "each fit recording by itself is explained by the updated model to the noise, all of them together are not: "
+        f"{moved_most(start, fits)}. The structure was not the same in them (temperature, fill, supports, bolts that "
+        "were loosened or tightened between), or it changes with the level as a whole and not at one place. Record a "
+        "level twice, first and last, to tell the two apart; recordings of one state make a study"
+    )
+
+
+def moved_most(start: UpdatedModel, fits: Sequence[Fit]) -> str:
+    """The resonance that differs most between fits to each record alone, with the user's parameters in them."""
     problem, names = start.problem, [r.name for r in start.problem.records]
     omega, zeta = _modes(start, fits)
     inside = (omega.min(axis=0) >= 2 * np.pi * problem.band[0]) & (omega.max(axis=0) <= 2 * np.pi * problem.band[1])
@@ -60,13 +76,7 @@ def _told(start: UpdatedModel, fits: Sequence[Fit]) -> str:
     damping = ", ".join(f"{plain(100 * z, 2)} %" for z in zeta[:, mode])
     parameters = [f"{name} {', '.join(_percent(float(fit.p[i])) for fit in fits)}" for i, name in _parameters(start)]
     own = f"; parameters in the same order: {'; '.join(parameters)}" if parameters else ""
-    return (
-        "each fit recording by itself is explained by the updated model to the noise, all of them together are not: "
-        f"one resonance is at {freq} (damping {damping}{own}). The structure was not the same in them (temperature, "
-        "fill, supports, bolts that were loosened or tightened between), or it changes with the level as a whole and "
-        "not at one place. Record a level twice, first and last, to tell the two apart; recordings of one state make a "
-        "study"
-    )
+    return f"one resonance is at {freq} (damping {damping}{own})"
 
 
 def _modes(start: UpdatedModel, fits: Sequence[Fit]) -> tuple[FloatArray, FloatArray]:

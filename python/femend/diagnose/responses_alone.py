@@ -10,12 +10,13 @@ import numpy as np
 from femend.diagnose.dashpots import best_dashpot, led_by, told
 from femend.diagnose.diagnosis import explain
 from femend.diagnose.locate import locate
-from femend.diagnose.one_more import one_more_force, stands_in
+from femend.diagnose.one_more import one_more_force, shows_beside, stands_in
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.settings import Settings
 from femend.diagnose.so_far import SoFar
 from femend.diagnose.unrecorded import Driven, holds, locate_drive, with_force_read_off
 from femend.diagnose.verdict import nothing_explains
+from femend.diagnose.with_level import moves_with_level, told_of_drift
 from femend.estimate import FitRecord
 from femend.model import Model
 from femend.progress import Progress, SilentProgress
@@ -44,7 +45,9 @@ def diagnose_responses(
         return None
     so_far.driven = driven
     so_far.places(driven.start, driven.located)
-    more = one_more_force(driven, settings)
+    plainly = one_more_force(driven, settings)
+    moved = moves_with_level(driven.start) if driven.located else None
+    more = plainly or moved is not None
     dashpot = best_dashpot(driven, settings)
     located = driven.located if dashpot is None else led_by(dashpot, driven)
     if more or dashpot is not None:
@@ -59,9 +62,9 @@ def diagnose_responses(
     if dashpot is not None and located and silent:
         out = replace(out, verdict="located-not-named", place=located[0], advice=told(dashpot, model.units))
     elif more and (silent or stands_in(out, driven)):
-        out = replace(
-            out, verdict="located-not-named", place=driven.located[0], best=None, advice=nothing_explains(out)
-        )
+        shown = shows_beside(driven, settings)
+        advice = nothing_explains(out) if plainly or moved is None else told_of_drift(driven.start, moved, shown)
+        out = replace(out, verdict="located-not-named", place=driven.located[0], best=None, advice=advice)
     tell.done()
     so_far.found = replace(out, driven=driven)
     return so_far.found
