@@ -28,7 +28,7 @@ __all__ = [
 
 FloatArray = NDArray[np.float64]
 
-# prior ln standard deviation of a member's own stiffness factor, and of a spring's stiffness
+# prior ln standard deviation of a member's own stiffness factor, and of a spring's stiffness or a mass
 MEMBER_SD, SPRING_SD = 1.0, 3.0
 
 
@@ -44,7 +44,7 @@ def dressed(bare: ReducedModel, like: ReducedModel) -> ReducedModel:
 
 def with_own(place: Place, reduced: ReducedModel) -> ReducedModel:
     """The model with the unknowns of a place that are part of it: a factor on a member's, region's or bedding's
-    stiffness, a spring's stiffness, or the springs of a soft clamp under DOFs set free.
+    stiffness, a spring's stiffness, a mass, or the springs of a soft clamp under DOFs set free.
 
     Raises ModelError for a clamp that no SPC set holds.
     """
@@ -56,6 +56,10 @@ def with_own(place: Place, reduced: ReducedModel) -> ReducedModel:
         K = place.spring * (B.T @ B)
         sprung = replace(reduced, K_fixed=reduced.K_fixed + K).with_part("spring", K, None, SPRING_SD)
         return replace(sprung, members=(*sprung.members, place))
+    if place.mass:
+        B = place.w(reduced.V, reduced.V_a)
+        loaded = reduced.with_mass(place.mass * (B.T @ B), SPRING_SD)
+        return replace(loaded, members=(*loaded.members, place))
     sd = SPRING_SD if place.bed else MEMBER_SD
     split = reduced.with_part("member", member_stiffness(place, reduced), place.parameter, sd)
     return replace(split, members=(*reduced.members, place))

@@ -66,10 +66,9 @@ class Known:
         return split.changed(self.on)
 
     def basis(self, reduced: ReducedModel, f_max: float, g_rows: Sequence[int]) -> tuple[ReducedModel, list[int]]:
-        """The model in a basis that holds the response to the forces, and to those of springs that are part of it, with
-        the rows they need."""
-        held = [place for place in reduced.members if place.spring]
-        rows = rows_of((*self.places, *held), g_rows)
+        """The model in a basis that holds the response to the forces, and to those of springs and masses that are part
+        of it, with the rows they need."""
+        rows = rows_of((*self.places, *(place for place in reduced.members if place.inside)), g_rows)
         own_model = enlarged((), reduced, f_max, rows)
         for place, (k, m) in zip(self.places, self.attached, strict=True):
             own_model = with_attached(place, k, m, own_model)

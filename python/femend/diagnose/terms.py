@@ -14,6 +14,7 @@ from femend.diagnose.closed_loop import COARSE, LAW_SD, LawSpec, Loop, companion
 from femend.diagnose.descent import Descent
 from femend.diagnose.dressed import with_own, with_own_unknowns
 from femend.diagnose.joint import Joint, open_joints
+from femend.diagnose.known_force import rows_of
 from femend.diagnose.locate import Located
 from femend.diagnose.motion import motion
 from femend.diagnose.nonlinear import EXPLAINS, wider_windows, windows
@@ -314,7 +315,8 @@ def _opened(
     start = with_own_unknowns(p, bare, np.concatenate(factors))
     joints = {id(t.place): t.candidate.joint for t in reversed(attached)}
     held = [None if joint is None else joint.held for joint in (joints[id(place)] for place in places)]
-    joint = open_joints(places, reduced, problem.band[1], g_rows, held)
+    rows = rows_of([place for place in reduced.members if place.inside], g_rows)
+    joint = open_joints(places, reduced, problem.band[1], rows, held)
     ordered = (*attached, *(t for t in terms if t.member))
     x = np.concatenate([np.zeros(0), *(t.x for t in attached)])
     return TermsLoop(problem, joint, ordered, sigma=sigma), np.concatenate([start, x])

@@ -40,6 +40,7 @@ class Place:
             deck units around which it is sought) of each; the place then has no direction vectors.
         spring: stiffness in deck units around which a spring along its direction vectors is sought that is part of the
             model; 0 elsewhere.
+        mass: the same of a mass that moves along them.
         independent: whether g_rows are rows of the independent DOFs instead of the g-set.
         bed: of a bedding, of every node its id, and the rows of the g-set and values, in square roots of deck units of
             stiffness, of the spring to ground around which it is sought.
@@ -60,6 +61,7 @@ class Place:
     support: float = 0.0
     springs: tuple[tuple[int, float], ...] = ()
     spring: float = 0.0
+    mass: float = 0.0
     bed: tuple[tuple[int, NDArray[np.int64], FloatArray], ...] = ()
 
     @property
@@ -86,8 +88,13 @@ class Place:
     @property
     def n_own(self) -> int:
         """Number of unknowns that it adds to the model itself: a factor on what is there, a spring's or a soft clamp's
-        stiffnesses."""
-        return 1 if self.scaled or self.spring else len(self.springs)
+        stiffnesses, a mass."""
+        return 1 if self.scaled or self.inside else len(self.springs)
+
+    @property
+    def inside(self) -> bool:
+        """Whether it is a spring or a mass that is part of the model, for whose forces that needs a basis."""
+        return bool(self.spring or self.mass)
 
     @property
     def part(self) -> bool:
@@ -95,14 +102,16 @@ class Place:
         return self.n_own > 0
 
     def values(self, x: FloatArray) -> dict[str, float]:
-        """The factor of what is there, the stiffness k of a bedding or a spring, or k1 to k6 by the component they act
-        in, at the logarithms `x` (n_own,) of its unknowns."""
+        """The factor of what is there, the stiffness k of a bedding or a spring, the mass m, or k1 to k6 by the
+        component they act in, at the logarithms `x` (n_own,) of its unknowns."""
         if self.bed:
             return {"k": float(self.bed_stiffness * np.expm1(x[0]))}
         if self.scaled:
             return {"factor": float(np.exp(x[0]))}
         if self.spring:
             return {"k": float(self.spring * np.exp(x[0]))}
+        if self.mass:
+            return {"m": float(self.mass * np.exp(x[0]))}
         return {f"k{row % 6 + 1}": float(k * np.exp(v)) for (row, k), v in zip(self.springs, x, strict=True)}
 
     def logarithms(self, values: Mapping[str, float]) -> FloatArray:
@@ -113,6 +122,8 @@ class Place:
             return np.log([values["factor"]])
         if self.spring:
             return np.log([values["k"] / self.spring])
+        if self.mass:
+            return np.log([values["m"] / self.mass])
         return np.log([values[f"k{row % 6 + 1}"] / k for row, k in self.springs])
 
     def slopes(self, x: FloatArray) -> FloatArray:

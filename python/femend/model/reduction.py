@@ -122,10 +122,17 @@ class ReducedModel:
         """Splits a part K (r, r) off (the term of `parameter`, or the fixed one) under a factor of its own."""
         n = len(self.names)
         own = Term(((n, 1.0),) if parameter is None else ((parameter, 1.0), (n, 1.0)), K)
-        split = self.minus(K, parameter)
+        return self.minus(K, parameter)._with_own(own, name, prior_sd)
+
+    def with_mass(self, M: FloatArray, prior_sd: float) -> ReducedModel:
+        """The model with a mass M (r, r) under a factor of its own."""
+        return self._with_own(Term(((len(self.names), 1.0),), M=M), "mass", prior_sd)
+
+    def _with_own(self, own: Term, name: str, prior_sd: float) -> ReducedModel:
+        """The model with a term under a factor of its own."""
         return replace(
-            split,
-            terms=(*split.terms, own),
+            self,
+            terms=(*self.terms, own),
             names=(*self.names, name),
             prior_sd=np.append(self.prior_sd, prior_sd),
             extra=self.extra + 1,
