@@ -51,6 +51,10 @@ struct Beside {
 /// Substeps that every derivative takes at once: what it needs of its own stays in the nearest cache meanwhile.
 const BLOCK: usize = 32;
 
+/// Derivatives that go through a substep one after the other: each waits for its own last substep alone, so that the
+/// machine works on several at a time.
+const SIDE_BY_SIDE: usize = 4;
+
 /// What the model as it is did in a substep.
 #[derive(Default)]
 struct Frame {
@@ -159,7 +163,10 @@ impl Columns {
             self.follow(simd, model, out);
         }
         let frame = &mut self.frames[self.waiting];
-        (frame.x, frame.f, frame.first, frame.kept) = (*x, *f, first, None);
+        let n = model.joints.len();
+        frame.x[..n].copy_from_slice(&x[..n]);
+        frame.f[..n].copy_from_slice(&f[..n]);
+        (frame.first, frame.kept) = (first, None);
         frame.u.clear();
         frame.u.extend_from_slice(u);
         for (i, joint) in model.joints.iter().enumerate() {
@@ -197,21 +204,32 @@ impl Columns {
             compliance: if frame.first { model.compliance_at_rest } else { model.compliance },
         };
         let (n, n_out, n_w) = (out.n, model.stepper.n_outputs(), model.joints.len());
-        for (j, column) in self.columns.iter_mut().enumerate() {
+        for (some, columns) in self.columns.chunks_mut(SIDE_BY_SIDE).enumerate() {
             for frame in frames {
-                column.advance::<S, N>(simd, &substep(frame));
-                if let Some(k) = frame.kept {
+                let step = substep(frame);
+                // a closure would be compiled for the narrowest registers
+                for column in columns.iter_mut() {
+                    column.advance::<S, N>(simd, &step);
+                }
+                let Some(k) = frame.kept else { continue };
+                for (i, column) in columns.iter().enumerate() {
+                    let j = some * SIDE_BY_SIDE + i;
                     let keep = |row, y| out.dy[(j * n_out + row) * n + k] = y;
                     model.stepper.outputs(simd, &column.modes, &mut self.own, keep);
                     (0..n_w).for_each(|i| out.df[(j * n_w + i) * n + k] = column.f[i]);
                 }
             }
         }
-        for (j, (beside, moved)) in self.beside.iter_mut().zip(model.moved).enumerate() {
+        let moved = model.moved.chunks(SIDE_BY_SIDE);
+        for (some, (beside, moved)) in self.beside.chunks_mut(SIDE_BY_SIDE).zip(moved).enumerate() {
             for frame in frames {
-                let compliance = if frame.first { &moved.compliance_at_rest } else { &moved.compliance };
-                beside.advance::<S, N>(simd, &Substep { model, frame, compliance }, &moved.stepper);
-                if let Some(k) = frame.kept {
+                for (beside, moved) in beside.iter_mut().zip(moved) {
+                    let compliance = if frame.first { &moved.compliance_at_rest } else { &moved.compliance };
+                    beside.advance::<S, N>(simd, &Substep { model, frame, compliance }, &moved.stepper);
+                }
+                let Some(k) = frame.kept else { continue };
+                for (i, (beside, moved)) in beside.iter().zip(moved).enumerate() {
+                    let j = some * SIDE_BY_SIDE + i;
                     let keep = |row, y| out.moved_y[(j * n_out + row) * n + k] = y;
                     moved.stepper.outputs(simd, &beside.modes, &mut self.own, keep);
                     (0..n_w).for_each(|i| out.moved_f[(j * n_w + i) * n + k] = beside.f[i]);
