@@ -149,4 +149,65 @@ impl Joint {
             row += n;
         }
     }
+
+    /// [`Joint::from_states`] of `L` changes at a time.
+    #[inline(always)]
+    pub fn from_states_of<const L: usize>(&self, at: &Linearised, ds: &[[[f64; L]; MAX_STATE]]) -> [f64; L] {
+        let mut sum = [0.0; L];
+        if !self.remembers {
+            return sum;
+        }
+        for ((law, slopes), ds) in self.laws.iter().zip(&at.force).zip(ds) {
+            for k in 0..law.n_state() {
+                for l in 0..L {
+                    sum[l] += slopes[3 + k] * ds[k][l];
+                }
+            }
+        }
+        sum
+    }
+
+    /// [`Joint::advance_state`] of `L` changes at a time, at the coordinate `here`; of those that are over a parameter
+    /// `owner` has its coordinate and its index there.
+    #[inline(always)]
+    pub fn advance_states<const L: usize>(
+        &self,
+        at: &Linearised,
+        dx: &[[f64; L]; 3],
+        (here, owner): (usize, &[Option<(usize, usize)>; L]),
+        ds: &mut [[[f64; L]; MAX_STATE]],
+    ) {
+        if !self.remembers {
+            return;
+        }
+        let (mut first, mut row) = (0, 0);
+        for (law, state) in self.laws.iter().zip(ds) {
+            let (n, own) = (law.n_state(), first..first + law.n_parameters());
+            let mut old = [[0.0; L]; MAX_STATE];
+            old[..n].copy_from_slice(&state[..n]);
+            for (new, slope) in state.iter_mut().zip(&at.ds[row..row + n]) {
+                *new = [0.0; L];
+                for q in 0..3 {
+                    for l in 0..L {
+                        new[l] += slope[q] * dx[q][l];
+                    }
+                }
+                for k in 0..n {
+                    for l in 0..L {
+                        new[l] += slope[3 + k] * old[k][l];
+                    }
+                }
+                for l in 0..L {
+                    if let Some((i, j)) = owner[l]
+                        && i == here
+                        && own.contains(&j)
+                    {
+                        new[l] += slope[3 + n + j - first];
+                    }
+                }
+            }
+            first = own.end;
+            row += n;
+        }
+    }
 }

@@ -187,7 +187,7 @@ impl<'a> Simulation<'a> {
         let rest: Vec<_> = self.joints.iter().map(Joint::rest).collect();
         let columns = !self.moved.is_empty() || self.wanted.contains(&true);
         let Stabiliser { slopes, .. } = self.stabiliser;
-        let made = || Columns::new(self.stepper, self.joints, slopes, self.wanted, self.moved);
+        let made = || Columns::new(&self.differentiated(), slopes, self.wanted);
         Moving {
             modes: self.stepper.rest(),
             next: rest.clone(),
