@@ -7,6 +7,7 @@
 //! compliance takes the excess away (with the whole of it the scheme is the average acceleration method, stable for any
 //! stiffness). Modes whose half period is close to a substep follow their force statically.
 
+mod abreast;
 mod decimate;
 mod lane;
 mod modal;

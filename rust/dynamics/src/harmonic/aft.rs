@@ -80,11 +80,10 @@ impl Aft {
 
     /// Force of `joint`, prepared for [`Aft::step`], along the motion with coefficients `x`.
     pub(super) fn forces(&self, joint: &Joint, omega: f64, x: &[f64], derivatives: bool) -> Harmonics {
-        let remembers = joint.laws().iter().any(|law| law.kind().n_state() > 0);
         let columns = if derivatives { self.size } else { 0 };
         let mut out = Harmonics { f: vec![0.0; self.size], df: vec![0.0; self.size * columns] };
         let mut slopes = vec![0.0; columns];
-        if !remembers {
+        if !joint.remembers() {
             let (rest, mut new) = (joint.rest(), joint.rest());
             for k in 0..self.samples {
                 let (f, df) = joint.tangent(self.motion(x, omega, k), &rest, &mut new);

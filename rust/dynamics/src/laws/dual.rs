@@ -43,9 +43,11 @@ pub trait Scalar:
 
 impl Scalar for f64 {
     const CARRIES: usize = 0;
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         value
     }
+    #[inline(always)]
     fn value(self) -> f64 {
         self
     }
@@ -55,6 +57,7 @@ impl Scalar for f64 {
     fn ln(self) -> Self {
         f64::ln(self)
     }
+    #[inline(always)]
     fn apply(self, value: f64, _slope: f64) -> Self {
         value
     }
@@ -71,12 +74,14 @@ pub struct Dual<const N: usize> {
 
 impl<const N: usize> Dual<N> {
     /// A variable: derivative one with respect to seed `index`.
+    #[inline(always)]
     pub fn variable(value: f64, index: usize) -> Self {
         let mut eps = [0.0; N];
         eps[index] = 1.0;
         Self { re: value, eps }
     }
 
+    #[inline(always)]
     fn chain(self, re: f64, slope: f64) -> Self {
         Self { re, eps: self.eps.map(|e| e * slope) }
     }
@@ -84,9 +89,11 @@ impl<const N: usize> Dual<N> {
 
 impl<const N: usize> Scalar for Dual<N> {
     const CARRIES: usize = N;
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         Self { re: value, eps: [0.0; N] }
     }
+    #[inline(always)]
     fn value(self) -> f64 {
         self.re
     }
@@ -97,6 +104,7 @@ impl<const N: usize> Scalar for Dual<N> {
     fn ln(self) -> Self {
         self.chain(self.re.ln(), 1.0 / self.re)
     }
+    #[inline(always)]
     fn apply(self, value: f64, slope: f64) -> Self {
         self.chain(value, slope)
     }
@@ -104,6 +112,7 @@ impl<const N: usize> Scalar for Dual<N> {
 
 impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn neg(self) -> Self {
         self.chain(-self.re, -1.0)
     }
@@ -111,6 +120,7 @@ impl<const N: usize> Neg for Dual<N> {
 
 impl<const N: usize> Add for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self { re: self.re + other.re, eps: std::array::from_fn(|i| self.eps[i] + other.eps[i]) }
     }
@@ -118,6 +128,7 @@ impl<const N: usize> Add for Dual<N> {
 
 impl<const N: usize> Sub for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self { re: self.re - other.re, eps: std::array::from_fn(|i| self.eps[i] - other.eps[i]) }
     }
@@ -125,6 +136,7 @@ impl<const N: usize> Sub for Dual<N> {
 
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Self {
             re: self.re * other.re,
@@ -135,6 +147,7 @@ impl<const N: usize> Mul for Dual<N> {
 
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn div(self, other: Self) -> Self {
         let re = self.re / other.re;
         Self { re, eps: std::array::from_fn(|i| (self.eps[i] - re * other.eps[i]) / other.re) }
@@ -143,6 +156,7 @@ impl<const N: usize> Div for Dual<N> {
 
 impl<const N: usize> Add<f64> for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn add(self, other: f64) -> Self {
         Self { re: self.re + other, eps: self.eps }
     }
@@ -150,6 +164,7 @@ impl<const N: usize> Add<f64> for Dual<N> {
 
 impl<const N: usize> Sub<f64> for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn sub(self, other: f64) -> Self {
         Self { re: self.re - other, eps: self.eps }
     }
@@ -157,6 +172,7 @@ impl<const N: usize> Sub<f64> for Dual<N> {
 
 impl<const N: usize> Mul<f64> for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, other: f64) -> Self {
         self.chain(self.re * other, other)
     }
@@ -164,6 +180,7 @@ impl<const N: usize> Mul<f64> for Dual<N> {
 
 impl<const N: usize> Div<f64> for Dual<N> {
     type Output = Self;
+    #[inline(always)]
     fn div(self, other: f64) -> Self {
         self.chain(self.re / other, 1.0 / other)
     }

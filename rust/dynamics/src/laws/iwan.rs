@@ -44,6 +44,22 @@ impl Definition for Iwan {
         (f, new)
     }
 
+    fn known_slope(c: &Constants<f64>, d: f64, s: &State<f64>) -> Option<(f64, f64, State<f64>)> {
+        let (mut f, mut slope, mut new) = (0.0, 0.0, *s);
+        for i in 0..ELEMENTS {
+            let (stretch, limit) = (d - s[i], c[ELEMENTS] * GRID[i]);
+            if stretch.abs() <= limit {
+                f += c[i] * stretch;
+                slope += c[i];
+                continue;
+            }
+            let held = limit * stretch.signum();
+            new[i] = d - held;
+            f += c[i] * held;
+        }
+        Some((f, slope, new))
+    }
+
     fn stored(c: &Constants<f64>, x: Motion<f64>, s: &State<f64>) -> Option<f64> {
         Some((0..ELEMENTS).map(|i| 0.5 * c[i] * (x.d - s[i]).powi(2)).sum())
     }

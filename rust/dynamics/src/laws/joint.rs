@@ -1,12 +1,16 @@
 //! The sum of several laws on one coordinate.
 
-use super::law::Slopes;
+use super::law::{MANY, Slopes};
 use super::{Law, LawError, MAX_STATE, Motion, PreparedLaw, State};
 
 /// Laws that act in parallel on the same coordinate, prepared for a step length.
 #[derive(Clone, Debug)]
 pub struct Joint {
     laws: Vec<PreparedLaw>,
+    /// Whether some law has a state.
+    remembers: bool,
+    /// Whether every law is linear.
+    linear: bool,
 }
 
 /// A joint's force at the end of a step, linearised; parameters are those of its laws one after the other.
@@ -14,8 +18,8 @@ pub struct Joint {
 pub struct Linearised {
     /// Slopes over d, v, a at the end of the step.
     pub df: [f64; 3],
-    /// Per law: slopes over its old state.
-    df_ds: Vec<[f64; MAX_STATE]>,
+    /// Per law: slopes of its force over (d, v, a), its old state, its parameters.
+    force: Vec<Slopes>,
     /// Slopes over the parameters.
     pub df_dp: Vec<f64>,
     /// Per law and new state variable in use: slopes over (d, v, a), old state, own parameters.
@@ -28,7 +32,10 @@ impl Joint {
     /// # Errors
     /// [`LawError::FrequencyOnly`].
     pub fn new(laws: &[Law], dt: f64) -> Result<Self, LawError> {
-        Ok(Self { laws: laws.iter().map(|law| law.prepare(dt)).collect::<Result<_, _>>()? })
+        let laws: Vec<_> = laws.iter().map(|law| law.prepare(dt)).collect::<Result<_, _>>()?;
+        let remembers = laws.iter().any(|law| law.n_state() > 0);
+        let linear = laws.iter().all(|law| law.kind().is_linear());
+        Ok(Self { laws, remembers, linear })
     }
 
     /// Its laws.
@@ -41,9 +48,14 @@ impl Joint {
         self.laws.iter().map(PreparedLaw::n_parameters).sum()
     }
 
+    /// Whether the force depends on what was before, so that some law has a state.
+    pub fn remembers(&self) -> bool {
+        self.remembers
+    }
+
     /// Whether every law is linear.
     pub fn is_linear(&self) -> bool {
-        self.laws.iter().all(|law| law.kind().is_linear())
+        self.linear
     }
 
     /// Whether some law depends on the acceleration.
@@ -62,6 +74,7 @@ impl Joint {
     }
 
     /// Force (N), slopes over (d, v, a), and the new states written to `new`.
+    #[inline]
     pub fn tangent(&self, x: Motion<f64>, state: &[State<f64>], new: &mut [State<f64>]) -> (f64, [f64; 3]) {
         let (mut f, mut df) = (0.0, [0.0; 3]);
         for ((law, s), s_new) in self.laws.iter().zip(state).zip(new) {
@@ -77,20 +90,20 @@ impl Joint {
     /// All derivatives at a motion reached from `state`.
     pub fn linearise(&self, x: Motion<f64>, state: &[State<f64>], out: &mut Linearised) {
         out.df = [0.0; 3];
-        out.df_ds.clear();
         out.df_dp.clear();
-        out.ds.clear();
-        for (law, s) in self.laws.iter().zip(state) {
-            let (_, f, new) = law.full(x, s);
-            for (sum, part) in out.df.iter_mut().zip(&f) {
+        if out.force.len() != self.laws.len() {
+            out.force.resize(self.laws.len(), [0.0; MANY]);
+            out.ds.resize(self.laws.iter().map(PreparedLaw::n_state).sum(), [0.0; MANY]);
+        }
+        let mut row = 0;
+        for ((law, s), force) in self.laws.iter().zip(state).zip(&mut out.force) {
+            let n = law.n_state();
+            law.linearise(x, s, force, &mut out.ds[row..row + n]);
+            for (sum, part) in out.df.iter_mut().zip(&*force) {
                 *sum += part;
             }
-            let n = law.kind().n_state();
-            let mut over_state = [0.0; MAX_STATE];
-            over_state[..n].copy_from_slice(&f[3..3 + n]);
-            out.df_ds.push(over_state);
-            out.df_dp.extend_from_slice(&f[3 + n..3 + n + law.n_parameters()]);
-            out.ds.extend_from_slice(&new[..n]);
+            out.df_dp.extend_from_slice(&force[3 + n..3 + n + law.n_parameters()]);
+            row += n;
         }
     }
 
@@ -98,8 +111,11 @@ impl Joint {
     #[inline(always)]
     pub fn from_states(&self, at: &Linearised, ds: &[State<f64>]) -> f64 {
         let mut sum = 0.0;
-        for ((law, slopes), ds) in self.laws.iter().zip(&at.df_ds).zip(ds) {
-            for (slope, ds) in slopes.iter().zip(ds).take(law.kind().n_state()) {
+        if !self.remembers {
+            return sum;
+        }
+        for ((law, slopes), ds) in self.laws.iter().zip(&at.force).zip(ds) {
+            for (slope, ds) in slopes[3..].iter().zip(ds).take(law.n_state()) {
                 sum += slope * ds;
             }
         }
@@ -112,9 +128,12 @@ impl Joint {
     /// if it is one of them.
     #[inline(always)]
     pub fn advance_state(&self, at: &Linearised, dx: [f64; 3], own: Option<usize>, ds: &mut [State<f64>]) {
+        if !self.remembers {
+            return;
+        }
         let (mut first, mut row) = (0, 0);
         for (law, state) in self.laws.iter().zip(ds) {
-            let n = law.kind().n_state();
+            let n = law.n_state();
             if n == 0 {
                 first += law.n_parameters();
                 continue;
@@ -127,6 +146,67 @@ impl Joint {
                 *new = motion + history + local.map_or(0.0, |j| slope[3 + n + j]);
             }
             first += law.n_parameters();
+            row += n;
+        }
+    }
+
+    /// [`Joint::from_states`] of `L` changes at a time.
+    #[inline(always)]
+    pub fn from_states_of<const L: usize>(&self, at: &Linearised, ds: &[[[f64; L]; MAX_STATE]]) -> [f64; L] {
+        let mut sum = [0.0; L];
+        if !self.remembers {
+            return sum;
+        }
+        for ((law, slopes), ds) in self.laws.iter().zip(&at.force).zip(ds) {
+            for k in 0..law.n_state() {
+                for l in 0..L {
+                    sum[l] += slopes[3 + k] * ds[k][l];
+                }
+            }
+        }
+        sum
+    }
+
+    /// [`Joint::advance_state`] of `L` changes at a time, at the coordinate `here`; of those that are over a parameter
+    /// `owner` has its coordinate and its index there.
+    #[inline(always)]
+    pub fn advance_states<const L: usize>(
+        &self,
+        at: &Linearised,
+        dx: &[[f64; L]; 3],
+        (here, owner): (usize, &[Option<(usize, usize)>; L]),
+        ds: &mut [[[f64; L]; MAX_STATE]],
+    ) {
+        if !self.remembers {
+            return;
+        }
+        let (mut first, mut row) = (0, 0);
+        for (law, state) in self.laws.iter().zip(ds) {
+            let (n, own) = (law.n_state(), first..first + law.n_parameters());
+            let mut old = [[0.0; L]; MAX_STATE];
+            old[..n].copy_from_slice(&state[..n]);
+            for (new, slope) in state.iter_mut().zip(&at.ds[row..row + n]) {
+                *new = [0.0; L];
+                for q in 0..3 {
+                    for l in 0..L {
+                        new[l] += slope[q] * dx[q][l];
+                    }
+                }
+                for k in 0..n {
+                    for l in 0..L {
+                        new[l] += slope[3 + k] * old[k][l];
+                    }
+                }
+                for l in 0..L {
+                    if let Some((i, j)) = owner[l]
+                        && i == here
+                        && own.contains(&j)
+                    {
+                        new[l] += slope[3 + n + j - first];
+                    }
+                }
+            }
+            first = own.end;
             row += n;
         }
     }

@@ -107,6 +107,7 @@ impl Law {
         Ok(PreparedLaw {
             kind: self.kind,
             n_parameters: n,
+            n_state: state,
             dt,
             plain,
             lifted: plain.map(Dual::constant),
@@ -141,13 +142,15 @@ enum Seeded {
 pub struct PreparedLaw {
     kind: Kind,
     n_parameters: usize,
+    n_state: usize,
     dt: f64,
     plain: Constants<f64>,
     lifted: Constants<Dual<3>>,
     seeded: Seeded,
 }
 
-fn seeded(x: Motion<f64>) -> Motion<Dual<3>> {
+#[inline(always)]
+fn seeded<const N: usize>(x: Motion<f64>) -> Motion<Dual<N>> {
     Motion { d: Dual::variable(x.d, 0), v: Dual::variable(x.v, 1), a: Dual::variable(x.a, 2) }
 }
 
@@ -177,8 +180,30 @@ fn tangent<D: Definition>(
     (f.re, f.eps)
 }
 
-/// Derivatives of a force or of a state variable with respect to (d, v, a), the old state, the parameters.
+/// Derivatives of a force or of a state variable with respect to (d, v, a), the old state, the parameters; what follows
+/// those is of no account.
 pub(super) type Slopes = [f64; MANY];
+
+/// All derivatives of one law, written where they are kept: a function of each law, so that only the states in use are
+/// carried.
+#[inline]
+fn spread<D: Definition, const N: usize>(
+    c: &Constants<Dual<N>>,
+    dt: f64,
+    x: Motion<f64>,
+    s: &State<f64>,
+    (force, states): (&mut Slopes, &mut [Slopes]),
+) {
+    let mut state: State<Dual<N>> = [Dual::constant(0.0); MAX_STATE];
+    for i in 0..D::N_STATE {
+        state[i] = Dual::variable(s[i], 3 + i);
+    }
+    let (f, new) = D::step(c, dt, seeded(x), &state);
+    force[..N].copy_from_slice(&f.eps);
+    for (to, new) in states.iter_mut().zip(&new[..D::N_STATE]) {
+        to[..N].copy_from_slice(&new.eps);
+    }
+}
 
 impl PreparedLaw {
     /// Which law.
@@ -206,7 +231,17 @@ impl PreparedLaw {
 
     /// Force and its derivatives with respect to d, v, a at the end of the step; the state there is written to `new`,
     /// as far as the law uses it.
+    #[inline]
     pub fn tangent(&self, x: Motion<f64>, s: &State<f64>, new: &mut State<f64>) -> (f64, [f64; 3]) {
+        if self.kind == Kind::Linear {
+            // stands beside every other law
+            let [k, c, m, ..] = self.plain;
+            return (k * x.d + c * x.v + m * x.a, [k, c, m]);
+        }
+        self.tangent_of_any(x, s, new)
+    }
+
+    fn tangent_of_any(&self, x: Motion<f64>, s: &State<f64>, new: &mut State<f64>) -> (f64, [f64; 3]) {
         with_definition!(self.kind, D => tangent::<D>(&self.plain, &self.lifted, self.dt, x, s, new), own => {
             let (f, after) = own.step(&self.lifted, self.dt, seeded(x), &s.map(Dual::constant));
             *new = after.map(|z| z.re);
@@ -218,11 +253,22 @@ impl PreparedLaw {
         with_definition!(self.kind, D => <D as Definition>::step(c, self.dt, x, s), own => own.step(c, self.dt, x, s))
     }
 
-    /// Force, its slopes, and for each state variable in use its new value's slopes.
-    pub(super) fn full(&self, x: Motion<f64>, s: &State<f64>) -> (f64, Slopes, [Slopes; MAX_STATE]) {
+    /// Number of internal state variables.
+    pub fn n_state(&self) -> usize {
+        self.n_state
+    }
+
+    /// Writes the slopes of the force, and for each of the `n_state` state variables in use those of its new value.
+    pub(super) fn linearise(
+        &self,
+        x: Motion<f64>,
+        s: &State<f64>,
+        force: &mut Slopes,
+        states: &mut [Slopes],
+    ) {
         match &self.seeded {
-            Seeded::Few(c) => self.spread(c, x, s),
-            Seeded::Many(c) => self.spread(c, x, s),
+            Seeded::Few(c) => self.spread(c, x, s, (force, states)),
+            Seeded::Many(c) => self.spread(c, x, s, (force, states)),
         }
     }
 
@@ -231,25 +277,19 @@ impl PreparedLaw {
         c: &Constants<Dual<N>>,
         x: Motion<f64>,
         s: &State<f64>,
-    ) -> (f64, Slopes, [Slopes; MAX_STATE]) {
-        let motion =
-            Motion { d: Dual::variable(x.d, 0), v: Dual::variable(x.v, 1), a: Dual::variable(x.a, 2) };
-        let n_state = self.kind.n_state();
-        let mut state: State<Dual<N>> = [Dual::constant(0.0); MAX_STATE];
-        for i in 0..n_state {
-            state[i] = Dual::variable(s[i], 3 + i);
-        }
-        let (f, new) = self.step(c, motion, &state);
-        let wide = |eps: &[f64; N]| {
-            let mut out = [0.0; MANY];
-            out[..N].copy_from_slice(eps);
-            out
-        };
-        let mut slopes = [[0.0; MANY]; MAX_STATE];
-        for i in 0..n_state {
-            slopes[i] = wide(&new[i].eps);
-        }
-        (f.re, wide(&f.eps), slopes)
+        to: (&mut Slopes, &mut [Slopes]),
+    ) {
+        with_definition!(self.kind, D => spread::<D, N>(c, self.dt, x, s, to), own => {
+            let mut state: State<Dual<N>> = [Dual::constant(0.0); MAX_STATE];
+            for i in 0..self.n_state {
+                state[i] = Dual::variable(s[i], 3 + i);
+            }
+            let (f, new) = own.step(c, self.dt, seeded(x), &state);
+            to.0[..N].copy_from_slice(&f.eps);
+            for (to, new) in to.1.iter_mut().zip(&new) {
+                to[..N].copy_from_slice(&new.eps);
+            }
+        })
     }
 
     /// Recoverable energy (J), where the law defines one.

@@ -4,7 +4,7 @@
 //! they are, samples would show them folded into the band.
 
 use super::Response;
-use super::lane::{LANES, Lane, mul_add, total};
+use super::lane::{LANES, Lane, scaled_add};
 use pulp::Simd;
 
 /// Kept samples that the filter reaches to either side.
@@ -40,55 +40,89 @@ fn filter(factor: usize) -> Vec<f64> {
     taps.into_iter().map(|v| v / sum).collect()
 }
 
-/// Lanes that are summed side by side.
+/// Lanes of kept samples that are summed side by side.
 const SIDE_BY_SIDE: usize = 4;
+/// Kept samples that are summed at once.
+const AT_ONCE: usize = SIDE_BY_SIDE * LANES;
 
-/// Sum of products, of which the second ones come `LANES` at a time, a multiple of `SIDE_BY_SIDE` of them. Its loops are
-/// plain ones: closures in them would be compiled for the narrowest registers.
-#[inline(always)]
-fn dot<S: Simd>(simd: S, x: &[f64], taps: &[Lane]) -> f64 {
-    let mut sums = [[0.0; LANES]; SIDE_BY_SIDE];
-    let x = x.as_chunks::<LANES>().0;
-    for k in (0..taps.len().min(x.len())).step_by(SIDE_BY_SIDE) {
-        for i in 0..SIDE_BY_SIDE {
-            sums[i] = mul_add(simd, &x[k + i], &taps[k + i], &sums[i]);
+/// The samples of a row by their place between kept ones: those of a place lie together, so that sums of neighbouring kept
+/// samples go on side by side.
+struct Places {
+    /// Places one after the other, `length` samples each.
+    samples: Vec<f64>,
+    length: usize,
+    factor: usize,
+}
+
+impl Places {
+    /// Room for rows of `n` samples.
+    fn new(n: usize, factor: usize) -> Self {
+        let length = n.div_ceil(factor).next_multiple_of(AT_ONCE) + 2 * REACH + 1;
+        Self { samples: vec![0.0; length * factor], length, factor }
+    }
+
+    /// Takes over a row with what is before it and beyond it; `padded` is taken for the whole.
+    fn fill(&mut self, row: &[f64], padded: &mut [f64]) {
+        let (n, reach) = (row.len(), REACH * self.factor);
+        padded[reach..reach + n].copy_from_slice(row);
+        for i in 0..reach {
+            padded[reach + n + i] = 2.0 * row[n - 1] - row[(n - 1).saturating_sub(i + 1)];
+        }
+        for (place, to) in self.samples.chunks_exact_mut(self.length).enumerate() {
+            for (to, from) in to.iter_mut().zip(padded[place..].iter().step_by(self.factor)) {
+                *to = *from;
+            }
         }
     }
-    let mut sum = 0.0;
-    for part in &sums {
-        sum += total(simd, part);
+
+    /// `AT_ONCE` kept samples from `k` on. Its loops are plain ones: closures in them would be compiled for the narrowest
+    /// registers.
+    #[inline(always)]
+    fn filtered<S: Simd>(&self, simd: S, taps: &[f64], k: usize) -> [Lane; SIDE_BY_SIDE] {
+        let mut sums = [[0.0; LANES]; SIDE_BY_SIDE];
+        for place in 0..self.factor {
+            let mut from = &self.samples[place * self.length + k..(place + 1) * self.length];
+            let mut at = place;
+            while at < taps.len() {
+                let Some(part) = from.first_chunk::<AT_ONCE>() else { break };
+                let parts = part.as_chunks::<LANES>().0;
+                for i in 0..SIDE_BY_SIDE {
+                    sums[i] = scaled_add(simd, taps[at], &parts[i], &sums[i]);
+                }
+                from = &from[1..];
+                at += self.factor;
+            }
+        }
+        sums
     }
-    sum
 }
 
 /// Every `factor`-th sample of each row of `n`, filtered; before the first all is at rest, beyond the last it goes on as it
 /// came, turned round its last value.
 fn decimated(rows: &[f64], n: usize, factor: usize, taps: &[f64]) -> Vec<f64> {
-    struct All<'a>(&'a [f64], usize, usize, &'a [Lane]);
+    struct All<'a>(&'a [f64], usize, usize, &'a [f64]);
     impl pulp::WithSimd for All<'_> {
         type Output = Vec<f64>;
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
             let Self(rows, n, factor, taps) = self;
-            let (reach, length) = (REACH * factor, LANES * taps.len());
-            let mut padded = vec![0.0; n + reach + length];
+            let mut places = Places::new(n, factor);
+            let mut padded = vec![0.0; n + 2 * REACH * factor];
             let mut out = Vec::with_capacity(rows.len().div_ceil(factor));
             for row in rows.chunks_exact(n) {
-                padded[reach..reach + n].copy_from_slice(row);
-                for i in 0..reach {
-                    padded[reach + n + i] = 2.0 * row[n - 1] - row[(n - 1).saturating_sub(i + 1)];
-                }
-                for at in (0..n).step_by(factor) {
-                    out.push(dot(simd, &padded[at..at + length], taps));
+                places.fill(row, &mut padded);
+                let n_kept = n.div_ceil(factor);
+                let mut k = 0;
+                while k < n_kept {
+                    let sums = places.filtered(simd, taps, k);
+                    out.extend_from_slice(&sums.as_flattened()[..AT_ONCE.min(n_kept - k)]);
+                    k += AT_ONCE;
                 }
             }
             out
         }
     }
-    let whole = |part: &[f64]| std::array::from_fn(|i| part.get(i).copied().unwrap_or(0.0));
-    let mut taps: Vec<Lane> = taps.chunks(LANES).map(whole).collect();
-    taps.resize(taps.len().next_multiple_of(SIDE_BY_SIDE), [0.0; LANES]);
-    pulp::Arch::new().dispatch(All(rows, n.max(1), factor, &taps))
+    pulp::Arch::new().dispatch(All(rows, n.max(1), factor, taps))
 }
 
 impl Response {

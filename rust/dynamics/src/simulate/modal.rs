@@ -15,8 +15,13 @@ pub(super) type Lanes = Vec<Lane>;
 /// stiff law would make it unstable.
 const STATIC_LIMIT: f64 = 2.4;
 
-/// Coefficients of some modes for one substep length.
+/// Numbers of a mode.
+pub(super) const MODE: usize = 11;
+
+/// Coefficients of some modes for one substep length. No lane of these, nor of what moves, lies across two lines of the
+/// cache: what was written there could not be read again soon.
 #[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
 struct Numbers {
     a: [[Lane; 2]; 2],
     b0: [Lane; 2],
@@ -29,6 +34,7 @@ struct Numbers {
 
 /// Some modes at a law's coordinate: w, and b1 w.
 #[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
 struct Shape {
     w: Lane,
     b1_w: [Lane; 2],
@@ -52,6 +58,7 @@ pub(super) struct Stepper {
 
 /// Displacements, velocities and forces of some modes.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
 pub(super) struct Moving {
     q: Lane,
     dq: Lane,
@@ -125,6 +132,44 @@ impl Stepper {
         }
     }
 
+    /// Number of modes.
+    pub(super) fn n_modes(&self) -> usize {
+        self.alternating.len()
+    }
+
+    /// Numbers of mode `m`: those of its displacement and velocity before (4), of its force before (2) and at the end (2),
+    /// then those of its acceleration: gain, stiffness, damping.
+    pub(super) fn mode(&self, m: usize) -> [f64; MODE] {
+        let (n, i) = (&self.numbers[m / LANES], m % LANES);
+        let [[a00, a01], [a10, a11]] = n.a;
+        [a00, a01, a10, a11, n.b0[0], n.b0[1], n.b1[0], n.b1[1], n.gain, n.stiffness, n.damping].map(|v| v[i])
+    }
+
+    /// Mode `m` at coordinate `j`.
+    pub(super) fn shape(&self, j: usize, m: usize) -> f64 {
+        self.shapes[j][m / LANES].w[m % LANES]
+    }
+
+    /// Mode `m` at an input.
+    pub(super) fn input(&self, row: usize, m: usize) -> f64 {
+        self.phi_in[row][m / LANES][m % LANES]
+    }
+
+    /// Mode `m` at an output.
+    pub(super) fn output(&self, row: usize, m: usize) -> f64 {
+        self.phi_out[row][m / LANES][m % LANES]
+    }
+
+    /// Number of inputs.
+    pub(super) fn n_inputs(&self) -> usize {
+        self.phi_in.len()
+    }
+
+    /// What is given out.
+    pub(super) fn quantity(&self) -> Output {
+        self.quantity
+    }
+
     pub(super) fn rest(&self) -> Modes {
         vec![Moving::default(); self.numbers.len()]
     }
@@ -157,15 +202,6 @@ impl Stepper {
             let [q, dq] = n.unloaded(simd, x);
             let (q, dq) = (mul_add(simd, &n.b1[0], load, &q), mul_add(simd, &n.b1[1], load, &dq));
             *x = Moving { q, dq, p: *load };
-        }
-    }
-
-    /// A free substep of a derivative: no input force at its end.
-    #[inline(always)]
-    pub(super) fn free_unloaded<S: Simd>(&self, simd: S, x: &mut Modes) {
-        for (x, n) in x.iter_mut().zip(&self.numbers) {
-            let [q, dq] = n.unloaded(simd, x);
-            *x = Moving { q, dq, p: [0.0; LANES] };
         }
     }
 

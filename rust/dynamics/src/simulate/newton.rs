@@ -17,7 +17,8 @@ const RESORT: usize = 40;
 /// Relative change of the force that counts as converged.
 const TOLERANCE: f64 = 1e-11;
 
-/// A solved substep.
+/// A solved substep; of forces, motions and slopes as many as there are coordinates.
+#[derive(Default)]
 pub(super) struct Solved {
     pub(super) f: Forces,
     pub(super) x: Motions,
@@ -45,21 +46,21 @@ fn rounding(slope: &[f64; 3], free: &Motion<f64>) -> f64 {
     4.0 * f64::EPSILON * ((slope[0] * free.d).abs() + (slope[1] * free.v).abs() + (slope[2] * free.a).abs())
 }
 
-/// Solves for the forces from the guess `f`; `scale` is the largest force so far, `new` receives the laws' states.
+/// Solves for the forces from the guess in `out`; `scale` is the largest force so far, `new` receives the laws' states.
 #[inline(always)]
 pub(super) fn solve(
     joints: &[Joint],
     free: &Motions,
     c: &Compliance,
-    f: Forces,
     scale: f64,
     states: &[Vec<State<f64>>],
     new: &mut [Vec<State<f64>>],
-) -> Solved {
+    out: &mut Solved,
+) {
     if joints.len() == 1 {
-        solve_one(&joints[0], free, c, f[0], scale, &states[0], &mut new[0])
+        solve_one(&joints[0], &free[0], &c[0][0], scale, &states[0], &mut new[0], out);
     } else {
-        solve_several(joints, free, c, f, scale, states, new)
+        *out = solve_several(joints, free, c, out.f, scale, states, new);
     }
 }
 
@@ -67,24 +68,17 @@ pub(super) fn solve(
 #[inline(always)]
 fn solve_one(
     joint: &Joint,
-    free: &Motions,
-    c: &Compliance,
-    guess: f64,
+    free: &Motion<f64>,
+    [cd, cv, ca]: &[f64; 3],
     scale: f64,
     state: &[State<f64>],
     new: &mut [State<f64>],
-) -> Solved {
-    let ([cd, cv, ca], free) = (c[0][0], free[0]);
+    out: &mut Solved,
+) {
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-    let mut f = guess;
+    let mut f = out.f[0];
     let linear = joint.is_linear();
-    let mut out = Solved {
-        f: [0.0; MAX_COORDINATES],
-        x: Motions::default(),
-        stiffness: [0.0; MAX_COORDINATES],
-        n_iterations: 0,
-        converged: false,
-    };
+    out.converged = false;
     for iteration in 1..=MAX_ITERATIONS {
         let x = Motion { d: free.d - cd * f, v: free.v - cv * f, a: free.a - ca * f };
         let (force, slope) = joint.tangent(x, state, new);
@@ -92,13 +86,13 @@ fn solve_one(
         let derivative = 1.0 + slope[0] * cd + slope[1] * cv + slope[2] * ca;
         (out.n_iterations, out.f[0], out.x[0], out.stiffness[0]) = (iteration, f, x, slope[0]);
         if !residual.is_finite() {
-            return out;
+            return;
         }
         let allowed =
-            TOLERANCE * (f.abs() + 1e-3 * scale) + rounding(&slope, &free) / derivative.abs().max(1e-3);
+            TOLERANCE * (f.abs() + 1e-3 * scale) + rounding(&slope, free) / derivative.abs().max(1e-3);
         if (residual / derivative).abs() <= allowed || residual == 0.0 {
             out.converged = true;
-            return out;
+            return;
         }
         if residual > 0.0 {
             high = high.min(f)
@@ -108,7 +102,7 @@ fn solve_one(
         if high - low <= allowed {
             // a jump of the force inside rounding
             out.converged = true;
-            return out;
+            return;
         }
         f -= residual / derivative;
         if linear && iteration < 3 {
@@ -125,7 +119,6 @@ fn solve_one(
             f = if derivative > 0.0 && iteration < RESORT && beyond.is_finite() { beyond } else { force };
         }
     }
-    out
 }
 
 /// Forces tried at several coordinates: the motions under them and `f - law(motion)`.

@@ -1,7 +1,7 @@
 //! The time loop.
 
 use super::modal::{Lanes, Modes, Stepper};
-use super::newton::{Forces, Motions, solve};
+use super::newton::{Forces, Motions, Solved, solve};
 use super::sensitivity::{Columns, Model, Moved};
 use super::stable::{Coupling, SAFE, Stabiliser};
 use super::{MAX_COORDINATES, ModalModel, Response, Run, SimulationError, Status, n_parameters};
@@ -97,7 +97,9 @@ struct Moving {
     next: Vec<Vec<State<f64>>>,
     f: Forces,
     f_before: Forces,
-    x: Motions,
+    /// Motion of the coordinates without the forces at the end of the substep, and what these are found to be.
+    free: Motions,
+    solved: Solved,
     scale: f64,
     /// Inputs at the end of the substep.
     u: Vec<f64>,
@@ -185,14 +187,15 @@ impl<'a> Simulation<'a> {
         let rest: Vec<_> = self.joints.iter().map(Joint::rest).collect();
         let columns = !self.moved.is_empty() || self.wanted.contains(&true);
         let Stabiliser { slopes, .. } = self.stabiliser;
-        let made = || Columns::new(self.stepper, self.joints, slopes, self.wanted, self.moved);
+        let made = || Columns::new(&self.differentiated(), slopes, self.wanted);
         Moving {
             modes: self.stepper.rest(),
             next: rest.clone(),
             states: rest,
             f: [0.0; MAX_COORDINATES],
             f_before: [0.0; MAX_COORDINATES],
-            x: Motions::default(),
+            free: Motions::default(),
+            solved: Solved::default(),
             scale: 0.0,
             u: vec![0.0; self.run.u.len() / self.run.n],
             own: self.stepper.unloaded(),
@@ -213,20 +216,19 @@ impl<'a> Simulation<'a> {
         if n == 0 {
             return Ok(());
         }
-        let mut free = Motions::default();
-        let mut guess = now.f;
         for i in 0..n {
             let (d, mut v) = self.stepper.motion(simd, &now.modes, i);
             let a = if self.inertial { self.stepper.acceleration(simd, &now.modes, i) } else { 0.0 };
             for j in 0..n {
                 v += self.coupling.memory[i][j] * now.f[j];
             }
-            free[i] = Motion { d, v, a };
-            guess[i] = 2.0 * now.f[i] - now.f_before[i];
+            now.free[i] = Motion { d, v, a };
+            now.solved.f[i] = 2.0 * now.f[i] - now.f_before[i];
         }
         let Coupling { compliance, at_rest, .. } = &self.coupling;
         let compliance = if first { at_rest } else { compliance };
-        let solved = solve(self.joints, &free, compliance, guess, now.scale, &now.states, &mut now.next);
+        let Moving { modes, states, next, f, f_before, free, solved, scale, u, columns, .. } = now;
+        solve(self.joints, free, compliance, *scale, states, next, solved);
         out.status.n_iterations += solved.n_iterations;
         let sum: f64 = solved.f[..n].iter().chain(solved.x[..n].iter().map(|x| &x.d)).map(|x| x.abs()).sum();
         if sum.is_nan() || sum > 1e150 {
@@ -241,21 +243,21 @@ impl<'a> Simulation<'a> {
         }
         for i in 0..n {
             if first {
-                self.stepper.load_only(simd, &mut now.modes, i, solved.f[i]);
+                self.stepper.load_only(simd, modes, i, solved.f[i]);
             } else {
-                self.stepper.correct(simd, &mut now.modes, i, solved.f[i]);
+                self.stepper.correct(simd, modes, i, solved.f[i]);
             }
-            now.scale = now.scale.max(solved.f[i].abs());
+            *scale = scale.max(solved.f[i].abs());
         }
-        if let Some(columns) = &mut now.columns {
-            let motion = (&solved.x, &solved.f, now.u.as_slice());
-            columns.step(simd, &self.differentiated(), motion, &now.states, first, out);
+        if let Some(columns) = columns {
+            let motion = (&solved.x, &solved.f, u.as_slice());
+            columns.step(simd, &self.differentiated(), motion, states, first, out);
         }
-        (now.f_before, now.f, now.x) = (now.f, solved.f, solved.x);
-        if first {
-            now.f_before = now.f;
+        for i in 0..n {
+            f_before[i] = if first { solved.f[i] } else { f[i] };
+            f[i] = solved.f[i];
         }
-        std::mem::swap(&mut now.states, &mut now.next);
+        std::mem::swap(states, next);
         Ok(())
     }
 
@@ -297,8 +299,8 @@ impl<'a> Simulation<'a> {
         let n = out.n;
         self.stepper.outputs(simd, &now.modes, &mut now.own, |row, y| out.y[row * n + k] = y);
         for i in 0..self.joints.len() {
-            out.d[i * n + k] = now.x[i].d;
-            out.v[i * n + k] = now.x[i].v;
+            out.d[i * n + k] = now.solved.x[i].d;
+            out.v[i * n + k] = now.solved.x[i].v;
             out.f[i * n + k] = now.f[i];
         }
         if let Some(columns) = &mut now.columns {
