@@ -158,7 +158,8 @@ def _drive(diagnosis: Diagnosis) -> list[str]:
     others = ", ".join(p.text.replace(" to ground", "") for p in driven.alike[:ALSO])
     told = f" (or {others}, as far as the responses tell)" if others else ""
     return [
-        f"no force was recorded: one that acts at {where}{told} explains the responses best; errors on the fitted "
+        f"no force was recorded: one that acts at {where}{told} explains the responses best; whatever is missing at "
+        "that place itself counts as part of it and does not show, unless the force is recorded; errors on the fitted "
         "recordings are those of every sensor predicted from the others"
     ]
 
