@@ -17,7 +17,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from femend.diagnose.each_alone import fitted_one_by_one, moved_most
 from femend.diagnose.levels import levels_differ
@@ -50,7 +50,7 @@ def drifted(fits: Sequence[Fit], levels: Sequence[float], misfit: float) -> bool
     """Whether fits of the model to records of these levels differ by more than a linear structure, of whose records the
     model leaves `misfit` times the noise, would let them."""
     allowed = 1.0 + ALIKE * max(misfit - 1.0, 0.0)
-    return bool(chi2.sf(drift(fits, levels) / allowed, len(fits[0].p)) < RARE)
+    return bool(chdtrc(len(fits[0].p), drift(fits, levels) / allowed) < RARE)
 
 
 def drift(fits: Sequence[Fit], levels: Sequence[float]) -> float:
