@@ -427,7 +427,8 @@ def _at_other_places(first: Searched, found: Scored, laws: Sequence[Sequence[Ran
 def _told(first: Searched, best: Scored, tried: Sequence[Ranked]) -> Further | None:
     """Laws that were fitted together, as plainly as they can be told, a linear one beside the other's force against all
     laws, and at the places where they leave least; None where they do not win against less."""
-    best, anew = named_anew(first, in_the_model(first, told_plainly(first, best)))
+    best, anew = named_anew(first, told_plainly(first, best))
+    best = in_the_model(first, best)
     tried = [*anew, *(r for r in tried if not any(r.located.place is a.located.place for a in anew))]
     if not are_told(first, best):
         return None
