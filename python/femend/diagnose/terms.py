@@ -315,7 +315,8 @@ def _opened(
     start = with_own_unknowns(p, bare, np.concatenate(factors))
     joints = {id(t.place): t.candidate.joint for t in reversed(attached)}
     held = [None if joint is None else joint.held for joint in (joints[id(place)] for place in places)]
-    rows = rows_of([place for place in reduced.members if place.inside], g_rows)
+    inside = [place for place in reduced.members if place.inside]
+    rows = rows_of(inside, g_rows) if inside else g_rows
     joint = open_joints(places, reduced, problem.band[1], rows, held)
     ordered = (*attached, *(t for t in terms if t.member))
     x = np.concatenate([np.zeros(0), *(t.x for t in attached)])
