@@ -10,17 +10,19 @@ import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import wraps
-from threading import current_thread, main_thread
+from threading import Event, current_thread, local, main_thread
 from typing import Any, ParamSpec, TypeVar
 
 import threadpoolctl
 
-__all__ = ["at_once", "core_threads", "one_blas_thread", "usable_cpus"]
+__all__ = ["Abandoned", "at_once", "core_threads", "go_on", "one_blas_thread", "usable_cpus"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
 T = TypeVar("T")
 
+# what a thread of `at_once` works for: whether that was given up
+_work = local()
 # the package is without types
 _limits: Any = threadpoolctl.threadpool_limits
 
@@ -62,14 +64,33 @@ def at_once(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
     of the time is the core's, which lets go of Python while it works. One after the other in a thread that is itself
     one of several.
 
-    Where the first failure, or an interrupt, ends it, what has not begun is not done any more.
+    Where the first failure, or an interrupt, ends it, what has not begun is not done any more, and what has ends at the
+    next `go_on`: a process waits for its threads before it ends.
     """
     items = list(items)
     workers = min(core_threads(), len(items))
     if workers <= 1 or current_thread() is not main_thread():
         return [function(item) for item in items]
+    given_up = Event()
+
+    def one(item: T) -> R:
+        _work.given_up = given_up
+        return function(item)
+
     pool = ThreadPoolExecutor(workers)
     try:
-        return list(pool.map(function, items))
+        return list(pool.map(one, items))
     finally:
+        given_up.set()
         pool.shutdown(wait=False, cancel_futures=True)
+
+
+class Abandoned(Exception):
+    """Nobody waits any more for what a thread of `at_once` works on; only its thread sees it."""
+
+
+def go_on() -> None:
+    """For the steps of a long search. Raises Abandoned in a thread of `at_once` that was given up."""
+    given_up: Event | None = getattr(_work, "given_up", None)
+    if given_up is not None and given_up.is_set():
+        raise Abandoned

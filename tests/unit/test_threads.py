@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from threading import current_thread, main_thread
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from femend.threads import at_once, core_threads, one_blas_thread
+from femend.threads import Abandoned, at_once, core_threads, go_on, one_blas_thread
 
 # a product, so that there is a BLAS to ask
 assert np.ones(2) @ np.ones(2) == 2.0
@@ -98,3 +99,27 @@ def test_the_first_failure_ends_it_and_what_has_not_begun_is_left(monkeypatch: p
     with pytest.raises(ValueError, match="the first"):
         at_once(work, range(40))
     assert len(done) < 10
+
+
+def test_what_works_for_nothing_ends_at_its_next_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RAYON_NUM_THREADS", "2")
+    begun, ended = threading.Event(), threading.Event()
+
+    def search(item: str) -> None:
+        if item == "fails":
+            assert begun.wait(10)
+            raise ValueError(item)
+        begun.set()
+        try:
+            for _ in range(1000):  # 10 s, unless it is given up
+                go_on()
+                time.sleep(0.01)
+        except Abandoned:
+            ended.set()
+            raise
+
+    with pytest.raises(ValueError, match="fails"):
+        at_once(search, ["fails", "goes on"])
+    assert ended.wait(5)
+    go_on()  # nothing in the main thread, nor in threads of work that goes on
+    assert at_once(lambda i: (go_on(), i)[1], [1, 2]) == [1, 2]

@@ -22,6 +22,7 @@ from femend.diagnose.recovered import Recovered
 from femend.errors import ModelError
 from femend.estimate import Problem
 from femend.physics import FitCoordinates, Surrogate
+from femend.threads import go_on
 
 __all__ = ["COARSE", "FINE", "ClosedLoop", "History", "Loop", "Modal", "companion_prior", "loop_of", "upsampled"]
 
@@ -122,6 +123,7 @@ class Loop(ABC):
 
     def _simulated(self, sets: Sequence[Modal], laws_at: Sequence[FloatArray]) -> list[list[History]]:
         """Histories of models with the modes `sets`, each with the law at its fit coordinates."""
+        go_on()
         made, held, n_w = self.condensed(sets), self.joint.held, len(self.joint.w)
         done = _core.simulate_batch(
             *made.modal, [self.closing(x) for x in laws_at], made.u, made.dt,

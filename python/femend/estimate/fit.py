@@ -17,6 +17,7 @@ from femend.estimate.recorder import Recorder
 from femend.estimate.swept import pressed
 from femend.model import Place, ReducedModel
 from femend.model.form_errors import MODE_SD
+from femend.threads import go_on
 
 __all__ = ["TUNED_ABOVE", "Fit", "Hypothesis", "Problem"]
 
@@ -310,6 +311,7 @@ class Problem:
         """
         if not hypotheses:
             return []
+        go_on()
         if starts is None:
             starts = [self._start(h) for h in hypotheses]
         jobs = [
