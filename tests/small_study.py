@@ -15,16 +15,22 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from femend import Channel, Dof, TimeData, _core, functions_of, write_uff
+from femend.diagnose.candidates import Candidate
+from femend.diagnose.joint import open_joint
 from femend.diagnose.judge import Given, to_beat
+from femend.diagnose.locate import Located
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.pairs import Searched
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import split_records
+from femend.diagnose.terms import Term
+from femend.diagnose.together import Scored, fitted_together
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import fit_records, pair_test
 from femend.model import Model, Parameter, read_model
 from femend.model.places import find_places
+from femend.physics import physics
 from femend.study import load_study
 from femend.study.run import diagnose
 from femend.study.study_run import StudyRun
@@ -196,6 +202,20 @@ def searched_without_laws(start: UpdatedModel) -> Searched:
     places = find_places(start.reduced.model)
     return Searched(start.problem, start.reduced, start.g_rows, split, places, [], [], Settings(), alone.n_values,
                     alone.score, 0.0)  # fmt: skip
+
+
+def laws_together(first: Searched, start: UpdatedModel, *laws: tuple[str, int, float]) -> Scored:
+    """Laws of one parameter to the ground in Z (name, node, size), fitted together."""
+    terms = []
+    for law, node, size in laws:
+        place = next(p for p in first.places if p.kind == "ground" and p.nodes == (node,) and p.direction == "Z")
+        joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
+        values, x = {physics(law).parameter_names[0]: size}, np.log([size])
+        candidate = Candidate(physics(law), law, joint, values, start.null.p, x, 1, 0.0, 1.0, 1.0)
+        terms.append(Term(candidate, Located(place, start.null, 0.0)))
+    found = fitted_together(first, terms, start.null.p)
+    assert found is not None
+    return found
 
 
 def updated(folder: Path, truth: Truth) -> UpdatedModel:

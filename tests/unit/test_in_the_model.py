@@ -9,20 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.candidates import Candidate
 from femend.diagnose.dressed import with_own
 from femend.diagnose.in_the_model import in_the_model
-from femend.diagnose.joint import open_joint
-from femend.diagnose.locate import Located
 from femend.diagnose.pairs import Searched
-from femend.diagnose.terms import Term
-from femend.diagnose.together import Scored, fitted_together
+from femend.diagnose.together import Scored
 from femend.diagnose.update import UpdatedModel
-from femend.model import Place
-from femend.physics import physics
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_study import Truth, searched_without_laws, updated
+from small_study import Truth, laws_together, searched_without_laws, updated
 
 DASHPOT, MASS, SPRING = 20.0, 0.3, 4.0e4
 
@@ -34,22 +28,9 @@ def loaded(tmp_path_factory: pytest.TempPathFactory) -> UpdatedModel:
     return updated(tmp_path_factory.mktemp("loaded"), Truth((7.3e10, 6.8e10), (f"CONM2,900,13,,{MASS}",), laws=laws))
 
 
-def ground(first: Searched, node: int) -> Place:
-    return next(p for p in first.places if p.kind == "ground" and p.nodes == (node,) and p.direction == "Z")
-
-
 def pair(first: Searched, start: UpdatedModel, other: str, size: float) -> Scored:
     """A dashpot at node 7 and another law at node 13, fitted together."""
-    terms = []
-    for law, node, value in (("viscous_damper", 7, DASHPOT), (other, 13, size)):
-        place = ground(first, node)
-        joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
-        values, x = {physics(law).parameter_names[0]: value}, np.log([value])
-        candidate = Candidate(physics(law), law, joint, values, start.null.p, x, 1, 0.0, 1.0, 1.0)
-        terms.append(Term(candidate, Located(place, start.null, 0.0)))
-    found = fitted_together(first, terms, start.null.p)
-    assert found is not None
-    return found
+    return laws_together(first, start, ("viscous_damper", 7, DASHPOT), (other, 13, size))
 
 
 def test_a_mass_beside_a_dashpot_makes_modes_of_its_own(loaded: UpdatedModel) -> None:
@@ -83,7 +64,8 @@ def test_laws_that_are_no_springs_or_masses_stay(loaded: UpdatedModel) -> None:
 def test_a_place_says_what_it_adds_to_the_model(loaded: UpdatedModel) -> None:
     first = searched_without_laws(loaded)
     for part, key, size in (("mass", "m", MASS), ("spring", "k", SPRING)):
-        own = replace(ground(first, 13), **{part: size})
+        at = next(p for p in first.places if p.kind == "ground" and p.nodes == (13,) and p.direction == "Z")
+        own = replace(at, **{part: size})
         assert (own.n_own, own.part, own.inside) == (1, True, True)
         assert own.values(np.log([1.5])) == {key: pytest.approx(1.5 * size)}
         assert own.logarithms({key: 1.5 * size}) == pytest.approx(np.log([1.5]))

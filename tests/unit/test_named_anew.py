@@ -9,18 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femend.diagnose.candidates import Candidate
-from femend.diagnose.joint import open_joint
-from femend.diagnose.locate import Located
 from femend.diagnose.named_anew import force_of_the_other, named_anew
 from femend.diagnose.pairs import Searched
-from femend.diagnose.terms import Term
-from femend.diagnose.together import Scored, fitted_together
+from femend.diagnose.together import Scored
 from femend.diagnose.update import UpdatedModel
-from femend.physics import physics
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from small_study import Truth, searched_without_laws, updated
+from small_study import Truth, laws_together, searched_without_laws, updated
 
 DASHPOT, SPRING = 20.0, {"k_plus": 6.0e3, "k_minus": 2.0e3}
 MODULI = (7.3e10, 6.8e10)
@@ -40,16 +35,7 @@ def elastic(tmp_path_factory: pytest.TempPathFactory) -> UpdatedModel:
 
 def pair(first: Searched, start: UpdatedModel) -> Scored:
     """A dashpot at node 7 and an elastic spring at node 13, fitted together."""
-    terms = []
-    for law, node, size in (("viscous_damper", 7, DASHPOT), ("support_stiffness", 13, 4.0e3)):
-        place = next(p for p in first.places if p.kind == "ground" and p.nodes == (node,) and p.direction == "Z")
-        joint = open_joint(place, first.reduced, first.problem.band[1], first.g_rows)
-        values, x = {physics(law).parameter_names[0]: size}, np.log([size])
-        candidate = Candidate(physics(law), law, joint, values, start.null.p, x, 1, 0.0, 1.0, 1.0)
-        terms.append(Term(candidate, Located(place, start.null, 0.0)))
-    found = fitted_together(first, terms, start.null.p)
-    assert found is not None
-    return found
+    return laws_together(first, start, ("viscous_damper", 7, DASHPOT), ("support_stiffness", 13, 4.0e3))
 
 
 def test_an_elastic_spring_gives_way_to_one_of_two_stiffnesses(bilinear: UpdatedModel) -> None:
