@@ -8,16 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.small_study import Truth
-from tests.unit.test_unrecorded import STIFFER, records_of, without_force
+from tests.unit.test_dashpots import driven_of
+from tests.unit.test_unrecorded import STIFFER
 
 from femend.diagnose import responses_alone
 from femend.diagnose.settings import Settings
-from femend.diagnose.unrecorded import Driven, locate_drive
+from femend.diagnose.unrecorded import Driven
 from femend.diagnose.update import UpdatedModel
 from femend.diagnose.with_level import drift, drifted, moves_with_level, told_of_drift
 from femend.estimate.lines import TEMPERING
-from femend.model import read_model
-from femend.study import load_study
 
 
 @dataclass
@@ -57,11 +56,6 @@ def test_a_slope_over_the_level_is_told_unless_the_model_leaves_as_much_beyond_t
     assert not drifted(fits_of(rng, levels, 0.0), levels, 1.0)  # type: ignore[arg-type]
 
 
-def driven_by(folder: Path, truth: Truth) -> Driven:
-    path = without_force(folder, truth)
-    return locate_drive(read_model(load_study(path).model_file), records_of(path), 0.01)
-
-
 def in_noise(start: UpdatedModel, factor: float) -> UpdatedModel:
     """The updated model of recordings that are told to hold so many times the noise."""
     problem = start.problem.on([replace(r, noise=factor * r.noise) for r in start.problem.records])
@@ -73,7 +67,7 @@ def in_noise(start: UpdatedModel, factor: float) -> UpdatedModel:
 @pytest.fixture(scope="module")
 def hardening(tmp_path_factory: pytest.TempPathFactory) -> Driven:
     laws = [(7, "cubic_stiffness", {"k3": 1e9})]
-    return driven_by(tmp_path_factory.mktemp("hardening"), Truth(STIFFER, laws=laws))
+    return driven_of(tmp_path_factory.mktemp("hardening"), Truth(STIFFER, laws=laws))
 
 
 def test_a_hardening_spring_moves_the_model_with_the_level_and_a_linear_one_does_not(
@@ -88,7 +82,7 @@ def test_a_hardening_spring_moves_the_model_with_the_level_and_a_linear_one_does
     assert " Hz in low and " in said
     assert "a guess" in said
     assert "a guess" not in told_of_drift(start, fits, shown=True)
-    sprung = driven_by(tmp_path, Truth(STIFFER, laws=[(7, "support_stiffness", {"k": 2e4})])).start
+    sprung = driven_of(tmp_path, Truth(STIFFER, laws=[(7, "support_stiffness", {"k": 2e4})])).start
     assert sprung.null.score > Settings().consistent
     assert moves_with_level(sprung) is None
     assert moves_with_level(in_noise(sprung, 5.0)) is None
