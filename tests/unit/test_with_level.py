@@ -98,9 +98,7 @@ def test_recordings_of_one_level_cannot_be_compared(hardening: Driven) -> None:
     assert moves_with_level(alike) is None
 
 
-def test_what_only_moves_with_the_level_is_located_and_said(
-    hardening: Driven, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_only_moves_with_the_level_is_located_and_said(hardening: Driven, monkeypatch: pytest.MonkeyPatch) -> None:
     quiet = replace(hardening, start=in_noise(hardening.start, 5.0))
     monkeypatch.setattr(responses_alone, "locate_drive", lambda *_: quiet)
     monkeypatch.setattr(responses_alone, "one_more_force", lambda *_: False)

@@ -46,7 +46,7 @@ def diagnose_responses(
     so_far.driven = driven
     so_far.places(driven.start, driven.located)
     plainly = one_more_force(driven, settings)
-    moved = moves_with_level(driven.start) if driven.located else None
+    moved = None if plainly or not driven.located else moves_with_level(driven.start)
     more = plainly or moved is not None
     dashpot = best_dashpot(driven, settings)
     located = driven.located if dashpot is None else led_by(dashpot, driven)
@@ -63,7 +63,7 @@ def diagnose_responses(
         out = replace(out, verdict="located-not-named", place=located[0], advice=told(dashpot, model.units))
     elif more and (silent or stands_in(out, driven)):
         shown = shows_beside(driven, settings)
-        advice = nothing_explains(out) if plainly or moved is None else told_of_drift(driven.start, moved, shown)
+        advice = nothing_explains(out) if moved is None else told_of_drift(driven.start, moved, shown)
         out = replace(out, verdict="located-not-named", place=driven.located[0], best=None, advice=advice)
     tell.done()
     so_far.found = replace(out, driven=driven)
