@@ -2,7 +2,7 @@
 //!
 //! A real series is held as (x_0, c_1, s_1, c_2, s_2, ...): x(t) = x_0 + sum c_n cos(n w t) + s_n sin(n w t).
 
-use crate::laws::{Joint, Linearised, MAX_STATE, Motion, State};
+use crate::laws::{Joint, Linearised, MAX_STATE, Motion};
 use std::f64::consts::TAU;
 
 /// Cosines and sines of a period, and how states are settled.
@@ -102,7 +102,7 @@ impl Aft {
     /// the samples from rest, and the last period is read.
     fn with_states(&self, joint: &Joint, omega: f64, x: &[f64], slopes: &mut [f64], out: &mut Harmonics) {
         let (mut states, mut new) = (joint.rest(), joint.rest());
-        let mut ds = vec![vec![[0.0; MAX_STATE]; joint.laws().len()]; slopes.len()];
+        let mut ds = vec![vec![[[0.0]; MAX_STATE]; joint.laws().len()]; slopes.len()];
         let mut at = Linearised::default();
         for period in 0..=self.settling {
             for k in 0..self.samples {
@@ -126,13 +126,14 @@ impl Aft {
         at: &Linearised,
         omega: f64,
         k: usize,
-        ds: &mut [Vec<State<f64>>],
+        ds: &mut [Vec<[[f64; 1]; MAX_STATE]>],
         slopes: &mut [f64],
     ) {
         for (m, (slope, ds)) in slopes.iter_mut().zip(ds).enumerate() {
             let dx = self.moved(omega, k, m);
-            *slope = dot(at.df, dx) + joint.from_states(at, ds);
-            joint.advance_state(at, dx, None, ds);
+            let [remembered] = joint.from_states(at, ds);
+            *slope = dot(at.df, dx) + remembered;
+            joint.advance_states(at, &dx.map(|x| [x]), (0, &[None]), ds);
         }
     }
 }

@@ -107,52 +107,9 @@ impl Joint {
         }
     }
 
-    /// Change of the force by that of the states before the step.
+    /// Changes of the force by `L` changes of the states before the step.
     #[inline(always)]
-    pub fn from_states(&self, at: &Linearised, ds: &[State<f64>]) -> f64 {
-        let mut sum = 0.0;
-        if !self.remembers {
-            return sum;
-        }
-        for ((law, slopes), ds) in self.laws.iter().zip(&at.force).zip(ds) {
-            for (slope, ds) in slopes[3..].iter().zip(ds).take(law.n_state()) {
-                sum += slope * ds;
-            }
-        }
-        sum
-    }
-
-    /// Advances the derivative of the states with respect to one parameter of the whole simulation.
-    ///
-    /// `dx` is the derivative of the motion at the end of the step; `own` the index of the parameter among this joint's,
-    /// if it is one of them.
-    #[inline(always)]
-    pub fn advance_state(&self, at: &Linearised, dx: [f64; 3], own: Option<usize>, ds: &mut [State<f64>]) {
-        if !self.remembers {
-            return;
-        }
-        let (mut first, mut row) = (0, 0);
-        for (law, state) in self.laws.iter().zip(ds) {
-            let n = law.n_state();
-            if n == 0 {
-                first += law.n_parameters();
-                continue;
-            }
-            let local = own.and_then(|j| j.checked_sub(first)).filter(|j| *j < law.n_parameters());
-            let old = *state;
-            for (new, slope) in state.iter_mut().zip(&at.ds[row..row + n]) {
-                let motion: f64 = (0..3).map(|i| slope[i] * dx[i]).sum();
-                let history: f64 = (0..n).map(|i| slope[3 + i] * old[i]).sum();
-                *new = motion + history + local.map_or(0.0, |j| slope[3 + n + j]);
-            }
-            first += law.n_parameters();
-            row += n;
-        }
-    }
-
-    /// [`Joint::from_states`] of `L` changes at a time.
-    #[inline(always)]
-    pub fn from_states_of<const L: usize>(&self, at: &Linearised, ds: &[[[f64; L]; MAX_STATE]]) -> [f64; L] {
+    pub fn from_states<const L: usize>(&self, at: &Linearised, ds: &[[[f64; L]; MAX_STATE]]) -> [f64; L] {
         let mut sum = [0.0; L];
         if !self.remembers {
             return sum;
@@ -167,8 +124,10 @@ impl Joint {
         sum
     }
 
-    /// [`Joint::advance_state`] of `L` changes at a time, at the coordinate `here`; of those that are over a parameter
-    /// `owner` has its coordinate and its index there.
+    /// Advances `L` derivatives of the states, at the coordinate `here`.
+    ///
+    /// `dx` are the derivatives of the motion at the end of the step; of those that are over a parameter `owner` has its
+    /// coordinate and its index there.
     #[inline(always)]
     pub fn advance_states<const L: usize>(
         &self,

@@ -222,7 +222,7 @@ impl Abreast {
         let compliance = &self.compliance[usize::from(frame.first)];
         let mut df = [NOTHING; N];
         for i in 0..n {
-            df[i] = joints[i].from_states_of(&at[i], &self.states[i]);
+            df[i] = joints[i].from_states(&at[i], &self.states[i]);
             for q in 0..3 {
                 df[i] = scaled_add(simd, frame.slopes[i][q], &free[i][q], &df[i]);
             }
