@@ -82,13 +82,14 @@ def rows_of(places: Sequence[Place], g_rows: Sequence[int]) -> list[int]:
 
 @dataclass(frozen=True, eq=False)
 class ReadOff:
-    """Forces `F` on the structure at the coordinates of a fit, their motion `D` and how well they are seen, `weight`,
-    each (K, n_w), on a record's lines."""
+    """Forces `F` on the structure at the coordinates of a fit, how well they are seen, `weight`, and those of `least`
+    squares with the motion `D` under them, each (K, n_w), on a record's lines."""
 
     line: Lines
     D: ComplexArray
     F: ComplexArray
     weight: FloatArray
+    least: ComplexArray
 
 
 def read_off(problem: Problem, fit: Fit) -> list[ReadOff]:
@@ -107,7 +108,7 @@ def read_off(problem: Problem, fit: Fit) -> list[ReadOff]:
     for line, (y, D, F) in zip(lines, fitted, strict=True):
         s, g, out = on_lines(line, reduced, omega, zeta, Q)
         H = s[:, None, None] ** 2 * answers(out, g, w @ Q, s, own)
-        found.append(ReadOff(line, D, *shown_forces(line, y, H, F)))
+        found.append(ReadOff(line, D, *shown_forces(line, y, H, F), F))
     return found
 
 

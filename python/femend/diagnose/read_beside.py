@@ -1,4 +1,4 @@
-"""What a place did beside a linear law at another one, the force being free where the place is."""
+"""What a place did at which the force is free, beside a linear law at another one or a free force there."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.candidates import Candidate
-from femend.diagnose.known_force import shown_forces
+from femend.diagnose.joint import Joint
+from femend.diagnose.known_force import read_off, shown_forces
 from femend.diagnose.linear import closed_by
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.receptances import answers, on_lines
 from femend.diagnose.recovered import Recovered, to_time, without_ends
-from femend.estimate import Problem
+from femend.estimate import Fit, Lines, Problem
 from femend.model import Place
 
-__all__ = ["read_off_beside"]
+__all__ = ["read_off_beside", "read_off_both"]
 
+FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 
@@ -41,18 +43,40 @@ def read_off_beside(problem: Problem, ranked: Ranked, place: Place) -> Recovered
         H = s[:, None, None] ** 2 * H
         D, F = D[:, n_w:], F[:, n_w:]
         shown, weight = shown_forces(line, y, H, F)
-        out.D.append(D + np.einsum("kvw,kw->kv", C, shown - F))
-        out.F.append(-shown)
-        out.weight.append(weight)
-        out.index.append(line.index)
-        out.freq.append(line.freq)
-        to_time(out, line, s)
-        if line.record.frf is None:
-            (out.d[-1], out.D[-1]), (out.f[-1], out.F[-1]) = (
-                without_ends(history[-1], line.index) for history in (out.d, out.f)
-            )
-            out.v[-1], out.a[-1] = (without_ends(history[-1], line.index)[0] for history in (out.v, out.a))
+        _add(out, line, s, D + np.einsum("kvw,kw->kv", C, shown - F), shown, weight)
     return out
+
+
+def read_off_both(problem: Problem, joint: Joint, fit: Fit) -> list[Recovered]:
+    """What each of two places did, opened together as a `joint` of a coordinate each, at the `fit` of a free force at
+    both in the records of `problem`."""
+    problem = problem.thinned(None)
+    omega, zeta, Q, own = problem.system(joint.reduced).modal(fit.p)
+    w = joint.w @ Q
+    found = [Recovered(fit, fit, [], [], [], [], [], [], [], problem.records, [], []) for _ in w]
+    for one in read_off(problem, fit):
+        s, g, _ = on_lines(one.line, joint.reduced, omega, zeta, Q)
+        C = answers(w, g, w, s, own) + np.diag(joint.compliance)
+        D = one.D + np.einsum("kvw,kw->kv", C, one.F - one.least)
+        for i, out in enumerate(found):
+            _add(out, one.line, s, D[:, i : i + 1], one.F[:, i : i + 1], one.weight[:, i : i + 1])
+    return found
+
+
+def _add(out: Recovered, line: Lines, s: ComplexArray, D: ComplexArray, F: ComplexArray, weight: FloatArray) -> None:
+    """Adds to `out` motion and force on the structure (K, n_w) on the lines `s` (K,) of a record, and how well the
+    force is seen, (K, n_w); of a history without its ends."""
+    out.D.append(D)
+    out.F.append(-F)
+    out.weight.append(weight)
+    out.index.append(line.index)
+    out.freq.append(line.freq)
+    to_time(out, line, s)
+    if line.record.frf is None:
+        (out.d[-1], out.D[-1]), (out.f[-1], out.F[-1]) = (
+            without_ends(history[-1], line.index) for history in (out.d, out.f)
+        )
+        out.v[-1], out.a[-1] = (without_ends(history[-1], line.index)[0] for history in (out.v, out.a))
 
 
 def _carried(candidate: Candidate, s: ComplexArray, C: ComplexArray) -> ComplexArray:

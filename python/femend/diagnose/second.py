@@ -45,6 +45,7 @@ from femend.diagnose.together import (
     term_of,
     told_plainly,
 )
+from femend.diagnose.two_free import two_free
 from femend.estimate import Hypothesis
 from femend.estimate.fit import STEPS
 from femend.model import Place
@@ -233,7 +234,7 @@ def _at_two_places(first: Searched) -> tuple[Further | None, Searched]:
         if louder is not first and not _worth_looking(louder):
             return settled, first
         first = louder
-        both = _explaining(first, _one_of_them_linear(first, *places))
+        both = _explaining(first, _one_of_them_linear(first, *places)) or _both_free(first, *places)
         if both is not None:
             return both, first
     if one and first is quiet:
@@ -272,6 +273,12 @@ def _one_of_them_linear(first: Searched, second: Located, at: Place) -> Further 
         return told
     here = [r for r in laws if r.located.place is laws[0].located.place]
     return _foremost(first, told, _together(first, (here, beside.ranked)))
+
+
+def _both_free(first: Searched, second: Located, at: Place) -> Further | None:
+    """Two places whose laws were read off with the forces at both free, where both explain the recordings."""
+    both = two_free(first, second, at)
+    return None if both is None else _explaining(first, _told(first, both, []))
 
 
 def _one_of_two(first: Searched) -> bool:

@@ -1,0 +1,84 @@
+"""Two laws read off at once at two places whose forces are free, where neither is found beside the other.
+
+A second effect is mostly found beside the first one's law. Where both are nonlinear and neither explains the greater
+part, there is no first: a law alone at either place bends the model, and a force that was read off there and is taken
+as known is only as good as that model. Two free forces that explain the recordings leave the model nearly as it is and
+show what both places did. Laws that follow it are fitted together, each of one place with the likeliest of the other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femend.diagnose.candidates import KINDS, Candidate
+from femend.diagnose.joint import open_joint, open_joints
+from femend.diagnose.likeliest_starts import likeliest_starts
+from femend.diagnose.locate import Located
+from femend.diagnose.one_linear import located_beside
+from femend.diagnose.pairs import Searched, plain
+from femend.diagnose.parallel import starting
+from femend.diagnose.read_beside import read_off_both
+from femend.diagnose.recovered import Recovered
+from femend.diagnose.terms import Term
+from femend.diagnose.together import Scored, best_of
+from femend.model import Place
+
+__all__ = ["two_free"]
+
+FloatArray = NDArray[np.float64]
+
+# steps of the fit of both free forces in the basis that holds the static answers of both places
+STEPS = 15
+
+
+def two_free(first: Searched, second: Located, at: Place) -> Scored | None:
+    """Two laws fitted together at two places, the `second` with the fit of a free force at both, and the other one;
+    None where these have other than one coordinate each or move the sensors together, or no laws follow what they
+    did."""
+    places = (second.place, at)
+    if any(place.part or place.kind not in KINDS or place.n_w != 1 for place in places):
+        return None
+    did = _what_they_did(first, second, places)
+    if did is None:
+        return None
+    one, other = (_laws(first, did, i) for i in (0, 1))
+    tries = [([a, b], did.p) for i, a in enumerate(one) for j, b in enumerate(other) if min(i, j) == 0]
+    return best_of(first, tries) if tries else None
+
+
+@dataclass(frozen=True, eq=False)
+class _Did:
+    """What two places did, with forces free at both, the model's unknowns p there, and each as it is located beside the
+    other."""
+
+    recovered: list[Recovered]
+    p: FloatArray
+    located: list[Located]
+
+
+def _what_they_did(first: Searched, second: Located, places: tuple[Place, Place]) -> _Did | None:
+    """None where the fit breaks down."""
+    problem, start = first.split.reading, plain(first, second.fit.p)
+    both = open_joints(places, first.reduced, first.problem.band[1], first.g_rows)
+    (fit,) = problem.fit([both.hypothesis(None)], [(start, np.zeros(0))], iterations=STEPS)
+    if fit is None:
+        return None
+    located = [located_beside(first, place, other, fit.p) for place, other in (places, places[::-1])]
+    found = [one for one in located if one is not None]
+    return _Did(read_off_both(problem, both, fit), fit.p, found) if len(found) == len(places) else None
+
+
+def _laws(first: Searched, did: _Did, i: int) -> list[Term]:
+    """Laws that follow what place i did, the likeliest first; of linear ones that alone which comes first, since a
+    linear law is found beside a free force."""
+    located, recovered = did.located[i], did.recovered[i]
+    joint = open_joint(located.place, first.reduced, first.problem.band[1], first.g_rows)
+    nothing = Candidate(None, "", joint, {}, did.p, np.zeros(0), 0, 0.0, np.inf, np.inf)
+    return [
+        Term(starting(first, nothing, name, start, recovered), located)
+        for n, (name, start) in enumerate(likeliest_starts(joint, recovered).items())
+        if n == 0 or start.physics.kind == "nonlinear"
+    ]
