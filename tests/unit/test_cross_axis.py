@@ -344,9 +344,49 @@ def test_sensors_are_believed_where_a_force_explains_or_shares_make_no_great_dif
     monkeypatch.setattr(crossing, "_moved_by_the_best", lambda *given: given)
     monkeypatch.setattr(crossing, "_in_all_directions", lambda *given: [])
     monkeypatch.setattr(crossing, "_may_come_near", lambda *given: True)
+    monkeypatch.setattr(crossing, "_two_explain", lambda *given: False)
     found, located = crossing.as_sensors_are(start, [at(left)], [])
     assert (found is other) == taken
     assert located[0].fit.score == (with_shares if taken else left)
+
+
+@pytest.mark.parametrize(
+    ("score", "prior", "cost", "taken"),
+    [
+        (0.8, 20.0, 2300.0, False),
+        (0.8, 20.0, 2990.0, True),  # hardly less than with shares
+        (1.5, 20.0, 2300.0, True),
+        (0.8, 200.0, 2300.0, True),  # of a model that bends for it
+    ],
+)
+def test_sensors_are_believed_where_two_forces_explain_more_than_one_with_shares(
+    monkeypatch: pytest.MonkeyPatch, score: float, prior: float, cost: float, taken: bool
+) -> None:
+    """Joint softness beside friction: of one force there shares of 2 % make up for the other."""
+    places = [Place("ground", (node,), "Y", "ground", (np.array([6 * node + 1]),), (np.ones(1),)) for node in (4, 7)]
+
+    def at(place: Place, score: float, prior: float, cost: float) -> Any:
+        return SimpleNamespace(place=place, fit=SimpleNamespace(score=score, prior=prior, cost=cost), cost=cost)
+
+    with_shares, alone = at(places[0], 0.9, 300.0, 3000.0), at(places[0], 2.1, 3000.0, 9500.0)
+    asked: list[Any] = []
+
+    def located(problem: str, reduced: None, among: list[Place], null: object, beside: tuple[Place, ...] = ()) -> Any:
+        if problem == "shares":
+            return [with_shares]
+        asked.append((among, beside))
+        return [at(places[1], score, prior, cost)]
+
+    crossed = SimpleNamespace(problem="shares", reduced=None, null=None)
+    start: Any = SimpleNamespace(problem="as they are", reduced=None, null=None, crossing=crossed)
+    monkeypatch.setattr(crossing, "locate", located)
+    monkeypatch.setattr(crossing, "shortlist", list)
+    monkeypatch.setattr(crossing, "_moved_by_the_best", lambda *given: given)
+    monkeypatch.setattr(crossing, "_in_all_directions", lambda *given: [])
+    monkeypatch.setattr(crossing, "_may_come_near", lambda *given: True)
+    found, _ = crossing.as_sensors_are(start, [alone], places)
+    assert (found is crossed) == taken
+    assert asked[0] == ([places[1]], (places[0],))
 
 
 def test_sensors_are_believed_where_forces_in_all_directions_of_a_node_explain(

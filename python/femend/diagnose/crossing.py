@@ -9,7 +9,8 @@ import numpy as np
 
 from femend.diagnose.dressed import hypothesis_of, with_own_unknowns
 from femend.diagnose.known_force import forces_beside
-from femend.diagnose.locate import FINAL_LINES, Located, grounded, locate, refitted
+from femend.diagnose.locate import FINAL_LINES, Located, grounded, locate, refitted, shortlist
+from femend.diagnose.screen import is_many
 from femend.diagnose.sensed import sensed_places
 from femend.diagnose.settings import AT_NOISE, CLEARLY
 from femend.diagnose.update import UpdatedModel, sensors_in_doubt
@@ -25,6 +26,8 @@ WITHIN, MOST = 2.0, 0.5
 # the same share of the best places fitted once more with what sensors pick up, and multiple of the noise, beyond which
 # places are not all sorted out anew; how many are fitted so
 FAR_OFF, FAR_ABOVE, TRIED = 0.75, 1.5, 6
+# best places beside which a second force is looked for before shares are taken
+FIRSTS = 2
 # misfit below which the noise that shares add is none: what moves across under a force that no sensor holds down
 BELIEVABLE = 0.25
 
@@ -37,8 +40,9 @@ def as_sensors_are(
 
     Shares of motion also take away what is missing where a sensor hardly moves. So sensors are believed where the
     model explains the recordings with a free force somewhere (where it does alone with such shares, `update_model` has
-    taken them), and where the shares make no great difference: with them a force neither explains what it does not
-    without, nor leaves half as much. The motion is that of the model with the best such force.
+    taken them), where the shares make no great difference: with them a force neither explains what it does not
+    without, nor leaves half as much; and where two forces explain clearly more without them. The motion is that of the
+    model with the best such force.
     """
     best = located[0].fit if located else start.null
     # the update with shares, and fits from afar, are for where they can matter
@@ -53,7 +57,23 @@ def as_sensors_are(
     left = there[0].fit if there else crossing.null
     explained = best.score > AT_NOISE and explains(left) and left.cost < best.cost - CLEARLY
     believable = left.score > BELIEVABLE
-    return (crossing, there) if believable and (explained or left.score < MOST * best.score) else (start, located)
+    if not believable or not (explained or left.score < MOST * best.score):
+        return start, located
+    return (start, located) if _two_explain(start, located, places, left.cost) else (crossing, there)
+
+
+def _two_explain(start: UpdatedModel, located: Sequence[Located], places: Sequence[Place], cost: float) -> bool:
+    """Whether forces at two of the `places`, one of them among the best `located`, explain the recordings as sensors
+    are, and clearly better than one force with shares, which is left with the `cost`."""
+    if is_many(places):
+        return False
+    for one in shortlist(located)[:FIRSTS]:
+        aside = [p for p in places if p is not one.place and not set(p.elements) & set(one.place.elements)]
+        reduced, beside = (one.fit.hypothesis.reduced, ()) if one.place.part else (start.reduced, (one.place,))
+        two = locate(start.problem, reduced, aside, one.fit, beside)
+        if two and explains(two[0].fit) and two[0].cost < cost - CLEARLY:
+            return True
+    return False
 
 
 def _may_come_near(start: UpdatedModel, crossing: UpdatedModel, located: list[Located]) -> bool:
