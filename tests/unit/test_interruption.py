@@ -112,7 +112,7 @@ def test_the_best_law_judged_so_far_is_told_as_the_likeliest(
 ) -> None:
     from femend.diagnose import name
 
-    stop_at(monkeypatch, name, "linear_at", after=2)
+    stop_at(monkeypatch, name, "masses_from_afar")
     stop = stopped_run(study, tmp_path / "out")
     d = stop.run.diagnosis
     assert len(d.ranked) > 3
@@ -212,7 +212,7 @@ def test_a_law_that_brings_too_little_is_not_told(study: Path, monkeypatch: pyte
     """Nor is one that could be followed in the beginning of the recordings alone."""
     from femend.diagnose import name
 
-    stop_at(monkeypatch, name, "linear_at", after=2)
+    stop_at(monkeypatch, name, "masses_from_afar")
     monkeypatch.setattr("femend.diagnose.interrupted.accepted", lambda found, best: False)
     stop = stopped_run(study, None)
     assert (stop.run.result["verdict"], stop.run.result["findings"]) == ("undetermined", [])

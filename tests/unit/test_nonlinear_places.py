@@ -14,7 +14,7 @@ from femend.diagnose.settings import Settings
 
 def place(kind: str, direction: str, cost: float) -> Any:
     """A place of an opened joint; its free force leaves `cost`."""
-    at = SimpleNamespace(kind=kind, direction=direction)
+    at = SimpleNamespace(kind=kind, direction=direction, scaled=False)
     return SimpleNamespace(found=SimpleNamespace(place=at, cost=cost), recovered=None, joint=None)
 
 

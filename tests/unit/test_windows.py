@@ -119,7 +119,7 @@ def test_a_law_may_be_adequate_in_its_window_once_it_is_refined(
     }
     for attribute, value in made.items():
         monkeypatch.setattr(name, attribute, value)
-    located = [cast(Any, SimpleNamespace(place=SimpleNamespace(kind="ground")))]
+    located = [cast(Any, SimpleNamespace(place=SimpleNamespace(kind="ground", scaled=False)))]
     given = cast(Any, SimpleNamespace(split=None, settings=Settings()))
     ranked, reached = name.name_physics(given, located)
     assert reached == sigma

@@ -24,7 +24,7 @@ from femend.diagnose.split import Split
 from femend.estimate import Fit
 from femend.model.places import mass_place
 
-__all__ = ["Opened", "each_once", "linear_at", "masses_from_afar", "nonlinear_at", "on_springs"]
+__all__ = ["Opened", "each_once", "linear_at", "masses_from_afar", "member_at", "nonlinear_at", "on_springs"]
 
 FloatArray = NDArray[np.float64]
 
@@ -83,14 +83,7 @@ def linear_at(
     `before` beats all."""
     split, reduced, g_rows, updated = given.split, given.reduced, given.g_rows, given.updated
     if found.place.scaled:
-        found = in_own_basis(split.whole, reduced, g_rows, found)
-        member = null_candidate(split, found.fit, found.place.part_law)
-        # a member may be weaker than it is drawn; one that would have to be stiffer stands in for something else. What
-        # a bush is worth, nobody knows; a bedding is there or not
-        told = found.place.kind == "connection" or (
-            member.values["k"] > 0.0 if found.place.bed else member.values["factor"] < 1.0
-        )
-        return [Tried(member, found, None)] if told else [], None
+        return member_at(given, found), None
     joint = open_joint(found.place, reduced, split.whole.band[1], g_rows)
     recovered = recover(split.reading, joint, found.fit.p)
     if recovered is None:
@@ -104,6 +97,18 @@ def linear_at(
     if found.place.kind == "ground":
         tried += _mass(given, found)
     return tried, Opened(found, joint, recovered)
+
+
+def member_at(given: Given, found: Located) -> list[Tried]:
+    """The stiffness factor of a member, or stiffness of a bedding; none where it says what no member does."""
+    found = in_own_basis(given.split.whole, given.reduced, given.g_rows, found)
+    member = null_candidate(given.split, found.fit, found.place.part_law)
+    # a member may be weaker than it is drawn; one that would have to be stiffer stands in for something else. What a
+    # bush is worth, nobody knows; a bedding is there or not
+    told = found.place.kind == "connection" or (
+        member.values["k"] > 0.0 if found.place.bed else member.values["factor"] < 1.0
+    )
+    return [Tried(member, found, None)] if told else []
 
 
 def _mass(given: Given, found: Located, *, afar: bool = False) -> list[Tried]:

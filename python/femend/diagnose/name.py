@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +12,22 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import laws_for
 from femend.diagnose.hinges import inside
 from femend.diagnose.judge import Given, Tried, again, beaten, compared_in, free_reference, free_score, judge_in
-from femend.diagnose.laws_at import Opened, each_once, linear_at, masses_from_afar, nonlinear_at, on_springs
+from femend.diagnose.laws_at import (
+    Opened,
+    each_once,
+    linear_at,
+    masses_from_afar,
+    member_at,
+    nonlinear_at,
+    on_springs,
+)
 from femend.diagnose.locate import Located, order
 from femend.diagnose.pace import Pace
 from femend.diagnose.ranked import Ranked, score
 from femend.diagnose.settings import Settings
 from femend.diagnose.window import followed_on, widest
 from femend.model import Place
+from femend.threads import at_once
 
 __all__ = ["name_physics"]
 
@@ -46,10 +56,14 @@ def name_physics(
     opened: list[Opened] = []
     hinged: set[tuple[tuple[int, ...], str]] = set()
     first_look = judge_in(given, 0.0)
-    for one, is_kin, masses_alone in each_once(located):
+    turns = list(each_once(located))
+    # members have nothing to do with what was tried before them
+    scaled = [one for one, _, _ in turns if one.place.scaled]
+    members = dict(zip(map(id, scaled), at_once(partial(member_at, given), scaled), strict=True))
+    for one, is_kin, masses_alone in turns:
         if not is_kin:
             tell(1)
-        new, at = linear_at(given, one, masses_alone, tried)
+        new, at = linear_at(given, one, masses_alone, tried) if id(one) not in members else (members[id(one)], None)
         for joint in inside(given, new, hinged):
             new += linear_at(given, joint, False, tried)[0]
         tried += new

@@ -20,6 +20,7 @@ from femend.diagnose.update import UpdatedModel, update_model
 from femend.estimate import FitRecord
 from femend.model import Place
 from femend.numerals import plain
+from femend.threads import at_once
 
 __all__ = ["ForceTilt", "force_tilt"]
 
@@ -146,7 +147,8 @@ def _refined(start: UpdatedModel, updated: UpdatedModel, tilt: ForceTilt, worth:
     for n in range(ROUNDS):
         if n >= EARLY and here > worth * first:
             return None
-        tried = [_move(cost(at - step), here, cost(at + step)) for step in own_step]
+        beside = at_once(cost, [at + sign * step for step in own_step for sign in (-1, 1)])
+        tried = [_move(beside[2 * i], here, beside[2 * i + 1]) for i in range(len(others))]
         # what moves least of the sensors tells its share once the other is right
         best = max(range(len(tried)), key=lambda i: tried[i][1])
         move, gain = tried[best]
