@@ -18,6 +18,8 @@ from femend.diagnose.nonlinear import judge_nonlinear, refit_nonlinear
 from femend.diagnose.pace import OUTDONE
 from femend.diagnose.pairs import alike
 from femend.diagnose.terms import Term
+from femend.diagnose.together import Scored, fitted_together
+from femend.model import Place
 from femend.study.study_run import StudyRun
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -78,3 +80,32 @@ def test_places_left_behind_in_the_beginning_are_not_followed(run: StudyRun, mon
     assert best_place.at_the_best_places(first, cast(Any, found)) is cast(Any, found)
     assert far.nodes not in tried
     assert (near.nodes in tried) == (left[near.nodes] <= OUTDONE * max(own, 1.0))
+
+
+def test_two_laws_on_the_wrong_sides_of_each_other_are_moved_to_their_nodes(
+    dashpot_and_cubic: StudyRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One of them alone leaves less elsewhere, and then the other."""
+    monkeypatch.setattr(best_place, "NEARBY", 4)
+    d = dashpot_and_cubic.diagnosis
+    first = searched(d)
+    assert d.further is not None
+
+    def at(node: int) -> Place:
+        return next(p for p in first.places if p.kind == "ground" and p.nodes == (node,) and p.direction == "Z")
+
+    def fitted(nodes: dict[str, int]) -> Scored:
+        assert d.further is not None
+        terms = [moved(first, t, at(nodes[t.candidate.name])) for t in d.further.terms.terms]
+        found = fitted_together(first, terms, d.further.terms.p)
+        assert found is not None
+        return found
+
+    right = {"viscous_damper": 7, "cubic_stiffness": 13}
+    away = fitted({"viscous_damper": 5, "cubic_stiffness": 12})
+    assert away[0] > fitted(right)[0] + 10 * first.settings.margin
+    back = best_place._at_nearby_nodes(first, away)
+    assert {t.candidate.name: t.located.place.nodes for t in back[1].terms} == {k: (n,) for k, n in right.items()}
+    # at noise they stay, wherever that is
+    told = fitted(right)
+    assert best_place._at_nearby_nodes(first, told) is told

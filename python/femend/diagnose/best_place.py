@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose.candidates import KINDS, Candidate
 from femend.diagnose.dressed import hypothesis_of
+from femend.diagnose.law_elsewhere import in_turn
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.moved import moved
@@ -23,7 +24,7 @@ from femend.diagnose.pace import OUTDONE
 from femend.diagnose.pairs import Searched, alike, plain
 from femend.diagnose.preference import preference
 from femend.diagnose.terms import Term, fit_terms
-from femend.diagnose.together import Scored, fitted_together, shows
+from femend.diagnose.together import Scored, fitted_together, may_be_beaten, shows
 from femend.model import Place
 
 FloatArray = NDArray[np.float64]
@@ -34,6 +35,8 @@ __all__ = ["at_the_best_place", "at_the_best_places"]
 TRIED, LINES = 4, 600
 # rounds in which two laws are moved
 ROUNDS = 2
+# nodes near to that of one of two laws at which it is tried, those of them that are followed, and which law in turn
+NEARBY, FOLLOWED, _TURNS = 8, 2, (1, 0, 1, 0)
 
 
 def at_the_best_place(first: Searched, law: Candidate, located: Located) -> tuple[Candidate, Located]:
@@ -57,11 +60,7 @@ def at_the_best_places(first: Searched, found: Scored) -> Scored:
     """Laws that were fitted together, moved one after the other to where all of them leave clearly less; once more
     where one was, since the other was judged beside it where it had been."""
     for _ in range(ROUNDS):
-        worth = [
-            (i, place)
-            for i, term in reversed(list(enumerate(found[1].terms)))
-            for place in ([] if term.place is None else _worth_trying(first, term.place))
-        ]
+        worth = [(i, place) for i, term in reversed(list(enumerate(found[1].terms))) for place in _near(first, term)]
         if not worth:
             break
         before, least = found, _in_the_beginning(first, found[1].terms, found[1].p)
@@ -75,7 +74,44 @@ def at_the_best_places(first: Searched, found: Scored) -> Scored:
             found = tried if shows(first.settings, found[1].fitted, tried[1].fitted) else found
         if found is before:
             break
+    return _at_nearby_nodes(first, found)
+
+
+def _at_nearby_nodes(first: Searched, found: Scored) -> Scored:
+    """Two laws on the ground, of which one has to be simulated, that leave more than noise, each in turn at the nodes
+    near to where it is, whether those move the sensors alike or not, as long as clearly less is left there: of laws
+    near to each other either may have come out on the wrong side of the other, and both have to be where they are for
+    the noise to tell it."""
+    terms = found[1].terms
+    if len(terms) != 2 or not any(t.candidate.nonlinear for t in terms) or not may_be_beaten(first, found):
+        return found
+    for i in _TURNS:
+        terms = found[1].terms
+        least = _in_the_beginning(first, terms, found[1].p)
+        begun = []
+        for place in _nearby(first, terms[i], terms[1 - i]):
+            there = [moved(first, t, place) if j == i else t for j, t in enumerate(terms)]
+            begun.append((_in_the_beginning(first, there, found[1].p), there))
+        for left, there in sorted(begun, key=lambda one: one[0])[:FOLLOWED]:
+            tried = fitted_together(first, there, found[1].p) if left < least else None
+            found = tried if tried is not None and tried[0] < found[0] - first.settings.margin else found
     return found
+
+
+def _nearby(first: Searched, term: Term, other: Term) -> list[Place]:
+    """Ground at the nodes nearest to that of a term with one coordinate there, along its axis, but for that of the
+    other term; none for terms elsewhere."""
+    at = term.place
+    if at is None or at.kind != "ground" or at.n_w != 1 or other.place is at:
+        return []
+    known = (at, other.located.place)
+    like = [p for p in first.places if p.kind == at.kind and p.n_w == 1 and p.direction == at.direction]
+    return in_turn(first.reduced.model, at, [p for p in like if not any(p is k for k in known)], nearest=True)[:NEARBY]
+
+
+def _near(first: Searched, term: Term) -> list[Place]:
+    """Places of `_worth_trying` for a term's own."""
+    return [] if term.place is None else _worth_trying(first, term.place)
 
 
 def _in_the_beginning(first: Searched, terms: Sequence[Term], p: FloatArray) -> float:

@@ -88,13 +88,14 @@ def _may_be_elsewhere(best: Ranked, null_score: float, settings: Settings) -> bo
     return won and place.kind == "ground" and (own is place or _resists_all_ways(law))
 
 
-def in_turn(model: Model, at: Place, places: Sequence[Place]) -> list[Place]:
-    """Places at a node each, joints first, the nearest to the place `at` before others."""
+def in_turn(model: Model, at: Place, places: Sequence[Place], *, nearest: bool = False) -> list[Place]:
+    """Places at a node each, the nearest to the place `at` before others, and joints first unless the `nearest` are
+    asked for."""
     xyz, here = model.xyz, model.xyz[model.index(at.nodes[0])]
     away = [float(np.linalg.norm(xyz[model.index(p.nodes[0])] - here)) for p in places]
     farthest = max(away, default=0.0) or 1.0
     # nodes that are as far away stay in the order of the list
-    order = sorted(range(len(places)), key=lambda i: (places[i].unlikely, round(away[i] / farthest, 9)))
+    order = sorted(range(len(places)), key=lambda i: (places[i].unlikely and not nearest, round(away[i] / farthest, 9)))
     return [places[i] for i in order]
 
 
