@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from femend.diagnose import together
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.collapse import collapsed
 from femend.diagnose.settings import Settings
+from femend.diagnose.terms import Term
 from femend.physics import FitCoordinates, physics
 
 EMPTY = np.zeros(0)
@@ -42,6 +44,23 @@ def test_a_stop_with_a_gap_stays_one() -> None:
     recovered: Any = SimpleNamespace(d=[np.array([1e-3, -2e-3])])
     assert collapsed(stop(1e-4, 1.0), recovered, Settings()).name == "clearance"
     assert collapsed(stop(1e-7, 2.0), recovered, Settings()).name == "clearance"
+
+
+@pytest.mark.parametrize(("score", "name"), [(11.0, "bilinear_stiffness"), (60.0, "clearance")])
+def test_of_two_laws_a_stop_has_its_gap_where_that_is_for_something(
+    monkeypatch: pytest.MonkeyPatch, score: float, name: str
+) -> None:
+    """Fitted together with the other law, a bilinear stiffness leaves as much as one without, or more."""
+
+    def fitted(first: object, terms: list[Any], p: object) -> Any:
+        return score, SimpleNamespace(terms=tuple(terms), p=p)
+
+    monkeypatch.setattr(together, "fitted_together", fitted)
+    law = Term(stop(2.4e-9, 1.0), cast(Any, None))
+    other = Term(loop(1.5, 3e7, 2e7), cast(Any, None))
+    found = 10.0, SimpleNamespace(terms=(law, other), p=EMPTY)
+    told = together.told_plainly(cast(Any, None), cast(Any, found))
+    assert [t.candidate.name for t in told[1].terms] == [name, "bouc_wen"]
 
 
 def loop(n: float, beta: float, gamma: float) -> Candidate:

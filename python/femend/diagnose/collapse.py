@@ -13,7 +13,7 @@ from femend.diagnose.recovered import Recovered
 from femend.diagnose.settings import Settings
 from femend.physics import FitCoordinates, physics, simpler
 
-__all__ = ["SHARP", "collapsed", "nearest_size"]
+__all__ = ["SHARP", "collapsed", "nearest_size", "without_gap"]
 
 # exponent n from which the knee of a Bouc-Wen loop is as sharp as that of friction with a spring before it
 SHARP = 8.0
@@ -72,6 +72,14 @@ def _bilinear(candidate: Candidate, amplitude: float) -> Candidate:
     if found is None or found[0] != "bilinear_stiffness":
         return candidate
     return _as(candidate, *found, candidate.k)
+
+
+def without_gap(candidate: Candidate) -> Candidate | None:
+    """A stop on one side with its gap closed, which is a bilinear stiffness; None for other laws."""
+    if candidate.name != "clearance":
+        return None
+    closed = _bilinear(candidate, np.inf)
+    return None if closed is candidate else closed
 
 
 def _as(candidate: Candidate, name: str, values: Mapping[str, float], k: float) -> Candidate:

@@ -14,7 +14,7 @@ from femend.diagnose.pairs import Searched, plain
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.recovered import Recovered, in_time
 from femend.diagnose.terms import Term
-from femend.diagnose.together import Scored, are_told, fitted_together
+from femend.diagnose.together import EVEN, Scored, are_told, fitted_together
 
 __all__ = ["in_parallel", "starting", "what_is_left"]
 
@@ -22,8 +22,6 @@ __all__ = ["in_parallel", "starting", "what_is_left"]
 LINEAR, STARTS = 2, 2
 # other linear laws of the best one's family that take its place, and the pairs in which they do
 KIN, LEADING = 2, 2
-# difference of scores of pairs that explain as much
-EVEN = 2.0
 
 
 def in_parallel(first: Searched) -> Scored | None:

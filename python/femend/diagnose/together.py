@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.diagnose.candidates import SPRINGS
-from femend.diagnose.collapse import collapsed
+from femend.diagnose.collapse import collapsed, without_gap
 from femend.diagnose.evidence import LEAST, fall
 from femend.diagnose.pairs import Searched, plain
 from femend.diagnose.ranked import Ranked, score
@@ -19,6 +19,7 @@ from femend.diagnose.terms import Term, Terms, fit_terms, judge_terms
 from femend.physics import physics
 
 __all__ = [
+    "EVEN",
     "Scored",
     "Try",
     "are_told",
@@ -46,6 +47,9 @@ UNDETERMINED = 0.33
 # laws of different names at a place that are tried together with those at another, and further places at
 # which a law is tried that a free force does not tell from its own
 TOGETHER, AS_WELL = 2, 2
+
+# difference of scores of terms that explain as much
+EVEN = 2.0
 
 # terms fitted together, with their score
 Scored = tuple[float, Terms]
@@ -162,9 +166,15 @@ def are_told(first: Searched, found: Scored) -> bool:
 
 def told_plainly(first: Searched, found: Scored) -> Scored:
     """Linear laws of several parameters as a spring, dashpot or mass where that does as well beside the other terms: an
-    absorber that is heavy and soft is a dashpot."""
+    absorber that is heavy and soft is a dashpot. A stop on one side as a bilinear stiffness where its gap is for
+    nothing."""
     best = found
     for i, term in enumerate(found[1].terms):
+        closed = without_gap(term.candidate)
+        if closed is not None:
+            terms = [replace(t, candidate=closed) if j == i else t for j, t in enumerate(best[1].terms)]
+            tried = fitted_together(first, terms, best[1].p)
+            best = tried if tried is not None and tried[0] < best[0] + EVEN else best
         if term.candidate.nonlinear or term.n_x < 2:
             continue
         for plainer in _plain_laws(first, term):
