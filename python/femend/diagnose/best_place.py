@@ -85,16 +85,21 @@ def _at_nearby_nodes(first: Searched, found: Scored) -> Scored:
     terms = found[1].terms
     if len(terms) != 2 or not any(t.candidate.nonlinear for t in terms) or not may_be_beaten(first, found):
         return found
+    stayed = 0
     for i in _TURNS:
+        if stayed == len(terms):
+            break
         terms = found[1].terms
         least = _in_the_beginning(first, terms, found[1].p)
         begun = []
         for place in _nearby(first, terms[i], terms[1 - i]):
             there = [moved(first, t, place) if j == i else t for j, t in enumerate(terms)]
             begun.append((_in_the_beginning(first, there, found[1].p), there))
+        before = found
         for left, there in sorted(begun, key=lambda one: one[0])[:FOLLOWED]:
             tried = fitted_together(first, there, found[1].p) if left < least else None
             found = tried if tried is not None and tried[0] < found[0] - first.settings.margin else found
+        stayed = stayed + 1 if found is before else 0
     return found
 
 

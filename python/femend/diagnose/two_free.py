@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from femend.diagnose.candidates import KINDS, Candidate
 from femend.diagnose.joint import open_joint, open_joints
 from femend.diagnose.likeliest_starts import likeliest_starts
+from femend.diagnose.linear_pair import where_both_explain_more
 from femend.diagnose.locate import Located
 from femend.diagnose.one_linear import located_beside
 from femend.diagnose.pairs import Searched, plain
@@ -23,7 +24,7 @@ from femend.diagnose.parallel import starting
 from femend.diagnose.read_beside import read_off_both
 from femend.diagnose.recovered import Recovered
 from femend.diagnose.terms import Term
-from femend.diagnose.together import Scored, best_of
+from femend.diagnose.together import Scored, best_of, better, may_be_beaten
 from femend.model import Place
 
 __all__ = ["two_free"]
@@ -45,8 +46,26 @@ def two_free(first: Searched, second: Located, at: Place) -> Scored | None:
     if did is None:
         return None
     one, other = (_laws(first, did, i) for i in (0, 1))
+    linear = _both_linear(first, did, *([t for t in laws if not t.candidate.nonlinear] for laws in (one, other)))
+    if linear is not None and linear[1].chosen <= first.settings.adequate and not may_be_beaten(first, linear):
+        return linear
+    one, other = (_to_simulate(laws) for laws in (one, other))
     tries = [([a, b], did.p) for i, a in enumerate(one) for j, b in enumerate(other) if min(i, j) == 0]
-    return best_of(first, tries) if tries else None
+    return better(first, linear, best_of(first, tries) if tries else None)
+
+
+def _both_linear(first: Searched, did: _Did, one: list[Term], other: list[Term]) -> Scored | None:
+    """The best of two linear laws, which cost no simulation, at the nodes and of the forms in which both leave
+    least."""
+    tries = [([a, b], did.p) for a in one for b in other]
+    best = best_of(first, tries) if tries else None
+    return None if best is None else where_both_explain_more(first, best)
+
+
+def _to_simulate(laws: list[Term]) -> list[Term]:
+    """Laws to be fitted in simulations, the likeliest first; of linear ones that alone which comes first, since a
+    linear law is found beside a free force."""
+    return [t for n, t in enumerate(laws) if n == 0 or t.candidate.nonlinear]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +91,11 @@ def _what_they_did(first: Searched, second: Located, places: tuple[Place, Place]
 
 
 def _laws(first: Searched, did: _Did, i: int) -> list[Term]:
-    """Laws that follow what place i did, the likeliest first; of linear ones that alone which comes first, since a
-    linear law is found beside a free force."""
+    """Laws that follow what place i did, the likeliest first."""
     located, recovered = did.located[i], did.recovered[i]
     joint = open_joint(located.place, first.reduced, first.problem.band[1], first.g_rows)
     nothing = Candidate(None, "", joint, {}, did.p, np.zeros(0), 0, 0.0, np.inf, np.inf)
     return [
         Term(starting(first, nothing, name, start, recovered), located)
-        for n, (name, start) in enumerate(likeliest_starts(joint, recovered).items())
-        if n == 0 or start.physics.kind == "nonlinear"
+        for name, start in likeliest_starts(joint, recovered).items()
     ]
