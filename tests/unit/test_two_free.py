@@ -9,11 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from femend.diagnose.descent import Descent
 from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.joint import open_joints
 from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.pairs import Searched
 from femend.diagnose.read_beside import read_off_both
+from femend.diagnose.together import told_plainly
 from femend.diagnose.two_free import two_free
 from femend.model import Place
 
@@ -34,14 +36,19 @@ def at(first: Searched, node: int) -> Place:
     return next(p for p in first.places if p.kind == "ground" and p.nodes == (node,) and p.direction == "Z")
 
 
+def fitted_at(first: Searched, node: int, other: int) -> Located:
+    """A node with the fit of a free force there and at another one."""
+    few = first.problem.sparing(400)
+    hypothesis = hypothesis_of(at(first, node), first.reduced, (at(first, other),))
+    (fit,) = few.fit([hypothesis], [(few.prior(first.reduced)[0], np.zeros(0))])
+    assert fit is not None
+    return Located(at(first, node), fit, squares_of(few, fit, 0.0))
+
+
 @pytest.fixture(scope="module")
 def second(first: Searched) -> Located:
     """Node 13 with the fit of a free force there and at node 7."""
-    few = first.problem.sparing(400)
-    hypothesis = hypothesis_of(at(first, 13), first.reduced, (at(first, 7),))
-    (fit,) = few.fit([hypothesis], [(few.prior(first.reduced)[0], np.zeros(0))])
-    assert fit is not None
-    return Located(at(first, 13), fit, squares_of(few, fit, 0.0))
+    return fitted_at(first, 13, 7)
 
 
 def test_what_both_places_did_is_read_off_with_both_forces_free(first: Searched, second: Located) -> None:
@@ -73,3 +80,24 @@ def test_members_are_left_to_other_searches(first: Searched, second: Located) ->
     member = next(p for p in first.places if p.part)
     assert two_free(first, second, member) is None
     assert two_free(first, replace(second, place=member), at(first, 7)) is None
+
+
+def test_two_linear_laws_are_fitted_at_their_nodes_without_a_simulation(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From a force free at a node beside that of one of them."""
+    laws = [(7, "viscous_damper", {"c": 20.0}), (13, "support_stiffness", {"k": 4.0e4})]
+    first = searched_without_laws(updated(tmp_path, Truth((7.3e10, 6.8e10), laws=laws)))
+
+    def never(*given: object) -> None:
+        raise AssertionError("a law was simulated")
+
+    monkeypatch.setattr(Descent, "run", never)
+    found = two_free(first, fitted_at(first, 12, 7), at(first, 7))
+    assert found is not None
+    plain = told_plainly(first, found)
+    told = {t.located.place.nodes: (t.candidate.name, t.candidate.values) for t in plain[1].terms}
+    assert told[(13,)][0] == "support_stiffness"
+    assert told[(13,)][1]["k"] == pytest.approx(4.0e4, rel=0.1)
+    assert told[(7,)][0] == "viscous_damper"
+    assert told[(7,)][1]["c"] == pytest.approx(20.0, rel=0.1)

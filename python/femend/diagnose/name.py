@@ -63,7 +63,7 @@ def name_physics(
     for one, is_kin, masses_alone in turns:
         if not is_kin:
             tell(1)
-        new, at = linear_at(given, one, masses_alone, tried) if id(one) not in members else (members[id(one)], None)
+        new, at = (members[id(one)], None) if id(one) in members else linear_at(given, one, masses_alone, tried)
         for joint in inside(given, new, hinged):
             new += linear_at(given, joint, False, tried)[0]
         tried += new
