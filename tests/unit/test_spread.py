@@ -9,7 +9,7 @@ import pytest
 
 from femend.diagnose.closed_loop import Loop
 from femend.diagnose.outcome import Diagnosis
-from femend.diagnose.spread import Spread, spread
+from femend.diagnose.spread import AS_WELL, Spread, as_good, spread
 from femend.errors import ModelError
 from femend.study.study_run import StudyRun
 
@@ -26,43 +26,51 @@ def with_covariance(found: Diagnosis, factor: float) -> Diagnosis:
 def test_laws_that_are_known_well_predict_well(dashpot_and_cubic: StudyRun) -> None:
     found = dashpot_and_cubic.diagnosis
     record = found.problem.records[0]
-    apart = spread(found, record)
-    assert apart is not None
+    models, nearer = as_good(found), as_good(with_covariance(found, 0.5))
+    assert models is not None
+    assert nearer is not None
+    apart, half = spread(models, found, record), spread(nearer, found, record)
     assert 0.0 < apart.share < 0.1
     assert apart.text("low") == ""
     # unknowns that move so little move the response in proportion
-    half = spread(with_covariance(found, 0.5), record)
-    assert half is not None
     assert half.share == pytest.approx(0.5 * apart.share, rel=0.1)
 
 
-def test_laws_that_are_not_known_predict_nothing(dashpot_and_cubic: StudyRun) -> None:
+@pytest.mark.parametrize(("factor", "kept"), [(1.0, 2), (6.0, 2), (1e4, 0)])
+def test_models_that_are_drawn_explain_the_recordings(dashpot_and_cubic: StudyRun, factor: float, kept: int) -> None:
+    """Where they leave more they are taken nearer to the final one, and where they do even so, nothing is known."""
     found = dashpot_and_cubic.diagnosis
-    apart = spread(with_covariance(found, 100.0), found.problem.records[0])
-    assert apart is not None
-    assert apart.share > 0.3
-    assert "recording 'low' hangs on little" in apart.text("low")
+    models = as_good(with_covariance(found, factor))
+    if models is None:
+        assert kept == 0
+        return
+    assert len(models.points) == 1 + kept
+    final, *drawn = (float(e @ e) / models.loop.size() for e in models.loop.residuals(models.points)[0])
+    assert max(drawn) <= AS_WELL * max(final, 1.0)
+    assert all(np.abs(p - models.points[0][0]).max() > 0 for p, _ in models.points[1:])
 
 
 def test_models_that_are_no_structures_part_without_bounds(
     dashpot_and_cubic: StudyRun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of unknowns that the recordings tell too little of, drawn ones may have a mass or stiffness below nothing."""
+    """A force that is not among the fitted ones may take a motion to where a drawn law has none."""
+    found = dashpot_and_cubic.diagnosis
+    models = as_good(found)
+    assert models is not None
 
     def histories(loop: Loop, points: object) -> None:
         raise ModelError("matrix is not positive definite")
 
     monkeypatch.setattr(Loop, "histories", histories)
-    assert spread(dashpot_and_cubic.diagnosis, dashpot_and_cubic.records[0]) == Spread(float("inf"), 0.0)
+    assert spread(models, found, dashpot_and_cubic.records[0]) == Spread(float("inf"), 0.0)
 
 
 def test_what_is_linear_follows_its_parameters(dashpot_and_cubic: StudyRun) -> None:
     found = dashpot_and_cubic.diagnosis
     assert found.further is not None
-    nothing = replace(found, best=None, further=None)
-    assert spread(nothing, found.problem.records[0]) is None
+    assert as_good(replace(found, best=None, further=None)) is None
     unknown = replace(found.further, terms=replace(found.further.terms, covariance=None))
-    assert spread(replace(found, further=unknown), found.problem.records[0]) is None
+    assert as_good(replace(found, further=unknown)) is None
 
 
 def test_motion_without_bounds_is_said_to_be() -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from femend.data import FRF, Channel, Recording, Test, TimeData
 from femend.data.bands import within_band
 from femend.diagnose import Diagnosis
-from femend.diagnose.spread import Spread, spread
+from femend.diagnose.spread import Spread, as_good, spread
 from femend.diagnose.stages import STAGES, stages
 from femend.estimate import FitRecord
 from femend.estimate.frf import ORDER
@@ -117,6 +117,7 @@ def predict_all(
     with the sensors that were left out, where there are some: what holds inputs only is predicted at these as well."""
     first = next(r for r in test if r.role == "fit")
     channels, every = (tuple(c for c in r.sensors if c.quantity in DERIVATIVES) for r in (first, whole or first))
+    models = as_good(diagnosis) if any(recording.role != "fit" for recording in test) else None
     done = []
     for recording in test:
         if isinstance(recording.data, FRF):
@@ -139,7 +140,7 @@ def predict_all(
         if own is None:
             own = _inputs_only(recording, model, pairing, replace(records[0], **_outputs(sensors, model, pairing)))
         moved, left_out = _moved(diagnosis, own, sensors), _left_out(diagnosis, own)
-        apart = None if recording.role == "fit" else spread(diagnosis, own)
+        apart = None if models is None or recording.role == "fit" else spread(models, diagnosis, own)
         done.append(
             Prediction(
                 recording.name, recording.role, own.dt, sensors, moved, measured, left_out=left_out, spread=apart
