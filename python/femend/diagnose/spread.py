@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float64]
 # models that are drawn, and the number their draws begin with
 DRAWS, SEED = 2, 1
 # how near to the final model a draw is taken, in turn, until it leaves at most this multiple of the fitted recordings
-NEARER, AS_WELL = (1.0, 0.5, 0.25, 0.125), 1.2
+NEARER, AS_WELL = (1.0, 0.5, 0.25, 0.125), 1.5
 # stretches of a record that are looked at one by one, and how far apart predictions are where they have parted
 STRETCHES, APART = 40, 0.3
 
