@@ -30,8 +30,12 @@ FloatArray = NDArray[np.float64]
 LEFT = 0.25
 # step of a search in shares of the force, its rounds, the farthest it moves at once and what is near enough, in steps
 STEP, ROUNDS, FAR, CLOSE = 0.02, 10, 10.0, 0.05
-# share of the cost that the search leaves at most, and the rounds after which it is given up where it leaves more
+# share of the cost that the search leaves at most, and the rounds after which it is given up where it leaves more, or
+# where a round leaves more than the one before
 WORTH, EARLY = 0.5, 3
+# how many times the cost of a place that explains what no force at the recorded one's node does a search may leave: the
+# model that it bent is updated after it
+BENT = 50.0
 # cost that a move has to take away
 TELLS = 1.0
 # the largest share of a force that is a little off
@@ -88,22 +92,21 @@ def force_tilt(
         return None
     moving = np.linalg.norm(np.asarray(start.reduced.V), axis=1) > 0
     others = [row for row in range(own - own % 6, own - own % 6 + 3) if row != own and moving[row]]
-    tilt = _refined(start, start, ForceTilt(own, tuple((row, 0.0) for row in others)), WORTH)
-    if tilt is None:
-        return None
-    again = update_model(start.reduced.model, [tilt.on(r) for r in records], zeta)
-    closer = _refined(start, again, tilt, 1.0)
-    if closer is not None:
-        # the model was bent by what the force did
-        tilt = closer
-        again = update_model(start.reduced.model, [tilt.on(r) for r in records], zeta)
     here, elsewhere = (
         min((f.cost for f in located if _at_the_force(f.place, own) == at), default=np.inf) for at in (True, False)
     )
     # places that move the sensors alike do as well with a free force, the shaker's among them
-    if cost_of(again.problem, again.null, 0.0) > min(
-        LEFT * cost_of(start.problem, start.null, 0.0), elsewhere if elsewhere + settings.reach < here else np.inf
-    ):
+    enough = elsewhere if elsewhere + settings.reach < here else np.inf
+    tilt = _refined(start, start, ForceTilt(own, tuple((row, 0.0) for row in others)), WORTH, BENT * enough)
+    if tilt is None:
+        return None
+    again = update_model(start.reduced.model, [tilt.on(r) for r in records], zeta)
+    closer = _refined(start, again, tilt, 1.0, BENT * enough)
+    if closer is not None:
+        # the model was bent by what the force did
+        tilt = closer
+        again = update_model(start.reduced.model, [tilt.on(r) for r in records], zeta)
+    if cost_of(again.problem, again.null, 0.0) > min(LEFT * cost_of(start.problem, start.null, 0.0), enough):
         return None
     return tilt, again, locate(again.problem, again.reduced, places, again.null)
 
@@ -124,10 +127,13 @@ def _at_the_force(place: Place, row: int) -> bool:
     return place.kind == "ground" and all(int(g) // 6 == row // 6 for g in place.g_rows[0])
 
 
-def _refined(start: UpdatedModel, updated: UpdatedModel, tilt: ForceTilt, worth: float) -> ForceTilt | None:
+def _refined(
+    start: UpdatedModel, updated: UpdatedModel, tilt: ForceTilt, worth: float, most: float
+) -> ForceTilt | None:
     """The shares at which an `updated` model costs least on few lines of the records of `start`, from those of `tilt`
     on, in turns along the axis that foretells most by the parabola through fits a step off; None where that leaves more
-    than `worth` of the cost it began with, and where the shares are none, or none of a force that is a little off."""
+    than `worth` of the cost it began with, or than `most`, and where the shares are none, or none of a force that is a
+    little off."""
     few, null = start.problem.sparing(LINES), updated.null
     others = [row for row, _ in tilt.others]
 
@@ -152,10 +158,13 @@ def _refined(start: UpdatedModel, updated: UpdatedModel, tilt: ForceTilt, worth:
         # what moves least of the sensors tells its share once the other is right
         best = max(range(len(tried)), key=lambda i: tried[i][1])
         move, gain = tried[best]
-        at = at + move * own_step[best]
-        here = cost(at) if move else here
+        there = at + move * own_step[best]
+        left = cost(there) if move else here
+        if n >= EARLY and left > here:
+            break  # the cost is no bowl there, as that of a force a little off is
+        at, here = there, left
         if gain == 0 or abs(move) < CLOSE:
             break
-    if here > worth * first or not at.any() or np.abs(at).max() >= MOST:
+    if here > min(worth * first, most) or not at.any() or np.abs(at).max() >= MOST:
         return None
     return with_shares(at)
