@@ -64,7 +64,21 @@ def test_laws_are_lost_on_the_way_where_a_free_force_explains_what_they_do_not(
 ) -> None:
     located = [SimpleNamespace(fit=SimpleNamespace(score=free))]
     task: Any = SimpleNamespace(settings=Settings(), located=located)
-    candidate = SimpleNamespace(chosen=chosen, reference=free)
+    candidate = SimpleNamespace(chosen=chosen, reference=free, nonlinear=True)
     alone: Any = SimpleNamespace(score=1000.0, n_values=500.0, candidate=SimpleNamespace(chosen=7.0))
     ranked: Any = [SimpleNamespace(candidate=candidate, score=score)]
     assert diagnosis._lost_on_the_way(task, alone, ranked, sigma) is lost
+
+
+@pytest.mark.parametrize(
+    ("chosen", "nonlinear", "lost"),
+    [(1.3, True, True), (1.3, False, True), (1.0, False, False), (7.0, False, True)],
+)
+def test_nothing_is_lost_where_no_nonlinear_law_was_worth_trying(chosen: float, nonlinear: bool, lost: bool) -> None:
+    """A linear law leaves hardly more than a free force, and the model bends beside it."""
+    task: Any = SimpleNamespace(settings=Settings(), located=[SimpleNamespace(fit=SimpleNamespace(score=0.9))])
+    laws: Any = [
+        SimpleNamespace(score=500.0, candidate=SimpleNamespace(chosen=chosen, reference=0.9, nonlinear=nonlinear))
+    ]
+    alone: Any = SimpleNamespace(score=1000.0, n_values=500.0, candidate=SimpleNamespace(chosen=7.0))
+    assert diagnosis._lost_on_the_way(task, alone, laws, 0.0) is lost

@@ -177,3 +177,14 @@ def test_a_force_elsewhere_that_is_further_off_is_not_told(
     told = cast(Any, SimpleNamespace(load=SimpleNamespace(physics=physics), settings=Settings()))
     monkeypatch.setattr(verdict, "whole_errors", lambda found: errors)
     assert verdict._off_with_the_load(told) is off
+
+
+def test_a_law_of_a_beginning_whose_motion_can_be_followed_is_not_all(
+    run: StudyRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it leaves later, and models that explain as much do not part by, is of something else."""
+    monkeypatch.setattr(verdict, "left_by_something_else", lambda found: "something else is missing")
+    found = decide(replace(run.diagnosis, verdict="", best=None, advice="", sigma=2.0))
+    assert found.verdict == "located-not-named"
+    assert found.best is not None
+    assert found.advice == "something else is missing"

@@ -21,7 +21,7 @@ from femend.diagnose.levels import depends_on_level
 from femend.diagnose.loads import try_loads
 from femend.diagnose.locate import Located, cost_of, locate, shortlist
 from femend.diagnose.more_effects import with_further
-from femend.diagnose.name import name_physics
+from femend.diagnose.name import linear_alone, name_physics
 from femend.diagnose.nearer import nearer
 from femend.diagnose.noise import louder, quieter_records
 from femend.diagnose.outcome import Diagnosis
@@ -260,9 +260,12 @@ def _named(task: _Task, short: Sequence[Located], alone: ToBeat) -> tuple[Given,
 
 def _lost_on_the_way(task: _Task, alone: ToBeat, ranked: Sequence[Ranked], sigma: float) -> bool:
     """Whether one force at one place explains all recordings, and no law does: a strong motion that jumps cannot be
-    followed from where a law begins, and the weaker recordings bring it near."""
+    followed from where a law begins, and the weaker recordings bring it near. Where a linear law comes so near to what
+    a free force does that no nonlinear one was tried, none was lost."""
     settings, located = task.settings, task.located
     if sigma > 0 or not located or located[0].fit.score > settings.consistent:
+        return False
+    if linear_alone([r.candidate for r in ranked], settings):
         return False
     return not _explains(ranked, settings) or unclear(alone, ranked, settings)
 

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.diagnose.candidates import laws_for
+from femend.diagnose.candidates import Candidate, laws_for
 from femend.diagnose.hinges import inside
 from femend.diagnose.judge import Given, Tried, again, beaten, compared_in, free_reference, free_score, judge_in
 from femend.diagnose.laws_at import (
@@ -29,7 +29,7 @@ from femend.diagnose.window import followed_on, widest
 from femend.model import Place
 from femend.threads import at_once
 
-__all__ = ["name_physics"]
+__all__ = ["linear_alone", "name_physics"]
 
 FloatArray = NDArray[np.float64]
 
@@ -103,7 +103,7 @@ def _linear_suffices(given: Given, tried: Sequence[Tried], opened: Sequence[Open
     scored = [(score(t.candidate, settings, n_values), t.candidate.chosen) for t in tried]
     linear, chosen = min(scored, default=(np.inf, np.inf))
     references = [free_reference(split, o.recovered) for o in opened]
-    if chosen * np.exp(-settings.gain_nonlinear) < min(references, default=np.inf):
+    if _near(chosen, min(references, default=np.inf), settings):
         return True
     free = [
         free_score(split, o.recovered, reference, n_values) for o, reference in zip(opened, references, strict=True)
@@ -111,6 +111,21 @@ def _linear_suffices(given: Given, tried: Sequence[Tried], opened: Sequence[Open
     if null_score - min(free, default=np.inf) < settings.gain_nonlinear * n_values:
         return True
     return bool(linear - min(free, default=np.inf) < settings.gain_cost)
+
+
+def _near(chosen: float, free: float, settings: Settings) -> bool:
+    """Whether a linear law leaves so little more than a free force of what it has not seen that no nonlinear one can
+    bring what that has to."""
+    return bool(chosen * np.exp(-settings.gain_nonlinear) < free)
+
+
+def linear_alone(laws: Sequence[Candidate], settings: Settings) -> bool:
+    """Whether of the `laws` that were tried, in order of score, none is nonlinear, and the best comes so near to a free
+    force that none was tried."""
+    best = laws[0] if laws else None
+    if best is None or any(law.nonlinear for law in laws):
+        return False
+    return _near(best.chosen, best.reference, settings)
 
 
 def _adequate(tried: Sequence[Tried], settings: Settings, least: float) -> bool:

@@ -32,7 +32,7 @@ from femend.diagnose.split import Split
 from femend.estimate import Fit, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 
-__all__ = ["Searched", "alike", "others", "pair", "plain", "updated", "with_members"]
+__all__ = ["Searched", "alike", "likely_pairs", "others", "pair", "plain", "updated", "with_members"]
 
 FloatArray = NDArray[np.float64]
 
@@ -40,6 +40,8 @@ FloatArray = NDArray[np.float64]
 FIRSTS = 3
 # how often a search looks for the first place again
 TURNS = 2
+# pairs that are told, those up to this many times `gain_cost` above the likeliest
+PAIRS, NEARLY = 4, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +83,13 @@ class Searched:
 
 
 def pair(first: Searched, *, thorough: bool = True) -> tuple[Located, Place] | None:
-    """Two places whose free forces together leave least, if that is clearly less than one leaves: the second with the
-    fit of both, and the first.
+    """The likeliest of the `likely_pairs`; None where there are none."""
+    return next(iter(likely_pairs(first, thorough=thorough)), None)
+
+
+def likely_pairs(first: Searched, *, thorough: bool = True) -> list[tuple[Located, Place]]:
+    """Pairs of places whose free forces together leave least, if that is clearly less than one leaves: the second with
+    the fit of both, and the first. After the likeliest those that are nearly as likely, at most `PAIRS` in all.
 
     With two effects the best single place may be a compromise; so the search starts from several and, whatever second
     place it finds, looks for the first one again. Where no two places with one force are found to explain the
@@ -96,18 +103,32 @@ def pair(first: Searched, *, thorough: bool = True) -> tuple[Located, Place] | N
         pairs = [] if null is None else best_pairs(first.problem, first.reduced, first.places, first.located, null)
         found += [(second, at) for at, second in pairs]
     if not found:
-        return None
+        return []
     least = min(_believed(second.cost, second.place, at) for second, at in found)
     alone = min(_believed(f.cost, f.place) for f in first.located)
     if alone - least < first.settings.gain_cost:
-        return None
-    second, at = min(
-        found,
-        key=lambda f: _believed(f[0].cost, f[0].place, f[1]) + LIKELIER * (preference(f[0].place) + preference(f[1])),
-    )
-    if is_many(first.places):
-        return second, at
-    return likeliest_equal(first.problem, first.reduced, first.places, second, at)
+        return []
+    ranked = sorted(found, key=_rank)
+    second, at = ranked[0]
+    if not is_many(first.places):
+        second, at = likeliest_equal(first.problem, first.reduced, first.places, second, at)
+    near = _rank(ranked[0]) + NEARLY * first.settings.gain_cost
+    kept = [(second, at)]
+    for one in ranked[1:]:
+        if len(kept) < PAIRS and _rank(one) < near and not any(_same_pair(one, other) for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _rank(pair: tuple[Located, Place]) -> float:
+    """Cost of a pair with what speaks against its places."""
+    second, at = pair
+    return _believed(second.cost, second.place, at) + LIKELIER * (preference(second.place) + preference(at))
+
+
+def _same_pair(one: tuple[Located, Place], other: tuple[Located, Place]) -> bool:
+    """Whether two pairs are of the same places, in either order."""
+    return {id(one[0].place), id(one[1])} == {id(other[0].place), id(other[1])}
 
 
 def updated(first: Searched) -> Fit | None:

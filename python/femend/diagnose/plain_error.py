@@ -15,7 +15,7 @@ from femend.diagnose.stages import Values, final, updated
 from femend.estimate import FitRecord, noise_floor
 from femend.numerals import plain
 
-__all__ = ["counted", "further_off", "most_of_noise", "plain_errors", "silenced", "whole_errors"]
+__all__ = ["counted", "further_off", "left_of", "most_of_noise", "plain_errors", "silenced", "whole_errors"]
 
 REFINE = (
     "Refine the mesh, so that more of what was recorded can be compared, or free the parameters of the model that are "
@@ -49,10 +49,15 @@ def most_of_noise(found: Diagnosis) -> float:
     window of the diagnosis."""
     times = 0.0
     for record in found.problem.records:
-        _, after, recorded = _squares(found, record)
         floor = noise_floor(record, found.problem.band, found.sigma)
-        times = max(times, float(np.sqrt(after / max(recorded, 1e-300))) / max(floor, 1e-300))
+        times = max(times, left_of(found, record) / max(floor, 1e-300))
     return times
+
+
+def left_of(found: Diagnosis, record: FitRecord) -> float:
+    """Error of the final model on a fit recording in the window of the diagnosis, as a share of what was recorded."""
+    _, after, recorded = _squares(found, record)
+    return float(np.sqrt(after / max(recorded, 1e-300)))
 
 
 def _squares(found: Diagnosis, record: FitRecord) -> tuple[float, float, float]:

@@ -27,7 +27,7 @@ from femend.diagnose.noise_of_two import beyond_two_forces
 from femend.diagnose.one_linear import one_linear
 from femend.diagnose.other_split import chosen_where_it_shows
 from femend.diagnose.paired import of_those_found
-from femend.diagnose.pairs import Searched, others, pair, plain, with_members
+from femend.diagnose.pairs import Searched, likely_pairs, others, pair, plain, with_members
 from femend.diagnose.parallel import in_parallel
 from femend.diagnose.ranked import Ranked, told_simply
 from femend.diagnose.terms import Terms, follow_terms, refit_terms
@@ -45,7 +45,7 @@ from femend.diagnose.together import (
     term_of,
     told_plainly,
 )
-from femend.diagnose.two_free import two_free
+from femend.diagnose.two_free import two_free, two_linear
 from femend.estimate import Hypothesis
 from femend.estimate.fit import STEPS
 from femend.model import Place
@@ -228,13 +228,15 @@ def _at_two_places(first: Searched) -> tuple[Further | None, Searched]:
         settled, more = _beside_the_best(first)
         if _explaining(first, settled) is not None or not more or _stands_alone(first):
             return settled, first
-    places = pair(first)
+    pairs = likely_pairs(first)
+    places = pairs[0] if pairs else None
     if places is not None:
         louder = beyond_two_forces(first, places[0])
         if louder is not first and not _worth_looking(louder):
             return settled, first
         first = louder
         both = _explaining(first, _one_of_them_linear(first, *places)) or _both_free(first, *places)
+        both = both or _linear_at_another_pair(first, pairs[1:])
         if both is not None:
             return both, first
     if one and first is quiet:
@@ -279,6 +281,17 @@ def _both_free(first: Searched, second: Located, at: Place) -> Further | None:
     """Two places whose laws were read off with the forces at both free, where both explain the recordings."""
     both = two_free(first, second, at)
     return None if both is None else _explaining(first, _told(first, both, []))
+
+
+def _linear_at_another_pair(first: Searched, pairs: Sequence[tuple[Located, Place]]) -> Further | None:
+    """Two linear laws that explain the recordings at one of the pairs: free forces at a pair that bends the model may
+    leave a little less than those at the right one, with no laws behind them."""
+    for places in pairs:
+        both = two_linear(first, *places)
+        told = None if both is None else _explaining(first, _told(first, both, []))
+        if told is not None:
+            return told
+    return None
 
 
 def _one_of_two(first: Searched) -> bool:

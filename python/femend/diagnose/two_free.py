@@ -28,7 +28,7 @@ from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, best_of, better, may_be_beaten
 from femend.model import Place
 
-__all__ = ["two_free"]
+__all__ = ["two_free", "two_linear"]
 
 FloatArray = NDArray[np.float64]
 
@@ -39,25 +39,44 @@ STEPS = 15
 def two_free(first: Searched, second: Located, at: Place) -> Scored | None:
     """Two laws fitted together at two places, the `second` with the fit of a free force at both, and the other one;
     None where these have other than one coordinate each, or no laws follow what they did."""
+    read = _read(first, second, at)
+    if read is None:
+        return None
+    linear = _both_linear(first, read)
+    if linear is not None and linear[1].chosen <= first.settings.adequate and not may_be_beaten(first, linear):
+        return linear
+    one, other = (_to_simulate(laws) for laws in read.laws)
+    tries = [([a, b], read.p) for i, a in enumerate(one) for j, b in enumerate(other) if min(i, j) == 0]
+    return better(first, linear, best_of(first, tries) if tries else None)
+
+
+def two_linear(first: Searched, second: Located, at: Place) -> Scored | None:
+    """The same with linear laws alone, which costs no simulation."""
+    read = _read(first, second, at)
+    return None if read is None else _both_linear(first, read)
+
+
+@dataclass(frozen=True, eq=False)
+class _Read:
+    """Laws that follow what each of two places did, the likeliest first, and the model's unknowns p there."""
+
+    laws: tuple[list[Term], list[Term]]
+    p: FloatArray
+
+
+def _read(first: Searched, second: Located, at: Place) -> _Read | None:
+    """None where the places have other than one coordinate each, or the fit breaks down."""
     places = (second.place, at)
     if any(place.part or place.kind not in KINDS or place.n_w != 1 for place in places):
         return None
     did = _what_they_did(first, second, places)
-    if did is None:
-        return None
-    one, other = (_laws(first, did, i) for i in (0, 1))
-    linear = _both_linear(first, did, *([t for t in laws if not t.candidate.nonlinear] for laws in (one, other)))
-    if linear is not None and linear[1].chosen <= first.settings.adequate and not may_be_beaten(first, linear):
-        return linear
-    one, other = (_to_simulate(laws) for laws in (one, other))
-    tries = [([a, b], did.p) for i, a in enumerate(one) for j, b in enumerate(other) if min(i, j) == 0]
-    return better(first, linear, best_of(first, tries) if tries else None)
+    return None if did is None else _Read((_laws(first, did, 0), _laws(first, did, 1)), did.p)
 
 
-def _both_linear(first: Searched, did: _Did, one: list[Term], other: list[Term]) -> Scored | None:
-    """The best of two linear laws, which cost no simulation, at the nodes and of the forms in which both leave
-    least."""
-    tries = [([a, b], did.p) for a in one for b in other]
+def _both_linear(first: Searched, read: _Read) -> Scored | None:
+    """The best of two linear laws, at the nodes and of the forms in which both leave least."""
+    one, other = ([t for t in laws if not t.candidate.nonlinear] for laws in read.laws)
+    tries = [([a, b], read.p) for a in one for b in other]
     best = best_of(first, tries) if tries else None
     return None if best is None else where_both_explain_more(first, best)
 

@@ -18,6 +18,7 @@ from femend.diagnose.loads import LoadFinding
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.outside_band import further_outside_alone
+from femend.diagnose.parting import left_by_something_else
 from femend.diagnose.plain_error import further_off, most_of_noise, plain_errors, silenced, whole_errors
 from femend.diagnose.ranked import Ranked
 from femend.diagnose.shares import needed_share
@@ -64,11 +65,16 @@ def decide(found: Diagnosis, plainly: bool = False) -> Diagnosis:
 
 def _of_a_beginning(found: Diagnosis, told: Diagnosis) -> Diagnosis:
     """The verdict on what explains the beginning of the recordings, which shows too little to tell many laws apart: as
-    a whole the model has to come nearer to them, and near to the noise where a law is to be sure."""
+    a whole the model has to come nearer to them, and near to the noise where a law is to be sure, and what is left has
+    to be of motion that cannot be followed."""
     whole = replace(told, sigma=0.0)
     if off := further_off(whole, plain_errors(whole), LATER):
         return replace(found, verdict="located-not-named", place=told.place, advice=off)
-    unsure = told.verdict == "missing-physics" and most_of_noise(whole) > told.settings.together
+    if told.verdict != "missing-physics":
+        return told
+    if otherwise := left_by_something_else(told):
+        return replace(told, verdict="located-not-named", advice=otherwise)
+    unsure = most_of_noise(whole) > told.settings.together
     return replace(told, verdict="located-not-named") if unsure else told
 
 
