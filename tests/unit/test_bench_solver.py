@@ -198,6 +198,20 @@ def test_what_cannot_be_meant(folder: Path, run: UpdateRun, old: str, new: str, 
         update_study(folder / "broken.toml")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="links need rights there")
+def test_an_interpreter_is_called_by_its_own_name(tmp_path: Path) -> None:
+    """The interpreter of a virtual environment is a link to one that has none of its packages."""
+    study = chain(tmp_path)
+    (tmp_path / "env").mkdir()
+    link = tmp_path / "env" / "python"
+    link.symlink_to(sys.executable)
+    study.write_text(STUDY.replace(sys.executable, "env/python"))
+    solver = load_study(study).solver
+    assert solver is not None
+    assert solver.arguments[0] == str(link)
+    assert solver.arguments[2] == str(tmp_path / "solve.py")
+
+
 def test_a_field_without_a_value(tmp_path: Path) -> None:
     study = chain(tmp_path)
     (tmp_path / "chain.inp").write_text(INPUT.replace("2.0", "{{m}}"))

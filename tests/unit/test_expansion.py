@@ -12,7 +12,7 @@ from femend import Dof, model_modes
 from femend.analysis.tam import tam_table
 from femend.correlate import align_points, sensor_faults
 from femend.diagnose.residual_energy import residual_energy
-from femend.diagnose.residual_parameters import rank_parameters
+from femend.diagnose.residual_parameters import _greedy, rank_parameters
 from femend.errors import CorrelationError, ExpansionError, ModelError
 from femend.estimate.updating import DeckMatrices
 from femend.expansion import (
@@ -197,6 +197,20 @@ def test_residual_leads_to_the_wrong_element(beam: Model) -> None:
     assert ranking.rows[0].name == "E4"
     assert ranking.rows[0].change == pytest.approx(-0.3, abs=0.1)
     assert [name for name, _, _ in ranking.chosen] == ["E4"]
+
+
+def test_changes_that_are_told_together_are_those_of_all_of_them() -> None:
+    """Of parameters that make up for each other the first one's change alone is another: with both told, the share
+    that is said to be left has to be what their changes leave."""
+    names, whole = ("k1", "k2", "m"), 200.0
+    b, C = np.array([-30.0, 24.0, 2.0]), np.array([[20.0, 16.0, 0.0], [16.0, 40.0, 0.0], [0.0, 0.0, 30.0]])
+    told = _greedy(names, b, C, whole, 6)
+    own = [names.index(name) for name, _, _ in told]
+    assert own == [0, 1]
+    x = np.array([change for _, change, _ in told])
+    left = 1 + (2 * b[own] @ x + x @ C[np.ix_(own, own)] @ x) / whole
+    assert told[-1][2] == pytest.approx(left)
+    np.testing.assert_allclose(C[np.ix_(own, own)] @ x, -b[own])
 
 
 def test_the_soft_half_of_a_plate_is_found(tmp_path: Path) -> None:

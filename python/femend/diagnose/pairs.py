@@ -40,8 +40,8 @@ FloatArray = NDArray[np.float64]
 FIRSTS = 3
 # how often a search looks for the first place again
 TURNS = 2
-# pairs that are told, those up to this many times `gain_cost` above the likeliest
-PAIRS, NEARLY = 4, 2.0
+# pairs that are told
+PAIRS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,16 +89,17 @@ def pair(first: Searched, *, thorough: bool = True) -> tuple[Located, Place] | N
 
 def likely_pairs(first: Searched, *, thorough: bool = True) -> list[tuple[Located, Place]]:
     """Pairs of places whose free forces together leave least, if that is clearly less than one leaves: the second with
-    the fit of both, and the first. After the likeliest those that are nearly as likely, at most `PAIRS` in all.
+    the fit of both, and the first. After the likeliest those that explain the recordings without bending the model, and
+    those that are nearly as likely, at most `PAIRS` in all.
 
     With two effects the best single place may be a compromise; so the search starts from several and, whatever second
     place it finds, looks for the first one again. Where no two places with one force are found to explain the
-    recordings so, all pairs of them are gone through, if `thorough`. Two forces at wrong places may leave as little as
+    recordings so, the model near its priors, all pairs of them are gone through, if `thorough`. Two forces at wrong
+    places may leave as little as
     at the right ones; of pairs that the recordings do not tell apart the likeliest is taken, by its forces and places.
     """
     found = _one_after_the_other(first)
-    plainly = [s for s, at in found if max(s.place.n_w, at.n_w) <= 1 and s.fit.score <= first.settings.adequate]
-    if thorough and not plainly and not is_many(first.places):
+    if thorough and not any(_plainly(first, one) for one in found) and not is_many(first.places):
         null = updated(first)
         pairs = [] if null is None else best_pairs(first.problem, first.reduced, first.places, first.located, null)
         found += [(second, at) for at, second in pairs]
@@ -112,12 +113,19 @@ def likely_pairs(first: Searched, *, thorough: bool = True) -> list[tuple[Locate
     second, at = ranked[0]
     if not is_many(first.places):
         second, at = likeliest_equal(first.problem, first.reduced, first.places, second, at)
-    near = _rank(ranked[0]) + NEARLY * first.settings.gain_cost
     kept = [(second, at)]
-    for one in ranked[1:]:
-        if len(kept) < PAIRS and _rank(one) < near and not any(_same_pair(one, other) for other in kept):
+    for one in sorted(ranked, key=lambda one: (not _plainly(first, one), _rank(one))):
+        near = _plainly(first, one) or _rank(one) < _rank(ranked[0]) + first.settings.gain_cost
+        if len(kept) < PAIRS and near and not any(_same_pair(one, other) for other in kept):
             kept.append(one)
     return kept
+
+
+def _plainly(first: Searched, pair: tuple[Located, Place]) -> bool:
+    """Whether one force at each of two places explains the recordings, and the model hardly bends beside them."""
+    second, at = pair
+    single = max(second.place.n_w, at.n_w) <= 1
+    return single and second.fit.score <= first.settings.adequate and second.fit.prior <= first.settings.gain_cost
 
 
 def _rank(pair: tuple[Located, Place]) -> float:

@@ -39,7 +39,8 @@ class ParameterRank(NamedTuple):
 @dataclass(frozen=True, eq=False, repr=False)
 class ResidualRanking:
     """`rows`, best first, each parameter by itself; `chosen` (name, change, share of the cost left) one after the other
-    until the next adds less than `GAIN`; `cosine` (n, n) between the parameters' effects; `cost` before."""
+    until the next adds less than `GAIN`, their changes those of all of them together, which leave the last share;
+    `cosine` (n, n) between the parameters' effects; `cost` before."""
 
     rows: tuple[ParameterRank, ...]
     chosen: tuple[tuple[str, float, float], ...]
@@ -53,8 +54,10 @@ class ResidualRanking:
             lines.append(
                 f"{r.name:24} {100 * r.removes:8.1f}% {r.change:+9.3f} {r.sd:8.3f} {r.z:9.1f}  {', '.join(r.alike)}"
             )
-        for name, change, left in self.chosen:
-            lines.append(f"with {name} {change:+.3f}: {100 * left:.1f} % left")
+        for name, _, left in self.chosen:
+            lines.append(f"with {name} too: {100 * left:.1f} % left")
+        if self.chosen:
+            lines.append(f"together {', '.join(f'{name} {change:+.3f}' for name, change, _ in self.chosen)}")
         return "\n".join(lines)
 
 
@@ -123,22 +126,24 @@ def rank_parameters(
 def _greedy(
     names: Sequence[str], b: FloatArray, C: FloatArray, whole: float, most: int
 ) -> tuple[tuple[str, float, float], ...]:
+    """Parameters in the order in which they lower the cost most, each with its change when all of them change together,
+    and the share of the cost left with those up to it."""
     chosen: list[int] = []
-    out: list[tuple[str, float, float]] = []
-    gained = 0.0
+    left: list[float] = []
+    gained, together = 0.0, np.zeros(0)
     while len(chosen) < min(most, len(names)):
         options = []
         for i in (i for i in range(len(names)) if i not in chosen):
             own = [*chosen, i]
             x = np.linalg.solve(C[np.ix_(own, own)], -b[own])
-            options.append((float(-x @ b[own]), i, float(x[-1])))
-        gain, i, change = max(options)
+            options.append((float(-x @ b[own]), i, x))
+        gain, i, x = max(options, key=lambda option: option[:2])
         if gain - gained < GAIN:
             break
-        gained = gain
+        gained, together = gain, x
         chosen.append(i)
-        out.append((names[i], change, max(1.0 - gain / whole, 0.0)))
-    return tuple(out)
+        left.append(max(1.0 - gain / whole, 0.0))
+    return tuple((names[i], float(change), share) for i, change, share in zip(chosen, together, left, strict=True))
 
 
 def _matrix(matrices: Matrices, values: FloatArray) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import shlex
 from collections import Counter
@@ -78,11 +79,13 @@ def _arguments(check: FileCheck, command: str, deck: Path) -> tuple[tuple[str, .
 
 
 def _beside(check: FileCheck, word: str) -> Path | None:
-    """The file of this name beside the study; None where there is none."""
+    """The file of this name beside the study; None where there is none. Links are not followed: an interpreter knows
+    its environment by the name it is called by."""
     try:
-        return check.existing("solver.command", word)
+        check.existing("solver.command", word)
     except (StudyError, OSError):
         return None
+    return Path(os.path.abspath(check.file.parent / Path(os.path.expanduser(word))))
 
 
 def _format(check: FileCheck, table: SolverTable, result: str) -> str:
