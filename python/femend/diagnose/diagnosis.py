@@ -23,6 +23,7 @@ from femend.diagnose.locate import Located, cost_of, locate, shortlist
 from femend.diagnose.more_effects import with_further
 from femend.diagnose.name import linear_alone, name_physics
 from femend.diagnose.nearer import nearer
+from femend.diagnose.no_model import no_model
 from femend.diagnose.noise import louder, quieter_records
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.pairs import Searched
@@ -109,6 +110,8 @@ def explain(
             return replace(decided, advice="; ".join(filter(None, [decided.advice, states])))
         # nor is there a force that nobody recorded: each recording is explained without
         return replace(decided, verdict="undetermined", place=None, load=None, advice=states)
+    if untold := no_model(decided, loud):
+        return replace(decided, verdict="undetermined", place=None, advice=untold)
     told = decided.verdict in ("missing-physics", "located-not-named")
     # where nothing is told two effects may hide each other from every single law, but not from the misfit
     wrong = told or start.null.score > settings.far

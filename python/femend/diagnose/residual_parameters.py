@@ -130,12 +130,13 @@ def _greedy(
     and the share of the cost left with those up to it."""
     chosen: list[int] = []
     left: list[float] = []
-    gained, together = 0.0, np.zeros(0)
+    gained = 0.0
+    together: FloatArray = np.zeros(0)
     while len(chosen) < min(most, len(names)):
         options = []
         for i in (i for i in range(len(names)) if i not in chosen):
             own = [*chosen, i]
-            x = np.linalg.solve(C[np.ix_(own, own)], -b[own])
+            x = np.asarray(np.linalg.solve(C[np.ix_(own, own)], -b[own]), dtype=np.float64)
             options.append((float(-x @ b[own]), i, x))
         gain, i, x = max(options, key=lambda option: option[:2])
         if gain - gained < GAIN:

@@ -135,6 +135,8 @@ def _left(result: Result) -> str:
 
 def _updated(result: Result) -> str:
     moved = _moved(result)
+    if not moved and not result.get("parameters"):
+        return " once what its modes and members may be off by is taken into account (the study has no parameters)"
     return f" once updated ({moved})" if moved else " once its parameters are updated"
 
 

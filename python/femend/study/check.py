@@ -21,7 +21,9 @@ class Check(Protocol):
 
 
 class FileCheck(Check, Protocol):
-    """What looks for files beside the study too."""
+    """What looks for files beside the study file, `file`, too."""
+
+    file: Path
 
     def existing(self, key: str, text: str) -> Path:
         """The whole path of a file; raises the error where there is none."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femend.diagnose import Diagnosis
 from femend.diagnose.candidates import standard_deviations
+from femend.diagnose.deck_alone import deck_alone
 from femend.diagnose.power import untold
 from femend.estimate import FitRecord, noise_floor
 from femend.estimate.noise import noise_of
@@ -48,9 +49,9 @@ def result_of(
     """The content of result.json.
 
     To `warnings`, those of the recordings' channels, it adds where the force acts that nobody recorded, by how much it
-    was recorded late, which lines the mesh cannot represent, which sensors were left out and what others may be off by,
-    on what laws were chosen if there was but one recording, which predictions hang on little, what the recorder did not
-    filter, and what the excitation cannot tell.
+    was recorded late, which lines the mesh cannot represent, how far the deck that is written is off by itself, which
+    sensors were left out and what others may be off by, on what laws were chosen if there was but one recording, which
+    predictions hang on little, what the recorder did not filter, and what the excitation cannot tell.
     """
     warnings = [
         *warnings,
@@ -59,6 +60,7 @@ def result_of(
         *_mesh(diagnosis),
         *_left_out(diagnosis),
         *loud_sensors(diagnosis),
+        *_deck_alone(diagnosis),
         *sensors_off(diagnosis, predictions),
         *filter(None, [diagnosis.split.told(diagnosis.sigma)]),
         *filter(None, [p.spread.text(p.name) for p in predictions if p.spread is not None]),
@@ -85,6 +87,12 @@ def result_of(
         "advice": diagnosis.advice or left_over(diagnosis.verdict, fit, *seen) or beside,
         "warnings": list(warnings),
     }
+
+
+def _deck_alone(diagnosis: Diagnosis) -> list[str]:
+    """How far the updated deck is off without what modes and members have of their own."""
+    alone = deck_alone(diagnosis)
+    return [alone.text] if alone is not None and alone.told else []
 
 
 def _recorded_off(diagnosis: Diagnosis) -> list[str]:

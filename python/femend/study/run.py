@@ -36,7 +36,7 @@ from femend.study.plausible import Doubted, doubts_found
 from femend.study.predictions import predict_all, write_predictions
 from femend.study.priors import bounds_told
 from femend.study.result import result_of
-from femend.study.sound import warnings_of
+from femend.study.sound import deck_doubts, warnings_of
 from femend.study.staged_run import diagnose_staged, is_staged
 from femend.study.staged_study_run import StagedRun
 from femend.study.steps import Steps
@@ -48,6 +48,8 @@ __all__ = ["diagnose"]
 
 
 # why recordings of a force nobody recorded are taken as ambient vibration
+# doubts about a test as a whole, beside which nothing else can be told
+OF_ALL = ("level", "frequencies", "time axis", "unrelated")
 ONLY_MODES = "only the modes that they show were compared, which passes over most of what may be missing"
 TOO_FEW = f"no force was recorded, and not {LEAST_SENSORS} responses in time: {ONLY_MODES}; record more responses"
 NO_ONE_FORCE = (
@@ -205,7 +207,7 @@ class _Task:
             factors = {name: entry["factor"] for name, entry in result["parameters"].items()}
             result["warnings"] += bounds_told(self.study.parameters, factors)
             result["warnings"] += at_dashpots(self.model, result["findings"])
-            result = self.right.told_in(self._answered(result))
+            result = self.right.told_in(self._doubted_first(self._answered(result)))
         run = StudyRun(self.study, self.model, used, self.pairing, records, diagnosis, predictions, result)
         if self.out is not None:
             _write(run, self.out, self.info)
@@ -217,6 +219,19 @@ class _Task:
             return result
         gone = {one.text for one in answered(self.doubted, result, self.right.left_out)}
         return {**result, "warnings": [text for text in result["warnings"] if text not in gone]}
+
+    def _doubted_first(self, result: dict[str, Any]) -> dict[str, Any]:
+        """The result with what is doubtful of the test or the deck as a whole at the head of its advice, where nothing
+        was named: a search for missing physics does not make up for other units, another time step or no supports."""
+        if result["verdict"] not in ("located-not-named", "undetermined"):
+            return result
+        whole = [one.text for one in self.doubted if one.doubt.kind in OF_ALL]
+        doubted = [*deck_doubts(self.study, self.model.deck), *whole]
+        told = [text for text in doubted if text in result["warnings"]]
+        if not told:
+            return result
+        first = "settle this first, since no place and no law can be told beside it: " + "; ".join(told)
+        return {**result, "advice": "; ".join(filter(None, [first, result["advice"]]))}
 
     def settled(self, why: str = "the run was interrupted") -> StudyRun | None:
         """What is settled when it is stopped for the reason `why`, written; None where nothing is."""

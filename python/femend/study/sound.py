@@ -20,7 +20,7 @@ from femend.study.rotor_doubts import rotor_doubts
 if TYPE_CHECKING:
     from femend.study.study import Study
 
-__all__ = ["deck_warnings", "warnings_of"]
+__all__ = ["deck_doubts", "deck_warnings", "warnings_of"]
 
 
 def warnings_of(study: Study, deck: _core.Deck, test: Test) -> list[str]:
@@ -30,17 +30,26 @@ def warnings_of(study: Study, deck: _core.Deck, test: Test) -> list[str]:
     return [*deck_warnings(study, deck), *channels, *overlaps(test.recordings), *frf_levels(test)]
 
 
+def deck_doubts(study: Study, deck: _core.Deck) -> list[str]:
+    """What makes the `deck` of a `study` hardly the one that is meant: its units, and supports that are not
+    selected."""
+    free = unselected_supports(deck) if _own_supports(study) else []
+    return [*material_doubts(deck, study.units), *free]
+
+
+def _own_supports(study: Study) -> bool:
+    """Whether some configuration that is fitted is held as the deck's case control says."""
+    used = {r.configuration for r in study.recordings if r.role == "fit"}
+    return not used or any(study.configuration(name).spc is None for name in used)
+
+
 def deck_warnings(study: Study, deck: _core.Deck) -> list[str]:
     """What is told of the `deck` of a `study` and of how well it is said to be known: units, supports that are not
     selected, what its case control asks for and does not get, values below nothing, priors that are hardly meant,
     rotors."""
-    used = {r.configuration for r in study.recordings if r.role == "fit"}
-    own = not used or any(study.configuration(name).spc is None for name in used)
-    free = unselected_supports(deck) if own else []
     return [
-        *material_doubts(deck, study.units),
-        *free,
-        *unheeded(deck, own),
+        *deck_doubts(study, deck),
+        *unheeded(deck, _own_supports(study)),
         *negative_values(deck),
         *prior_doubts(study.parameters),
         *rotor_doubts(study, deck),

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use femend_linalg::SymmetricCsc;
 
+use super::rounding::Rounding;
 use super::small::Pairs;
 use super::{Modes, ModesInfo};
 use crate::DynamicsError;
@@ -15,14 +16,11 @@ pub(super) fn finish(
     mut found: Pairs,
     mut info: ModesInfo,
 ) -> Result<Modes, DynamicsError> {
-    let rows: Vec<f64> =
-        (0..k.n()).map(|j| k.pattern().range(j).map(|e| k.values()[e].abs()).sum()).collect();
+    let rounding = Rounding::of(k);
     for j in 0..found.lambda.len() {
         let phi = found.phi.col(j);
-        // rounding of φᵀ K φ is a few units in the last place of |φ|ᵀ |K| |φ|, which row sums bound
-        let units = 64.0 * f64::EPSILON;
-        let bound: f64 = phi.iter().zip(&rows).map(|(v, r)| v * v * r).sum();
-        if found.lambda[j].abs() <= units * bound && found.lambda[j].abs() <= units * rounding(k, phi) {
+        // shapes have unit modal mass
+        if rounding.hides(phi, found.lambda[j]) {
             found.lambda[j] = 0.0;
             info.n_rigid += 1;
         }
@@ -37,13 +35,4 @@ pub(super) fn finish(
     let freq_hz = found.lambda.iter().map(|l| l.max(0.0).sqrt() / TAU).collect();
     info.sigma = sigma;
     Ok(Modes { lambda: found.lambda, freq_hz, phi: found.phi, residual, info })
-}
-
-/// |φ|ᵀ |K| |φ|.
-fn rounding(k: &SymmetricCsc, phi: &[f64]) -> f64 {
-    let row = |j: usize| -> f64 {
-        let entry = |e: usize| (k.values()[e] * phi[k.pattern().row_idx()[e] as usize]).abs();
-        k.pattern().range(j).map(entry).sum()
-    };
-    phi.iter().enumerate().map(|(j, v)| v.abs() * row(j)).sum()
 }

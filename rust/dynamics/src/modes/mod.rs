@@ -11,6 +11,7 @@ mod lanczos;
 mod mass;
 mod need;
 mod product;
+mod rounding;
 mod shift;
 mod small;
 mod solve;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use femend_linalg::{Dense, Factor, Kind, LinalgError, Symbolic, SymmetricCsc};
 
+use super::rounding::free_all_the_same;
 use crate::DynamicsError;
 
 /// First shift of a free model beside the smallest k_jj / m_jj, which bounds the lowest eigenvalue from above.
@@ -57,7 +58,8 @@ fn explain(symbolic: &Arc<Symbolic>, shifted: &SymmetricCsc, sigma: f64) -> Dyna
     }
 }
 
-/// σ = 0 where K is positive definite, else a small negative shift. The flag tells whether the model is free.
+/// σ = 0 where K is positive definite beyond rounding, else a small negative shift. The flag tells whether the model is
+/// free.
 pub(crate) fn automatic(
     symbolic: &Arc<Symbolic>,
     k: &SymmetricCsc,
@@ -65,7 +67,10 @@ pub(crate) fn automatic(
     band: Option<f64>,
 ) -> Result<(Shifted, bool), DynamicsError> {
     match Factor::new(symbolic.clone(), k.values(), Kind::Cholesky, None) {
-        Ok(factor) => return Ok((Shifted { sigma: 0.0, factor }, false)),
+        Ok(factor) if !free_all_the_same(k, m, &factor) => {
+            return Ok((Shifted { sigma: 0.0, factor }, false));
+        }
+        Ok(_) => {}
         Err(LinalgError::NotPositiveDefinite | LinalgError::Singular { .. } | LinalgError::Probe { .. }) => {}
         Err(other) => return Err(other.into()),
     }
