@@ -79,6 +79,9 @@ def test_what_is_written_and_said(run: UpdateRun, folder: Path) -> None:
     assert "It is what generalised cross-validation takes of 17 strengths" in page
     assert "E_root changes most by it" in page
     assert "times as strong as stated" in repr(run)
+    # what the data tell with the strength that was chosen they see
+    hardly = [text for text in run.result["advice"].split("; ") if text.startswith("the data hardly see")]
+    assert not any(name in text for text in hardly for name in run.found.determined())
     with (out / "updating.strengths.csv").open() as file:
         assert [float(row["strength"]) for row in csv.DictReader(file)] == pytest.approx(told["strengths"])
 

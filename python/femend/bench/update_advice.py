@@ -107,7 +107,9 @@ def update_advice(
     groups = [" and ".join(grouped(c.names, field_of)) for c in told.collinear if not set(c.names) <= set(field_of)]
     if groups:
         said.append(f"the data tell only combinations of {'; '.join(groups)}: join them, or measure more")
-    unseen = [n for n in told.insensitive if n not in field_of]
+    # with a strength of the prior that was chosen, the data may tell what they hardly would with the one stated
+    by_data = found.determined()
+    unseen = [n for n in told.insensitive if n not in field_of and n not in by_data]
     if unseen:
         said.append(f"the data hardly see {', '.join(unseen)}, which stay at their prior")
     for r in recordings:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femend.bench.compared import Compared
+from femend.bench.contradicting import contradicting
 from femend.bench.correlation_result import comparison_result, placed_result
 from femend.bench.counted import Counted
 from femend.bench.doubted import MEND_FIRST, TIME_FIRST, doubted_levels, doubted_sensors, doubted_times
@@ -53,6 +54,7 @@ def update_result(
     unmet = what_is_left(found, counted)
     more = [one for one in (strength, surface, starts, drawn) if one is not None]
     advice = [
+        *contradicting(counted),
         *update_advice(found, told, recordings, unmet, made_for_fields(prepared.study, prepared.model)),
         *([mesh_advice(prepared, counted)] if unmet.off else []),
         *(text for one in more for text in one.advice()),

@@ -1,0 +1,42 @@
+"""Recordings of one configuration that are of two structures."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from femend import Dof
+from femend.bench.contradicting import contradicting
+from femend.bench.counted import Counted
+
+PHI = np.array([[1.0, 1.0, 0.3], [0.8, -0.6, 1.0], [0.3, 0.9, -0.8]])
+FREQ = np.array([12.0, 55.85, 90.0])
+
+
+def counted(name: str, freq: np.ndarray, nodes: tuple[int, ...] = (1, 2, 3)) -> Counted:
+    sd = np.full(3, 0.01)
+    dofs = tuple(Dof(n, 3) for n in nodes)
+    return Counted(
+        name, "as modelled", dofs, (1, 2, 3), freq, sd * freq, sd, sd, PHI, np.full(PHI.shape, 0.02), (name,)
+    )
+
+
+def test_a_mode_at_two_frequencies_is_of_two_structures() -> None:
+    other = FREQ * np.array([1.001, 49.66 / 55.85, 1.0])
+    (text,) = contradicting([counted("a", FREQ), counted("b", other)])
+    assert "'a' and 'b'" in text
+    assert "55.85 Hz in the first and at 49.66 Hz in the second (-11.1 %" in text
+    assert "[[configuration]]" in text
+
+
+@pytest.mark.parametrize("scatter", [0.999, 1.015])
+def test_scatter_is_none(scatter: float) -> None:
+    assert contradicting([counted("a", FREQ), counted("b", scatter * FREQ)]) == []
+
+
+def test_other_configurations_and_other_sensors_may_differ() -> None:
+    loaded = replace(counted("b", 0.8 * FREQ), configuration="loaded")
+    assert contradicting([counted("a", FREQ), loaded]) == []
+    assert contradicting([counted("a", FREQ), counted("c", 0.8 * FREQ, (7, 8, 9))]) == []
