@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from time import sleep
 from typing import Any
 
 import numpy as np
@@ -223,7 +224,8 @@ def test_a_law_that_brings_too_little_is_not_told(study: Path, monkeypatch: pyte
 @pytest.mark.parametrize("told", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_stops_a_process(tmp_path: Path, told: signal.Signals) -> None:
     """A real Ctrl-C, and the end of a job's time, once the run has said that the parameters are updated, of the bundled
-    case, which goes on for tens of seconds from there."""
+    case, which goes on for tens of seconds from there. Told twice at once, as a shell's `timeout` tells a process and
+    its group, it is told once."""
     command = [sys.executable, "-m", "femend", "diagnose", str(STUDY), "--out", str(tmp_path / "out")]
     process = subprocess.Popen(
         command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True,
@@ -234,6 +236,8 @@ def test_a_signal_stops_a_process(tmp_path: Path, told: signal.Signals) -> None:
         assert process.stderr is not None
         for line in process.stderr:  # a line is written when its step has ended
             if line.startswith("update the parameters:"):
+                process.send_signal(told)
+                sleep(0.05)
                 process.send_signal(told)
                 break
         _, said = process.communicate(timeout=120)

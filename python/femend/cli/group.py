@@ -7,11 +7,14 @@ Exit codes: 0 the command did its work (whatever the verdict), 2 the input is br
 from __future__ import annotations
 
 import difflib
+import math
 import signal
 import sys
 import threading
 import warnings
 from collections.abc import Sequence
+from time import monotonic
+from types import FrameType
 from typing import Any
 
 import click
@@ -30,6 +33,9 @@ from femend.cli.update import update
 from femend.errors import FemendError
 
 __all__ = ["Commands", "main"]
+
+# seconds within which signals to end are of one wish
+TOGETHER = 1.0
 
 
 class Commands(click.Group):
@@ -84,11 +90,29 @@ def _no_command(wanted: str, known: Sequence[str]) -> str:
     return f"there is no command {wanted!r}; {meant} The commands are {', '.join(known)}"
 
 
+class _Stop:
+    """Handler of signals that end a run: one that follows another at once is of the same wish (a time limit of the
+    shell, or a queue of jobs, tells the process and then its group), and does not interrupt what the first one made it
+    write."""
+
+    def __init__(self) -> None:
+        self._told = -math.inf
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        before, self._told = self._told, monotonic()
+        if self._told - before > TOGETHER:
+            signal.default_int_handler(number, frame)
+
+
 def _stop_as_by_hand() -> None:
     """A job that is told to end (SIGTERM: a time limit, a machine that goes down) writes what is settled, as with
     Ctrl-C."""
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    if threading.current_thread() is not threading.main_thread():
+        return
+    stop = _Stop()
+    signal.signal(signal.SIGTERM, stop)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, stop)
 
 
 def _stopped(stop: BaseException) -> str:
