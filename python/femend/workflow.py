@@ -30,6 +30,7 @@ from femend.diagnose.locate import locate as locate_places
 from femend.diagnose.update import UpdatedModel, update_model
 from femend.errors import FemendError, ModelError, PairingError, RecordingError, UpdatingError
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem, fit_records, pair_test
+from femend.estimate.other_units import refuse_other_units
 from femend.io.atomic import write_atomic
 from femend.model import Model, Pairing, Parameter, Place, ReducedModel, find_places
 from femend.model import read_model as read_deck
@@ -214,8 +215,8 @@ def read_model(
     A parameter is a `Parameter` or a text: "E:1" is E of material 1, "rho:1,2" the density of two materials together,
     "I1:12" a property of card 12, "m:7" the mass element 7; `prior_sd` is the relative standard deviation of those
     given as text. `spc` selects a constraint set other than the deck's own. Raises DeckError for a deck that cannot be
-    read, ModelError for a model that cannot be used or a parameter that means nothing, and UnitError for `units` that
-    are none.
+    read, UnitError for `units` that are none, and ModelError for a model that cannot be used, a parameter that means
+    nothing, a `prior_sd` that is not above 0, and two parameters of one name or on the same values.
     """
     given = [parameters] if isinstance(parameters, (str, Parameter)) else parameters
     found = [p if isinstance(p, Parameter) else _parameter(p, prior_sd) for p in given]
@@ -235,7 +236,8 @@ def _parameter(text: str, prior_sd: float) -> Parameter:
 def pair(test: Test, model: Model) -> Pairing:
     """Pairs every sensor and shaker of `test` with its DOF of `model`, by node id or by the nearest node.
 
-    Raises PairingError for a sensor that is far from every node, and for what is no test or no model.
+    Raises UnitError for recordings that were read in other units than the model, and PairingError for a sensor that is
+    far from every node, and for what is no test or no model.
     """
     _given("pair", model, Model, PairingError)
     _given("pair", test, Test, PairingError)
@@ -261,7 +263,8 @@ def update(model: Model, test: Test, pairs: Pairing, *, damping: float = 0.01) -
     """Updates the parameters of `model` within their priors, with a damping ratio (prior median `damping`) a mode.
 
     The fit recordings of `test` are used, with their sensors placed by `pairs`. Raises RecordingError where `test` has
-    no recording with role "fit", one lacks a measured force, or the model has no solution at the deck's values, and
+    no recording with role "fit", one lacks a measured force, or the model has no solution at the deck's values,
+    UnitError for recordings in other units than the model's, PairingError for `pairs` with another model, and
     UpdatingError for arguments of another kind, as when they are exchanged.
     """
     for value, kind in ((model, Model), (test, Test), (pairs, Pairing)):
@@ -274,6 +277,12 @@ def update(model: Model, test: Test, pairs: Pairing, *, damping: float = 0.01) -
         raise RecordingError(
             f"recording {unmeasured!r} has no measured excitation; give it another role or leave it out",
             recording=unmeasured,
+        )
+    refuse_other_units(test, model.units)
+    if pairs.mesh not in ("", model.mesh_key):
+        raise PairingError(
+            "the pairing was made with another model, whose nodes or units are not those of this one: pair the "
+            "recordings with it, `femend.pair(test, model)`"
         )
     records = fit_records(fit, model, pairs)
     found = update_model(model, records, damping)
