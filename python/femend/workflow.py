@@ -10,6 +10,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -265,10 +266,14 @@ def update(model: Model, test: Test, pairs: Pairing, *, damping: float = 0.01) -
     The fit recordings of `test` are used, with their sensors placed by `pairs`. Raises RecordingError where `test` has
     no recording with role "fit", one lacks a measured force, or the model has no solution at the deck's values,
     UnitError for recordings in other units than the model's, PairingError for `pairs` with another model, and
-    UpdatingError for arguments of another kind, as when they are exchanged.
+    UpdatingError for a `damping` that is not between 0 and 1, and for arguments of another kind, as when they are
+    exchanged.
     """
     for value, kind in ((model, Model), (test, Test), (pairs, Pairing)):
         _given("update", value, kind, UpdatingError)
+    if not (isinstance(damping, Real) and 0 < damping < 1):
+        shown = f"{damping:g}" if isinstance(damping, Real) else repr(damping)
+        raise UpdatingError(f"`femend.update`: damping: {shown} is not between 0 and 1 (1 % is 0.01)")
     fit = [r for r in test if r.role == "fit"]
     if not fit:
         raise RecordingError('no recording has role = "fit"; at least one is needed to estimate anything')

@@ -58,6 +58,17 @@ def test_arguments_of_another_kind_are_told_with_where_they_come_from() -> None:
         fe.update(model, test, test)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(
+    ("damping", "told"), [(0.0, "0"), (-0.1, "-0.1"), (float("nan"), "nan"), (5.0, "5"), ("1 %", "'1 %'")]
+)
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_what_is_no_damping_ratio_is_told_as_that(damping: float, told: str) -> None:
+    """It was told as a model without mass: the logarithm of the ratio went into the unknowns."""
+    model, test = fe.read_model(FOLDER / "model.bdf"), fe.read_recordings([FOLDER / "low.uff"])
+    with pytest.raises(UpdatingError, match=rf"damping: {told} is not between 0 and 1 \(1 % is 0.01\)"):
+        fe.update(model, test, fe.pair(test, model), damping=damping)
+
+
 def test_the_update_lowers_the_misfit_within_its_priors(start: Updated) -> None:
     before, after = start.misfit
     assert after < before
