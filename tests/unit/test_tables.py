@@ -424,3 +424,12 @@ def test_a_single_row_is_told_as_that(put: Callable[..., Path]) -> None:
 def test_notes_after_the_last_row_are_passed_over(put: Callable[..., Path]) -> None:
     text = "# logger 7\ntime,force,top\n" + rows(",", T, FORCE, TOP) + "# 20 rows\n\n# end\n"
     check(read_recording(put(text), MAP).time)
+
+
+def test_a_force_that_no_channel_is_made_of_is_no_frequency_axis(tmp_path: Path) -> None:
+    """Left out of the channels, a column F beside a stated rate made the file one of FRFs."""
+    from scipy.io import savemat
+
+    savemat(tmp_path / "run.mat", {"fs": 100.0, "F": FORCE - 0.99, "top": TOP})
+    data = read_recording(tmp_path / "run.mat", MAP[1:]).time
+    assert data.dt == pytest.approx(0.01)
