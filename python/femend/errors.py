@@ -7,6 +7,7 @@ for programs.
 from __future__ import annotations
 
 __all__ = [
+    "ArgumentError",
     "ConvergenceError",
     "CorrelationError",
     "DeckError",
@@ -34,6 +35,10 @@ __all__ = [
 
 class FemendError(Exception):
     """Base of every exception femend raises on purpose."""
+
+
+class ArgumentError(FemendError, TypeError):
+    """An object of another kind than a step takes, as when two are exchanged; the message says what makes one."""
 
 
 class DeckError(FemendError, ValueError):

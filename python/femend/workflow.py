@@ -10,6 +10,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +29,9 @@ from femend.diagnose.diagnosis import explain
 from femend.diagnose.locate import Located
 from femend.diagnose.locate import locate as locate_places
 from femend.diagnose.update import UpdatedModel, update_model
-from femend.errors import FemendError, ModelError, PairingError, RecordingError, UpdatingError
+from femend.errors import ArgumentError, ModelError, PairingError, RecordingError, UpdatingError
 from femend.estimate import Fit, FitRecord, Hypothesis, Problem, fit_records, pair_test
+from femend.estimate.other_units import refuse_other_units
 from femend.io.atomic import write_atomic
 from femend.model import Model, Pairing, Parameter, Place, ReducedModel, find_places
 from femend.model import read_model as read_deck
@@ -201,6 +203,33 @@ class Check:
         return table(["recording", *STAGES], rows, "lrrr")
 
 
+# what an argument of a step is and where it comes from
+_FROM: dict[type, str] = {
+    Test: "recordings as `femend.read_recordings` gives them, or `femend.data.Test((recording,))`",
+    Model: "a model as `femend.read_model` gives it",
+    Pairing: "what `femend.pair(test, model)` gives",
+    Updated: "what `femend.update(model, test, pairs)` gives",
+    Places: "what `femend.locate(start)` gives",
+    Named: "what `femend.name(start, where)` gives",
+    Check: "what `femend.validate(what, test)` gives",
+    Settings: "thresholds as `femend.Settings(...)`",
+}
+
+
+def _given(step: str, **arguments: tuple[object, type]) -> None:
+    """Raises ArgumentError where a step was given a value of another kind than it takes, each by what it is taken
+    as."""
+    for name, (value, kind) in arguments.items():
+        if not isinstance(value, kind):
+            raise ArgumentError(f"`femend.{step}` takes {_FROM[kind]}, as its {name}; {_a(value)} was given")
+
+
+def _a(value: object) -> str:
+    """The kind of a value with its article."""
+    kind = type(value).__name__
+    return f"{'an' if kind[0] in 'AEIOUaeiou' else 'a'} {kind}"
+
+
 def read_model(
     path: str | os.PathLike[str],
     *,
@@ -214,8 +243,8 @@ def read_model(
     A parameter is a `Parameter` or a text: "E:1" is E of material 1, "rho:1,2" the density of two materials together,
     "I1:12" a property of card 12, "m:7" the mass element 7; `prior_sd` is the relative standard deviation of those
     given as text. `spc` selects a constraint set other than the deck's own. Raises DeckError for a deck that cannot be
-    read, ModelError for a model that cannot be used or a parameter that means nothing, and UnitError for `units` that
-    are none.
+    read, UnitError for `units` that are none, and ModelError for a model that cannot be used, a parameter that means
+    nothing, a `prior_sd` that is not above 0, and two parameters of one name or on the same values.
     """
     given = [parameters] if isinstance(parameters, (str, Parameter)) else parameters
     found = [p if isinstance(p, Parameter) else _parameter(p, prior_sd) for p in given]
@@ -223,6 +252,11 @@ def read_model(
 
 
 def _parameter(text: str, prior_sd: float) -> Parameter:
+    if not isinstance(text, str):
+        raise ArgumentError(
+            f"`femend.read_model` takes parameters as texts like 'E:1', or as `femend.Parameter(...)`; {_a(text)} was "
+            "given"
+        )
     what, _, ids = text.partition(":")
     try:
         numbers = tuple(int(i) for i in ids.split(","))
@@ -235,37 +269,26 @@ def _parameter(text: str, prior_sd: float) -> Parameter:
 def pair(test: Test, model: Model) -> Pairing:
     """Pairs every sensor and shaker of `test` with its DOF of `model`, by node id or by the nearest node.
 
-    Raises PairingError for a sensor that is far from every node, and for what is no test or no model.
+    Raises UnitError for recordings that were read in other units than the model, PairingError for a sensor that is far
+    from every node, and ArgumentError for what is no test or no model.
     """
-    _given("pair", model, Model, PairingError)
-    _given("pair", test, Test, PairingError)
+    _given("pair", test=(test, Test), model=(model, Model))
     return pair_test(test, model)
-
-
-# what an argument of a step is and where it comes from
-_FROM = {
-    Test: "recordings as `femend.read_recordings` gives them, or `femend.data.Test((recording,))`",
-    Model: "a model as `femend.read_model` gives it",
-    Pairing: "what `femend.pair(test, model)` gives",
-}
-
-
-def _given(step: str, value: object, kind: type, error: type[FemendError]) -> None:
-    """Raises `error` where a step was given a `value` of another `kind`."""
-    if not isinstance(value, kind):
-        took = kind.__name__.lower()
-        raise error(f"`femend.{step}` takes {_FROM[kind]}, as its {took}; a {type(value).__name__} was given")
 
 
 def update(model: Model, test: Test, pairs: Pairing, *, damping: float = 0.01) -> Updated:
     """Updates the parameters of `model` within their priors, with a damping ratio (prior median `damping`) a mode.
 
     The fit recordings of `test` are used, with their sensors placed by `pairs`. Raises RecordingError where `test` has
-    no recording with role "fit", one lacks a measured force, or the model has no solution at the deck's values, and
-    UpdatingError for arguments of another kind, as when they are exchanged.
+    no recording with role "fit", one lacks a measured force, or the model has no solution at the deck's values,
+    UnitError for recordings in other units than the model's, PairingError for `pairs` with another model, UpdatingError
+    for a `damping` that is not between 0 and 1, and ArgumentError for arguments of another kind, as when they are
+    exchanged.
     """
-    for value, kind in ((model, Model), (test, Test), (pairs, Pairing)):
-        _given("update", value, kind, UpdatingError)
+    _given("update", model=(model, Model), test=(test, Test), pairs=(pairs, Pairing))
+    if not (isinstance(damping, Real) and 0 < damping < 1):
+        shown = f"{damping:g}" if isinstance(damping, Real) else repr(damping)
+        raise UpdatingError(f"`femend.update`: damping: {shown} is not between 0 and 1 (1 % is 0.01)")
     fit = [r for r in test if r.role == "fit"]
     if not fit:
         raise RecordingError('no recording has role = "fit"; at least one is needed to estimate anything')
@@ -275,6 +298,12 @@ def update(model: Model, test: Test, pairs: Pairing, *, damping: float = 0.01) -
             f"recording {unmeasured!r} has no measured excitation; give it another role or leave it out",
             recording=unmeasured,
         )
+    refuse_other_units(test, model.units)
+    if pairs.mesh not in ("", model.mesh_key):
+        raise PairingError(
+            "the pairing was made with another model, whose nodes or units are not those of this one: pair the "
+            "recordings with it, `femend.pair(test, model)`"
+        )
     records = fit_records(fit, model, pairs)
     found = update_model(model, records, damping)
     return Updated(model, test, pairs, records, found)
@@ -283,8 +312,10 @@ def update(model: Model, test: Test, pairs: Pairing, *, damping: float = 0.01) -
 def locate(start: Updated, settings: Settings | None = None) -> Places:
     """Ranks every joint, support, member end, member and pair of joints by what a free force there would explain.
 
-    All unknowns of the updated model `start` stay free meanwhile; `settings` holds the thresholds.
+    All unknowns of the updated model `start` stay free meanwhile; `settings` holds the thresholds. Raises ArgumentError
+    for arguments of another kind.
     """
+    _given("locate", start=(start, Updated), settings=(Settings() if settings is None else settings, Settings))
     every = find_places(start.reduced.model)
     found = locate_places(start.problem, start.reduced, every, start.fit)
     return Places(tuple(found), settings or Settings(), tuple(every))
@@ -295,8 +326,9 @@ def name(start: Updated, where: Places, laws: Sequence[str | Physics] | None = N
 
     The verdict says whether one of them is missing in the updated model `start`. `laws` (names or entries of
     `femend.physics`, those of one's own too) are tried in place of the default ones, beside a plain spring; each costs
-    seconds. Raises LawParameterError for a name that is no law.
+    seconds. Raises LawParameterError for a name that is no law, and ArgumentError for arguments of another kind.
     """
+    _given("name", start=(start, Updated), where=(where, Places))
     with selected(laws):
         return Named(start, explain(start.found, where.found, where.every, where.settings))
 
@@ -304,9 +336,10 @@ def name(start: Updated, where: Places, laws: Sequence[str | Physics] | None = N
 def validate(what: Named, test: Test) -> Check:
     """Predicts the responses of the recordings in `test`, which took no part in `what`, from their measured forces.
 
-    Raises RecordingError for a recording that was used to fit, or that has no measured force, and for what is no test.
+    Raises RecordingError for a recording that was used to fit, or that has no measured force, UnitError for recordings
+    in other units than the model's, and ArgumentError for arguments of another kind.
     """
-    _given("validate", test, Test, RecordingError)
+    _given("validate", what=(what, Named), test=(test, Test))
     start = what.start
     used = {r.source for r in start.records}
     for recording in test:
@@ -329,7 +362,9 @@ def validate(what: Named, test: Test) -> Check:
 
 
 def write_report(what: Named, check: Check, path: str | os.PathLike[str], title: str = "") -> Path:
-    """Writes the page of `what` and `check` to `path` and returns it; `title` defaults to the deck's file name."""
+    """Writes the page of `what` and `check` to `path` and returns it; `title` defaults to the deck's file name. Raises
+    ArgumentError for arguments of another kind."""
+    _given("write_report", what=(what, Named), check=(check, Check))
     start, out = what.start, Path(path)
     fitted = predict_all(what.diagnosis, start.test.role("fit"), start.model, start.pairing, start.records)
     predictions = [*fitted, *check.predictions]

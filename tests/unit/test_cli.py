@@ -303,6 +303,35 @@ def test_inspect_shows_the_columns_of_a_table(tmp_path: Path) -> None:
     assert "table, 3 columns" in CliRunner().invoke(main, ["inspect", str(other)]).output
 
 
+def test_inspect_takes_no_force_called_f_for_frequencies(tmp_path: Path) -> None:
+    """The first sample and the last one of the force were told as the band."""
+    import h5py
+    from scipy.io import savemat
+
+    force, top, freq = np.cos(np.arange(50.0)), np.sin(np.arange(50.0)), np.linspace(0.0, 98.0, 50)
+    time = np.arange(50) / 100
+
+    def said(path: Path) -> str:
+        return CliRunner().invoke(main, ["inspect", str(path)]).output.splitlines()[0].split("; ")[-1]
+
+    def text(**columns: np.ndarray) -> Path:
+        rows = zip(*columns.values(), strict=True)
+        (tmp_path / "run.csv").write_text("\n".join([",".join(columns), *(",".join(map(str, r)) for r in rows)]))
+        return tmp_path / "run.csv"
+
+    assert said(text(time=time, F=force, top=top)) == "50 rows at 100 Hz, 0.5 s"
+    # a force that only increases, as of a slow test, is none either where there is a time
+    assert said(text(time=time, F=freq, top=top)) == "50 rows at 100 Hz, 0.5 s"
+    assert said(text(f=freq, top=top)) == "50 lines from 0 to 98 Hz"
+    assert said(text(F=force, freq=freq, top_re=top, top_im=force)) == "50 lines from 0 to 98 Hz"
+    savemat(tmp_path / "run.mat", {"fs": 100.0, "F": force, "top": top})
+    assert said(tmp_path / "run.mat") == "50 rows at 100 Hz, 0.5 s"
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file.attrs["fs"] = 100.0
+        file["F"], file["top"] = force, top
+    assert said(tmp_path / "run.h5") == "50 rows at 100 Hz, 0.5 s"
+
+
 def test_inspect_says_what_a_study_is_for(tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text("")
     done = CliRunner().invoke(main, ["inspect", str(tmp_path / "study.toml")])

@@ -248,3 +248,32 @@ def test_a_signal_stops_a_process(tmp_path: Path, told: signal.Signals) -> None:
     assert "Traceback" not in said
     assert read(tmp_path / "out")["status"] == "interrupted"
     assert folders(tmp_path) == ["out"]
+
+
+# sends a signal to itself when a module is imported, while a text is executed, as dataclasses do
+SIGNALLED = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+class Stop:
+    def find_spec(self, name, path=None, target=None):
+        if name == {when!r}:
+            exec("os.kill(os.getpid(), signal.SIGINT)")
+sys.meta_path.insert(0, Stop())
+sys.argv = ["femend", "inspect", {file!r}]
+from femend.__main__ import main
+main()
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends signals")
+@pytest.mark.parametrize("when", ["femend.cli.group", "femend.io.uff.scan"])
+def test_a_signal_while_something_is_imported_is_told_like_any_other(tmp_path: Path, when: str) -> None:
+    """It was a traceback of whatever was being imported, before the command had begun; later on the interpreter ended
+    as one that had not heeded the signal, where it came while a text was executed."""
+    (tmp_path / "signalled.py").write_text(SIGNALLED.format(when=when, file=str(STUDY.parent / "low.uff")))
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(
+        [sys.executable, "-m", "signalled"],
+        capture_output=True, text=True, timeout=120, env={**os.environ, "PYTHONPATH": path},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (130, "\ninterrupted; no result was written\n")

@@ -90,7 +90,7 @@ def test_what_no_card_holds_is_a_comment(model: Model) -> None:
 def test_what_a_factor_is_of_is_said(model: Model) -> None:
     lines = deck_cards(model, {"findings": [finding("joint_stiffness", [1, 3], "", {"factor": 0.1}, elements=[21])]})
     assert lines == [
-        "$ femend: joint_stiffness at node 1, 3 to 3 (elements 21)",
+        "$ femend: joint_stiffness between nodes 1 and 3 (elements 21)",
         "$ femend: factor = 0.1 -",
     ]
 

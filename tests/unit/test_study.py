@@ -155,6 +155,12 @@ def test_studies_of_the_cases(shared: Callable[[str], Path]) -> None:
         ("prior_sd = 0.2", "prior_sd = 0.0", "parameter[0].prior_sd", "0 is not positive"),
         ("prior_sd = 0.2", "prior_sd = -0.1", "parameter[0].prior_sd", "-0.1 is not positive"),
         ("prior_sd = 0.2", "prior_sd = nan", "parameter[0].prior_sd", "nan is not positive"),
+        (
+            'property = "A"\nelements = [3, 4]',
+            'property = "E"\nmaterial = 1',
+            "parameter[1]",
+            "parameters 'E_columns' and 'stubs' are both a factor on E of material 1",
+        ),
         ("[0.5, 2.0]", "[2.0, 0.5]", "parameter[0].bounds", "lower < upper"),
         ("[0.5, 2.0]", "[0.5]", "parameter[0].bounds", "lower < upper"),
         ("[0.5, 2.0]", "[1.5, 2.0]", "parameter[0].bounds", "leaves out the deck's own value"),

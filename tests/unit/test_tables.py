@@ -424,3 +424,31 @@ def test_a_single_row_is_told_as_that(put: Callable[..., Path]) -> None:
 def test_notes_after_the_last_row_are_passed_over(put: Callable[..., Path]) -> None:
     text = "# logger 7\ntime,force,top\n" + rows(",", T, FORCE, TOP) + "# 20 rows\n\n# end\n"
     check(read_recording(put(text), MAP).time)
+
+
+def test_a_force_that_no_channel_is_made_of_is_no_frequency_axis(tmp_path: Path) -> None:
+    """Left out of the channels, a column F beside a stated rate made the file one of FRFs."""
+    from scipy.io import savemat
+
+    savemat(tmp_path / "run.mat", {"fs": 100.0, "F": FORCE - 0.99, "top": TOP})
+    data = read_recording(tmp_path / "run.mat", MAP[1:]).time
+    assert data.dt == pytest.approx(0.01)
+
+
+def test_arrays_that_give_no_column_are_told(tmp_path: Path) -> None:
+    """Of an array of 3 x 4 x 5 it was said that there is none of more than one number."""
+    import h5py
+    from scipy.io import savemat
+
+    with h5py.File(tmp_path / "nested.h5", "w") as file:
+        file["g/x"], file["fs"], file["text"] = np.ones((3, 4, 5)), 100.0, "channel 1"
+    there = r"there is fs \(one number\), g/x \(of shape \(3, 4, 5\)\), text \(not of numbers\)\. Save the channels as"
+    with pytest.raises(FormatError, match=f"holds no column of numbers; {there} vectors, or as matrices"):
+        read_table(tmp_path / "nested.h5")
+    savemat(tmp_path / "cell.mat", {"c": np.array([1, "x"], dtype=object)})
+    with pytest.raises(FormatError, match=r"there is c \(not of numbers\)"):
+        read_table(tmp_path / "cell.mat")
+    with h5py.File(tmp_path / "empty.h5", "w"):
+        pass
+    with pytest.raises(FormatError, match="there is nothing"):
+        read_table(tmp_path / "empty.h5")

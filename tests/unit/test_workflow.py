@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 import femend as fe
+from femend.data import Test
 from femend.demo import STUDY
-from femend.errors import ModelError, PairingError, RecordingError, UpdatingError
-from femend.workflow import Named, Places, Updated
+from femend.errors import ArgumentError, ModelError, RecordingError, UpdatingError
+from femend.model import Model, Pairing
+from femend.workflow import Check, Named, Places, Updated
 
 FOLDER = STUDY.parent
 
@@ -41,21 +43,72 @@ def test_a_parameter_that_means_nothing(text: str) -> None:
         fe.read_model(FOLDER / "model.bdf", parameters=[text])
 
 
-def test_arguments_of_another_kind_are_told_with_where_they_come_from() -> None:
-    model = fe.read_model(FOLDER / "model.bdf")
-    test = fe.read_recordings([FOLDER / "low.uff"])
-    with pytest.raises(
-        PairingError, match=r"`femend.pair` takes a model as `femend.read_model` gives it, as its model; a"
-    ):
-        fe.pair(model, test)  # type: ignore[arg-type]
-    with pytest.raises(
-        PairingError, match=r"takes recordings as .*Test\(\(recording,\)\)`, as its test; a Recording was"
-    ):
-        fe.pair(test[0], model)  # type: ignore[arg-type]
-    with pytest.raises(
-        UpdatingError, match=r"takes what `femend.pair\(test, model\)` gives, as its pairing; a Test was given"
-    ):
-        fe.update(model, test, test)  # type: ignore[arg-type]
+def of(kind: type) -> object:
+    """An object of a kind whose content is not looked at."""
+    return kind.__new__(kind)
+
+
+@pytest.mark.parametrize(
+    ("step", "given", "said"),
+    [
+        ("pair", (Model, Test), r"takes recordings as .*Test\(\(recording,\)\)`, as its test; a Model was given"),
+        ("pair", (Test, Test), "takes a model as `femend.read_model` gives it, as its model; a Test was given"),
+        ("pair", (list, Model), "takes recordings as .*, as its test; a list was given"),
+        ("update", (Test, Model, Pairing), "takes a model as .*, as its model; a Test was given"),
+        (
+            "update",
+            (Model, Test, Test),
+            r"takes what `femend.pair\(test, model\)` gives, as its pairs; a Test was given",
+        ),
+        (
+            "locate",
+            (Model,),
+            r"takes what `femend.update\(model, test, pairs\)` gives, as its start; a Model was given",
+        ),
+        ("locate", (Updated, dict), r"takes thresholds as `femend.Settings\(...\)`, as its settings; a dict was given"),
+        ("name", (Updated, Updated), r"takes what `femend.locate\(start\)` gives, as its where; an Updated was given"),
+        ("name", (Places, Places), r"takes what `femend.update\(model, test, pairs\)` gives, as its start; a Places"),
+        (
+            "validate",
+            (Updated, Test),
+            r"takes what `femend.name\(start, where\)` gives, as its what; an Updated was given",
+        ),
+        ("validate", (Named, list), "takes recordings as .*, as its test; a list was given"),
+        (
+            "write_report",
+            (Check, Named, str),
+            r"takes what `femend.name\(start, where\)` gives, as its what; a Check was",
+        ),
+        (
+            "write_report",
+            (Named, Test, str),
+            r"takes what `femend.validate\(what, test\)` gives, as its check; a Test was",
+        ),
+    ],
+)
+def test_arguments_of_another_kind_are_told_with_where_they_come_from(
+    step: str, given: tuple[type, ...], said: str
+) -> None:
+    """Those of the later steps ended in an AttributeError on what they lack."""
+    with pytest.raises(ArgumentError, match=f"`femend.{step}` {said}") as caught:
+        getattr(fe, step)(*map(of, given))
+    assert isinstance(caught.value, TypeError)
+
+
+def test_a_parameter_that_is_no_text() -> None:
+    with pytest.raises(ArgumentError, match=r"texts like 'E:1', or as `femend.Parameter\(...\)`; an int was given"):
+        fe.read_model(FOLDER / "model.bdf", parameters=[1])  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize(
+    ("damping", "told"), [(0.0, "0"), (-0.1, "-0.1"), (float("nan"), "nan"), (5.0, "5"), ("1 %", "'1 %'")]
+)
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_what_is_no_damping_ratio_is_told_as_that(damping: float, told: str) -> None:
+    """It was told as a model without mass: the logarithm of the ratio went into the unknowns."""
+    model, test = fe.read_model(FOLDER / "model.bdf"), fe.read_recordings([FOLDER / "low.uff"])
+    with pytest.raises(UpdatingError, match=rf"damping: {told} is not between 0 and 1 \(1 % is 0.01\)"):
+        fe.update(model, test, fe.pair(test, model), damping=damping)
 
 
 def test_the_update_lowers_the_misfit_within_its_priors(start: Updated) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from femend.errors import RecordingError
 from femend.io.tables import Table, read_table
-from femend.io.tables.axis import FREQ, frequencies, named, time_axis
+from femend.io.tables.axis import TIME, called_frequency, frequencies, named, time_axis
 from femend.report.numbers import significant
 from femend.report.text_table import table
 
@@ -40,11 +40,12 @@ def table_text(file: Path) -> str:
 
 
 def _axis(found: Table) -> str:
-    """The axis, as it would be found if no column were a channel."""
+    """The axis, as it would be found if no column were a channel: time where a column called so is even."""
     notes: list[str] = []
     n = max(column.size for column in found.columns)
+    lines = any(np.iscomplexobj(column) for column in found.columns)
     try:
-        if any(np.iscomplexobj(column) for column in found.columns) or named(found, set(), FREQ):
+        if lines or (called_frequency(found, set()) and not _has_time(found, n)):
             freq = frequencies(found, set(), n, "", notes)
             return f"{n} lines from {freq[0]:.6g} to {freq[-1]:.6g} Hz"
         _, dt = time_axis(found, set(), n, "", notes)
@@ -53,3 +54,11 @@ def _axis(found: Table) -> str:
     if dt >= SLOW:
         notes.append("less than a sample a second: a column that counts milliseconds is called 'time [ms]'")
     return f"{n} rows at {1 / dt:.6g} Hz, {n * dt:.6g} s" + "".join(f" ({note})" for note in notes)
+
+
+def _has_time(found: Table, n: int) -> bool:
+    """Whether a column called time is the axis of `n` rows."""
+    try:
+        return bool(named(found, set(), TIME)) and time_axis(found, set(), n, "", [])[1] > 0
+    except RecordingError:
+        return False

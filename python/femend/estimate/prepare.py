@@ -14,6 +14,7 @@ from femend.errors import PairingError, RecordingError
 from femend.estimate.frf import frf_lines_of
 from femend.estimate.lines import FitRecord
 from femend.estimate.noise import fewest_samples, noise_of
+from femend.estimate.other_units import refuse_other_units
 from femend.model import Model, Pairing, pair_sensors
 from femend.model.free_body import elastic
 from femend.model.sensor_frames import other_frames
@@ -42,7 +43,9 @@ NOT_ITS_RATE = "; if that is not its rate, mend its time axis: a column that cou
 
 
 def pair_test(test: Test, model: Model) -> Pairing:
-    """Every sensor and shaker of a test with its DOF of the model; raises PairingError, which names the recording."""
+    """Every sensor and shaker of a test with its DOF of the model; raises PairingError, which names the recording, and
+    UnitError for recordings in other units than the model's."""
+    refuse_other_units(test, model.units)
     channels: list[Channel] = []
     whose: dict[str, str] = {}
     for recording in test:
@@ -58,7 +61,8 @@ def pair_test(test: Test, model: Model) -> Pairing:
         if error.sensor not in whose:
             raise
         raise PairingError(f"{whose[error.sensor]}: {error}", sensor=error.sensor) from None
-    return replace(pairing, warnings=(*pairing.warnings, *other_frames(pairing, model, systems)))
+    warnings = (*pairing.warnings, *other_frames(pairing, model, systems))
+    return replace(pairing, warnings=warnings, mesh=model.mesh_key)
 
 
 def period_of(u: FloatArray) -> int:
@@ -219,5 +223,8 @@ def _rows(
 
 def _at(channels: Sequence[Channel], model: Model, pairing: Pairing) -> tuple[NDArray[np.int64], FloatArray]:
     """Rows of the g-set and signs of channels with a DOF."""
-    dofs = [pairing[c.dof].dof for c in channels if c.dof is not None]
+    try:
+        dofs = [pairing[c.dof].dof for c in channels if c.dof is not None]
+    except KeyError as error:
+        raise PairingError(f"{error.args[0]}; pair these recordings with this model") from None
     return np.array([model.row(d) for d in dofs], dtype=np.int64), np.array([float(d.sign) for d in dofs])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,7 @@ from femend.model.morph import Morph
 from femend.model.moved import amplitudes_of, moved_nodes
 from femend.model.near_ids import near_ids
 from femend.model.node_fields import NodeFields, node_fields
-from femend.model.parameter import Parameter
+from femend.model.parameter import Parameter, check_parameters
 from femend.model.sensor_point import SensorPoint
 from femend.model.target_words import in_words
 from femend.units import unit_system
@@ -101,6 +102,15 @@ class Model:
     def xyz_of(self) -> dict[int, FloatArray]:
         """Coordinates (3,) of every node by its id, as `xyz`."""
         return dict(zip(self.node_ids.tolist(), self.xyz, strict=True))
+
+    @cached_property
+    def mesh_key(self) -> str:
+        """A key that models have in common whose nodes have the same ids, coordinates and units, so that sensors are
+        paired alike with them."""
+        digest = sha256(self.units.encode())
+        digest.update(np.ascontiguousarray(self.node_ids).tobytes())
+        digest.update(np.ascontiguousarray(self.xyz).tobytes())
+        return digest.hexdigest()
 
     def index(self, node: int) -> int:
         """Position of a node in the g-set; raises PairingError where the model has no such node."""
@@ -255,9 +265,11 @@ def read_model(
 
     `spc` selects a constraint set other than the deck's own, `added_mass` adds (node, mass) pairs, `morphs` are
     geometry that may be updated. Raises DeckError for a deck that cannot be read and ModelError for a model that cannot
-    be used or a parameter without target, UnitError for `units` that are none; for morphs as `Model.with_morphs`.
+    be used, a parameter without target, and `parameters` as of `check_parameters`; UnitError for `units` that are none;
+    for morphs as `Model.with_morphs`.
     """
     unit_system(units)
+    check_parameters(parameters)
     deck = _core.Deck.read(str(path))
     return model_of(deck, units=units, parameters=parameters, spc=spc, added_mass=added_mass, morphs=morphs)
 

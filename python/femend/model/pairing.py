@@ -60,11 +60,13 @@ class Pair:
 @dataclass(frozen=True, slots=True)
 class Pairing:
     """Pairs of all sensors, with look-up by the sensor's DOF; `notes` say what is not by node id, `warnings` what
-    coordinates contradict."""
+    coordinates contradict. `mesh` is the `Model.mesh_key` of the model they were made with, "" where that is not
+    known."""
 
     pairs: tuple[Pair, ...]
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    mesh: str = ""
 
     def __iter__(self) -> Iterator[Pair]:
         return iter(self.pairs)

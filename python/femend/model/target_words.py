@@ -5,20 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from femend import _core
 from femend.errors import ModelError
 from femend.model.near_ids import near_ids
-
-if TYPE_CHECKING:
-    from femend.model.parameter import Parameter
+from femend.model.parameter import NOUNS, Parameter
 
 __all__ = ["in_words"]
 
 _NO_ELEMENT = re.compile(r"no element uses [a-z ]+ (\d+); correct the id$")
 _MATERIAL = re.compile(r"^[ ]*MAT\d+\*?[ ,]+(\d+)", re.IGNORECASE | re.MULTILINE)
-_NOUNS = {"material": "material", "property_id": "property", "elements": "element", "mass": "mass element"}
 
 
 def in_words(error: ModelError, deck: _core.Deck, parameters: Sequence[Parameter]) -> ModelError:
@@ -30,7 +26,7 @@ def in_words(error: ModelError, deck: _core.Deck, parameters: Sequence[Parameter
         return error
     # a name may begin with another one and a colon
     p = max(named, key=lambda p: len(p.name))
-    who, noun = f"parameter {p.name!r}", _NOUNS.get(p.target, p.target)
+    who, noun = f"parameter {p.name!r}", NOUNS.get(p.target, p.target)
     if missed := _NO_ELEMENT.search(said):
         return ModelError(f"{who}: {_missed(int(missed[1]), noun, _known(deck, p))}")
     if "its factor changes nothing" in said:

@@ -177,16 +177,7 @@ def _runs(data: TimeData, row: int, channel: Channel) -> list[Fault]:
     steps = np.abs(np.diff(x))
     smallest = float(steps[steps > 0].min())
     tolerance = 1e-9 * float(np.ptp(x))
-    faults = []
-    for extreme, side in ((float(x.max()), "largest"), (float(x.min()), "smallest")):
-        runs = [r for r in _stretches(np.abs(x - extreme) <= tolerance) if r[1] - r[0] >= CLIP_RUN]
-        hard = [r for r in runs if _step_into(x, *r) > CLIP_STEP * max(smallest, tolerance)]
-        if hard:
-            count = sum(b - a for a, b in hard)
-            at = f"{extreme:.6g} {channel.unit}".strip()
-            text = f"stays at its {side} value {at} on {count} samples in {len(hard)} stretches: it is clipped"
-            found = _fault(data, row, "clipped", hard[0][0], hard[-1][1], text)
-            faults.append(Fault("clipped", found.channel, row, found.start, found.stop, count, found.text))
+    faults = _clips(data, row, max(smallest, tolerance), tolerance)
     if channel.quantity in QUIET:
         return faults
     same = _stretches(np.diff(x) == 0)
@@ -199,6 +190,25 @@ def _runs(data: TimeData, row: int, channel: Channel) -> list[Fault]:
                 held = f"{x[a]:.6g} {channel.unit}".strip()
                 faults.append(_fault(data, row, "held", a, b + 1, f"holds {held} on {length} samples"))
     return faults
+
+
+def _clips(data: TimeData, row: int, smallest: float, tolerance: float) -> list[Fault]:
+    """The clip of a channel whose smallest step is `smallest`, at one end of its range or at both."""
+    x, unit = data.values[row], data.channels[row].unit
+    sides: list[str] = []
+    hard: list[tuple[int, int]] = []
+    for extreme, side in ((float(x.max()), "largest"), (float(x.min()), "smallest")):
+        runs = [r for r in _stretches(np.abs(x - extreme) <= tolerance) if r[1] - r[0] >= CLIP_RUN]
+        here = [r for r in runs if _step_into(x, *r) > CLIP_STEP * smallest]
+        if here:
+            sides.append(f"its {side} value {extreme:.6g} {unit}".strip())
+            hard += here
+    if not hard:
+        return []
+    count, first, last = sum(b - a for a, b in hard), min(a for a, _ in hard), max(b for _, b in hard)
+    text = f"stays at {' and '.join(sides)} on {count} samples in {len(hard)} stretches: it is clipped"
+    found = _fault(data, row, "clipped", first, last, text)
+    return [Fault("clipped", found.channel, row, found.start, found.stop, count, found.text)]
 
 
 def _step_into(x: FloatArray, first: int, last: int) -> float:

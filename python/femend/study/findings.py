@@ -27,6 +27,8 @@ __all__ = ["ALSO", "alternatives", "findings", "rounded"]
 
 # places that are said to be possible too
 ALSO = 5
+# directions (unit vectors) that have less than this in common are at right angles
+ROUND_OFF = 1e-6
 # laws that are listed beside the named one, and from which probability on
 ALTERNATIVES, LEAST = 5, 0.001
 # what estimates of a law's parameters are off by beside what noise explains, relative, and those of one whose place is
@@ -163,8 +165,8 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
     for other in (*beds, *sorted(place.alike, key=lambda p: p.unlikely), *close):
         nodes = group.get(other.nodes[0], other.nodes) if other in like else other.nodes
         several = other.kind in ("pair", "bed") and set(nodes) != set(place.place.nodes)
-        # what acts between two nodes along an axis may act on one of them from the ground
-        several |= (place.place.kind, other.kind) == ("pair", "ground") and other.direction == place.place.direction
+        # what acts between two nodes may act on one of them from the ground
+        several |= (place.place.kind, other.kind) == ("pair", "ground") and _moves_with(place.place, other)
         if list(nodes) not in others and (several or not covered.issuperset(other.nodes)):
             others.append(list(nodes))
             rivals += [] if other.bed else [other]
@@ -187,6 +189,16 @@ def _location(diagnosis: Diagnosis, place: Located) -> dict[str, Any]:
     # with several effects the force at one place is not what its fit says
     sensor = None if diagnosis.further is not None else _next_sensor(diagnosis, place, rivals[:ALSO])
     return said if sensor is None else {**said, "next_sensor": sensor}
+
+
+def _moves_with(pair: Place, ground: Place) -> bool:
+    """Whether a force between two nodes, along an axis or the line between them, has a part along the direction of a
+    place that one of them has to ground."""
+    on = [
+        dict(zip(p.g_rows[0].tolist(), p.g_values[0].tolist(), strict=True)) if p.n_w == 1 else {}
+        for p in (pair, ground)
+    ]
+    return abs(sum(value * on[1].get(row, 0.0) for row, value in on[0].items())) > ROUND_OFF
 
 
 def _beddings(diagnosis: Diagnosis, place: Located) -> list[Place]:

@@ -20,6 +20,7 @@ from femend.dof import parse_direction
 from femend.errors import StudyError, UnitError
 from femend.io.channel_map import CHANNEL_QUANTITIES, ChannelMap
 from femend.model import Parameter
+from femend.model.parameter import same_target
 from femend.study.bench_tables import correlation_settings, pretest_settings, updating_settings
 from femend.study.parameter_targets import ALL_PROPERTIES, OF_TARGET, TARGETS, checked_prior
 from femend.study.rotating_tables import rotating_of
@@ -159,6 +160,9 @@ def _study(check: _Checker, content: StudyFile, use: str | None) -> Study:
     if use is not None and not content.recording:
         raise check.fail("recording", f'there is no [[recording]]; {use} needs at least one with role = "fit"')
     parameters = tuple(_parameter(check, p, f"parameter[{i}]") for i, p in enumerate(content.parameter))
+    shared = same_target(parameters)
+    if shared is not None:
+        raise check.fail(f"parameter[{shared[0]}]", shared[1])
     configurations = []
     for i, table in enumerate(content.configuration):
         for j, added in enumerate(table.added_mass):

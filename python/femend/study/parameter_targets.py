@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
+from femend.model.parameter import prior_fault
 from femend.study.check import Check
 
 __all__ = ["ALL_PROPERTIES", "OF_TARGET", "TARGETS", "checked_prior"]
@@ -27,18 +26,7 @@ def checked_prior(
 ) -> tuple[float, float] | None:
     """The `bounds` of a factor, after a look at its 1-sigma `prior_sd`; raises StudyError under `key`, naming `who`,
     for a deviation that is not above 0, and bounds that are none or leave out the deck's value."""
-    if not (math.isfinite(prior_sd) and prior_sd > 0):
-        raise check.fail(f"{key}.prior_sd", f"{who}: {prior_sd:g} is not positive (10 % is 0.10)")
-    if bounds is None:
-        return None
-    if len(bounds) != 2 or not 0 <= bounds[0] < bounds[1]:
-        raise check.fail(
-            f"{key}.bounds",
-            f"{who}: {bounds} is not [lower, upper] with 0 <= lower < upper, relative to the deck's value",
-        )
-    if not bounds[0] <= 1 <= bounds[1]:
-        raise check.fail(
-            f"{key}.bounds",
-            f"{who}: {bounds} leaves out the deck's own value, which is 1; bounds are relative to it",
-        )
-    return bounds[0], bounds[1]
+    fault = prior_fault(prior_sd, bounds)
+    if fault is not None:
+        raise check.fail(f"{key}.{fault[0]}", f"{who}: {fault[1]}")
+    return None if bounds is None else (bounds[0], bounds[1])

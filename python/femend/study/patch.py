@@ -38,7 +38,6 @@ def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
         words = ", ".join(
             f"{name} = {value} {finding['parameters'][name]['unit']}".strip() for name, value in values.items()
         )
-        at = " ".join(filter(None, (", ".join(str(n) for n in where["nodes"]), where["direction"])))
         name = finding["physics"] or "unnamed"
         words = words or finding.get("class", "")
         cards = _term(model, Ids(id_, pid, point), finding["physics"], where, values)
@@ -46,10 +45,20 @@ def deck_cards(model: Model, result: dict[str, Any]) -> list[str]:
         cards += [f"CELAS2,{id_ + i},{k:.6E},{node},{component}" for i, (node, component, k) in enumerate(springs)]
         id_, pid, point = id_ + len(cards), pid + 1, point + sum(card.startswith("SPOINT") for card in cards)
         of = f" (elements {', '.join(map(str, where['elements']))})" if where.get("elements") else ""
-        place = f"under {len(where['region'])} nodes between" if where.get("shares") else "at node"
-        lines += [f"$ femend: {name} {place} {at} to {where['to'] or 'nothing'}{of}", f"$ femend: {words}", *cards]
+        lines += [f"$ femend: {name} {_place(where)}{of}", f"$ femend: {words}", *cards]
     soft = _soft(result)
     return lines + (_supports(model, soft) if soft else [])
+
+
+def _place(where: dict[str, Any]) -> str:
+    """Where a finding is, as its comment says it; a place between two nodes has both, and is told "to" the second."""
+    nodes, direction = where["nodes"], f" {where['direction']}" if where["direction"] else ""
+    if len(nodes) == 2 and where["to"] == str(nodes[1]):
+        return f"between nodes {nodes[0]} and {nodes[1]}{direction}"
+    at = "at node" if len(nodes) == 1 else "at nodes"
+    if where.get("shares"):
+        at = f"under {len(where['region'])} nodes between"
+    return f"{at} {', '.join(str(n) for n in nodes)}{direction} to {where['to'] or 'nothing'}"
 
 
 def on_new_supports(text: bytes, model: Model, result: dict[str, Any]) -> bytes:

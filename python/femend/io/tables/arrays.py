@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 
 from femend.errors import FormatError
 from femend.io.tables.table import Table, step_from
+from femend.numerals import listed
 
 __all__ = ["read_hdf5", "read_mat"]
+
+# arrays that a message names
+SHOWN = 6
 
 
 class _Columns:
@@ -23,6 +27,8 @@ class _Columns:
         self.columns: list[NDArray[Any]] = []
         self.dt: float | None = None
         self.notes: list[str] = []
+        # what is there and gives no column
+        self.others: list[str] = []
 
     def add(self, name: str, value: Any) -> None:
         array = np.asarray(value)
@@ -30,12 +36,15 @@ class _Columns:
             real, imaginary = sorted(array.dtype.names, key=lambda x: x.lower() in ("imag", "i"))
             array = array[real] + 1j * array[imaginary]
         if array.dtype.kind not in "biufc":
+            self.others.append(f"{name} (not of numbers)")
             return
-        if array.size == 1:
+        if array.size < 2:
             self.dt = self.dt or step_from(name, array)
+            self.others.append(f"{name} ({'one number' if array.size else 'empty'})")
             return
         array = np.squeeze(array)
         if array.ndim > 2:
+            self.others.append(f"{name} (of shape {array.shape})")
             self.notes.append(f"{name} of shape {array.shape} passed over: femend takes vectors and matrices")
             return
         array = array.astype(np.complex128 if array.dtype.kind == "c" else np.float64)
@@ -50,8 +59,11 @@ class _Columns:
 
     def table(self) -> Table:
         if not self.columns:
+            there = listed(self.others, SHOWN) if self.others else "nothing"
             raise FormatError(
-                f"{self.file}: holds no numeric array of more than one number; check what was saved", file=self.file
+                f"{self.file}: holds no column of numbers; there is {there}. Save the channels as vectors, or as "
+                "matrices with a channel in each row or column",
+                file=self.file,
             )
         return Table(self.file, tuple(self.names), tuple(self.columns), self.dt, tuple(self.notes))
 
@@ -103,8 +115,12 @@ def read_hdf5(path: Path) -> Table:
     def visit(name: str, item: Any) -> None:
         for key, value in item.attrs.items():
             columns.dt = columns.dt or step_from(str(key), value)
-        if isinstance(item, h5py.Dataset) and not name.startswith("#refs#") and item.dtype.kind in "biufcV":
+        if not isinstance(item, h5py.Dataset) or name.startswith("#refs#"):
+            return
+        if item.dtype.kind in "biufcV":
             columns.add(name, item[()])
+        else:
+            columns.others.append(f"{name} (not of numbers)")
 
     try:
         with h5py.File(path, "r") as file:  # type: ignore[no-untyped-call]

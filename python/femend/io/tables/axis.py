@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from femend.io.tables.rounded import even_grid, printed_unit
 from femend.io.tables.table import Table
 from femend.numerals import plain
 
-__all__ = ["FREQ", "TIME", "frequencies", "named", "time_axis"]
+__all__ = ["TIME", "called_frequency", "frequencies", "named", "time_axis"]
 
 FloatArray = NDArray[np.float64]
 
@@ -35,6 +36,17 @@ def named(table: Table, used: set[int], pattern: re.Pattern[str]) -> list[int]:
         for i, text in enumerate(table.names)
         if i not in used and pattern.fullmatch(text.strip()) and table.columns[i].size > 1
     ]
+
+
+def called_frequency(table: Table, used: set[int]) -> list[int]:
+    """Columns called frequency that may be one: increasing from 0 or above. A force is often called F, too."""
+    return [i for i in named(table, used, FREQ) if _from_zero_on(table.columns[i])]
+
+
+def _from_zero_on(column: NDArray[Any]) -> bool:
+    if not np.isfinite(column).all() or (np.iscomplexobj(column) and np.any(column.imag)):
+        return False
+    return bool(column[0].real >= 0 and np.diff(column.real).min() > 0)
 
 
 def time_axis(table: Table, used: set[int], n: int, name: str, notes: list[str]) -> tuple[float, float]:
@@ -183,9 +195,9 @@ def _start_and_step(
 
 
 def frequencies(table: Table, used: set[int], n: int, name: str, notes: list[str]) -> FloatArray:
-    """Frequencies (n,) in Hz of `n` lines, of a column called freq, else of one that increases evenly, which the
-    `notes` then say; raises RecordingError where there is none."""
-    columns = named(table, used, FREQ)
+    """Frequencies (n,) in Hz of `n` lines, of a column called freq (the first that increases from 0 or above), else of
+    one that increases evenly, which the `notes` then say; raises RecordingError where there is none."""
+    columns = called_frequency(table, used) or named(table, used, FREQ)
     column = columns[0] if columns else _increasing(table, used, n)
     if not columns and column is not None:
         notes.append(f"column {table.names[column]!r}, which increases evenly, is taken as frequency in Hz")

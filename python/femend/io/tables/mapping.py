@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from femend.data import FRF, Channel, TimeData
 from femend.errors import RecordingError, UnitError
 from femend.io.channel_map import ChannelMap, converted
-from femend.io.tables.axis import FREQ, TIME, frequencies, named, time_axis
+from femend.io.tables.axis import TIME, called_frequency, frequencies, named, time_axis
 from femend.io.tables.table import Table
 from femend.units import QUANTITIES, ROTATIONAL, parse_unit, quantity_factor, unit_system
 
@@ -46,7 +46,7 @@ def table_data(table: Table, channels: Sequence[ChannelMap], name: str, units: s
     _refuse_twice(table, channels, sources, name)
     _equal_lengths(table, sorted(used), name)
     complex_columns = [i for i in used if np.iscomplexobj(table.columns[i])]
-    if complex_columns or (named(table, used, FREQ) and not named(table, used, TIME)):
+    if complex_columns or (called_frequency(table, used) and not named(table, used, TIME)):
         return _frf(table, channels, sources, name, units)
     return _time(table, channels, sources, name, units)
 
