@@ -100,3 +100,39 @@ def test_solids_have_no_rotations_to_compare(tmp_path: Path, held: str) -> None:
 def test_a_plane_model_moves_in_its_plane(tmp_path: Path) -> None:
     _, found = solved(tmp_path, small_study.deck().replace("SPC1,1,123456,1\n", "SPC1,1,246,1\n").split("\n"))
     assert (found.rigid, found.mechanism) == (3, 0)
+
+
+@pytest.mark.parametrize("node", ["GRID,100,,.5,900.,0.,,123456", "GRID,100,,.5,900.,0."])
+@pytest.mark.parametrize("names_it", [True, False])
+def test_a_held_node_that_nothing_connects_says_nothing_of_a_free_body(
+    tmp_path: Path, node: str, names_it: bool
+) -> None:
+    lines = chain({}, node)
+    if names_it:
+        lines = [line.replace("0.,0.,1.,,", "100,,,,") if line.startswith("CBAR,5,") else line for line in lines]
+        assert any("100,,,," in line for line in lines)
+    _, found = solved(tmp_path, lines)
+    assert found == ZeroModes(6, 0)
+
+
+def test_a_held_end_of_an_element_counts_though_it_does_not_move(tmp_path: Path) -> None:
+    # the bar between the clamp and the hinge shows that the rest does not move as the whole
+    _, found = solved(tmp_path, chain({1: ",456"}, "SPC1,1,123456,1"))
+    # about the axis of that bar the clamp sees no difference
+    assert (found.rigid, found.mechanism, found.nodes) == (1, 2, tuple(range(2, 11)))
+
+
+@pytest.mark.parametrize("hinge", [3, 5, 8])
+def test_it_is_the_side_that_is_not_clamped_that_moves(tmp_path: Path, hinge: int) -> None:
+    # three ways about a ball joint at the far end of bar `hinge`, also where more nodes move than stand still
+    _, found = solved(tmp_path, chain({hinge: ",456"}, "SPC1,1,123456,1"))
+    assert (found.rigid, found.mechanism) == (0, 3)
+    assert found.nodes == tuple(range(hinge + 1, 11))
+    assert found.elements == tuple(range(hinge + 1, 10))
+
+
+def test_turning_about_an_axis_through_the_clamp_is_no_motion_of_the_whole(tmp_path: Path) -> None:
+    lines = [*HEAD, BAR, *(f"GRID,{n},,{0.1 * n:.1f},0.,0." for n in range(1, 12))]
+    lines += [f"CBAR,{n},1,{n},{n + 1},0.,1.,0.,,+{n}\n+{n},{',456' if n == 5 else ''}" for n in range(1, 11)]
+    _, found = solved(tmp_path, [*lines, "SPC1,1,123456,1", "ENDDATA", ""])
+    assert (found.rigid, found.mechanism, found.nodes) == (0, 3, tuple(range(6, 12)))
