@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +12,18 @@ from numpy.typing import NDArray
 from femend.model.free_body import FREE
 from femend.model.model import Model
 
-__all__ = ["ZeroModes", "rigid_motions", "zero_modes"]
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
+__all__ = ["ZeroModes", "count_zero", "rigid_motions", "zero_modes"]
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 # share of a motion that is none of a rigid body's, up to which it is round-off of the modes of 0 Hz
 ROUND_OFF = 1e-3
+# units in the last place by which sums of that many terms, as a row of K has in a mesh of solids, are off at most
+ULPS = 64
 # elements of which the motion of the greatest part is sought, at most
 TRIED = 200
 # nodes and elements that are named, at most
@@ -103,6 +109,28 @@ def _part_of_it(model: Model, free: BoolArray) -> BoolArray:
     joined = {node for _, _, nodes in model.fe.elements() if len(nodes) > 1 for node in nodes}
     ids = model.node_ids[~model.is_scalar].tolist()
     return np.asarray(free.any(axis=1) | np.array([node in joined for node in ids], dtype=np.bool_))
+
+
+def count_zero(model: Model, K: csc_array, freq: FloatArray, phi: FloatArray) -> int:
+    """How many of the lowest modes of a `model` are of 0 Hz as far as the rounding of its stiffness `K` (n_a, n_a)
+    tells: `freq` (n,) in Hz ascending, `phi` (6 n_nodes, n) their mass-normalised shapes at all GRIDs.
+
+    K is off by some units in the last place of what is summed in it, and omega^2 of a mode then by as much of
+    phi^T |K| phi. What is summed at a node counts with its stiffest direction, for translations and for rotations: a
+    part condensed to its ends, or drawn askew to the axes, has the rounding of that one in all. Products of both kinds
+    are bounded by those of each (Cauchy-Schwarz), so that the model's units play no part.
+    """
+    terms = abs(K).tocoo()
+    at = model.g_rows()
+    # three translations or three rotations of one node
+    triple = at // 3
+    row, column = terms.coords
+    alike = triple[row] % 2 == triple[column] % 2
+    stiff = np.zeros(2 * len(model.node_ids))
+    np.maximum.at(stiff, triple, np.bincount(row[alike], terms.data[alike], minlength=len(at)))
+    off = (phi.reshape(-1, 3, phi.shape[1]) ** 2).sum(axis=1)
+    off = ULPS * np.finfo(np.float64).eps * stiff[np.repeat(~model.is_scalar, 2)] @ off
+    return int(np.cumprod((2 * np.pi * freq) ** 2 <= off).sum())
 
 
 def zero_modes(model: Model, phi: FloatArray) -> ZeroModes:
