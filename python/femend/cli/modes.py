@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
+from numpy.typing import NDArray
 
 from femend.report.numbers import pretty_unit, significant
 from femend.report.text_table import table
@@ -54,8 +55,9 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     freq, phi, info = _solved(Model(deck_read, model, (), units), (indptr, indices, k, m), n_modes, fmax)
     R = base_directions(model.dof_nodes, model.dof_components, model.node_ids, model.frames)
     M = csc_array((m, indices, indptr), shape=(model.n_a, model.n_a))
-    share = effective_mass(np.asarray(M @ phi), R) / model.total_mass() * 100.0
-    mass = f"{significant(model.total_mass())} {pretty_unit(unit_system(units).text('mass'))}"
+    total = model.total_mass()
+    share = effective_mass(np.asarray(M @ phi), R) / total * 100.0 if total > 0 else None
+    mass = f"{significant(total)} {pretty_unit(unit_system(units).text('mass'))}"
     n_scalar = len(model.scalar_points)
     nodes = f"{len(model.node_ids) - n_scalar} nodes" + (f", {n_scalar} scalar points" if n_scalar else "")
     click.echo(f"{deck}: {nodes}, {model.n_a} free DOFs, mass {mass}")
@@ -68,12 +70,21 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     told = _zero(Model(deck_read, model, (), units), K, freq, phi, info["n_rigid"], n_modes)
     if told:
         click.echo(told)
+    if share is None:
+        click.echo(f"effective masses are shares of the structure's mass, which is {significant(total)}: none are told")
+    click.echo("\n" + _table(freq, share))
+
+
+def _table(freq: NDArray[np.float64], share: NDArray[np.float64] | None) -> str:
+    """Modes at `freq` (n,) with the `share` (n, 3) of the mass that moves, in percent, where it is one of any."""
+    cells = [["–"] * 3] * (len(freq) + 1)
+    if share is not None:
+        cells = [[f"{s:.1f}" for s in row] for row in (*share, share.sum(axis=0))]
     rows = [
-        [str(i), f"{f:.4f}" if f < 1e5 else f"{f:.6g}", *(f"{s:.1f}" for s in row)]
-        for i, (f, row) in enumerate(zip(freq, share, strict=True), start=1)
+        [str(i), f"{f:.4f}" if f < 1e5 else f"{f:.6g}", *row]
+        for i, (f, row) in enumerate(zip(freq, cells, strict=False), start=1)
     ]
-    sums = ["sum", "", *(f"{s:.1f}" for s in share.sum(axis=0))]
-    click.echo("\n" + table(["mode", "Hz", "X %", "Y %", "Z %"], [*rows, sums], "rrrrr"))
+    return table(["mode", "Hz", "X %", "Y %", "Z %"], [*rows, ["sum", "", *cells[-1]]], "rrrrr")
 
 
 def _solved(
@@ -133,8 +144,10 @@ def _doubts(deck: _core.Deck, units: str, spc: int | None) -> list[str]:
     """What is doubtful about the deck in these units and with this SPC set."""
     from femend.model.material_units import material_doubts
     from femend.model.negative import negative_values
+    from femend.model.no_area import zero_areas
     from femend.model.unheeded import unheeded
     from femend.model.unselected import unselected_supports
 
     free = unselected_supports(deck) if spc is None else ()
-    return [*material_doubts(deck, units, "--units"), *free, *unheeded(deck, spc is None), *negative_values(deck)]
+    values = [*negative_values(deck), *zero_areas(deck)]
+    return [*material_doubts(deck, units, "--units"), *free, *unheeded(deck, spc is None), *values]
