@@ -57,6 +57,25 @@ def modes_study(folder: Path, tables: str = "") -> Path:
     return path
 
 
+def test_two_channels_of_responses_alone_at_one_dof_are_named(tmp_path: Path) -> None:
+    (tmp_path / "model.bdf").write_text(deck())
+    noise = np.random.default_rng(0).standard_normal((2000, 3))
+    lines = ["t,left,right,top", *(f"{i / 1000:.3f},{a:.5f},{b:.5f},{c:.5f}" for i, (a, b, c) in enumerate(noise))]
+    (tmp_path / "wind.csv").write_text("\n".join([*lines, ""]))
+    told = '\n[[recording]]\nname = "wind"\nfile = "wind.csv"\nexcitation = "ambient"\n'
+    for source, node, sign in (("left", 3, "+"), ("right", 5, "+"), ("top", 3, "-")):
+        told += f'[[recording.channel]]\nsource = "{source}"\nnode = {node}\ndirection = "{sign}Z"\n'
+        told += 'quantity = "acceleration"\nunit = "m/s^2"\n'
+    path = tmp_path / "study.toml"
+    path.write_text(study_text((), "") + told)
+    said = (
+        r"recording 'wind': DOF 3:\+Z stands twice among the 3 responses, as channel 1, acceleration 3:\+Z \(left\), "
+        r"and channel 3, acceleration 3:-Z \(top\): correct the node or the direction"
+    )
+    with pytest.raises(RecordingError, match=said):
+        correlate_study(path, tmp_path / "out")
+
+
 def test_modes_are_identified_paired_and_tabulated(run: CorrelationRun, folder: Path) -> None:
     freq, _ = truth_modes(folder)
     one = run["tip"]
