@@ -76,6 +76,17 @@ def test_two_channels_of_responses_alone_at_one_dof_are_named(tmp_path: Path) ->
         correlate_study(path, tmp_path / "out")
 
 
+def test_that_mac_at_one_dof_says_nothing_is_told(tmp_path: Path) -> None:
+    path = modes_study(tmp_path)
+    freq, phi = truth_modes(tmp_path)
+    told = []
+    for n in (1, 2):
+        write_modes(tmp_path / "modes.uff", freq, phi[-n:], DOFS[-n:])
+        told += [correlate_study(path, tmp_path / "c").result, update_study(path, tmp_path / "u").result]
+    said = "recording 'modes': shapes are compared at one DOF, 13:+Z, where MAC is 1 of any two modes"
+    assert [sum(w.startswith(said) for w in result["warnings"]) for result in told] == [1, 1, 0, 0]
+
+
 def test_modes_are_identified_paired_and_tabulated(run: CorrelationRun, folder: Path) -> None:
     freq, _ = truth_modes(folder)
     one = run["tip"]
