@@ -57,6 +57,36 @@ def modes_study(folder: Path, tables: str = "") -> Path:
     return path
 
 
+def test_two_channels_of_responses_alone_at_one_dof_are_named(tmp_path: Path) -> None:
+    (tmp_path / "model.bdf").write_text(deck())
+    noise = np.random.default_rng(0).standard_normal((2000, 3))
+    lines = ["t,left,right,top", *(f"{i / 1000:.3f},{a:.5f},{b:.5f},{c:.5f}" for i, (a, b, c) in enumerate(noise))]
+    (tmp_path / "wind.csv").write_text("\n".join([*lines, ""]))
+    told = '\n[[recording]]\nname = "wind"\nfile = "wind.csv"\nexcitation = "ambient"\n'
+    for source, node, sign in (("left", 3, "+"), ("right", 5, "+"), ("top", 3, "-")):
+        told += f'[[recording.channel]]\nsource = "{source}"\nnode = {node}\ndirection = "{sign}Z"\n'
+        told += 'quantity = "acceleration"\nunit = "m/s^2"\n'
+    path = tmp_path / "study.toml"
+    path.write_text(study_text((), "") + told)
+    said = (
+        r"recording 'wind': DOF 3:\+Z stands twice among the 3 responses, as channel 1, acceleration 3:\+Z \(left\), "
+        r"and channel 3, acceleration 3:-Z \(top\): correct the node or the direction"
+    )
+    with pytest.raises(RecordingError, match=said):
+        correlate_study(path, tmp_path / "out")
+
+
+def test_that_mac_at_one_dof_says_nothing_is_told(tmp_path: Path) -> None:
+    path = modes_study(tmp_path)
+    freq, phi = truth_modes(tmp_path)
+    told = []
+    for n in (1, 2):
+        write_modes(tmp_path / "modes.uff", freq, phi[-n:], DOFS[-n:])
+        told += [correlate_study(path, tmp_path / "c").result, update_study(path, tmp_path / "u").result]
+    said = "recording 'modes': shapes are compared at one DOF, 13:+Z, where MAC is 1 of any two modes"
+    assert [sum(w.startswith(said) for w in result["warnings"]) for result in told] == [1, 1, 0, 0]
+
+
 def test_modes_are_identified_paired_and_tabulated(run: CorrelationRun, folder: Path) -> None:
     freq, _ = truth_modes(folder)
     one = run["tip"]

@@ -134,8 +134,8 @@ def test_frfs_meet_by_dof_direction_line_and_unit() -> None:
 @pytest.mark.parametrize(
     ("change", "error", "words"),
     [
-        ({"kind": "mobility"}, CorrelationError, "is accelerance and 'some' mobility"),
-        ({"unit": "m/N"}, UnitError, "measure different things"),
+        ({"kind": "mobility", "unit": "m/s/N"}, CorrelationError, "is accelerance and 'some' mobility"),
+        ({"unit": "V/N"}, UnitError, "measure different things"),
         ({"freq": [1.5, 2.5]}, CorrelationError, "have no line in common"),
         ({"inputs": [Dof(9, 1)]}, PairingError, "inputs of the FRFs: the two sets share none"),
     ],

@@ -95,11 +95,26 @@ def test_frf_axes() -> None:
         ({"freq": np.array([-1, 2, 2.5, 3, 4.0])}, "do not increase"),
         ({"H": np.array([1, 2, np.nan, 4, 5]).reshape(5, 1, 1)}, "not a number at 3 Hz"),
         ({"coherence": np.ones((5, 1))}, "coherence of shape"),
+        (
+            {"kind": "receptance"},
+            "'ema': the unit of its FRFs, m/s.2/N, is one of accelerance, .* such as m/N: correct",
+        ),
+        ({"unit": "rad/s/(N*m)"}, "is one of mobility, and their kind is said to be accelerance"),
+        ({"kind": "mobility", "unit": "mm/N"}, "is one of receptance"),
     ],
 )
 def test_frf_that_does_not_fit(other: dict[str, object], part: str) -> None:
     with pytest.raises(RecordingError, match=part):
         frf(**other)
+
+
+@pytest.mark.parametrize(
+    ("kind", "unit"),
+    [("accelerance", "g/N"), ("accelerance", "in/s^2/lbf"), ("accelerance", "rad/s^2/N"), ("accelerance", "1/kg"),
+     ("mobility", "(mm/s)/N"), ("receptance", "rad/(N*m)"), ("receptance", "V/N"), ("accelerance", "?")],
+)  # fmt: skip
+def test_units_of_the_kind_and_of_none_are_taken(kind: str, unit: str) -> None:
+    assert frf(kind=kind, unit=unit).unit == unit
 
 
 def test_spectra_and_modes() -> None:

@@ -273,7 +273,8 @@ def test_bad_input_is_named() -> None:
     with pytest.raises(RecordingError, match=r"acceleration \(left\) has no DOF"):
         identify_modes(nameless)
     twice = replace(FULL, outputs=(FULL.outputs[1], *FULL.outputs[1:]))
-    with pytest.raises(RecordingError, match=r"DOF 2:\+Z stands twice among the 5 outputs"):
+    said = r"DOF 2:\+Z stands twice among the 5 outputs, as channel 1, \w+ 2:\+Z, and channel 2, \w+ 2:\+Z: correct"
+    with pytest.raises(RecordingError, match=said):
         identify_modes(twice)
 
 

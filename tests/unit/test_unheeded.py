@@ -29,8 +29,18 @@ def deck(folder: Path, case: str, cards: str = "") -> Path:
         ("SPC = 1\nTEMPERATURE(MATERIAL) = 4", "MATT1,1,5\n", ("moduli at the temperature", "1 MATT1")),
         ("SPC = 1", "PBUSHT,7,K,5\nPELAST,8,5\n", ("follow the frequency", "1 PBUSHT, 1 PELAST", "PBUSH, PELAS")),
         ("SPC = 1\nTFL = 3", "TF,3,1,1\n", ("transfer functions", "DMIG")),
+        ("SPC = 1", "ASET1,2,2\n", ("(1 ASET1)", "not applied", "those of the whole model")),
+        ("SPC = 1", "OMIT,2,3\nQSET1,0,9\nSPOINT,9\n", ("(1 OMIT, 1 QSET1)", "those of the whole model")),
     ],
-    ids=["stress stiffness", "second subcase", "temperature", "frequency", "transfer functions"],
+    ids=[
+        "stress stiffness",
+        "second subcase",
+        "temperature",
+        "frequency",
+        "transfer functions",
+        "ASET1",
+        "OMIT and QSET1",
+    ],
 )
 def test_each_is_told_where_modes_are_computed(tmp_path: Path, case: str, cards: str, words: tuple[str, ...]) -> None:
     done = CliRunner().invoke(main, ["modes", str(deck(tmp_path, case, cards))])

@@ -9,7 +9,7 @@ import numpy as np
 
 from femend.analysis.tam import TamTable
 from femend.bench.compared import Compared
-from femend.bench.doubted import MEND_FIRST, TIME_FIRST, doubted_levels, doubted_sensors, doubted_times
+from femend.bench.doubted import MEND_FIRST, TIME_FIRST, at_one_dof, doubted_levels, doubted_sensors, doubted_times
 from femend.bench.doubted_frames import with_frames_settled
 from femend.bench.doubted_frequencies import FREQUENCIES_FIRST, doubted_frequencies, far_pairs
 from femend.bench.measured import MeasuredModes
@@ -41,7 +41,8 @@ def correlation_result(
     factors = doubted_frequencies(compared)
     first = "; ".join([*([TIME_FIRST] if times else []), *([FREQUENCIES_FIRST] if factors else [])])
     told = with_frames_settled(prepared, compared, prepared.warnings)
-    warnings = [*told, *times, *factors, *far_pairs(compared), *faults, *doubted_levels(compared)]
+    of_sensors = [*at_one_dof(compared), *faults, *doubted_levels(compared)]
+    warnings = [*told, *times, *factors, *far_pairs(compared), *of_sensors]
     return {
         "format": FORMAT,
         "title": prepared.study.title,

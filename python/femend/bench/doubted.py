@@ -26,7 +26,7 @@ from femend.study.sampled import too_slow_for_modes
 if TYPE_CHECKING:
     from femend.bench.prepared import Prepared
 
-__all__ = ["MEND_FIRST", "TIME_FIRST", "doubted_levels", "doubted_sensors", "doubted_times"]
+__all__ = ["MEND_FIRST", "TIME_FIRST", "at_one_dof", "doubted_levels", "doubted_sensors", "doubted_times"]
 
 # modes whose shapes tell a time axis
 KNOWN = 30
@@ -41,6 +41,17 @@ def doubted_sensors(compared: Sequence[Compared]) -> list[str]:
         texts = [*(f.text for f in c.faults), *(s.text for s in c.scaled)]
         told += [f"recording {c.measured.name!r}: {text}" for text in texts]
     return told
+
+
+def at_one_dof(compared: Sequence[Compared]) -> list[str]:
+    """That the shapes of a recording are known at one DOF, where any two are alike."""
+    return [
+        f"recording {c.measured.name!r}: shapes are compared at one DOF, {c.dofs[0]}, where MAC is 1 of any two modes: "
+        "it says nothing, and modes are paired by their frequencies alone; measure at more DOFs, or make sure that "
+        "each pair is of one mode"
+        for c in compared
+        if len(c.dofs) == 1
+    ]
 
 
 def doubted_levels(compared: Sequence[Compared], *, of_all: bool = False) -> list[str]:

@@ -20,7 +20,9 @@ from femend.estimate.prepare import period_of
 from femend.io import read_uff
 from femend.io.recordings import read_modes
 from femend.modal import ModalTest, identify_modes
+from femend.modal.identify import no_dof_twice
 from femend.modal.output_only import identify_output_only
+from femend.modal.output_only.prepare import motion_rows
 from femend.numerals import plain
 from femend.progress import Progress
 from femend.signal import estimate_frf, periodic_frf
@@ -173,6 +175,7 @@ def _complex_shapes(modes: IdentifiedModes) -> list[str]:
 def _of_responses(full: Recording, about: About, band: Band, too_slow: TooSlow) -> MeasuredModes | str:
     """Modes from responses alone, or why there are none."""
     who = f"recording {full.name!r}"
+    no_dof_twice(full.name, [full.time.channels[row] for row in motion_rows(full.time)], "responses")
     alone = identify_output_only(full.time, band)
     if not alone.modes.n_modes:
         return "; ".join((*too_slow(), f"{who}: {'; '.join(alone.advice) or 'no mode was found'}"))

@@ -11,7 +11,7 @@ from femend.bench.compared import Compared
 from femend.bench.contradicting import contradicting
 from femend.bench.correlation_result import comparison_result, placed_result
 from femend.bench.counted import Counted
-from femend.bench.doubted import MEND_FIRST, TIME_FIRST, doubted_levels, doubted_sensors, doubted_times
+from femend.bench.doubted import MEND_FIRST, TIME_FIRST, at_one_dof, doubted_levels, doubted_sensors, doubted_times
 from femend.bench.doubted_frames import with_frames_settled
 from femend.bench.doubted_frequencies import FREQUENCIES_FIRST, doubted_frequencies, far_pairs
 from femend.bench.drawn import Drawn
@@ -121,7 +121,7 @@ def _said(
         *([MEND_FIRST] if faults else []),
     ]
     settled = with_frames_settled(prepared, before, prepared.warnings)
-    told = [*settled, *times, *factors, *faults, *doubted_levels(before, of_all=True)]
+    told = [*settled, *times, *factors, *at_one_dof(before), *faults, *doubted_levels(before, of_all=True)]
     told += far_pairs([b for b in before if b.measured.role == "validate"])
     told += [text for c in counted for text in c.left_out]
     return {

@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
+from numpy.typing import NDArray
 
 from femend.report.numbers import pretty_unit, significant
 from femend.report.text_table import table
 from femend.units import SYSTEMS, unit_system
 
 if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
     from femend import _core
     from femend.model.model import Model
 
@@ -32,14 +35,12 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     Effective mass is the share of the structure's mass that moves with a mode when the base moves along X, Y or Z.
     With --rpm the deck's rotors (ROTORG) turn: frequencies over the speed, whirl, damping and critical speeds.
     """
-    from scipy.sparse import csc_matrix
+    from scipy.sparse import csc_array
 
     from femend import _core
     from femend.analysis.effective_mass import base_directions, effective_mass
     from femend.io.deck import read_deck
-    from femend.model.free_body import FREE
     from femend.model.model import Model
-    from femend.model.rigid_motion import zero_modes
 
     deck_read = read_deck(deck)
     model = _core.FeModel(deck_read, spc=spc)
@@ -53,9 +54,10 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
         n_modes = min(n_modes, model.n_a)
     freq, phi, info = _solved(Model(deck_read, model, (), units), (indptr, indices, k, m), n_modes, fmax)
     R = base_directions(model.dof_nodes, model.dof_components, model.node_ids, model.frames)
-    M = csc_matrix((m, indices, indptr), shape=(model.n_a, model.n_a))
-    share = effective_mass(np.asarray(M @ phi), R) / model.total_mass() * 100.0
-    mass = f"{significant(model.total_mass())} {pretty_unit(unit_system(units).text('mass'))}"
+    M = csc_array((m, indices, indptr), shape=(model.n_a, model.n_a))
+    total = model.total_mass()
+    share = effective_mass(np.asarray(M @ phi), R) / total * 100.0 if total > 0 else None
+    mass = f"{significant(total)} {pretty_unit(unit_system(units).text('mass'))}"
     n_scalar = len(model.scalar_points)
     nodes = f"{len(model.node_ids) - n_scalar} nodes" + (f", {n_scalar} scalar points" if n_scalar else "")
     click.echo(f"{deck}: {nodes}, {model.n_a} free DOFs, mass {mass}")
@@ -64,20 +66,25 @@ def modes(deck: Path, n_modes: int | None, fmax: float | None, units: str, spc: 
     if model.auto_constrained:
         names = ", ".join(model.auto_constrained[:8]) + (", …" if len(model.auto_constrained) > 8 else "")
         click.echo(f"held because nothing resists them: {len(model.auto_constrained)} DOFs ({names})")
-    if info["n_rigid"]:
-        n = info["n_rigid"]
-        more = "" if n == FREE else "; a body that is free has six: is a support, or what connects a part, missing?"
-        told = ""
-        if phi.shape[1] > n:  # else they are not known all
-            whole = Model(deck_read, model, (), units)
-            told = zero_modes(whole, (whole.transformation() @ phi[:, :n])[np.repeat(~whole.is_scalar, 6)]).text
-        click.echo(f"warning   {told}" if told else f"{n} mode{'s' * (n > 1)} of a free body{more}")
+    K = csc_array((k, indices, indptr), shape=(model.n_a, model.n_a))
+    told = _zero(Model(deck_read, model, (), units), K, freq, phi, info["n_rigid"], n_modes)
+    if told:
+        click.echo(told)
+    if share is None:
+        click.echo(f"effective masses are shares of the structure's mass, which is {significant(total)}: none are told")
+    click.echo("\n" + _table(freq, share))
+
+
+def _table(freq: NDArray[np.float64], share: NDArray[np.float64] | None) -> str:
+    """Modes at `freq` (n,) with the `share` (n, 3) of the mass that moves, in percent, where it is one of any."""
+    cells = [["–"] * 3] * (len(freq) + 1)
+    if share is not None:
+        cells = [[f"{s:.1f}" for s in row] for row in (*share, share.sum(axis=0))]
     rows = [
-        [str(i), f"{f:.4f}" if f < 1e5 else f"{f:.6g}", *(f"{s:.1f}" for s in row)]
-        for i, (f, row) in enumerate(zip(freq, share, strict=True), start=1)
+        [str(i), f"{f:.4f}" if f < 1e5 else f"{f:.6g}", *row]
+        for i, (f, row) in enumerate(zip(freq, cells, strict=False), start=1)
     ]
-    sums = ["sum", "", *(f"{s:.1f}" for s in share.sum(axis=0))]
-    click.echo("\n" + table(["mode", "Hz", "X %", "Y %", "Z %"], [*rows, sums], "rrrrr"))
+    return table(["mode", "Hz", "X %", "Y %", "Z %"], [*rows, ["sum", "", *cells[-1]]], "rrrrr")
 
 
 def _solved(
@@ -100,6 +107,26 @@ def _solved(
     return freq, phi, info
 
 
+def _zero(model: Model, K: csc_array, freq: Any, phi: Any, least: int, n_modes: int | None) -> str:
+    """What is said of modes of 0 Hz, at `least` so many, among the `n_modes` asked for (None: all of a band), whose
+    shapes are `phi` (n_a, n); empty where there are none."""
+    from femend.model.free_body import FREE
+    from femend.model.rigid_motion import count_zero, zero_modes
+
+    phi = (model.transformation() @ phi)[np.repeat(~model.is_scalar, 6)]
+    n = max(least, count_zero(model, K, freq, phi))
+    if n == 0:
+        return ""
+    if n == n_modes and n < model.fe.n_a:
+        which = "the only mode asked for is" if n == 1 else f"all {n} modes asked for are"
+        return (
+            f"{which} of 0 Hz (a free body has {FREE}): ask for more, as by --n {n + 10}, to see how many "
+            "there are and what moves in them"
+        )
+    told = zero_modes(model, phi[:, :n]).text
+    return f"warning   {told}" if told else f"{n} mode{'s' * (n > 1)} of a free body"
+
+
 def _turning(model: Model, rpm: str, n_modes: int | None, f_max: float | None, spc: int | None) -> None:
     """The modes of a deck whose rotors turn."""
     from femend.cli.turning import speeds_of, turning_table
@@ -117,8 +144,10 @@ def _doubts(deck: _core.Deck, units: str, spc: int | None) -> list[str]:
     """What is doubtful about the deck in these units and with this SPC set."""
     from femend.model.material_units import material_doubts
     from femend.model.negative import negative_values
+    from femend.model.no_area import zero_areas
     from femend.model.unheeded import unheeded
     from femend.model.unselected import unselected_supports
 
     free = unselected_supports(deck) if spc is None else ()
-    return [*material_doubts(deck, units, "--units"), *free, *unheeded(deck, spc is None), *negative_values(deck)]
+    values = [*negative_values(deck), *zero_areas(deck)]
+    return [*material_doubts(deck, units, "--units"), *free, *unheeded(deck, spc is None), *values]

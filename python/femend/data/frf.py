@@ -13,11 +13,14 @@ from femend.data._arrays import frozen
 from femend.data.bands import within_band
 from femend.data.channel import Channel
 from femend.dof import Dof
-from femend.errors import RecordingError
+from femend.errors import RecordingError, UnitError
+from femend.units import parse_unit
 
 __all__ = ["FRF", "FRF_KINDS", "check_frequency_axis"]
 
 FRF_KINDS = ("receptance", "mobility", "accelerance")
+# units of each per newton, as an example
+_LIKE = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
 
 
 def check_frequency_axis(name: str, freq: NDArray[np.float64]) -> None:
@@ -32,6 +35,18 @@ def check_frequency_axis(name: str, freq: NDArray[np.float64]) -> None:
         )
 
 
+def _kind_of(unit: str) -> str | None:
+    """The kind of FRF that a unit measures, of motions along or about an axis per force or moment; None where it cannot
+    be read or is something else, such as that of uncalibrated channels."""
+    try:
+        length, mass, time, volt = parse_unit(unit).dims
+    except UnitError:
+        return None
+    if mass != -1 or volt != 0 or length not in (0, -1, -2) or time not in (0, 1, 2):
+        return None
+    return FRF_KINDS[2 - time]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FRF:
     """Response per force: `H` (n_freq, n_out, n_in) complex at `freq` (n_freq,) in Hz, time convention exp(+i omega t).
@@ -39,7 +54,8 @@ class FRF:
     `outputs` and `inputs` are channels with a DOF each; the sign of the DOF is part of the sensor's direction and is
     not applied to `H`. `kind` is receptance, mobility or accelerance; `unit` the unit of `H`. `coherence`
     (n_freq, n_out, n_in) in [0, 1] or None. Arrays are read-only. Raises RecordingError for shapes that do not fit,
-    an unknown kind, NaN (naming the pair and the frequency) or an axis that does not increase.
+    an unknown kind, a unit that is another kind's, NaN (naming the pair and the frequency) or an axis that does not
+    increase.
     """
 
     name: str
@@ -66,6 +82,13 @@ class FRF:
         if self.kind not in FRF_KINDS:
             raise RecordingError(
                 f"recording {self.name!r}: FRF kind {self.kind!r} is none of {', '.join(FRF_KINDS)}",
+                recording=self.name,
+            )
+        shown = _kind_of(self.unit)
+        if shown not in (None, self.kind):
+            raise RecordingError(
+                f"recording {self.name!r}: the unit of its FRFs, {self.unit}, is one of {shown}, and their kind is "
+                f"said to be {self.kind}, whose unit is one such as {_LIKE[self.kind]}: correct the kind or the unit",
                 recording=self.name,
             )
         if self.coherence is not None:

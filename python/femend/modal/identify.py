@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.data import FRF, Geometry, IdentifiedModes, Recording
+from femend.data import FRF, Channel, Geometry, IdentifiedModes, Recording
 from femend.data.bands import within_band
 from femend.dof import Dof
 from femend.errors import RecordingError
@@ -23,7 +24,7 @@ from femend.modal.scaling import DrivingPoint, driving_points, modal_masses, sca
 from femend.modal.stabilisation import Stabilisation
 from femend.threads import one_blas_thread
 
-__all__ = ["identify_modes", "line_noise"]
+__all__ = ["identify_modes", "line_noise", "no_dof_twice"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -129,17 +130,26 @@ def _dofs(frf: FRF, roved: str) -> tuple[tuple[Dof, ...], tuple[Dof, ...]]:
     outputs = tuple(c.dof for c in frf.outputs if c.dof is not None)
     inputs = tuple(c.dof for c in frf.inputs if c.dof is not None)
     responses, references = (outputs, inputs) if roved == "outputs" else (inputs, outputs)
-    seen: set[Dof] = set()
-    for dof in responses:
-        if dof.unsigned in seen:
-            raise RecordingError(
-                f"recording {frf.name!r}: DOF {dof.unsigned} stands twice among the {len(responses)} {roved} that were "
-                "roved; leave one out or correct its label",
-                recording=frf.name,
-                channel=str(dof),
-            )
-        seen.add(dof.unsigned)
+    no_dof_twice(frf.name, frf.outputs if roved == "outputs" else frf.inputs, roved)
     return responses, references
+
+
+def no_dof_twice(recording: str, channels: Sequence[Channel], what: str) -> None:
+    """Raises RecordingError with both names where two of the `channels` of a `recording`, its `what` (in the plural),
+    are said to be at one DOF: a shape has one value there."""
+    seen: dict[Dof, int] = {}
+    for i, channel in enumerate(channels):
+        if channel.dof is None:
+            continue
+        first = seen.setdefault(channel.dof.unsigned, i)
+        if first != i:
+            raise RecordingError(
+                f"recording {recording!r}: DOF {channel.dof.unsigned} stands twice among the {len(channels)} {what}, "
+                f"as channel {first + 1}, {channels[first].text}, and channel {i + 1}, {channel.text}: correct the "
+                "node or the direction of one of them, or leave one out",
+                recording=recording,
+                channel=channel.text,
+            )
 
 
 def _scaled(fit: ModalFit, points: tuple[DrivingPoint, ...]) -> ModalFit:

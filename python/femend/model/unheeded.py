@@ -1,5 +1,6 @@
 """What a deck asks of Nastran that changes a model's stiffness and has no part in it here: stress stiffness of a static
-subcase, constraints of a second subcase, properties that follow a temperature or a frequency, transfer functions."""
+subcase, constraints of a second subcase, properties that follow a temperature or a frequency, transfer functions,
+reduction to a set of DOFs."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ __all__ = ["unheeded"]
 _SELECTING = ("SPC", "MPC", "K2GG", "M2GG", "B2GG", "K42GG", "K2PP", "M2PP", "B2PP")
 _TEMPERATURE = ("TEMPERATURE", "TEMP")
 _OVER_TEMPERATURE = ("MATT1", "MATT2", "MATT8", "MATT9")
+_REDUCING = tuple(f"{name}{one}" for name in ("ASET", "BSET", "CSET", "OMIT", "QSET") for one in ("", "1"))
 _OVER_FREQUENCY = ("PBUSHT", "PELAST", "PDAMPT")
 
 
@@ -19,7 +21,8 @@ def unheeded(deck: _core.Deck, constraints: bool = True) -> list[str]:
     """A sentence for each thing that the deck's case control asks for, or that a card of it says, and that the model is
     made without. `constraints` tells whether the sets of case control are those in force.
 
-    Nastran Quick Reference Guide: case control STATSUB, TEMPERATURE, TFL; MATT1, PBUSHT, PELAST, PDAMPT.
+    Nastran Quick Reference Guide: case control STATSUB, TEMPERATURE, TFL; MATT1, PBUSHT, PELAST, PDAMPT,
+    ASET, OMIT.
     """
     ours, later = deck.case_control(), deck.later_subcases()
     cards = deck.ignored()
@@ -40,6 +43,12 @@ def unheeded(deck: _core.Deck, constraints: bool = True) -> list[str]:
     told += _cards(cards, _OVER_FREQUENCY, "values that follow the frequency", "PBUSH, PELAS and PDAMP")
     if "TFL" in ours and "TF" in cards:
         told.append("case control selects transfer functions (TFL), which are not added: write them as DMIG")
+    reducing = [f"{cards[name]} {name}" for name in _REDUCING if name in cards]
+    if reducing:
+        told.append(
+            f"the deck has sets to reduce the model to ({listed(reducing, 4)}), which are not applied: modes are "
+            "those of the whole model, whose frequencies are no higher than those of a reduced one"
+        )
     return told
 
 

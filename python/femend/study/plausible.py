@@ -29,7 +29,7 @@ from femend.diagnose.too_little import PERIODS
 from femend.errors import FemendError
 from femend.model import Model, Pairing
 from femend.model.free_body import elastic
-from femend.model.rigid_motion import zero_modes
+from femend.model.rigid_motion import count_zero, zero_modes
 from femend.numerals import plain
 from femend.study.plausible_frequencies import Against, frequency_doubts
 from femend.study.plausible_output import output_doubts, time_axis_doubts
@@ -160,8 +160,9 @@ def _modes(model: Model, f_max: float, zeta: float) -> ModeSet:
 def _free(model: Model, modes: ModeSet) -> list[str]:
     """A body is held, or free in all six ways; one that is free in some may have lost a support, one of which parts
     move against each other what connects them."""
-    n = modes.n_modes - elastic(modes.freq).size
-    return [told] if n and (told := zero_modes(model, np.real(modes.phi[:, :n])).text) else []
+    phi = np.real(modes.phi)
+    n = count_zero(model, model.matrices()[0], modes.freq, phi)
+    return [told] if n and (told := zero_modes(model, phi[:, :n]).text) else []
 
 
 def _massless(model: Model) -> list[str]:

@@ -9,6 +9,7 @@ from femend import _core
 from femend.data import Test
 from femend.model.material_units import material_doubts
 from femend.model.negative import negative_values
+from femend.model.no_area import zero_areas
 from femend.model.unheeded import unheeded
 from femend.model.unselected import unselected_supports
 from femend.study.frf_levels import frf_levels
@@ -45,12 +46,13 @@ def _own_supports(study: Study) -> bool:
 
 def deck_warnings(study: Study, deck: _core.Deck) -> list[str]:
     """What is told of the `deck` of a `study` and of how well it is said to be known: units, supports that are not
-    selected, what its case control asks for and does not get, values below nothing, priors that are hardly meant,
-    rotors."""
+    selected, what its case control asks for and does not get, values below nothing, bars without a cross-section,
+    priors that are hardly meant, rotors."""
     return [
         *deck_doubts(study, deck),
         *unheeded(deck, _own_supports(study)),
         *negative_values(deck),
+        *zero_areas(deck),
         *prior_doubts(study.parameters),
         *rotor_doubts(study, deck),
     ]
