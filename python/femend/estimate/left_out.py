@@ -12,7 +12,7 @@ from femend.estimate.lines import FitRecord
 from femend.model import ReducedModel
 from femend.model.form_errors import basis_modes
 
-__all__ = ["CROSSED", "without_crossed", "without_still"]
+__all__ = ["CROSSED", "STILL", "without_crossed", "without_still"]
 
 # motion across a sensor, in multiples of that along it, from which it is left out: 0.6 degrees, or 1 % of transverse
 # sensitivity, then give half as much signal as its own motion, and a mesh that couples the two directions a little more
