@@ -72,7 +72,7 @@ def result_of(
     if diagnosis.verdict in ("consistent", "parameters-only"):
         _note_outside(fit, predictions, diagnosis.problem.band)
     found = findings(diagnosis)
-    seen = predictions, diagnosis.problem.band
+    seen = predictions, diagnosis.problem.band, records
     sines = "".join(left_beside_sine(one, fit) for one in found)
     beside = sines if diagnosis.by_load else left_beside(diagnosis.verdict, fit, *seen)
     return {
