@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.estimate.left_out import STILL
+from femend.estimate.cross_axis import STILL
 from femend.selftest.plan import Replay
 
 __all__ = ["Visible", "visible_beside"]

@@ -133,7 +133,7 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
             f"({plain(max(deaf.values()), 2)} times as much, at the most): they were left out of the fit and of its "
             "errors. See whether they are connected, fixed and switched on, and their units and directions"
         )
-    still = [row for row, (ratio, _) in found.items() if np.isinf(ratio)]
+    still = [row for row, (ratio, _) in found.items() if np.isinf(ratio) and row not in deaf]
     if still:
         told.append(
             f"the sensors at {named(still)} stand still, dead or in a plane that nothing drives: they were left out of "
