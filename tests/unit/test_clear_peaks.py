@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from femend.modal.output_only.judge import _missed
 from femend.modal.output_only.spectra import clear_peaks, spectral_peaks
 
 DT, N, BAND = 1 / 512, 60 * 512, (5.0, 200.0)
@@ -26,6 +29,16 @@ def test_scatter_makes_no_clear_peak() -> None:
     assert sum(spectral_peaks(y, DT, BAND).size > 0 for y in records) > 10
     # one in a hundred records may: of 40 two or more do with a probability of 6 %
     assert sum(clear_peaks(y, DT, BAND).size > 0 for y in records) <= 1
+
+
+def test_only_clear_peaks_are_told_as_modes_that_were_missed() -> None:
+    none = SimpleNamespace(freq=np.zeros(0), zeta=np.zeros(0))
+    # the first has a peak of scatter
+    y = next(y for y in map(lambda seed: scatter(seed, 1), range(40)) if spectral_peaks(y, DT, BAND).size)
+    tone = np.sin(2 * np.pi * 60.0 * DT * np.arange(N))
+    for record, told in ((y, []), (y + 0.3 * tone, [60.0])):
+        signals = SimpleNamespace(y=record, dt=DT, band=BAND, duration=N * DT)
+        assert _missed(signals, none, []) == pytest.approx(told, abs=0.2)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("zeta", [0.003, 0.03])
