@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from femend import Channel, Dof, Recording, TimeData
-from femend.bench.coarse import longer_pieces, too_coarse
+from femend.bench.coarse import longer_pieces, still_rings, too_coarse
 from femend.bench.measured import _finer
 from femend.modal import identify_modes
+from femend.numerals import plain
 from femend.signal import estimate_frf
+from femend.signal.suited import blows, suited_frf
 
 RATE, FREQ, ZETA = 256.0, 30.0, 0.008
 
@@ -76,3 +78,44 @@ def test_a_force_that_repeats_itself_is_taken_period_by_period() -> None:
     found, again = _finer(Recording("shaken", data), frf, test, (10.0, 55.0), 0.01)
     assert found.freq[1] - found.freq[0] == pytest.approx(1 / 3.0)
     assert again.modes.zeta[0] == pytest.approx(ZETA, rel=0.02)
+
+
+def struck(apart: float, noise: float = 1e-3) -> TimeData:
+    """Eight blows some seconds apart, each at a time of its own, with the acceleration."""
+    rng = np.random.default_rng(0)
+    n = int((8 * apart + 0.5) * RATE)
+    t = np.arange(n) / RATE
+    at = 0.5 + apart * np.arange(8) + 0.05 * apart * rng.random(8)
+    u = sum(np.exp(-(((t - x) / 0.003) ** 2)) for x in at)
+    w, W = 2 * np.pi * np.fft.rfftfreq(4 * n, 1 / RATE), 2 * np.pi * FREQ
+    a = np.fft.irfft(np.fft.rfft(u, 4 * n) * -(w**2) / (W**2 - w**2 + 2j * ZETA * W * w), 4 * n)[:n]
+    channels = (Channel(Dof(1, 3), "force", "N"), Channel(Dof(1, 3), "acceleration", "m/s^2"))
+    return TimeData("struck", 1 / RATE, np.array([u, a + noise * a.std() * rng.standard_normal(n)]), channels)
+
+
+def test_blows_whose_answers_die_away_within_their_pieces_are_whole() -> None:
+    """Their lines are as wide as the resonance, the damping is right, and it was said to come out too high."""
+    data = struck(3.0)
+    frf, _ = suited_frf(data)
+    modes = identify_modes(frf, (10.0, 60.0)).modes
+    assert 3 * (frf.freq[1] - frf.freq[0]) > 2 * ZETA * FREQ
+    assert modes.zeta[0] == pytest.approx(ZETA, rel=0.01)
+    assert too_coarse(modes, data, frf) == []
+
+
+def test_blows_that_come_before_the_last_one_has_died_away_are_told_with_the_damping_of_the_decay() -> None:
+    data = struck(0.6)
+    frf, _ = suited_frf(data)
+    modes = identify_modes(frf, (10.0, 60.0)).modes
+    assert modes.zeta[0] > 1.05 * ZETA
+    (told,) = too_coarse(modes, data, frf)
+    piece = 1 / (frf.freq[1] - frf.freq[0])
+    left = np.exp(-2 * np.pi * FREQ * ZETA * piece)
+    assert f"of each blow: with that cut off {plain(100 * modes.zeta[0], 2)} % of damping was found" in told
+    assert "is that of 0.8 %" in told
+    assert still_rings(data, blows(data), piece, FREQ) == pytest.approx(left, rel=0.05)
+
+
+def test_noise_after_a_decay_does_not_ring() -> None:
+    data = struck(3.0, noise=0.3)
+    assert still_rings(data, blows(data), 2.7, FREQ) < 0.05

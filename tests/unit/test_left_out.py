@@ -14,7 +14,7 @@ from femend.data import FRF, Channel
 from femend.diagnose.update import modelled
 from femend.dof import Dof
 from femend.estimate import FitRecord, without_crossed, without_still
-from femend.model import ReducedModel
+from femend.model import ReducedModel, read_model, reduce_model
 from femend.numerals import plain
 from femend.study.predictions import Prediction
 from femend.study.result import _left_out
@@ -125,6 +125,37 @@ def test_a_sensor_that_records_next_to_nothing_is_told_as_that(reduced: ReducedM
     assert min(crossed, little) > 50
     (said,) = _left_out(SimpleNamespace(reduced=own, problem=problem))  # type: ignore[arg-type]
     assert said.startswith("the sensors at node 4 Y record hardly anything of what the model moves there")
+
+
+@pytest.mark.parametrize("kind", ["time", "frf"])
+def test_rounding_of_the_model_is_no_motion_that_a_sensor_misses(tmp_path: Path, kind: str) -> None:
+    """Across the plane of a frame model and recording hold rounding, the one 91 times as much of it as the other: its
+    sensors were told to be looked after, as if they were not connected."""
+    plane = in_its_plane(tmp_path)
+    record = recorded(plane, [(7, Y), (5, Y), (4, Z), (3, Y)], (7, Y))
+    y = record.y.copy()
+    rounding = 1e-15 * y[0].std() * np.random.default_rng(4).standard_normal(y.shape[1])
+    y[2] = rounding
+    still = replace(record, y=y, noise=np.where(np.arange(4) == 2, rounding.std(), record.noise))
+    still = still if kind == "time" else of_frf(still)
+    _, own, problem = modelled(plane.model, [still], 0.01)
+    ((row, crossed, little),) = problem.records[0].crossed
+    assert row == 6 * 3 + Z
+    assert np.isinf(crossed)
+    assert little == 0.0
+    (said,) = _left_out(SimpleNamespace(reduced=own, problem=problem))  # type: ignore[arg-type]
+    assert said.startswith("the sensors at node 4 Z stand still, dead or in a plane that nothing drives")
+
+
+def in_its_plane(folder: Path) -> ReducedModel:
+    """The cantilever with its tip mass on the axis but for rounding, so that a force along Y moves Z by rounding."""
+    lines = ["SOL 103", "CEND", "SPC = 1", "BEGIN BULK", "MAT1,1,7.+10,,0.33,2700.", "PBAR,1,1,4.-4,3.-9,1.2-8,8.-9"]
+    lines += [f"GRID,{i + 1},,{0.1 * i},0.,0." for i in range(7)]
+    lines += [f"CBAR,{i},1,{i},{i + 1},0.,1.,0." for i in range(1, 7)]
+    lines += ["SPC1,1,123456,1", "CONM2,90,7,,0.2,0.,1.-14,1.-14", "ENDDATA", ""]
+    (folder / "plane.bdf").write_text("\n".join(lines))
+    model = read_model(folder / "plane.bdf")
+    return reduce_model(model, BAND[1], [6 * (n - 1) + c for n in range(2, 8) for c in (Y, Z)])
 
 
 def test_sensors_that_were_left_out_do_not_count_in_errors() -> None:

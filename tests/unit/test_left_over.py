@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from femend.data import Channel
+from femend.estimate import FitRecord
 from femend.study.left_over import left_beside, left_beside_sine, left_over, shares_outside
 from femend.study.predictions import Prediction
 
@@ -105,3 +106,34 @@ def test_laws_that_leave_what_lies_outside_the_band_hide_nothing() -> None:
     said = left_beside("missing-physics", rows, [seen], (5.0, 450.0))
     assert "outside 5 to 450 Hz, where there are too few samples to a cycle" in said
     assert "sample at more than 1000 Hz" in said
+
+
+@pytest.mark.parametrize("driven", [True, False])
+def test_near_half_the_sampling_rate_it_is_the_force_only_where_nothing_follows_it(driven: bool) -> None:
+    """Of a blow that still excites there, what the anti-alias filter changed was told as too little force."""
+    rng = np.random.default_rng(3)
+    t = np.arange(4096) / 1024.0
+    blow = np.where(t < 3e-3, np.sin(np.pi * t / 3e-3), 0.0)
+    U = np.fft.rfft(blow)
+    freq = np.fft.rfftfreq(len(t), t[1])
+    if not driven:
+        U[freq > 440.0] = 0.0
+    u = np.fft.irfft(U) + 1e-5 * rng.standard_normal(len(t))
+    near = (
+        np.where(freq > 450.0, U, 0.0) if driven else np.where(freq > 450.0, np.fft.rfft(rng.standard_normal(4096)), 0)
+    )
+    beyond = np.fft.irfft(near)
+    slow = np.sin(2 * np.pi * 20 * t)
+    y = slow + 0.3 * beyond / beyond.std() * slow.std()
+    row_of, sign = np.zeros(1, dtype=np.int64), np.ones(1)
+    record = FitRecord("high", u[None], y[None], t[1], row_of, row_of, sign, sign, 0.01 * np.ones(1))
+    channel = Channel(None, "acceleration", "m/s^2", "a")
+    seen = Prediction("high", "fit", t[1], (channel,), {"parameters": slow[None], "final": slow[None]}, y[None])
+    said = left_over("parameters-only", [row("high", 0.1, 0.3)], [seen], (5.0, 450.0), [record])
+    assert "100 % of its square lies above 450 Hz" in said
+    assert ("near half the sampling rate of 1024 Hz, where the recorder's anti-alias filter acts" in said) is driven
+    assert ("sample at more than 1024 Hz" in said) is driven
+    assert ("the force excites too little" in said) is not driven
+    rows = [{"recording": "high", "role": "fit", "noise_floor": 0.05, "parameters": 0.3, "final": 0.3}]
+    said = left_beside("missing-physics", rows, [seen], (5.0, 450.0), [record])
+    assert ("too few samples to a cycle" in said) is driven

@@ -7,6 +7,7 @@ import json
 import shutil
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -24,7 +25,7 @@ from femend.selftest import as_html, as_text, laws, run_selftest
 from femend.selftest.case import _here, _patterns, _respond, _with, label_of, make_case, places_of
 from femend.selftest.effects import Effect, Unsuitable, _opened, available, draw_effect
 from femend.selftest.integrate import ModalTruth, integrate
-from femend.selftest.plan import Plan, read_plan
+from femend.selftest.plan import Plan, Replay, read_plan
 from femend.selftest.score import false_claims, grouped, judge, wilson
 from femend.selftest.truth import Drawn, draw, modes_of, pick
 from femend.selftest.update import Update
@@ -184,6 +185,37 @@ def test_cases_depend_on_seed_and_number_alone(plan: Plan) -> None:
     assert all(np.array_equal(one.responses[k], two.responses[k]) for k in one.responses)
     other = make_case(plan, places, 4, 4)
     assert not np.array_equal(one.responses["low"], other.responses["low"])
+
+
+def beside_dead(plan: Plan, sign: float, noise: float) -> Plan:
+    """The plan with four sensors more that hardly move: by `sign` of what the first one does, in noise of theirs."""
+
+    def more(r: Replay) -> Replay:
+        rows, signs, order = np.repeat(r.out_rows[:1], 4), np.full(4, sign), np.repeat(r.order[:1], 4)
+        return replace(
+            r,
+            sensors=(*r.sensors, *r.sensors[:1] * 4),
+            out_rows=np.concatenate([r.out_rows, rows]),
+            out_signs=np.concatenate([r.out_signs, signs]),
+            order=np.concatenate([r.order, order]),
+            noise=np.concatenate([r.noise, noise * r.noise[:1].repeat(4)]),
+        )
+
+    return replace(plan, replays=tuple(map(more, plan.replays)))
+
+
+@pytest.mark.parametrize(("sign", "noise"), [(0.0, 1.0), (1e-15, 1e-14)])
+def test_sensors_that_hardly_move_do_not_change_what_is_drawn(plan: Plan, sign: float, noise: float) -> None:
+    """With sensors across the plane of a frame no case was made: their noise is endless times their motion, and
+    rounding that is larger than theirs was an effect."""
+    places = places_of(plan)
+    index = next(i for i in range(40) if label_of(places, 3, i) == "added_mass")
+    first, second = (make_case(p, places, 3, index) for p in (plan, beside_dead(plan, sign, noise)))
+    assert 3.0 * 0.4 < first.truth["visibility"] < 40.0 * 2.5
+    assert second.truth["nodes"] == first.truth["nodes"]
+    assert second.truth["parameters"] == pytest.approx(first.truth["parameters"], rel=1e-6)
+    for key in ("visibility", "visibility_beyond_update"):
+        assert second.truth[key] == pytest.approx(first.truth[key], rel=1e-6)
 
 
 @pytest.mark.parametrize(

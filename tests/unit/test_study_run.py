@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from femend import functions_of, load_study, read_recording, write_uff
+from femend.diagnose.calibration import CALIBRATION
 from femend.model import read_model
 from femend.study.run import diagnose
 from femend.study.study_run import StudyRun
@@ -184,3 +185,15 @@ def test_the_table_of_laws_adds_up_to_what_is_told(spring: Done) -> None:
     total = chosen.probability + sum(row.probability or 0.0 for row in like)
     assert total == pytest.approx(told, abs=0.02)
     assert (f"{100 * told:.0f} % with the laws that come out as the same" in chosen.remark) == bool(like)
+    # what the calibration leaves is for what was not tried, not for the one row that lost most
+    *_, none, untried = rows
+    assert none.physics == "none"
+    assert none.probability is not None
+    assert none.probability < 0.01
+    assert untried.probability == pytest.approx(1 - CALIBRATION.surest)
+    assert sum(row.probability or 0.0 for row in rows) <= 1 + 1e-9
+    assert untried.misfit_choose is None
+    page = (spring.out / "report.html").read_text(encoding="utf-8")
+    at = page.index("something that was not tried")
+    assert "nan" not in page[at : at + 200]
+    assert "names told on generated cases" in page[at : at + 400]

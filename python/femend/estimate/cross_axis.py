@@ -24,7 +24,7 @@ from femend.estimate.lines import FitRecord, amplitudes
 from femend.estimate.picked_up import ACROSS_SD
 from femend.model import ReducedModel
 
-__all__ = ["ForcesBeside", "crossed", "less_than_moved", "with_across"]
+__all__ = ["STILL", "ForcesBeside", "crossed", "less_than_moved", "with_across"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -32,6 +32,9 @@ ComplexArray = NDArray[np.complex128]
 # band, in multiples of the one used, of the motion predicted, and length of the time it is predicted for, in that of
 # the record: what rings on at its end would else come round to its beginning
 WIDER, LONGER = 1.3, 2
+# motion, as a share of the liveliest sensor's, below which one stands still, in a recording and in a model: of 24 bits
+# the last is 6e-8 of what a recorder is set for, and what a computation with 16 digits shows of it is rounding
+STILL = 1e-9
 # share of what a sensor is believed to, below which what it may pick up is not looked at
 NEGLIGIBLE = 0.1
 
@@ -100,12 +103,15 @@ def crossed(records: Sequence[FitRecord], band: tuple[float, float]) -> dict[int
 
 def less_than_moved(records: Sequence[FitRecord], band: tuple[float, float]) -> dict[int, float]:
     """How many times as much the model moves along a sensor as that records, in a `band` (Hz), for every sensor by its
-    row of the g-set: the least of all records that know what moves along them."""
+    row of the g-set: the least of all records that know what moves along them. Where the model has rounding alone it
+    moves nothing."""
     least: dict[int, float] = {}
     for r in records:
         if r.across is None:
             continue
-        for row, ratio in zip(r.out_rows.tolist(), _over_recorded(r, r.across[2:], band).tolist(), strict=True):
+        for row, ratio in zip(
+            r.out_rows.tolist(), (_over_recorded(r, r.across[2:], band) * _moves(r, band)).tolist(), strict=True
+        ):
             least[row] = min(ratio, least.get(row, np.inf))
     return least
 
@@ -124,13 +130,27 @@ def _crossing(record: FitRecord, band: tuple[float, float]) -> FloatArray:
     return _over_recorded(record, record.across[:2], band)
 
 
+def _moves(record: FitRecord, band: tuple[float, float]) -> NDArray[np.bool_]:
+    """Where the model moves along a sensor (n_out,) in a `band` (Hz), beside the liveliest of those axes at the
+    sensors that are of its kind, translations or rotations."""
+    assert record.across is not None
+    moved = _size_in(record, record.across, band)
+    turning = np.asarray(record.out_rows) % 6 >= 3
+    liveliest = [moved[:, turning == kind].max(initial=0.0) for kind in (False, True)]
+    return np.asarray(moved[2] > STILL * np.where(turning, liveliest[1], liveliest[0]))
+
+
+def _size_in(record: FitRecord, moved: FloatArray | ComplexArray, band: tuple[float, float]) -> FloatArray:
+    """Size (axes, n_out) of what moves (axes, n_out, n) at the sensors of a record, in a `band` (Hz)."""
+    moved = np.abs(moved if record.frf is not None else np.fft.rfft(moved, axis=2))
+    return np.asarray(np.sqrt((moved[:, :, within_band(amplitudes(record)[0], band)] ** 2).sum(axis=2)))
+
+
 def _over_recorded(record: FitRecord, moved: FloatArray | ComplexArray, band: tuple[float, float]) -> FloatArray:
     """Motion `moved` (axes, n_out, n) at every sensor over what it recorded (n_out,), in a `band` (Hz)."""
     freq, own = amplitudes(record)
-    moved = np.abs(moved if record.frf is not None else np.fft.rfft(moved, axis=2))
-    inside = within_band(freq, band)
-    along = np.sqrt((own[:, inside] ** 2).sum(axis=1))
-    return np.asarray(np.sqrt((moved[:, :, inside] ** 2).sum(axis=(0, 2))) / np.maximum(along, 1e-300))
+    along = np.sqrt((own[:, within_band(freq, band)] ** 2).sum(axis=1))
+    return np.asarray(np.linalg.norm(_size_in(record, moved, band), axis=0) / np.maximum(along, 1e-300))
 
 
 def _motion(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femend.estimate.cross_axis import crossed, less_than_moved, with_across
+from femend.estimate.cross_axis import STILL, crossed, less_than_moved, with_across
 from femend.estimate.lines import FitRecord
 from femend.model import ReducedModel
 from femend.model.form_errors import basis_modes
@@ -21,8 +21,6 @@ __all__ = ["CROSSED", "without_crossed", "without_still"]
 CROSSED = 50.0
 # sensors that stay whatever they are
 FEWEST = 3
-# motion, as a share of the liveliest sensor's, below which one stands still: what it shows is rounding
-STILL = 1e-9
 
 
 def without_crossed(
@@ -31,13 +29,16 @@ def without_crossed(
     """The records without the sensors across which the structure moves `CROSSED` times as much as along them in every
     record, which `FitRecord.crossed` then names; the same ones where they would keep fewer than three.
 
-    How much it moves across is the model's at the deck's values, with damping ratio `zeta` in all modes, under the
+    Of one that stands still where the model moves nothing either that is without end. How much it moves across is the
+    model's at the deck's values, with damping ratio `zeta` in all modes, under the
     recorded forces in a `band` (Hz). Without recorded forces nothing is left out.
     """
     omega, Q = basis_modes(reduced)
     known = with_across(records, reduced, band, (omega, np.full(len(omega), zeta), Q))
     across = {row: ratio for row, ratio in crossed(known, band).items() if ratio > CROSSED}
     little = less_than_moved(known, band)
+    moving = _moving(records)
+    across = {row: ratio if little[row] > 0 or row in moving else np.inf for row, ratio in across.items()}
     left = [_without(r, across, little) for r in records]
     return left if across and min(len(r.out_rows) for r in left) >= FEWEST else list(records)
 
@@ -51,13 +52,19 @@ def without_still(records: Sequence[FitRecord]) -> list[FitRecord]:
     """
     if any(len(r.u) or r.frf is not None for r in records):
         return list(records)
+    moving = _moving(records)
+    still = {row: np.inf for r in records for row in r.out_rows.tolist() if row not in moving}
+    left = [_without(r, still, dict.fromkeys(still, 0.0)) for r in records]
+    return left if still and min(len(r.out_rows) for r in left) >= FEWEST else list(records)
+
+
+def _moving(records: Sequence[FitRecord]) -> set[int]:
+    """Rows of the g-set of the sensors that do not stand still in all of the records."""
     moving: set[int] = set()
     for r in records:
         moved = r.y.std(axis=1)
         moving.update(r.out_rows[moved > STILL * moved.max(initial=0.0)].tolist())
-    still = {row: np.inf for r in records for row in r.out_rows.tolist() if row not in moving}
-    left = [_without(r, still, dict.fromkeys(still, 0.0)) for r in records]
-    return left if still and min(len(r.out_rows) for r in left) >= FEWEST else list(records)
+    return moving
 
 
 def _without(record: FitRecord, across: dict[int, float], little: dict[int, float]) -> FitRecord:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FIRST_LINE", "left_over", "of_quieter", "stretches_of", "width_of"]
+__all__ = ["FIRST_LINE", "following", "left_over", "of_quieter", "stretches_of", "width_of"]
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -39,6 +39,15 @@ def left_over(U: ComplexArray, Y: ComplexArray) -> FloatArray:
         e = Y[:, part].T - A @ np.linalg.lstsq(A, Y[:, part].T, rcond=None)[0]
         left.append((np.abs(e) ** 2).sum(axis=0) / NOISE_FREEDOM)
     return np.array(left)
+
+
+def following(U: ComplexArray, Y: ComplexArray) -> float:
+    """Share of the power of spectra Y (n_out, n_lines) that follows U (n_in, n_lines), about 0 of noise and 1 of what
+    the forces move; NaN where the lines are too few for one stretch, or hold nothing."""
+    if not stretches_of(len(U), U.shape[1]):
+        return float("nan")
+    whole = float((np.abs(Y) ** 2).mean(axis=1).sum())
+    return 1.0 - float(left_over(U, Y).mean(axis=0).sum()) / whole if whole > 0 else float("nan")
 
 
 def of_quieter(left: FloatArray) -> FloatArray:

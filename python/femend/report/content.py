@@ -174,14 +174,15 @@ class Place:
 class LawRow:
     """One law at one place that was fitted: misfit on the data it was fitted to and on the data used to choose.
 
-    `chosen` marks the one the verdict names; `remark` says in words why one was not.
+    `chosen` marks the one the verdict names; `remark` says in words why one was not. What was not fitted has no figures
+    but a probability.
     """
 
     physics: str
     place: str
-    n_parameters: int
-    misfit_fit: float
-    misfit_choose: float
+    n_parameters: int | None
+    misfit_fit: float | None
+    misfit_choose: float | None
     probability: float | None = None
     remark: str = ""
     chosen: bool = False

@@ -132,9 +132,9 @@ def _law_rows(laws: Sequence[LawRow]) -> list[dict[str, Any]]:
         {
             "name": words.physics_name(law.physics),
             "place": law.place,
-            "n": law.n_parameters,
-            "fit": significant(law.misfit_fit),
-            "choose": significant(law.misfit_choose),
+            "n": "–" if law.n_parameters is None else law.n_parameters,
+            "fit": "–" if law.misfit_fit is None else significant(law.misfit_fit),
+            "choose": "–" if law.misfit_choose is None else significant(law.misfit_choose),
             "probability": words.percent(law.probability),
             "remark": law.remark,
             "chosen": law.chosen,

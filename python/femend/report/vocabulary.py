@@ -42,6 +42,7 @@ PHYSICS = {
     "speed": "an effect of speed",
     "load": "a load",
     "none": "nothing added",
+    "untried": "something that was not tried",
 }
 
 PARAMETERS = {

@@ -21,6 +21,7 @@ from femend.selftest.laws import Law
 from femend.selftest.plan import Plan, Replay, file_name, study_text
 from femend.selftest.truth import Drawn, Truth, changed, channels, draw, modes_of, pick
 from femend.selftest.update import Update
+from femend.selftest.visible import visible_beside
 
 __all__ = ["CONTROLS", "Case", "label_of", "make_case", "places_of", "write_case"]
 
@@ -30,7 +31,7 @@ CONTROLS = ("exact", "parameters", "model_form")
 VISIBLE = (3.0, 40.0)  # times the noise, at the recording that shows the effect most
 BEYOND = 1.5  # times the noise: what an update should leave of it ...
 CARELESS, HIDDEN = 0.15, 4  # ... but in this share of the cases, and where so many draws were all hidden
-LOUDEST = 0.8  # NRMSE beyond which nothing is drawn
+LOUDEST = 0.8  # share of the motion beyond which nothing is drawn, sensors in units of their noise
 FORCE_NOISE = 0.004  # of a force channel's RMS
 STEPS_PER_CYCLE, STEPS_ROUGH = 18.0, 8  # time steps per cycle of the band's end; least per sample where a law has kinks
 TRIES, REDRAWS = 6, 12
@@ -142,25 +143,20 @@ def _visible(
     loud = plan.loudest
     base = _respond(plan, plain, loud, None)
     effect = draw_effect(rng, _here(plan, plain, drawn, places, loud), label)
-    noise = np.sqrt(np.mean((loud.noise / _rms(base)) ** 2))
+    visible = visible_beside(base, loud)
     goal = float(np.exp(rng.uniform(*np.log(VISIBLE))))
-    goal = min(goal, LOUDEST / float(noise))
+    goal = min(goal, LOUDEST * visible.size)
 
     def at(x: float, replay: Replay) -> FloatArray:
         return _with(plan, plain, drawn, effect, x, replay, state)
 
-    x, seen = _strength(effect, goal, lambda x: _seen(at(x, loud) - base, loud))
-    met = seen > 1.5 and seen * noise < 2 * LOUDEST if effect.fixed else 0.4 * goal < seen < 2.5 * goal
+    x, seen = _strength(effect, goal, lambda x: visible.times(at(x, loud) - base))
+    met = seen > 1.5 and visible.share(seen) < 2 * LOUDEST if effect.fixed else 0.4 * goal < seen < 2.5 * goal
     if not met:
         raise Unsuitable(f"seen at {seen:.1f} times the noise")
     responses = {r.name: at(x, r) for r in plan.replays}
-    update = Update(plan, drawn, plain, loud, _over(plan, loud, rough=False))
-    return effect, x, responses, seen, update.left(responses[loud.name] - base)
-
-
-def _seen(change: FloatArray, replay: Replay) -> float:
-    """RMS of a change (n_out, n) in units of the noise, over all sensors."""
-    return float(np.sqrt(np.mean((change / replay.noise[:, None]) ** 2)))
+    update = Update(plan, drawn, plain, visible.replay(loud), _over(plan, loud, rough=False))
+    return effect, x, responses, seen, visible.of_moving(update.left(responses[loud.name] - base))
 
 
 def _rms(y: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from femend.errors import SignalError
 from femend.signal.frf import estimate_frf
 from femend.signal.impact import impact_frf
 
-__all__ = ["blows", "suited_frf"]
+__all__ = ["blow_block", "blows", "suited_frf"]
 
 # a force is blows where it is above this share of its peak in no more than this share of the samples
 RISE, RARE = 0.1, 0.02
@@ -44,6 +44,11 @@ def blows(data: TimeData) -> NDArray[np.float64]:
     return np.asarray(above[np.concatenate([[0], apart + 1])] * data.dt)
 
 
+def blow_block(data: TimeData, at: NDArray[np.float64]) -> float:
+    """Length (s) of the piece of `data` that is taken of each blow at the times `at` (n,) in s."""
+    return BLOCK * float(np.diff([*at, data.duration]).min())
+
+
 def suited_frf(data: TimeData) -> tuple[FRF, tuple[str, ...]]:
     """FRFs (H1) of `data`, and what to mind about them.
 
@@ -54,7 +59,7 @@ def suited_frf(data: TimeData) -> tuple[FRF, tuple[str, ...]]:
     at = blows(data)
     if not at.size:
         return estimate_frf(data).frf, ()
-    block = BLOCK * float(np.diff([*at, data.duration]).min())
+    block = blow_block(data, at)
     try:
         found = impact_frf(data, block, before=min(BEFORE, BLOCK * float(at[0]) / max(block, data.dt)))
     except SignalError as error:

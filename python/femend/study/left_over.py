@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.estimate import FitRecord
 from femend.estimate.power import PASSED
+from femend.estimate.stretches import following
 from femend.numerals import plain
 from femend.report.noise import BEYOND_NOISE, farthest_from_noise, noise_without
 from femend.study.predictions import Prediction
@@ -17,6 +19,9 @@ __all__ = ["left_beside", "left_beside_sine", "left_over", "shares_outside"]
 
 FloatArray = NDArray[np.float64]
 
+# share of the motion above the band that follows the force from which the force is not what lacks there
+FOLLOWS = 0.5
+TOO_FEW = "there are too few samples to a cycle"
 # error beside laws, in units of the noise, from which it is told
 BESIDE_LAWS = 3.0
 
@@ -54,9 +59,11 @@ def left_over(
     fit: Sequence[Mapping[str, Any]],
     predictions: Sequence[Prediction] = (),
     band: tuple[float, float] = (0.0, np.inf),
+    records: Sequence[FitRecord] = (),
 ) -> str:
     """What has to be said beside silence where the updated model leaves clearly more than noise. Outside the fitted
-    `band` (Hz) models are not compared: what is left there of the `predictions` is told as such."""
+    `band` (Hz) models are not compared: what is left there of the `predictions` is told as such, and whether the force
+    or the sampling is the reason, as the `records` show it."""
     if verdict not in ("consistent", "parameters-only"):
         return ""
     times, worst = farthest_from_noise(fit, "parameters")
@@ -77,6 +84,12 @@ def left_over(
             f"excites too little for models to be compared{_mostly(own, band[0])}: above that it is noise. Sensors "
             "that drift or show a trend leave such; see to their zero, or record with a high-pass filter"
         )
+    if own is not None and _sampled_too_slowly(own, band[1], records):
+        return (
+            f"{left}; {plain(100 * above, 3)} % of its square lies above {plain(band[1], 3)} Hz, near half the "
+            f"sampling rate of {plain(1 / own.dt, 4)} Hz, where the recorder's anti-alias filter acts and {TOO_FEW} "
+            f"for models to be compared: below that it is noise. If those frequencies matter, {_faster(own)}"
+        )
     return (
         f"{left}; {plain(100 * above, 3)} % of its square lies above {plain(band[1], 3)} Hz, where the force excites "
         "too little for models to be compared: below that it is noise. If those frequencies matter, record with a "
@@ -89,10 +102,11 @@ def left_beside(
     fit: Sequence[Mapping[str, Any]],
     predictions: Sequence[Prediction] = (),
     band: tuple[float, float] = (0.0, np.inf),
+    records: Sequence[FitRecord] = (),
 ) -> str:
     """What has to be said beside laws that leave much of a recording: what chose them may not show all that is
     there. What is left of the `predictions` outside the fitted `band` (Hz), where nothing is compared, is told as
-    such."""
+    such, and whether the force or the sampling is the reason, as the `records` show it."""
     times, worst = farthest_from_noise(fit, "final")
     if verdict != "missing-physics" or worst is None or times < BESIDE_LAWS:
         return ""
@@ -104,8 +118,8 @@ def left_beside(
     below, above = shares_outside(own, band, "final")
     if noise_without(times, below + above):
         why, what = "the force excites too little", "record with a force that reaches further"
-        if own is not None and above > below and band[1] * own.dt > PASSED:
-            why, what = "there are too few samples to a cycle", f"sample at more than {plain(1 / own.dt, 4)} Hz"
+        if own is not None and above > below and _sampled_too_slowly(own, band[1], records):
+            why, what = TOO_FEW, _faster(own)
         return (
             f"{left}; {plain(100 * (below + above), 3)} % of its square lies outside {plain(band[0], 3)} to "
             f"{plain(band[1], 3)} Hz, where {why} for models to be compared: inside it is noise. Predictions are that "
@@ -115,6 +129,24 @@ def left_beside(
         f"{left}: something else that was not found shows there, or motion that depends on its past too much to be "
         "followed; predictions of such recordings are that far off"
     )
+
+
+def _sampled_too_slowly(prediction: Prediction, end: float, records: Sequence[FitRecord]) -> bool:
+    """Whether it is the sampling that keeps models from being compared above a band's `end` (Hz): near half the rate
+    recorders filter, and what is recorded there follows the force, as far as the `records` hold it."""
+    if end * prediction.dt <= PASSED:
+        return False
+    record = next((r for r in records if r.name == prediction.name and r.frf is None and r.driven), None)
+    if record is None:
+        return True
+    above = np.fft.rfftfreq(record.n, record.dt) > end
+    share = following(*(np.fft.rfft(x, axis=1)[:, above] for x in (record.u, record.y)))
+    return not share < FOLLOWS
+
+
+def _faster(prediction: Prediction) -> str:
+    """What to do about too slow a sampling."""
+    return f"sample at more than {plain(1 / prediction.dt, 4)} Hz"
 
 
 def _named(recording: str, predictions: Sequence[Prediction]) -> Prediction | None:

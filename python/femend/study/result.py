@@ -74,7 +74,7 @@ def result_of(
     if diagnosis.verdict in ("consistent", "parameters-only"):
         _note_outside(fit, predictions, diagnosis.problem.band)
     found = findings(diagnosis)
-    seen = predictions, diagnosis.problem.band
+    seen = predictions, diagnosis.problem.band, records
     sines = "".join(left_beside_sine(one, fit) for one in found)
     beside = sines if diagnosis.by_load else left_beside(diagnosis.verdict, fit, *seen)
     return {
@@ -141,7 +141,7 @@ def _left_out(diagnosis: Diagnosis) -> list[str]:
             f"({plain(max(deaf.values()), 2)} times as much, at the most): they were left out of the fit and of its "
             "errors. See whether they are connected, fixed and switched on, and their units and directions"
         )
-    still = [row for row, (ratio, _) in found.items() if np.isinf(ratio)]
+    still = [row for row, (ratio, _) in found.items() if np.isinf(ratio) and row not in deaf]
     if still:
         told.append(
             f"the sensors at {named(still)} stand still, dead or in a plane that nothing drives: they were left out of "

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import Candidate
 from femend.diagnose.ranked import Ranked
 from femend.estimate import noise_floor
@@ -31,6 +32,8 @@ LIKE = 0.01
 # misfit on the unseen record, in that of the best law, up to which another one explains about as much; and in that
 # without any law, from which it gains too little (nothing but words hangs on these)
 AS_MUCH, LITTLE = 1.05, 0.5
+# the row of what is none of the others
+UNTRIED = "untried"
 NOT_ADEQUATE, SO_FAR = "the best of them, but not adequate", "the likeliest so far"
 
 
@@ -52,7 +55,8 @@ def places(diagnosis: Diagnosis) -> tuple[Place, ...]:
 
 
 def laws(diagnosis: Diagnosis) -> tuple[LawRow, ...]:
-    """The candidates in their order, and the updated model without any addition."""
+    """The candidates in their order, the updated model without any addition, and with probabilities what is left of
+    them for something that was not tried."""
     taken = accepted(diagnosis) if diagnosis.best is not None else None
     free = diagnosis.rival.ranked if diagnosis.rival is not None else None
     probability = list(diagnosis.probabilities)
@@ -68,11 +72,23 @@ def laws(diagnosis: Diagnosis) -> tuple[LawRow, ...]:
         where = "" if free.located is None else free.located.place.text
         rows.insert(0, _row("free form", where, free.candidate, None, "a smooth force, no law", True))
     quiet = diagnosis.verdict in ("consistent", "parameters-only")
-    rows.append(_row("none", "", diagnosis.null_chosen, max(0.0, 1.0 - sum(probability)), "", quiet))
+    # what of the probability of all that was tried the laws do not have
+    none = max(0.0, CALIBRATION.surest - sum(probability)) if probability else None
+    rows.append(_row("none", "", diagnosis.null_chosen, none, "", quiet))
+    rows += [_untried()] if probability else []
     # among some of the laws, or laws of which none is it, no probability says anything
     nameless = diagnosis.verdict == "located-not-named" and (diagnosis.best is None or free is not None)
     silent = diagnosis.interrupted or nameless
-    return tuple(replace(row, probability=None) for row in rows) if silent else tuple(rows)
+    if silent:
+        return tuple(replace(row, probability=None) for row in rows if row.physics != UNTRIED)
+    return tuple(rows)
+
+
+def _untried() -> LawRow:
+    """What the calibration leaves to whatever was not tried, however clearly one law wins."""
+    told, right = CALIBRATION.told, CALIBRATION.right
+    remark = f"whatever the fits say: of {told} names told on generated cases {told - right} were wrong"
+    return LawRow(UNTRIED, "", None, None, None, 1.0 - CALIBRATION.surest, remark)
 
 
 def _finite(ranked: Ranked) -> bool:

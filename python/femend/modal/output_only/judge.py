@@ -9,7 +9,7 @@ from femend.modal.output_only.duration import WORST_ZETA_COV, needed_duration, r
 from femend.modal.output_only.harmonics import Harmonic
 from femend.modal.output_only.prepare import Signals
 from femend.modal.output_only.result import OutputOnlyModes
-from femend.modal.output_only.spectra import spectral_peaks
+from femend.modal.output_only.spectra import clear_peaks
 from femend.modal.output_only.ssi_modes import ModeEstimates
 from femend.numerals import plain
 
@@ -143,9 +143,9 @@ def _harmonic_notes(harmonics: list[Harmonic], treatment: str) -> tuple[str, ...
 
 
 def _missed(signals: Signals, modes: IdentifiedModes, harmonics: list[Harmonic]) -> list[float]:
-    """Peaks of the spectra in Hz that neither a mode nor a harmonic explains, as far as the spectra resolve."""
+    """Peaks of the spectra in Hz that no scatter, mode or harmonic explains, as far as the spectra resolve."""
     resolution = 10 / signals.duration
     known = [(float(f), max(float(z * f), resolution)) for f, z in zip(modes.freq, modes.zeta)]
     known += [(h.freq, resolution) for h in harmonics]
-    peaks = spectral_peaks(signals.y, signals.dt, signals.band)
+    peaks = clear_peaks(signals.y, signals.dt, signals.band)
     return [float(p) for p in peaks if all(abs(p - f) > width for f, width in known)]
