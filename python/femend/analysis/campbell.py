@@ -74,7 +74,7 @@ def campbell(
     system = as_turning_system(system, parts, preload, factors)
     if n_modes is None and f_max is None:
         n_modes = min(10, len(system.dofs))
-    spectrum = _Spectrum(system, n_modes, f_max, tolerance, (float(speed[-1]), _beginning(speed)))
+    spectrum = _Spectrum(system, n_modes, f_max, tolerance, _beginning(speed), float(speed[-1]))
     walk = _walked(spectrum, speed, f_max)
     return _told(system, spectrum, walk, tuple(float(o) for o in orders))
 
@@ -88,7 +88,8 @@ def _beginning(speeds: NDArray[np.float64]) -> float:
 class _Spectrum:
     """Modes at any speed, `wanted` ones (None: all up to `f_max` in Hz) and some beyond, as many as there are.
 
-    The space begins at the first of the speeds to `try_`; `notes` tells why fewer than `n_modes` are wanted.
+    The space begins at the speed `top`; `notes` tells why fewer than `n_modes` are wanted, those there are at the
+    speed `first`.
     """
 
     def __init__(
@@ -97,56 +98,62 @@ class _Spectrum:
         n_modes: int | None,
         f_max: float | None,
         tolerance: float,
-        try_: tuple[float, float],
+        first: float,
+        top: float,
     ) -> None:
         self.system, self.wanted = system, n_modes
         self.notes: list[str] = []
-        self._tolerance, self._known = tolerance, dict[float, State]()
-        self._f_max = None if f_max is None else (1 + GUARD) * f_max
-        self._solver = self._solves(None if n_modes is None else n_modes + max(4, int(GUARD * n_modes)), try_)
+        self._tolerance, self._f_max = tolerance, None if f_max is None else (1 + GUARD) * f_max
+        self._solvers: dict[int | None, ComplexSolver] = {}
+        self._known: dict[float, State] = {}
+        self._n = None if n_modes is None else n_modes + max(4, int(GUARD * n_modes))
+        self._try(first, top)
 
     def at(self, speed: float) -> State:
-        """The modes at a `speed` in rad/s. Raises ConvergenceError."""
+        """The modes at a `speed` in rad/s. Raises ConvergenceError, and ModelError where none oscillates."""
         if speed not in self._known:
             try:
-                found = self._solver.raw(speed)
+                found = self._solver(self._n).raw(speed)
             except ValueError as error:
-                # more are overdamped here than at the speeds tried
-                found = self._made(_number(_FEWER, error)).raw(speed)
+                # more are overdamped here than where the branches begin
+                found = self._solver(_number(_FEWER, error)).raw(speed)
             self._known[speed] = State.of(self.system, found, speed)
         return self._known[speed]
 
-    def _made(self, n: int | None) -> ComplexSolver:
-        return ComplexSolver(self.system, n_modes=n, f_max=self._f_max, tolerance=self._tolerance)
+    def _solver(self, n: int | None) -> ComplexSolver:
+        if n not in self._solvers:
+            self._solvers[n] = ComplexSolver(self.system, n_modes=n, f_max=self._f_max, tolerance=self._tolerance)
+        return self._solvers[n]
 
-    def _solves(self, n: int | None, try_: tuple[float, float]) -> ComplexSolver:
-        """A solver of `n` modes, or of as many as there are at the speeds to `try_`."""
+    def _try(self, first: float, top: float) -> None:
+        """Settles how many modes are computed: as many as there are where branches begin, and as converge."""
         asked = self.wanted
         for _ in range(4):
-            solver = self._made(n)
             try:
-                for speed in try_:
-                    self._known[speed] = State.of(self.system, solver.raw(speed), speed)
+                self.at(top)
+                found = self._solver(self._n).raw(first)
             except (ValueError, ConvergenceError) as error:
-                if n is None or asked is None:
+                if self._n is None or asked is None:
                     raise
-                self._known.clear()
                 if isinstance(error, ConvergenceError):
                     # those beyond the wanted ones may be left out
-                    n = asked if n > asked else _number(_CONVERGED, error)
+                    n = asked if self._n > asked else _number(_CONVERGED, error)
                     why = "the frequencies of those beyond lie too far apart for what rounding leaves"
                 else:
                     n = _number(_FEWER, error)
                     massless = n == int(np.count_nonzero(abs(self.system.M).sum(axis=0)))
-                    why = "no more DOFs have a mass" if massless else f"no more oscillate up to {_rpm(try_[0])} 1/min"
+                    why = "no more DOFs have a mass" if massless else f"no more oscillate at {_rpm(first)} 1/min"
+                self._n = n
+                self._known.clear()
                 if n < asked:
                     self.wanted = n
                     self.notes = [f"only {n} mode{'s' * (n > 1)}: {why}"]
             else:
-                return solver
+                self._known[first] = State.of(self.system, found, first)
+                return
         raise ConvergenceError(
-            f"of {asked} modes asked for not even the lowest {n} can be followed up to {_rpm(try_[0])} 1/min; ask for "
-            "fewer modes, or for lower speeds"
+            f"of {asked} modes asked for not even the lowest {self._n} can be followed up to {_rpm(top)} 1/min; ask "
+            "for fewer modes, or for lower speeds"
         )
 
 
