@@ -54,9 +54,8 @@ def synchronous(system: TurningSystem, order: float = 1.0) -> list[tuple[float, 
     M, K = system.M.toarray(), system.K.toarray()
     G = np.zeros_like(M) if system.G is None else system.G.toarray()
     mu, phi = scipy.linalg.eigh(order**2 * M - 1j * order * G, K)
-    rows = [
-        [i for i, d in enumerate(system.dofs) if d.component == c] for c in (2, 3)
-    ]  # the disc is on the last node, which moves most
+    # the disc is on the last node
+    rows = [[i for i, d in enumerate(system.dofs) if d.component == c] for c in (2, 3)]
     out = []
     for value, v in zip(mu, phi.T, strict=True):
         if value > 1e-12 * mu.max():
@@ -150,6 +149,37 @@ def test_a_long_shaft_keeps_its_branches(tmp_path: Path) -> None:
     assert np.isfinite(found.poles).all()
     assert found.residual.max() < 1e-8
     assert [round(c.rpm) for c in found.critical] == [1709, 2187]
+
+
+def test_a_long_damped_shaft_keeps_its_branches(tmp_path: Path) -> None:
+    """240 DOFs with dashpots fill the core's space, in which rounding takes the left vectors at low speed."""
+    more = "CDAMP2,801,200.,30,2\nCDAMP2,802,300.,30,3\n"
+    system = system_of(overhung(tmp_path, STEEL, 60, more))
+    found = campbell(system, RPM * np.array([0.0, 3000.0]), n_modes=4)
+    assert np.isfinite(found.poles).all()
+    assert found.residual.max() < 1e-7
+    assert [round(c.whirl) for c in found.critical] == [-1, 1]
+    at = found.critical[0]
+    alone = complex_modes(system, n_modes=2, speed=at.speed)
+    assert alone.poles.imag == pytest.approx([at.speed, alone.poles[1].imag], rel=1e-7)
+
+
+def test_planes_that_nothing_tells_apart_are_critical_forward_and_backward() -> None:
+    """A disc in the middle of its shaft (Jeffcott's): sqrt(k / m) twice, at the same speed."""
+    dofs = tuple(Dof(1, c) for c in (2, 3, 5, 6))
+    G = np.zeros((4, 4))
+    G[2, 3], G[3, 2] = 0.1, -0.1
+    system = TurningSystem(
+        csc_array(np.diag([2.0, 2.0, 0.06, 0.06])),
+        csc_array(np.diag([8e4, 8e4, 9e3, 9e3])),
+        dofs,
+        G=csc_array(G),
+        parts=(SpinningPart((1.0, 0.0, 0.0)),),
+    )
+    found = campbell(system, [0.0, 250.0], n_modes=4)
+    assert [c.speed for c in found.critical] == pytest.approx([200.0, 200.0, 237.17], rel=1e-5)
+    assert [c.whirl for c in found.critical] == pytest.approx([-1.0, 1.0, -1.0])
+    assert found.speed.size < 8  # coinciding planes are no reason to halve steps
 
 
 def test_a_mode_that_loses_its_stiffness_is_told_lost() -> None:

@@ -189,8 +189,8 @@ def _walked(spectrum: _Spectrum, speeds: NDArray[np.float64], f_max: float | Non
         rest = spectrum.at(0.0)
         _, order = follow(state, rest, by_pole=True)
         walk.states.insert(0, rest)
-        # what is overdamped at rest has no pole there that is anywhere near
-        there = np.abs(rest.poles[order] - state.poles) <= FAR * np.abs(state.poles)
+        # what is overdamped or rigid at rest has no pole there that is anywhere near
+        there = (np.abs(rest.poles[order] - state.poles) <= FAR * np.abs(state.poles)) | (rest.poles[order] == 0)
         walk.columns.insert(0, np.where((order >= 0) & there, order, -1)[columns])
         walk.sure.insert(0, np.ones(wanted))
         walk.asked.insert(0, True)
@@ -226,7 +226,7 @@ def _told(system: TurningSystem, spectrum: _Spectrum, walk: Walk, orders: tuple[
         here = columns >= 0
         poles[i, here] = state.poles[columns[here]]
         residual[i, here] = state.residual[columns[here]]
-        whirl[i, here] = meter.of(state.right[:, columns[here]])
+        whirl[i, here] = meter.of(state.right, state.poles)[columns[here]]
     finder = Finder(spectrum.at, meter, walk)
     critical, limits = finder.critical(orders), finder.limits()
     notes = (*spectrum.notes, *_lost(walk), *_others(finder.others, shape[1]))
@@ -248,7 +248,10 @@ def _told(system: TurningSystem, spectrum: _Spectrum, walk: Walk, orders: tuple[
 def _lost(walk: Walk) -> list[str]:
     """Branches that are not there at every speed, and from which on."""
     at_rest = [str(branch + 1) for branch in np.flatnonzero(walk.columns[0] < 0)]
-    told = [f"overdamped at {_rpm(walk.states[0].speed)} 1/min: mode {listed(at_rest, 12)}"] if at_rest else []
+    told = []
+    if at_rest:
+        who = f"modes {listed(at_rest, 12)} do" if len(at_rest) > 1 else f"mode {at_rest[0]} does"
+        told.append(f"{who} not oscillate at {_rpm(walk.states[0].speed)} 1/min, but beyond")
     first: dict[str, list[str]] = {}
     for branch in range(walk.columns[0].size):
         gone = [s.speed for s, columns in zip(walk.states[1:], walk.columns[1:], strict=True) if columns[branch] < 0]

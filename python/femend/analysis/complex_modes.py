@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.analysis.conservative import conservative, is_conservative
-from femend.analysis.dense_modes import LARGEST, dense_modes
+from femend.analysis.dense_modes import LARGEST, dense_modes, refined_modes
 from femend.analysis.massless import condensed
 from femend.analysis.turning import TurningSystem, as_turning_system
 from femend.data.complex_modes import ComplexModes, PoleSet
@@ -60,8 +60,9 @@ class ComplexSolver:
                 f_max,
                 speed=float(speed),
                 tolerance=tolerance,
-                # left vectors of what neither loses nor gains energy are the conjugate right ones
-                left_tolerance=_ANY if self._conservative else left_tolerance,
+                # left vectors of what neither loses nor gains energy are the conjugate right ones; centrifugal terms may
+                # leave poles that are real
+                left_tolerance=_ANY if self._conservative and system.S is None else left_tolerance,
             )
         except SingularModelError as error:
             moving = tuple(str(self._condensed.system.dofs[int(row)]) for row in error.dofs)
@@ -143,16 +144,24 @@ class ComplexSolver:
             raise
         if self._conservative:
             found = conservative(self._condensed.system, speed, found)
-        flexible = np.array(found["kinds"], dtype=object) != "rigid"
-        worst = [float(np.max(found[name][flexible], initial=0.0)) for name in ("residual", "residual_left")]
+        if not self._misses(found):
+            return found
+        small = self._small(speed) if fits else None
+        if small is not None and self._worst(small) < self._worst(found):
+            self._dense = True
+            return small
         # where the space is the whole one the core has nothing to add
-        if fits and any(w > t for w, t in zip(worst, self._tolerances, strict=True)):
-            small = self._small(speed)
-            best = 0.0 if small is None else max(np.max(small[n], initial=0.0) for n in ("residual", "residual_left"))
-            if small is not None and best < max(worst):
-                self._dense = True
-                return small
-        return found
+        return refined_modes(self._condensed.system, speed, found) if found["vectors"] == self.n_masses else found
+
+    def _misses(self, found: dict[str, Any]) -> bool:
+        flexible = np.array(found["kinds"], dtype=object) != "rigid"
+        sides = zip(("residual", "residual_left"), self._tolerances, strict=True)
+        return any(np.any(found[name][flexible] > tolerance) for name, tolerance in sides)
+
+    @staticmethod
+    def _worst(found: dict[str, Any]) -> float:
+        flexible = np.array(found["kinds"], dtype=object) != "rigid"
+        return max(float(np.max(found[n][flexible], initial=0.0)) for n in ("residual", "residual_left"))
 
     def _small(self, speed: float) -> dict[str, Any] | None:
         return dense_modes(self._condensed.system, speed, self._n_modes, self._f_max)

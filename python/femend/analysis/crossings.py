@@ -55,7 +55,7 @@ class Finder:
             for i in range(len(self.walk.states) - 1):
                 for branch, state, column in self._critical_between(i, order):
                     pole = state.poles[column]
-                    whirl = float(self.meter.of(state.right[:, [column]])[0])
+                    whirl = float(self.meter.of(state.right, state.poles)[column])
                     zeta = float(-pole.real / abs(pole))
                     freq = float(pole.imag / (2 * np.pi))
                     found.append(

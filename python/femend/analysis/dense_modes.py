@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
@@ -11,10 +10,10 @@ from numpy.typing import NDArray
 from femend.analysis.conservative import groups
 from femend.analysis.turning import TurningSystem
 
-__all__ = ["LARGEST", "dense_modes"]
+__all__ = ["LARGEST", "dense_modes", "refined_modes"]
 
 Complex = NDArray[np.complex128]
-Pencil = tuple[NDArray[Any], NDArray[Any], NDArray[Any]]
+Pencil = tuple[Any, Any, Any]  # M, C + W G and K + ... at a speed, sparse
 
 LARGEST = 200  # DOFs up to which the eigenproblem of twice the size takes a fraction of a second
 REAL = 1e-7  # |Im| of a pole beside it up to which it is overdamped, as in the core
@@ -36,23 +35,22 @@ def dense_modes(system: TurningSystem, speed: float, n_modes: int | None, f_max:
     and by the quotient y^T D(p) psi / y^T D'(p) psi (Lancaster, Numer. Math. 3 (1961) 69). Raises ValueError where
     fewer modes oscillate than asked for.
     """
-    M = system.M.toarray()
-    C, K = (system.matrix(name, speed).toarray() for name in ("damping", "stiffness"))
-    found = _all_poles(system, (M, C, K))
+    pencil = _pencil(system, speed)
+    found = _all_poles(system, pencil)
     if found is None:
         return None
     poles, right, left = found
     kinds, at = _selected(poles, system.D is not None, n_modes, f_max)
-    poles, right, left = _refined((M, C, K), poles[at], right[:, at], left[:, at])
+    poles, right, left = _refined(pencil, poles[at], right[:, at], left[:, at])
     poles = np.where(kinds == "overdamped", poles.real, poles)
-    return _told((M, C, K), poles, kinds, right, left)
+    return _told(pencil, kinds, poles, right, left)
 
 
 def _all_poles(system: TurningSystem, pencil: Pencil) -> tuple[Complex, Complex, Complex] | None:
     """Finite poles (m,), right and left vectors (n, m), as good as one eigensolution gives them."""
     import scipy.linalg
 
-    M, C, K = pencil
+    M, C, K = (a.toarray() for a in pencil)
     try:
         mu, phi = scipy.linalg.eigh(M, system.K.toarray())
     except np.linalg.LinAlgError:
@@ -104,38 +102,58 @@ def _selected(
     return kinds, np.concatenate([above, more])
 
 
+def refined_modes(system: TurningSystem, speed: float, found: dict[str, Any]) -> dict[str, Any]:
+    """What the core `found` at `speed` (rad/s) with oscillatory modes made exact on both sides, as in `dense_modes`.
+
+    For systems that fill the core's space: it has nothing to add there to left vectors that rounding took.
+    """
+    at = np.flatnonzero(np.array(found["kinds"], dtype=object) == "oscillatory")
+    pencil = _pencil(system, speed)
+    right = found["right"][:, at]
+    told = _told(pencil, found["kinds"], *_refined(pencil, found["poles"][at], right, right.conj()))
+    out = dict(found)
+    for name in ("poles", "right", "left", "modal_a", "residual", "residual_left", "condition"):
+        out[name] = np.array(found[name])
+        out[name][..., at] = told[name]
+    return out
+
+
+def _pencil(system: TurningSystem, speed: float) -> Pencil:
+    return (system.M, system.matrix("damping", speed), system.matrix("stiffness", speed))
+
+
 def _refined(pencil: Pencil, poles: Complex, right: Complex, left: Complex) -> tuple[Complex, Complex, Complex]:
     """Poles and vectors of both sides after inverse iteration; left ones bi-orthogonal where poles coincide."""
-    import scipy.linalg
+    from scipy.sparse import diags_array
+    from scipy.sparse.linalg import splu
 
     # rows of one size: displacements and rotations, stiff and soft ones
-    scale = 1.0 / np.sqrt(np.abs(np.diag(pencil[2])))
-    M, C, K = (scale[:, None] * a * scale for a in pencil)
+    size = np.abs(pencil[2].diagonal())
+    scale = 1.0 / np.sqrt(np.where(size > 0, size, 1.0))
+    M, C, K = (diags_array(scale) @ a @ diags_array(scale) for a in pencil)
     poles, right, left = poles.copy(), right / scale[:, None], left / scale[:, None]
     for share in TOGETHER:
         for group in groups(poles, share):
             p = complex(poles[group].mean())
             slope = 2 * p * M + C
             shifted = p * (1 + BESIDE)
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", scipy.linalg.LinAlgWarning)
-                factor = scipy.linalg.lu_factor(shifted**2 * M + shifted * C + K)
             x, y = right[:, group], left[:, group]
-            for _ in range(ROUNDS):
-                x = np.linalg.qr(scipy.linalg.lu_solve(factor, slope @ x))[0]
-                y = np.linalg.qr(scipy.linalg.lu_solve(factor, slope.T @ y, trans=1))[0]
-            steep = y.T @ slope @ x
             try:
-                change, mix = np.linalg.eig(-np.linalg.solve(steep, y.T @ (p * p * M + p * C + K) @ x))
+                factor: Any = splu((shifted**2 * M + shifted * C + K).tocsc())
+                for _ in range(ROUNDS):
+                    x = np.linalg.qr(factor.solve(slope @ x))[0]
+                    y = np.linalg.qr(factor.solve(slope.T @ y, trans="T"))[0]
+                steep = y.T @ (slope @ x)
+                change, mix = np.linalg.eig(-np.linalg.solve(steep, y.T @ (p * p * (M @ x) + p * (C @ x) + K @ x)))
                 other = np.linalg.inv(steep @ mix).T
-            except np.linalg.LinAlgError:
+            except (RuntimeError, np.linalg.LinAlgError):
                 continue  # a defective pole stays as it was found
             if np.isfinite(other).all():
                 poles[group], right[:, group], left[:, group] = p + change, x @ mix, y @ other
     return poles, right * scale[:, None], left * scale[:, None]
 
 
-def _told(pencil: Pencil, poles: Complex, kinds: NDArray[np.object_], right: Complex, left: Complex) -> dict[str, Any]:
+def _told(pencil: Pencil, kinds: Any, poles: Complex, right: Complex, left: Complex) -> dict[str, Any]:
     """Scaled as the core scales them: mass 1, the largest component real and positive; with the same evidence."""
     M, C, K = pencil
     right, left = _scaled(M, right), _scaled(M, left)
