@@ -60,8 +60,8 @@ class ComplexSolver:
                 f_max,
                 speed=float(speed),
                 tolerance=tolerance,
-                # left vectors of what neither loses nor gains energy are the conjugate right ones; centrifugal terms may
-                # leave poles that are real
+                # left vectors of what neither loses nor gains energy are the conjugate right ones; with centrifugal
+                # terms poles may be real
                 left_tolerance=_ANY if self._conservative and system.S is None else left_tolerance,
             )
         except SingularModelError as error:
