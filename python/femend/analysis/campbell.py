@@ -2,38 +2,32 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.analysis.complex_modes import ComplexSolver
+from femend.analysis.crossings import DEPTH, SURE, Finder, Walk
 from femend.analysis.follow import State, follow
 from femend.analysis.turning import TurningSystem, as_turning_system
 from femend.analysis.whirl import WhirlMeter
-from femend.data.campbell import Campbell, CriticalSpeed, StabilityLimit
+from femend.data.campbell import Campbell
 from femend.dof import Dof
+from femend.errors import ConvergenceError, ModelError
 from femend.model import Model
 from femend.model.spinning import SpinningPart
+from femend.numerals import listed, plain
 
 __all__ = ["campbell"]
 
-SURE = 0.75  # bi-orthogonality with the mode before from which a branch is taken to go on
 GUARD = 0.5  # modes beyond the wanted ones, as a share, so that branches may change places
-DEPTH = 7  # halvings of a speed step at most
-ROOT = 1e-9  # accuracy of critical speeds and limits, relative
-GROWTH = 1e-9  # real part beside the pole from which motion grows
-
-
-@dataclass
-class _Walk:
-    """States in the order of speeds, and for each the column of every branch (-1: not there)."""
-
-    states: list[State]
-    columns: list[NDArray[np.int64]]
-    sure: list[NDArray[np.float64]]
-    asked: list[bool]
+BESIDE_REST = 1e-3  # share of the second speed at which branches begin where the first is 0
+FAR = 0.5  # share by which a pole cannot change between rest and the beginning of a branch
+LIKE = 0.1  # bi-orthogonality below which, at the smallest step, a branch is lost
+_FEWER = re.compile(r"only (\d+) oscillatory modes")
+_CONVERGED = re.compile(r"(\d+) of \d+ complex poles converged")
 
 
 def campbell(
@@ -49,14 +43,15 @@ def campbell(
     tolerance: float = 1e-8,
 ) -> Campbell:
     """The lowest `n_modes` (10 by default) or those up to `f_max` in Hz at the first of `speeds` (rad/s, rising),
-    followed.
+    followed; fewer where no more oscillate or can be told, which `notes` of what is returned says.
 
     `system`, `parts`, `preload`, `factors` and `tolerance` as in `complex_modes`. Modes of neighbouring speeds are
     paired by bi-orthogonality, |y_i^T ((p_i + p_j) M + C + W G) psi_j| / |modal a|, with an assignment over all of
-    them; where the pairing is not clear the step is halved. Whirl is told forward or backward by the orbits of the
-    parts. Critical speeds are where the damped frequency is an order of `orders` times the speed; they and the
-    limits of stability are solved for at the very speed by bracketed root finding. One factorisation and one space
-    serve all speeds.
+    them; where the pairing is not clear the step is halved, and a branch that is lost is told in `notes`. Whirl is told
+    forward or backward by the orbits of the parts. Critical speeds are where the damped frequency is an order of
+    `orders` times the speed; they and the limits of stability are solved for at the very speed by bracketed root
+    finding, critical speeds on the j-th lowest frequency, which is continuous whatever mode it belongs to. One
+    factorisation and one space serve all speeds.
 
     Genta, Dynamics of Rotating Systems, 2005 (Campbell diagram, stability); bi-orthogonality as in Meirovitch,
     Computational Methods in Structural Dynamics, 1980, in the form that the quadratic problem gives it: from
@@ -79,58 +74,130 @@ def campbell(
     system = as_turning_system(system, parts, preload, factors)
     if n_modes is None and f_max is None:
         n_modes = min(10, len(system.dofs))
-    beyond = None if n_modes is None else n_modes + max(4, int(GUARD * n_modes))
-    solver = _solver(system, n_modes, beyond, f_max, tolerance, float(speed[-1]))
-    walk = _walked(system, solver, speed, n_modes, f_max)
-    return _told(system, solver, walk, tuple(float(o) for o in orders))
+    spectrum = _Spectrum(system, n_modes, f_max, tolerance, _beginning(speed), float(speed[-1]))
+    walk = _walked(spectrum, speed, f_max)
+    return _told(system, spectrum, walk, tuple(float(o) for o in orders))
 
 
-def _solver(
-    system: TurningSystem, n_modes: int | None, beyond: int | None, f_max: float | None, tolerance: float, top: float
-) -> ComplexSolver:
-    """A solver for the wanted modes and some beyond, as many as there are; its space begins at the `top` speed."""
-    wider = None if f_max is None else (1 + GUARD) * f_max
-    try:
-        solver = ComplexSolver(system, n_modes=beyond, f_max=wider, tolerance=tolerance)
-        solver.raw(top)
-    except ValueError:
-        if n_modes is None:
-            raise
-        return ComplexSolver(system, n_modes=n_modes, f_max=wider, tolerance=tolerance)
-    return solver
+def _beginning(speeds: NDArray[np.float64]) -> float:
+    """The speed at which branches begin: at rest planes of equal stiffness mix at will, a little later they are told
+    apart."""
+    return float(speeds[0]) if speeds[0] != 0 else BESIDE_REST * float(speeds[1])
 
 
-def _walked(
-    system: TurningSystem, solver: ComplexSolver, speeds: NDArray[np.float64], n_modes: int | None, f_max: float | None
-) -> _Walk:
+class _Spectrum:
+    """Modes at any speed, `wanted` ones (None: all up to `f_max` in Hz) and some beyond, as many as there are.
+
+    The space begins at the speed `top`; `notes` tells why fewer than `n_modes` are wanted, those there are at the
+    speed `first`.
+    """
+
+    def __init__(
+        self,
+        system: TurningSystem,
+        n_modes: int | None,
+        f_max: float | None,
+        tolerance: float,
+        first: float,
+        top: float,
+    ) -> None:
+        self.system, self.wanted = system, n_modes
+        self.notes: list[str] = []
+        self._tolerance, self._f_max = tolerance, None if f_max is None else (1 + GUARD) * f_max
+        self._solvers: dict[int | None, ComplexSolver] = {}
+        self._known: dict[float, State] = {}
+        self._n = None if n_modes is None else n_modes + max(4, int(GUARD * n_modes))
+        self._try(first, top)
+
+    def at(self, speed: float) -> State:
+        """The modes at a `speed` in rad/s. Raises ConvergenceError, and ModelError where none oscillates."""
+        if speed not in self._known:
+            try:
+                found = self._solver(self._n).raw(speed)
+            except ValueError as error:
+                # more are overdamped here than where the branches begin
+                found = self._solver(_number(_FEWER, error)).raw(speed)
+            self._known[speed] = State.of(self.system, found, speed)
+        return self._known[speed]
+
+    def _solver(self, n: int | None) -> ComplexSolver:
+        if n not in self._solvers:
+            self._solvers[n] = ComplexSolver(self.system, n_modes=n, f_max=self._f_max, tolerance=self._tolerance)
+        return self._solvers[n]
+
+    def _try(self, first: float, top: float) -> None:
+        """Settles how many modes are computed: as many as there are where branches begin, and as converge."""
+        asked = self.wanted
+        for _ in range(4):
+            try:
+                self.at(top)
+                found = self._solver(self._n).raw(first)
+            except (ValueError, ConvergenceError) as error:
+                if self._n is None or asked is None:
+                    raise
+                if isinstance(error, ConvergenceError):
+                    # those beyond the wanted ones may be left out
+                    n = asked if self._n > asked else _number(_CONVERGED, error)
+                    why = "the frequencies of those beyond lie too far apart for what rounding leaves"
+                else:
+                    n = _number(_FEWER, error)
+                    massless = n == int(np.count_nonzero(abs(self.system.M).sum(axis=0)))
+                    why = "no more DOFs have a mass" if massless else f"no more oscillate at {_rpm(first)} 1/min"
+                self._n = n
+                self._known.clear()
+                if n < asked:
+                    self.wanted = n
+                    self.notes = [f"only {n} mode{'s' * (n > 1)}: {why}"]
+            else:
+                self._known[first] = State.of(self.system, found, first)
+                return
+        raise ConvergenceError(
+            f"of {asked} modes asked for not even the lowest {self._n} can be followed up to {_rpm(top)} 1/min; ask "
+            "for fewer modes, or for lower speeds"
+        )
+
+
+def _number(pattern: re.Pattern[str], error: Exception) -> int:
+    """How many modes an `error` of the solver says there are; raises it where it is about something else, and
+    ModelError where there is none."""
+    said = pattern.search(str(error))
+    if said is None or (isinstance(error, ConvergenceError) and int(said[1]) == 0):
+        raise error
+    if int(said[1]) == 0:
+        raise ModelError(
+            "no mode of the model oscillates: give the materials a density (RHO of MAT1) or add masses (CONM2), and "
+            "look for dashpots that are too strong"
+        ) from error
+    return int(said[1])
+
+
+def _rpm(speed: float) -> str:
+    return plain(speed * 30 / np.pi)
+
+
+def _walked(spectrum: _Spectrum, speeds: NDArray[np.float64], f_max: float | None) -> Walk:
     """Branches of the modes at the first speed, through all speeds."""
-
-    def at(speed: float) -> State:
-        return State.of(system, solver.raw(speed), speed)
-
-    # at rest planes of equal stiffness mix at will: branches begin a little later, where they are told apart
-    first = float(speeds[0]) if speeds[0] != 0 else 1e-3 * float(speeds[1])
-    state = at(first)
-    wanted = state.poles.size if n_modes is None else min(n_modes, state.poles.size)
+    state = spectrum.at(_beginning(speeds))
+    wanted = state.poles.size if spectrum.wanted is None else min(spectrum.wanted, state.poles.size)
     if f_max is not None:
         wanted = min(wanted, int(np.sum(np.abs(state.poles) <= 2 * np.pi * f_max)))
     columns = np.arange(wanted)
-    walk = _Walk([state], [columns], [np.ones(wanted)], [first == speeds[0]])
+    walk = Walk([state], [columns], [np.ones(wanted)], [state.speed == speeds[0]])
     for target in speeds[1:]:
-        _step(walk, at, float(target), DEPTH, True)
+        _step(walk, spectrum.at, float(target), DEPTH, True)
     if speeds[0] == 0:
-        rest = at(0.0)
+        rest = spectrum.at(0.0)
         _, order = follow(state, rest, by_pole=True)
         walk.states.insert(0, rest)
-        walk.columns.insert(0, np.where(columns < order.size, order[columns], -1))
+        # what is overdamped or rigid at rest has no pole there that is anywhere near
+        there = (np.abs(rest.poles[order] - state.poles) <= FAR * np.abs(state.poles)) | (rest.poles[order] == 0)
+        walk.columns.insert(0, np.where((order >= 0) & there, order, -1)[columns])
         walk.sure.insert(0, np.ones(wanted))
         walk.asked.insert(0, True)
-        for values in (walk.states, walk.columns, walk.sure, walk.asked):
-            del values[1]
     return walk
 
 
-def _step(walk: _Walk, at: Callable[[float], State], target: float, depth: int, asked: bool) -> None:
+def _step(walk: Walk, at: Callable[[float], State], target: float, depth: int, asked: bool) -> None:
     """Takes the branches to `target`, in halves where their continuation is not clear."""
     before, columns = walk.states[-1], walk.columns[-1]
     after = at(target)
@@ -144,12 +211,12 @@ def _step(walk: _Walk, at: Callable[[float], State], target: float, depth: int, 
         return
     # without any likeness at the smallest step the branch has left the modes computed
     walk.states.append(after)
-    walk.columns.append(np.where(here & (np.nan_to_num(sure) > 0.1), order[columns], -1))
+    walk.columns.append(np.where(here & (np.nan_to_num(sure) > LIKE), order[columns], -1))
     walk.sure.append(sure)
     walk.asked.append(asked)
 
 
-def _told(system: TurningSystem, solver: ComplexSolver, walk: _Walk, orders: tuple[float, ...]) -> Campbell:
+def _told(system: TurningSystem, spectrum: _Spectrum, walk: Walk, orders: tuple[float, ...]) -> Campbell:
     """The table of branches, with what is found between its rows."""
     meter = WhirlMeter(system)
     shape = (len(walk.states), walk.columns[0].size)
@@ -159,9 +226,10 @@ def _told(system: TurningSystem, solver: ComplexSolver, walk: _Walk, orders: tup
         here = columns >= 0
         poles[i, here] = state.poles[columns[here]]
         residual[i, here] = state.residual[columns[here]]
-        whirl[i, here] = meter.of(state.right[:, columns[here]])
-    finder = _Finder(system, solver, meter, walk)
+        whirl[i, here] = meter.of(state.right, state.poles)[columns[here]]
+    finder = Finder(spectrum.at, meter, walk)
     critical, limits = finder.critical(orders), finder.limits()
+    notes = (*spectrum.notes, *_lost(walk), *_others(finder.others, shape[1]))
     return Campbell(
         np.array([s.speed for s in walk.states]),
         np.array(walk.asked),
@@ -173,93 +241,33 @@ def _told(system: TurningSystem, solver: ComplexSolver, walk: _Walk, orders: tup
         limits,
         np.array([s.n_divergent for s in walk.states]),
         orders,
+        notes,
     )
 
 
-class _Finder:
-    """Speeds at which a branch meets a condition, solved for at the very speed."""
+def _lost(walk: Walk) -> list[str]:
+    """Branches that are not there at every speed, and from which on."""
+    at_rest = [str(branch + 1) for branch in np.flatnonzero(walk.columns[0] < 0)]
+    told = []
+    if at_rest:
+        who = f"modes {listed(at_rest, 12)} do" if len(at_rest) > 1 else f"mode {at_rest[0]} does"
+        told.append(f"{who} not oscillate at {_rpm(walk.states[0].speed)} 1/min, but beyond")
+    first: dict[str, list[str]] = {}
+    for branch in range(walk.columns[0].size):
+        gone = [s.speed for s, columns in zip(walk.states[1:], walk.columns[1:], strict=True) if columns[branch] < 0]
+        if gone:
+            first.setdefault(_rpm(gone[0]), []).append(str(branch + 1))
+    return told + [
+        f"{'modes' if len(some) > 1 else 'mode'} {listed(some, 12)} lost from {speed} 1/min on: no mode there is "
+        "clearly the same, or it became overdamped, and critical speeds beyond are not told; give more speeds before "
+        "it, or ask for more modes"
+        for speed, some in first.items()
+    ]
 
-    def __init__(self, system: TurningSystem, solver: ComplexSolver, meter: WhirlMeter, walk: _Walk) -> None:
-        self.system, self.solver, self.meter, self.walk = system, solver, meter, walk
 
-    def critical(self, orders: tuple[float, ...]) -> tuple[CriticalSpeed, ...]:
-        """Where Im pole = order x speed."""
-        found = []
-        for order in orders:
-
-            def over(state: State, column: int, order: float = order) -> float:
-                return float(state.poles[column].imag - order * state.speed)
-
-            for branch, state, column in self.crossings(over):
-                pole = state.poles[column]
-                whirl = float(self.meter.of(state.right[:, [column]])[0])
-                zeta = float(-pole.real / abs(pole))
-                freq = float(pole.imag / (2 * np.pi))
-                found.append(
-                    CriticalSpeed(order, branch, state.speed, freq, whirl, zeta, float(state.residual[column]))
-                )
-        return tuple(sorted(found, key=lambda c: (c.speed, c.order)))
-
-    def limits(self) -> tuple[StabilityLimit, ...]:
-        """Where Re pole changes sign."""
-
-        def growth(state: State, column: int) -> float:
-            pole = state.poles[column]
-            return float(pole.real - GROWTH * abs(pole))
-
-        found = []
-        first, columns = self.walk.states[0], self.walk.columns[0]
-        for branch, column in enumerate(columns):
-            if column >= 0 and growth(first, int(column)) > 0:
-                freq = float(first.poles[column].imag / (2 * np.pi))
-                found.append(StabilityLimit(branch, first.speed, freq, True))
-        for branch, state, column in self.crossings(growth):
-            before = self.before(branch, state.speed)
-            freq = float(state.poles[column].imag / (2 * np.pi))
-            found.append(StabilityLimit(branch, state.speed, freq, growth(*before) < 0))
-        return tuple(sorted(found, key=lambda limit: limit.speed))
-
-    def before(self, branch: int, speed: float) -> tuple[State, int]:
-        """The last state of the walk below a speed that has the branch."""
-        at = [i for i, s in enumerate(self.walk.states) if s.speed < speed and self.walk.columns[i][branch] >= 0]
-        return self.walk.states[at[-1]], int(self.walk.columns[at[-1]][branch])
-
-    def crossings(self, value: Callable[[State, int], float]) -> list[tuple[int, State, int]]:
-        """Branch, state and column at every change of sign of `value` between neighbouring states."""
-        out = []
-        states, columns = self.walk.states, self.walk.columns
-        for i in range(len(states) - 1):
-            for branch in range(columns[0].size):
-                a, b = int(columns[i][branch]), int(columns[i + 1][branch])
-                if a < 0 or b < 0 or (states[i].poles[a] == 0 and states[i + 1].poles[b] == 0):
-                    continue
-                left, right = value(states[i], a), value(states[i + 1], b)
-                if left != 0 and left * right <= 0:
-                    out.append((branch, *self.root(value, (states[i], a, left), (states[i + 1], b, right))))
-        return out
-
-    def root(
-        self, value: Callable[[State, int], float], left: tuple[State, int, float], right: tuple[State, int, float]
-    ) -> tuple[State, int]:
-        """Bracketed root by the rule of Illinois, the branch followed from the nearer end."""
-        side = 0
-        for _ in range(60):
-            (a, _, fa), (b, _, fb) = left, right
-            if fb == 0 or b.speed - a.speed <= ROOT * abs(b.speed):
-                break
-            speed = (a.speed * fb - b.speed * fa) / (fb - fa)
-            speed = min(max(speed, a.speed + 1e-12 * b.speed), b.speed - 1e-12 * b.speed)
-            near = left if speed - a.speed < b.speed - speed else right
-            state = State.of(self.system, self.solver.raw(speed), speed)
-            column = int(follow(near[0], state)[1][near[1]])
-            if column < 0:
-                break
-            f = value(state, column)
-            if abs(f) <= ROOT * abs(state.poles[column]):
-                return state, column
-            kept = 0.5 if side == (1 if f * fa > 0 else -1) else 1.0
-            if f * fa > 0:
-                left, right, side = (state, column, f), (right[0], right[1], kept * right[2]), 1
-            else:
-                left, right, side = (left[0], left[1], kept * left[2]), (state, column, f), -1
-        return right[0], right[1]
+def _others(speeds: list[float], followed: int) -> list[str]:
+    """Critical speeds of modes beyond those followed."""
+    told = sorted({_rpm(s) for s in speeds}, key=float)
+    if not told:
+        return []
+    return [f"modes beyond the {followed} followed are critical, too, at {listed(told, 6)} 1/min; ask for more modes"]

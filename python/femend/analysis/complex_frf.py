@@ -158,7 +158,7 @@ def _left_out(
 
     def rest(s: Complex) -> tuple[Complex, float]:
         """What the modes do not tell at `s`, and the largest receptance."""
-        whole = solver.core.receptance(b_out, b_in, s, modes.speed, tolerance=1e-2 * tolerance)
+        whole = solver.receptance(b_out, b_in, s, modes.speed, 1e-2 * tolerance)
         missing = whole - complex_receptance(modes, s, out, into)
         return (missing * s[:, None, None] ** 2 if free else missing), float(np.max(np.abs(whole)))
 

@@ -9,17 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend import _core
+from femend.analysis.conservative import conservative, is_conservative
+from femend.analysis.dense_modes import LARGEST, dense_modes, refined_modes
+from femend.analysis.massless import condensed
 from femend.analysis.turning import TurningSystem, as_turning_system
 from femend.data.complex_modes import ComplexModes, PoleSet
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
-from femend.errors import SingularModelError
+from femend.errors import ConvergenceError, SingularModelError
 from femend.model import Model
 from femend.model.spinning import SpinningPart
 from femend.numerals import listed
 
 __all__ = ["ComplexSolver", "complex_modes"]
 
+_ANY = 1e3  # residuals are at most 1
 _INFO = ("sigma", "counted", "n_rigid", "n_late", "vectors", "solves", "rounds")
 
 
@@ -28,9 +32,10 @@ class ComplexSolver:
 
     `n_modes` lowest by |pole|, or all up to `f_max` in Hz; `tolerance` bounds the residual of the whole model,
     `left_tolerance` that of left vectors. The stiffness at `speed` (rad/s) is the one that is factorised, where it
-    is positive
-    definite. Raises what `solve_modes` raises: SingularModelError naming DOFs without stiffness and mass, ModelError
-    for a stiffness with negative eigenvalues, ValueError for arguments that do not fit.
+    is positive definite. Rows without mass are condensed (`condensed`, exact); of small systems the dense
+    eigenproblem is solved where the core misses a tolerance (`dense_modes`). Raises what `solve_modes` raises:
+    SingularModelError naming DOFs without stiffness and mass, ModelError for a stiffness with negative eigenvalues,
+    ValueError for arguments that do not fit.
     """
 
     def __init__(
@@ -44,17 +49,23 @@ class ComplexSolver:
         left_tolerance: float = 1e-4,
     ) -> None:
         self.system = system
+        self._n_modes, self._f_max = n_modes, f_max
+        self._tolerances = (tolerance, left_tolerance)
+        self._condensed = condensed(system)
+        self._dense, self._conservative = False, is_conservative(self._condensed.system)
         try:
-            self.core = _core.ComplexProblem(
-                *system.arrays(),
+            self._core = _core.ComplexProblem(
+                *self._condensed.system.arrays(),
                 n_modes,
                 f_max,
                 speed=float(speed),
                 tolerance=tolerance,
-                left_tolerance=left_tolerance,
+                # left vectors of what neither loses nor gains energy are the conjugate right ones; with centrifugal
+                # terms poles may be real
+                left_tolerance=_ANY if self._conservative and system.S is None else left_tolerance,
             )
         except SingularModelError as error:
-            moving = tuple(str(system.dofs[int(row)]) for row in error.dofs)
+            moving = tuple(str(self._condensed.system.dofs[int(row)]) for row in error.dofs)
             shown = listed(moving, 12)
             message = (
                 f"{len(moving)} DOF(s) move without stiffness and without mass: {shown}; constrain them, or give them "
@@ -79,12 +90,81 @@ class ComplexSolver:
         T = self._nodes[0]
         return f if T is None else np.asarray(T.T @ f)
 
+    @property
+    def n_masses(self) -> int:
+        """Rows that are left with massless ones condensed: no more modes than that oscillate."""
+        return len(self._condensed.system.dofs)
+
+    def receptance(
+        self,
+        b_out: NDArray[np.float64],
+        b_in: NDArray[np.float64],
+        s: NDArray[np.complex128],
+        speed: float,
+        tolerance: float,
+    ) -> NDArray[np.complex128]:
+        """b_out^T D(s)^-1 b_in (n_s, n_out, n_in) for patterns (n, m) over the rows of the system at `s` (n_s,) in
+        rad/s, to `tolerance` of the forces. Raises ConvergenceError."""
+        small = self._condensed
+        out, into = small.kept(b_out), small.kept(b_in)
+        # structural damping of massless rows makes forces complex: their parts go side by side
+        parts = [np.hstack([b.real, b.imag]) if np.iscomplexobj(b) else b for b in (out, into)]
+        left, right = (np.ascontiguousarray(b) for b in parts)
+        found = self._core.receptance(left, right, s, speed, tolerance=tolerance)
+        if np.iscomplexobj(out):
+            found = found[:, : out.shape[1]] + 1j * found[:, out.shape[1] :]
+            found = found[..., : into.shape[1]] + 1j * found[..., into.shape[1] :]
+        return np.asarray(found + small.held(b_out, b_in))
+
     def raw(self, speed: float) -> dict[str, Any]:
         """Poles, kinds, vectors at the rows of the system and evidence at `speed` (rad/s), as the core gives them.
 
-        Raises ConvergenceError.
+        Raises ConvergenceError, and ValueError where fewer modes oscillate than asked for.
         """
-        return self.core.modes(float(speed))
+        found = (self._small(float(speed)) if self._dense else None) or self._large(float(speed))
+        return {**found, "right": self._condensed.whole(found["right"]), "left": self._condensed.whole(found["left"])}
+
+    def _large(self, speed: float) -> dict[str, Any]:
+        """The modes of the core; the dense ones, from then on, where it misses a tolerance for a small system."""
+        fits = self.n_masses <= LARGEST
+        try:
+            found = self._core.modes(speed)
+        except (ConvergenceError, ValueError) as error:
+            missed = isinstance(error, ConvergenceError) or "complex system is singular" in str(error)
+            small = self._small(speed) if missed and fits else None
+            if small is not None:
+                self._dense = True
+                return small
+            if missed and not isinstance(error, ConvergenceError):
+                raise ConvergenceError(
+                    f"the modes at {speed:.6g} rad/s have no left vectors that rounding leaves: some DOFs have next to "
+                    "no mass beside the others; ask for fewer modes, give light parts their mass (RHO of MAT1), or "
+                    "leave them without any"
+                ) from error
+            raise
+        if self._conservative:
+            found = conservative(self._condensed.system, speed, found)
+        if not self._misses(found):
+            return found
+        small = self._small(speed) if fits else None
+        if small is not None and self._worst(small) < self._worst(found):
+            self._dense = True
+            return small
+        # where the space is the whole one the core has nothing to add
+        return refined_modes(self._condensed.system, speed, found) if found["vectors"] == self.n_masses else found
+
+    def _misses(self, found: dict[str, Any]) -> bool:
+        flexible = np.array(found["kinds"], dtype=object) != "rigid"
+        sides = zip(("residual", "residual_left"), self._tolerances, strict=True)
+        return any(np.any(found[name][flexible] > tolerance) for name, tolerance in sides)
+
+    @staticmethod
+    def _worst(found: dict[str, Any]) -> float:
+        flexible = np.array(found["kinds"], dtype=object) != "rigid"
+        return max(float(np.max(found[n][flexible], initial=0.0)) for n in ("residual", "residual_left"))
+
+    def _small(self, speed: float) -> dict[str, Any] | None:
+        return dense_modes(self._condensed.system, speed, self._n_modes, self._f_max)
 
     def solve(self, speed: float = 0.0) -> ComplexModes:
         """The modes at `speed` W in rad/s. Raises ConvergenceError where a residual stays too large."""

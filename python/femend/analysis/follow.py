@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.analysis.conservative import COINCIDE
 from femend.analysis.turning import TurningSystem
 
 __all__ = ["State", "follow"]
@@ -19,8 +20,9 @@ NEARNESS = 0.05  # weight of the distance to the predicted pole beside the liken
 class State:
     """Modes at one `speed` (rad/s) as they are followed: oscillatory and rigid ones, without conjugates.
 
-    `poles` (m,), `right` and `left` (n, m), `a` (m,) modal a, `slope` (m,) d pole / d speed, `residual` (m,),
-    `n_divergent` real poles with growing motion.
+    `poles` (m,), `right` and `left` (n, m), `a` (m,) modal a, `slope` (m,) d pole / d speed, `residual` (m,) the
+    larger one of both sides, `doubt` (m,) that of the right side, to which a pole is known, `n_divergent` real poles
+    with growing motion.
     """
 
     speed: float
@@ -32,6 +34,7 @@ class State:
     a: NDArray[np.complex128]
     slope: NDArray[np.complex128]
     residual: NDArray[np.float64]
+    doubt: NDArray[np.float64]
     n_divergent: int
 
     @classmethod
@@ -60,6 +63,7 @@ class State:
             a,
             slope,
             np.maximum(found["residual"][at], found["residual_left"][at]),
+            found["residual"][at],
             int(np.sum(real > 0)),
         )
 
@@ -70,7 +74,8 @@ def follow(before: State, after: State, *, by_pole: bool = False) -> tuple[NDArr
 
     Bi-orthogonality b_ij = |y_i^T ((p_i + p_j) M + C + W G) psi_j| / |a_i| with psi_j scaled to its own modal a; 1 for
     the mode itself, 0 for the others. Rigid-body modes are told by the mass alone. `by_pole` pairs by the poles alone.
-    The likeness is that of the best continuation, less what a second one has of it.
+    The likeness is that of the best continuation, less what a second one has of it; shapes of poles that coincide in
+    `after` (both planes of a rotor that nothing tells apart) are one continuation, any of them.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -83,12 +88,14 @@ def follow(before: State, after: State, *, by_pole: bool = False) -> tuple[NDArr
         like = np.exp(-apart / 1e-2)
     else:
         like = _likeness(before, after)
+    same = np.abs(after.poles[:, None] - after.poles) <= COINCIDE * np.abs(after.poles)
+    like = np.sqrt(like**2 @ same)
     cost = (1.0 - np.minimum(like, 1.0)) + NEARNESS * np.minimum(apart, 1.0)
     rows, columns = linear_sum_assignment(cost)
     order, quality = np.full(m, -1, dtype=np.int64), np.zeros(m)
     order[rows] = columns
     for i, j in zip(rows, columns, strict=True):
-        others = np.delete(like[i], j)
+        others = like[i, ~same[j]]
         second = float(np.max(others, initial=0.0))
         quality[i] = min(float(like[i, j]), 1.0) if second <= like[i, j] else min(float(like[i, j]), 1.0 - second)
     return np.clip(quality, 0.0, 1.0), order

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femend.analysis.conservative import COINCIDE, groups
 from femend.analysis.turning import TurningSystem
 from femend.model.spinning import SpinningPart
 
@@ -48,8 +49,12 @@ class WhirlMeter:
         own = {n for eid, _, nodes in self.model.fe.elements() if eid in wanted for n in nodes}
         return np.flatnonzero(np.isin(ids, sorted(own)))
 
-    def of(self, psi: NDArray[np.complex128]) -> NDArray[np.float64]:
-        """Whirl (m,) of shapes `psi` (n, m); NaN where no part turns or none of it moves across its axis."""
+    def of(self, psi: NDArray[np.complex128], poles: NDArray[np.complex128] | None = None) -> NDArray[np.float64]:
+        """Whirl (m,) of shapes `psi` (n, m); NaN where no part turns or none of it moves across its axis.
+
+        Shapes of `poles` (m,) that coincide (both planes of a rotor that nothing tells apart) mix at will: where the
+        poles are given, these whirl as their combinations that do so most, backward ones first.
+        """
         if self._T is not None:
             g = np.asarray(self._T @ psi)
         else:
@@ -58,7 +63,17 @@ class WhirlMeter:
         # (node, translation or tilt, component, mode), basic system
         local = g.reshape(self._n, 2, 3, -1)
         basic = np.einsum("nij,nkim->nkjm", self._frames, local)
-        turned, whole = np.zeros(psi.shape[1]), np.zeros(psi.shape[1])
+        turned, whole = self._forms(basic)
+        known = whole > 1e-9 * np.max(whole, initial=0.0)
+        out = np.where(known, turned / np.where(known, whole, 1.0), np.nan)
+        for group in [] if poles is None else groups(poles, COINCIDE):
+            if group.size > 1 and known[group].all() and poles is not None and poles[group].all():
+                out[group] = self._most(basic[..., group])
+        return out
+
+    def _forms(self, basic: NDArray[np.complex128]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The two sums (m,) whose ratio is the whirl of shapes (node, 2, 3, m)."""
+        turned, whole = np.zeros(basic.shape[-1]), np.zeros(basic.shape[-1])
         for part, nodes in self._parts:
             e1, e2 = _across(np.asarray(part.axis, dtype=np.float64))
             u = np.einsum("j,nkjm->nkm", e1, basic[nodes])
@@ -66,8 +81,27 @@ class WhirlMeter:
             weight = self._mass[nodes][:, :, None]
             turned += np.sign(part.ratio) * np.sum(weight * -2.0 * np.imag(np.conj(u) * v), axis=(0, 1))
             whole += np.sum(weight * (np.abs(u) ** 2 + np.abs(v) ** 2), axis=(0, 1))
-        known = whole > 1e-9 * np.max(whole, initial=0.0)
-        return np.where(known, turned / np.where(known, whole, 1.0), np.nan)
+        return turned, whole
+
+    def _most(self, basic: NDArray[np.complex128]) -> NDArray[np.float64]:
+        """Whirl (m,), rising, of the combinations of shapes (node, 2, 3, m) for which it is stationary."""
+        from scipy.linalg import eigh
+
+        m = basic.shape[-1]
+        turned, whole = np.zeros((m, m), dtype=complex), np.zeros((m, m), dtype=complex)
+        # Hermitian forms from their values on sums: h(x + c y) has Re(c h_xy) in it
+        own = np.array(self._forms(basic))
+        for i in range(m):
+            turned[i, i], whole[i, i] = own[:, i]
+            for j in range(i + 1, m):
+                both = np.stack([basic[..., i] + c * basic[..., j] for c in (1.0, 1.0j)], axis=-1)
+                values = 0.5 * (np.array(self._forms(both)) - own[:, [i]] - own[:, [j]])
+                for form, (re, im) in zip((turned, whole), values, strict=True):
+                    form[i, j], form[j, i] = re - 1j * im, re + 1j * im
+        try:
+            return np.asarray(eigh(turned, whole, eigvals_only=True))
+        except np.linalg.LinAlgError:
+            return np.asarray(own[0] / own[1])
 
 
 def _across(axis: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

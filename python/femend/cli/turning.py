@@ -34,8 +34,9 @@ def speeds_of(text: str) -> list[float]:
 
 
 def turning_table(model: Model, rotors: Rotors, rpm: list[float], n_modes: int | None, f_max: float | None) -> str:
-    """The table of frequencies at the speeds `rpm` in 1/min of the reference rotor, critical speeds and limits of
-    stability of a `model` with `rotors`; raises UsageError where nothing of it turns, and what `campbell` raises."""
+    """The table of frequencies at the speeds `rpm` in 1/min of the reference rotor, critical speeds, limits of
+    stability, and what is not complete, of a `model` with `rotors`; raises UsageError where nothing of it turns, and
+    what `campbell` raises."""
     from femend.analysis.campbell import campbell
 
     parts = rotors.parts()
@@ -47,7 +48,7 @@ def turning_table(model: Model, rotors: Rotors, rpm: list[float], n_modes: int |
     found = campbell(
         model, 2 * np.pi / 60.0 * np.array(rpm), n_modes=n_modes or (None if f_max else 10), f_max=f_max, parts=parts
     )
-    return "\n".join([*_rotors(rotors), "", _frequencies(found), *_critical(found), *_limits(found)])
+    return "\n".join([*_rotors(rotors), "", _frequencies(found), *_critical(found), *_limits(found), *found.notes])
 
 
 def _rotors(rotors: Rotors) -> list[str]:

@@ -57,8 +57,8 @@ class Campbell:
     where a branch is not among the modes computed (it left the range or became overdamped); whirl from -1 (backward)
     to 1 (forward), NaN where nothing turns; residual of the whole model; bi-orthogonality with the mode before, 1 where
     the shape went on and near 0.5 where two branches were mixed. `critical` and `limits` as their classes tell.
-    `divergent` (n_speeds,): real poles
-    with growing motion.
+    `divergent` (n_speeds,): real poles with growing motion. `notes` says what is not complete: fewer modes than asked
+    for, branches that were lost, critical speeds of modes that are not followed.
     """
 
     speed: NDArray[np.float64]
@@ -71,6 +71,7 @@ class Campbell:
     limits: tuple[StabilityLimit, ...]
     divergent: NDArray[np.int64]
     orders: tuple[float, ...] = (1.0,)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         kinds: dict[str, Any] = {"poles": np.complex128, "asked": np.bool_, "divergent": np.int64}
