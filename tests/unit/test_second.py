@@ -260,19 +260,19 @@ def test_two_places_are_looked_for_where_nothing_explains_the_rest_beside_the_be
 
     monkeypatch.setattr(second, "_one_of_two", lambda searched: True)
     monkeypatch.setattr(second, "_beside_the_best", beside_it)
-    monkeypatch.setattr(second, "pair", lambda searched: ("one", "two"))
+    monkeypatch.setattr(second, "likely_pairs", lambda searched: [("one", "two")])
     monkeypatch.setattr(second, "_one_of_them_linear", linear)
     monkeypatch.setattr(second, "beyond_two_forces", lambda searched, at: searched)
     out = cast(Any, second._at_two_places(first)[0])
     assert (None if out is None else out.name) == told
     assert called == asked
     # where two places explain no more, what was found stays
-    monkeypatch.setattr(second, "pair", lambda searched: None)
+    monkeypatch.setattr(second, "likely_pairs", lambda searched: [])
     out = cast(Any, second._at_two_places(first)[0])
     assert (None if out is None else out.name) == (None if beside is None else "beside")
     # nor where they leave so much that one law leaves hardly more
     louder = cast(Searched, SimpleNamespace())
-    monkeypatch.setattr(second, "pair", lambda searched: ("one", "two"))
+    monkeypatch.setattr(second, "likely_pairs", lambda searched: [("one", "two")])
     monkeypatch.setattr(second, "beyond_two_forces", lambda searched, at: louder)
     monkeypatch.setattr(second, "_worth_looking", lambda searched: searched is not louder)
     out = cast(Any, second._at_two_places(first)[0])
@@ -446,3 +446,24 @@ def test_a_law_is_tried_at_places_that_a_free_force_does_not_tell_from_its_own(
     monkeypatch.setattr(second, "fitted_together", fitted)
     found = second._at_other_places(first, fitted(first, [other, own], None), [[], ranked])
     assert [t.located.place for t in found[1].terms] == ["other", "next"]
+
+
+def test_two_linear_laws_are_looked_for_at_further_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pair that bends the model may leave less than the right one, with no laws behind its forces."""
+    first = cast(Searched, SimpleNamespace(settings=Settings(), one_force_explains=False, ranked=[]))
+    tried: list[object] = []
+
+    def two_linear(searched: Searched, one: object, at: object) -> object:
+        tried.append(one)
+        return None if one == "third" else f"laws at {one}"
+
+    def told(searched: Searched, both: object, laws: object) -> Any:
+        return SimpleNamespace(terms=SimpleNamespace(chosen=4.0 if both == "laws at second" else 1.0), name=both)
+
+    monkeypatch.setattr(second, "two_linear", two_linear)
+    monkeypatch.setattr(second, "_told", told)
+    pairs: Any = [("second", "a"), ("third", "b"), ("fourth", "c"), ("fifth", "d")]
+    out = cast(Any, second._linear_at_another_pair(first, pairs))
+    assert out.name == "laws at fourth"
+    assert tried == ["second", "third", "fourth"]
+    assert second._linear_at_another_pair(first, []) is None
