@@ -38,7 +38,7 @@ impl<'a> Rounding<'a> {
 /// masses that have no pattern move it then as a rigid body, by far, and hardly strain it.
 pub(super) fn free_all_the_same(k: &SymmetricCsc, m: &SymmetricCsc, factor: &Factor) -> bool {
     // alternating signs and sizes, the same at every call
-    let uneven = |j: usize| (1.0 + (j % 7) as f64) * if j % 3 == 0 { -1.0 } else { 1.0 };
+    let uneven = |j: usize| (1.0 + (j % 7) as f64) * if j.is_multiple_of(3) { -1.0 } else { 1.0 };
     let start = Dense::from_vec(k.n(), 1, (0..k.n()).map(uneven).collect());
     let x = factor.solve(&m.times(&start));
     let energy: f64 = x.col(0).iter().zip(k.times(&x).col(0)).map(|(a, b)| a * b).sum();
