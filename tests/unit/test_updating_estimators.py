@@ -31,6 +31,7 @@ from femend.estimate.updating import (
     update,
     update_population,
 )
+from femend.numerals import plain
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from updating_models import TRUTH, FunctionSystem, LinearSystem, chain, chain_problem, free
@@ -56,6 +57,9 @@ def test_draws_have_the_closed_posterior_and_evidence() -> None:
     assert drawn.temperatures[-1] == 1.0
     low, middle, high = drawn.quantiles()["x1"]
     assert low < middle < high
+    head, _, *rows = repr(drawn).splitlines()
+    assert head.startswith("2000 draws, ln evidence")
+    assert [row.split()[0] for row in rows] == list(drawn.quantiles())
 
 
 def test_the_evidence_of_many_unknowns_is_not_that_of_lazy_particles() -> None:
@@ -118,6 +122,9 @@ def test_the_strength_the_data_choose() -> None:
         errors.append(np.linalg.norm(blur @ (update(replace(problem, unknowns=u)).p - truth)))
     for rule in ("gcv", "discrepancy", "l-curve"):
         found = tikhonov(problem, strengths.tolist(), rule=rule)  # type: ignore[arg-type]
+        assert repr(found).startswith(
+            f"strength {plain(found.strength, 3)} of the priors by {rule!r}, of 11 from 1e-07"
+        )
         # the rules are about prediction: within a factor of two of the best that any strength gives
         assert np.linalg.norm(blur @ (found.result.p - truth)) < 2 * min(errors), rule
         assert np.all(np.diff(found.squares) <= 1e-6 * found.squares[:-1])
@@ -138,6 +145,7 @@ def test_a_quadratic_is_its_own_surface() -> None:
     )
     surface = response_surface(problem)
     assert surface.error < 1e-9 * surface.spread
+    assert repr(surface).startswith("quadratic surface of 2 residuals in a, b, from 12 points (0 failed): error ")
     p = np.array([0.3, -0.7])
     np.testing.assert_allclose(surface.residual(p)[0], problem.evaluate(p).residual, rtol=1e-9)
     start = surface.minimise()
@@ -156,6 +164,7 @@ def test_sobol_indices_of_a_sum_and_a_product() -> None:
     np.testing.assert_allclose(found.first, [[0.2, 0.8, 0.0], [0.0, 0.0, 0.0]], atol=0.03)
     np.testing.assert_allclose(found.total, [[0.2, 0.8, 0.0], [1.0, 0.0, 1.0]], atol=0.06)
     assert found.n_solved == 1024 * 5
+    assert [row.split()[0] for row in repr(found).splitlines()[2:]] == ["a", "b", "c"]
     # of both as one, variances 5 and 1/4
     alone, in_all = found.together(np.array([5.0, 0.25]))
     np.testing.assert_allclose(alone, np.array([1.0, 4.0, 0.0]) / 5.25, atol=0.03)
@@ -193,6 +202,8 @@ def test_many_starts_in_a_basis_end_in_one_place() -> None:
     many = multi_start(problem, 12, small=small.problem)
     assert np.mean(np.abs(many.ends / TRUTH - 1).max(axis=1) < 1e-4) > 0.9
     assert len(many.minima[0].starts) >= 11
+    assert repr(many).startswith(f"12 starts, {len(many.minima)} minima, 0 failed\nminimum 1: cost ")
+    assert repr(many).endswith(repr(many.best))
     np.testing.assert_allclose(many.best.p, TRUTH, rtol=1e-5)
 
 

@@ -17,6 +17,7 @@ from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.result import UpdateResult
 from femend.estimate.updating.unknown import spans
 from femend.estimate.updating.update import update
+from femend.numerals import plain
 from femend.threads import one_blas_thread
 
 __all__ = ["Minimum", "MultiStart", "StartsInterrupted", "multi_start"]
@@ -24,6 +25,8 @@ __all__ = ["Minimum", "MultiStart", "StartsInterrupted", "multi_start"]
 FloatArray = NDArray[np.float64]
 # ends closer than this in spans are one minimum
 SAME = 1e-2
+# minima that are shown
+SHOWN = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +37,7 @@ class Minimum:
     starts: tuple[int, ...]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class MultiStart:
     """`minima`, best first; `ends` (n_starts, n_unknowns) p of every start (NaN where it failed), `cost` (n_starts,);
     `failures` in words by number of the start."""
@@ -49,6 +52,14 @@ class MultiStart:
     def best(self) -> UpdateResult:
         """The run of the lowest cost."""
         return self.minima[0].result
+
+    def __repr__(self) -> str:
+        lines = [f"{len(self.starts)} starts, {len(self.minima)} minima, {len(self.failures)} failed"]
+        for k, minimum in enumerate(self.minima[:SHOWN], 1):
+            lines.append(
+                f"minimum {k}: cost {plain(minimum.result.after.cost)}, {len(minimum.starts)} starts end there"
+            )
+        return "\n".join([*lines, "", repr(self.best)] if self.minima else lines)
 
 
 @one_blas_thread

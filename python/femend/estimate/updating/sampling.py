@@ -28,7 +28,7 @@ EFFECTIVE = 0.5
 FEWEST = 4
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Posterior:
     """Draws `p` (n, n_unknowns) of equal weight, their `squares` (n,), ln evidence (a constant of the data left out)
     with its standard error, temperatures from 0 to 1, the acceptance at each, and advice ("" if the moves mixed)."""
@@ -62,6 +62,18 @@ class Posterior:
         """Quantiles `q` of every value by name."""
         found = np.quantile(self.values, q, axis=0)
         return {n: tuple(found[:, i].tolist()) for i, n in enumerate(self.problem.unknowns.names)}
+
+    def __repr__(self) -> str:
+        lines = [
+            f"{len(self.p)} draws, ln evidence {plain(self.log_evidence, 4)} ± {plain(self.log_evidence_se, 2)}, "
+            f"{self.n_solved} solutions in {len(self.temperatures) - 1} steps"
+            + (f" ({self.advice})" * bool(self.advice)),
+            f"{'unknown':20} {'mean':>9} {'sd':>9} {'2.5 %':>9} {'median':>9} {'97.5 %':>9}",
+        ]
+        mean, sd = self.values.mean(axis=0), self.values.std(axis=0)
+        for i, (name, (low, middle, high)) in enumerate(self.quantiles().items()):
+            lines.append(f"{name:20} {mean[i]:9.4g} {sd[i]:9.2g} {low:9.4g} {middle:9.4g} {high:9.4g}")
+        return "\n".join(lines)
 
 
 @one_blas_thread

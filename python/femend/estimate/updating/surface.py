@@ -13,6 +13,7 @@ from femend.errors import FemendError, UpdatingError
 from femend.estimate.updating.design import design, prior_quantiles
 from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.unknown import limits, spans
+from femend.numerals import plain
 from femend.threads import one_blas_thread
 
 __all__ = ["ResponseSurface", "Sobol", "response_surface", "sobol"]
@@ -20,7 +21,7 @@ __all__ = ["ResponseSurface", "Sobol", "response_surface", "sobol"]
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ResponseSurface:
     """Quadratic polynomials of all residuals in p, fitted to the problem solved at `points` (n, n_unknowns).
 
@@ -38,6 +39,13 @@ class ResponseSurface:
     error: float
     spread: float
     failures: dict[int, str]
+
+    def __repr__(self) -> str:
+        n, m = self.residuals.shape
+        return (
+            f"quadratic surface of {m} residuals in {', '.join(self.problem.unknowns.names)}, from {n} points "
+            f"({len(self.failures)} failed): error {plain(self.error, 3)} deviations, spread {plain(self.spread, 3)}"
+        )
 
     def residual(self, p: FloatArray) -> FloatArray:
         """Residuals (n, m) of the surface at points `p` (n, n_unknowns)."""
@@ -123,7 +131,7 @@ def _every(problem: Problem) -> tuple[NDArray[np.bool_] | None, ...]:
     return tuple(None if c.test is None else np.ones(c.test.freq.size, dtype=np.bool_) for c in problem.configurations)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Sobol:
     """Sobol indices by unknown: `first` (n_outputs, n_unknowns) the share of an output's variance from the unknown
     alone, `total` the share it has any part in."""
@@ -132,6 +140,13 @@ class Sobol:
     first: FloatArray
     total: FloatArray
     n_solved: int
+
+    def __repr__(self) -> str:
+        lines = [f"{self.n_solved} points, {len(self.first)} outputs; largest indices over the outputs"]
+        lines.append(f"{'unknown':20} {'first':>7} {'total':>7}")
+        for name, first, total in zip(self.names, self.first.T, self.total.T, strict=True):
+            lines.append(f"{name:20} {np.nanmax(first):7.3f} {np.nanmax(total):7.3f}")
+        return "\n".join(lines)
 
     def together(self, variance: FloatArray) -> tuple[FloatArray, FloatArray]:
         """First-order and total indices (n_unknowns,) of all outputs as one, of `variance` (n_outputs,) each (Gamboa,

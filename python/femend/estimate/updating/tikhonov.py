@@ -13,6 +13,7 @@ from femend.errors import UpdatingError
 from femend.estimate.updating.problem import Problem
 from femend.estimate.updating.result import UpdateResult
 from femend.estimate.updating.update import update
+from femend.numerals import plain
 from femend.threads import one_blas_thread
 
 __all__ = ["Regularised", "tikhonov"]
@@ -20,7 +21,7 @@ __all__ = ["Regularised", "tikhonov"]
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Regularised:
     """The run at the chosen `strength`, and the curve: `strengths` (n,), where they end (`p`, (n, n_unknowns)), squares
     and penalties (n,) (the penalty without its strength), the criterion (n,) whose least value was taken."""
@@ -33,6 +34,13 @@ class Regularised:
     penalties: FloatArray
     criterion: FloatArray
     rule: str
+
+    def __repr__(self) -> str:
+        tried = self.strengths
+        return (
+            f"strength {plain(self.strength, 3)} of the priors by {self.rule!r}, of {len(tried)} from "
+            f"{plain(float(tried.min()), 3)} to {plain(float(tried.max()), 3)}\n{self.result!r}"
+        )
 
 
 @one_blas_thread
