@@ -1,4 +1,4 @@
-"""Recordings of one configuration that are of two structures."""
+"""Modes that speak against an update: recordings of two structures, and modes that do not count and are met worse."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 from femend import Dof
 from femend.bench.contradicting import contradicting
 from femend.bench.counted import Counted
+from femend.bench.update_advice import passed_over
 
 PHI = np.array([[1.0, 1.0, 0.3], [0.8, -0.6, 1.0], [0.3, 0.9, -0.8]])
 FREQ = np.array([12.0, 55.85, 90.0])
@@ -40,3 +41,20 @@ def test_other_configurations_and_other_sensors_may_differ() -> None:
     loaded = replace(counted("b", 0.8 * FREQ), configuration="loaded")
     assert contradicting([counted("a", FREQ), loaded]) == []
     assert contradicting([counted("a", FREQ), counted("c", 0.8 * FREQ, (7, 8, 9))]) == []
+
+
+@pytest.mark.parametrize(("after", "told"), [(-0.016, True), (0.004, False), (0.0029, False)])
+def test_modes_that_do_not_count_and_are_met_worse_are_told(after: float, told: bool) -> None:
+    rows = [
+        {"mode": 1, "freq": 12.0, "error_before": 0.001, "error_after": 0.05},
+        {"mode": 2, "freq": 55.85, "error_before": 0.003, "error_after": after},
+        {"mode": 3, "freq": 90.0, "error_before": 0.02, "error_after": 0.025},
+    ]
+    recordings = [
+        {"recording": "a", "role": "fit", "modes": rows},
+        {"recording": "b", "role": "validate", "modes": rows},
+    ]
+    said = passed_over([counted("a", FREQ).select([0])], recordings)
+    assert (said != []) is told
+    if told:
+        assert "mode 2 of 'a' at 55.85 Hz (0.3 % off, now 1.6 %)" in said[0]

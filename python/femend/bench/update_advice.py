@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from femend.bench.measured import MeasuredModes
     from femend.bench.prepared import Prepared
 
-__all__ = ["MODAL", "few_modes", "mesh_advice", "missing_modes", "update_advice"]
+__all__ = ["MODAL", "few_modes", "mesh_advice", "missing_modes", "passed_over", "update_advice"]
 
 # responses that are of modes
 MODAL = frozenset({"frequencies", "shapes", "mac", "damping"})
@@ -28,6 +28,8 @@ MODAL = frozenset({"frequencies", "shapes", "mac", "damping"})
 FEW = 0.5
 # a held-out recording is met worse when its error grows by more than this share
 WORSE = 0.02
+# the same of a mode that does not count, and the error from which it is told
+AGAIN, OFF = 0.5, 0.005
 
 
 def few_modes(counted: int, measured: int) -> list[str]:
@@ -58,6 +60,27 @@ def missing_modes(measured: Sequence[MeasuredModes]) -> list[str]:
         f"the modes that were found leave {', '.join(poor)} unexplained: some are missing, and neighbours stand for "
         "them; parameters may be off by more than their deviations: narrow [correlation] band to what the modes "
         f"explain{where}, and update on that"
+    ]
+
+
+def passed_over(counted: Sequence[Counted], recordings: Sequence[dict[str, Any]]) -> list[str]:
+    """That modes which do not count are met worse than before: parameters that are right mend these too."""
+    counting = {c.sources[0]: set(c.numbers) for c in counted if len(c.sources) == 1}
+    worse = []
+    for r in recordings:
+        for row in r["modes"] if r["recording"] in counting and r["role"] == "fit" else ():
+            before, after = abs(row["error_before"]), abs(row["error_after"])
+            other = row["mode"] not in counting[r["recording"]]
+            if other and np.isfinite([before, after]).all() and after > max((1 + AGAIN) * before, OFF):
+                worse.append((after, before, row, r["recording"]))
+    if not worse:
+        return []
+    after, before, row, name = max(worse, key=lambda one: one[0])
+    which = f"{len(worse)} modes that do not count are" if len(worse) > 1 else "a mode that does not count is"
+    return [
+        f"{which} met worse than before, most of all mode {row['mode']} of {name!r} at {plain(row['freq'])} Hz "
+        f"({plain(100 * before, 2)} % off, now {plain(100 * after, 2)} %): parameters that are right mend these too; "
+        "let more modes count ([updating] modes), or ask whether other parameters make the difference"
     ]
 
 

@@ -22,7 +22,7 @@ from femend.bench.paired_otherwise import paired_otherwise
 from femend.bench.starts import Starts
 from femend.bench.strength import Strength
 from femend.bench.surface_start import SurfaceStart
-from femend.bench.update_advice import MODAL, few_modes, mesh_advice, missing_modes, update_advice
+from femend.bench.update_advice import MODAL, few_modes, mesh_advice, missing_modes, passed_over, update_advice
 from femend.correlate import match_frfs
 from femend.estimate.updating import Sensitivity, UpdatedDeck, UpdateResult
 from femend.model.deck_changes import kept_told
@@ -56,6 +56,7 @@ def update_result(
     advice = [
         *contradicting(counted),
         *update_advice(found, told, recordings, unmet, made_for_fields(prepared.study, prepared.model)),
+        *passed_over(counted, recordings),
         *([mesh_advice(prepared, counted)] if unmet.off else []),
         *(text for one in more for text in one.advice()),
     ]
