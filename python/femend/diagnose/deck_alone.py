@@ -49,11 +49,12 @@ class DeckAlone:
     def text(self) -> str:
         """What is said of it."""
         little = "the parameters of the study explain little: " if self.little else ""
+        name = " Name parameters that move these modes, or widen prior_sd where one is held too near"
         return (
             f"{little}the updated deck by itself leaves {plain(100 * self.alone, 2)} % of the fitted recordings, "
             f"{plain(100 * self.fitted, 2)} % with what modes and members were given of their own (up to "
-            f"{100 * self.shift:+.1f} % of a frequency, at {plain(self.freq, 3)} Hz), which no card of a deck holds. "
-            "Predictions have it. Name parameters that move these modes, or widen prior_sd where one is held too near"
+            f"{100 * self.shift:+.1f} % of a frequency, at {plain(self.freq, 3)} Hz), which no card of a deck holds and "
+            f"predictions have.{name if self.little else ''}"
         )
 
 
