@@ -53,8 +53,8 @@ class DeckAlone:
         return (
             f"{little}the updated deck by itself leaves {plain(100 * self.alone, 2)} % of the fitted recordings, "
             f"{plain(100 * self.fitted, 2)} % with what modes and members were given of their own (up to "
-            f"{100 * self.shift:+.1f} % of a frequency, at {plain(self.freq, 3)} Hz), which no card of a deck holds and "
-            f"predictions have.{name if self.little else ''}"
+            f"{100 * self.shift:+.1f} % of a frequency, at {plain(self.freq, 3)} Hz), which predictions have and no "
+            f"card of a deck can hold.{name if self.little else ''}"
         )
 
 
