@@ -2,7 +2,8 @@
 """How often mistakes with channels are told:  mistaken_channels.py CASES... [--exchanges 2]
 
 Of every case the recordings to be fitted are doubted as they are (what is told then is false), with two random sensors
-exchanged, and with one in other units or upside down; recordings without their force (`ambient_cases.py`,
+exchanged, with one in other units or upside down, and, those with a force, with one that is said to be at a random node
+of the model, of its own direction; recordings without their force (`ambient_cases.py`,
 `generate.py --unmeasured`) by their time records. Prints how many of each are told, and the mistakes that are not.
 """
 
@@ -14,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from femend import Dof
 from femend.data import Test, TimeData
 from femend.diagnose.staged.prepare import FrfData, frf_data
 from femend.estimate import pair_test
@@ -53,6 +55,16 @@ class Case:
         finally:
             plausible.frf_data = real
 
+    def misplaced(self, k: int, rng: np.random.Generator) -> tuple[str, list[str]]:
+        """A random place of sensor `k`, and what is told with it there."""
+        own = self.pairing[Dof.parse(self.sensors[k])]
+        nodes = [int(n) for n in self.model.node_ids if int(n) != own.dof.node]
+        dof = Dof(int(rng.choice(nodes)), own.dof.component, own.dof.sign)
+        pairs = [replace(p, dof=dof) if p is own else p for p in self.pairing]
+        return str(dof), plausible.doubts_of(
+            self.model, self.test, replace(self.pairing, pairs=tuple(pairs)), self.zeta
+        )
+
 
 def read_otherwise(data: TimeData, order: list[int], factors: np.ndarray) -> TimeData:
     """Responses with their values in another `order` and multiplied by `factors`; forces as they are."""
@@ -68,8 +80,9 @@ def main() -> None:
     ap.add_argument("cases", type=pathlib.Path, nargs="+")
     ap.add_argument("--exchanges", type=int, default=2, help="random exchanges a case")
     a = ap.parse_args()
-    rng, told = np.random.default_rng(1), {"nothing": [0, 0], "exchanged": [0, 0], "units or sign": [0, 0]}
-    confused = 0
+    kinds = ("nothing", "exchanged", "units or sign", "elsewhere")
+    rng, told = np.random.default_rng(1), {kind: [0, 0] for kind in kinds}
+    confused = others = 0
     for path in sorted(p for folder in a.cases for p in folder.glob("**/public/study.toml")):
         case, name = Case(path), path.parents[1].name
         n = len(case.sensors)
@@ -93,9 +106,19 @@ def main() -> None:
             told["units or sign"][0] += any(case.sensors[k] in t and "exchanged" not in t for t in texts)
             told["units or sign"][1] += 1
             confused += any("exchanged" in t for t in texts)
+        for _ in range(a.exchanges if case.measured else 0):
+            k = int(rng.integers(n))
+            place, texts = case.misplaced(k, rng)
+            moved = [t for t in texts if "does not move as the model does there" in t]
+            hit = any(f"the sensor {case.sensors[k]} " in t for t in moved)
+            told["elsewhere"][0] += hit
+            told["elsewhere"][1] += 1
+            others += len(moved) - hit
+            if not hit:
+                print(f"{name}: {case.sensors[k]} said to be at {place} is not told")
     for what, (n_told, of) in told.items():
         print(f"{what}: told {n_told} of {of}")
-    print(f"units or sign told as exchanged: {confused}")
+    print(f"units or sign told as exchanged: {confused}; other sensors told as standing elsewhere: {others}")
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.correlate.exchanged import Exchange
+from femend.correlate.misplaced import Misplaced
 from femend.correlate.misread import Misread
 from femend.correlate.mistaken_quantity import mistaken_quantity, quantity_hint
 from femend.correlate.mistaken_units import mistaken_as
@@ -26,6 +27,7 @@ __all__ = [
     "exchange_doubts",
     "level_hint",
     "level_doubts",
+    "misplaced_doubts",
     "misread_doubts",
     "sign_doubts",
     "suggested",
@@ -57,7 +59,7 @@ _NEAR = 1.35
 @dataclass(frozen=True, slots=True)
 class Doubt:
     """What looks mistaken: its `kind` ("level", "sensor level", "sensor sign", "force sign", "time axis", "twice",
-    "held", "unrelated", "silent" or "exchanged"), the `channel` by name ("" for all), and the sentence.
+    "held", "unrelated", "silent", "elsewhere" or "exchanged"), the `channel` by name ("" for all), and the sentence.
 
     `factor` is what is shown times what should be (-1 upside down), None where no factor is the mistake; `order` are
     the names of exchanged sensors, each of which shows what the next one should, the last what the first one should.
@@ -231,6 +233,20 @@ def exchange_doubts(found: Sequence[Exchange], outputs: Sequence[str]) -> list[D
         )
         told.append(Doubt("exchanged", names[0], text, order=names))
     return told
+
+
+def misplaced_doubts(found: Sequence[Misplaced], outputs: Sequence[str], places: Sequence[str]) -> list[Doubt]:
+    """Doubts about sensors of `outputs` (names) that look as if they stood at others of the `places` (names)."""
+    return [
+        Doubt(
+            "elsewhere",
+            outputs[one.sensor],
+            f"the sensor {outputs[one.sensor]} does not move as the model does there, but as it does at about "
+            f"{places[one.place]}: with it there, what contradicts the shapes of the model's modes falls to "
+            f"{plain(100 * one.left, 2)} % of what it is: look at where it was mounted, and at its node and direction",
+        )
+        for one in found
+    ]
 
 
 def misread_doubts(found: Sequence[Misread], outputs: Sequence[str]) -> list[Doubt]:

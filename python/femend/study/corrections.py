@@ -46,6 +46,9 @@ BEYOND = 100.0
 NEAR_UNITS = 1.2
 # how many times what a silent sensor shows the model updated on the others has to move there
 UNHEARD = 3.0
+# mistakes that nothing done to a recording mends, and how many times the others' median error a sensor that stands
+# elsewhere has
+LOST, APART = ("silent", "elsewhere"), 2.0
 # sensors that have to stay at least, and their share of all
 FEWEST, SHARE = 2, 0.5
 
@@ -80,6 +83,8 @@ class Correction:
             what = f"the sensors {', '.join(doubt.order[:-1])} and {doubt.order[-1]} are exchanged{circle}"
         elif doubt.kind == "silent":
             what = f"the sensor {doubt.channel} shows nothing of what the forces do"
+        elif doubt.kind == "elsewhere":
+            what = f"the sensor {doubt.channel} moves as the model does elsewhere"
         elif doubt.kind == "sensor level":
             what = f"the sensor {doubt.channel} shows {plain(factor)} times what it should"
         else:
@@ -146,7 +151,7 @@ class Corrections:
 def corrections_of(model: Model, pairing: Pairing, zeta: float, test: Test, found: Sequence[Doubted]) -> Corrections:
     """Which of the doubts `found` in recordings with their force are confirmed by the `model`, whose modes have the
     damping ratio `zeta`."""
-    cured = [one for one in found if one.doubt.factor is not None or one.doubt.order or one.doubt.kind == "silent"]
+    cured = [one for one in found if one.doubt.factor is not None or one.doubt.order or one.doubt.kind in LOST]
     if not cured:
         return Corrections(test)
     axis = [one for one in cured if one.doubt.kind == "time axis"]
@@ -157,7 +162,7 @@ def corrections_of(model: Model, pairing: Pairing, zeta: float, test: Test, foun
         whole = []  # a force the other way round is a load that the diagnosis names
     single = [one for one in cured if one.doubt.kind not in WHOLE]
     if not _enough(test, _names(single)):
-        whole, single = [one for one in cured if one.doubt.kind != "silent"], []
+        whole, single = [one for one in cured if one.doubt.kind not in LOST], []
     trial = _Trial(model, pairing, zeta, without(test, _names(single)))
     try:
         told = _whole(trial, whole)
@@ -281,6 +286,11 @@ def _single(trial: _Trial, test: Test, doubted: Sequence[Doubted]) -> tuple[Corr
         names = _names([one])
         if one.doubt.kind == "silent":
             if _unheard(before[one.doubt.channel]):
+                told.append(Correction(one))
+            continue
+        if one.doubt.kind == "elsewhere":
+            # the model updated on the others explains them, and not this one
+            if _relative([before[one.doubt.channel]]) > APART * typical and typical < EXPLAINED:
                 told.append(Correction(one))
             continue
         after = trial.squares(mended(test, [one]))

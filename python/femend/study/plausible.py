@@ -17,15 +17,18 @@ from femend.correlate.doubts import (
     Doubt,
     exchange_doubts,
     level_doubts,
+    misplaced_doubts,
     misread_doubts,
     sign_doubts,
     twice_doubts,
 )
-from femend.correlate.exchanged import CLEAR, Shapes, exchanged, put_right, turned
+from femend.correlate.exchanged import CLEAR, Exchange, Shapes, exchanged, put_right, turned
+from femend.correlate.misplaced import misplaced
 from femend.correlate.misread import Misread
 from femend.data import ModeSet, Recording, Spectra, Test
 from femend.diagnose.staged.prepare import FrfData, frf_data
 from femend.diagnose.too_little import PERIODS
+from femend.dof import Dof
 from femend.errors import FemendError
 from femend.model import Model, Pairing
 from femend.model.free_body import elastic
@@ -50,6 +53,8 @@ RELATED = 0.02
 APART = ("twice", "unrelated", "held", "silent")
 # how many times what a sensor shows, noise and all, the model moves there from which it says nothing
 SILENT = 5.0
+# places of the model, evenly drawn of all, at which a sensor may stand instead
+PLACES = 600
 # share of the nodes that move without any mass from which a density is thought to be missing
 MASSLESS = 0.5
 
@@ -223,9 +228,33 @@ def _against(data: FrfData, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
     if pairs and any(doubt.kind == "sensor level" for doubt in levels):
         # a sensor in other units moves unlike the model wherever it is
         pairs, (levels, signs) = [], _levels_and_signs(data, H, put_right(len(outputs), []))
-    if not told:
+    elsewhere = [] if told else _elsewhere(data, shapes, modes, pairing, pairs)
+    if elsewhere:
+        away = {doubt.channel for doubt in elsewhere}
+        pairs, (levels, signs) = [], _levels_and_signs(data, H, put_right(len(outputs), []))
+        levels, signs = ([d for d in some if d.channel not in away] for some in (levels, signs))
+    elif not told:
         signs += _turned(data, shapes, put_right(len(outputs), pairs), [*levels, *signs])
-    return [*told, *also, *exchange_doubts(pairs, outputs), *levels, *signs]
+    return [*told, *also, *exchange_doubts(pairs, outputs), *elsewhere, *levels, *signs]
+
+
+def _elsewhere(
+    data: FrfData, shapes: Shapes, modes: ModeSet, pairing: Pairing, pairs: Sequence[Exchange]
+) -> list[Doubt]:
+    """Doubts about sensors that stand at other nodes than they are said to; none where sensors that were exchanged,
+    `pairs`, explain as much."""
+    own = [pairing[d].dof for d in data.outputs]
+    ways = {(d.component, d.sign) for d in own}
+    every = [(k, Dof(d.node, *way)) for k, d in enumerate(modes.dofs) for way in ways if way[0] == d.component]
+    places = every[:: max(1, -(-len(every) // PLACES))]
+    shown = np.array([dof.sign * modes.phi[k] for k, dof in places]).reshape(len(places), -1)
+    allowed = np.array([[(p.component, p.sign) == (d.component, d.sign) for _, p in places] for d in own])
+    found = misplaced(data.H, data.noise, data.freq, shapes, shown, allowed.reshape(len(own), len(places)))
+    n_out = len(own)
+    if found and any(-n_out * np.log(max(pair.left, 1e-300)) >= found[0].gain for pair in pairs):
+        return []
+    names = [str(d) for d in data.outputs]
+    return misplaced_doubts(found, names, [str(dof) for _, dof in places])
 
 
 def _unrelated(data: FrfData) -> list[Doubt]:
