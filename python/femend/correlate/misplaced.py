@@ -26,6 +26,9 @@ ComplexArray = NDArray[np.complex128]
 # 1.44, and of 75 with a sensor said to be at a random node every one above 1.5 is of that sensor
 # (tests/blind/mistaken_channels.py)
 TELLING = 3.0
+# share of that gain from which a sensor whose level is off is in other units, and stands where it is: near a clamp all
+# is small
+OTHERWISE = 0.5
 # lines that count at most
 MOST = 100
 
@@ -52,14 +55,21 @@ class _Lines:
 
 
 def misplaced(
-    H: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes, places: FloatArray, allowed: NDArray[np.bool_]
+    H: ComplexArray,
+    noise: FloatArray,
+    freq: FloatArray,
+    model: Shapes,
+    places: FloatArray,
+    allowed: NDArray[np.bool_],
+    scaled: Sequence[int] = (),
 ) -> list[Misplaced]:
     """Sensors that look as if they stood at one of the `places`, shapes (n_places, n_modes) of the model, of those
     `allowed` (n_out, n_places) for each; every third at most, the clearest first.
 
     H (n_freq, n_out, n_in) are measured accelerances with deviations `noise` on lines `freq` (Hz). A sensor that is
-    better explained upside down or in other units stands where it is. Nothing is told of fewer than four sensors: what
-    three show hardly says where a fourth is.
+    better explained upside down or in other units stands where it is, and so does one of those `scaled`, whose level is
+    off, that is explained nearly as well so. Nothing is told of fewer than four sensors: what three show hardly says
+    where a fourth is.
     """
     every = [_lines(H[:, :, j], noise[:, :, j], freq, model, j) for j in range(H.shape[2])]
     parts, out, n_out = [one for one in every if one is not None], np.array(model.out), H.shape[1]
@@ -69,7 +79,7 @@ def misplaced(
         gains[[one.sensor for one in found]] = -np.inf
         i, j = (int(k) for k in np.unravel_index(np.argmax(gains), gains.shape))
         best = float(gains[i, j])
-        if best < TELLING or _otherwise_mistaken(parts, out, i) > best:
+        if best < TELLING or _otherwise_mistaken(parts, out, i) > (OTHERWISE if i in scaled else 1.0) * best:
             break
         found.append(Misplaced(i, j, best, float(np.exp(-best / n_out))))
         out[i] = places[j]

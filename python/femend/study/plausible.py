@@ -228,7 +228,8 @@ def _against(data: FrfData, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
     if pairs and any(doubt.kind == "sensor level" for doubt in levels):
         # a sensor in other units moves unlike the model wherever it is
         pairs, (levels, signs) = [], _levels_and_signs(data, H, put_right(len(outputs), []))
-    elsewhere = [] if told else _elsewhere(data, shapes, modes, pairing, pairs)
+    off = [*levels, *signs]
+    elsewhere = [] if told else _elsewhere(_without_factors(data, off), shapes, modes, pairing, pairs, off)
     if elsewhere:
         away = {doubt.channel for doubt in elsewhere}
         pairs, (levels, signs) = [], _levels_and_signs(data, H, put_right(len(outputs), []))
@@ -238,22 +239,37 @@ def _against(data: FrfData, modes: ModeSet, pairing: Pairing) -> list[Doubt]:
     return [*told, *also, *exchange_doubts(pairs, outputs), *elsewhere, *levels, *signs]
 
 
+def _without_factors(data: FrfData, told: Sequence[Doubt]) -> FrfData:
+    """FRFs with signs that are `told` turned, and sensors that show too much brought down, beside which the others say
+    nothing of each other."""
+    factor = {d.channel: d.factor or 1.0 for d in told if d.kind in ("sensor level", "sensor sign")}
+    off = np.array([factor.get(str(d), 1.0) for d in data.outputs])
+    put = np.where((np.abs(off) > 1) | (off < 0), 1 / off, 1.0)[None, :, None]
+    return replace(data, H=data.H * put, noise=data.noise * np.abs(put))
+
+
 def _elsewhere(
-    data: FrfData, shapes: Shapes, modes: ModeSet, pairing: Pairing, pairs: Sequence[Exchange]
+    data: FrfData,
+    shapes: Shapes,
+    modes: ModeSet,
+    pairing: Pairing,
+    pairs: Sequence[Exchange],
+    off: Sequence[Doubt],
 ) -> list[Doubt]:
     """Doubts about sensors that stand at other nodes than they are said to; none where sensors that were exchanged,
-    `pairs`, explain as much."""
+    `pairs`, explain as much. `off` is what is told of levels and signs."""
     own = [pairing[d].dof for d in data.outputs]
     ways = {(d.component, d.sign) for d in own}
     every = [(k, Dof(d.node, *way)) for k, d in enumerate(modes.dofs) for way in ways if way[0] == d.component]
     places = every[:: max(1, -(-len(every) // PLACES))]
     shown = np.array([dof.sign * modes.phi[k] for k, dof in places]).reshape(len(places), -1)
     allowed = np.array([[(p.component, p.sign) == (d.component, d.sign) for _, p in places] for d in own])
-    found = misplaced(data.H, data.noise, data.freq, shapes, shown, allowed.reshape(len(own), len(places)))
-    n_out = len(own)
+    names, n_out = [str(d) for d in data.outputs], len(own)
+    scaled = [names.index(doubt.channel) for doubt in off if doubt.channel in names]
+    allowed = allowed.reshape(n_out, len(places))
+    found = misplaced(data.H, data.noise, data.freq, shapes, shown, allowed, scaled)
     if found and any(-n_out * np.log(max(pair.left, 1e-300)) >= found[0].gain for pair in pairs):
         return []
-    names = [str(d) for d in data.outputs]
     return misplaced_doubts(found, names, [str(dof) for _, dof in places])
 
 
