@@ -68,7 +68,7 @@ def test_factors_of_two_parameters_of_one_field_are_multiplied(tmp_path: Path) -
     (tmp_path / "parts").mkdir()
     (tmp_path / "m.bdf").write_text(MAIN)
     (tmp_path / "parts" / "props.bdf").write_text(PROPS)
-    parameters = [Parameter("E", "E", "material", (1,)), Parameter("E too", "E", "material", (1,))]
+    parameters = [Parameter("E", "E", "material", (1,)), Parameter("E too", "E", "material", (1, 2))]
     new = updated_deck(read_model(tmp_path / "m.bdf", parameters=parameters), {"E": 0.9, "E too": 0.5})
     (text,) = (content.decode() for content in new.files.values())
     assert "MAT1    1       9.45+10 " in text
