@@ -66,10 +66,10 @@ def test_back_to_the_deck(tmp_path: Path) -> None:
 
 def test_factors_of_two_parameters_of_one_field_are_multiplied(tmp_path: Path) -> None:
     (tmp_path / "parts").mkdir()
-    (tmp_path / "m.bdf").write_text(MAIN)
-    (tmp_path / "parts" / "props.bdf").write_text(PROPS)
-    parameters = [Parameter("E", "E", "material", (1,)), Parameter("E too", "E", "material", (1, 2))]
-    new = updated_deck(read_model(tmp_path / "m.bdf", parameters=parameters), {"E": 0.9, "E too": 0.5})
+    (tmp_path / "m.bdf").write_text(MAIN.replace("SPC1,", "CBAR,2,2,1,2,0.,1.,0.\nSPC1,"))
+    (tmp_path / "parts" / "props.bdf").write_text(f"{PROPS}PBAR    2       2       6.-4    5.-8    2.-8    3.-8\n")
+    parameters = [Parameter("E", "E", "material", (1,)), Parameter("both", "E", "material", (1, 2))]
+    new = updated_deck(read_model(tmp_path / "m.bdf", parameters=parameters), {"E": 0.9, "both": 0.5})
     (text,) = (content.decode() for content in new.files.values())
     assert "MAT1    1       9.45+10 " in text
 
