@@ -49,6 +49,7 @@ def test_modes_that_do_not_count_and_are_met_worse_are_told(after: float, told: 
         {"mode": 1, "freq": 12.0, "error_before": 0.001, "error_after": 0.05},
         {"mode": 2, "freq": 55.85, "error_before": 0.003, "error_after": after},
         {"mode": 3, "freq": 90.0, "error_before": 0.02, "error_after": 0.025},
+        {"mode": 4, "freq": 99.0, "error_before": None, "error_after": 0.3},  # it had no mate
     ]
     recordings = [
         {"recording": "a", "role": "fit", "modes": rows},

@@ -69,9 +69,10 @@ def passed_over(counted: Sequence[Counted], recordings: Sequence[dict[str, Any]]
     worse = []
     for r in recordings:
         for row in r["modes"] if r["recording"] in counting and r["role"] == "fit" else ():
+            if row["mode"] in counting[r["recording"]] or None in (row["error_before"], row["error_after"]):
+                continue
             before, after = abs(row["error_before"]), abs(row["error_after"])
-            other = row["mode"] not in counting[r["recording"]]
-            if other and np.isfinite([before, after]).all() and after > max((1 + AGAIN) * before, OFF):
+            if np.isfinite([before, after]).all() and after > max((1 + AGAIN) * before, OFF):
                 worse.append((after, before, row, r["recording"]))
     if not worse:
         return []
