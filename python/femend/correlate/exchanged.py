@@ -21,12 +21,15 @@ from femend.correlate.mistaken_units import INCH, MILLI, G
 __all__ = [
     "CLEAR",
     "Exchange",
+    "ForceLines",
     "Shapes",
+    "at_level",
     "clear_lines",
     "exchanged",
     "gain",
     "held_against",
     "inverse_covariances",
+    "lines_of",
     "put_right",
     "rescaled",
     "turned",
@@ -195,11 +198,30 @@ def _lines_against(
 ) -> tuple[ComplexArray, FloatArray] | None:
     """Responses (n_lines, n_out) to force `j` on lines where a third of the sensors stand out of the noise, and the
     inverse covariances (n_lines, n_out, n_out) that the model gives them; None for too few lines."""
+    found = lines_of(h, noise, freq, model, j)
+    return None if found is None else (found.h, inverse_covariances(found.h, found.noise, model.out, found.power))
+
+
+@dataclass(frozen=True, eq=False)
+class ForceLines:
+    """Responses h (n_lines, n_out) to one force, their `noise`, and mean squares `power` (n_lines, n_modes) of the
+    modes there."""
+
+    h: ComplexArray
+    noise: FloatArray
+    power: FloatArray
+
+
+def lines_of(
+    h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes, j: int, most: int = MOST
+) -> ForceLines | None:
+    """What responses h (n_freq, n_out) to force `j` show on those lines of `freq` (n_freq,) in Hz where a third of the
+    sensors stand out of the `noise` (n_freq, n_out), at most `most` of them; None for too few."""
     lines = clear_lines(h, noise)
     if lines.size < FEWEST:
         return None
-    h, noise = h[lines], noise[lines]
-    return h, inverse_covariances(h, noise, model.out, model.powers(freq[lines]) * model.into[j] ** 2)
+    lines = lines[:: max(1, -(-lines.size // most))]
+    return ForceLines(h[lines], noise[lines], model.powers(freq[lines]) * model.into[j] ** 2)
 
 
 def clear_lines(h: ComplexArray, noise: FloatArray) -> NDArray[np.int64]:
@@ -212,13 +234,20 @@ def inverse_covariances(h: ComplexArray, noise: FloatArray, out: FloatArray, pow
     """Inverse covariances (n_lines, n_out, n_out) of responses with the level of h (n_lines, n_out): modes with shapes
     `out` (n_out, n_modes) and mean squares `power` (n_lines, n_modes), and what modes do not explain, `noise`
     (n_lines, n_out) among it."""
+    power, floor = at_level(h, noise, out, power)
     C = np.einsum("om,fm,pm->fop", out, power, out)
+    return np.linalg.inv(C + floor[:, None, None] * np.eye(h.shape[1]))
+
+
+def at_level(h: ComplexArray, noise: FloatArray, out: FloatArray, power: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean squares `power` (n_lines, n_modes) of modes with shapes `out` (n_out, n_modes) brought to the level of
+    responses h (n_lines, n_out), and the power (n_lines,) at every sensor that modes do not explain, `noise` among
+    it."""
     level = np.mean(np.abs(h) ** 2, axis=1)
-    own = np.mean(np.diagonal(C, axis1=1, axis2=2), axis=1)
-    C *= (level / np.maximum(own, np.finfo(float).tiny))[:, None, None]
+    own = np.einsum("om,fm,om->fo", out, power, out).mean(axis=1)
     # of noise the mean is taken: who is noisy is part of what may have been exchanged
     floor = FLOOR * level + np.mean(noise**2, axis=1)
-    return np.linalg.inv(C + floor[:, None, None] * np.eye(h.shape[1]))
+    return power * (level / np.maximum(own, np.finfo(float).tiny))[:, None], floor
 
 
 def held_against(h: ComplexArray, inverse: FloatArray) -> tuple[ComplexArray, FloatArray]:

@@ -15,7 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femend.correlate.exchanged import FEWEST, FLOOR, MISTAKEN, Shapes, clear_lines, inverse_covariances, rescaled
+from femend.correlate.exchanged import (
+    MISTAKEN,
+    ForceLines,
+    Shapes,
+    at_level,
+    inverse_covariances,
+    lines_of,
+    rescaled,
+)
 
 __all__ = ["Misplaced", "misplaced"]
 
@@ -44,16 +52,6 @@ class Misplaced:
     left: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Lines:
-    """Responses h (n_lines, n_out) to one force, their `noise`, and mean squares `power` (n_lines, n_modes) of the
-    modes there."""
-
-    h: ComplexArray
-    noise: FloatArray
-    power: FloatArray
-
-
 def misplaced(
     H: ComplexArray,
     noise: FloatArray,
@@ -71,7 +69,7 @@ def misplaced(
     off, that is explained nearly as well so. Nothing is told of fewer than four sensors: what three show hardly says
     where a fourth is.
     """
-    every = [_lines(H[:, :, j], noise[:, :, j], freq, model, j) for j in range(H.shape[2])]
+    every = [lines_of(H[:, :, j], noise[:, :, j], freq, model, j, MOST) for j in range(H.shape[2])]
     parts, out, n_out = [one for one in every if one is not None], np.array(model.out), H.shape[1]
     found: list[Misplaced] = []
     while n_out > 3 and len(places) and parts and len(found) < max(1, n_out // 3):
@@ -86,22 +84,10 @@ def misplaced(
     return found
 
 
-def _lines(h: ComplexArray, noise: FloatArray, freq: FloatArray, model: Shapes, j: int) -> _Lines | None:
-    """Lines on which responses to force `j` stand out of the noise; None for too few."""
-    lines = clear_lines(h, noise)
-    if lines.size < FEWEST:
-        return None
-    lines = lines[:: max(1, -(-lines.size // MOST))]
-    return _Lines(h[lines], noise[lines], model.powers(freq[lines]) * model.into[j] ** 2)
-
-
-def _gains(lines: _Lines, out: FloatArray, places: FloatArray) -> FloatArray:
+def _gains(lines: ForceLines, out: FloatArray, places: FloatArray) -> FloatArray:
     """Gain (n_out, n_places) in mean log-likelihood with a sensor at each of the places in place of its own."""
     h, n_out = lines.h, len(out)
-    own = np.einsum("om,fm,om->fo", out, lines.power, out).mean(axis=1)
-    level = np.mean(np.abs(h) ** 2, axis=1)
-    power = lines.power * (level / np.maximum(own, np.finfo(float).tiny))[:, None]
-    floor = FLOOR * level + np.mean(lines.noise**2, axis=1)
+    power, floor = at_level(h, lines.noise, out, lines.power)
     gains = np.zeros((n_out, len(places)))
     for i in range(n_out):
         others = [k for k in range(n_out) if k != i]
@@ -128,7 +114,7 @@ def _likelihoods(
     return np.asarray(-np.log(s) - (n + 1) * np.log(squares + left / s))
 
 
-def _otherwise_mistaken(parts: Sequence[_Lines], out: FloatArray, i: int) -> float:
+def _otherwise_mistaken(parts: Sequence[ForceLines], out: FloatArray, i: int) -> float:
     """The gain with sensor i where it is, but upside down or in other units."""
     gains = [rescaled(one.h, inverse_covariances(one.h, one.noise, out, one.power), MISTAKEN)[:, i] for one in parts]
     return float(np.mean(gains, axis=0).max())
