@@ -10,17 +10,18 @@ import pytest
 
 from femend.diagnose import diagnosis
 from femend.diagnose.candidates import Start
-from femend.diagnose.nonlinear import _Run, _weaker_too
+from femend.diagnose.nonlinear import _weaker_too
+from femend.diagnose.runs import Run
 from femend.diagnose.settings import Settings
 from femend.physics import physics
 
 
-def run(name: str, left: float, cost: float, misfit: float, **values: float) -> _Run:
+def run(name: str, left: float, cost: float, misfit: float, **values: float) -> Run:
     """A start that left so much of the recovered force, and so much of the records in its first window."""
     loop = SimpleNamespace(size=lambda: 1.0)
     reached = SimpleNamespace(cost=cost, e=np.array([np.sqrt(misfit)]))
     start = Start(physics(name), values, 10.0, 1.0, left)
-    return _Run(name, start, cast(Any, SimpleNamespace(loop=loop)), cast(Any, reached))
+    return Run(name, start, cast(Any, SimpleNamespace(loop=loop)), cast(Any, reached))
 
 
 def test_a_law_that_follows_the_force_and_not_the_motion_is_tried_weaker() -> None:

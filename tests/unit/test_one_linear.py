@@ -15,11 +15,11 @@ from femend.diagnose import together
 from femend.diagnose.dressed import hypothesis_of
 from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.moved import moved
-from femend.diagnose.nonlinear import windows
 from femend.diagnose.one_linear import _beside, _least_linear_first, one_linear
 from femend.diagnose.pairs import Searched, alike
 from femend.diagnose.read_beside import read_off_beside
 from femend.diagnose.recovered import ENDS, without_ends
+from femend.diagnose.runs import windows
 from femend.estimate import Problem
 from femend.model import Place
 from femend.physics import physics

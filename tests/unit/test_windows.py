@@ -16,8 +16,9 @@ from femend.diagnose.advice import only_beginning
 from femend.diagnose.candidates import Start
 from femend.diagnose.joint import open_joint
 from femend.diagnose.judge import Given, Tried
-from femend.diagnose.nonlinear import fit_nonlinear, refit_nonlinear, wider_windows
+from femend.diagnose.nonlinear import fit_nonlinear, refit_nonlinear
 from femend.diagnose.recovered import recover
+from femend.diagnose.runs import wider_windows
 from femend.diagnose.settings import Settings
 from femend.model import find_places
 from femend.physics import physics
@@ -221,6 +222,21 @@ def test_a_stop_that_is_lost_in_the_first_window_is_begun_in_shorter_ones(tmp_pa
     assert found.values["gap"] == pytest.approx(1e-4, rel=0.05)
 
 
+def test_a_law_whose_motion_jumps_is_followed_in_small_steps(tmp_path: Path) -> None:
+    truth = small_study.Truth(laws=[(10, "cubic_stiffness", {"k3": 1e9})])
+    start = small_study.updated(tmp_path, truth)
+    places = find_places(start.reduced.model)
+    place = next(p for p in places if p.kind == "ground" and p.nodes == (10,) and p.direction == "Z")
+    joint = open_joint(place, start.reduced, start.problem.band[1], start.g_rows)
+    recovered = recover(start.problem, joint, start.null.p)
+    assert recovered is not None
+    strong = Start(physics("cubic_stiffness"), {"k3": 1.7e9}, 0.0, 0.0, 0.3)
+    (found,) = fit_nonlinear(start.problem, start.problem, joint, recovered, [("cubic_stiffness", strong)])
+    assert found.sigma == 0.0
+    assert found.fitted < 1.0
+    assert found.values["k3"] == pytest.approx(1e9, rel=0.02)
+
+
 def test_a_law_that_explains_less_in_a_wider_window_is_kept_in_both(monkeypatch: pytest.MonkeyPatch) -> None:
     left = {10.0: 0.9, 3.0: 1.1, 1.0: 3.0, 0.0: 20.0}
 
@@ -228,7 +244,7 @@ def test_a_law_that_explains_less_in_a_wider_window_is_kept_in_both(monkeypatch:
         loop = SimpleNamespace(sigma=sigma, size=lambda: 1)
         reached = SimpleNamespace(cost=left[sigma], e=np.array([left[sigma] ** 0.5]))
         start = cast(Any, SimpleNamespace(left=np.nan))
-        return nonlinear._Run("cubic_stiffness", start, cast(Any, SimpleNamespace(loop=loop)), reached)
+        return nonlinear.Run("cubic_stiffness", start, cast(Any, SimpleNamespace(loop=loop)), reached)
 
     def candidate(loop: Any, *given: Any) -> Any:
         return SimpleNamespace(sigma=loop.sigma, fitted=left[loop.sigma])
@@ -241,15 +257,15 @@ def test_a_law_that_explains_less_in_a_wider_window_is_kept_in_both(monkeypatch:
         "_begun": lambda *a: run(10.0),
         "_best_of_each": lambda runs: runs,
         "_with_model_free": lambda runs, recovered: runs,
-        "_from_shorter": lambda runs, recovered: runs,
+        "from_shorter": lambda runs, recovered: runs,
         "_widened": widened,
         "_candidate": candidate,
         "judge_nonlinear": lambda choosing, candidate: candidate,
     }
     for attribute, value in made.items():
         monkeypatch.setattr(nonlinear, attribute, value)
-    given = cast(Any, None)
-    kept = fit_nonlinear(given, given, given, given, [("cubic_stiffness", given)])
+    given, recovered = cast(Any, None), cast(Any, SimpleNamespace(fit=SimpleNamespace(score=2.0)))
+    kept = fit_nonlinear(given, given, given, recovered, [("cubic_stiffness", given)])
     assert sorted(c.sigma for c in kept) == [1.0, 3.0]
 
 
@@ -275,7 +291,7 @@ def test_laws_go_on_in_their_first_window_with_the_model_free(gets_on: bool) -> 
 
     descent = cast(Any, SimpleNamespace(loop=SimpleNamespace(size=lambda: 1), on=on))
     held = cast(Any, SimpleNamespace(cost=0.9, z=np.zeros(1), e=np.array([1.0])))
-    begun = nonlinear._Run("clearance", cast(Any, None), descent, held, ((10.0, 0.9),))
+    begun = nonlinear.Run("clearance", cast(Any, None), descent, held, ((10.0, 0.9),))
 
     def after(left: float) -> nonlinear._Run:
         (run,) = nonlinear._with_model_free([begun], cast(Any, SimpleNamespace(fit=SimpleNamespace(score=left))))

@@ -19,10 +19,11 @@ from femend.diagnose.law_elsewhere import in_turn
 from femend.diagnose.linear import refit_linear
 from femend.diagnose.locate import Located, squares_of
 from femend.diagnose.moved import moved
-from femend.diagnose.nonlinear import refit_nonlinear, windows
+from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.pace import OUTDONE
 from femend.diagnose.pairs import Searched, alike, plain
 from femend.diagnose.preference import preference
+from femend.diagnose.runs import windows
 from femend.diagnose.terms import Term, fit_terms
 from femend.diagnose.together import Scored, fitted_together, may_be_beaten, shows
 from femend.model import Place

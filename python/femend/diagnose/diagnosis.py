@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -12,6 +12,7 @@ from femend.diagnose.alike import with_look_alikes
 from femend.diagnose.best_place import at_the_best_place
 from femend.diagnose.between_members import with_pairs_between
 from femend.diagnose.candidates import Candidate
+from femend.diagnose.contradicted import nothing_followed
 from femend.diagnose.crossing import as_sensors_are
 from femend.diagnose.directions import in_other_directions
 from femend.diagnose.each_alone import unlike
@@ -56,15 +57,21 @@ def diagnose_records(
     progress: Progress | None = None,
     settings: Settings | None = None,
     so_far: SoFar | None = None,
+    contradicts: Callable[[UpdatedModel], bool] | None = None,
 ) -> Diagnosis:
     """Diagnoses a model against its fit records (accelerations, measured forces, from rest).
 
-    `zeta` is the starting damping ratio; `so_far` is filled on the way. Raises RecordingError where there is nothing to
-    fit.
+    `zeta` is the starting damping ratio; `so_far` is filled on the way. `contradicts` is asked of the updated model
+    whether deck and recordings contradict each other as a whole; then nothing is looked for that neither the updated
+    model nor a force at one place comes near.
+    Raises RecordingError where there is nothing to fit.
     """
     settings, so_far = settings or Settings(), so_far or SoFar()
     tell = progress or SilentProgress()
     start = so_far.start = update_model(model, records, zeta, tell.start)
+    contradicted = contradicts is not None and contradicts(start)
+    if contradicted and (nothing := nothing_followed(start)) is not None:
+        return nothing
     tell.start("list the places")
     listed = [*find_places(start.reduced.model), *bed_places(start.reduced, start.problem.band[1])]
     places = sensed_places(start.problem, start.reduced, listed)
@@ -78,7 +85,8 @@ def diagnose_records(
     off, start, located = put_right(start, located, places, zeta, settings)
     start, located = as_sensors_are(start, located, places)
     so_far.places(start, located)
-    out = explain(nearer(start, located, settings), located, places, settings, tell, so_far=so_far)
+    begun = nearer(start, located, settings)
+    out = explain(begun, located, places, settings, tell, so_far=so_far, contradicted=contradicted)
     out = so_far.found = out if off is None else replace(out, off=off)
     tell.done()
     return out
@@ -94,16 +102,21 @@ def explain(
     *,
     further: bool = True,
     so_far: SoFar | None = None,
+    contradicted: bool = False,
 ) -> Diagnosis:
     """Names what is missing at the places `located` (of all `places`), or says that nothing is; `further` effects are
-    looked for where one does not explain enough. `so_far` is filled on the way."""
+    looked for where one does not explain enough. `so_far` is filled on the way; where deck and
+    recordings are `contradicted` by each other, no law is tried that a force at one place does not stand for."""
     tell, so_far = tell or SilentProgress(), so_far or SoFar()
     loud = louder(start, located)
     now, at = (start, located) if loud is None else (loud.start, loud.located)
     so_far.places(now, at)
     states = unlike(start, settings)
-    hopeless = bool(states) and not any(one.fit.score <= settings.adequate for one in located)
+    far = contradicted and start.null.score > settings.far
+    hopeless = bool(states or far) and not any(one.fit.score <= settings.adequate for one in located)
     decided = _one_effect(_Task(now, list(at), places, settings, tell, so_far, hopeless))
+    if hopeless and not states:
+        return decided  # nor do several forces make up for what is wrong with all of it
     if states and decided.best is None:
         if decided.verdict == "located-not-named" and not hopeless:
             # one force at one place explains all of them, too
@@ -129,7 +142,7 @@ def explain(
 class _Task:
     """One effect to be named: from an updated model and the places found for it, of all `places`; `tell` is told of the
     steps, and `so_far` of what is settled. Naming may be `hopeless`: no force explains recordings that are not those of
-    one structure."""
+    one structure, or that contradict the deck as a whole."""
 
     start: UpdatedModel
     located: list[Located]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import takewhile
 
 import numpy as np
@@ -16,6 +16,7 @@ from femend.diagnose.joint import Joint
 from femend.diagnose.motion import motion
 from femend.diagnose.pace import OUTDONE_SOON, Pace
 from femend.diagnose.recovered import Recovered
+from femend.diagnose.runs import EXPLAINS, FAR, FEW, FIRST, Run, from_shorter, step_by_step, windows
 from femend.estimate import FitRecord, Problem
 from femend.estimate.lines import TEMPERING
 from femend.threads import at_once
@@ -29,27 +30,18 @@ __all__ = [
     "refit_nonlinear",
     "candidate_motion",
     "simulate_candidate",
-    "wider_windows",
-    "windows",
 ]
 
 FloatArray = NDArray[np.float64]
 
-# steps of every start, starts that are followed, their further steps, and steps with all unknowns
-FEW, FOLLOWED, FIRST, JOINT = 6, 7, 5, 10
+# starts that are followed, and steps with all unknowns
+FOLLOWED, JOINT = 7, 10
 # steps of a start after which it is given up where a law of another place has outdone it
 SOON = 2
 # as many steps more, so often, while they take at least this share of the cost of a law that leaves more than this
-AGAIN, FALLING, FAR = 6, 0.2, 2.0
+AGAIN, FALLING = 6, 0.2
 # share of the cost that a last step took away below which no more steps are made
 AT_REST = 1e-3
-# decays of the windows, in units of `Problem.scale`, before the whole records
-WINDOWS = (10.0, 3.0, 1.0)
-# decays of shorter windows, in the same units, through which laws are begun anew that are lost in the first
-SHORTER = (100.0, 30.0)
-# ratio of a window's decay to that of the one before where a law is followed on in small steps, and the decay (in units
-# of `Problem.scale`) from which whole records are next
-FINER, WHOLE = 0.7, 0.1
 # starts whose cost is within this of the least are told apart by how well their law fits the recovered force: what acts
 # at large motion alone may not show in the beginning of a record
 TIED = 10.0
@@ -61,30 +53,11 @@ CLEARLY = 0.02
 WEAKER = (0.3, 0.1)
 # what a start leaves of the force it was read off, in the least of all, up to which it follows that as well
 AS_WELL = 1.1
-# misfit up to which a law explains a window
-EXPLAINS = 1.5
 # misfit of the best law in the first window, as a multiple of what a free force leaves of the records, from which the
 # model's unknowns, held there, bend the laws
 BENT = 1.3
 # a law whose misfit grows by more than this when the window is widened has motion that cannot be followed any longer
 LOST = 4.0
-
-
-@dataclass(frozen=True, eq=False)
-class _Run:
-    """A start on its way: descent with the window it has reached, where it is there."""
-
-    name: str
-    start: Start
-    descent: Descent[ClosedLoop]
-    reached: Reached
-    # costs in the windows it came through, by their decays
-    path: tuple[tuple[float, float], ...] = ()
-
-    @property
-    def misfit(self) -> float:
-        """Mean weighted square left in the window."""
-        return float(self.reached.e @ self.reached.e) / self.descent.loop.size()
 
 
 def fit_nonlinear(
@@ -100,14 +73,17 @@ def fit_nonlinear(
     All starts go a few steps on the beginnings of the records (an exponential window), where paths of motion that later
     part are still together; those that get on best go on, where they leave more than a free force does with the model's
     unknowns free there too, to wider windows and the whole records, as far as their motion can be followed: impacts may
-    make it depend on its past without limit. A law is kept as it was in the widest window it was followed to and, where
-    it explains less there than before, in the widest that it explains. Laws that the `pace` of those at other places
-    outdoes are left out; those that explain whole records set it.
+    make it depend on its past without limit. Where none comes to explain whole records, and a free force does, they are
+    begun anew in shorter windows and followed in small steps.
+
+    A law is kept as it was in the widest window it was followed to and, where it explains less there than before, in
+    the widest that it explains. Laws that the `pace` of those at other places outdoes are left out; those that explain
+    whole records set it.
     """
     pace = Pace() if pace is None else pace
     first, *wider = windows(problem)
 
-    def begin(laws: Sequence[tuple[str, Start]]) -> list[_Run]:
+    def begin(laws: Sequence[tuple[str, Start]]) -> list[Run]:
         made = at_once(lambda law: _begun(problem, joint, recovered, *law, first, pace), laws)
         return [run for run in made if run is not None]
 
@@ -115,9 +91,10 @@ def fit_nonlinear(
     started += begin(_weaker_too(started))
     runs, lost = _best_of_each(started)[:FOLLOWED], []
     runs = [run for run in runs if not pace.outdone(first, run.reached.cost, OUTDONE_SOON)]
-    runs = _from_shorter(_with_model_free(runs, recovered), recovered)
+    ready = from_shorter(_with_model_free(runs, recovered), recovered)
+    runs = ready
     for sigma in wider:
-        ahead: list[_Run] = []
+        ahead: list[Run] = []
         for run, new in _all_widened(runs, sigma):
             if ahead and run.reached.cost > BEHIND * runs[0].reached.cost:
                 break  # of laws in order, only these are followed as long as one before them can be
@@ -126,6 +103,9 @@ def fit_nonlinear(
             ahead += [] if new is None else [new]
             lost += [run] if new is None or new.misfit > EXPLAINS >= run.misfit else []
         runs = sorted(ahead, key=lambda r: r.reached.cost)
+    if recovered.fit.score <= EXPLAINS and not any(run.misfit <= EXPLAINS for run in runs):
+        stepped = at_once(lambda run: step_by_step(run, recovered), ready)
+        runs += [run for run in stepped if run is not None]
     for run in runs:
         if run.misfit <= EXPLAINS:
             pace.keep(run.path)
@@ -141,7 +121,7 @@ def fit_nonlinear(
 
 def _begun(
     problem: Problem, joint: Joint, recovered: Recovered, name: str, start: Start, sigma: float, pace: Pace
-) -> _Run | None:
+) -> Run | None:
     """A start after its first steps in the window exp(-sigma t), of a weaker law where it cannot be simulated as it was
     read off: one that softens has motion without bounds from some size on. None where none can be, and where the `pace`
     of laws at other places has outdone it soon."""
@@ -156,11 +136,11 @@ def _begun(
         if reached is not None and soon:
             reached = descent.run(reached.z, FEW - soon)
         if reached is not None:
-            return _Run(name, begun, descent, reached, ((sigma, reached.cost),))
+            return Run(name, begun, descent, reached, ((sigma, reached.cost),))
     return None
 
 
-def _weaker_too(started: Sequence[_Run]) -> list[tuple[str, Start]]:
+def _weaker_too(started: Sequence[Run]) -> list[tuple[str, Start]]:
     """Weaker laws of starts that follow what was read off as well as any, but leave far more than another once they are
     simulated: of a motion that jumps the lines in the band show too little, and a law read off it is too strong."""
     least = min((run.reached.cost for run in started), default=0.0)
@@ -179,27 +159,15 @@ def _weaker(start: Start, share: float) -> Start:
     return replace(start, values=values, k=share * start.k, c=share * start.c)
 
 
-def windows(problem: Problem) -> list[float]:
-    """Decays sigma (1/s) of the windows exp(-sigma t) a law is followed through, the whole records (0) last."""
-    return [*(factor * problem.scale() for factor in WINDOWS), 0.0]
-
-
-def wider_windows(problem: Problem, sigma: float) -> list[float]:
-    """Decays (1/s) of windows from exp(-sigma t) on to the whole records (0), each a little wider than the one
-    before."""
-    n = int(np.log(sigma / (WHOLE * problem.scale())) / np.log(1 / FINER))
-    return [*(sigma * FINER ** (i + 1) for i in range(n)), 0.0]
-
-
-def _best_of_each(runs: Sequence[_Run]) -> list[_Run]:
+def _best_of_each(runs: Sequence[Run]) -> list[Run]:
     """The best start of every law and number of sides, in rising order of cost, of those that cost as little in that of
     what the regression left; near copies take no other's place."""
-    best: dict[tuple[str, float], _Run] = {}
+    best: dict[tuple[str, float], Run] = {}
     for run in sorted(runs, key=lambda r: r.reached.cost):
         best.setdefault((run.name, run.start.values.get("sides", 0.0)), run)
     least = min((run.reached.cost for run in best.values()), default=0.0)
 
-    def rank(run: _Run) -> tuple[bool, float]:
+    def rank(run: Run) -> tuple[bool, float]:
         if run.reached.cost > least + TIED:
             return True, run.reached.cost
         # friction that sticks was found without a regression
@@ -208,14 +176,14 @@ def _best_of_each(runs: Sequence[_Run]) -> list[_Run]:
     return sorted(best.values(), key=rank)
 
 
-def _with_model_free(runs: list[_Run], recovered: Recovered) -> list[_Run]:
+def _with_model_free(runs: list[Run], recovered: Recovered) -> list[Run]:
     """The runs fitted further in their window with everything free, in rising order of cost, where they leave more than
     a free force does: the model's unknowns are those that it led to, and what they are off by bends a law that has
     nothing but itself to make up for it so far that it is lost in the next window."""
     if not runs or min(run.misfit for run in runs) <= BENT * recovered.fit.score:
         return runs
 
-    def freed(run: _Run) -> _Run:
+    def freed(run: Run) -> Run:
         descent = run.descent.on(run.descent.loop, everything=True)
         reached = descent.run(run.reached.z, FIRST)
         return run if reached is None else replace(run, descent=descent, reached=reached)
@@ -223,36 +191,12 @@ def _with_model_free(runs: list[_Run], recovered: Recovered) -> list[_Run]:
     return sorted(at_once(freed, runs), key=lambda r: r.reached.cost)
 
 
-def _from_shorter(runs: list[_Run], recovered: Recovered) -> list[_Run]:
-    """The runs, in rising order of cost, each begun anew in shorter windows where that leads further down in this one,
-    where a free force explains the recordings and none of them comes near: after a few impacts motion depends on a stop
-    so much that there are minima all around the right one, after the first there are not."""
-    if not runs or min(run.misfit for run in runs) <= FAR or recovered.fit.score > EXPLAINS:
-        return runs
-
-    def anew(run: _Run) -> _Run:
-        problem, joint, last = run.descent.loop.problem, run.descent.loop.joint, run.descent.loop.sigma
-        loop, x = loop_of(problem, joint, run.start, recovered)
-        descent = Descent.around(replace(loop, substeps=COARSE), x, False)
-        z, reached = np.concatenate([recovered.fit.p, x]), run.reached
-        for sigma in (*(factor * problem.scale() for factor in SHORTER), last):
-            for everything, steps in ((False, FEW), (True, FIRST)):
-                descent = descent.on(descent.loop.at(sigma), everything)
-                there = descent.run(z, steps)
-                if there is None:
-                    return run
-                z, reached = there.z, there
-        return run if reached.cost > run.reached.cost else replace(run, descent=descent, reached=reached)
-
-    return sorted(at_once(anew, runs), key=lambda r: r.reached.cost)
-
-
 def _further(one: Candidate, other: Candidate) -> bool:
     """Whether a fit holds on a wider window than another, or is better on the same."""
     return (one.sigma, one.fitted) < (other.sigma, other.fitted)
 
 
-def _all_widened(runs: Sequence[_Run], sigma: float) -> Iterator[tuple[_Run, _Run | None]]:
+def _all_widened(runs: Sequence[Run], sigma: float) -> Iterator[tuple[Run, Run | None]]:
     """Runs in order, each on a wider window: the first ones close behind the best at once, the others as they are asked
     for."""
     near = list(takewhile(lambda run: run.reached.cost <= BEHIND * runs[0].reached.cost, runs))
@@ -260,18 +204,18 @@ def _all_widened(runs: Sequence[_Run], sigma: float) -> Iterator[tuple[_Run, _Ru
     yield from ((run, _widened(run, sigma)) for run in runs[len(near) :])
 
 
-def _widened(run: _Run, sigma: float) -> _Run | None:
+def _widened(run: Run, sigma: float) -> Run | None:
     """The run on a wider window with everything free; None where it cannot be followed there."""
     descent = run.descent.on(run.descent.loop.at(sigma), everything=True)
     reached = descent.run(run.reached.z, FIRST)
     if reached is None:
         return None
-    new = _on_its_way(_Run(run.name, run.start, descent, reached))
+    new = _on_its_way(Run(run.name, run.start, descent, reached))
     new = replace(new, path=(*run.path, (sigma, new.reached.cost)))
     return None if new.misfit > LOST * max(run.misfit, 1.0) else new
 
 
-def _on_its_way(run: _Run) -> _Run:
+def _on_its_way(run: Run) -> Run:
     """The run followed further while it is far from the noise and falls fast: where the model has to go far with the
     law, it is on its way for long."""
     for _ in range(AGAIN):

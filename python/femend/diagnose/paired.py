@@ -9,9 +9,9 @@ from __future__ import annotations
 import itertools
 from dataclasses import replace
 
-from femend.diagnose.nonlinear import windows
 from femend.diagnose.pairs import Searched, alike
 from femend.diagnose.ranked import Ranked
+from femend.diagnose.runs import windows
 from femend.diagnose.terms import Term
 from femend.diagnose.together import Scored, are_told, fitted_together, term_of
 from femend.model import Place

@@ -17,7 +17,7 @@ from femend.diagnose.joint import Joint, open_joints
 from femend.diagnose.known_force import rows_of
 from femend.diagnose.locate import Located
 from femend.diagnose.motion import motion
-from femend.diagnose.nonlinear import EXPLAINS, wider_windows, windows
+from femend.diagnose.runs import EXPLAINS, wider_windows, windows
 from femend.estimate import FitRecord, Hypothesis, Problem
 from femend.model import Place, ReducedModel
 

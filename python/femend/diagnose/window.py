@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.judge import Given, Judge, Tried, compared_in, judge_in
-from femend.diagnose.nonlinear import refit_nonlinear, wider_windows, windows
+from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.ranked import Ranked
+from femend.diagnose.runs import wider_windows, windows
 from femend.estimate import Hypothesis
 
 __all__ = ["followed_on", "widest"]

@@ -92,11 +92,12 @@ def doubts_of(model: Model, test: Test, pairing: Pairing, zeta: float) -> list[s
     return doubts_found(model, test, pairing, zeta).texts
 
 
-def doubts_found(model: Model, test: Test, pairing: Pairing, zeta: float) -> Doubts:
+def doubts_found(model: Model, test: Test, pairing: Pairing, zeta: float, *, digits: bool = False) -> Doubts:
     """Recordings to be fitted that contradict the `model` as a mistake in units, scales, signs or durations does.
 
     `zeta` is the damping ratio of its modes. Where the force was not measured (ambient, unknown) it is what the shapes
-    say of single sensors, and of a rotor's run whether its sampling reaches the model's modes."""
+    say of single sensors, and of a rotor's run whether its sampling reaches the model's modes. Mistaken `digits` of
+    parameters are sought in any case, where else only in a model whose shapes explain little."""
     used = [r for r in test if r.role == "fit" and (_measured(r) or _unmeasured(r) or _turning(r))]
     frfs = [_frfs(r) if _measured(r) else None for r in used]
     if not used:
@@ -109,7 +110,7 @@ def doubts_found(model: Model, test: Test, pairing: Pairing, zeta: float) -> Dou
         return Doubts()  # whoever solves the model next says what is wrong with it
     against = {r.name: _of_channels(r, data, modes, pairing) for r, data in zip(used, frfs, strict=True)}
     known = [Against(r, d, against[r.name]) for r, d in zip(used, frfs, strict=True) if d is not None]
-    elsewhere = frequency_doubts(model, zeta, modes, pairing, known)
+    elsewhere = frequency_doubts(model, zeta, modes, pairing, known, digits=digits)
     found: dict[tuple[str, str], tuple[Doubt, list[str]]] = {}
     for recording in used:
         why = [doubt for doubt, names in elsewhere if recording.name in names]

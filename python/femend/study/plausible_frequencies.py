@@ -63,11 +63,11 @@ class Against:
 
 
 def frequency_doubts(
-    model: Model, zeta: float, modes: ModeSet, pairing: Pairing, used: Sequence[Against]
+    model: Model, zeta: float, modes: ModeSet, pairing: Pairing, used: Sequence[Against], *, digits: bool = False
 ) -> list[tuple[Doubt, tuple[str, ...]]]:
     """Doubts about the frequencies of recordings `used` against the `modes` of the `model`, whose damping ratio is
     `zeta`, each with the names of the recordings that raise it. Nothing is told that a sensor doubted by itself
-    explains as well."""
+    explains as well. Mistaken `digits` are sought though the model explains the recordings well as it is."""
     told: list[tuple[Doubt, tuple[str, ...]]] = []
     rest: list[Against] = []
     found: list[Lines] = []
@@ -82,7 +82,7 @@ def frequency_doubts(
         return told
     least = _by_sensors(rest, found, modes, pairing)
     off = _beyond(common_factor(found), least)
-    doubt = _digit(_Tried(model, zeta, modes, pairing, [one.data for one in rest]), found, off, least)
+    doubt = _digit(_Tried(model, zeta, modes, pairing, [one.data for one in rest]), found, off, least, digits)
     if doubt is None and off is not None:
         doubt = _frequencies(off)
     return told if doubt is None else [*told, (doubt, tuple(one.recording.name for one in rest))]
@@ -154,14 +154,14 @@ class _Tried:
         return explained(found) if found else np.full(2, -np.inf)
 
 
-def _digit(tried: _Tried, found: Sequence[Lines], off: Off | None, least: float) -> Doubt | None:
+def _digit(tried: _Tried, found: Sequence[Lines], off: Off | None, least: float, anyway: bool) -> Doubt | None:
     """The doubt about the one parameter that explains the lines `found` clearly better with a digit more or less, by
-    more than the `least`; None where the model explains them as it is, where no parameter does, where one factor `off`
-    does as well, and where it would take long."""
+    more than the `least`; None where no parameter does, where one factor `off` does as well, where it would take long
+    and, unless sought `anyway`, where the model explains them as it is."""
     before = explained(found)
     parameters = [p for p in tried.model.parameters if p.property in OF_DIGITS]
     well = before[0] > WELL * np.mean([line.h.shape[1] for line in found])
-    if (well and off is None) or len(parameters) > MOST or tried.model.fe.n_a > MOST_DOFS:
+    if (well and off is None and not anyway) or len(parameters) > MOST or tried.model.fe.n_a > MOST_DOFS:
         return None
     best, gain = None, max(least + MISTAKEN, 0.0 if off is None else float(off.gain.min()))
     for parameter in parameters:

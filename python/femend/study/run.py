@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from femend.data import Recording, Spectra, Test
 from femend.diagnose import Diagnosis, diagnose_records, diagnose_responses
 from femend.diagnose.interrupted import undecided
+from femend.diagnose.settings import Settings
 from femend.diagnose.so_far import SoFar
 from femend.diagnose.unrecorded import LEAST_SENSORS
+from femend.diagnose.update import UpdatedModel
 from femend.errors import FemendError, RecordingError, StudyError, TimeLimitError
 from femend.estimate import FitRecord, fit_records, pair_test
 from femend.io import OutputDirectory, refuse_unwritable
@@ -47,9 +50,9 @@ from femend.study.time_limit import TimeLimit
 __all__ = ["diagnose"]
 
 
+# doubts about a test or a deck as a whole, beside which nothing else can be told
+OF_ALL = ("level", "frequencies", "time axis", "unrelated", "parameter")
 # why recordings of a force nobody recorded are taken as ambient vibration
-# doubts about a test as a whole, beside which nothing else can be told
-OF_ALL = ("level", "frequencies", "time axis", "unrelated")
 ONLY_MODES = "only the modes that they show were compared, which passes over most of what may be missing"
 TOO_FEW = f"no force was recorded, and not {LEAST_SENSORS} responses in time: {ONLY_MODES}; record more responses"
 NO_ONE_FORCE = (
@@ -190,7 +193,7 @@ class _Task:
             settled = undecided(SoFar(start=self.right.start), "")
             assert settled is not None
             return self.finished(replace(settled, interrupted=False, advice=""))
-        diagnose_them = diagnose_responses if unrecorded else diagnose_records
+        diagnose_them = diagnose_responses if unrecorded else partial(diagnose_records, contradicts=self._contradicts)
         with self.limit, self.steps.step("diagnose"), self.steps.parts("diagnose") as told:
             found = diagnose_them(self.model, self.records, self.study.damping_ratio, told, so_far=self.so_far)
         return None if found is None else self.finished(found)
@@ -225,13 +228,26 @@ class _Task:
         was named: a search for missing physics does not make up for other units, another time step or no supports."""
         if result["verdict"] not in ("located-not-named", "undetermined"):
             return result
-        whole = [one.text for one in self.doubted if one.doubt.kind in OF_ALL]
-        doubted = [*deck_doubts(self.study, self.model.deck), *whole]
-        told = [text for text in doubted if text in result["warnings"]]
+        told = [text for text in self._contradictions() if text in result["warnings"]]
         if not told:
             return result
         first = "settle this first, since no place and no law can be told beside it: " + "; ".join(told)
         return {**result, "advice": "; ".join(filter(None, [first, result["advice"]]))}
+
+    def _contradicts(self, start: UpdatedModel) -> bool:
+        """Whether the deck or the test as a whole is doubtful. Where the updated model strains its priors and is far
+        from the recordings all the same, digits of parameters are doubted that were not before."""
+        if not self._contradictions() and _strained(start):
+            found = doubts_found(self.model, self.test, self.pairing, self.study.damping_ratio, digits=True)
+            more = [one for one in found.of_recordings if one.doubt.kind == "parameter"]
+            self.doubted = [*self.doubted, *more]
+            self.warnings += [one.text for one in more]
+        return bool(self._contradictions())
+
+    def _contradictions(self) -> list[str]:
+        """What is doubtful of the deck or of the test as a whole."""
+        whole = [one.text for one in self.doubted if one.doubt.kind in OF_ALL]
+        return [*deck_doubts(self.study, self.model.deck), *whole]
 
     def settled(self, why: str = "the run was interrupted") -> StudyRun | None:
         """What is settled when it is stopped for the reason `why`, written; None where nothing is."""
@@ -257,6 +273,12 @@ class _Task:
                 seconds=seconds, step=step,
             )  # fmt: skip
         return run
+
+
+def _strained(start: UpdatedModel) -> bool:
+    """Whether an updated model bends its priors, and is far from the recordings all the same."""
+    settings = Settings()
+    return start.null.score > settings.far and settings.strains(start.null.prior)
 
 
 def _unrecorded(study: Study) -> bool:
