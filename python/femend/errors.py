@@ -28,6 +28,7 @@ __all__ = [
     "SingularModelError",
     "StudyError",
     "TimeLimitError",
+    "TooFewModesError",
     "UnitError",
     "UpdatingError",
 ]
@@ -82,7 +83,22 @@ class GeometryError(ModelError):
 
 
 class ConvergenceError(FemendError, ArithmeticError):
-    """An eigensolution or factorisation that missed its accuracy; the message says by how much and what to do."""
+    """An eigensolution or factorisation that missed its accuracy; the message says by how much and what to do.
+
+    Attributes: `converged`, how many modes or poles reached it; None where none were asked for.
+    """
+
+    def __init__(self, message: str, *, converged: int | None = None) -> None:
+        super().__init__(message)
+        self.converged = converged
+
+
+class TooFewModesError(FemendError, ValueError):
+    """More modes asked for than oscillate. `available` is how many do."""
+
+    def __init__(self, message: str, *, available: int) -> None:
+        super().__init__(message)
+        self.available = available
 
 
 class MemoryLimitError(FemendError, MemoryError):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -15,7 +14,7 @@ from femend.analysis.turning import TurningSystem, as_turning_system
 from femend.analysis.whirl import WhirlMeter
 from femend.data.campbell import Campbell
 from femend.dof import Dof
-from femend.errors import ConvergenceError, ModelError
+from femend.errors import ConvergenceError, ModelError, TooFewModesError
 from femend.model import Model
 from femend.model.spinning import SpinningPart
 from femend.numerals import listed, plain
@@ -26,8 +25,6 @@ GUARD = 0.5  # modes beyond the wanted ones, as a share, so that branches may ch
 BESIDE_REST = 1e-3  # share of the second speed at which branches begin where the first is 0
 FAR = 0.5  # share by which a pole cannot change between rest and the beginning of a branch
 LIKE = 0.1  # bi-orthogonality below which, at the smallest step, a branch is lost
-_FEWER = re.compile(r"only (\d+) oscillatory modes")
-_CONVERGED = re.compile(r"(\d+) of \d+ complex poles converged")
 
 
 def campbell(
@@ -114,9 +111,9 @@ class _Spectrum:
         if speed not in self._known:
             try:
                 found = self._solver(self._n).raw(speed)
-            except ValueError as error:
+            except TooFewModesError as error:
                 # more are overdamped here than where the branches begin
-                found = self._solver(_number(_FEWER, error)).raw(speed)
+                found = self._solver(_some(error.available, error)).raw(speed)
             self._known[speed] = State.of(self.system, found, speed)
         return self._known[speed]
 
@@ -132,15 +129,17 @@ class _Spectrum:
             try:
                 self.at(top)
                 found = self._solver(self._n).raw(first)
-            except (ValueError, ConvergenceError) as error:
+            except (TooFewModesError, ConvergenceError) as error:
                 if self._n is None or asked is None:
                     raise
                 if isinstance(error, ConvergenceError):
                     # those beyond the wanted ones may be left out
-                    n = asked if self._n > asked else _number(_CONVERGED, error)
+                    n = asked if self._n > asked else error.converged or 0
+                    if n == 0:
+                        raise
                     why = "the frequencies of those beyond lie too far apart for what rounding leaves"
                 else:
-                    n = _number(_FEWER, error)
+                    n = _some(error.available, error)
                     massless = n == int(np.count_nonzero(abs(self.system.M).sum(axis=0)))
                     why = "no more DOFs have a mass" if massless else f"no more oscillate at {_rpm(first)} 1/min"
                 self._n = n
@@ -157,18 +156,14 @@ class _Spectrum:
         )
 
 
-def _number(pattern: re.Pattern[str], error: Exception) -> int:
-    """How many modes an `error` of the solver says there are; raises it where it is about something else, and
-    ModelError where there is none."""
-    said = pattern.search(str(error))
-    if said is None or (isinstance(error, ConvergenceError) and int(said[1]) == 0):
-        raise error
-    if int(said[1]) == 0:
+def _some(available: int, error: TooFewModesError) -> int:
+    """How many modes are `available`. Raises ModelError where there is none."""
+    if available == 0:
         raise ModelError(
             "no mode of the model oscillates: give the materials a density (RHO of MAT1) or add masses (CONM2), and "
             "look for dashpots that are too strong"
         ) from error
-    return int(said[1])
+    return available
 
 
 def _rpm(speed: float) -> str:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femend.analysis.conservative import groups
 from femend.analysis.turning import TurningSystem
+from femend.errors import TooFewModesError
 
 __all__ = ["LARGEST", "dense_modes", "refined_modes"]
 
@@ -86,9 +87,10 @@ def _selected(
 
     above = some(~real & (poles.imag > 0))
     if f_max is None and n_modes is not None and above.size < n_modes:
-        raise ValueError(
+        raise TooFewModesError(
             f"n_modes = {n_modes}, but the model has only {above.size} oscillatory modes at this speed "
-            f"({int(real.sum())} poles are overdamped); ask for fewer, or pass f_max"
+            f"({int(real.sum())} poles are overdamped); ask for fewer, or pass f_max",
+            available=int(above.size),
         )
     limit = np.inf if f_max is None else 2 * np.pi * f_max
     above = above[:n_modes]

@@ -70,6 +70,19 @@ pub enum DynamicsError {
         /// Largest residual among the wanted.
         residual: f64,
     },
+    /// More complex modes asked for than oscillate.
+    #[error(
+        "n_modes = {wanted}, but the model has only {found} oscillatory modes at this speed ({real} poles are \
+             overdamped); ask for fewer, or pass f_max"
+    )]
+    TooFewModes {
+        /// Modes asked for.
+        wanted: usize,
+        /// Modes that oscillate.
+        found: usize,
+        /// Poles that are real.
+        real: usize,
+    },
     /// The complex modes of a speed stopped before all had converged.
     #[error(
         "{converged} of {wanted} complex poles converged at {speed:.6} rad/s with {vectors} vectors (largest residual \

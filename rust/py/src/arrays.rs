@@ -8,9 +8,11 @@ use ndarray::{Array, ArrayView1, Dimension, ShapeBuilder, StrideShape};
 use numpy::{Element, PyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::type_object::PyTypeInfo;
 use pyo3::types::{PyDict, PyTuple};
 
 pyo3::import_exception!(femend.errors, ConvergenceError);
+pyo3::import_exception!(femend.errors, TooFewModesError);
 pyo3::import_exception!(femend.errors, MemoryLimitError);
 pyo3::import_exception!(femend.errors, ModelError);
 pyo3::import_exception!(femend.errors, SingularModelError);
@@ -139,31 +141,33 @@ pub(crate) fn modal_model(
     }
 }
 
-/// `SingularModelError` with its DOFs as text.
-fn singular(message: String, dofs: Vec<usize>) -> PyErr {
+/// An exception of type `E` with a message and what `fill` puts into its keyword arguments.
+fn with_attributes<E: PyTypeInfo>(
+    message: String,
+    fill: impl FnOnce(&Bound<'_, PyDict>) -> PyResult<()>,
+) -> PyErr {
     Python::attach(|py| {
         let build = || -> PyResult<PyErr> {
-            let names = PyTuple::new(py, dofs.into_iter().map(|d| d.to_string()))?;
             let kwargs = PyDict::new(py);
-            kwargs.set_item("dofs", names)?;
-            let value = py.get_type::<SingularModelError>().call((message,), Some(&kwargs))?;
-            Ok(PyErr::from_value(value))
+            fill(&kwargs)?;
+            Ok(PyErr::from_value(py.get_type::<E>().call((message,), Some(&kwargs))?))
         };
         build().unwrap_or_else(|e| e)
     })
 }
 
+/// `SingularModelError` with its DOFs as text.
+fn singular(message: String, dofs: Vec<usize>) -> PyErr {
+    with_attributes::<SingularModelError>(message, |kwargs| {
+        kwargs.set_item("dofs", PyTuple::new(kwargs.py(), dofs.into_iter().map(|d| d.to_string()))?)
+    })
+}
+
 /// `MemoryLimitError` with both numbers in bytes.
 fn too_large(message: String, needed: usize, free: Option<usize>) -> PyErr {
-    Python::attach(|py| {
-        let build = || -> PyResult<PyErr> {
-            let kwargs = PyDict::new(py);
-            kwargs.set_item("needed", needed)?;
-            kwargs.set_item("free", free)?;
-            let value = py.get_type::<MemoryLimitError>().call((message,), Some(&kwargs))?;
-            Ok(PyErr::from_value(value))
-        };
-        build().unwrap_or_else(|e| e)
+    with_attributes::<MemoryLimitError>(message, |kwargs| {
+        kwargs.set_item("needed", needed)?;
+        kwargs.set_item("free", free)
     })
 }
 
@@ -194,9 +198,15 @@ pub(crate) fn dynamics_error(error: DynamicsError) -> PyErr {
             ModelError::new_err(message)
         }
         DynamicsError::Memory { need, free, .. } => too_large(message, need.total(), Some(free)),
-        DynamicsError::NotConverged { .. }
-        | DynamicsError::ComplexNotConverged { .. }
-        | DynamicsError::ResponseNotConverged { .. }
-        | DynamicsError::Missing { .. } => ConvergenceError::new_err(message),
+        DynamicsError::TooFewModes { found, .. } => {
+            with_attributes::<TooFewModesError>(message, |kwargs| kwargs.set_item("available", found))
+        }
+        DynamicsError::NotConverged { converged, .. }
+        | DynamicsError::ComplexNotConverged { converged, .. } => {
+            with_attributes::<ConvergenceError>(message, |kwargs| kwargs.set_item("converged", converged))
+        }
+        DynamicsError::ResponseNotConverged { .. } | DynamicsError::Missing { .. } => {
+            ConvergenceError::new_err(message)
+        }
     }
 }

@@ -47,11 +47,7 @@ pub(super) fn select(
     if options.f_max.is_none() && above.len() < room {
         let found = above.len() + out.len();
         let real = sorted(&|p| is_real(p)).len();
-        return Err(DynamicsError::Argument(format!(
-            "n_modes = {}, but the model has only {found} oscillatory modes at this speed ({real} poles are \
-             overdamped); ask for fewer, or pass f_max",
-            found + room - above.len()
-        )));
+        return Err(DynamicsError::TooFewModes { wanted: found + room - above.len(), found, real });
     }
     out.truncate(options.n_modes.unwrap_or(usize::MAX));
     let chosen: Vec<Pair> = above.into_iter().take(room).take_while(|p| p.lambda.norm() <= limit).collect();

@@ -132,7 +132,7 @@ impl ComplexProblem {
     /// Complex modes at a speed in rad/s.
     ///
     /// # Errors
-    /// [`DynamicsError::ComplexNotConverged`], [`DynamicsError::Argument`] where there are fewer modes than asked for.
+    /// [`DynamicsError::ComplexNotConverged`], [`DynamicsError::TooFewModes`] where there are fewer than asked for.
     pub fn modes(&mut self, speed: f64) -> Result<ComplexModes, DynamicsError> {
         if !speed.is_finite() {
             return Err(DynamicsError::Argument(format!("speed = {speed} rad/s; it must be finite")));
