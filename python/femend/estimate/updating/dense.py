@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from femend.errors import ModelError
 from femend.estimate.updating.requests import DAMPING, Frfs, Statics, damping_matrix
-from femend.estimate.updating.state import State
+from femend.estimate.updating.state import State, check_factors
 
 __all__ = ["DenseSystem"]
 
@@ -47,9 +47,11 @@ class DenseSystem:
         return self.parameters + (DAMPING if self.frfs is not None else ())
 
     def solve(self, factors: FloatArray) -> State:
-        """Results at `factors` (n_parameters,); raises ModelError for a mass that is not positive definite."""
+        """Results at `factors` (n_parameters,); raises UpdatingError for another number of them, ModelError for a mass
+        that is not positive definite."""
         import scipy.linalg
 
+        check_factors(self.names, factors)
         n = len(self.parameters)
         own = factors[:n]
         K = self.K0 + np.tensordot(own, self.dK, 1)
