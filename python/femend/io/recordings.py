@@ -214,8 +214,12 @@ def _from_uff(
             "FRFs or spectra (58); `femend correlate` and `femend update` compare modes, here the functions are needed",
             file=file.file,
         )
+    others = sum(number == 55 for number, _ in file.unknown)
+    beside = (
+        f", and {others} data set{'s' * (others > 1)} 55 without modes (operating or static shapes)" if others else ""
+    )
     raise FormatError(
-        f"recording {name!r}: {file.file} holds no time records, FRFs or spectra (data set 58); "
+        f"recording {name!r}: {file.file} holds no time records, FRFs or spectra (data set 58){beside}; "
         "check that the functions were exported",
         file=file.file,
     )
