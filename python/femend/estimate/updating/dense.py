@@ -89,7 +89,8 @@ class DenseSystem:
         load = a - lam[None, None, :m] * b
         own = np.arange(m)
         freq = np.sqrt(lam[:m])
-        dfreq = load[:, own, own] / np.maximum(2.0 * freq, 1e-300) / (2 * np.pi)
+        # a mode of 0 Hz stays one; what rounding leaves of its derivative is nothing
+        dfreq = np.where(freq > 0, load[:, own, own] / np.where(freq > 0, 2.0 * freq, 1.0), 0.0) / (2 * np.pi)
         distance = lam[None, :m] - lam[:, None]
         near = np.abs(distance) <= GAP * np.maximum(lam[None, :m], 1e-300)
         share = np.where(near[None], 0.0, load / np.where(near, 1.0, distance)[None])

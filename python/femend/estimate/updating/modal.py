@@ -109,8 +109,9 @@ class ModalSystem:
         out: dict[str, NDArray[Any]] = {}
         if lam.size:
             d, _ = _core.eigen_sensitivities(*self._pattern, dK, moving, lam, phi)
-            omega = np.sqrt(np.maximum(lam, 1e-300))
-            out["freq"] = d / (2 * omega) / (2 * np.pi)
+            omega = np.sqrt(np.maximum(lam, 0.0))
+            # a mode of 0 Hz stays one; what rounding leaves of its derivative is nothing
+            out["freq"] = np.where(omega > 0, d / np.where(omega > 0, 2 * omega, 1.0), 0.0) / (2 * np.pi)
             if self.shapes:
                 out["phi"] = self._shape_slopes(K, M, dK, moving, lam, phi, needed)
         if self.statics is not None:
