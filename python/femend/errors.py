@@ -41,6 +41,16 @@ class FemendError(Exception):
 class ArgumentError(FemendError, TypeError):
     """An object of another kind than a step takes, as when two are exchanged; the message says what makes one."""
 
+    @classmethod
+    def given(cls, takes: str, value: object) -> ArgumentError:
+        """What says that a step `takes` something, as a sentence, and that `value` is of another kind.
+
+        >>> ArgumentError.given("`femend.update` takes a model", "model.bdf")
+        ArgumentError('`femend.update` takes a model; a str was given')
+        """
+        kind = type(value).__name__
+        return cls(f"{takes}; {'an' if kind[0] in 'AEIOUaeiou' else 'a'} {kind} was given")
+
 
 class DeckError(FemendError, ValueError):
     """A bulk-data deck that cannot be read or used.

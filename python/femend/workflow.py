@@ -221,13 +221,7 @@ def _given(step: str, **arguments: tuple[object, type]) -> None:
     as."""
     for name, (value, kind) in arguments.items():
         if not isinstance(value, kind):
-            raise ArgumentError(f"`femend.{step}` takes {_FROM[kind]}, as its {name}; {_a(value)} was given")
-
-
-def _a(value: object) -> str:
-    """The kind of a value with its article."""
-    kind = type(value).__name__
-    return f"{'an' if kind[0] in 'AEIOUaeiou' else 'a'} {kind}"
+            raise ArgumentError.given(f"`femend.{step}` takes {_FROM[kind]}, as its {name}", value)
 
 
 def read_model(
@@ -253,10 +247,8 @@ def read_model(
 
 def _parameter(text: str, prior_sd: float) -> Parameter:
     if not isinstance(text, str):
-        raise ArgumentError(
-            f"`femend.read_model` takes parameters as texts like 'E:1', or as `femend.Parameter(...)`; {_a(text)} was "
-            "given"
-        )
+        takes = "`femend.read_model` takes parameters as texts like 'E:1', or as `femend.Parameter(...)`"
+        raise ArgumentError.given(takes, text)
     what, _, ids = text.partition(":")
     try:
         numbers = tuple(int(i) for i in ids.split(","))

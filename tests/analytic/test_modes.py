@@ -97,6 +97,19 @@ def test_free_equal_structures_have_all_rigid_modes() -> None:
     np.testing.assert_allclose(freq[30:], 4.73004074**2 / TAU, rtol=1e-5)
 
 
+@pytest.mark.parametrize("n_modes", [1, 4, 7, 11])
+def test_of_free_bodies_fewer_modes_than_rigid_ones_come(n_modes: int) -> None:
+    """Twelve modes of 0 Hz, apart by rounding: the count above the last wanted one must not fall between them."""
+    one = beam(30, clamped=False)
+    p = pencil(sp.block_diag([(1 + 0.37 * i) * one.K for i in range(6)]), sp.block_diag([one.M] * 6))
+    freq, phi, residual, info = solve(p, n_modes=n_modes)
+    assert freq.tolist() == [0.0] * n_modes
+    assert info["n_rigid"] == n_modes
+    assert info["counted"] == 12
+    assert residual.max() < 1e-8
+    assert np.abs(phi.T @ (p.M @ phi) - np.eye(n_modes)).max() < 1e-9
+
+
 @pytest.mark.parametrize("n", [150, 900])
 def test_band_holds_exactly_the_modes_below(n: int) -> None:
     p = chain(n)

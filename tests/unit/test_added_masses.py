@@ -29,3 +29,18 @@ def test_an_addition_that_outweighs_the_structure_is_told(tmp_path: Path, added:
         if told:
             assert found[0].startswith("configuration 'heavier' adds 50 kg, ")
             assert "added_mass is in the deck's unit of mass, which is kg for 'SI'" in found[0]
+
+
+def test_masses_are_in_the_unit_of_the_system_where_the_deck_scales_those_on_its_cards(tmp_path: Path) -> None:
+    """Cards in g, PARAM,WTMASS of 1e-3: an added mass of 0.3 is 0.3 kg, as without both."""
+    text = deck()
+    (tmp_path / "plain.bdf").write_text(text)
+    grams = (
+        text.replace(",2700.", ",2.7+6")
+        .replace("9,,0.1\n", "9,,100.\n")
+        .replace("BEGIN BULK\n", "BEGIN BULK\nPARAM,WTMASS,1.-3\n")
+    )
+    (tmp_path / "grams.bdf").write_text(grams)
+    plain, scaled = (read_model(tmp_path / f"{n}.bdf", added_mass=[(13, 0.3)]) for n in ("plain", "grams"))
+    assert scaled.total_mass == pytest.approx(plain.total_mass, rel=1e-12)
+    assert abs(scaled.matrices()[1] - plain.matrices()[1]).max() < 1e-12

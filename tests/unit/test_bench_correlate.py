@@ -353,6 +353,7 @@ def test_a_diagnosis_takes_a_study_with_the_tables_and_refuses_unknown_keys(tmp_
         ('[updating]\nresponses = ["shape"]', r"updating\.responses: 'shape' is none of .*did you mean 'shapes'"),
         ('[updating]\nresponses = ["mac", "mac"]', r"updating\.responses: 'mac' stands twice"),
         ("[updating]\nfreq_sd = 0.0", r"updating\.freq_sd: 0 is not above 0"),
+        ("[updating]\nfreq_sd = 3", r"updating\.freq_sd: 3 is 300 %, of which nothing can be told; it is a share"),
         ("[updating]\niterations = 0", r"updating\.iterations: 0 is less than one"),
         ("[updating]\nmodes = [0]", r"updating\.modes: \[0\] are not numbers of modes"),
         ("[pretest]\nband = [1.0, 2.0]\nmodes = [1]", r"pretest\.modes: are given beside a band"),

@@ -224,7 +224,7 @@ FIELDS = '[[updating.field]]\nname = "E"\nneighbour_sd = 0.1\n'
         (FIELDS + "elements = [1, 2]\n", r"field\[0\].property: field 'E': is missing; say what the factors are on"),
         (FIELDS + 'elements = [1, 1]\nproperty = "E"\n', r"field 'E': 1 stands twice"),
         (FIELDS + 'elements = [1]\nproperty = "E"\n', r"field 'E': 1 given; give 2 or more"),
-        (FIELDS + 'materials = [1, 2]\nproperty = "t"\n', r"'t' is none of E, G, nu, rho"),
+        (FIELDS + 'materials = [1, 2]\nproperty = "t"\n', r"'t' is no property of materials; give property_ids in"),
         (FIELDS + 'parameters = ["E_root", "E_tp"]\n', r"'E_tp' is none of .*did you mean 'E_tip'"),
         (
             FIELDS + 'parameters = ["E_root", "E_tip"]\nprior_sd = 0.2\n',

@@ -145,6 +145,17 @@ def test_what_does_not_fit_is_told_in_one_clause() -> None:
     assert str(found.value).count("; test geometry: ") == 1
 
 
+def test_a_frame_along_no_axes_is_told_with_what_to_do() -> None:
+    turn = np.deg2rad(30)
+    R = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    placed = placed_sensors([measured(PLATE[::40] @ R.T, first=1)], model_at(PLATE[::40]))
+    assert not placed.applied
+    told = (
+        "turned by 30.0 degrees about an axis of its own: its sensors look along no axes of the model, and are compared"
+    )
+    assert told in placed.warnings[0]
+
+
 def test_recordings_in_frames_of_their_own_are_placed_one_by_one() -> None:
     model = model_at(PLATE)
     turned = measured((CORNERS + np.array([10.0, 20.0, -40.0])) @ AXES, "turned")

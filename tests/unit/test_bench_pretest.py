@@ -149,6 +149,8 @@ def test_sensors_keep_their_distance(tmp_path: Path) -> None:
     assert sorted(nodes) == [3, 5, 8, 10, 13]
     assert "11 places are thinned out to 5, 0.12 apart" in run.result["warnings"]
     assert len(run.plan.drives) == 11
+    near = pretest_study(study(tmp_path, PLAN + "spacing = 0.01\nvirtual_test = false\n"))
+    assert not any("thinned out" in w for w in near.result["warnings"])
 
 
 @pytest.mark.parametrize(

@@ -152,6 +152,10 @@ def test_what_cannot_be_expanded_is_said() -> None:
         guyan(beside, [0, 3])
     with pytest.raises(ExpansionError, match="4 sensors for 5 modes"):
         serep(PHI[:, :5], ROWS)
+    with pytest.raises(ExpansionError, match="no measured DOF is given"):
+        guyan(K, [])
+    with pytest.raises(ExpansionError, match=r"row 999 is none of the model, which has \d+, from 0"):
+        guyan(K, [0, 999])
     with pytest.raises(ExpansionError, match="stand twice"):
         guyan(K, [1, 1])
     with pytest.raises(ExpansionError, match="no sensor measures"):

@@ -107,6 +107,13 @@ def test_the_cards_make_the_model_that_was_found(model: Model, tmp_path: Path) -
     assert change[first, third + 1] == pytest.approx(-4.0e4 * line[0] * line[1])
 
 
+def test_masses_are_written_as_the_deck_scales_those_on_its_cards(tmp_path: Path) -> None:
+    grams = model_of_text(tmp_path, DECK.replace("2700.0", "2.7+6").replace("MAT1", "PARAM,WTMASS,1.-3\nMAT1"))
+    assert cards(grams, finding("added_mass", [3], "Z", {"m": 0.2})) == ["CONM2,3,3,,2.000000E+02"]
+    absorber = cards(grams, finding("tuned_absorber", [3], "Z", {"m": 0.2, "k": 3.0, "c": 4.0}))
+    assert "CMASS2,3,2.000000E+02,5" in absorber
+
+
 def receptance(model: Model, at: tuple[int, int], s: complex) -> complex:
     """Of a DOF to a force on it, with dashpots and loss factors, on the line `s`."""
     indptr, indices, k, m, c, h = model.fe.assemble()

@@ -167,7 +167,12 @@ def test_studies_of_the_cases(shared: Callable[[str], Path]) -> None:
         ("material = 1", "material = 1\nmass = 3", "parameter[0]", "2 targets (material, mass)"),
         ("material = 1\n", "", "parameter[0]", "no target; give exactly one of"),
         ('property = "E"', 'property = "Rho"', "parameter[0].property", "did you mean 'rho'?"),
-        ('property = "E"', 'property = "k3"', "parameter[0].property", "no property of material"),
+        (
+            'property = "E"',
+            'property = "k3"',
+            "parameter[0].property",
+            "no property of material, but of property_id; give",
+        ),
         ("elements = [3, 4]", "elements = []", "parameter[1].elements", "is empty"),
         ('"stubs"', '"E_columns"', "parameter.name", "2 [[parameter]] are named 'E_columns'"),
         ('name = "runup"', 'name = "high"', "recording.name", "2 [[recording]] are named 'high'"),

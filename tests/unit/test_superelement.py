@@ -149,6 +149,15 @@ def test_a_matrix_of_zeros_still_has_a_column() -> None:
     assert len(dmig_cards("K", np.zeros((2, 2)), [(1, 1), (2, 1)])) == 3
 
 
+@pytest.mark.parametrize(("held", "free"), [(1e-7, True), (40.0, False)])
+def test_a_free_part_on_one_node_is_told_from_a_held_one(held: float, free: bool) -> None:
+    """All that the diagonal has there is rounding; the part's first mode with the node held is at 300 rad/s."""
+    part = Superelement(((1, 3), (9, 0)), np.diag([held, 9e4]), np.array([[2.0, 0.9], [0.9, 1.0]]))
+    assert bool(part.rigid_check([1], np.zeros((1, 3))).energy.max() < 1e-4) is free
+    alone = Superelement(((1, 3),), [[held]], [[2.0]]).rigid_check([1], np.zeros((1, 3)))
+    assert np.isnan(alone.energy).all()
+
+
 def test_rigid_motion_finds_exchanged_dofs() -> None:
     """A spring along a line at 45 degrees; node 2 has axes of its own."""
     xyz, s = np.array([[0.0, 0, 0], [1.0, 1.0, 0]]), np.sqrt(0.5)

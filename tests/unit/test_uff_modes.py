@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from femend import Dof, read_uff, write_uff
+from femend import Dof, read_recording, read_uff, write_uff
 from femend.cli import main
 from femend.data import IdentifiedModes
 from femend.errors import FormatError
@@ -154,3 +154,27 @@ def test_inspect_lists_modes(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "2 mode shapes (data sets 55) at 2 DOFs of 2 nodes, coordinates of 2 nodes" in done.output
     assert "\n   2   8          1" in done.output
+
+
+def test_modes_that_stand_twice_or_as_conjugates_count_once(tmp_path: Path) -> None:
+    shapes = np.array([[1.0 + 0.1j, 0.3], [0.5, -0.2 + 0.3j]])
+    poles = np.array([-1.0 + 60.0j, -2.0 + 150.0j])
+    given = modes_55(IdentifiedModes((Dof(7, 3), Dof(12, 3)), poles, shapes))
+    below = [Mode55(m.number, m.pole.conjugate(), m.nodes, m.values.conj(), m.title) for m in given]
+    path = tmp_path / "pairs.unv"
+    write_uff(path, UniversalFile("pairs.unv", modes=(*given, *below, given[1])))
+    found = read_modes(path)
+    assert found is not None
+    np.testing.assert_allclose(found[0].shapes, shapes, rtol=1e-5)
+    assert found[2] == ("3 modes that stand twice, or as conjugates of others, are left out",)
+
+
+def test_shapes_that_are_no_numbers_and_operating_shapes_are_told(file: Path) -> None:
+    file.write_text(REAL.replace("-5.00000E-01", "         NaN"))
+    with pytest.raises(FormatError, match=r"the mode at 12\.5 Hz is not a number at 12:\+Z \(1 in all\)"):
+        read_modes(file)
+    file.write_text(
+        REAL.replace("         1         2         2         8", "         1         5         2         8")
+    )
+    with pytest.raises(FormatError, match="and 1 data set 55 without modes"):
+        read_recording(file)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femend.data.channel import Channel
 from femend.dof import Dof
-from femend.errors import PairingError
+from femend.errors import ArgumentError, PairingError
 
 __all__ = ["PER_FORCE", "dofs_of", "unit_forces"]
 
@@ -18,8 +18,11 @@ PER_FORCE = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
 
 
 def dofs_of(channels: Sequence[Channel]) -> list[Dof]:
-    """The DOF of every channel; raises ValueError for one that has none."""
+    """The DOF of every channel; raises ValueError for one that has none, ArgumentError for what is no channel."""
     for channel in channels:
+        if not isinstance(channel, Channel):
+            takes = 'ends of FRFs are channels, as Channel(Dof(12, 3), "acceleration", "m/s^2") of `femend`'
+            raise ArgumentError.given(takes, channel)
         if channel.dof is None:
             raise ValueError(f"channel {channel.text} has no DOF; FRFs are between DOFs")
     return [c.dof for c in channels if c.dof is not None]

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from femend.analysis.modes import solve_modes
 from femend.data.mode_set import ModeSet
 from femend.dof import Dof
-from femend.errors import SingularModelError
+from femend.errors import ArgumentError, SingularModelError
 from femend.model import Model
 from femend.model.finite_modes import finite_modes
 from femend.model.unsolvable import told_of
@@ -32,11 +32,16 @@ def model_modes(
     Rows are all GRIDs times X, Y, Z, RX, RY, RZ in the directions of the node's own system, held and tied ones with
     what they do (0 where held); then X, Y, Z of the model's `points` between nodes. Shapes are mass-normalised; `zeta`
     is the damping fraction given to them, `factors` are factors on parameters, and amplitudes of morphs, by name.
-    Raises what `solve_modes` and `Model.matrices` raise.
+    Raises ValueError for fewer modes than one, what `solve_modes` and `Model.matrices` raise, and ArgumentError for
+    what is no model.
 
     >>> model_modes(read_model("model.bdf"), f_max=30.0)  # doctest: +SKIP
     ModeSet(6 modes at 270 DOFs: 6.964, 7.593, 12.99, 15.25, 19.62, 20.53 Hz; mass scaling)
     """
+    if not isinstance(model, Model):
+        raise ArgumentError.given("`model_modes` takes a model, as `femend.read_model(file)` makes it", model)
+    if n_modes is not None and n_modes < 1:
+        raise ValueError(f"n_modes = {n_modes}; ask for at least one mode")
     K, M = model.matrices(factors)
     fe = model.fe
     names = [Dof(int(n), int(c)) for n, c in zip(fe.dof_nodes, fe.dof_components, strict=True)]

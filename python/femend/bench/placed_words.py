@@ -14,6 +14,12 @@ __all__ = ["shift_words", "told_of", "unit_words"]
 
 # how a note of `align_points` ends that asks for what a study has no key for
 MATES = "; give the `mate` of each"
+# how a note ends whose turn makes no sensor's direction an axis of the model, and what to do then
+SKEW = "about an axis of its own"
+TURN_BACK = (
+    ": its sensors look along no axes of the model, and are compared as if they did; write coordinates, shapes and "
+    "functions in the model's axes, or give the nodes of the sensors displacement systems (CD) along the test's"
+)
 # points that are off of which each is named; more, or more than a third of all, say that the geometries do not fit
 NAMED, MISPLACED = 6, 1 / 3
 # length units by their size in m
@@ -69,6 +75,8 @@ def told_of(
             note = f"test nodes {nodes[int(words[2])]} and {nodes[int(words[4])]} are exchanged"
         elif words[0] == "scale":
             note = unit_words(found.scale, unit) or note
+        elif note.endswith(SKEW):
+            note += TURN_BACK
         elif note.endswith(MATES):
             if decided:
                 continue

@@ -161,6 +161,8 @@ def found_places(
     nodes = list(dict.fromkeys(d.node for d in dofs))
     kept = _spread(model, nodes, [d.node for d in placed], n_nodes, spacing)
     few = [d for d in dofs if d.node in kept or d in placed]
+    if len(few) == len(dofs):
+        return tuple(dofs), ()
     why = "spread over the structure; name [pretest] nodes for others" if n_nodes else f"{spacing:g} apart"
     return tuple(few), (f"{len(dofs)} places are thinned out to {len(few)}, {why}",)
 

@@ -26,6 +26,7 @@ from femend.study.load import load_study
 from femend.study.overlapping import overlaps
 from femend.study.sound import deck_warnings
 from femend.study.study import AS_MODELLED, Study
+from femend.study.unused_configurations import unused_configurations
 
 __all__ = ["Prepared", "prepare"]
 
@@ -126,6 +127,7 @@ def prepare(
     solver = solver_of(study, placed.places, first, sensors, updating=morphs)
     told = [
         *deck_warnings(study, first.deck),
+        *unused_configurations(study),
         *added_mass_doubts(study, first),
         *placed.warnings,
         *passed,

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+import numpy as np
 
 from femend.report.numbers import significant
 from femend.report.text_table import table
@@ -80,11 +81,11 @@ def _check(superelement: Superelement, deck: Path) -> str:
 
     model = _core.FeModel(read_deck(deck), spc=0)
     found = superelement.rigid_check(model.node_ids, model.xyz, model.frames)
-    rows = [["strain energy / diagonal's", *(f"{e:.1e}" for e in found.energy)]]
+    rows = [["strain energy / diagonal's", *(f"{e:.1e}" if e == e else "–" for e in found.energy)]]
     if superelement.M is not None:
         rows.append(["mass", *(significant(float(m)) for m in found.mass), "", "", ""])
     text = "\n" + table(["moved as one body", "X", "Y", "Z", "RX", "RY", "RZ"], rows, "lrrrrrr")
-    if found.energy.max() > RIGID:
+    if np.any(found.energy > RIGID):
         text += (
             "\nwarning: it resists rigid motion: either it has supports inside, or the map does not name its DOFs in "
             "the order of the matrices"

@@ -38,10 +38,11 @@ def same_size(K: Any, M: Any) -> None:
 def measured_rows(rows: ArrayLike, n: int) -> IntArray:
     """DOF numbers of the sensors; raises ExpansionError for none, repeated ones or ones beyond `n`."""
     at = np.asarray(rows, dtype=np.int64).ravel()
-    if at.size == 0 or at.min() < 0 or at.max() >= n:
-        raise ExpansionError(
-            f"{at.size} measured DOFs, the highest {int(at.max(initial=-1))}; the model has {n}, from 0"
-        )
+    if at.size == 0:
+        raise ExpansionError("no measured DOF is given; name the rows of the model that sensors are at")
+    wrong = at[(at < 0) | (at >= n)]
+    if wrong.size:
+        raise ExpansionError(f"row {int(wrong[0])} is none of the model, which has {n}, from 0 to {n - 1}; correct it")
     if len(np.unique(at)) != at.size:
         raise ExpansionError(f"{at.size - len(np.unique(at))} measured DOFs stand twice; average or leave out sensors")
     return at

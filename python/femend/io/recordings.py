@@ -16,11 +16,14 @@ from femend.io.uff.scan import scan
 from femend.io.uff.set55 import identified_modes
 from femend.io.uff.spectra import spectra_blocks
 from femend.io.uff.times import time_data
+from femend.numerals import listed
 from femend.units import unit_system
 
 __all__ = ["read_modes", "read_recording", "read_recordings"]
 
 Data = TimeData | FRF | Spectra
+# outputs and inputs of a group of FRFs that are named
+NAMED = 4
 _UNIVERSAL = (".uff", ".unv", ".uf", ".unv58")
 
 
@@ -51,10 +54,24 @@ def read_recording(
     if len(found) > 1:
         raise RecordingError(
             f"recording {found[0].name!r}: {path} holds {len(found)} groups of FRFs that form no full grid of outputs "
-            "and inputs; read it with read_recordings, which returns one recording per group",
+            f"and inputs: {_groups_told([r.frf for r in found if r.frf is not None])}; export what is missing or leave "
+            "the rest out, or give each group a file and a recording of its own (read_recordings takes them so)",
             recording=found[0].name,
         )
     return found[0]
+
+
+def _groups_told(groups: Sequence[FRF]) -> str:
+    """Groups of FRFs by what sets them apart: kinds, lines, and outputs that one has and another lacks."""
+    every = list(dict.fromkeys(d for g in groups for d in g.output_dofs))
+    alike = len({g.kind for g in groups}) == 1
+    told = []
+    for g in groups:
+        lacks = [str(d) for d in every if d not in g.output_dofs]
+        without = f", without {listed(lacks, NAMED)}" if alike and len(lacks) <= len(g.outputs) and lacks else ""
+        of = f"{len(g.outputs)} output{'s' * (len(g.outputs) > 1)} by {listed(map(str, g.input_dofs), NAMED)}"
+        told.append(f"{g.kind} of {of} on {g.n_freq} lines{without}")
+    return "; ".join(told)
 
 
 def read_recordings(
@@ -197,8 +214,12 @@ def _from_uff(
             "FRFs or spectra (58); `femend correlate` and `femend update` compare modes, here the functions are needed",
             file=file.file,
         )
+    others = sum(number == 55 for number, _ in file.unknown)
+    beside = (
+        f", and {others} data set{'s' * (others > 1)} 55 without modes (operating or static shapes)" if others else ""
+    )
     raise FormatError(
-        f"recording {name!r}: {file.file} holds no time records, FRFs or spectra (data set 58); "
+        f"recording {name!r}: {file.file} holds no time records, FRFs or spectra (data set 58){beside}; "
         "check that the functions were exported",
         file=file.file,
     )

@@ -8,8 +8,9 @@ from typing import Any
 from femend.io.deck import FieldChange
 from femend.model.deck_fields import Place, parameter_fields
 from femend.model.model import Model
+from femend.model.real_field import real
 
-__all__ = ["deck_changes", "kept_told", "real", "unwritten"]
+__all__ = ["deck_changes", "kept_told", "unwritten"]
 
 
 def deck_changes(model: Model, parameters: dict[str, Any]) -> list[FieldChange]:
@@ -21,15 +22,6 @@ def deck_changes(model: Model, parameters: dict[str, Any]) -> list[FieldChange]:
             factors[place] = factors.get(place, 1.0) * parameters[name]["factor"]
     changed = {place: factor for place, factor in factors.items() if factor != 1.0}
     return [FieldChange(*place, real(model.deck.field_text(*place)) * factor) for place, factor in changed.items()]
-
-
-def real(text: str) -> float:
-    """A Nastran real: 1.5-3 is 1.5e-3, D exponents too. Raises ValueError for a blank field."""
-    body = text.strip().upper().replace("D", "E")
-    for i in range(len(body) - 1, 0, -1):
-        if body[i] in "+-" and body[i - 1] not in "E":
-            return float(f"{body[:i]}E{body[i:]}")
-    return float(body)
 
 
 def unwritten(model: Model) -> list[str]:

@@ -7,9 +7,10 @@ from scipy.sparse import coo_array, csc_array
 
 from femend.errors import DeckError
 from femend.model.bushes import bush_groups
-from femend.model.deck_changes import real
+from femend.model.card_mass import mass_of_card
 from femend.model.linear_terms import LinearTerm, TermPart, end_masses
 from femend.model.model import Model
+from femend.model.real_field import real
 from femend.model.unknowns import Unknown
 
 __all__ = ["idealisation_terms"]
@@ -42,7 +43,7 @@ def _inertia(model: Model, eid: int, sd: float) -> LinearTerm | None:
     fields = {"11": 12, "22": 14, "33": 17}
     try:
         node = int(real(model.deck.field_text("CONM2", eid, 3)))
-        values = {axis: _real(model, eid, f) for axis, f in fields.items()}
+        values = {axis: _real(model, eid, f) * mass_of_card(model.deck) for axis, f in fields.items()}
     except (DeckError, ValueError):
         return None
     n = int(model.fe.n_g)

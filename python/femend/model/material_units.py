@@ -7,7 +7,8 @@ from pathlib import Path
 
 from femend import _core
 from femend.errors import DeckError
-from femend.model.deck_changes import real
+from femend.model.card_mass import mass_of_card
+from femend.model.real_field import real
 from femend.numerals import plain
 from femend.units import SYSTEMS, UnitSystem, unit_system
 
@@ -28,7 +29,7 @@ def material_doubts(deck: _core.Deck, units: str, said: str = "[model] units") -
     One material alone may be a stand-in: a link that is to be rigid, a mass that is smeared.
     """
     # a deck of weights has its densities times this
-    mass = real(deck.params().get("WTMASS", "1."))
+    mass = mass_of_card(deck)
     moduli, densities = _values(deck, E_FIELD), {m: v * mass for m, v in _values(deck, RHO_FIELD).items()}
     own = unit_system(units)
     wrong = []

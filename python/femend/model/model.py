@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from femend import _core
 from femend.dof import Dof
 from femend.errors import GeometryError, ModelError, PairingError
+from femend.model.card_mass import mass_of_card
 from femend.model.morph import Morph
 from femend.model.moved import amplitudes_of, moved_nodes
 from femend.model.near_ids import near_ids
@@ -183,7 +184,7 @@ class Model:
         if morphs:
             fields = node_fields(self.deck, morphs)
             moving = (fields.nodes.tolist(), fields.probe)
-        fe = _core.FeModel(self.deck, self.spc, _specs(self.parameters), list(self.added_mass), moving)
+        fe = _core.FeModel(self.deck, self.spc, _specs(self.parameters), _on_cards(self.deck, self.added_mass), moving)
         model = Model(self.deck, fe, self.parameters, self.units, self.spc, self.added_mass, tuple(morphs))
         for i, morph in enumerate(morphs):
             alone = np.where(np.arange(len(morphs)) == i, model.fields.far, 0.0)
@@ -263,10 +264,10 @@ def read_model(
 ) -> Model:
     """Reads a Nastran bulk-data deck into a model.
 
-    `spc` selects a constraint set other than the deck's own, `added_mass` adds (node, mass) pairs, `morphs` are
-    geometry that may be updated. Raises DeckError for a deck that cannot be read and ModelError for a model that cannot
-    be used, a parameter without target, and `parameters` as of `check_parameters`; UnitError for `units` that are none;
-    for morphs as `Model.with_morphs`.
+    `spc` selects a constraint set other than the deck's own, `added_mass` adds (node, mass) pairs in the unit of mass
+    of `units`, which PARAM,WTMASS leaves as they are, `morphs` are geometry that may be updated. Raises DeckError for a
+    deck that cannot be read and ModelError for a model that cannot be used, a parameter without target, and
+    `parameters` as of `check_parameters`; UnitError for `units` that are none; for morphs as `Model.with_morphs`.
     """
     unit_system(units)
     check_parameters(parameters)
@@ -285,11 +286,17 @@ def model_of(
 ) -> Model:
     """A deck that was already read as a model; arguments and errors as of `read_model`."""
     try:
-        fe = _core.FeModel(deck, spc, _specs(parameters), list(added_mass))
+        fe = _core.FeModel(deck, spc, _specs(parameters), _on_cards(deck, added_mass))
     except ModelError as error:
         raise in_words(error, deck, parameters) from None
     model = Model(deck, fe, tuple(parameters), units, spc, tuple(added_mass))
     return model.with_morphs(morphs) if morphs else model
+
+
+def _on_cards(deck: _core.Deck, added_mass: Sequence[tuple[int, float]]) -> list[tuple[int, float]]:
+    """Masses (node, mass) as the core takes them, which multiplies all by PARAM,WTMASS."""
+    unit = mass_of_card(deck) if added_mass else 1.0
+    return [(node, mass / unit) for node, mass in added_mass]
 
 
 def _kept(values: NDArray[Any]) -> NDArray[Any]:

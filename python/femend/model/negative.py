@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from femend import _core
-from femend.model.deck_changes import real
+from femend.model.real_field import real
 
 __all__ = ["negative_values"]
 

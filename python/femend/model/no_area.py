@@ -4,7 +4,7 @@ field that was left blank."""
 from __future__ import annotations
 
 from femend import _core
-from femend.model.deck_changes import real
+from femend.model.real_field import real
 
 __all__ = ["zero_areas"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from numbers import Real
 
-from femend.errors import ModelError
+from femend.errors import ArgumentError, ModelError
 
 __all__ = ["NOUNS", "Parameter", "check_parameters", "is_of_damping", "prior_fault", "same_target"]
 
@@ -38,8 +38,16 @@ def is_of_damping(parameter: Parameter) -> bool:
 
 def check_parameters(parameters: Sequence[Parameter]) -> None:
     """Raises ModelError for a parameter whose 1-sigma or bounds are none, for two of one name, and for two that are a
-    factor on the same values."""
-    for p in parameters:
+    factor on the same values; ArgumentError for what is no list of parameters, or ids that are no list."""
+    listed = isinstance(parameters, Sequence) and not isinstance(parameters, str)
+    for p in parameters if listed else [parameters]:
+        if not (listed and isinstance(p, Parameter)):
+            takes = "a model takes its parameters as a list of Parameter(name, property, target, ids)"
+            raise ArgumentError.given(
+                f"{takes} (texts like 'E:1' go to `femend.read_model`)", p if listed else parameters
+            )
+        if isinstance(p.ids, int):
+            raise ArgumentError.given(f"the ids of parameter {p.name!r} are a tuple, ({p.ids},)", p.ids)
         fault = prior_fault(p.prior_sd, p.bounds)
         if fault is not None:
             raise ModelError(f"parameter {p.name!r}, {fault[0]}: {fault[1]}")

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from femend.errors import FemendError
 from femend.io.deck import read_deck
 from femend.io.updated_files import updated_files
-from femend.model.deck_changes import real
 from femend.model.deck_fields import parameter_fields
 from femend.model.matrix_difference import Difference, Matrices, difference
 from femend.model.model import Model, model_of
+from femend.model.real_field import real
 from femend.numerals import plain
 
 __all__ = ["deck_faults", "unreadable"]

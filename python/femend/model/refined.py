@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from femend.errors import ModelError
 from femend.io.deck import next_id, read_deck
-from femend.model.deck_changes import real
 from femend.model.model import Model, model_of
 from femend.model.places import held_rows
+from femend.model.real_field import real
 from femend.model.section_fields import is_tapered
 from femend.model.solid_parts import PARTS
 

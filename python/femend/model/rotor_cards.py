@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from femend import _core
-from femend.model.deck_changes import real
+from femend.model.real_field import real
 from femend.numerals import listed, plain
 
 __all__ = ["RotorCards", "rotor_cards"]

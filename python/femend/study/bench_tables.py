@@ -66,6 +66,7 @@ def updating_settings(
     check.one_of("updating.damping_model", table.damping_model, DAMPING_MODELS)
     for key in ("freq_sd", "freq_far", "shape_sd", "damping_sd", "frf_sd", "order_sd"):
         _above_0(check, f"updating.{key}", getattr(table, key))
+    _below_1(check, "updating", table.freq_sd, table.shape_sd)
     check.one_of("updating.posterior", table.posterior, POSTERIORS)
     for key in ("frf_lines", "order_lines", "iterations", "starts"):
         _count(check, f"updating.{key}", getattr(table, key))
@@ -120,6 +121,7 @@ def pretest_settings(
         _count(check, f"pretest.{key}", getattr(table, key))
     for key in ("freq_sd", "shape_sd", "damping_sd"):
         _above_0(check, f"pretest.{key}", getattr(table, key))
+    _below_1(check, "pretest", table.freq_sd, table.shape_sd)
     for key in ("sensor_mass", "noise", "spacing"):
         value = getattr(table, key)
         if not (math.isfinite(value) and value >= 0):
@@ -183,6 +185,14 @@ def _modes(check: Check, key: str, value: list[int] | None) -> tuple[int, ...] |
 def _above_0(check: Check, key: str, value: float) -> None:
     if not (math.isfinite(value) and value > 0):
         raise check.fail(key, f"{value:g} is not above 0 (1 % is 0.01)")
+
+
+def _below_1(check: Check, table: str, freq_sd: float, shape_sd: float) -> None:
+    """No frequency or shape that is as far off as it is large says anything: it was given in per cent."""
+    for key, value in (("freq_sd", freq_sd), ("shape_sd", shape_sd)):
+        if value >= 1:
+            told = f"{value:g} is {100 * value:g} %, of which nothing can be told; it is a share, 1 % is 0.01"
+            raise check.fail(f"{table}.{key}", told)
 
 
 def _seed(check: Check, key: str, value: int) -> None:

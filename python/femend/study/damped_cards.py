@@ -18,10 +18,16 @@ class Ids:
 
 
 def damped_cards(
-    ids: Ids, physics: str, values: Mapping[str, float], at: tuple[int, int], to: tuple[int, int] | None = None
+    ids: Ids,
+    physics: str,
+    values: Mapping[str, float],
+    at: tuple[int, int],
+    to: tuple[int, int] | None = None,
+    *,
+    mass: float = 1.0,
 ) -> list[str]:
     """Cards of the law `physics` between the DOF `at` and the DOF `to` (node, component), or ground; none where scalar
-    elements do not make it.
+    elements do not make it. `mass` is what a mass of 1 on a card is in the unit of `values` (`mass_of_card`).
 
     The mass of an oscillator and the inner end of what relaxes (spring k1 before a dashpot k1 tau, beside k0) are a
     scalar point; a loss factor is GE of CELAS2 (Nastran Quick Reference Guide: SPOINT, CMASS2, CELAS2, CDAMP2).
@@ -30,7 +36,7 @@ def damped_cards(
     if physics == "tuned_absorber" and to is None:
         return [
             f"SPOINT,{ids.point}",
-            f"CMASS2,{id_},{values['m']:.6E},{ids.point}",
+            f"CMASS2,{id_},{values['m'] / mass:.6E},{ids.point}",
             f"CELAS2,{id_ + 1},{values['k']:.6E},{here},{ids.point}",
             f"CDAMP2,{id_ + 2},{values['c']:.6E},{here},{ids.point}",
         ]

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from femend.study.bench_settings import FieldSettings
 from femend.study.check import Check
-from femend.study.parameter_targets import ALL_PROPERTIES, OF_TARGET, checked_prior
+from femend.study.parameter_targets import ALL_PROPERTIES, OF_TARGET, checked_prior, whose
 from femend.study.schema import FieldTable
 
 __all__ = ["NEIGHBOURS", "field_settings"]
@@ -21,6 +21,8 @@ _PARTS = {
     "property_ids": OF_TARGET["property_id"],
     "materials": OF_TARGET["material"],
 }
+# the key of parts by what has the property
+_LISTS = {"material": "materials", "property_id": "property_ids"}
 _PRIOR_SD = 0.1
 
 
@@ -69,6 +71,10 @@ def _field(check: Check, table: FieldTable, key: str, parameters: Sequence[str])
         return _of_parameters(check, table, key, parameters)
     if table.property is None:
         raise check.fail(f"{key}.property", f'{who}: is missing; say what the factors are on, as property = "E"')
+    owner = _LISTS.get(whose(table.property) or "")
+    if table.property not in _PARTS[target] and owner is not None:
+        told = f"{who}: {table.property!r} is no property of {target}; give {owner} in their place"
+        raise check.fail(f"{key}.property", told)
     check.one_of(f"{key}.property", table.property, _PARTS[target])
     prior_sd = _PRIOR_SD if table.prior_sd is None else table.prior_sd
     bounds = checked_prior(check, key, who, prior_sd, table.bounds)

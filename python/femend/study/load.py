@@ -22,7 +22,7 @@ from femend.io.channel_map import CHANNEL_QUANTITIES, ChannelMap
 from femend.model import Parameter
 from femend.model.parameter import same_target
 from femend.study.bench_tables import correlation_settings, pretest_settings, updating_settings
-from femend.study.parameter_targets import ALL_PROPERTIES, OF_TARGET, TARGETS, checked_prior
+from femend.study.parameter_targets import ALL_PROPERTIES, OF_TARGET, TARGETS, checked_prior, whose
 from femend.study.rotating_tables import rotating_of
 from femend.study.schema import ChannelTable, ParameterTable, RecordingTable, StudyFile
 from femend.study.solver_tables import solver_settings
@@ -199,6 +199,13 @@ def _parameter(check: _Checker, table: ParameterTable, key: str) -> Parameter:
         raise check.fail(key, f"parameter {table.name!r} has {has}; give exactly one of {', '.join(TARGETS)}")
     target = given[0]
     allowed = OF_TARGET.get(target, ALL_PROPERTIES)
+    owner = whose(table.property)
+    if table.property not in allowed and owner is not None:
+        raise check.fail(
+            f"{key}.property",
+            f"parameter {table.name!r}: {table.property!r} is no property of {target}, but of {owner}; give {owner} = "
+            f"... in the place of {target}, or one of {', '.join(allowed)}",
+        )
     if table.property not in allowed:
         raise check.fail(
             f"{key}.property",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from femend.model.parameter import prior_fault
 from femend.study.check import Check
 
-__all__ = ["ALL_PROPERTIES", "OF_TARGET", "TARGETS", "checked_prior"]
+__all__ = ["ALL_PROPERTIES", "OF_TARGET", "TARGETS", "checked_prior", "whose"]
 
 # properties that a factor may be on, by its target
 OF_TARGET = {
@@ -19,6 +19,15 @@ OF_TARGET = {
 }
 ALL_PROPERTIES = tuple(p for properties in OF_TARGET.values() for p in properties)
 TARGETS = ("material", "property_id", "elements", "mass")
+
+
+def whose(name: str) -> str | None:
+    """What has the property of this `name`, as a key of the study; None where nothing has.
+
+    >>> whose("E"), whose("weight")
+    ('material', None)
+    """
+    return next((target for target, properties in OF_TARGET.items() if name in properties), None)
 
 
 def checked_prior(

@@ -12,6 +12,7 @@ import numpy as np
 from femend.errors import DeckError
 from femend.io.deck import next_id
 from femend.model import Model, model_of
+from femend.model.card_mass import mass_of_card
 from femend.model.deck_changes import deck_changes
 from femend.model.supports import held_rows
 from femend.report.vocabulary import DIRECTIONS
@@ -153,8 +154,8 @@ def _term(model: Model, ids: Ids, physics: str, where: dict[str, Any], values: d
     if physics == "viscous_damper":
         return [f"CDAMP2,{id_},{values['c']:.6E},{node},{component}"]
     if physics == "added_mass":
-        return [f"CONM2,{id_},{node},,{values['m']:.6E}"]
-    return damped_cards(ids, physics, values, (node, component))
+        return [f"CONM2,{id_},{node},,{values['m'] / mass_of_card(model.deck):.6E}"]
+    return damped_cards(ids, physics, values, (node, component), mass=mass_of_card(model.deck))
 
 
 def _bedding(model: Model, id_: int, where: dict[str, Any], k: float) -> list[str]:

@@ -17,6 +17,7 @@ from femend.study.gathered import gathered
 from femend.study.overlapping import overlaps
 from femend.study.priors import prior_doubts
 from femend.study.rotor_doubts import rotor_doubts
+from femend.study.unused_configurations import unused_configurations
 
 if TYPE_CHECKING:
     from femend.study.study import Study
@@ -25,10 +26,11 @@ __all__ = ["deck_doubts", "deck_warnings", "warnings_of"]
 
 
 def warnings_of(study: Study, deck: _core.Deck, test: Test) -> list[str]:
-    """What is told of the `deck` of a `study`, of the channels of all recordings, of recordings that hold the same
-    stretch of time, and of FRFs that do not agree."""
+    """What is told of the `deck` of a `study`, of configurations without a recording, of the channels of all
+    recordings, of recordings that hold the same stretch of time, and of FRFs that do not agree."""
     channels = gathered((r.name, w) for r in test for w in r.warnings)
-    return [*deck_warnings(study, deck), *channels, *overlaps(test.recordings), *frf_levels(test)]
+    unused = unused_configurations(study)
+    return [*deck_warnings(study, deck), *unused, *channels, *overlaps(test.recordings), *frf_levels(test)]
 
 
 def deck_doubts(study: Study, deck: _core.Deck) -> list[str]:

@@ -7,8 +7,9 @@ import numpy as np
 from femend.diagnose.staged import Flow, Setup
 from femend.errors import DeckError
 from femend.io.deck import FieldChange, next_id, patch_deck
-from femend.model.deck_changes import real
+from femend.model.card_mass import mass_of_card
 from femend.model.linear_terms import LinearTerm
+from femend.model.real_field import real
 from femend.model.section_fields import bush_fields
 from femend.study.patch import deck_changes
 
@@ -100,8 +101,8 @@ def _cards(setup: Setup, term: LinearTerm, values: dict[str, float], element: in
     if term.physics == "compliant_support":
         return _support(setup, term, values, element)
     if term.physics == "added_mass":
-        count = {n: 1 for n in term.nodes}
-        lines = [f"CONM2,{element + i},{n},,{values['m'] * count[n]:.6E}" for i, n in enumerate(term.nodes)]
+        mass = values["m"] / mass_of_card(setup.free.deck)
+        lines = [f"CONM2,{element + i},{n},,{mass:.6E}" for i, n in enumerate(term.nodes)]
         return lines, element + len(lines)
     if term.physics == "support_stiffness":
         component = "XYZ".index(term.direction) + 1

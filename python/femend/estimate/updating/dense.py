@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from femend.errors import ModelError
 from femend.estimate.updating.requests import DAMPING, Frfs, Statics, damping_matrix
-from femend.estimate.updating.state import State
+from femend.estimate.updating.state import State, check_factors
 
 __all__ = ["DenseSystem"]
 
@@ -47,9 +47,11 @@ class DenseSystem:
         return self.parameters + (DAMPING if self.frfs is not None else ())
 
     def solve(self, factors: FloatArray) -> State:
-        """Results at `factors` (n_parameters,); raises ModelError for a mass that is not positive definite."""
+        """Results at `factors` (n_parameters,); raises UpdatingError for another number of them, ModelError for a mass
+        that is not positive definite."""
         import scipy.linalg
 
+        check_factors(self.names, factors)
         n = len(self.parameters)
         own = factors[:n]
         K = self.K0 + np.tensordot(own, self.dK, 1)
@@ -87,7 +89,8 @@ class DenseSystem:
         load = a - lam[None, None, :m] * b
         own = np.arange(m)
         freq = np.sqrt(lam[:m])
-        dfreq = load[:, own, own] / np.maximum(2.0 * freq, 1e-300) / (2 * np.pi)
+        # a mode of 0 Hz stays one; what rounding leaves of its derivative is nothing
+        dfreq = np.where(freq > 0, load[:, own, own] / np.where(freq > 0, 2.0 * freq, 1.0), 0.0) / (2 * np.pi)
         distance = lam[None, :m] - lam[:, None]
         near = np.abs(distance) <= GAP * np.maximum(lam[None, :m], 1e-300)
         share = np.where(near[None], 0.0, load / np.where(near, 1.0, distance)[None])

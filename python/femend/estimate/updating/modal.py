@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from femend import _core
 from femend.dof import Dof
-from femend.errors import UpdatingError
+from femend.errors import ArgumentError, UpdatingError
 from femend.estimate.updating.damped import damping_of, damping_slopes_of
 from femend.estimate.updating.dense import GAP, DenseSystem
 from femend.estimate.updating.matrices import DeckMatrices, Matrices
@@ -20,7 +20,7 @@ from femend.estimate.updating.modal_damping import ratio_slopes, ratios
 from femend.estimate.updating.morphed import MorphedMatrices
 from femend.estimate.updating.requests import DAMPING, Frfs, Statics
 from femend.estimate.updating.rigid import mass_and_centre, motion_slopes, motions
-from femend.estimate.updating.state import State
+from femend.estimate.updating.state import State, check_factors
 from femend.model import Model
 
 __all__ = ["ModalSystem", "deck_system", "modal_system"]
@@ -69,7 +69,9 @@ class ModalSystem:
         return _core.Symbolic(*self._pattern)
 
     def solve(self, factors: FloatArray) -> State:
-        """Results at `factors` (n_parameters,); raises what `_core.modes` raises."""
+        """Results at `factors` (n_parameters,); raises UpdatingError for another number of them, and what `_core.modes`
+        raises."""
+        check_factors(self.names, factors)
         own = np.ascontiguousarray(factors[: len(self.matrices.names)], dtype=np.float64)
         K, M = self.matrices.at(own)
         values: dict[str, NDArray[Any]] = {}
@@ -107,8 +109,9 @@ class ModalSystem:
         out: dict[str, NDArray[Any]] = {}
         if lam.size:
             d, _ = _core.eigen_sensitivities(*self._pattern, dK, moving, lam, phi)
-            omega = np.sqrt(np.maximum(lam, 1e-300))
-            out["freq"] = d / (2 * omega) / (2 * np.pi)
+            omega = np.sqrt(np.maximum(lam, 0.0))
+            # a mode of 0 Hz stays one; what rounding leaves of its derivative is nothing
+            out["freq"] = np.where(omega > 0, d / np.where(omega > 0, 2 * omega, 1.0), 0.0) / (2 * np.pi)
             if self.shapes:
                 out["phi"] = self._shape_slopes(K, M, dK, moving, lam, phi, needed)
         if self.statics is not None:
@@ -311,12 +314,15 @@ def deck_system(
     `n_modes`, `shapes`, `frfs`, `damping` as of `ModalSystem`; a morph is a parameter that is 0 as the deck stands.
     DOFs that the deck holds have no mass here: read it with `spc=0` for the inertia. Raises PairingError for a sensor
     at a node that the deck does not have, and UpdatingError for one on a rigid element that a morph moves, and for the
-    inertia where a morph moves a node with displacement axes of its own.
+    inertia where a morph moves a node with displacement axes of its own; ArgumentError for what is no sensor.
     """
     from scipy.sparse import csr_array
 
     T = csr_array(model.transformation())
     dofs = [Dof.parse(d) if isinstance(d, str) else d for d in sensors]
+    for dof in dofs:
+        if not isinstance(dof, Dof):
+            raise ArgumentError.given("`deck_system` takes sensors as Dof(3, 3, -1), or texts like '3:-Z'", dof)
     B = model.seen(dofs) @ T
     if model.morphs:
         _check_morphs(model, dofs)

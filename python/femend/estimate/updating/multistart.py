@@ -91,6 +91,8 @@ def multi_start(
     taken: modes that change places lead the first way astray, shapes that are far from their own the second. All count
     the same modes: which of them the others contradict, `update` from the best end tells.
     """
+    if starts is None and n < 1:
+        raise UpdatingError(f"{n} starts are asked for; take one or more")
     points = design(problem.unknowns, n, seed=seed) if starts is None else np.asarray(starts, dtype=np.float64)
     search = _Search(problem if small is None else small, iterations, tolerance)
     stopped = _searched(search, points, workers, told)

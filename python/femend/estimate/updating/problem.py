@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from femend.correlate import best_mates, mac
-from femend.errors import UpdatingError
+from femend.errors import ArgumentError, UpdatingError
 from femend.estimate.updating.close_modes import reach
 from femend.estimate.updating.responses import Compared, Mates, Response
 from femend.estimate.updating.state import State, System
@@ -86,7 +86,7 @@ class Configuration:
 
     A parameter takes the unknown of its own name; `links` give another one (its own in this configuration, or shared
     under another name) or a `Link`. Parameters without unknown stay at the system's default, 1 if it has none. Raises
-    UpdatingError for responses of another number of modes than the `test`.
+    UpdatingError for responses of another number of modes than the `test`, ArgumentError for what is no tuple of them.
     """
 
     name: str
@@ -96,6 +96,9 @@ class Configuration:
     links: Mapping[str, str | Link] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.responses, (tuple, list)):
+            takes = f"{self.name}: a Configuration takes its responses as a tuple, as (Frequencies(freq, sd),)"
+            raise ArgumentError.given(takes, self.responses)
         if self.test is None:
             return
         for response in self.responses:
@@ -163,7 +166,8 @@ class Problem:
     """`unknowns` to be found from all `configurations` together; `left_out` are test modes that never count, as
     (configuration, mode) from 0.
 
-    Raises UpdatingError for unknowns that no configuration has, and limits that exclude each other.
+    Raises UpdatingError for unknowns that no configuration has, and limits that exclude each other; ArgumentError for
+    what are no configurations.
     """
 
     unknowns: Unknowns
@@ -172,7 +176,12 @@ class Problem:
     left_out: frozenset[tuple[int, int]] = frozenset()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "configurations", tuple(self.configurations))
+        given: Any = self.configurations
+        alone = not isinstance(given, (tuple, list))
+        wrong = [given] if alone else [one for one in given if not isinstance(one, Configuration)]
+        if wrong:
+            raise ArgumentError.given("`Problem` takes its configurations as a tuple of Configuration(...)", wrong[0])
+        object.__setattr__(self, "configurations", tuple(given))
         if not self.configurations:
             raise UpdatingError("there is no configuration: nothing was measured")
         limits(self.unknowns)

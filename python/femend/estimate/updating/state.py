@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femend.errors import UpdatingError
 
-__all__ = ["State", "System"]
+__all__ = ["State", "System", "check_factors"]
 
 FloatArray = NDArray[np.float64]
 
@@ -76,3 +76,12 @@ class System(Protocol):
 
     def solve(self, factors: FloatArray) -> State:
         """The results at `factors` (n_parameters,); raises FemendError where there are none."""
+
+
+def check_factors(names: Sequence[str], factors: FloatArray) -> None:
+    """Raises UpdatingError where `factors` are not one for each parameter of these `names`."""
+    if np.shape(factors) != (len(names),):
+        raise UpdatingError(
+            f"factors of shape {np.shape(factors)} were given for the {len(names)} parameters {', '.join(names)}; give "
+            "one for each, in this order"
+        )

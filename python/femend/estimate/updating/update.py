@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femend.errors import FemendError, UpdatingError
+from femend.errors import ArgumentError, FemendError, UpdatingError
 from femend.estimate.updating.contradicted import Way, better_way
 from femend.estimate.updating.history import Iteration, point, read_history, write_history
 from femend.estimate.updating.lost_modes import CONTRADICTED, Flags, Times, back_again, last_paired, lost, modes_of
@@ -78,6 +78,8 @@ def update(
     prior, where no mode pairs, a start outside the limits, values that are no numbers or a history of another problem,
     and what the start's models raise.
     """
+    if not isinstance(problem, Problem):
+        raise ArgumentError.given("`update` takes a Problem(unknowns, (Configuration(...),))", problem)
     kept = read_history(history, problem) if resume and history is not None and Path(history).exists() else []
     run = _Run(iterations, tolerance, radius, None if history is None else Path(history), stop)
     if out := _left_out(kept):

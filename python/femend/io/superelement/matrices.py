@@ -32,7 +32,8 @@ class RigidCheck:
     """What a superelement does in a rigid motion of its nodes.
 
     `energy` (6,): strain energy for unit motions X, Y, Z, RX, RY, RZ, of what the diagonal of K alone would store
-    (dimensionless); round-off for a free part whose DOFs are named rightly. `mass` (3,): mass along X, Y, Z in mass
+    (dimensionless); of a part on one node of what its mass stores at its softest modal coordinate's frequency, NaN
+    without one. Round-off for a free part whose DOFs are named rightly. `mass` (3,): mass along X, Y, Z in mass
     units of the matrices, NaN without a mass matrix.
     """
 
@@ -104,10 +105,23 @@ class Superelement:
                 else:
                     R[row, 3:] = axis
         K = np.zeros((len(self.dofs),) * 2) if self.K is None else self.K
-        most = np.abs(np.diag(K)) @ R**2
-        energy = np.abs(np.einsum("ik,ij,jk->k", R, K, R)) / np.where(most > 0, most, 1.0)
+        most = self._energy_at_one_node(R) if len(self.nodes) == 1 else np.abs(np.diag(K)) @ R**2
+        energy = np.abs(np.einsum("ik,ij,jk->k", R, K, R)) / np.where(most == 0, 1.0, most)
         mass = np.full(3, np.nan) if self.M is None else np.einsum("ik,ij,jk->k", R[:, :3], self.M, R[:, :3])
         return RigidCheck(energy, mass)
+
+    def _energy_at_one_node(self, R: FloatArray) -> FloatArray:
+        """What the energies of the motions `R` (n, 6) of a part on one node are beside: that of its own mass at the
+        frequency of its softest modal coordinate, since the diagonal there holds nothing else than supports would; NaN
+        without both."""
+        modal = [i for i, (_, component) in enumerate(self.dofs) if component == 0]
+        if self.K is None or self.M is None or not modal:
+            return np.full(R.shape[1], np.nan)
+        k, m = np.diag(self.K)[modal], np.diag(self.M)[modal]
+        if not (m > 0).any():
+            return np.full(R.shape[1], np.nan)
+        softest = float(np.min(k[m > 0] / m[m > 0]))
+        return softest * np.abs(np.einsum("ik,ij,jk->k", R, self.M, R))
 
 
 def _symmetric(name: str, matrix: ArrayLike, n: int) -> FloatArray:

@@ -21,6 +21,8 @@ __all__ = ["Mode55", "identified_modes", "lines_of_55", "modes_55", "read_55"]
 NORMAL, COMPLEX, COMPLEX_VELOCITY = 2, 3, 7  # analysis types whose data are mode shapes
 # values per node of a translation vector, and of translations with rotations
 WIDTHS = (3, 6)
+# a format of six digits tells values apart by this share
+PRINTED = 1e-5
 # damping that no structure has: the pole of such a mode is none
 LARGEST_ZETA = 1.0
 
@@ -67,6 +69,8 @@ def read_55(raw: RawSet, fail: Fail) -> Mode55 | None:
     nodes, values = _shape(lines[at:], width * (2 if is_complex else 1), fail)
     if is_complex:
         values = values[:, 0::2] + 1j * values[:, 1::2]
+        if analysis != NORMAL and reals[1] < 0:  # a pole below the real axis: its conjugate is the mode
+            values = values.conj()
     number = counts[3] if len(counts) > 3 else 0
     return Mode55(number, pole, frozen(nodes), frozen(values), lines[0].strip(), raw.record)
 
@@ -92,7 +96,10 @@ def _pole(analysis: int, reals: Sequence[float], fail: Fail) -> complex:
         viscous, hysteretic = (reals[2] if len(reals) > 2 else 0.0), (reals[3] if len(reals) > 3 else 0.0)
         zeta = viscous or hysteretic / 2
         if not (np.isfinite(freq) and freq >= 0 and 0 <= zeta < LARGEST_ZETA):
-            raise fail(f"frequency {freq:g} Hz with damping {zeta:g} is no mode; correct the file")
+            raise fail(
+                f"frequency {freq:g} Hz with damping {zeta:g} is no mode; correct the file (damping is a ratio, 1 % is "
+                "0.01)"
+            )
         omega = 2 * np.pi * freq
         return complex(-zeta * omega, omega * np.sqrt(1 - zeta**2))
     if len(reals) < 2:
@@ -124,10 +131,24 @@ def identified_modes(modes: Sequence[Mode55], file: str) -> tuple[IdentifiedMode
     """The shapes of a file as one set of modes, and what was left out.
 
     Directions that are 0 in all modes were not measured (the format has no other way to say so), DOFs that a mode
-    lacks are left out, modes at 0 Hz (of a free body) too. Raises FormatError where nothing is left.
+    lacks are left out, modes at 0 Hz (of a free body) too, and those that stand twice, as with both poles of a
+    conjugate pair. Raises FormatError where nothing is left, or a value is no number.
     """
+    for m in modes:
+        wrong = np.argwhere(~np.isfinite(m.values))
+        if wrong.size:
+            dof = Dof(int(m.nodes[wrong[0, 0]]), int(wrong[0, 1]) + 1)
+            raise FormatError(
+                f"{file}: data set {m.record} (type 55): the mode at {m.freq:g} Hz is not a number at {dof} "
+                f"({len(wrong)} in all); write 0 in directions that were not measured, or leave the node out",
+                file=file,
+            )
     elastic = [m for m in modes if m.pole.imag > 1e-9]
     notes = [f"left out: {len(modes) - len(elastic)} at 0 Hz, of a free body"] if len(elastic) < len(modes) else []
+    twice = [m for i, m in enumerate(elastic) if any(_same(m, one) for one in elastic[:i])]
+    if twice:
+        notes.append(f"{len(twice)} modes that stand twice, or as conjugates of others, are left out")
+        elastic = [m for m in elastic if all(m is not one for one in twice)]
     tables = [
         {Dof(int(n), c + 1): v for n, row in zip(m.nodes, m.values, strict=True) for c, v in enumerate(row)}
         for m in elastic
@@ -146,6 +167,13 @@ def identified_modes(modes: Sequence[Mode55], file: str) -> tuple[IdentifiedMode
         )
     dofs = tuple(d for d, m in zip(shared, moving, strict=True) if m)
     return IdentifiedModes(dofs, np.array([m.pole for m in elastic]), shapes[moving]), tuple(notes)
+
+
+def _same(a: Mode55, b: Mode55) -> bool:
+    """Are both one mode, to the digits that the format has?"""
+    if abs(a.pole - b.pole) > PRINTED * abs(b.pole) or not np.array_equal(a.nodes, b.nodes):
+        return False
+    return a.values.shape == b.values.shape and bool(np.allclose(a.values, b.values, rtol=PRINTED, atol=0.0))
 
 
 def modes_55(modes: IdentifiedModes, title: str = "mode") -> list[Mode55]:

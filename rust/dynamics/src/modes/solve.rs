@@ -253,7 +253,7 @@ fn iterate(
         info.vectors = process.len();
         let lambda = &found.lambda;
         let agreed = options.unchecked || {
-            let upper = upper_end(lambda, wanted, options.n_modes.is_some(), band);
+            let upper = upper_end(lambda, wanted, options.n_modes.is_some(), band, sigma);
             let (counted, upper) = count_below(symbolic, k, m, upper, lambda, info)?;
             let below = lambda.iter().filter(|&&l| l < upper).count();
             goal.below = Some((counted, upper));

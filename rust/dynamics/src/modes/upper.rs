@@ -10,13 +10,26 @@ use crate::DynamicsError;
 /// Relative gap in λ below which two modes are not separated by an inertia count.
 const GAP: f64 = 1e-6;
 
-/// Where to count: the end of the band, or the first clear gap from the last wanted mode on.
-pub(super) fn upper_end(lambda: &[f64], wanted: usize, by_number: bool, band: Option<f64>) -> f64 {
-    let gap = |j: usize| lambda[j + 1] - lambda[j] > GAP * lambda[j + 1].abs();
+/// Share of the shift of a free model below which its rigid-body modes lie, apart by rounding alone: the first elastic
+/// one is at twice the shift.
+const RIGID: f64 = 0.1;
+
+/// Where to count: the end of the band, or the first clear gap from the last wanted mode on. Modes near 0 beside a
+/// negative shift `sigma` are one cluster, which the end must not cut: K itself is singular there.
+pub(super) fn upper_end(
+    lambda: &[f64],
+    wanted: usize,
+    by_number: bool,
+    band: Option<f64>,
+    sigma: f64,
+) -> f64 {
+    let rigid = |l: f64| l < RIGID * -sigma;
+    let gap = |j: usize| lambda[j + 1] - lambda[j] > GAP * lambda[j + 1].abs() && !rigid(lambda[j + 1]);
     let from_gap = || {
         let last = (wanted - 1..lambda.len().saturating_sub(1)).find(|&j| gap(j)).unwrap_or(lambda.len() - 1);
         match lambda.get(last + 1) {
             Some(next) => lambda[last] + 0.5 * (next - lambda[last]).min(0.02 * next.abs()),
+            None if rigid(lambda[last]) => -sigma,
             None => lambda[last] * (1.0 + 1e-3),
         }
     };
