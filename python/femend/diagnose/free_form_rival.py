@@ -54,7 +54,8 @@ class Rival:
         kind = f"a force that is {', '.join(self.labels)}" if self.labels else "a force of no class that can be told"
         return (
             f"what is missing is {kind}: a smooth force without a law explains an unseen recording better than every "
-            "law of the catalogue and is in the final model; its curve in the report shows which law to register"
+            "law that was tried and is in the final model; its curve in the report shows which other law to ask for "
+            '("laws", by name or "all") or to register'
         )
 
 

@@ -70,6 +70,8 @@ def place_text(location: Mapping[str, Any]) -> str:
 
     >>> place_text({"nodes": [4], "to": "ground", "direction": "Z"})
     'at node 4 in Z, to ground'
+    >>> place_text({"nodes": [5], "to": "member to node 6", "direction": "RY"})
+    'at node 5 in RY, at the end of the member to node 6'
     >>> place_text({"nodes": [15, 16], "to": "ground", "region": list(range(1, 31))})
     'over 30 nodes around nodes 15–16'
     >>> place_text({"nodes": [1, 9], "to": "ground", "direction": "Z", "region": [1, 3, 9], "shares": [1 / 3] * 3})
@@ -95,6 +97,8 @@ def place_text(location: Mapping[str, Any]) -> str:
         place = f"at node {nodes[0]}{in_direction}"
         if to == "ground":
             return f"{place}, to ground"
+        if isinstance(to, str) and to.startswith("member"):
+            return f"{place}, at the end of the {to}"
         return f"{place}, to {f'node {to}' if isinstance(to, int) else to}" if to else place
     if len(nodes) == 2:
         return f"between nodes {nodes[0]} and {nodes[1]}{in_direction}"
