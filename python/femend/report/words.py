@@ -65,11 +65,17 @@ def physics_name(physics: str, parameters: Mapping[str, Any] | None = None) -> s
     return name
 
 
-def place_text(location: Mapping[str, Any]) -> str:
-    """Where a finding sits: "at node 4 in Z, to ground", "between nodes 4 and 7 in X".
+# physics that nothing connects to the ground
+_HANGING = ("added_mass", "tuned_absorber")
+
+
+def place_text(location: Mapping[str, Any], physics: str = "") -> str:
+    """Where a finding of a `physics` sits: "at node 4 in Z, to ground", "between nodes 4 and 7 in X".
 
     >>> place_text({"nodes": [4], "to": "ground", "direction": "Z"})
     'at node 4 in Z, to ground'
+    >>> place_text({"nodes": [4], "to": "ground", "direction": "Z"}, "added_mass")
+    'at node 4 in Z'
     >>> place_text({"nodes": [5], "to": "member to node 6", "direction": "RY"})
     'at node 5 in RY, at the end of the member to node 6'
     >>> place_text({"nodes": [15, 16], "to": "ground", "region": list(range(1, 31))})
@@ -81,7 +87,8 @@ def place_text(location: Mapping[str, Any]) -> str:
     """
     nodes = [int(n) for n in location.get("nodes") or ()]
     direction = str(location.get("direction") or "")
-    to = location.get("to")
+    # a mass hangs on its node, and so does an oscillator
+    to = None if physics in _HANGING else location.get("to")
     in_direction = "" if not direction else " in rotation" if direction == "R" else f" in {direction}"
     region = location.get("region") or ()
     if location.get("shares"):
