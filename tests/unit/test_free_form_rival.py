@@ -160,3 +160,10 @@ def test_the_checks_call_a_smooth_force_what_it_is(monkeypatch: pytest.MonkeyPat
     _, near = tables._gain_checks(cast(Any, found))
     assert near.question == "Does the smooth force without a law explain about as much as a free force there?"
     assert near.figure.startswith("smooth force 0.9")
+
+
+@pytest.mark.parametrize(("sigma", "told"), [(6.0, True), (0.0, False)])
+def test_a_smooth_force_of_the_beginning_alone_says_so(sigma: float, told: bool) -> None:
+    ranked = SimpleNamespace(candidate=SimpleNamespace(sigma=sigma))
+    advice = free_form_rival.Rival(cast(Any, ranked), ("softening", "asymmetric")).advice
+    assert ("fitted to about the first 0.5 s of the recordings" in advice) is told
