@@ -27,6 +27,7 @@ from femend.diagnose.too_little import too_little
 from femend.diagnose.unmeasured import find_harmonic, find_unmeasured, where_it_acts
 from femend.estimate import Fit
 from femend.numerals import plain
+from femend.physics import catalogue
 
 __all__ = ["decide", "nothing_explains", "refitted_to_all"]
 
@@ -225,7 +226,9 @@ def _nearest(found: Diagnosis) -> str:
     best = found.ranked[0] if found.ranked else None
     needed = needed_share(found.null_chosen.chosen, found.settings)
     if best is None or not adequate(found, best) or not found.settings.partly <= share_taken(found, best) < needed:
-        return "no law of the catalogue explains it"
+        others = len(catalogue(extended=True)) > len(catalogue())
+        more = '; others can be asked for ("laws", by name or "all")' if others else ""
+        return f"no law that was tried explains it{more}"
     share, name = share_taken(found, best), best.name.replace("_", " ")
     return (
         f"the best law, {name} {best.located.place.where}, takes away {plain(100 * share, 2)} % of what is "
