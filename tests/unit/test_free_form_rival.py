@@ -22,6 +22,7 @@ from femend.estimate import FitRecord
 from femend.model import find_places, read_model
 from femend.physics import PARTS, physics, surrogate_start
 from femend.physics.catalogue import selected
+from femend.study import tables
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import small_study
@@ -147,3 +148,22 @@ def test_a_free_form_far_behind_the_law_it_rivals_is_given_up(
     base, split = SimpleNamespace(candidate=law, recovered=0), SimpleNamespace(fitting=None)
     assert free_form_rival._fitted(cast(Any, split), cast(Any, base), Settings(), 1000.0, 0.0) is None
     assert taken == steps
+
+
+def test_the_checks_call_a_smooth_force_what_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    smooth = SimpleNamespace(candidate=SimpleNamespace(name="", chosen=0.9, reference=1.4), score=100.0)
+    null = SimpleNamespace(chosen=5.6)
+    found = SimpleNamespace(ranked=[smooth], settings=Settings(), split=None, null_chosen=null, null_score=900.0)
+    monkeypatch.setattr(tables, "accepted", lambda diagnosis: smooth)
+    monkeypatch.setattr(tables, "_finite", lambda ranked: True)
+    monkeypatch.setattr(tables, "_chosen_on", lambda split: "recording mid")
+    _, near = tables._gain_checks(cast(Any, found))
+    assert near.question == "Does the smooth force without a law explain about as much as a free force there?"
+    assert near.figure.startswith("smooth force 0.9")
+
+
+@pytest.mark.parametrize(("sigma", "told"), [(6.0, True), (0.0, False)])
+def test_a_smooth_force_of_the_beginning_alone_says_so(sigma: float, told: bool) -> None:
+    ranked = SimpleNamespace(candidate=SimpleNamespace(sigma=sigma))
+    advice = free_form_rival.Rival(cast(Any, ranked), ("softening", "asymmetric")).advice
+    assert ("fitted to about the first 0.5 s of the recordings" in advice) is told

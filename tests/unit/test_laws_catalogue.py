@@ -213,6 +213,22 @@ def test_linear_laws_start_as_stiff_as_they_are_asked_to(name: str) -> None:
         assert 0.3 * k < kappa < 1.01 * k
 
 
+def test_a_stop_that_peaks_alone_reach_has_a_start_near_it() -> None:
+    t = np.arange(6000) * 1e-3
+    d = sum(np.sin(2 * np.pi * f * t + f) for f in (2.3, 3.1, 3.9, 4.7, 5.3))
+    amplitude = float(np.abs(d).max())
+    stop = {"k": 5e4, "gap": 0.95 * amplitude, "sides": 2.0}
+
+    def force(values: dict[str, float]) -> np.ndarray:
+        return np.array(_core.law_force("clearance", values, d, np.gradient(d, 1e-3), np.zeros_like(d), 1e-3))
+
+    f, left = force(stop), []
+    for shape in shapes(physics("clearance"), amplitude=amplitude, band=(10.0, 40.0)):
+        one = force(dict(shape.terms[0]))
+        left.append(np.linalg.norm(f - one * (one @ f) / (one @ one)) / np.linalg.norm(f))
+    assert min(left) < 0.6
+
+
 def test_collapsed_laws_have_the_simpler_laws_force() -> None:
     d, v, a = motion()
     collapsed = [

@@ -14,6 +14,8 @@ from femend.diagnose import no_model as module
 from femend.diagnose.deck_alone import deck_alone
 from femend.diagnose.no_model import no_model
 from femend.diagnose.noise import Louder
+from femend.diagnose.verdict import decide, nothing_explains
+from femend.physics.catalogue import selected
 from femend.report.headline import headline
 from femend.study.run import diagnose
 from femend.study.study_run import StudyRun
@@ -63,7 +65,34 @@ def test_what_a_deck_cannot_hold_is_told(without: StudyRun) -> None:
     assert alone.little
     assert alone.alone == pytest.approx(alone.given, rel=0.2)
     assert alone.text in without.result["warnings"]
+    # what meshes are off by anyway asks for no other parameters, however much of a light resonance it is
+    within = replace(alone, deviations=0.4)
+    assert within.told
+    assert "widen prior_sd" not in within.text
     assert "once its parameters" not in headline(without.result)
+
+
+def test_a_mode_far_from_the_frequency_of_the_model_is_not_explained(run: StudyRun) -> None:
+    """As a preload softens the lowest mode and no other, which no modulus does."""
+    found = run.diagnosis
+    reduced, p = found.null.hypothesis.reduced, found.null.p.copy()
+    first = len(reduced.names)
+    p[first] = -12.0 * found.problem.prior(reduced)[1][first]
+    softened = replace(found, null=replace(found.null, p=p), ranked=[])
+    for place, verdict in ((found.located[0], "located-not-named"), (None, "undetermined")):
+        told = decide(replace(softened, place=place))
+        assert told.verdict == verdict
+        assert told.place is place
+        assert "12 standard deviations" in told.advice
+    assert decide(replace(found, place=found.located[0], ranked=[])).verdict == "parameters-only"
+
+
+@pytest.mark.parametrize(("laws", "told"), [(None, True), ("all", False)])
+def test_where_nothing_explains_laws_that_were_not_tried_are_told(run: StudyRun, laws: str | None, told: bool) -> None:
+    with selected(laws):
+        said = nothing_explains(replace(run.diagnosis, ranked=[]))
+    assert "no law that was tried explains it" in said
+    assert ("others can be asked for" in said) is told
 
 
 @pytest.mark.parametrize(("error", "raised", "told"), [(0.67, 18.0, True), (0.67, 2.0, False), (0.2, 18.0, False)])

@@ -11,7 +11,7 @@ from tests.bent_beam import BAND, RATE, N, answers, bent_beam, burst, record, ro
 
 from femend.diagnose import locate
 from femend.diagnose.settings import Settings
-from femend.diagnose.tilted import ForceTilt, force_tilt
+from femend.diagnose.tilted import ForceTilt, _as_few, force_tilt
 from femend.diagnose.update import _updated, modelled
 from femend.estimate import FitRecord
 from femend.model import Place, ReducedModel
@@ -58,6 +58,17 @@ def test_a_force_that_is_a_few_degrees_off_is_turned(reduced: ReducedModel, shar
     tilt = found(reduced, share)
     assert tilt is not None
     assert dict(tilt.others)[OWN + 1] == pytest.approx(share, abs=0.003)
+
+
+def test_a_share_that_explains_nothing_is_left_out(reduced: ReducedModel) -> None:
+    records = [recorded(reduced, s, 0.1) for s in (0, 1)]
+    start = _updated(*modelled(reduced.model, records, 0.01))
+    # the beam hardly moves along itself in the band
+    tilt = ForceTilt(OWN, ((OWN - 1, -0.05), (OWN + 1, 0.1)))
+    turned = _updated(*modelled(reduced.model, [tilt.on(r) for r in records], 0.01))
+    few, again = _as_few(start, tilt, turned, 0.01, Settings())
+    assert few.others == ((OWN - 1, 0.0), (OWN + 1, 0.1))
+    assert again.null.score < 1.5
 
 
 def test_what_couples_two_directions_elsewhere_turns_nothing(reduced: ReducedModel) -> None:

@@ -154,6 +154,8 @@ SPRING = Left(0.0, (288.0, 200.0), (14.0, 12.0), nonlinear=False)
         (Left(6.8, (25.0, 0.7), (0.9, 0.8), prior=300.0), SPRING, 14.7, 0.0),
         # and so is a beginning that the updated model explains by itself
         (Left(6.8, (25.0, 0.7), (0.9, 0.8)), SPRING, 1.3, 0.0),
+        # or explains as well as the laws do that do nothing there yet: a stop that is reached later
+        (Left(6.8, (75.0, 0.8), (1.9, 1.3)), Left(0.0, (97.0, 0.8), (1.9, 1.3), nonlinear=False), 1.85, 0.0),
     ],
 )
 def test_laws_are_compared_in_the_widest_window_that_one_explains(

@@ -27,8 +27,9 @@ def summary(result: Mapping[str, Any]) -> str:
     findings = words.rows(result.get("findings"))
     for finding in findings:
         if len(findings) > 1:  # else the headline says it
-            name = words.physics_name(str(finding.get("physics", "")), words.mapping(finding.get("parameters")))
-            parts.append(f"finding   {name} {words.place_text(words.mapping(finding.get('location')))}")
+            physics = str(finding.get("physics", ""))
+            name = words.physics_name(physics, words.mapping(finding.get("parameters")))
+            parts.append(f"finding   {name} {words.place_text(words.mapping(finding.get('location')), physics)}")
         parts.append(f"certainty {words.sure_text(finding, str(result.get('verdict', '')))}")
         unsure = words.is_unnamed(finding) or words.is_tentative(finding)
         if unsure and (nearest := words.considered_text(finding)):

@@ -43,7 +43,8 @@ def concealed(folder: Path = _HERE) -> str | None:
         return None
     truth = json.loads(path.read_text(encoding="utf-8"))
     location = {key: truth[key] for key in ("nodes", "direction", "to") if key in truth}
-    return f"{words.physics_name(str(truth['effect']))} {words.place_text(location)}"
+    physics = str(truth["effect"])
+    return f"{words.physics_name(physics)} {words.place_text(location, physics)}"
 
 
 def held_out_errors(out: Path, folder: Path = _HERE / "held_out") -> list[HeldOut]:

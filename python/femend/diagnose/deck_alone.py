@@ -18,22 +18,25 @@ from femend.numerals import plain
 
 __all__ = ["DeckAlone", "deck_alone"]
 
-# multiple of the error of the fitted model from which the deck's own is told, and share of what the deck leaves as
-# given from which its parameters explain little
-TOLD, LITTLE = 1.5, 0.5
+# multiple of the error of the fitted model from which the deck's own is told; share of what the deck leaves as given
+# from which its parameters explain little, where modes or members were given more than so many standard deviations of
+# what mesh and idealisation are off by anyway: 0.1 % of a frequency is a tenth of a resonance of 1 % damping
+TOLD, LITTLE, BEYOND = 1.5, 0.5, 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class DeckAlone:
     """Errors on the fit recordings as a whole, as shares of what was recorded: of the deck as `given`, with its
     parameters updated and nothing else (`alone`), and as it was `fitted`; the mode whose frequency `freq` (Hz) differs
-    most between the last two, and by which `shift`, relative."""
+    most between the last two, and by which `shift`, relative; what modes and members were given is at most so many
+    standard deviations (`deviations`) of what mesh and idealisation are known to be off by."""
 
     given: float
     alone: float
     fitted: float
     freq: float
     shift: float
+    deviations: float
 
     @property
     def told(self) -> bool:
@@ -43,7 +46,7 @@ class DeckAlone:
     @property
     def little(self) -> bool:
         """Whether what no card holds explains most of it, and the parameters little."""
-        return self.told and self.alone > LITTLE * self.given
+        return self.told and self.alone > LITTLE * self.given and self.deviations > BEYOND
 
     @property
     def text(self) -> str:
@@ -65,8 +68,9 @@ def deck_alone(found: Diagnosis) -> DeckAlone | None:
     null, reduced = found.null, found.null.hypothesis.reduced
     if found.best is not None or found.further is not None or found.load is not None or found.problem.load is not None:
         return None
-    p = null.p.copy()
-    p[len(reduced.model.parameters) : len(reduced.names) + found.problem.n_tuned] = 0.0
+    p, own = null.p.copy(), slice(len(reduced.model.parameters), len(reduced.names) + found.problem.n_tuned)
+    deviations = np.abs(p[own]) / found.problem.prior(reduced)[1][own]
+    p[own] = 0.0
     _, fitted = whole_errors(found)
     _, alone = whole_errors(replace(found, null=replace(null, p=p)))
     hypothesis, nominal = found.nominal
@@ -75,4 +79,4 @@ def deck_alone(found: Diagnosis) -> DeckAlone | None:
     freq, of_deck = (found.problem.modes(reduced, at)[0][:n_tuned] / (2 * np.pi) for at in (null.p, p))
     shift = freq / np.maximum(of_deck, 1e-300) - 1
     worst = int(np.argmax(np.abs(shift)))
-    return DeckAlone(given, alone, fitted, float(freq[worst]), float(shift[worst]))
+    return DeckAlone(given, alone, fitted, float(freq[worst]), float(shift[worst]), float(deviations.max(initial=0.0)))

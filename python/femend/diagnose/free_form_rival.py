@@ -25,6 +25,7 @@ from femend.diagnose.recovered import Recovered
 from femend.diagnose.settings import Settings
 from femend.diagnose.split import Split
 from femend.estimate import Problem
+from femend.numerals import plain
 from femend.physics import PARTS, Surrogate, classify, physics, surrogate_start
 from femend.threads import at_once
 
@@ -52,9 +53,17 @@ class Rival:
     def advice(self) -> str:
         """What is known of the law that is missing."""
         kind = f"a force that is {', '.join(self.labels)}" if self.labels else "a force of no class that can be told"
+        sigma = self.ranked.candidate.sigma
+        beginning = (
+            f"; it was fitted to about the first {plain(3 / sigma, 2)} s of the recordings, and explains less of the "
+            "rest: record a weaker level too, or short bursts from rest"
+            if sigma > 0
+            else ""
+        )
         return (
             f"what is missing is {kind}: a smooth force without a law explains an unseen recording better than every "
-            "law of the catalogue and is in the final model; its curve in the report shows which law to register"
+            "law that was tried and is in the final model; its curve in the report shows which other law to ask for "
+            f'("laws", by name or "all") or to register{beginning}'
         )
 
 

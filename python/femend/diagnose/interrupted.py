@@ -88,10 +88,10 @@ def _settled(so_far: SoFar, ranked: list[Ranked], split: Split, without: float, 
     named = [f"{one.place.where} ({plain(one.fit.score, 3)})" for one in so_far.located[:TOLD]]
     said = f"{begun} and leave a misfit of {plain(before, 3)}; with a free force it is least {', '.join(named)}"
     if ranked:
-        best = ranked[0]
+        best, name = ranked[0], ranked[0].candidate.name.replace("_", " ")
         on = "the recordings that choose" if split.unseen else "the recording"
         said += (
-            f"; of {len(ranked)} laws judged so far {best.candidate.name} {best.located.place.where} leaves least, "
+            f"; of {len(ranked)} laws judged so far {name} {best.located.place.where} leaves least, "
             f"{plain(best.candidate.chosen, 3)} on {on} where updating alone leaves {plain(without, 3)}"
         )
     else:

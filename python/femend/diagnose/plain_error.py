@@ -120,4 +120,4 @@ def _laws(found: Diagnosis) -> str:
 def _named(found: Diagnosis) -> str:
     """The law that was added, at its place."""
     at = "" if found.place is None else f" {found.place.place.where}"
-    return f"{'' if found.best is None else found.best.name}{at}"
+    return f"{'' if found.best is None else found.best.name.replace('_', ' ')}{at}"

@@ -34,7 +34,7 @@ class Settings:
         partly: the share from which a law that stands out is told as the likeliest, without a name for what is missing.
         clear: the same share from which no further places are tried, if it is enough for a name.
         gain_nonlinear: the same for a nonlinear law against the best linear one.
-        parameter_z: prior deviation beyond which a parameter alone is a finding.
+        parameter_z: prior deviation beyond which a parameter, or the frequency of a mode, alone is a finding.
         adequate: unseen misfit, as a multiple of the law-free one, up to which a name is given.
         strained: prior cost of the model's own unknowns beside a law, in `gain_cost`, from which they stand in for
             something else.

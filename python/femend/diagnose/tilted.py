@@ -106,9 +106,26 @@ def force_tilt(
         # the model was bent by what the force did
         tilt = closer
         again = update_model(start.reduced.model, [tilt.on(r) for r in records], zeta)
+    tilt, again = _as_few(start, tilt, again, zeta, settings)
     if cost_of(again.problem, again.null, 0.0) > min(LEFT * cost_of(start.problem, start.null, 0.0), enough):
         return None
     return tilt, again, locate(again.problem, again.reduced, places, again.null)
+
+
+def _as_few(
+    start: UpdatedModel, tilt: ForceTilt, again: UpdatedModel, zeta: float, settings: Settings
+) -> tuple[ForceTilt, UpdatedModel]:
+    """The turned force without the shares that explain clearly nothing, and the model updated with it: along an axis
+    that hardly moves in the band a share is whatever the search came past, and the model is bent by it."""
+    for i in np.argsort([abs(share) for _, share in tilt.others]):
+        fewer = replace(tilt, others=tuple((row, 0.0 if j == i else a) for j, (row, a) in enumerate(tilt.others)))
+        if not tilt.others[i][1] or not any(share for _, share in fewer.others):
+            continue
+        updated = update_model(start.reduced.model, [fewer.on(r) for r in start.problem.records], zeta)
+        less, more = (cost_of(one.problem, one.null, 0.0) for one in (updated, again))
+        if less <= more + settings.gain_cost:
+            tilt, again = fewer, updated
+    return tilt, again
 
 
 def _move(low: float, here: float, high: float) -> tuple[float, float]:

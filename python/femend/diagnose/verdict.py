@@ -18,6 +18,7 @@ from femend.diagnose.loads import LoadFinding
 from femend.diagnose.nonlinear import refit_nonlinear
 from femend.diagnose.outcome import Diagnosis
 from femend.diagnose.outside_band import further_outside_alone
+from femend.diagnose.own_frequency import own_frequency
 from femend.diagnose.parting import left_by_something_else
 from femend.diagnose.plain_error import further_off, most_of_noise, plain_errors, silenced, whole_errors
 from femend.diagnose.ranked import Ranked
@@ -26,6 +27,7 @@ from femend.diagnose.too_little import too_little
 from femend.diagnose.unmeasured import find_harmonic, find_unmeasured, where_it_acts
 from femend.estimate import Fit
 from femend.numerals import plain
+from femend.physics import catalogue
 
 __all__ = ["decide", "nothing_explains", "refitted_to_all"]
 
@@ -133,6 +135,11 @@ def _no_law(found: Diagnosis, advice: str = "") -> Diagnosis:
         return told("undetermined", _more_sensors(found))
     if _worst_parameter(found) > settings.parameter_z or clearly_missing(found):
         return replace(told("located-not-named", nothing_explains(found)), place=found.place)
+    mode = own_frequency(found)
+    if mode is not None and mode.deviations > settings.parameter_z:
+        if _brings_back(found):
+            return replace(told("located-not-named", mode.text), place=found.place)
+        return told("undetermined", mode.text)
     if untold := too_little(found.problem, found.reduced):
         return told("undetermined", untold)
     return told("parameters-only" if _needed_update(found) else "consistent", "")
@@ -185,6 +192,15 @@ def _worst_parameter(found: Diagnosis) -> float:
     return float(np.abs((found.null.p[:n] - mean[:n]) / sd[:n]).max(initial=0.0))
 
 
+def _brings_back(found: Diagnosis) -> bool:
+    """Whether a free force at the best place brings the model's own unknowns clearly nearer to their priors."""
+    if found.place is None:
+        return False
+    free = found.place.fit
+    before, after = (found.problem.prior_cost(f.hypothesis.reduced, f.p) for f in (found.null, free))
+    return before - after > found.settings.gain_cost
+
+
 def _needed_update(found: Diagnosis) -> bool:
     hypothesis, p = found.nominal
     (nominal,) = found.problem.fit([hypothesis], [(p, np.zeros(0))], iterations=0)
@@ -210,10 +226,12 @@ def _nearest(found: Diagnosis) -> str:
     best = found.ranked[0] if found.ranked else None
     needed = needed_share(found.null_chosen.chosen, found.settings)
     if best is None or not adequate(found, best) or not found.settings.partly <= share_taken(found, best) < needed:
-        return "no law of the catalogue explains it"
-    share = share_taken(found, best)
+        others = len(catalogue(extended=True)) > len(catalogue())
+        more = '; others can be asked for ("laws", by name or "all")' if others else ""
+        return f"no law that was tried explains it{more}"
+    share, name = share_taken(found, best), best.name.replace("_", " ")
     return (
-        f"the best law, {best.name} {best.located.place.where}, takes away {plain(100 * share, 2)} % of what is "
+        f"the best law, {name} {best.located.place.where}, takes away {plain(100 * share, 2)} % of what is "
         f"wrong with the updated model, and a name needs {plain(100 * needed, 2)} %"
     )
 

@@ -20,8 +20,9 @@ FloatArray = NDArray[np.float64]
 
 
 def widest(given: Given, tried: Sequence[Tried]) -> Judge:
-    """The widest window in which some law explains what it has not seen about as well as a free force anywhere does;
-    whole records where none does, or none but in the beginning, where the updated model does without any."""
+    """The widest window in which some law explains what it has not seen about as well as a free force anywhere does,
+    and more than the updated model by itself; whole records where none does, or none but in the beginning, where the
+    updated model does without any."""
     split, reduced, settings = given.split, given.reduced, given.settings
     whole = judge_in(given, 0.0)
     if not any(t.candidate.nonlinear for t in tried):
@@ -29,16 +30,19 @@ def widest(given: Given, tried: Sequence[Tried]) -> Judge:
     bare = Hypothesis(reduced, np.zeros((0, reduced.r)))
     for sigma in reversed(windows(split.fitting)):
         judge = whole if sigma == 0 else judge_in(given, sigma)
+        by_itself = np.inf
         if sigma > 0:
             (alone,) = split.choosing.fit([bare], [(given.updated, np.zeros(0))], sigma=sigma, iterations=0)
             if alone is not None and alone.score <= settings.adequate:
                 break
+            by_itself = np.inf if alone is None else alone.score
         judged = [(judge.ranked(t).candidate, t.candidate.sigma <= sigma) for t in tried]
         # at a place where a free force explains nothing, a law that explains nothing does as well
         least = min((c.reference for c, _ in judged if np.isfinite(c.reference)), default=1.0)
         # a beginning is explained by much if the model's own unknowns may leave their priors for it
         fair = [c for c, followed in judged if followed and not (sigma > 0 and settings.strains(c.prior))]
-        if any(c.chosen <= settings.adequate * max(least, 1.0) for c in fair):
+        # what acts at large motion alone may not show in a beginning: laws that do nothing there explain it as well
+        if any(c.chosen <= settings.adequate * max(least, 1.0) and c.chosen < by_itself for c in fair):
             return judge
     return whole
 

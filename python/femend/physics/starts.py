@@ -17,7 +17,8 @@ from femend.physics.starts_extended import EXTENDED_STARTS, extended_shapes
 
 __all__ = ["Shape", "linear_sizes", "shapes"]
 
-_GAP = (0.1, 0.25, 0.45, 0.7)
+# in units of the largest motion; of a stiff stop that peaks alone reach, hardly less than that
+_GAP = (0.1, 0.25, 0.45, 0.7, 0.9)
 _SLIP = (0.03, 0.1, 0.25, 0.5)
 _EXPONENT = (1.1, 2.0)
 _RATIO = (0.0, 0.6)

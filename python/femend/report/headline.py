@@ -169,7 +169,8 @@ def _missing(findings: Sequence[Result], result: Result) -> str:
         ]
         what = physics_name(physics, parameters)
         parts.append(
-            ", ".join([f"{what} {place_text(mapping(finding.get('location')))}", *values]) + _or_rather(finding)
+            ", ".join([f"{what} {place_text(mapping(finding.get('location')), physics)}", *values])
+            + _or_rather(finding)
         )
     gain = _gain(result, "parameters", "final")
     if misplaced := misplaced_text(findings[0]):
@@ -203,7 +204,8 @@ def _told(parameters: Mapping[str, Any], n_findings: int) -> list[tuple[str, Any
 
 def _located(findings: Sequence[Result], result: Result) -> str:
     finding, gain = findings[0], _final_gain(result)
-    physics, place = str(finding.get("physics") or ""), place_text(mapping(finding.get("location")))
+    physics = str(finding.get("physics") or "")
+    place = place_text(mapping(finding.get("location")), physics)
     what = physics_name(physics) if physics in PHYSICS else "something"
     if finding.get("class"):
         what = f"a force ({finding['class']})"
@@ -240,7 +242,10 @@ def _likeliest(findings: Sequence[Result]) -> list[str]:
     if not _is_law(findings[0]):
         return []
     surest = sorted(filter(_is_law, findings), key=lambda f: -(number(f.get("probability")) or 0.0))
-    return [f"{physics_name(str(f['physics']))} {place_text(mapping(f.get('location')))}" for f in surest]
+    return [
+        f"{physics_name(name)} {place_text(mapping(f.get('location')), name)}"
+        for f, name in ((f, str(f["physics"])) for f in surest)
+    ]
 
 
 def _is_law(finding: Result) -> bool:

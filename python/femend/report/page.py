@@ -96,7 +96,7 @@ def _findings(result: Mapping[str, Any]) -> list[dict[str, Any]]:
         shown.append(
             {
                 "what": words.sentence(words.misplaced_text(finding)) or _name(physics, parameters),
-                "where": words.place_text(location),
+                "where": words.place_text(location, physics),
                 "sure": words.sentence(words.sure_text(finding, str(result.get("verdict", "")))),
                 "span": span,
                 "also": also[:6],

@@ -65,11 +65,19 @@ def physics_name(physics: str, parameters: Mapping[str, Any] | None = None) -> s
     return name
 
 
-def place_text(location: Mapping[str, Any]) -> str:
-    """Where a finding sits: "at node 4 in Z, to ground", "between nodes 4 and 7 in X".
+# physics that nothing connects to the ground
+_HANGING = ("added_mass", "tuned_absorber")
+
+
+def place_text(location: Mapping[str, Any], physics: str = "") -> str:
+    """Where a finding of a `physics` sits: "at node 4 in Z, to ground", "between nodes 4 and 7 in X".
 
     >>> place_text({"nodes": [4], "to": "ground", "direction": "Z"})
     'at node 4 in Z, to ground'
+    >>> place_text({"nodes": [4], "to": "ground", "direction": "Z"}, "added_mass")
+    'at node 4 in Z'
+    >>> place_text({"nodes": [5], "to": "member to node 6", "direction": "RY"})
+    'at node 5 in RY, at the end of the member to node 6'
     >>> place_text({"nodes": [15, 16], "to": "ground", "region": list(range(1, 31))})
     'over 30 nodes around nodes 15–16'
     >>> place_text({"nodes": [1, 9], "to": "ground", "direction": "Z", "region": [1, 3, 9], "shares": [1 / 3] * 3})
@@ -79,7 +87,8 @@ def place_text(location: Mapping[str, Any]) -> str:
     """
     nodes = [int(n) for n in location.get("nodes") or ()]
     direction = str(location.get("direction") or "")
-    to = location.get("to")
+    # a mass hangs on its node, and so does an oscillator
+    to = None if physics in _HANGING else location.get("to")
     in_direction = "" if not direction else " in rotation" if direction == "R" else f" in {direction}"
     region = location.get("region") or ()
     if location.get("shares"):
@@ -95,6 +104,8 @@ def place_text(location: Mapping[str, Any]) -> str:
         place = f"at node {nodes[0]}{in_direction}"
         if to == "ground":
             return f"{place}, to ground"
+        if isinstance(to, str) and to.startswith("member"):
+            return f"{place}, at the end of the {to}"
         return f"{place}, to {f'node {to}' if isinstance(to, int) else to}" if to else place
     if len(nodes) == 2:
         return f"between nodes {nodes[0]} and {nodes[1]}{in_direction}"

@@ -21,6 +21,7 @@ from femend.numerals import plain
 from femend.report.headline import INTERRUPTED
 from femend.report.noise import BEYOND_NOISE, times_noise
 from femend.study.findings import ALSO, findings, rounded
+from femend.study.held_joint import held_joint
 from femend.study.left_over import left_beside, left_beside_sine, left_over, shares_outside
 from femend.study.predictions import STAGES, Prediction, motion_error
 from femend.study.sensors_off import loud_sensors, sensors_off
@@ -77,6 +78,7 @@ def result_of(
     seen = predictions, diagnosis.problem.band, records
     sines = "".join(left_beside_sine(one, fit) for one in found)
     beside = sines if diagnosis.by_load else left_beside(diagnosis.verdict, fit, *seen)
+    advice = diagnosis.advice or left_over(diagnosis.verdict, fit, *seen) or beside
     return {
         "format": FORMAT,
         "verdict": diagnosis.verdict,
@@ -84,7 +86,7 @@ def result_of(
         "parameters": _parameters(diagnosis),
         "fit": fit,
         "status": _status(diagnosis),
-        "advice": diagnosis.advice or left_over(diagnosis.verdict, fit, *seen) or beside,
+        "advice": "; ".join(filter(None, [held_joint(diagnosis), advice])),
         "warnings": list(warnings),
     }
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from femend.diagnose.calibration import CALIBRATION
 from femend.diagnose.candidates import Candidate
+from femend.diagnose.own_frequency import own_frequency
 from femend.diagnose.ranked import Ranked
 from femend.estimate import noise_floor
 from femend.numerals import listed, plain
@@ -175,6 +176,17 @@ def checks(run: StudyRun) -> tuple[Check, ...]:
                 f"{significant(max(z), 2)} prior standard deviations; {significant(settings.parameter_z, 2)} is far",
             )
         )
+    mode = own_frequency(diagnosis)
+    if mode is not None:
+        far = mode.deviations > settings.parameter_z
+        found.append(
+            Check(
+                "Did a mode need a frequency of its own, beyond what mesh and idealisation are off by?",
+                "yes" if far else "no",
+                f"{100 * mode.shift:+.1f} % at {plain(mode.freq, 3)} Hz, {significant(mode.deviations, 2)} standard "
+                f"deviations; {significant(settings.parameter_z, 2)} is far",
+            )
+        )
     # an interrupted run may not have come to these
     found += [] if diagnosis.interrupted else [*_gain_checks(diagnosis), _load_check(diagnosis)]
     stopped = "" if diagnosis.null.converged else "the update stopped before it had converged"
@@ -220,12 +232,15 @@ def _gain_checks(diagnosis: Diagnosis) -> list[Check]:
     reference = best.candidate.reference
     if math.isfinite(reference) and reference > 0:
         limit = max(reference, 1.0) * settings.adequate
+        # a smooth force that beats the laws has no name
         name = words.physics_name(best.candidate.name)
+        what = f"the best law ({name})" if name else "the smooth force without a law"
         rows.append(
             Check(
-                f"Does the best law ({name}) explain about as much as a free force there?",
+                f"Does {what} explain about as much as a free force there?",
                 "yes" if after <= limit else "no",
-                f"law {significant(after)}, free force {significant(reference)}; {significant(limit)} is enough",
+                f"{'law' if name else 'smooth force'} {significant(after)}, free force {significant(reference)}; "
+                f"{significant(limit)} is enough",
             )
         )
     return rows
