@@ -403,21 +403,23 @@ def test_two_laws_of_which_neither_is_told_alone_have_to_come_near_the_noise(
 
 
 @pytest.mark.parametrize(
-    ("n_w", "score", "prior", "explains"),
+    ("n_w", "misfit", "prior", "explains"),
     [
-        (1, 1.0, 10.0, True),
-        (0, 1.4, 190.0, True),  # a member's factor
-        (1, 2.0, 10.0, False),
+        (1, [1.0, 1.0], 10.0, True),
+        (0, [1.4, 1.4], 190.0, True),  # a member's factor
+        (1, [2.0, 2.0], 10.0, False),
+        # what another effect does at the highest level alone
+        (1, [0.8, 2.0], 10.0, False),
         # three rotations of a clamp explain what two effects near it do, a force elsewhere with a model that is bent
-        (3, 0.7, 1.0, False),
-        (1, 1.3, 640.0, False),
+        (3, [0.7, 0.7], 1.0, False),
+        (1, [1.3, 1.3], 640.0, False),
     ],
 )
 def test_one_force_explains_where_it_is_one_and_does_not_bend_the_model(
-    n_w: int, score: float, prior: float, explains: bool
+    n_w: int, misfit: list[float], prior: float, explains: bool
 ) -> None:
-    one = SimpleNamespace(place=SimpleNamespace(n_w=n_w), fit=SimpleNamespace(score=score, prior=prior))
-    several = SimpleNamespace(place=SimpleNamespace(n_w=3), fit=SimpleNamespace(score=0.6, prior=1.0))
+    one = SimpleNamespace(place=SimpleNamespace(n_w=n_w), fit=SimpleNamespace(misfit=np.array(misfit), prior=prior))
+    several = SimpleNamespace(place=SimpleNamespace(n_w=3), fit=SimpleNamespace(misfit=np.array([0.6]), prior=1.0))
     first = SimpleNamespace(located=[several, one], settings=Settings())
     explained = cast(Any, Searched.one_force_explains)
     assert explained.fget(first) is explains

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -15,6 +17,8 @@ from femend.diagnose.tilted import ForceTilt, _as_few, force_tilt
 from femend.diagnose.update import _updated, modelled
 from femend.estimate import FitRecord
 from femend.model import Place, ReducedModel
+from femend.report.headline import headline
+from femend.study.turned_force import turned_force
 
 Array = NDArray[np.float64]
 SENSORS = [(7, 1), (5, 1), (3, 1), (7, 2), (5, 2), (4, 2)]
@@ -58,6 +62,32 @@ def test_a_force_that_is_a_few_degrees_off_is_turned(reduced: ReducedModel, shar
     tilt = found(reduced, share)
     assert tilt is not None
     assert dict(tilt.others)[OWN + 1] == pytest.approx(share, abs=0.003)
+
+
+@pytest.mark.parametrize("share", [1.0, -2.2])
+def test_a_force_far_off_its_axis_is_turned(reduced: ReducedModel, share: float) -> None:
+    tilt = found(reduced, share)
+    assert tilt is not None
+    assert dict(tilt.others)[OWN + 1] == pytest.approx(share, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("share", "sense", "vector"), [(0.1, 1.0, ""), (0.75, 1.0, "+0.80 Y +0.60 Z"), (0.75, -1.0, "-0.80 Y -0.60 Z")]
+)
+def test_a_force_far_off_its_axis_is_a_finding(share: float, sense: float, vector: str) -> None:
+    off = ForceTilt(OWN, ((OWN - 1, 0.0), (OWN + 1, share)))
+    model = SimpleNamespace(node_ids=np.arange(1, 8))
+    diagnosis = cast(Any, SimpleNamespace(off=off, reduced=SimpleNamespace(model=model)))
+    finding = turned_force(diagnosis, [cast(Any, SimpleNamespace(in_signs=np.array([sense]), driven=True))])
+    if not vector:
+        assert finding is None
+        return
+    assert finding is not None
+    assert finding["physics"] == "load_misplaced"
+    assert finding["location"]["nodes"] == [5]
+    own = "+Y" if sense > 0 else "-Y"
+    told = headline({"verdict": "missing-physics", "findings": [finding], "fit": [], "parameters": {}})
+    assert told.startswith(f"The force recorded at node 5 in {own} acts at node 5 in {vector}")
 
 
 def test_a_share_that_explains_nothing_is_left_out(reduced: ReducedModel) -> None:

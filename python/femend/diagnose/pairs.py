@@ -71,8 +71,9 @@ class Searched:
     @property
     def one_force_explains(self) -> bool:
         """Whether a single free force explains each of the whole recordings: nothing acts elsewhere, and a law at its
-        place that does not explain them was lost on the way. Several forces at one place explain what acts near it, and one for
-        which the model has to bend stands in for something else: where either is all that explains, it is not one."""
+        place that does not explain them was lost on the way. Several forces at one place explain what acts near it, and
+        one for which the model has to bend stands in for something else: where either is all that explains, it is not
+        one."""
         settings, simple = self.settings, [f for f in self.located if f.place.n_w <= 1]
         return any(float(np.max(f.fit.misfit)) <= settings.adequate and not settings.bends(f.fit.prior) for f in simple)
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femend.diagnose.locate import LINES, Located, cost_of, locate
+from femend.diagnose.pointing import shares_along
 from femend.diagnose.recorded_off import RecordedOff
 from femend.diagnose.settings import Settings
 from femend.diagnose.update import UpdatedModel, update_model
@@ -38,8 +39,10 @@ WORTH, EARLY = 0.5, 3
 BENT = 50.0
 # cost that a move has to take away
 TELLS = 1.0
-# the largest share of a force that is a little off
-MOST = 0.5
+# the largest share of a force that is a little off, and of one that still acts along its axis
+MOST, MOST_OF_OWN = 0.5, 3.0
+# decays (in units of `Problem.scale`) of the beginnings in which a force far off its axis is looked for
+DECAYS = (100.0, 30.0, 8.0)
 AXES = "XYZ"
 
 
@@ -98,18 +101,43 @@ def force_tilt(
     # places that move the sensors alike do as well with a free force, the shaker's among them
     enough = elsewhere if elsewhere + settings.reach < here else np.inf
     tilt = _refined(start, start, ForceTilt(own, tuple((row, 0.0) for row in others)), WORTH, BENT * enough)
-    if tilt is None:
+    begun = _pointed(start, own, others) if tilt is None else [tilt]
+    if not begun:
         return None
-    again = update_model(start.reduced.model, [tilt.on(r) for r in records], zeta)
+
+    def updated(tilt: ForceTilt) -> UpdatedModel:
+        return update_model(start.reduced.model, [tilt.on(r) for r in records], zeta)
+
+    tilt, again = min(((t, updated(t)) for t in begun), key=lambda t: _cost(t[1]))
     closer = _refined(start, again, tilt, 1.0, BENT * enough)
     if closer is not None:
         # the model was bent by what the force did
-        tilt = closer
-        again = update_model(start.reduced.model, [tilt.on(r) for r in records], zeta)
+        tilt, again = closer, updated(closer)
     tilt, again = _as_few(start, tilt, again, zeta, settings)
-    if cost_of(again.problem, again.null, 0.0) > min(LEFT * cost_of(start.problem, start.null, 0.0), enough):
+    if _cost(again) > min(LEFT * _cost(start), enough):
         return None
     return tilt, again, locate(again.problem, again.reduced, places, again.null)
+
+
+def _cost(updated: UpdatedModel) -> float:
+    """What an updated model leaves, as the cost of a place is."""
+    return cost_of(updated.problem, updated.null, 0.0)
+
+
+def _pointed(start: UpdatedModel, own: int, others: Sequence[int]) -> list[ForceTilt]:
+    """Forces recorded along row `own` of the g-set that act far off it, at the `others` too, as beginnings of the
+    recordings show by themselves; none where they hardly show any, or one that hardly acts along its axis."""
+    problem, reduced, found = start.problem, start.reduced, list[ForceTilt]()
+    unknowns = problem.prior(reduced)[0], start.null.p
+    sense = float(next(r.in_signs[0] for r in problem.records if r.driven))
+    for decay in DECAYS if others else ():
+        shares, left = shares_along(problem, reduced, unknowns, [own, *others], decay)
+        if left > WORTH or shares[0] * sense <= 0:
+            continue
+        of_own = shares[1:] / shares[0]
+        if MOST <= np.abs(of_own).max() <= MOST_OF_OWN:
+            found.append(ForceTilt(own, tuple(zip(others, of_own.tolist(), strict=True))))
+    return found
 
 
 def _as_few(
@@ -122,8 +150,7 @@ def _as_few(
         if not tilt.others[i][1] or not any(share for _, share in fewer.others):
             continue
         updated = update_model(start.reduced.model, [fewer.on(r) for r in start.problem.records], zeta)
-        less, more = (cost_of(one.problem, one.null, 0.0) for one in (updated, again))
-        if less <= more + settings.gain_cost:
+        if _cost(updated) <= _cost(again) + settings.gain_cost:
             tilt, again = fewer, updated
     return tilt, again
 
@@ -149,8 +176,8 @@ def _refined(
 ) -> ForceTilt | None:
     """The shares at which an `updated` model costs least on few lines of the records of `start`, from those of `tilt`
     on, in turns along the axis that foretells most by the parabola through fits a step off; None where that leaves more
-    than `worth` of the cost it began with, or than `most`, and where the shares are none, or none of a force that is a
-    little off."""
+    than `worth` of the cost it began with, or than `most`, and where the shares are none, or of a force a little off
+    come to more than that."""
     few, null = start.problem.sparing(LINES), updated.null
     others = [row for row, _ in tilt.others]
 
@@ -166,6 +193,8 @@ def _refined(
     if not others:
         return None
     at, own_step = np.array([share for _, share in tilt.others]), STEP * np.eye(len(others))
+    # a force a little off its axis stays one
+    largest = MOST if np.abs(at).max() < MOST else MOST_OF_OWN
     here = first = cost(at)
     for n in range(ROUNDS):
         if n >= EARLY and here > worth * first:
@@ -182,6 +211,6 @@ def _refined(
         at, here = there, left
         if gain == 0 or abs(move) < CLOSE:
             break
-    if here > min(worth * first, most) or not at.any() or np.abs(at).max() >= MOST:
+    if here > min(worth * first, most) or not at.any() or np.abs(at).max() >= largest:
         return None
     return with_shares(at)

@@ -162,6 +162,9 @@ def _by_modes(result: Result) -> str:
 def _missing(findings: Sequence[Result], result: Result) -> str:
     parts = []
     for finding in findings:
+        if moved := misplaced_text(finding):
+            parts.append(moved)
+            continue
         parameters, physics = mapping(finding.get("parameters")), str(finding.get("physics", ""))
         values = [
             " ".join(parameter_text(name, entry, physics, with_sd=False))
@@ -172,13 +175,20 @@ def _missing(findings: Sequence[Result], result: Result) -> str:
             ", ".join([f"{what} {place_text(mapping(finding.get('location')), physics)}", *values])
             + _or_rather(finding)
         )
-    gain = _gain(result, "parameters", "final")
     if misplaced := misplaced_text(findings[0]):
-        return f"{sentence(misplaced)}{gain}."
+        before = "nominal" if _turned(findings[0]) else "parameters"
+        return f"{sentence(misplaced)}{_gain(result, before, 'final')}."
+    gain = _gain(result, "parameters", "final")
     lead = "Most likely missing" if any(map(is_tentative, findings)) else "Missing"
     if any(map(_or_rather, findings)):
         lead = "Possibly missing"
     return f"{lead}: {'; and '.join(parts)}{gain}."
+
+
+def _turned(finding: Result) -> bool:
+    """Whether a load acts where it was recorded, in another direction: the parameters are updated with it then."""
+    node = number(mapping(mapping(finding.get("parameters")).get("node")).get("value"))
+    return node in [number(r.get("node")) for r in rows(finding.get("recorded"))]
 
 
 def _or_rather(finding: Result) -> str:

@@ -25,6 +25,7 @@ from femend.study.held_joint import held_joint
 from femend.study.left_over import left_beside, left_beside_sine, left_over, shares_outside
 from femend.study.predictions import STAGES, Prediction, motion_error
 from femend.study.sensors_off import loud_sensors, sensors_off
+from femend.study.turned_force import turned_force
 
 __all__ = ["result_of"]
 
@@ -74,14 +75,18 @@ def result_of(
     fit = [_fit(p, floors, diagnosis.problem.band) for p in predictions if p.recorded is not None]
     if diagnosis.verdict in ("consistent", "parameters-only"):
         _note_outside(fit, predictions, diagnosis.problem.band)
-    found = findings(diagnosis)
+    found, verdict = findings(diagnosis), diagnosis.verdict
+    turned = turned_force(diagnosis, records)
+    if turned is not None:
+        found = [*found, turned]
+        verdict = "missing-physics" if verdict in ("consistent", "parameters-only") else verdict
     seen = predictions, diagnosis.problem.band, records
     sines = "".join(left_beside_sine(one, fit) for one in found)
     beside = sines if diagnosis.by_load else left_beside(diagnosis.verdict, fit, *seen)
     advice = diagnosis.advice or left_over(diagnosis.verdict, fit, *seen) or beside
     return {
         "format": FORMAT,
-        "verdict": diagnosis.verdict,
+        "verdict": verdict,
         "findings": found,
         "parameters": _parameters(diagnosis),
         "fit": fit,
