@@ -27,7 +27,7 @@ from femend.progress import Progress, SilentProgress, say
 from femend.report.page import render
 from femend.report.runinfo import RunInfo
 from femend.study.content import report_content
-from femend.study.corrections import Corrections, corrections_of, left_out_unseen
+from femend.study.corrections import BEYOND, Corrections, corrections_of, left_out_unseen
 from femend.study.damping_told import at_dashpots, damping_told
 from femend.study.deck_told import deck_told
 from femend.study.explained import answered
@@ -242,12 +242,14 @@ class _Task:
             more = [one for one in found.of_recordings if one.doubt.kind == "parameter"]
             self.doubted = [*self.doubted, *more]
             self.warnings += [one.text for one in more]
-        return bool(self._contradictions())
+        return bool(self._contradictions(sure=True))
 
-    def _contradictions(self) -> list[str]:
-        """What is doubtful of the deck or of the test as a whole."""
-        whole = [one.text for one in self.doubted if one.doubt.kind in OF_ALL]
-        return [*deck_doubts(self.study, self.model.deck), *whole]
+    def _contradictions(self, *, sure: bool = False) -> list[str]:
+        """What is doubtful of the deck or of the test as a whole; where it has to be `sure`, no level that a stiff
+        spring or a heavy mass at the shaker may scale as much."""
+        whole = [one for one in self.doubted if one.doubt.kind in OF_ALL]
+        told = [one.text for one in whole if not (sure and one.doubt.kind == "level" and _of_structures(one))]
+        return [*deck_doubts(self.study, self.model.deck), *told]
 
     def settled(self, why: str = "the run was interrupted") -> StudyRun | None:
         """What is settled when it is stopped for the reason `why`, written; None where nothing is."""
@@ -273,6 +275,12 @@ class _Task:
                 seconds=seconds, step=step,
             )  # fmt: skip
         return run
+
+
+def _of_structures(one: Doubted) -> bool:
+    """Whether a level is off by no more than what is missing in a model may do."""
+    factor = one.doubt.factor
+    return factor is not None and max(factor, 1 / factor) <= BEYOND
 
 
 def _strained(start: UpdatedModel) -> bool:
